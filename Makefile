@@ -1,0 +1,53 @@
+# Needs make and Python 3.11, 3.12 or 3.13; everything else is installed into $(VENV).
+# Another interpreter: make test PYTHON=python3.12 VENV=.venv-3.12
+
+PYTHON ?= python3
+VENV ?= .venv
+BIN := $(VENV)/bin
+PIP := $(BIN)/python -m pip --disable-pip-version-check
+
+.PHONY: run test lint bench soak pins clean
+
+run: $(VENV)/run.stamp
+	$(BIN)/optuav solve paper --plot plan-paper
+
+test: lint
+	$(BIN)/python -m pytest -n 2
+
+lint: $(VENV)/dev.stamp
+	$(BIN)/ruff check
+	$(BIN)/ruff format --check
+	$(BIN)/mypy
+	$(BIN)/lint-imports
+
+bench: $(VENV)/dev.stamp
+	$(BIN)/python -m benchmarks
+
+soak: $(VENV)/dev.stamp
+	$(BIN)/python -m pytest -n 2 -m "soak or hypothesis" --hypothesis-profile=soak
+
+pins:
+	$(MAKE) $(VENV)-pins/created.stamp VENV=$(VENV)-pins
+	$(VENV)-pins/bin/python -m pip install --quiet --upgrade "pip>=25.1" setuptools
+	$(VENV)-pins/bin/python -m pip install --quiet --group dev ".[all]"
+	echo "# Written by 'make pins' for Python 3.11 to 3.13." > requirements-dev.txt
+	$(VENV)-pins/bin/python -m pip freeze --all --exclude pip --exclude optuav >> requirements-dev.txt
+	rm -rf $(VENV)-pins
+
+clean:
+	rm -rf $(VENV) .hypothesis .import_linter_cache .mypy_cache .pytest_cache .ruff_cache build dist plan-paper
+
+$(VENV)/created.stamp:
+	@$(PYTHON) -c "import sys; v = sys.version_info[:2]; sys.exit(not (3, 11) <= v <= (3, 13) and '$(PYTHON) is Python %d.%d' % v)" || { \
+	    echo "optuav needs Python 3.11, 3.12 or 3.13. Name one: make PYTHON=python3.12" >&2; exit 1; }
+	$(PYTHON) -m venv --clear $(VENV)
+	touch $@
+
+$(VENV)/run.stamp: pyproject.toml requirements-dev.txt | $(VENV)/created.stamp
+	$(PIP) install --quiet --constraint requirements-dev.txt --editable ".[plot]"
+	touch $@
+
+$(VENV)/dev.stamp: pyproject.toml requirements-dev.txt | $(VENV)/created.stamp
+	$(PIP) install --quiet --requirement requirements-dev.txt
+	$(PIP) install --quiet --no-build-isolation --no-deps --editable .
+	touch $@ $(VENV)/run.stamp

@@ -1,0 +1,88 @@
+"""Write the tables of keys in missions.md from the models that check a mission file.
+
+Run it from anywhere after a change of the models: ``python docs/make_mission_keys.py``.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterable, Iterator
+from pathlib import Path
+from typing import Any
+
+from pydantic import BaseModel
+from pydantic.fields import FieldInfo
+
+from optuav.mission import Mission
+from optuav.mission.quantities import RATE_PER_MINUTE
+from optuav.mission.sections import REGIME_KEYS, SECTIONS, RotorFlight
+from optuav.mission.words import allowed
+
+PAGE = Path(__file__).parent / "missions.md"
+START, END = "<!-- keys: written by make_mission_keys.py -->\n", "<!-- end of keys -->\n"
+
+HEAD = ("| key | what it is | what it may be | left out |", "|---|---|---|---|")
+PER_MINUTE = (
+    "flow_rate_per_min",
+    "The same rate per minute [1/min]; or state flow_rate_per_s.",
+    RATE_PER_MINUTE.words,
+    "",
+)
+
+Row = tuple[str, str, str, str]
+
+
+def rows(model: type[BaseModel], keys: Iterable[str]) -> Iterator[Row]:
+    """Key, meaning, range and default of some fields."""
+    for key in keys:
+        field = model.model_fields[key]
+        yield key, field.description or "", allowed(model, key), left_out(field)
+
+
+def left_out(field: FieldInfo) -> str:
+    """What holds where a file does not state the key."""
+    if field.is_required():
+        return "must be stated"
+    return "" if field.default is None else f"`{json.dumps(plain(field.default))}`"
+
+
+def plain(value: Any) -> Any:
+    """A tuple as the list that TOML has for it."""
+    return list(value) if isinstance(value, tuple) else value
+
+
+def table(found: Iterable[Row]) -> Iterator[str]:
+    """Lines of a Markdown table."""
+    yield from HEAD
+    for key, *cells in found:
+        yield "| " + " | ".join([f"`{key}`", *(each.replace("|", r"\|") for each in cells)]) + " |"
+
+
+def sections() -> Iterator[str]:
+    """Lines of all tables of a mission file."""
+    yield from ("### The file itself", "", *table(rows(Mission, ("name", "description"))), "")
+    for name, model in SECTIONS.items():
+        title = f"[[{name}]]" if name == "buildings" else f"[{name}]"
+        yield from (f"### {title}", "", model.__doc__ or "", "")
+        if name == "flight":
+            yield from (*table(rows(RotorFlight, RotorFlight.model_fields)), "")
+            regimes = (key for key in model.model_fields if key in REGIME_KEYS)
+            yield 'With `model = "regimes"` only, which computes nothing from [rotor] and [body]:'
+            yield from ("", *table(rows(model, regimes)), "")
+            continue
+        found = list(rows(model, model.model_fields))
+        if name == "battery":
+            rate = next(place for place, row in enumerate(found) if row[0] == "flow_rate_per_s")
+            found.insert(rate + 1, PER_MINUTE)
+        yield from (*table(found), "")
+
+
+def page() -> str:
+    """The page with its tables written anew."""
+    before, _, rest = PAGE.read_text("utf-8").partition(START)
+    _, _, after = rest.partition(END)
+    return before + START + "\n" + "\n".join(sections()) + "\n" + END + after
+
+
+if __name__ == "__main__":
+    PAGE.write_text(page(), "utf-8")

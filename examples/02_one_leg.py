@@ -1,0 +1,113 @@
+# %% [markdown]
+# # One leg, six stages
+#
+# How does a quadrotor get from one place to another if it always uses its full thrust? It turns,
+# speeds up, turns over, brakes, turns level, and hovers.
+#
+# **Learning intentions.** After this page you can
+#
+# - name the six stages of a leg, and say which of them cost time and which charge;
+# - check the balance of forces that fixes acceleration and attitude;
+# - say what wind does to a leg, and from which wind on there is none.
+
+# %%
+import math
+import sys
+from importlib.util import find_spec
+from pathlib import Path
+
+import numpy as np
+
+import optuav
+from optuav.mission import vehicle
+from optuav.physics import flight, rotor
+
+mission = optuav.load("paper")
+motor, airframe = vehicle.motor(mission), vehicle.airframe(mission)
+way_m = np.subtract(vehicle.hover_point_m(mission), mission.route.origin_m)
+leg = flight.leg(airframe, motor, tuple(way_m))
+
+# %% [markdown]
+# ## The stages from the origin to the hover point
+#
+# Four rotors run at full speed while the UAV moves. While it turns, one runs at full speed, two at
+# 1/√2 of it and one stands still: that is less charge per second, and little time.
+
+# %%
+print(f"{'stage':<12}{'s':>8}{'A':>9}{'A s':>9}")
+for name, duration_s, current_A in zip(
+    flight.STAGES, leg.loads.durations_s, leg.loads.currents_A, strict=True
+):
+    print(f"{name:<12}{duration_s:8.3f}{current_A:9.3f}{duration_s * current_A:9.1f}")
+print(f"{'in all':<12}{leg.loads.duration_s:8.3f}{'':9}{leg.loads.charge_As:9.1f}")
+print(f"distance {leg.distance_m:.1f} m, peak speed {leg.peak_speed_m_s:.2f} m/s")
+
+turning_s = sum(leg.turn_times_s)
+assert math.isclose(leg.loads.duration_s, 37.8961, abs_tol=1e-4)
+assert math.isclose(turning_s, 3.1165, abs_tol=1e-4)
+assert math.isclose(leg.loads.charge_As, 3921.555, abs_tol=1e-3)
+assert math.isclose(leg.loads.energy_J, 63_533, abs_tol=0.5)
+assert math.isclose(leg.peak_speed_m_s, 154.89, abs_tol=0.005)
+
+# %% [markdown]
+# 155 m/s is no speed of a small quadrotor: the model has no drag. Where that matters, state
+# `flight.max_speed_m_s` with `flight.model = "regimes"`.
+#
+# ## The balance of forces
+#
+# Full thrust F points along f. Together with gravity it must give mass times acceleration, along
+# the path and nowhere else. The attitude follows: nose down to speed up, nose up to brake.
+
+# %%
+thrust_N = rotor.full_thrust(motor)
+gravity_N = np.array(airframe.external_force_N((0.0, 0.0, 0.0)))
+along = way_m / leg.distance_m
+for name, attitude, acceleration in (
+    ("accelerate", leg.cruise, leg.acceleration_m_s2 * along),
+    ("brake", leg.brake, -leg.braking_m_s2 * along),
+):
+    ψ_p, ψ_r = attitude.pitch_rad, attitude.roll_rad
+    f = np.array([math.sin(ψ_p) * math.cos(ψ_r), math.sin(ψ_r), math.cos(ψ_p) * math.cos(ψ_r)])
+    print(f"{name}: pitch {math.degrees(ψ_p):.2f}°, roll {math.degrees(ψ_r):.2f}°")
+    np.testing.assert_allclose(
+        thrust_N * f + gravity_N, airframe.mass_kg * acceleration, rtol=0, atol=1e-12
+    )
+    assert math.isclose(thrust_N * f[2], airframe.weight_N)  # level leg: lift carries the weight
+
+# %% [markdown]
+# ## Wind
+#
+# A steady wind pushes with a constant force. It helps one half of the leg and hinders the other,
+# so head wind and tail wind of the same strength cost the same time.
+
+# %%
+winds_N = np.linspace(-9.0, 9.0, 7)
+windy = flight.leg(airframe, motor, tuple(way_m), tuple(winds_N * each for each in along))
+for wind_N, duration_s, charge_As in zip(
+    winds_N, windy.loads.duration_s, windy.loads.charge_As, strict=True
+):
+    print(f"wind {wind_N:+5.1f} N along the path: {duration_s:7.3f} s, {charge_As:8.1f} A s")
+
+assert np.allclose(windy.loads.duration_s, windy.loads.duration_s[::-1])
+assert (np.diff(windy.loads.duration_s[3:]) > 0).all()
+
+# %% [markdown]
+# The thrust has to carry weight and wind. Beyond the largest wind there is no leg: every time is
+# NaN, and `impossible` says why.
+
+# %%
+limit_N = rotor.largest_wind(motor, airframe.weight_N, tuple(along))
+storm_N = tuple(1.001 * limit_N * along)
+print(f"largest level wind {limit_N:.4f} N; above it,", flight.impossible(airframe, motor, storm_N))
+
+assert math.isclose(limit_N, 11.5791, abs_tol=5e-5)
+assert math.isnan(flight.leg(airframe, motor, tuple(way_m), storm_N).loads.duration_s)
+
+# %% [markdown]
+# ## Picture
+#
+# `python 02_one_leg.py pictures` writes it into the folder `pictures`.
+
+# %%
+if find_spec("matplotlib") and "pictures" in sys.argv[1:]:
+    from optuav import plots

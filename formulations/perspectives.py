@@ -1,0 +1,44 @@
+"""How the state of charge at the end of the mission is written: the paper's three perspectives.
+
+Each is a function of the quantities, the hover time Δ [s] and the rest time T' [s].
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from typing import Any, TypeAlias
+
+from formulations.quantities import Quantities
+
+Perspective: TypeAlias = Callable[[Quantities, Any, Any], Any]
+
+
+def battery(given: Quantities, hover: Any, rest: Any) -> Any:
+    """η1 = (y1 + y2)/B, by charge balance: [1] eq (19), exact for KiBaM."""
+    drawn = given.flight_charge_As + given.hover_current_A * hover - given.rest_current_A * rest
+    return 1.0 - drawn / given.battery_As
+
+
+def energy(given: Quantities, hover: Any, rest: Any) -> Any:
+    """η2 = 1 − (E_fl + E_hv − E_harv)/E_0, radio included: [1] eq (20)."""
+    harvested = given.hover_received_W * hover + given.rest_received_W * rest
+    drawn = given.flight_energy_J + given.hover_power_W * hover - harvested
+    return 1.0 - drawn / given.nominal_battery_J
+
+
+def adjusted(given: Quantities, hover: Any, rest: Any) -> Any:
+    """η3 = 1 − E_fl/E_1 − E_hv/E_2 + E_harv/E_0; the paper prints the last two signs flipped."""
+    harvested = given.hover_received_W * hover + given.rest_received_W * rest
+    return (
+        1.0
+        - given.flight_energy_J / given.flight_battery_J
+        - given.hover_power_W * hover / given.hover_battery_J
+        + harvested / given.nominal_battery_J
+    )
+
+
+PERSPECTIVES: Mapping[str, Perspective] = {
+    "battery": battery,
+    "energy": energy,
+    "adjusted": adjusted,
+}

@@ -1,0 +1,79 @@
+"""The quantities that formulations speak of: name, symbol, unit and where each comes from."""
+
+from __future__ import annotations
+
+from dataclasses import Field, dataclass, field, fields
+from typing import Any
+
+from optuav.modelling import Parameter
+
+
+def _quantity(symbol: str, unit: str, key: str = "") -> Any:
+    return field(metadata={"symbol": symbol, "unit": unit, "key": key})
+
+
+@dataclass(frozen=True, kw_only=True)
+class Quantities:
+    """Numbers of an itinerary, or arrays with one entry an itinerary, or symbols for them.
+
+    Parameters
+    ----------
+    deadline_s
+        T_max, longest mission [s].
+    min_soc
+        η0, least state of charge at the end [-].
+    packs, capacity_As
+        Number of packs and capacity of one [A s]; B is their product.
+    nominal_voltage_V
+        e_nom [V].
+    flight_time_s, flight_charge_As, flight_energy_J
+        T_fl [s], and charge [A s] and energy [J] drawn on all legs.
+    hover_current_A
+        Net current drawn while hovering: rotors and radio less the laser's [A].
+    hover_power_W, hover_received_W
+        Power drawn while hovering, radio included, and received meanwhile [W].
+    rest_current_A, rest_received_W
+        Net current [A] and power [W] that charge the battery while resting.
+    flight_battery_J, hover_battery_J
+        E_1 and E_2 [J], what the battery holds at the voltages of flight and hover.
+    """
+
+    deadline_s: Any = _quantity("T_max", "s", "limits.deadline_s")
+    min_soc: Any = _quantity("η0", "1", "limits.min_soc")
+    packs: Any = _quantity("N", "1", "battery.packs")
+    capacity_As: Any = _quantity("B_i", "A s", "battery.capacity_As")
+    nominal_voltage_V: Any = _quantity("e_nom", "V", "battery.nominal_voltage_V")
+    flight_time_s: Any = _quantity("T_fl", "s")
+    flight_charge_As: Any = _quantity("Q_fl", "A s")
+    flight_energy_J: Any = _quantity("E_fl", "J")
+    hover_current_A: Any = _quantity("I_hv", "A")
+    hover_power_W: Any = _quantity("P_hv", "W")
+    hover_received_W: Any = _quantity("P_0,hv", "W")
+    rest_current_A: Any = _quantity("I_rest", "A")
+    rest_received_W: Any = _quantity("P_0,rest", "W")
+    flight_battery_J: Any = _quantity("E_1", "J")
+    hover_battery_J: Any = _quantity("E_2", "J")
+
+    @property
+    def battery_As(self) -> Any:
+        """B, capacity of all packs [A s]."""
+        return self.packs * self.capacity_As
+
+    @property
+    def nominal_battery_J(self) -> Any:
+        """E_0 = B e_nom [J]."""
+        return self.battery_As * self.nominal_voltage_V
+
+    @property
+    def time_left(self) -> Any:
+        """T_max − T_fl, what the legs leave of the deadline [s]."""
+        return self.deadline_s - self.flight_time_s
+
+
+def symbol_for(quantity: Field[Any], value: Any) -> Parameter:
+    """The parameter that stands for a quantity in a model."""
+    meta = quantity.metadata
+    return Parameter(quantity.name, meta["symbol"], meta["unit"], value, meta["key"])
+
+
+QUANTITIES = fields(Quantities)

@@ -1,0 +1,67 @@
+"""Missions of laser-charged drones: modelled, solved with proof, and checked.
+
+The public names load on first use, so that importing the package is quick.
+"""
+
+from __future__ import annotations
+
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from optuav.errors import Fault as Fault
+    from optuav.errors import InputError as InputError
+    from optuav.errors import NoPlanError as NoPlanError
+    from optuav.errors import OptuavError as OptuavError
+    from optuav.errors import SolverError as SolverError
+    from optuav.mission import Mission as Mission
+    from optuav.mission import json_schema as json_schema
+    from optuav.mission import load as load
+    from optuav.mission import shipped as shipped
+    from optuav.mission.graph import graph as graph
+    from optuav.mission.graph import validate_graph as validate_graph
+    from optuav.plan import Plan as Plan
+    from optuav.plan import load_plan as load_plan
+    from optuav.solving import Program as Program
+    from optuav.solving import formulate as formulate
+    from optuav.solving import solve as solve
+
+    __version__: str
+
+HOMES = {
+    "Fault": "optuav.errors",
+    "InputError": "optuav.errors",
+    "NoPlanError": "optuav.errors",
+    "OptuavError": "optuav.errors",
+    "SolverError": "optuav.errors",
+    "Mission": "optuav.mission",
+    "json_schema": "optuav.mission",
+    "load": "optuav.mission",
+    "shipped": "optuav.mission",
+    "graph": "optuav.mission.graph",
+    "validate_graph": "optuav.mission.graph",
+    "Plan": "optuav.plan",
+    "load_plan": "optuav.plan",
+    "Program": "optuav.solving",
+    "formulate": "optuav.solving",
+    "solve": "optuav.solving",
+}
+"""Where each public name is defined."""
+
+__all__ = ["__version__", *sorted(HOMES)]  # noqa: PLE0604
+
+
+def __getattr__(name: str) -> Any:
+    if name == "__version__":
+        from importlib.metadata import version
+
+        return version("optuav")
+    if name not in HOMES:
+        raise AttributeError(f"module 'optuav' has no attribute {name!r}")
+    value = getattr(import_module(HOMES[name]), name)
+    globals()[name] = value
+    return value
+
+
+def __dir__() -> list[str]:
+    return __all__

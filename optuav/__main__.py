@@ -1,0 +1,5 @@
+"""``python -m optuav`` is the command ``optuav``."""
+
+from optuav.cli import main
+
+main()

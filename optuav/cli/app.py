@@ -1,0 +1,56 @@
+"""The application: its commands, and how errors become exit codes.
+
+Exit codes: 0 yes; 1 an honest no (there is no feasible plan); 2 bad input; 3 an engine failed or
+did not prove its answer in time.
+"""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Sequence
+
+import typer
+from rich.console import Console
+
+from optuav.cli import missions, new, show, solve, validate
+from optuav.errors import InputError, SolverError
+
+BAD_INPUT, ENGINE_FAILED = 2, 3
+MOST_FAULTS = 20
+
+app = typer.Typer(
+    name="optuav",
+    help="Missions of laser-charged drones: modelled, solved with proof, and checked.",
+    epilog="Exit codes: 0 yes, 1 there is no feasible plan, 2 bad input, "
+    "3 an engine failed or did not prove its answer in time.",
+    no_args_is_help=True,
+    add_completion=False,
+    pretty_exceptions_enable=False,
+    context_settings={"help_option_names": ["-h", "--help"]},
+)
+for command in (solve.solve, show.show, validate.validate, new.new, missions.missions):
+    app.command()(command)
+
+
+def main(arguments: Sequence[str] | None = None) -> None:
+    """Run a command and leave with its exit code."""
+    for stream in (sys.stdout, sys.stderr):
+        if hasattr(stream, "reconfigure"):
+            stream.reconfigure(errors="replace")
+    screen = Console(stderr=True, highlight=False, soft_wrap=True)
+    try:
+        app(args=None if arguments is None else list(arguments))
+    except InputError as error:
+        lines = str(error).splitlines()
+        more = len(lines) - MOST_FAULTS
+        shown = lines[:MOST_FAULTS] + ([f"and {more} more faults"] if more > 0 else [])
+        screen.print("error:", style="bold red", end=" ")
+        screen.print("\n       ".join(shown), markup=False)
+        sys.exit(BAD_INPUT)
+    except SolverError as error:
+        screen.print("error:", style="bold red", end=" ")
+        screen.print(str(error), markup=False)
+        sys.exit(ENGINE_FAILED)
+    except BrokenPipeError:
+        sys.stderr.close()
+        sys.exit(0)

@@ -1,0 +1,66 @@
+"""Options and arguments that mean the same in every command."""
+
+from __future__ import annotations
+
+import tomllib
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+
+from optuav.errors import Fault, InputError
+from optuav.mission import Mission, load
+
+MissionArgument = Annotated[
+    str, typer.Argument(metavar="MISSION", help="Name of a shipped mission, or a mission file.")
+]
+SetOption = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--set",
+        metavar="KEY=VALUE",
+        help="Change a key of the mission, as in limits.deadline_s=800; may be repeated.",
+    ),
+]
+JsonOption = Annotated[bool, typer.Option("--json", help="Print JSON instead of text.")]
+SaveOption = Annotated[
+    Path | None, typer.Option("--save", metavar="FILE", help="Write the plan as JSON.")
+]
+PlotOption = Annotated[
+    Path | None,
+    typer.Option(
+        "--plot", metavar="DIR", help="Write pictures into a directory (needs matplotlib)."
+    ),
+]
+
+
+def mission_of(source: str, settings: Sequence[str] | None) -> Mission:
+    """The mission of an argument, with the ``--set`` options applied.
+
+    Raises
+    ------
+    InputError
+        With everything that is wrong with the mission or the options.
+    """
+    mission = load(source)
+    if not settings:
+        return mission
+    faults, values = [], {}
+    for setting in settings:
+        key, equals, text = setting.partition("=")
+        if not equals or not key.strip():
+            faults.append(Fault("--set", repr(setting), "KEY=VALUE"))
+        else:
+            values[key.strip()] = _value(text.strip())
+    if faults:
+        raise InputError(faults)
+    return mission.replace(values)
+
+
+def _value(text: str) -> Any:
+    """A value as TOML writes it; anything that is not TOML is a string."""
+    try:
+        return tomllib.loads(f"value = {text}")["value"]
+    except (tomllib.TOMLDecodeError, RecursionError):
+        return text

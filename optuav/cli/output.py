@@ -1,0 +1,37 @@
+"""Plans on the screen and in files."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import typer
+from rich.console import Console
+from rich.text import Text
+
+from optuav.plan import Plan
+
+STYLES = {"Warning": "bold yellow", "Because": "bold red", "Hover": "bold", "Answer": "bold"}
+
+
+def deliver(plan: Plan, *, as_json: bool, save: Path | None, plot: Path | None) -> None:
+    """Print a plan, and write what was asked for."""
+    if save is not None:
+        plan.save(save)
+    pictures = draw(plan, plot) if plot is not None else []
+    if as_json:
+        typer.echo(json.dumps(plan.to_dict(), indent=2, ensure_ascii=False))
+        return
+    screen = Console(highlight=False, soft_wrap=True)
+    for line in plan.summary().splitlines():
+        word = line.partition(" ")[0]
+        screen.print(Text(line, style=STYLES.get(word, "")))
+    for path in ([save] if save else []) + pictures:
+        screen.print(f"wrote {path}", style="dim")
+
+
+def draw(plan: Plan, directory: Path) -> list[Path]:
+    """Write the pictures of a plan into a directory, which is made if it is missing."""
+    from optuav.plots.files import save_pictures
+
+    return save_pictures(plan, directory)

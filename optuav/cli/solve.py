@@ -1,0 +1,64 @@
+"""``optuav solve``: the best plan for a mission."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+import typer
+
+import optuav
+from optuav.cli.options import (
+    JsonOption,
+    MissionArgument,
+    PlotOption,
+    SaveOption,
+    SetOption,
+    mission_of,
+)
+
+NO = 1
+
+
+def solve(
+    mission: MissionArgument,
+    problem: Annotated[str, typer.Option(help="P1, P3 or P4.")] = "P1",
+    trajectory: Annotated[
+        str | None, typer.Option(help="For P1: optimal, direct, traj1 or traj2.")
+    ] = None,
+    building: Annotated[str | None, typer.Option(help="For P4: where to rest.")] = None,
+    order: Annotated[
+        str | None, typer.Option(help="rest-first or hover-first; the better by default.")
+    ] = None,
+    perspective: Annotated[
+        str, typer.Option(help="battery, energy or adjusted: how charge is counted.")
+    ] = "battery",
+    slot_s: Annotated[
+        float | None,
+        typer.Option("--slot-s", help="Length of time slots in seconds; continuous by default."),
+    ] = None,
+    engine: Annotated[str, typer.Option(help="auto, closed-form or grid.")] = "auto",
+    time_limit_s: Annotated[
+        float | None, typer.Option("--time-limit-s", help="Longest search in seconds.")
+    ] = None,
+    settings: SetOption = None,
+    as_json: JsonOption = False,
+    save: SaveOption = None,
+    plot: PlotOption = None,
+) -> None:
+    """Find the longest hover for a mission, and show the plan."""
+    plan = optuav.solve(
+        mission_of(mission, settings),
+        problem,
+        trajectory=trajectory,
+        building=building,
+        order=order,
+        perspective=perspective,
+        slot_s=slot_s,
+        engine=engine,
+        time_limit_s=time_limit_s,
+    )
+    from optuav.cli.output import deliver
+
+    deliver(plan, as_json=as_json, save=save, plot=plot)
+    if not plan:
+        raise typer.Exit(NO)

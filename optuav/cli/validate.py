@@ -1,0 +1,28 @@
+"""``optuav validate``: is a mission file in order, and can the mission be flown?"""
+
+from __future__ import annotations
+
+import json
+
+import typer
+from rich.console import Console
+
+from optuav.cli.options import JsonOption, MissionArgument, SetOption, mission_of
+from optuav.mission.advice import advice
+
+
+def validate(
+    mission: MissionArgument, settings: SetOption = None, as_json: JsonOption = False
+) -> None:
+    """Check a mission file; warn of what is stated well but cannot be flown."""
+    checked = mission_of(mission, settings)
+    warnings = advice(checked)
+    if as_json:
+        answer = {"mission": checked.name, "valid": True, "warnings": list(warnings)}
+        typer.echo(json.dumps(answer, indent=2, ensure_ascii=False))
+        return
+    screen = Console(highlight=False, soft_wrap=True)
+    screen.print(f"{checked.name}: the mission is in order", markup=False)
+    for warning in warnings:
+        screen.print("warning:", style="bold yellow", end=" ")
+        screen.print(warning, markup=False)

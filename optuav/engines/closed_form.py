@@ -1,0 +1,207 @@
+"""Linear programmes in one or two unknowns, solved exactly at their vertices, many at once.
+
+The rows a·x ≤ b of a programme meet pairwise in candidate points. A feasible candidate whose two
+rows carry multipliers λ ≥ 0 with Σ λ a = c is optimal: every feasible x has
+c·x = Σ λ a·x ≤ Σ λ b = c·x*. That is the proof which is reported. As every unknown has a lower
+bound, a programme without a feasible candidate is infeasible, and one with a feasible but no
+optimal candidate is unbounded.
+"""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Sequence
+from typing import NamedTuple, TypeAlias
+
+import numpy as np
+
+from optuav.engines.solution import Booleans, Floats, Solution, Status
+from optuav.modelling.affine import Affine, affine
+from optuav.modelling.check import relations
+from optuav.modelling.expression import evaluate
+from optuav.modelling.model import Model
+
+NAME = "closed-form"
+PROOF = "closed form: linear programming duality"
+MOST_UNKNOWNS = 2
+NUMBERS_AT_ONCE = 1 << 16
+TOLERANCE = 1e-11
+"""Relative to the size of a candidate; rows and directions are scaled to unit length first."""
+PARALLEL = 1e-13
+"""Sine of the angle below which two rows do not meet."""
+
+STATUSES = np.array(
+    [Status.OPTIMAL, Status.INFEASIBLE, Status.UNBOUNDED, Status.ERROR], dtype=object
+)
+OPTIMAL, INFEASIBLE, UNBOUNDED, ERROR = range(4)
+
+
+@np.errstate(divide="ignore", invalid="ignore", over="ignore")
+def solve(model: Model, programmes: int) -> Solution:
+    """Solve a declared linear programme for every entry of its parameters.
+
+    Parameters
+    ----------
+    model
+        One or two variables, each with a finite lower bound; everything affine in them.
+    programmes
+        Number of entries of those parameters that are arrays, at least 1.
+
+    Returns
+    -------
+    A `Solution` with exact values; a programme with a NaN among its numbers has status error.
+
+    Raises
+    ------
+    NotAffineError
+        If the model is not linear.
+    ValueError
+        If the model has no or more than two variables, or one without a lower bound.
+    """
+    names = [variable.name for variable in model.variables]
+    if not 1 <= len(names) <= MOST_UNKNOWNS:
+        raise ValueError(f"{NAME} takes one or two unknowns, the model has {len(names)}")
+    for variable in model.variables:
+        if np.isneginf(evaluate(variable.lower, {})).any():
+            raise ValueError(f"{NAME} needs a lower bound on {variable.symbol}")
+    labels, forms = _rows(model)
+    normals, constants = _stack(forms, names, programmes)
+    objective = affine(model.objective, {})
+    towards = 1.0 if model.sense == "maximise" else -1.0
+    goals = [
+        objective.times(towards),
+        *(affine(each, {}).times(-1.0) for each in model.preferences),
+    ]
+    directions, offsets = _stack(goals, names, programmes)
+    bases = _bases(len(forms), len(names))
+    chunk = 1 + NUMBERS_AT_ONCE // (len(bases) * len(forms))
+    parts = [
+        _solve_vertices(
+            bases,
+            normals[..., first : first + chunk],
+            -constants[..., first : first + chunk],
+            directions[..., first : first + chunk],
+        )
+        for first in range(0, programmes, chunk)
+    ]
+    valid = np.isfinite(normals).all(axis=(0, 1)) & np.isfinite(directions).all(axis=(0, 1))
+    valid &= ~(np.isnan(constants).any(axis=0) | np.isnan(offsets).any(axis=0))
+    codes = np.where(valid, np.concatenate([part.codes for part in parts]), ERROR)
+    solved = codes == OPTIMAL
+    points = np.where(solved, np.concatenate([part.points for part in parts], axis=-1), np.nan)
+    active = solved & np.concatenate([part.active for part in parts], axis=-1)
+    reached = (directions[0] * points).sum(axis=0) + offsets[0]
+    binding: dict[str, Booleans] = {}
+    for label, is_active in zip(labels, active, strict=True):
+        binding[label] = binding[label] | is_active if label in binding else is_active
+    return Solution(
+        engine=NAME,
+        proof=PROOF,
+        statuses=STATUSES[codes].tolist(),
+        objective=towards * reached,
+        values={name: points[k] for k, name in enumerate(names)},
+        binding=binding,
+    )
+
+
+def _rows(model: Model) -> tuple[list[str], list[Affine]]:
+    """Every constraint as forms that must not be positive, with its label."""
+    labels: list[str] = []
+    forms: list[Affine] = []
+    for constraint in relations(model):
+        relation = constraint.relation
+        excess = affine(relation.left, {}).plus(affine(relation.right, {}), -1.0)
+        if relation.sense in ("<=", "=="):
+            labels.append(constraint.label)
+            forms.append(excess)
+        if relation.sense in (">=", "=="):
+            labels.append(constraint.label)
+            forms.append(excess.times(-1.0))
+    return labels, forms
+
+
+def _stack(forms: Sequence[Affine], names: list[str], programmes: int) -> tuple[Floats, Floats]:
+    """Coefficients (form, unknown, programme) and constants (form, programme)."""
+    coefficients = np.zeros((len(forms), len(names), programmes))
+    constants = np.empty((len(forms), programmes))
+    for k, form in enumerate(forms):
+        constants[k] = form.constant
+        for j, name in enumerate(names):
+            if name in form.coefficients:
+                coefficients[k, j] = form.coefficients[name]
+    return coefficients, constants
+
+
+Bases: TypeAlias = list[tuple[int, ...]]
+
+
+class _Part(NamedTuple):
+    points: Floats
+    active: Booleans
+    codes: np.ndarray[tuple[int], np.dtype[np.intp]]
+
+
+def _solve_vertices(bases: Bases, normals: Floats, limits: Floats, directions: Floats) -> _Part:
+    """Best vertices of programmes: normals (row, unknown, programme), limits (row, programme).
+
+    directions (goal, unknown, programme): what to maximise first, then among equals, and so on.
+    """
+    length, scale = _lengths(normals)
+    a, b = normals / scale[:, None], limits / scale
+    c = directions / _lengths(directions)[1][:, None]
+    candidates, multipliers = _intersections(a, b, c[0], bases)
+    terms = a * candidates[:, None]
+    excess = terms.sum(axis=2) - b
+    allowance = TOLERANCE * np.maximum(1.0, np.abs(terms).max(axis=2))
+    feasible = (excess <= allowance).all(axis=1)
+    reached = (c[:, None] * candidates).sum(axis=2)
+    best = _largest(feasible, reached[0])
+    proved = (best & (multipliers >= -TOLERANCE).all(axis=1)).any(axis=0)
+    for preferred in reached[1:]:
+        best = _largest(best, preferred)
+    chosen, here = best.argmax(axis=0), np.arange(a.shape[2])
+    active = (np.abs(excess) <= allowance)[chosen, :, here].T & (length > 0.0)
+    codes = np.select([~feasible.any(axis=0), ~proved], [INFEASIBLE, UNBOUNDED], OPTIMAL)
+    return _Part(candidates[chosen, :, here].T + 0.0, active, codes)
+
+
+def _lengths(vectors: Floats) -> tuple[Floats, Floats]:
+    """Lengths of vectors (vector, unknown, programme), and what to divide by: 1 where it is 0."""
+    length = np.hypot.reduce(vectors, axis=1)
+    return length, np.where(length > 0.0, length, 1.0)
+
+
+def _largest(among: Booleans, value: Floats) -> Booleans:
+    """Which of the candidates have the largest value, programme by programme."""
+    ranked = np.where(among, value, -np.inf)
+    top = ranked.max(axis=0)
+    within: Booleans = ranked >= top - TOLERANCE * np.maximum(1.0, np.abs(top))
+    return among & within
+
+
+def _bases(rows: int, unknowns: int) -> Bases:
+    """Row numbers that define the candidates: single rows, or all pairs, the bounds first."""
+    return list(itertools.combinations(reversed(range(rows)), unknowns))
+
+
+def _intersections(a: Floats, b: Floats, direction: Floats, bases: Bases) -> tuple[Floats, Floats]:
+    """Candidates (candidate, unknown, programme) and the multipliers of the rows that meet there.
+
+    Multipliers have the same shape: λ with Σ λ a = c. NaN where the rows do not meet. Two rows
+    meet at a step along the first from its foot point, which lies on both rows to within rounding
+    however flat their angle, and keeps a bound as it was stated.
+    """
+    if a.shape[1] == 1:
+        rows = [row for (row,) in bases]
+        normal = np.where(a[rows, 0] == 0.0, np.nan, a[rows, 0])
+        return (b[rows] / normal)[:, None], (direction[0] / normal)[:, None]
+    first, second = zip(*bases, strict=True)
+    (p, q), (r, s) = a[list(first)].swapaxes(0, 1), a[list(second)].swapaxes(0, 1)
+    determinant = p * s - q * r
+    determinant = np.where(np.abs(determinant) > PARALLEL, determinant, np.nan)
+    e, f = b[list(first)], b[list(second)]
+    step = (f - e * (p * r + q * s)) / determinant
+    x, y = e * p - step * q, e * q + step * p
+    u, v = direction
+    λ, μ = (u * s - v * r) / determinant, (v * p - u * q) / determinant
+    return np.stack([x, y], axis=1), np.stack([λ, μ], axis=1)

@@ -1,0 +1,262 @@
+"""Exhaustive search over whole slots: Algorithm 1 of the paper for any declared model.
+
+Every unknown runs through the multiples of the slot that its bounds admit. Where the last slot is
+cut short by the unknown's own upper bound, the slot must be affordable whole, and the answer is
+the bound: the paper's 740.65 s. A constraint between unknowns admits whole slots only.
+
+References
+----------
+.. [1] W. Jaafar, H. Yanikomeroglu, "Dynamics of laser-charged UAVs: a battery perspective",
+   IEEE Internet of Things Journal, 2020, algorithm 1.
+"""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from optuav.engines.solution import Booleans, Floats, Solution, Status
+from optuav.errors import SolverError
+from optuav.modelling.affine import NotAffineError, affine
+from optuav.modelling.check import TOLERANCE, check, holding, relations
+from optuav.modelling.expression import Relation, evaluate
+from optuav.modelling.model import Model
+
+NAME = "grid"
+PROOF = "exhaustive"
+MOST_UNKNOWNS = 2
+CELLS_AT_ONCE = 1 << 17
+EQUAL = 1e-9
+"""Relative difference below which two objective values are the same."""
+
+Values = Mapping[str, Any]
+
+
+def solve(
+    model: Model, programmes: int, slot_s: float, time_limit_s: float | None = None
+) -> Solution:
+    """Search every cell of every programme.
+
+    Parameters
+    ----------
+    model
+        One or two variables in seconds, bounded by themselves or by a linear constraint.
+    programmes
+        Number of entries of those parameters that are arrays, at least 1.
+    slot_s
+        Length of a slot [s], > 0.
+    time_limit_s
+        Longest the search may take [s]; no limit by default.
+
+    Raises
+    ------
+    SolverError
+        If the time limit passes before every cell was seen.
+    ValueError
+        If the model has no or more than two variables, or an unknown without bound.
+    """
+    names = [variable.name for variable in model.variables]
+    if not 1 <= len(names) <= MOST_UNKNOWNS:
+        raise ValueError(f"{NAME} takes one or two unknowns, the model has {len(names)}")
+    latest = math.inf if time_limit_s is None else time.monotonic() + time_limit_s
+    statuses: list[Status] = []
+    points = np.full((len(names), programmes), np.nan)
+    objective = np.full(programmes, np.nan)
+    binding = {constraint.label: np.zeros(programmes, bool) for constraint in relations(model)}
+    for index in range(programmes):
+        parameters = model.row(index)
+        if np.isnan(list(parameters.values())).any():
+            statuses.append(Status.ERROR)
+            continue
+        best = _best_cell(model, parameters, slot_s, latest)
+        statuses.append(Status.INFEASIBLE if best is None else Status.OPTIMAL)
+        if best is None:
+            continue
+        points[:, index] = [best[name] for name in names]
+        objective[index] = evaluate(model.objective, {**parameters, **best})
+        for label in _tight(model, parameters, best, slot_s):
+            binding[label][index] = True
+    return Solution(
+        engine=NAME,
+        proof=PROOF,
+        statuses=statuses,
+        objective=objective,
+        values={name: points[k] for k, name in enumerate(names)},
+        binding=binding,
+    )
+
+
+def axes(model: Model, parameters: Values, slot_s: float) -> list[Floats]:
+    """Values that each unknown runs through [s], whole slots, in the order of the variables."""
+    lower = _lower_bounds(model, parameters)
+    limits = _upper_bounds(model, parameters, lower)
+    counted = []
+    for variable in model.variables:
+        own_bound = float(evaluate(variable.upper, parameters))
+        bound = min(limits[variable.name], own_bound)
+        for stated, word in ((lower[variable.name], "a lower"), (bound, "an upper")):
+            if not math.isfinite(stated):
+                raise ValueError(f"{NAME} needs {word} bound on {variable.symbol}")
+        first = max(variable.first_slot, -_last_slot(-lower[variable.name], slot_s, begun=False))
+        last = _last_slot(bound, slot_s, begun=bound == own_bound >= lower[variable.name])
+        counted.append(slot_s * np.arange(first, last + 1, dtype=float))
+    return counted
+
+
+def _last_slot(bound_s: float, slot_s: float, *, begun: bool) -> int:
+    """Number of the last slot up to a bound; with `begun`, the one that the bound cuts short."""
+    slots = bound_s / slot_s
+    nearest = round(slots)
+    if abs(slots - nearest) <= TOLERANCE * max(1.0, abs(slots)):
+        return nearest
+    return math.ceil(slots) if begun else math.floor(slots)
+
+
+Test = Callable[[Mapping[str, Floats]], Any]
+"""Which of the points satisfy a constraint."""
+
+
+def tests(model: Model, parameters: Values) -> list[Test]:
+    """One test for every constraint between unknowns; their own bounds are met by the axes."""
+    return [_test(constraint.relation, parameters) for constraint in model.constraints]
+
+
+def _test(relation: Relation, parameters: Values) -> Test:
+    """Test of a relation; a linear inequality compares two axes without an array of cells."""
+    try:
+        left, right = affine(relation.left, parameters), affine(relation.right, parameters)
+    except NotAffineError:
+        return lambda points: _holds(relation, {**parameters, **points})
+    if relation.sense == "==":
+        return lambda points: _holds(relation, {**parameters, **points})
+    sign = 1.0 if relation.sense == "<=" else -1.0
+    form = left.plus(right, -1.0).times(sign)
+    limit = TOLERANCE * max(1.0, abs(right.constant)) - form.constant
+
+    def compare(points: Mapping[str, Floats]) -> Any:
+        *outer, last = (form.coefficients.get(name, 0.0) * x for name, x in points.items())
+        return sum(outer) <= limit - last
+
+    return compare
+
+
+def _holds(relation: Relation, values: Values) -> Any:
+    return holding(
+        relation.sense, evaluate(relation.left, values), evaluate(relation.right, values)
+    )
+
+
+def cells(constraints: Sequence[Test], points: Mapping[str, Floats]) -> Booleans:
+    """Which cells satisfy every constraint; the axes broadcast against each other."""
+    holds: Any = np.True_
+    for satisfied in constraints:
+        holds = holds & satisfied(points)
+    shape = np.broadcast_shapes(*(np.shape(each) for each in points.values()))
+    return np.broadcast_to(holds, shape)
+
+
+def _blocks(model: Model, parameters: Values, slot_s: float) -> Iterator[dict[str, Floats]]:
+    """All cells in blocks of bounded size: axes by name, shaped to broadcast.
+
+    The last unknown is cut into stretches; the one before it runs as far as it can go when the
+    last one is at the beginning of its stretch.
+    """
+    *outer, last = axes(model, parameters, slot_s)
+    names = [variable.name for variable in model.variables]
+    if not outer:
+        for begin in range(0, len(last), CELLS_AT_ONCE):
+            yield {names[0]: last[begin : begin + CELLS_AT_ONCE]}
+        return
+    lower = _lower_bounds(model, parameters)
+    begin = 0
+    while begin < len(last):
+        lower[names[1]] = float(last[begin])
+        farthest = _upper_bounds(model, parameters, lower)[names[0]]
+        width = int(np.searchsorted(outer[0], farthest + TOLERANCE * max(1.0, farthest), "right"))
+        step = max(1, CELLS_AT_ONCE // max(1, width))
+        yield {names[0]: outer[0][:width], names[1]: last[begin : begin + step, None]}
+        begin += step
+
+
+def _best_cell(
+    model: Model, parameters: Values, slot_s: float, latest: float
+) -> dict[str, float] | None:
+    """The best feasible cell, ties broken by the model's preferences; None if there is none."""
+    sign = 1.0 if model.sense == "maximise" else -1.0
+    constraints = tests(model, parameters)
+    best: tuple[list[float], dict[str, float]] | None = None
+    for points in _blocks(model, parameters, slot_s):
+        if time.monotonic() > latest:
+            raise SolverError(f"{NAME} did not see every cell within the time limit")
+        kept = cells(constraints, points)
+        if not kept.any():
+            continue
+        values = {**parameters, **points}
+        goals = [sign * evaluate(model.objective, values)]
+        goals += [-evaluate(each, values) for each in model.preferences]
+        scores = []
+        for goal in goals:
+            top, kept = _largest(goal, kept)
+            scores.append(top)
+        if best is None or _beats(scores, best[0]):
+            where = np.unravel_index(int(kept.argmax()), kept.shape)
+            cell = {n: float(np.broadcast_to(x, kept.shape)[where]) for n, x in points.items()}
+            best = (scores, cell)
+    if best is None:
+        return None
+    bounds = {v.name: float(evaluate(v.upper, parameters)) for v in model.variables}
+    return {name: min(value, bounds[name]) for name, value in best[1].items()}
+
+
+def _largest(goal: Any, kept: Booleans) -> tuple[float, Booleans]:
+    """Largest value of a goal over the kept cells, and the cells that reach it."""
+    goal = np.where(np.isnan(goal), -np.inf, goal)
+    goal = goal.reshape((1,) * (kept.ndim - goal.ndim) + goal.shape)
+    constant = tuple(axis for axis in range(kept.ndim) if goal.shape[axis] == 1)
+    somewhere = kept.any(axis=constant, keepdims=True)
+    top = float(np.max(goal, where=somewhere, initial=-np.inf))
+    return top, kept & (goal >= top - EQUAL * max(1.0, abs(top)))
+
+
+def _beats(scores: list[float], others: list[float]) -> bool:
+    for score, other in zip(scores, others, strict=True):
+        if abs(score - other) > EQUAL * max(1.0, abs(other)):
+            return score > other
+    return False
+
+
+def _lower_bounds(model: Model, parameters: Values) -> dict[str, float]:
+    return {v.name: float(evaluate(v.lower, parameters)) for v in model.variables}
+
+
+def _upper_bounds(model: Model, parameters: Values, lower: Mapping[str, float]) -> dict[str, float]:
+    """Upper bounds that linear constraints put on each unknown, the others at their lower."""
+    upper = dict.fromkeys(lower, math.inf)
+    for constraint in model.constraints:
+        try:
+            form = affine(constraint.relation.left, parameters).plus(
+                affine(constraint.relation.right, parameters), -1.0
+            )
+        except NotAffineError:
+            continue
+        signs = {"<=": (1.0,), ">=": (-1.0,), "==": (1.0, -1.0)}[constraint.relation.sense]
+        for excess in map(form.times, signs):
+            coefficients = excess.coefficients
+            if any(coefficient < 0.0 for coefficient in coefficients.values()):
+                continue
+            least = excess.constant + sum(coefficients[name] * lower[name] for name in coefficients)
+            for name, coefficient in coefficients.items():
+                if coefficient > 0.0:
+                    upper[name] = min(upper[name], lower[name] - least / coefficient)
+    return upper
+
+
+def _tight(model: Model, parameters: Values, point: Values, slot_s: float) -> Iterator[str]:
+    """Labels of constraints that one more slot of some unknown would violate."""
+    for variable in model.variables:
+        longer = {**parameters, **point, variable.name: point[variable.name] + slot_s}
+        yield from (row.label for row in check(model, longer) if not row.satisfied)

@@ -1,0 +1,111 @@
+"""The format of a mission file as JSON Schema, for editors that complete and check TOML."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from pydantic import BaseModel
+
+from optuav.mission.quantities import RATE_PER_MINUTE
+from optuav.mission.schema import Mission
+from optuav.mission.sections import CONVERSIONS, SCHEMA, SECTIONS, RegimeFlight
+
+_TWINS = {
+    "battery": ("flow_rate_per_s", "flow_rate_per_min"),
+    "laser": ("visibility_km", "attenuation_per_km"),
+}
+_ALTERNATIVES = {*CONVERSIONS[810], *(key for twins in _TWINS.values() for key in twins)}
+"""Keys that are required only where what stands in for them is not stated."""
+
+
+def json_schema() -> dict[str, Any]:
+    """JSON Schema (draft 7) of the files that `load` reads.
+
+    A file without ``extends`` has to state what a mission needs, one with it needs no more than
+    ``schema``. Rules between values (names, footprints, altitudes, loads of the flight models)
+    are left to `load`.
+
+    Returns
+    -------
+    dict
+        The schema as plain data.
+    """
+    generated = _plain(Mission.model_json_schema(ref_template="#/definitions/{model}"))
+    definitions: dict[str, Any] = generated["$defs"]
+    for name, definition in definitions.items():
+        if name != "Building":
+            definition.pop("required", None)
+    for name, twins in _TWINS.items():
+        definitions[SECTIONS[name].__name__]["not"] = {"required": list(twins)}
+    definitions["Battery"]["properties"]["flow_rate_per_min"] = {
+        "description": "Rate k_F at which charge flows between the wells [1/min].",
+        "minimum": RATE_PER_MINUTE.ge,
+        "maximum": RATE_PER_MINUTE.le,
+        "type": "number",
+    }
+    properties: dict[str, Any] = generated["properties"]
+    # Where a table states no model, either one may be meant.
+    properties["flight"] = {"anyOf": properties["flight"]["oneOf"]}
+    for key in ("name", "description"):
+        properties[key].pop("default")
+    return {
+        "$schema": "http://json-schema.org/draft-07/schema#",
+        "title": "Mission of optuav",
+        "type": "object",
+        "additionalProperties": False,
+        "required": ["schema"],
+        "properties": {
+            "schema": {"description": "Version of the format.", "const": SCHEMA},
+            "extends": {
+                "description": "Shipped mission, or path relative to this file, that this file "
+                "changes; [[buildings]] replace the list.",
+                "type": "string",
+            },
+            **properties,
+        },
+        "if": {"not": {"required": ["extends"]}},
+        "then": _complete(),
+        "definitions": definitions,
+    }
+
+
+def _complete() -> dict[str, Any]:
+    """What a file needs that extends no other."""
+    tables: dict[str, dict[str, Any]] = {
+        name: {"required": [key for key in _required(section) if key not in _ALTERNATIVES]}
+        for name, section in SECTIONS.items()
+        if name not in ("flight", "wind", "buildings")
+    }
+    for name, twins in _TWINS.items():
+        tables[name]["anyOf"] = [{"required": [twin]} for twin in twins]
+    known = {"properties": {"wavelength_nm": {"enum": list(CONVERSIONS)}}}
+    tables["laser"]["if"], tables["laser"]["else"] = known, {"required": list(CONVERSIONS[810])}
+    regimes = {"properties": {"model": {"const": "regimes"}}, "required": ["model"]}
+    return {
+        "required": _required(Mission),
+        "properties": tables,
+        "if": {"properties": {"flight": regimes}, "required": ["flight"]},
+        "then": {"properties": {"flight": {"required": _required(RegimeFlight)}}},
+        "else": {"required": ["rotor", "body"]},
+    }
+
+
+def _required(model: type[BaseModel]) -> list[str]:
+    return [key for key, field in model.model_fields.items() if field.is_required()]
+
+
+def _plain(node: Any) -> Any:
+    """The schema without titles and null, which TOML has not, and with tuples as in draft 7."""
+    if isinstance(node, list):
+        return [_plain(item) for item in node]
+    if not isinstance(node, dict):
+        return node
+    options = [option for option in node.pop("anyOf", ()) if option != {"type": "null"}]
+    if len(options) == 1:
+        node = options[0] | node
+    elif options:
+        node["anyOf"] = options
+    if "prefixItems" in node:
+        node["items"] = node.pop("prefixItems")
+    dropped = {"title", *({"default"} if node.get("default") is None else ())}
+    return {key: _plain(value) for key, value in node.items() if key not in dropped}

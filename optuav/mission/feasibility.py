@@ -1,0 +1,89 @@
+"""Why a mission cannot be flown at all, in words: physics, reach and obstacles, no battery yet."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from optuav.mission import vehicle
+from optuav.mission.itineraries import NO_LEG
+from optuav.mission.network import Network
+from optuav.mission.places import HOVER
+from optuav.mission.schema import Mission
+from optuav.physics import flight, link
+
+TOLERANCE = 1e-9
+"""Relative; a hover point on the rim of the coverage is covered."""
+
+
+def impossibilities(worked_out: Network) -> tuple[str, ...]:
+    """Reasons for which no itinerary can be flown; empty if there are none.
+
+    Parameters
+    ----------
+    worked_out
+        Places, legs and itineraries of any valid mission.
+    """
+    mission = worked_out.mission
+    reasons = [*_too_heavy(mission), *_out_of_reach(worked_out)]
+    if not reasons and not worked_out.itineraries.flyable.any():
+        reasons += blocked(worked_out, 0)
+    return tuple(reasons)
+
+
+def _too_heavy(mission: Mission) -> Iterator[str]:
+    if mission.flight.model == "rotors":
+        why = flight.impossible(
+            vehicle.airframe(mission), vehicle.motor(mission), mission.wind.force_N
+        )
+        if why is not None:
+            yield f"the UAV cannot fly: {why} (body.mass_kg, wind.force_N, rotor.max_speed_rad_s)"
+
+
+def _out_of_reach(worked_out: Network) -> Iterator[str]:
+    mission = worked_out.mission
+    radius_m = vehicle.coverage_radius_m(mission)
+    limits, device_m = mission.limits, np.array(mission.link.device_m)
+    point_m = worked_out.places.position_m[HOVER]
+    if np.isnan(point_m).any():
+        height_m = abs(limits.min_altitude_m - mission.link.device_m[2])
+        yield (
+            f"the device is out of reach: its link covers {radius_m:.6g} m, but hovering at "
+            f"limits.min_altitude_m = {limits.min_altitude_m:g} m means {height_m:.6g} m at least"
+        )
+        return
+    if mission.route.hover_m is None:
+        return
+    distance_m = float(np.sqrt(((point_m - device_m) ** 2).sum()))
+    if distance_m > radius_m * (1.0 + TOLERANCE):
+        outage = float(link.outage_probability(vehicle.channel(mission), distance_m))
+        yield (
+            f"P1.a outage: route.hover_m is {distance_m:.6g} m from the device, its link covers "
+            f"{radius_m:.6g} m (outage {outage:.3g}, limits.outage_probability = "
+            f"{limits.outage_probability:g})"
+        )
+    if not limits.min_altitude_m <= point_m[2] <= limits.max_altitude_m:
+        yield (
+            f"P1.e altitude: route.hover_m is at {point_m[2]:g} m, outside "
+            f"[{limits.min_altitude_m:g}, {limits.max_altitude_m:g}] m "
+            "(limits.min_altitude_m, limits.max_altitude_m)"
+        )
+
+
+def blocked(worked_out: Network, index: int) -> list[str]:
+    """Which legs of an itinerary cannot be flown, and why."""
+    table, names = worked_out.legs, worked_out.places.names
+    reasons = []
+    for leg in worked_out.itineraries.legs[index]:
+        if leg == NO_LEG or table.flyable[leg]:
+            continue
+        way = f"the leg {names[table.start[leg]]} → {names[table.end[leg]]}"
+        if table.crosses[leg] >= 0:
+            building = worked_out.mission.buildings[table.crosses[leg]].name
+            reasons.append(
+                f"{way} crosses building {building} (flight.through_buildings = true allows it)"
+            )
+        else:
+            reasons.append(f"{way} is not in the graph")
+    return reasons

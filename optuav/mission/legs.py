@@ -1,0 +1,122 @@
+"""All legs that an itinerary may use, as one table of arrays."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from optuav.mission import vehicle
+from optuav.mission.places import DESTINATION, FIRST_BUILDING, HOVER, ORIGIN, Places
+from optuav.mission.schema import Mission
+from optuav.mission.sight import Numbers, Points, Prisms, crossings
+from optuav.physics import flight
+
+
+@dataclass(frozen=True)
+class Legs:
+    """Legs by number; all arrays have one entry a leg.
+
+    Parameters
+    ----------
+    start, end
+        Numbers of places.
+    distance_m, peak_speed_m_s
+        Length [m] and largest speed [m/s].
+    durations_s, currents_A, powers_W
+        (stage, leg): duration [s], current [A] and power [W] drawn in every stage.
+    crosses
+        Number of the first building in the way, −1 if the way is clear.
+    flyable
+        Whether an itinerary may use it.
+    edited
+        Whether its figures were stated by the user rather than computed.
+    """
+
+    start: Numbers
+    end: Numbers
+    distance_m: Points
+    peak_speed_m_s: Points
+    durations_s: Points
+    currents_A: Points
+    powers_W: Points
+    crosses: Numbers
+    flyable: npt.NDArray[np.bool_]
+    edited: npt.NDArray[np.bool_]
+
+    @property
+    def duration_s(self) -> Points:
+        """Flight time [s]."""
+        total: Points = self.durations_s.sum(axis=0)
+        return total
+
+    @property
+    def charge_As(self) -> Points:
+        """Charge drawn [A s]."""
+        total: Points = (self.durations_s * self.currents_A).sum(axis=0)
+        return total
+
+    @property
+    def energy_J(self) -> Points:
+        """Energy drawn [J]."""
+        total: Points = (self.durations_s * self.powers_W).sum(axis=0)
+        return total
+
+
+def one_stop_legs(buildings: int) -> tuple[Numbers, Numbers]:
+    """Starts and ends of all legs with at most one building on the way.
+
+    Legs 0 and 1 are origin → hover and hover → destination; legs 2 + 4 b to 5 + 4 b belong to
+    building b: origin → b, b → hover, hover → b, b → destination.
+    """
+    roof = np.arange(FIRST_BUILDING, FIRST_BUILDING + buildings)
+    start = np.stack([np.full(buildings, ORIGIN), roof, np.full(buildings, HOVER), roof], axis=1)
+    end = np.stack([roof, np.full(buildings, HOVER), roof, np.full(buildings, DESTINATION)], axis=1)
+    return (
+        np.concatenate([[ORIGIN, HOVER], start.ravel()]),
+        np.concatenate([[HOVER, DESTINATION], end.ravel()]),
+    )
+
+
+def legs(mission: Mission, where: Places, obstacles: Prisms) -> Legs:
+    """The table of legs of a mission."""
+    start, end = one_stop_legs(len(mission.buildings))
+    from_m, to_m = where.position_m[start], where.position_m[end]
+    x, y, z = np.moveaxis(to_m - from_m, -1, 0)
+    distance_m = np.sqrt(x * x + y * y + z * z)
+    given = mission.flight
+    if given.model == "regimes":
+        loads, peak_m_s = flight.regime_leg(
+            distance_m,
+            given.acceleration_m_s2,
+            given.flight_current_A,
+            given.flight_power_W,
+            np.inf if given.max_speed_m_s is None else given.max_speed_m_s,
+        )
+    else:
+        leg = flight.leg(
+            vehicle.airframe(mission), vehicle.motor(mission), (x, y, z), mission.wind.force_N
+        )
+        loads, peak_m_s = leg.loads, leg.peak_speed_m_s
+    crosses = np.full(len(start), -1, dtype=np.intp)
+    if not given.through_buildings:
+        known = np.flatnonzero(np.isfinite(distance_m))
+        exempt = np.stack([start[known], end[known]], axis=1) - FIRST_BUILDING
+        line, building = crossings(obstacles, from_m[known], to_m[known], exempt)
+        first = np.lexsort((building, line))[::-1]
+        crosses[known[line[first]]] = building[first]
+    duration_s = np.asarray(loads.duration_s)
+    shape = (len(loads.durations_s), len(start))
+    return Legs(
+        start,
+        end,
+        distance_m,
+        np.asarray(peak_m_s, dtype=float),
+        np.array([np.broadcast_to(each, shape[1:]) for each in loads.durations_s], dtype=float),
+        np.array([np.broadcast_to(each, shape[1:]) for each in loads.currents_A], dtype=float),
+        np.array([np.broadcast_to(each, shape[1:]) for each in loads.powers_W], dtype=float),
+        crosses,
+        np.isfinite(duration_s) & (crosses < 0),
+        np.zeros(len(start), bool),
+    )

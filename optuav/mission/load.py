@@ -1,0 +1,142 @@
+"""Mission files: TOML, each stating a mission or what it changes in the one that it extends."""
+
+from __future__ import annotations
+
+import os
+import re
+import tomllib
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+from optuav.errors import Fault, InputError
+from optuav.mission.faults import Key, Statement
+from optuav.mission.files import label, read_text, refusal
+from optuav.mission.overlay import overlay
+from optuav.mission.schema import Mission
+from optuav.mission.validate import format_breaches, validate
+from optuav.mission.words import nearest, printable, shortened, shown
+
+LARGEST_FILE = 2_000_000
+"""Most bytes that a mission file may have."""
+
+LONGEST_CHAIN = 32
+"""Most files that may extend one another."""
+
+_SHIPPED = Path(__file__).parent / "shipped"
+
+# tomllib's time grows with the square of the parts of a dotted key.
+_PART = r"""(?>[\w-]+|"[^"\n]*"|'[^'\n]*')[ \t]*"""
+_DEEP_KEY = re.compile(rf"(?<![\w-])(?>{_PART}\.[ \t]*){{32}}", re.ASCII)
+
+
+@dataclass(frozen=True)
+class _File:
+    """A mission file, valid or not."""
+
+    path: Path
+    source: str
+    document: dict[str, Any]
+    """The tables, without the keys that concern the file as such."""
+    extends: Any
+    faults: list[Fault]
+    """What is wrong with the version of the format."""
+
+
+def load(source: str | Path) -> Mission:
+    """Read a mission.
+
+    Parameters
+    ----------
+    source
+        Name of a shipped mission, as `shipped` lists them, or path of a TOML file. A file that
+        ``extends`` another (a shipped name or a path relative to the file) takes from it all that
+        it does not state itself, except name and description; what a stated value displaces is
+        told at `Mission.replace`.
+
+    Returns
+    -------
+    Mission
+        The mission; it has the name of the file if the file states none.
+
+    Raises
+    ------
+    InputError
+        With every fault of the file and of those that it extends.
+    """
+    if not isinstance(source, str | Path):
+        raise InputError([Fault("", shown(source), "a shipped mission's name or a file's path")])
+    files, broken = _chain(source)
+    document: dict[str, Any] = {}
+    sources: dict[Key, str] = {}
+    for file in reversed(files):
+        sources[()] = file.source
+        for name, table in file.document.items():
+            sources[name,] = file.source
+            sources |= {
+                (name, key): file.source for key in (table if isinstance(table, dict) else ())
+            }
+        document = overlay(document, file.document)
+    document.setdefault("name", shortened(printable(files[0].path.stem)))
+    faults = [*broken, *(fault for file in files for fault in file.faults)]
+    return validate(Mission, Statement(document, sources), faults, whole=not broken)
+
+
+@cache
+def shipped() -> tuple[str, ...]:
+    """Names of the missions that come with the package, in alphabetical order."""
+    return tuple(sorted(path.stem for path in _SHIPPED.glob("*.toml")))
+
+
+def _chain(source: str | Path) -> tuple[list[_File], list[Fault]]:
+    """The file, the one it extends and so on; and why the chain breaks off, if it does."""
+    files = [_read(source, Path())]
+    while files[-1].extends is not None:
+        try:
+            files.append(_base(files))
+        except InputError as error:
+            file = files[-1]
+            return files, [Fault("extends", shown(file.extends), str(error), file.source)]
+    return files, []
+
+
+def _base(files: Sequence[_File]) -> _File:
+    """What the last of the files extends; name and description are a file's own."""
+    extends = files[-1].extends
+    if not isinstance(extends, str):
+        raise InputError("a shipped mission's name or a path relative to this file")
+    if len(files) == LONGEST_CHAIN:
+        raise InputError(f"a chain of at most {LONGEST_CHAIN} files")
+    base = _read(extends, files[-1].path.parent)
+    if any(os.path.realpath(base.path) == os.path.realpath(file.path) for file in files):
+        circle = " -> ".join(file.source for file in (*files, base))
+        raise InputError(f"a file that does not lead back to one before it: {circle}")
+    for key in ("name", "description"):
+        base.document.pop(key, None)
+    return base
+
+
+def _read(source: str | Path, directory: Path) -> _File:
+    if source in shipped():
+        path, name = _SHIPPED / f"{source}.toml", str(source)
+    else:
+        path = directory / source
+        name = label(path)
+    hint = nearest(str(source), shipped()) or f"; shipped missions are {', '.join(shipped())}"
+    document = _parse(read_text(path, LARGEST_FILE, hint=hint), path)
+    faults = Statement(document, {(): name}).faults(format_breaches(document))
+    document.pop("schema", None)
+    return _File(path, name, document, document.pop("extends", None), faults)
+
+
+def _parse(text: str, path: Path) -> dict[str, Any]:
+    if _DEEP_KEY.search(text):
+        raise refusal(path, "has a dotted name of more than 32 parts")
+    try:
+        return tomllib.loads(text)
+    except RecursionError:
+        raise refusal(path, "is nested too deeply") from None
+    except ValueError as error:
+        raise refusal(path, f"is not TOML: {shortened(printable(str(error)))}") from None

@@ -1,0 +1,171 @@
+"""Stating a mission on top of another: what a file does with ``extends`` and `Mission.replace`.
+
+Tables join key by key, anything else is replaced. A newly stated value also displaces what only
+made sense with the old one, as a rate per minute does the rate per second.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator, Mapping
+from typing import Any
+
+from pydantic import BaseModel
+
+from optuav.errors import Fault
+from optuav.mission.sections import CONVERSIONS, REGIME_KEYS
+from optuav.mission.validate import KEYS
+from optuav.mission.words import nearest, shown
+
+_ENERGIES = frozenset({"flight_energy_J", "hover_energy_J"})
+
+DISPLACED: dict[str, dict[str, frozenset[str]]] = {
+    "battery": {
+        "flow_rate_per_s": frozenset({"flow_rate_per_min"}),
+        "flow_rate_per_min": frozenset({"flow_rate_per_s"}),
+        "packs": _ENERGIES,
+        "capacity_As": _ENERGIES,
+    },
+    "laser": {
+        "visibility_km": frozenset({"attenuation_per_km"}),
+        "attenuation_per_km": frozenset({"visibility_km"}),
+        "wavelength_nm": frozenset(CONVERSIONS[810]),
+    },
+    "flight": {"model": REGIME_KEYS},
+}
+"""By table, the keys that a new value of a key displaces unless they are stated with it."""
+
+_KEYS = {"name", "description", *KEYS} | {
+    f"{name}.{key}" for name, keys in KEYS.items() if name != "buildings" for key in keys
+}
+
+_BY_INDEX = re.compile(r"buildings\[(\d{1,9})\](?:\.(.*))?", re.DOTALL)
+
+
+def overlay(base: Mapping[str, Any], stated: Mapping[str, Any]) -> dict[str, Any]:
+    """Join two mission documents.
+
+    Parameters
+    ----------
+    base
+        Document underneath.
+    stated
+        What is stated on top of it; None removes a key.
+
+    Returns
+    -------
+    dict
+        A new document; the arguments stay as they are.
+    """
+    joined = {**base, **stated}
+    for name, table in stated.items():
+        below = base.get(name)
+        if isinstance(below, dict) and isinstance(table, dict):
+            joined[name] = _join(below, table, DISPLACED.get(name, {}))
+    return joined
+
+
+def _join(
+    below: dict[str, Any], stated: dict[str, Any], displaced: Mapping[str, frozenset[str]]
+) -> dict[str, Any]:
+    gone: set[str] = set()
+    for key in displaced.keys() & stated.keys():
+        if stated[key] is not None and stated[key] != below.get(key):
+            gone |= displaced[key]
+    return {key: value for key, value in below.items() if key not in gone} | stated
+
+
+def revise(
+    base: Mapping[str, Any], values: Mapping[str, Any]
+) -> tuple[dict[str, Any], list[Fault]]:
+    """Apply values by dotted key, as in ``{"limits.deadline_s": 800}``.
+
+    Parameters
+    ----------
+    base
+        Complete document of a mission.
+    values
+        Value by dotted key; None removes an optional key, a table or a building.
+
+    Returns
+    -------
+    document
+        The new document, not yet validated.
+    faults
+        The keys that do not exist.
+    """
+    stated: dict[str, Any] = {}
+    buildings: dict[str, Any] = {}
+    faults: list[Fault] = []
+    for key in sorted(map(str, values), key=lambda key: key.count(".")):
+        value = _plain(values[key])
+        name, _, field = key.partition(".")
+        if key.startswith(("buildings.", "buildings[")):
+            buildings[key] = value
+        elif key not in _KEYS:
+            faults.append(Fault(key, shown(value), f"unknown key{nearest(key, _KEYS)}"))
+        elif field:
+            stated[name] = {**_table(stated.get(name)), field: value}
+        else:
+            stated[name] = value
+    document = overlay(base, stated)
+    if buildings:
+        revised = list(document.get("buildings") or ())
+        faults += _revise_buildings(revised, buildings)
+        document["buildings"] = [building for building in revised if building is not None]
+    return document, faults
+
+
+def without_none(document: Mapping[str, Any]) -> dict[str, Any]:
+    """The document without the keys that are None."""
+
+    def stated(table: Any) -> Any:
+        if not isinstance(table, dict):
+            return table
+        return {key: value for key, value in table.items() if value is not None}
+
+    tables = {name: stated(table) for name, table in document.items() if table is not None}
+    if isinstance(tables.get("buildings"), list | tuple):
+        tables["buildings"] = [stated(building) for building in tables["buildings"]]
+    return tables
+
+
+def _revise_buildings(buildings: list[Any], values: Mapping[str, Any]) -> Iterator[Fault]:
+    """Apply values to a list in place; None takes the place of a building that is removed.
+
+    Keys are ``buildings.b3``, ``buildings.b3.position_m`` or ``buildings[2].position_m``.
+    """
+    places = {_table(building).get("name"): place for place, building in enumerate(buildings)}
+    for key, value in values.items():
+        place, field = _place(key, places)
+        if place is None or place >= len(buildings):
+            known = [f"buildings.{name}" for name in places]
+            yield Fault(key, shown(value), f"unknown building{nearest(key, known)}")
+        elif field:
+            buildings[place] = {**_table(buildings[place]), field: value}
+        elif isinstance(value, dict):
+            buildings[place] = {**_table(buildings[place]), **value}
+        else:
+            buildings[place] = value
+
+
+def _place(key: str, places: Mapping[Any, int]) -> tuple[int | None, str]:
+    """Which building a dotted key means and which of its fields, empty for all of it."""
+    if match := _BY_INDEX.fullmatch(key):
+        return int(match[1]), match[2] or ""
+    whole = key.removeprefix("buildings.")
+    name, _, field = whole.rpartition(".")
+    return (places[whole], "") if whole in places else (places.get(name), field)
+
+
+def _table(value: Any) -> dict[str, Any]:
+    return value if isinstance(value, dict) else {}
+
+
+def _plain(value: Any) -> Any:
+    """Models and NumPy values, alone or in a sequence, as what a file could hold."""
+    if isinstance(value, BaseModel):
+        return value.model_dump(mode="json", exclude_none=True)
+    if isinstance(value, list | tuple):
+        return [_plain(item) if hasattr(item, "tolist") else item for item in value]
+    return value.tolist() if hasattr(value, "tolist") else value

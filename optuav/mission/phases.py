@@ -1,0 +1,108 @@
+"""Phases of a mission: what runs for how long at which current."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any, Literal
+
+from optuav.mission import vehicle
+from optuav.mission.itineraries import NO_LEG
+from optuav.mission.network import Network
+from optuav.mission.places import FIRST_BUILDING, HOVER
+from optuav.physics import battery
+
+Kind = Literal["flight", "hover", "rest"]
+
+
+@dataclass(frozen=True)
+class Phase:
+    """A leg, a hover or a rest.
+
+    Parameters
+    ----------
+    kind
+        What the UAV does.
+    start_place, end_place
+        Numbers of places; the same while hovering and resting.
+    leg
+        Number of the leg, −1 while hovering and resting.
+    durations_s, currents_A, powers_W
+        Of every stage; current and power are net, into the battery: negative while they drain it.
+        A duration may be a symbol.
+    """
+
+    kind: Kind
+    start_place: int
+    end_place: int
+    leg: int
+    durations_s: tuple[Any, ...]
+    currents_A: tuple[Any, ...]
+    powers_W: tuple[Any, ...]
+
+    @property
+    def stages(self) -> tuple[battery.Phase, ...]:
+        """Stretches of constant current, as the battery sees them."""
+        return tuple(map(battery.Phase, self.currents_A, self.durations_s))
+
+
+def hover_net(worked_out: Network) -> vehicle.Load:
+    """Net current [A] and power [W] into the battery while hovering."""
+    drawn = vehicle.hover_load(worked_out.mission)
+    where = worked_out.places
+    return vehicle.Load(
+        float(where.charge_current_A[HOVER] - drawn.current_A),
+        float(where.received_power_W[HOVER] - drawn.power_W),
+    )
+
+
+def rest_net(worked_out: Network, building: Any) -> vehicle.Load:
+    """Net current [A] and power [W] into the battery while resting on buildings, by number."""
+    drawn = vehicle.rest_load(worked_out.mission)
+    where = worked_out.places
+    place = FIRST_BUILDING + building
+    return vehicle.Load(
+        where.charge_current_A[place] - drawn.current_A,
+        where.received_power_W[place] - drawn.power_W,
+    )
+
+
+def phases(worked_out: Network, index: int, hover_time_s: Any, rest_time_s: Any) -> list[Phase]:
+    """Phases of an itinerary in order; hover and rest time [s] may be symbols.
+
+    Parameters
+    ----------
+    worked_out
+        Places, legs and itineraries.
+    index
+        Number of the itinerary.
+    hover_time_s, rest_time_s
+        Δ and T' [s].
+    """
+    routes = worked_out.itineraries
+    table = worked_out.legs
+    found: list[Phase] = []
+    for leg in (int(number) for number in routes.legs[index] if number != NO_LEG):
+        end = int(table.end[leg])
+        found.append(
+            Phase(
+                "flight",
+                int(table.start[leg]),
+                end,
+                leg,
+                tuple(table.durations_s[:, leg].tolist()),
+                tuple((-table.currents_A[:, leg]).tolist()),
+                tuple((-table.powers_W[:, leg]).tolist()),
+            )
+        )
+        if end == HOVER:
+            found.append(_stay("hover", end, hover_time_s, hover_net(worked_out)))
+        elif end >= FIRST_BUILDING:
+            net = rest_net(worked_out, end - FIRST_BUILDING)
+            found.append(_stay("rest", end, rest_time_s, net))
+    return found
+
+
+def _stay(kind: Kind, place: int, duration_s: Any, net: vehicle.Load) -> Phase:
+    return Phase(
+        kind, place, place, NO_LEG, (duration_s,), (float(net.current_A),), (float(net.power_W),)
+    )

@@ -1,0 +1,75 @@
+"""The places of a mission as arrays: ends, hover point and buildings, with the laser's reach."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from optuav.mission import vehicle
+from optuav.mission.schema import Mission
+from optuav.mission.sight import Numbers, Points, Prisms, crossings
+
+ORIGIN, HOVER, DESTINATION, FIRST_BUILDING = 0, 1, 2, 3
+ENDS = ("origin", "hover", "destination")
+
+
+@dataclass(frozen=True)
+class Places:
+    """Places by number: origin, hover, destination, then the buildings in the mission's order.
+
+    Parameters
+    ----------
+    names
+        One a place.
+    position_m
+        (place, 3) [m]; NaN for a hover point that does not exist.
+    laser_sight
+        Whether the laser is in clear sight.
+    received_power_W, charge_current_A
+        What charges there [W], [A]; 0 without sight.
+    """
+
+    names: tuple[str, ...]
+    position_m: Points
+    laser_sight: npt.NDArray[np.bool_]
+    received_power_W: Points
+    charge_current_A: Points
+
+    @property
+    def buildings(self) -> Numbers:
+        """Numbers of the places that are buildings."""
+        return np.arange(FIRST_BUILDING, len(self.names))
+
+
+def places(mission: Mission, obstacles: Prisms) -> Places:
+    """The places of a mission."""
+    ends = (mission.route.origin_m, vehicle.hover_point_m(mission), mission.route.destination_m)
+    roofs = [building.position_m for building in mission.buildings]
+    position_m = np.array([*ends, *roofs], dtype=float)
+    names = (*ENDS, *(building.name for building in mission.buildings))
+    count = len(names)
+    if mission.laser is None:
+        dark = np.zeros(count)
+        return Places(names, position_m, np.zeros(count, bool), dark, dark)
+    laser_m = np.array(mission.laser.position_m)
+    sight = np.isfinite(position_m).all(axis=1)
+    seen = np.flatnonzero(sight)
+    own_roof = np.where(seen >= FIRST_BUILDING, seen - FIRST_BUILDING, -1)
+    blocked, _ = crossings(
+        obstacles,
+        np.broadcast_to(laser_m, (len(seen), 3)),
+        position_m[seen],
+        own_roof[:, None],
+    )
+    sight[seen[blocked]] = False
+    distance_m = np.sqrt(((position_m - laser_m) ** 2).sum(axis=1))
+    load = vehicle.charging(mission, distance_m)
+    return Places(
+        names,
+        position_m,
+        sight,
+        np.where(sight, load.power_W, 0.0),
+        np.where(sight, load.current_A, 0.0),
+    )

@@ -1,0 +1,94 @@
+"""The paper's trajectories as choices of itineraries: direct, traj1, traj2."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Literal
+
+import numpy as np
+
+from optuav.mission.itineraries import Order
+from optuav.mission.network import Network
+from optuav.mission.places import DESTINATION, FIRST_BUILDING, ORIGIN
+from optuav.mission.sight import Numbers
+
+if TYPE_CHECKING:
+    import networkx
+
+State = tuple[int, str]
+START: State = (ORIGIN, "")
+GOAL: State = (DESTINATION, "")
+
+Trajectory = Literal["optimal", "direct", "traj1", "traj2"]
+TRAJECTORIES: tuple[Trajectory, ...] = ("optimal", "direct", "traj1", "traj2")
+
+SAME_S = 1e-6
+"""Flight times that differ by no more than this are equal [s]."""
+
+
+def trajectory_routes(worked_out: Network, name: Trajectory, order: Order | None = None) -> Numbers:
+    """Numbers of the flyable itineraries that a trajectory may use.
+
+    Parameters
+    ----------
+    worked_out
+        Places, legs and itineraries.
+    name
+        ``"direct"``; ``"traj1"``, by way of the building nearest the device; ``"traj2"``, the
+        shortest in time by way of one building (several where they tie); ``"optimal"``, all.
+    order
+        Only resting first or hovering first; both by default.
+    """
+    routes = worked_out.itineraries
+    usable = routes.flyable.copy()
+    by_way = routes.building >= 0
+    if order is not None:
+        usable &= ~by_way | (routes.rest_first == (order == "rest-first"))
+    if name == "direct":
+        usable &= ~by_way
+    elif name == "traj1":
+        usable &= by_way & (routes.building == nearest_building(worked_out))
+    elif name == "traj2":
+        usable &= np.isin(
+            np.arange(len(routes)), list(_shortest(worked_out, np.flatnonzero(usable & by_way)))
+        )
+    return np.flatnonzero(usable)
+
+
+def nearest_building(worked_out: Network) -> int:
+    """Number of the building nearest the device, −1 if the mission has none."""
+    roofs = worked_out.places.position_m[worked_out.places.buildings]
+    if not len(roofs):
+        return -1
+    device_m = np.array(worked_out.mission.link.device_m)
+    return int(np.argmin(((roofs - device_m) ** 2).sum(axis=1)))
+
+
+def _shortest(worked_out: Network, usable: Numbers) -> set[int]:
+    """Of some itineraries by way of a building, the shortest in time (several where they tie)."""
+    import networkx
+
+    layers: networkx.DiGraph[State] = networkx.DiGraph()
+    layers.add_nodes_from([START, GOAL])
+    reached: dict[State, int] = {}
+    routes, table = worked_out.itineraries, worked_out.legs
+    duration_s = table.duration_s
+    for index in usable.tolist():
+        side = "before" if routes.rest_first[index] else "after"
+        for leg in routes.legs[index]:
+            tail, head = _state(int(table.start[leg]), side), _state(int(table.end[leg]), side)
+            layers.add_edge(tail, head, duration_s=float(duration_s[leg]))
+        reached[FIRST_BUILDING + int(routes.building[index]), side] = index
+    if not networkx.has_path(layers, START, GOAL):
+        return set()
+    shortest_s = networkx.shortest_path_length(layers, START, GOAL, weight="duration_s")
+    found: set[int] = set()
+    for path in networkx.shortest_simple_paths(layers, START, GOAL, weight="duration_s"):
+        if networkx.path_weight(layers, path, "duration_s") > shortest_s + SAME_S:
+            break
+        found.update(reached[state] for state in path if state in reached)
+    return found
+
+
+def _state(place: int, side: str) -> State:
+    """A place on the way with the building before hovering, or after; the ends are shared."""
+    return (place, side) if place not in (ORIGIN, DESTINATION) else (place, "")

@@ -1,0 +1,132 @@
+"""What a mission says of the UAV, its radio and its laser, in the terms of the physics."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from optuav.mission.schema import Mission
+from optuav.physics import battery, flight, laser, link, rotor
+from optuav.physics.quantity import Quantity, Vector
+
+MOTOR_FIELDS = tuple(rotor.Motor.__dataclass_fields__)
+AIRFRAME_FIELDS = tuple(flight.Airframe.__dataclass_fields__)
+
+
+class Load(NamedTuple):
+    """Current [A] and power [W]."""
+
+    current_A: Quantity
+    power_W: Quantity
+
+
+def motor(mission: Mission) -> rotor.Motor:
+    """Constants of a rotor; the mission's flight model is "rotors"."""
+    assert mission.rotor is not None
+    return rotor.Motor(**{name: getattr(mission.rotor, name) for name in MOTOR_FIELDS})
+
+
+def airframe(mission: Mission) -> flight.Airframe:
+    """Mass and inertia; the mission's flight model is "rotors"."""
+    assert mission.body is not None
+    return flight.Airframe(**{name: getattr(mission.body, name) for name in AIRFRAME_FIELDS})
+
+
+def pool(mission: Mission) -> battery.Battery:
+    """All packs as one battery."""
+    given = mission.battery
+    return battery.Battery(
+        given.packs * given.capacity_As, given.available_fraction, given.flow_rate_per_s
+    )
+
+
+def channel(mission: Mission) -> link.Channel:
+    """The radio channel to the device."""
+    given = mission.link
+    return link.Channel(
+        noise_power_W=given.noise_power_W,
+        transmit_power_W=given.transmit_power_W,
+        rice_factor=given.rice_factor,
+        snr_threshold_dB=given.snr_threshold_dB,
+        path_loss_exponent=given.path_loss_exponent,
+    )
+
+
+def coverage_radius_m(mission: Mission) -> float:
+    """d_max [m] of the mission's outage limit."""
+    return float(link.coverage_radius(channel(mission), mission.limits.outage_probability))
+
+
+def hover_point_m(mission: Mission) -> Vector:
+    """Where the mission hovers [m]: `route.hover_m`, or w_U; NaN where nothing is in reach."""
+    if mission.route.hover_m is not None:
+        return mission.route.hover_m
+    return link.hover_point(
+        mission.route.origin_m,
+        mission.route.destination_m,
+        mission.link.device_m,
+        coverage_radius_m(mission),
+        mission.limits.min_altitude_m,
+        mission.laser.position_m if mission.laser else mission.route.origin_m,
+    )
+
+
+def hover_load(mission: Mission) -> Load:
+    """Drawn while hovering, radio included; NaN where the UAV cannot hold its place."""
+    given = mission.flight
+    if given.model == "regimes":
+        return Load(given.hover_current_A, given.hover_power_W)
+    force_N = airframe(mission).external_force_N(mission.wind.force_N)
+    speed = rotor.hover_speed(motor(mission), force_N)
+    radio = mission.link
+    return Load(
+        rotor.ROTORS * rotor.current(motor(mission), speed)
+        + radio.transmit_power_W / radio.transmit_voltage_V,
+        rotor.ROTORS * rotor.power(motor(mission), speed) + radio.transmit_power_W,
+    )
+
+
+def rest_load(mission: Mission) -> Load:
+    """Drawn while resting on a roof with the rotors stopped."""
+    given = mission.flight
+    if given.model == "regimes":
+        return Load(given.rest_current_A, given.rest_power_W)
+    return Load(0.0, 0.0)
+
+
+def attenuation_per_km(mission: Mission) -> float:
+    """α [1/km] as stated, or from the visibility."""
+    given = mission.laser
+    assert given is not None
+    if given.attenuation_per_km is not None:
+        return given.attenuation_per_km
+    assert given.visibility_km is not None
+    return float(laser.attenuation(given.wavelength_nm, given.visibility_km))
+
+
+def charging(mission: Mission, distance_m: Quantity) -> Load:
+    """Current into the battery and power received in clear sight of the laser, by distance [m]."""
+    given, stated = mission.laser, mission.flight
+    distance = np.asarray(distance_m, dtype=float)
+    if given is None:
+        return Load(np.zeros(distance.shape)[()], np.zeros(distance.shape)[()])
+    if stated.model == "regimes" and stated.charge_current_A is not None:
+        everywhere = np.ones(distance.shape)
+        return Load(
+            (stated.charge_current_A * everywhere)[()], (stated.charge_power_W * everywhere)[()]
+        )
+    voltage_V = mission.battery.nominal_voltage_V
+    power_W = laser.received_power(
+        laser.Conversion(
+            given.emitter_slope,
+            given.emitter_offset_W,
+            given.receiver_slope,
+            given.receiver_offset_W,
+        ),
+        given.power_W,
+        attenuation_per_km(mission),
+        distance,
+        mission.battery.charge_current_A * voltage_V,
+    )
+    return Load((power_W / voltage_V)[()], power_W[()])

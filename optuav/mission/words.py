@@ -1,0 +1,91 @@
+"""The words of a fault: the value, what would have been allowed, what was perhaps meant."""
+
+from __future__ import annotations
+
+import datetime
+import difflib
+import reprlib
+from collections.abc import Iterable
+from functools import cache, lru_cache
+from typing import get_args
+
+from pydantic import BaseModel
+
+from optuav.mission.quantities import Allowed, Number
+from optuav.mission.sections import SECTIONS
+
+LONGEST_TEXT = 60
+LONGEST_NAME = 200
+UNPRINTABLE = "\N{REPLACEMENT CHARACTER}"
+
+
+@cache
+def allowed(model: type[BaseModel], key: str) -> str:
+    """What a value may be, from the type of its field: ``"a number, 0 <= x < 1 [-]"``."""
+    field = model.model_fields[key]
+    optional = (getattr(option, "__metadata__", ()) for option in get_args(field.annotation))
+    return next(
+        item.words
+        for item in (*field.metadata, *(item for items in optional for item in items))
+        if isinstance(item, Allowed | Number)
+    )
+
+
+@cache
+def table(name: str) -> str:
+    """What a table of the mission has to be: for example ``"a table [wind]"``."""
+    needed = [key for key, field in SECTIONS[name].model_fields.items() if field.is_required()]
+    content = f" with {', '.join(needed)}" if needed and name != "flight" else ""
+    return f"a table [[{name}]]{content}" if name == "buildings" else f"a table [{name}]{content}"
+
+
+def nearest(key: str, known: Iterable[str]) -> str:
+    """Words that suggest the known key most like this one; empty if none is like it."""
+    if len(key) > LONGEST_TEXT:
+        return ""
+    like = difflib.get_close_matches(key, list(known), n=1)
+    return f"; did you mean '{like[0]}'?" if like else ""
+
+
+def printable(text: str) -> str:
+    """A key or a path without control characters, safe to print."""
+    if text.isprintable():
+        return text
+    return "".join(letter if letter.isprintable() else UNPRINTABLE for letter in text)
+
+
+def shortened(text: str) -> str:
+    """The text, or the start of a very long one."""
+    return text if len(text) <= LONGEST_NAME else f"{text[: LONGEST_NAME - 3]}..."
+
+
+@lru_cache
+def safe_name(part: str | int) -> str:
+    """A part of a dotted key as it may be printed."""
+    return shortened(printable(str(part)))
+
+
+def shown(value: object, depth: int = 2) -> str:
+    """A value of a mission as a short text."""
+    match value:
+        case float():
+            return repr(float(value))
+        case bool():
+            return "true" if value else "false"
+        case int() if value.bit_length() > 200:
+            return f"an integer of {value.bit_length()} bits"
+        case str() if len(value) > LONGEST_TEXT:
+            return f"{value[:LONGEST_TEXT]!r}..."
+        case int() | str():
+            return repr(value)
+        case dict():
+            return "a table" if value else "an empty table"
+        case list() | tuple() if depth == 0:
+            return "[...]"
+        case list() | tuple():
+            items = [shown(item, depth - 1) for item in value[:4]]
+            return f"[{', '.join(items + ['...'] * (len(value) > 4))}]"
+        case datetime.date() | datetime.time():
+            return value.isoformat()
+        case _:
+            return reprlib.repr(value)

@@ -1,0 +1,84 @@
+"""Affine forms: constant plus coefficients, found by walking the tree."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from optuav.modelling.expression import Leaf, Operand, Parameter, fold
+
+
+class NotAffineError(ValueError):
+    """The expression is not affine in the variables."""
+
+
+@dataclass(frozen=True)
+class Affine:
+    """constant + Σ coefficient · variable, each a number or an array over programmes."""
+
+    constant: Any
+    coefficients: Mapping[str, Any]
+
+    def plus(self, other: Affine, factor: float) -> Affine:
+        """This form plus a multiple of another."""
+        names = [*self.coefficients, *(n for n in other.coefficients if n not in self.coefficients)]
+        return Affine(
+            self.constant + factor * other.constant,
+            {
+                name: self.coefficients.get(name, 0.0) + factor * other.coefficients.get(name, 0.0)
+                for name in names
+            },
+        )
+
+    def times(self, factor: Any) -> Affine:
+        """This form times a number or an array."""
+        return Affine(
+            self.constant * factor,
+            {name: coefficient * factor for name, coefficient in self.coefficients.items()},
+        )
+
+
+def affine(expression: Operand, values: Mapping[str, Any]) -> Affine:
+    """Affine form of an expression.
+
+    Parameters
+    ----------
+    expression
+        The tree.
+    values
+        Values of parameters by name; one that is not named keeps its own.
+
+    Raises
+    ------
+    NotAffineError
+        If a variable stands in a product with another, in a divisor or in a nonlinear function.
+    """
+
+    def leaf(node: Leaf) -> Any:
+        if isinstance(node, Parameter):
+            return values.get(node.name, node.value)
+        return Affine(0.0, {node.name: 1.0})
+
+    folded = fold(expression, leaf, _apply)
+    return folded if isinstance(folded, Affine) else Affine(folded, {})
+
+
+def _apply(ufunc: np.ufunc, arguments: tuple[Any, ...]) -> Any:
+    if not any(isinstance(each, Affine) for each in arguments):
+        return ufunc(*arguments)
+    if ufunc in (np.add, np.subtract):
+        left, right = (each if isinstance(each, Affine) else Affine(each, {}) for each in arguments)
+        return left.plus(right, 1.0 if ufunc is np.add else -1.0)
+    if ufunc is np.negative:
+        return arguments[0].times(-1.0)
+    if ufunc is np.positive:
+        return arguments[0]
+    if ufunc is np.multiply and not all(isinstance(each, Affine) for each in arguments):
+        left, right = arguments
+        return left.times(right) if isinstance(left, Affine) else right.times(left)
+    if ufunc is np.divide and not isinstance(arguments[1], Affine):
+        return arguments[0].times(1.0 / arguments[1])
+    raise NotAffineError(f"{ufunc.__name__} of the unknowns is not linear")

@@ -1,0 +1,105 @@
+"""Is a point feasible? Every constraint evaluated in NumPy, apart from any solver."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from optuav.modelling.expression import Sense, evaluate
+from optuav.modelling.model import Constraint, Model
+
+TOLERANCE = 1e-9
+"""A constraint holds if it is short by no more than this, relative to max(1, |right side|)."""
+
+
+@dataclass(frozen=True)
+class Check:
+    """One constraint at a point, or at an array of points.
+
+    Parameters
+    ----------
+    label, unit, declared_at
+        As declared.
+    sense
+        How the sides compare.
+    left, right
+        Values of the two sides.
+    slack
+        By how much it holds; negative where it is violated.
+    satisfied
+        Whether it holds within `TOLERANCE`.
+    """
+
+    label: str
+    unit: str
+    declared_at: str
+    sense: Sense
+    left: Any
+    right: Any
+    slack: Any
+    satisfied: Any
+
+
+def relations(model: Model) -> Iterator[Constraint]:
+    """All constraints of a model, the finite bounds of its variables among them."""
+    yield from model.constraints
+    for variable in model.variables:
+        if not _is_number(variable.lower, -np.inf):
+            yield Constraint(variable.label, variable >= variable.lower, variable.unit, "")
+        if not _is_number(variable.upper, np.inf):
+            yield Constraint(variable.label, variable <= variable.upper, variable.unit, "")
+
+
+def _is_number(bound: Any, number: float) -> bool:
+    return isinstance(bound, float) and bound == number
+
+
+def holding(sense: Sense, left: Any, right: Any) -> Any:
+    """Whether two values compare as they should, within `TOLERANCE`."""
+    allowance = TOLERANCE * np.maximum(1.0, np.abs(right))
+    if sense == ">=":
+        return left >= right - allowance
+    if sense == "<=":
+        return left <= right + allowance
+    return np.abs(left - right) <= allowance
+
+
+def slack(sense: Sense, left: Any, right: Any) -> Any:
+    """By how much two values compare as they should; negative where they do not."""
+    if sense == "==":
+        return -np.abs(left - right)
+    return left - right if sense == ">=" else right - left
+
+
+def check(model: Model, point: Mapping[str, Any]) -> tuple[Check, ...]:
+    """Evaluate every constraint of a model at a point, from wherever it comes.
+
+    Parameters
+    ----------
+    model
+        The declaration.
+    point
+        Values of the variables by name, and of parameters that differ from the model's; numbers or
+        arrays that broadcast.
+    """
+    rows = []
+    for constraint in relations(model):
+        left = evaluate(constraint.relation.left, point)
+        right = evaluate(constraint.relation.right, point)
+        sense = constraint.relation.sense
+        rows.append(
+            Check(
+                constraint.label,
+                constraint.unit,
+                constraint.declared_at,
+                sense,
+                left,
+                right,
+                slack(sense, left, right),
+                holding(sense, left, right),
+            )
+        )
+    return tuple(rows)

@@ -1,0 +1,227 @@
+"""Expressions: small trees of NumPy ufuncs over variables and parameters.
+
+``+``, ``>=`` and ``np.exp`` on a symbol build the tree, so functions written for floats and arrays
+take symbols unchanged. Walked again with other leaves, the same tree becomes numbers, another
+library's symbols, or text.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass
+from typing import Any, Literal, TypeAlias, TypeVar
+
+import numpy as np
+from numpy.lib.mixins import NDArrayOperatorsMixin
+
+Sense = Literal["<=", ">=", "=="]
+Operand: TypeAlias = Any
+"""An `Expression`, a number or an array of numbers."""
+
+SENSES: Mapping[np.ufunc, Sense] = {
+    np.less_equal: "<=",
+    np.greater_equal: ">=",
+    np.equal: "==",
+}
+
+
+class Expression(NDArrayOperatorsMixin):
+    """A node of the tree; it answers to Python's operators and to NumPy's ufuncs."""
+
+    __hash__ = object.__hash__
+
+    def __array_ufunc__(
+        self, ufunc: np.ufunc, method: str, *inputs: Operand, **options: Any
+    ) -> Any:
+        rebinds = options.pop("out", (self,))[0] is self  # x += y calls the sum x from there on
+        if method != "__call__" or options or ufunc.nout > 1 or not rebinds:
+            return NotImplemented
+        if ufunc in SENSES:
+            return Relation(inputs[0], SENSES[ufunc], inputs[1])
+        if ufunc in (np.less, np.greater, np.not_equal):
+            raise TypeError("a constraint is stated with <=, >= or ==; strict ones are not closed")
+        return Call(ufunc, inputs)
+
+    def __bool__(self) -> bool:
+        raise TypeError("an expression has no truth value until its variables have numbers")
+
+
+class Call(Expression):
+    """A ufunc applied to operands."""
+
+    def __init__(self, ufunc: np.ufunc, arguments: tuple[Operand, ...]) -> None:
+        self.ufunc = ufunc
+        self.arguments = arguments
+
+
+class Variable(Expression):
+    """An unknown of a model.
+
+    Parameters
+    ----------
+    name
+        Key of its value in points and solutions, with its unit as suffix.
+    symbol
+        As the mathematics writes it.
+    unit
+        For example ``"s"``; ``"1"`` for a ratio.
+    lower, upper
+        Bounds: numbers, arrays or expressions of parameters.
+    label
+        Name of the bounds among the constraints.
+    first_slot
+        Where counting starts when the variable is taken in whole slots.
+    """
+
+    def __init__(
+        self,
+        name: str,
+        symbol: str,
+        unit: str,
+        lower: Operand,
+        upper: Operand,
+        label: str,
+        first_slot: int,
+    ) -> None:
+        self.name = name
+        self.symbol = symbol
+        self.unit = unit
+        self.lower = lower
+        self.upper = upper
+        self.label = label
+        self.first_slot = first_slot
+
+
+class Parameter(Expression):
+    """A named number that a solve may change.
+
+    Parameters
+    ----------
+    name
+        Key of its value, with its unit as suffix.
+    symbol, unit
+        As the mathematics writes it, and its unit.
+    value
+        A number, or an array with one entry a programme.
+    key
+        The mission's key it comes from, ``""`` if it is derived.
+    """
+
+    def __init__(self, name: str, symbol: str, unit: str, value: Any, key: str = "") -> None:
+        self.name = name
+        self.symbol = symbol
+        self.unit = unit
+        self.value = value
+        self.key = key
+
+
+class Let(Expression):
+    """A named intermediate quantity."""
+
+    def __init__(self, name: str, symbol: str, unit: str, expression: Operand) -> None:
+        self.name = name
+        self.symbol = symbol
+        self.unit = unit
+        self.expression = expression
+
+
+Leaf: TypeAlias = Variable | Parameter
+Result = TypeVar("Result")
+
+
+@dataclass(frozen=True)
+class Relation:
+    """Two sides and how they compare; a statement, not a truth value."""
+
+    left: Operand
+    sense: Sense
+    right: Operand
+
+    def __bool__(self) -> bool:
+        raise TypeError("a relation has no truth value; hand it to Model.subject_to")
+
+
+def fold(
+    expression: Operand,
+    leaf: Callable[[Leaf], Result],
+    call: Callable[[np.ufunc, tuple[Any, ...]], Result],
+    let: Callable[[Let, Result], Result] | None = None,
+) -> Any:
+    """Walk a tree bottom-up, every node once.
+
+    Parameters
+    ----------
+    expression
+        The tree; a bare number or array is returned as it is.
+    leaf, call
+        What a variable or parameter, and what a ufunc on folded arguments, becomes.
+    let
+        What a named quantity becomes; by default what it stands for.
+    """
+    done: dict[int, Any] = {}
+
+    def value(node: Operand) -> Any:
+        if isinstance(node, Call):
+            return call(node.ufunc, tuple(done[id(each)] for each in node.arguments))
+        if isinstance(node, Let):
+            inner = done[id(node.expression)]
+            return inner if let is None else let(node, inner)
+        if isinstance(node, Variable | Parameter):
+            return leaf(node)
+        return node
+
+    waiting = [expression]
+    while waiting:  # no recursion: a sum over a thousand phases is a deep tree
+        node = waiting[-1]
+        below = [] if id(node) in done else [n for n in _operands(node) if id(n) not in done]
+        if below:
+            waiting += reversed(below)
+        else:
+            waiting.pop()
+            if id(node) not in done:
+                done[id(node)] = value(node)
+    return done[id(expression)]
+
+
+def _operands(node: Operand) -> tuple[Operand, ...]:
+    if isinstance(node, Call):
+        return node.arguments
+    return (node.expression,) if isinstance(node, Let) else ()
+
+
+def evaluate(expression: Operand, values: Mapping[str, Any]) -> Any:
+    """Value of an expression with numbers or arrays in place of its leaves.
+
+    Parameters
+    ----------
+    expression
+        The tree.
+    values
+        By name; a parameter that is not named keeps its own value.
+
+    Raises
+    ------
+    KeyError
+        If a variable has no value.
+    """
+
+    def leaf(node: Leaf) -> Any:
+        if isinstance(node, Parameter) and node.name not in values:
+            return node.value
+        return values[node.name]
+
+    return fold(expression, leaf, lambda ufunc, arguments: ufunc(*arguments))
+
+
+def leaves(*expressions: Operand) -> Iterator[Leaf]:
+    """Variables and parameters of some trees, in order of first appearance, each name once."""
+    found: dict[str, Leaf] = {}
+
+    def leaf(node: Leaf) -> None:
+        known = found.setdefault(node.name, node)
+        if known is not node:
+            raise ValueError(f"two different symbols are called {node.name!r}")
+
+    for expression in expressions:
+        fold(expression, leaf, lambda ufunc, arguments: None)
+    yield from found.values()

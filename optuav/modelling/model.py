@@ -1,0 +1,144 @@
+"""A model: labelled variables, parameters and constraints, and what is sought."""
+
+from __future__ import annotations
+
+import math
+import sys
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Literal
+
+from optuav.modelling.expression import (
+    Let,
+    Operand,
+    Parameter,
+    Relation,
+    Variable,
+    leaves,
+)
+
+
+@dataclass(frozen=True)
+class Constraint:
+    """A labelled relation.
+
+    Parameters
+    ----------
+    label
+        Name in the paper's words.
+    relation
+        The two sides.
+    unit
+        Of both sides.
+    declared_at
+        Source file and line of the declaration.
+    """
+
+    label: str
+    relation: Relation
+    unit: str
+    declared_at: str
+
+
+class Model:
+    """A programme as it was declared; it is solved elsewhere and holds no answer.
+
+    Parameters
+    ----------
+    title
+        What is sought, in a line.
+    """
+
+    def __init__(self, title: str) -> None:
+        self.title = title
+        self.variables: list[Variable] = []
+        self.constraints: list[Constraint] = []
+        self.lets: list[Let] = []
+        self.sense: Literal["maximise", "minimise"] = "maximise"
+        self.objective: Operand = 0.0
+        self.preferences: list[Operand] = []
+
+    def variable(
+        self,
+        name: str,
+        symbol: str,
+        *,
+        unit: str,
+        lower: Operand = 0.0,
+        upper: Operand = math.inf,
+        label: str = "",
+        first_slot: int = 0,
+    ) -> Variable:
+        """Declare an unknown, see `Variable`; at least zero unless stated otherwise."""
+        if any(each.name == name for each in self.variables):
+            raise ValueError(f"the model has a variable {name!r} already")
+        declared = Variable(
+            name, symbol, unit, lower, upper, label or f"bounds of {symbol}", first_slot
+        )
+        self.variables.append(declared)
+        return declared
+
+    def let(self, name: str, expression: Operand, *, symbol: str = "", unit: str = "1") -> Let:
+        """Give an intermediate quantity a name, so that the printed programme stays short."""
+        if any(each.name == name for each in self.lets):
+            raise ValueError(f"the model has a quantity {name!r} already")
+        named = Let(name, symbol or name, unit, expression)
+        self.lets.append(named)
+        return named
+
+    def maximise(self, objective: Operand) -> None:
+        """State what is to be as large as possible."""
+        self.sense, self.objective = "maximise", objective
+
+    def minimise(self, objective: Operand) -> None:
+        """State what is to be as small as possible."""
+        self.sense, self.objective = "minimise", objective
+
+    def prefer_small(self, expression: Operand) -> None:
+        """Among equally good answers, take one where this is smallest; earlier calls go first."""
+        self.preferences.append(expression)
+
+    def subject_to(self, label: str, relation: Relation, *, unit: str = "1") -> None:
+        """Add a constraint under a label of its own."""
+        if not isinstance(relation, Relation):
+            raise TypeError(f"{label}: a constraint compares expressions with <=, >= or ==")
+        if any(each.label == label for each in self.constraints):
+            raise ValueError(f"the model has a constraint {label!r} already")
+        caller = sys._getframe(1)
+        place = f"{Path(caller.f_code.co_filename).name}:{caller.f_lineno}"
+        self.constraints.append(Constraint(label, relation, unit, place))
+
+    @property
+    def expressions(self) -> list[Operand]:
+        """Every tree of the model: objective, preferences, bounds and both sides of constraints."""
+        trees = [self.objective, *self.preferences]
+        for variable in self.variables:
+            trees += [variable, variable.lower, variable.upper]
+        for constraint in self.constraints:
+            trees += [constraint.relation.left, constraint.relation.right]
+        return trees
+
+    @property
+    def parameters(self) -> dict[str, Parameter]:
+        """The parameters that occur in the model, by name."""
+        return {
+            leaf.name: leaf for leaf in leaves(*self.expressions) if isinstance(leaf, Parameter)
+        }
+
+    def row(self, index: int) -> dict[str, Any]:
+        """Values of all parameters for one of several programmes that are declared as one."""
+        return {
+            name: parameter.value[index] if getattr(parameter.value, "ndim", 0) else parameter.value
+            for name, parameter in self.parameters.items()
+        }
+
+    def __str__(self) -> str:
+        from optuav.modelling.printing import text
+
+        return text(self)
+
+    def to_latex(self) -> str:
+        """The programme as a LaTeX ``align*`` environment (package amsmath)."""
+        from optuav.modelling.printing import latex
+
+        return latex(self)

@@ -1,0 +1,333 @@
+"""Expressions in the notation of mathematics: a line of text, or LaTeX."""
+
+from __future__ import annotations
+
+import re
+from abc import ABC, abstractmethod
+from collections.abc import Mapping
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from optuav.modelling.expression import Operand, Relation, Sense, Variable, fold
+
+LIST, SUM, SIGN, PRODUCT, POWER, ATOM = range(6)
+"""How tightly a written expression holds together."""
+
+NAMES: Mapping[np.ufunc, str] = {
+    np.log: "ln",
+    np.arctan2: "atan2",
+    np.maximum: "max",
+    np.minimum: "min",
+    np.sign: "sgn",
+}
+"""Functions that mathematics calls otherwise than NumPy does."""
+
+DIGITS = 7
+LEAST, MOST = 1e-4, 10.0**DIGITS
+"""Numbers between these are written without a power of ten."""
+
+
+class Written(NamedTuple):
+    """An expression in writing, and how tightly it holds together."""
+
+    text: str
+    level: int
+
+
+ONE = Written("1", ATOM)
+
+
+class Notation(ABC):
+    """The rules of precedence, over marks and forms that a subclass chooses."""
+
+    minus: str
+    infinity: str
+    several: str
+    member: str
+    senses: Mapping[Sense, str]
+    after = " "
+    """What stands between an operator and the term that follows it."""
+
+    @abstractmethod
+    def symbol(self, symbol: str) -> str:
+        """A symbol such as ``"P_0,hv"``."""
+
+    @abstractmethod
+    def unit(self, unit: str) -> str:
+        """A unit after a number or an interval; nothing for ``"1"``."""
+
+    @abstractmethod
+    def words(self, words: str) -> str:
+        """Words among mathematics."""
+
+    @abstractmethod
+    def bracket(self, inner: str) -> str:
+        """Something in parentheses."""
+
+    @abstractmethod
+    def times(self, left: str, right: str) -> str:
+        """The product of two factors."""
+
+    @abstractmethod
+    def over(self, above: Written, below: Written) -> Written:
+        """A fraction."""
+
+    @abstractmethod
+    def power(self, base: str, exponent: Written) -> str:
+        """A power."""
+
+    @abstractmethod
+    def root(self, inner: Written) -> Written:
+        """A square root."""
+
+    @abstractmethod
+    def size(self, inner: str) -> str:
+        """An absolute value."""
+
+    @abstractmethod
+    def function(self, name: str, arguments: str) -> str:
+        """A function of its arguments."""
+
+    def write(self, expression: Operand | Relation) -> str:
+        """An expression, a number, an array of numbers or a relation."""
+        if isinstance(expression, Relation):
+            sides = self.write(expression.left), self.write(expression.right)
+            return f"{sides[0]} {self.senses[expression.sense]}{self.after}{sides[1]}"
+        written = fold(
+            expression,
+            leaf=lambda node: Written(self.symbol(node.symbol), ATOM),
+            call=lambda ufunc, arguments: self._apply(ufunc, [*map(self._operand, arguments)]),
+            let=lambda node, _: Written(self.symbol(node.symbol), ATOM),
+        )
+        return written.text if isinstance(written, Written) else self.number(written).text
+
+    def number(self, value: Any) -> Written:
+        """A number; an array of different numbers as its size and range."""
+        entries = np.unique(np.asarray(value, float))
+        if len(entries) > 1:
+            ends = np.fmin.reduce(entries), np.fmax.reduce(entries)
+            written = (self.number(end).text for end in ends)
+            return Written(self.several.format(np.size(value), *written), LIST)
+        number = float(entries[0])
+        if number < 0.0:
+            return self._negative(self.number(-number))
+        if not np.isfinite(number):
+            return Written(self.infinity if number > 0.0 else "NaN", ATOM)
+        if number == 0.0 or LEAST <= number < MOST:
+            digits = np.format_float_positional(number, DIGITS, fractional=False, trim="-")
+            return Written(digits, ATOM)
+        mantissa, exponent = np.format_float_scientific(number, DIGITS - 1, trim="-").split("e")
+        ten = Written(self.power("10", self.number(int(exponent))), POWER)
+        return ten if mantissa == "1" else Written(self.times(mantissa, ten.text), PRODUCT)
+
+    def quantity(self, value: Any, unit: str) -> str:
+        """A number with its unit."""
+        return f"{self.number(value).text}{self.unit(unit)}"
+
+    def interval(self, variable: Variable) -> str:
+        """The values that a variable may take."""
+        lower, upper = self.write(variable.lower), self.write(variable.upper)
+        left = "(" if lower == f"{self.minus}{self.infinity}" else "["
+        right = ")" if upper == self.infinity else "]"
+        return f"{left}{lower}, {upper}{right}"
+
+    def _operand(self, value: Any) -> Written:
+        return value if isinstance(value, Written) else self.number(value)
+
+    def at_least(self, level: int, written: Written) -> str:
+        """An expression as an operand that must hold together as tightly as a level."""
+        return written.text if written.level >= level else self.bracket(written.text)
+
+    def _apply(self, ufunc: np.ufunc, arguments: list[Written]) -> Written:
+        first, *rest = arguments
+        if ufunc is np.add:
+            return self._sum(first, rest[0])
+        if ufunc is np.subtract:
+            return self._join(first, self.minus, self.at_least(PRODUCT, rest[0]))
+        if ufunc is np.negative:
+            return self._negative(first)
+        if ufunc is np.positive:
+            return first
+        if ufunc is np.multiply:
+            factors = self.at_least(SIGN, first), self.at_least(PRODUCT, rest[0])
+            return Written(self.times(*factors), SIGN if first.level == SIGN else PRODUCT)
+        if ufunc is np.divide:
+            return self.over(first, rest[0])
+        if ufunc in (np.power, np.float_power):
+            return Written(self.power(self.at_least(ATOM, first), rest[0]), POWER)
+        if ufunc is np.sqrt:
+            return self.root(first)
+        if ufunc is np.absolute:
+            return Written(self.size(first.text), ATOM)
+        if ufunc is np.expm1:
+            return self._join(self._apply(np.exp, arguments), self.minus, ONE.text)
+        if ufunc is np.log1p:
+            return self._apply(np.log, [self._sum(ONE, first)])
+        name = NAMES.get(ufunc, ufunc.__name__)
+        separate = (self.at_least(SUM, each) for each in arguments)
+        return Written(self.function(name, ", ".join(separate)), ATOM)
+
+    def _sum(self, left: Written, right: Written) -> Written:
+        if left.text == "0":
+            return right
+        term = self.at_least(SUM, right)
+        if term.startswith(self.minus):
+            return self._join(left, self.minus, term.removeprefix(self.minus))
+        return self._join(left, "+", term)
+
+    def _join(self, left: Written, operator: str, right: str) -> Written:
+        if right == "0":
+            return left
+        return Written(f"{self.at_least(SUM, left)} {operator}{self.after}{right}", SUM)
+
+    def _negative(self, written: Written) -> Written:
+        return Written(f"{self.minus}{self.at_least(PRODUCT, written)}", SIGN)
+
+
+SUPERSCRIPTS = str.maketrans("−0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
+
+
+class Text(Notation):
+    """A line of Unicode; it may be broken at a space, not at a no-break space."""
+
+    minus = "−"
+    infinity = "∞"
+    after = "\N{NO-BREAK SPACE}"
+    several = "{} values, {} to {}".replace(" ", after)
+    member = "∈"
+    senses: Mapping[Sense, str] = {"<=": "≤", ">=": "≥", "==": "="}
+
+    def symbol(self, symbol: str) -> str:
+        """A symbol as it stands."""
+        return symbol
+
+    def unit(self, unit: str) -> str:
+        """A unit as it stands."""
+        return "" if unit == "1" else f" {unit}"
+
+    def words(self, words: str) -> str:
+        """Words as they stand."""
+        return words
+
+    def bracket(self, inner: str) -> str:
+        """(a)."""
+        return f"({inner})"
+
+    def times(self, left: str, right: str) -> str:
+        """a·b."""
+        return f"{left}·{right}"
+
+    def over(self, above: Written, below: Written) -> Written:
+        """a/b, with room around the slash where there are brackets."""
+        left, right = self.at_least(SIGN, above), self.at_least(POWER, below)
+        roomy = left.endswith(")") or right.startswith("(")
+        slash = f" /{self.after}" if roomy else "/"
+        return Written(f"{left}{slash}{right}", SIGN if above.level == SIGN else PRODUCT)
+
+    def power(self, base: str, exponent: Written) -> str:
+        """a² or a^b."""
+        if re.fullmatch(r"−?\d+", exponent.text):
+            return f"{base}{exponent.text.translate(SUPERSCRIPTS)}"
+        return f"{base}^{self.at_least(ATOM, exponent)}"
+
+    def root(self, inner: Written) -> Written:
+        """√a or √(a + b)."""
+        return Written(f"√{self.at_least(ATOM, inner)}", POWER)
+
+    def size(self, inner: str) -> str:
+        """|a|."""
+        return f"|{inner}|"
+
+    def function(self, name: str, arguments: str) -> str:
+        """f(a, b)."""
+        return f"{name}({arguments})"
+
+
+class Latex(Notation):
+    """LaTeX for its mathematics mode, in the words that matplotlib's mathtext knows as well."""
+
+    minus = "-"
+    infinity = r"\infty"
+    several = r"{} \text{{ values, }} {} \text{{ to }} {}"
+    member = r"\in"
+    senses: Mapping[Sense, str] = {"<=": r"\leq", ">=": r"\geq", "==": "="}
+
+    def symbol(self, symbol: str) -> str:
+        """A symbol with its subscripts; words stay words."""
+        parts = re.fullmatch(r"([^\W\d_]+)(\d*)('*)(?:_([^\W_]+(?:,[^\W_]+)*))?('*)", symbol)
+        if parts is None:
+            return self.words(symbol)
+        base, index, primes, subscript, more_primes = parts.groups(default="")
+        below = ",".join(_name(part) for part in (index, *subscript.split(",")) if part)
+        below = below if len(below) == 1 else f"{{{below}}}"
+        return f"{_name(base)}{primes}{more_primes}" + (f"_{below}" if below != "{}" else "")
+
+    def unit(self, unit: str) -> str:
+        """A unit in upright letters."""
+        upright = _escaped(unit).replace(" ", r"\,").replace("²", "^2").replace("³", "^3")
+        return "" if unit == "1" else rf"\,\mathrm{{{upright}}}"
+
+    def words(self, words: str) -> str:
+        """Words as text; Greek letters among them stay letters."""
+        parts = re.split(f"([{''.join(GREEK)}])", words)
+        return "".join(
+            GREEK[part] if part in GREEK else rf"\text{{{_escaped(part)}}}"
+            for part in parts
+            if part
+        )
+
+    def bracket(self, inner: str) -> str:
+        """(a), as tall as what it holds."""
+        return rf"\left({inner}\right)"
+
+    def times(self, left: str, right: str) -> str:
+        """The factors side by side, with a dot before a number."""
+        return rf"{left} \cdot {right}" if right[0].isdigit() else rf"{left}\,{right}"
+
+    def over(self, above: Written, below: Written) -> Written:
+        """A fraction."""
+        return Written(rf"\frac{{{above.text}}}{{{below.text}}}", PRODUCT)
+
+    def power(self, base: str, exponent: Written) -> str:
+        """A power; a prime must not meet a superscript."""
+        base = f"{{{base}}}" if "'" in base else base
+        return f"{base}^{{{exponent.text}}}"
+
+    def root(self, inner: Written) -> Written:
+        """A square root."""
+        return Written(rf"\sqrt{{{inner.text}}}", ATOM)
+
+    def size(self, inner: str) -> str:
+        """|a|, as tall as what it holds."""
+        return rf"\left|{inner}\right|"
+
+    def function(self, name: str, arguments: str) -> str:
+        """f(a, b) with an upright f."""
+        return rf"\operatorname{{{_escaped(name)}}}{self.bracket(arguments)}"
+
+
+GREEK: Mapping[str, str] = {
+    letter: rf"\{name}"
+    for letter, name in re.findall(
+        r"(\w) (\w+)",
+        "α alpha β beta γ gamma δ delta ε epsilon ζ zeta η eta θ theta ι iota κ kappa λ lambda "
+        "μ mu ν nu ξ xi π pi ρ rho σ sigma τ tau υ upsilon φ phi χ chi ψ psi ω omega ϱ varrho "
+        "Γ Gamma Δ Delta Θ Theta Λ Lambda Ξ Xi Π Pi Σ Sigma Φ Phi Ψ Psi Ω Omega",
+    )
+}
+
+
+def _escaped(text: str) -> str:
+    return re.sub(r"([_%&#${}])", r"\\\1", text)
+
+
+def _name(letters: str) -> str:
+    """A letter in italics, more letters upright."""
+    if letters in ("min", "max"):
+        return rf"\{letters}"
+    if len(letters) == 1 or letters.isdigit():
+        return GREEK.get(letters, letters)
+    if any(letter in GREEK for letter in letters):
+        return r"\,".join(map(_name, letters))
+    return rf"\mathrm{{{letters}}}"

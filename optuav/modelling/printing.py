@@ -1,0 +1,126 @@
+"""A model as a page of mathematics: for a terminal, or for a lecture."""
+
+from __future__ import annotations
+
+import textwrap
+from collections.abc import Iterator, Sequence
+from typing import TypeAlias
+
+from optuav.modelling.expression import Let, fold
+from optuav.modelling.model import Model
+from optuav.modelling.notation import Latex, Notation, Text
+
+WIDTH = 96
+MARGIN = 11
+
+Line: TypeAlias = tuple[str, str]
+"""A piece of mathematics and what it is called."""
+
+
+def text(model: Model) -> str:
+    """The programme in lines of at most `WIDTH` characters, broken between terms.
+
+    Every parameter is listed with its value, its unit and the mission's key it comes from; one
+    that is an array over programmes, with the number and the range of its entries.
+    """
+    notation = Text()
+    lines = [model.title, ""]
+    for head, rows in _statement(model, notation):
+        bracketed = [(maths, name and f"({name})") for maths, name in rows]
+        columns = _columns(bracketed, " " * MARGIN)
+        lines += [f"{head:<{MARGIN}}{columns[0][MARGIN:]}", *columns[1:]]
+    for head, rows in _conditions(model, notation):
+        lines += [head, *_columns([(name, maths) for maths, name in rows], "  ")]
+    given = [
+        (each.symbol, each.name, notation.write(each.value), each.unit, each.key)
+        for each in model.parameters.values()
+    ]
+    lines += ["where", *_columns(given, "  ")] if given else []
+    return "\n".join(line.rstrip().replace(notation.after, " ") for line in lines)
+
+
+def latex(model: Model) -> str:
+    r"""The programme as an ``align*`` environment (package amsmath).
+
+    Without its ``&`` and ``\\``, every line is one that matplotlib's mathtext can set.
+    """
+    notation = Latex()
+    sections = [*_statement(model, notation), *_conditions(model, notation)]
+    given = [
+        (f"{notation.symbol(each.symbol)} = {notation.quantity(each.value, each.unit)}", each.key)
+        for each in model.parameters.values()
+    ]
+    sections += [("where", given)] if given else []
+    lines = [
+        rf"{notation.words(head)} & {maths}" + (f" && {notation.words(name)}" if name else "")
+        for section, rows in sections
+        for head, (maths, name) in zip([section] + [""] * len(rows), rows, strict=False)
+    ]
+    return "\n".join([r"\begin{align*}", " \\\\\n".join(lines), r"\end{align*}"])
+
+
+def _statement(model: Model, notation: Notation) -> Iterator[tuple[str, list[Line]]]:
+    """What is sought, and over which unknowns."""
+    goals = [notation.write(each) for each in (model.objective, *model.preferences)]
+    yield model.sense, [(f",{notation.words(' then smallest ')}".join(goals), "")]
+    yield (
+        "over",
+        [
+            (
+                f"{notation.symbol(each.symbol)} {notation.member} "
+                f"{notation.interval(each)}{notation.unit(each.unit)}",
+                "" if each.label == f"bounds of {each.symbol}" else each.label,
+            )
+            for each in model.variables
+        ],
+    )
+
+
+def _conditions(model: Model, notation: Notation) -> Iterator[tuple[str, list[Line]]]:
+    """The constraints, and the quantities that they speak of by name; neither where empty."""
+    if model.constraints:
+        yield (
+            "subject to",
+            [(notation.write(each.relation), each.label) for each in model.constraints],
+        )
+    named = _named_quantities(model)
+    if named:
+        yield (
+            "with",
+            [
+                (f"{notation.symbol(each.symbol)} = {notation.write(each.expression)}", each.name)
+                for each in named
+            ],
+        )
+
+
+def _named_quantities(model: Model) -> list[Let]:
+    """The named quantities that occur in a model, each after those that it is made of."""
+    found: dict[int, Let] = {}
+    for expression in model.expressions:
+        fold(
+            expression,
+            leaf=lambda node: None,
+            call=lambda ufunc, arguments: None,
+            let=lambda node, _: found.setdefault(id(node), node),
+        )
+    return [*found.values()]
+
+
+def _columns(rows: Sequence[tuple[str, ...]], indent: str) -> list[str]:
+    """Rows as lined-up columns; the last one continues on lines of its own where it is long."""
+    widths = [max(map(len, column)) for column in zip(*rows, strict=True)][:-1]
+    lines = []
+    for row in rows:
+        padded = (f"{cell:<{width}}  " for cell, width in zip(row, widths, strict=False))
+        start = "".join([indent, *padded])
+        wrapped = textwrap.wrap(
+            row[-1],
+            WIDTH,
+            initial_indent=start,
+            subsequent_indent=" " * (len(start) + 2),
+            break_long_words=False,
+            break_on_hyphens=False,
+        )
+        lines += wrapped or [start]
+    return lines

@@ -1,0 +1,196 @@
+"""Kinetic battery model (KiBaM): charge in an available and a bound well.
+
+dy1/dt = I + k_F (y2/(1−ω) − y1/ω), dy2/dt = −k_F (y2/(1−ω) − y1/ω), with I > 0 while charging. The
+full battery holds y1 = ωB and y2 = (1−ω)B; it is empty when y1 = 0, whatever y2 still holds. At a
+constant current the total y = y1 + y2 changes by I t, and z = y1 − ωy obeys dz/dt = −k'z + (1−ω)I
+with k' = k_F/(ω(1−ω)); that is the closed form used here, equal to eqs (15)-(16) of [2]_.
+
+References
+----------
+.. [1] J. F. Manwell, J. G. McGowan, "Lead acid battery storage model for hybrid energy systems",
+   Solar Energy, 1993.
+.. [2] W. Jaafar, H. Yanikomeroglu, "Dynamics of laser-charged UAVs: a battery perspective",
+   IEEE Internet of Things Journal, 2020, eqs (11)-(16).
+.. [3] M. R. Jongerden, B. R. Haverkort, "Which battery model to use?", IET Software, 2009.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+
+from optuav.physics.quantity import TINY, Quantity
+
+HALVINGS = 100
+"""Of a time, until its ends are neighbouring floats even where it is near 0."""
+
+
+@dataclass(frozen=True)
+class Battery:
+    """A KiBaM battery.
+
+    Parameters
+    ----------
+    capacity_As
+        B [A s], > 0.
+    available_fraction
+        ω, share of the charge that is available when full [-], in (0, 1).
+    flow_rate_per_s
+        k_F between the wells [1/s], ≥ 0; at 0 the bound charge stays bound.
+    """
+
+    capacity_As: Quantity
+    available_fraction: Quantity
+    flow_rate_per_s: Quantity
+
+    @property
+    def rate_per_s(self) -> Quantity:
+        """k' = k_F/(ω(1−ω)) [1/s], the rate at which the wells level out."""
+        return self.flow_rate_per_s / (self.available_fraction * (1.0 - self.available_fraction))
+
+    @property
+    def full(self) -> Wells:
+        """Both wells of the full battery [A s]."""
+        return Wells(
+            self.available_fraction * self.capacity_As,
+            (1.0 - self.available_fraction) * self.capacity_As,
+        )
+
+
+class Wells(NamedTuple):
+    """Charge in the two wells [A s]."""
+
+    available_As: Quantity
+    bound_As: Quantity
+
+    @property
+    def total_As(self) -> Quantity:
+        """y = y1 + y2 [A s]."""
+        return self.available_As + self.bound_As
+
+
+class Phase(NamedTuple):
+    """A stretch of constant current: I [A], > 0 while charging, for a duration [s], ≥ 0."""
+
+    current_A: Quantity
+    duration_s: Quantity
+
+
+def _levelling(battery: Battery, duration_s: Quantity) -> tuple[Quantity, Quantity]:
+    """exp(−k't) [-] and its integral (1 − exp(−k't))/k' [s], accurate for small and large k't."""
+    rate = np.maximum(battery.rate_per_s, TINY)
+    lost = -np.expm1(-rate * duration_s)
+    return 1.0 - lost, lost / rate
+
+
+def step(battery: Battery, wells: Wells, phase: Phase) -> Wells:
+    """Wells [A s] after a phase of constant current, [2]_ eqs (15)-(16).
+
+    Parameters
+    ----------
+    battery
+        The battery.
+    wells
+        Charge at the start [A s]; need not lie within the wells.
+    phase
+        Current [A], > 0 while charging, and duration [s], ≥ 0.
+    """
+    current_A, duration_s = phase
+    remaining, integral_s = _levelling(battery, duration_s)
+    share = battery.available_fraction
+    total = wells.total_As + current_A * duration_s
+    tilt = (wells.available_As - share * wells.total_As) * remaining
+    tilt = tilt + (1.0 - share) * current_A * integral_s
+    return Wells(share * total + tilt, (1.0 - share) * total - tilt)
+
+
+def after(battery: Battery, wells: Wells, phases: Iterable[Phase]) -> Wells:
+    """Wells [A s] after a list of phases, one `step` each."""
+    for phase in phases:
+        wells = step(battery, wells, phase)
+    return wells
+
+
+def state_of_charge(battery: Battery, wells: Wells) -> Quantity:
+    """η1 = (y1 + y2)/B [-], [2]_ eq (19)."""
+    return wells.total_As / battery.capacity_As
+
+
+def largest_discharge_current(battery: Battery, wells: Wells, duration_s: Quantity) -> Quantity:
+    """Largest constant current drawn [A] that leaves y1 ≥ 0 throughout a duration [s], > 0.
+
+    While discharging y1 is least at an end of the phase, so its end decides. The wells must start
+    with y1 ≥ 0, y2 ≥ 0.
+    """
+    resting, per_ampere_s = _response(battery, wells, duration_s)
+    return resting / per_ampere_s
+
+
+def largest_charge_current(battery: Battery, wells: Wells, duration_s: Quantity) -> Quantity:
+    """Largest constant charging current [A] that keeps y1 ≤ ωB throughout a duration [s], > 0.
+
+    While charging y1 is largest at an end of the phase, so its end decides. The wells must start
+    within y1 ≤ ωB, y2 ≤ (1−ω)B.
+    """
+    resting, per_ampere_s = _response(battery, wells, duration_s)
+    return (battery.full.available_As - resting) / per_ampere_s
+
+
+def _response(battery: Battery, wells: Wells, duration_s: Quantity) -> tuple[Quantity, Quantity]:
+    """y1 [A s] after a duration without current, and what each ampere adds to it [A s/A]."""
+    resting = step(battery, wells, Phase(0.0, duration_s)).available_As
+    unit = step(battery, Wells(0.0, 0.0), Phase(1.0, duration_s)).available_As
+    return resting, unit
+
+
+def time_to_empty(battery: Battery, wells: Wells, current_A: Quantity) -> Quantity:
+    """When the available well runs dry at a constant current [s]; floats and arrays.
+
+    Parameters
+    ----------
+    battery
+        The battery.
+    wells
+        Charge at the start [A s], 0 ≤ y1 ≤ ωB and 0 ≤ y2 ≤ (1−ω)B.
+    current_A
+        I [A], > 0 while charging.
+
+    Returns
+    -------
+    First moment from which y1 < 0 [s]; ``inf`` where it never comes.
+    """
+    return _crossing(battery, wells, current_A, -1.0, Wells(0.0, 0.0))
+
+
+def time_to_full(battery: Battery, wells: Wells, current_A: Quantity) -> Quantity:
+    """When the available well is filled at a constant current [s]; arguments as `time_to_empty`.
+
+    Returns
+    -------
+    First moment from which y1 > ωB [s]; ``inf`` where it never comes.
+    """
+    return _crossing(battery, wells, current_A, 1.0, battery.full)
+
+
+@np.errstate(divide="ignore", invalid="ignore", over="ignore")
+def _crossing(
+    battery: Battery, wells: Wells, current_A: Quantity, direction: float, bound: Wells
+) -> Quantity:
+    """First moment from which y1 lies beyond its bound [s], above (direction 1) or below (−1).
+
+    y1 has the form a + b t + c exp(−k't), which turns at most once and then heads for the bound:
+    it passes once, and has passed when the total charge is at its own bound. So halving is safe.
+    """
+    current = np.asarray(current_A, dtype=float)
+    high = np.maximum((bound.total_As - wells.total_As) / current, 0.0)
+    low = np.zeros_like(high)
+    for _ in range(HALVINGS):
+        middle = 0.5 * (low + high)
+        available = step(battery, wells, Phase(current, middle)).available_As
+        beyond = direction * (available - bound.available_As) > 0.0
+        low, high = np.where(beyond, low, middle), np.where(beyond, middle, high)
+    # A current of TINY takes longer than the range of floats.
+    return np.where(direction * current <= TINY, np.inf, low)[()]

@@ -1,0 +1,468 @@
+"""One flight leg from rest to rest: the six-stage model, and loads by regime.
+
+Six stages: turn, accelerate, turn, brake, turn, hover. With the unit path vector u, external force
+F_e (gravity and wind), p = F_e·u and full thrust F, the net force along the path is
+A(u) = p + sqrt(p² − |F_e|² + F²) and the thrust points along f = (A u − F_e)/F. The UAV accelerates
+with A(u)/m and brakes with A(−u)/m; while it turns, the model freezes its position.
+
+References
+----------
+.. [1] M. Mozaffari, W. Saad, M. Bennis, M. Debbah, "Communications and control for wireless
+   drone-based antenna array", IEEE Transactions on Communications, 2019, eqs (25)-(51) and
+   appendix D. Its eq (46) lacks a factor 1/√2, its eq (82) inverts A/m and the angles of its
+   lemma 2 do not solve its own force balance; the forms used here do.
+.. [2] W. Jaafar, H. Yanikomeroglu, "Dynamics of laser-charged UAVs: a battery perspective",
+   IEEE Internet of Things Journal, 2020, eqs (6)-(7).
+"""
+
+from __future__ import annotations
+
+import itertools
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+
+from optuav.physics import rotor
+from optuav.physics.quantity import (
+    TINY,
+    Quantity,
+    Vector,
+    dot,
+    norm,
+    one_where_positive,
+)
+
+STAGES = ("turn", "accelerate", "turn", "brake", "turn")
+"""Stages of a leg in flight; the sixth, hovering, lasts as long as the mission wants."""
+
+TURNING_SPEEDS = (0.0, 1.0 / math.sqrt(2.0), 1.0, 1.0 / math.sqrt(2.0))
+"""Rotor speeds while a turn speeds up, in parts of v_max: pushing rotor 3 and braking rotor 1."""
+
+
+@dataclass(frozen=True)
+class Airframe:
+    """Mass and inertia of the UAV.
+
+    Parameters
+    ----------
+    mass_kg
+        m [kg], > 0.
+    gravity_m_s2
+        g [m/s²], > 0.
+    arm_length_m
+        l from the centre to a rotor [m], > 0.
+    inertia_x_kg_m2, inertia_y_kg_m2, inertia_z_kg_m2
+        I_x, I_y, I_z [kg m²], > 0; I_z has no part in the model (no yaw).
+    """
+
+    mass_kg: Quantity
+    gravity_m_s2: Quantity
+    arm_length_m: Quantity
+    inertia_x_kg_m2: Quantity
+    inertia_y_kg_m2: Quantity
+    inertia_z_kg_m2: Quantity
+
+    @property
+    def weight_N(self) -> Quantity:
+        """Weight m g [N]."""
+        return self.mass_kg * self.gravity_m_s2
+
+    def external_force_N(self, wind_N: Vector) -> Vector:
+        """F_e [N]: gravity and a wind force, components (x, y, z)."""
+        return (wind_N[0], wind_N[1], wind_N[2] - self.weight_N)
+
+
+@dataclass(frozen=True)
+class Attitude:
+    """Attitude of the UAV; its yaw stays 0.
+
+    Parameters
+    ----------
+    pitch_rad
+        ψ_p = atan2(f_x, f_z) [rad], positive with the nose down, thrust towards +x.
+    roll_rad
+        ψ_r = asin(f_y) [rad], positive with thrust towards +y.
+    """
+
+    pitch_rad: Quantity
+    roll_rad: Quantity
+
+
+LEVEL = Attitude(0.0, 0.0)
+
+
+@dataclass(frozen=True)
+class Loads:
+    """What a leg draws in each of its stages.
+
+    Parameters
+    ----------
+    durations_s
+        Duration of every stage [s], one entry a stage, each a scalar or an array over legs; NaN
+        where the leg cannot be flown.
+    currents_A, powers_W
+        Current drawn [A] and power drawn [W], > 0, one entry a stage; a scalar is the same for all
+        legs.
+    """
+
+    durations_s: tuple[Quantity, ...]
+    currents_A: tuple[Quantity, ...]
+    powers_W: tuple[Quantity, ...]
+
+    @property
+    def duration_s(self) -> Quantity:
+        """Flight time of the leg [s]."""
+        return sum(self.durations_s)
+
+    @property
+    def charge_As(self) -> Quantity:
+        """Charge drawn on the leg [A s]."""
+        return sum(t * i for t, i in zip(self.durations_s, self.currents_A, strict=True))
+
+    @property
+    def energy_J(self) -> Quantity:
+        """Energy drawn on the leg [J], [2]_ eq (6)."""
+        return sum(t * p for t, p in zip(self.durations_s, self.powers_W, strict=True))
+
+
+@dataclass(frozen=True)
+class Leg:
+    """A leg of the six-stage model; every field may be an array over legs.
+
+    Parameters
+    ----------
+    displacement_m
+        Way from start to end [m], components (x, y, z).
+    acceleration_m_s2, braking_m_s2
+        a2 and a4 along the path [m/s²].
+    cruise, brake
+        Attitude in stages 2 and 4.
+    turn_times_s
+        Durations [s] of the six turning movements: pitch and roll of stages 1, 3 and 5.
+    loads
+        Durations, currents and powers of the five stages.
+    """
+
+    displacement_m: Vector
+    acceleration_m_s2: Quantity
+    braking_m_s2: Quantity
+    cruise: Attitude
+    brake: Attitude
+    turn_times_s: tuple[Quantity, ...]
+    loads: Loads
+
+    @property
+    def distance_m(self) -> Quantity:
+        """Length of the path [m]."""
+        return norm(self.displacement_m)
+
+    @property
+    def peak_speed_m_s(self) -> Quantity:
+        """Speed a2 t2 at the end of stage 2 [m/s]."""
+        return self.acceleration_m_s2 * self.loads.durations_s[1]
+
+    @property
+    def switching_times_s(self) -> tuple[Quantity, ...]:
+        """τ1…τ14 [s] at which the control input changes, pitch before roll ([1]_, appendix D).
+
+        Each turning movement speeds up for its first half and slows down for its second.
+        """
+        pitch1, roll1, pitch3, roll3, pitch5, roll5 = self.turn_times_s
+        _, t2, _, t4, _ = self.loads.durations_s
+        halves = (
+            *(pitch1 / 2.0, pitch1 / 2.0, roll1 / 2.0, roll1 / 2.0, t2),
+            *(pitch3 / 2.0, pitch3 / 2.0, roll3 / 2.0, roll3 / 2.0, t4),
+            *(pitch5 / 2.0, pitch5 / 2.0, roll5 / 2.0, roll5 / 2.0),
+        )
+        times: list[Quantity] = []
+        for part in halves:
+            times.append(times[-1] + part if times else part)
+        return tuple(times)
+
+
+def thrust_reserve(external_force_N: Vector, thrust_N: Quantity) -> Quantity:
+    """F² − |F_e|² = A(u) A(−u) [N²]; NaN where F ≤ |F_e|, that is, where no leg can be flown."""
+    external_N = norm(external_force_N)
+    margin_N = thrust_N - external_N
+    return one_where_positive(margin_N) * margin_N * (thrust_N + external_N)
+
+
+def net_force_along(direction: Vector, external_force_N: Vector, thrust_N: Quantity) -> Quantity:
+    """A(u) = p + sqrt(p² − |F_e|² + F²) [N] along a unit vector; NaN where F ≤ |F_e|."""
+    along = dot(external_force_N, direction)
+    return along + np.sqrt(along**2 + thrust_reserve(external_force_N, thrust_N))
+
+
+def thrust_attitude(
+    direction: Vector, net_force_N: Quantity, external_force_N: Vector, thrust_N: Quantity
+) -> Attitude:
+    """Attitude whose thrust gives a net force along a unit vector: f = (A u − F_e)/F."""
+    fx, fy, fz = (
+        (net_force_N * u - force) / thrust_N
+        for u, force in zip(direction, external_force_N, strict=True)
+    )
+    # asin(f_y) of a unit vector, without the rounding that makes f_y exceed 1.
+    return Attitude(
+        pitch_rad=np.arctan2(fx, fz), roll_rad=np.arctan2(fy, np.sqrt(fx * fx + fz * fz))
+    )
+
+
+def turn_times(
+    airframe: Airframe, motor: rotor.Motor, start: Attitude, end: Attitude
+) -> tuple[Quantity, Quantity]:
+    """Durations [s] of turning in pitch and then in roll, each speeding up and slowing down."""
+    torque_Nm = airframe.arm_length_m * motor.lift_coefficient_N_s2_rad2 * motor.max_speed_rad_s**2
+    pitch_rad = np.abs(end.pitch_rad - start.pitch_rad)
+    roll_rad = np.abs(end.roll_rad - start.roll_rad)
+    return (
+        2.0 * np.sqrt(pitch_rad * airframe.inertia_y_kg_m2 / torque_Nm),
+        2.0 * np.sqrt(roll_rad * airframe.inertia_x_kg_m2 / torque_Nm),
+    )
+
+
+def turning_load(motor: rotor.Motor) -> tuple[Quantity, Quantity]:
+    """Current [A] and power [W] of all rotors while turning: one at v_max, two at v_max/√2."""
+    speeds = [share * motor.max_speed_rad_s for share in TURNING_SPEEDS]
+    return (
+        sum(rotor.current(motor, v) for v in speeds),
+        sum(rotor.power(motor, v) for v in speeds),
+    )
+
+
+def full_speed_load(motor: rotor.Motor) -> tuple[Quantity, Quantity]:
+    """Current [A] and power [W] of the four rotors at v_max."""
+    v_max = motor.max_speed_rad_s
+    return (
+        rotor.ROTORS * rotor.current(motor, v_max),
+        rotor.ROTORS * rotor.power(motor, v_max),
+    )
+
+
+def leg(
+    airframe: Airframe, motor: rotor.Motor, displacement_m: Vector, wind_N: Vector = (0.0, 0.0, 0.0)
+) -> Leg:
+    """A leg from rest to rest by the six-stage model [1]_.
+
+    Parameters
+    ----------
+    airframe, motor
+        The UAV.
+    displacement_m
+        End minus start [m], components (x, y, z), each a scalar or an array over legs.
+    wind_N
+        Wind force [N], components.
+
+    Returns
+    -------
+    The leg. Its accelerations, attitudes and times are NaN where the thrust cannot carry weight
+    and wind (`impossible` says why); a leg of no length takes no time.
+    """
+    force_N = airframe.external_force_N(wind_N)
+    thrust_N = rotor.full_thrust(motor)
+    distance = norm(displacement_m)
+    moving = np.sign(distance)
+    divisor = np.maximum(distance, TINY)
+    x, y, z = (component / divisor for component in displacement_m)
+    forward, backward = (x, y, z), (-x, -y, -z)
+    forward_N = net_force_along(forward, force_N, thrust_N)
+    backward_N = net_force_along(backward, force_N, thrust_N)
+    cruise = thrust_attitude(forward, forward_N, force_N, thrust_N)
+    brake = thrust_attitude(backward, backward_N, force_N, thrust_N)
+    a2, a4 = forward_N / airframe.mass_kg, backward_N / airframe.mass_kg
+    # sqrt(2 d (1/a2 + 1/a4)): the product a2 a4 is known better than its factors.
+    a2_a4 = thrust_reserve(force_N, thrust_N) / airframe.mass_kg**2
+    displacement_time = np.sqrt(2.0 * distance * (a2 + a4) / a2_a4)
+    t2 = displacement_time * a4 / (a2 + a4)
+    turns = tuple(
+        moving * time
+        for start, end in ((LEVEL, cruise), (cruise, brake), (brake, LEVEL))
+        for time in turn_times(airframe, motor, start, end)
+    )
+    turning_A, turning_W = turning_load(motor)
+    full_A, full_W = full_speed_load(motor)
+    return Leg(
+        displacement_m,
+        a2,
+        a4,
+        cruise,
+        brake,
+        turns,
+        Loads(
+            durations_s=(
+                turns[0] + turns[1],
+                t2,
+                turns[2] + turns[3],
+                displacement_time - t2,
+                turns[4] + turns[5],
+            ),
+            currents_A=(turning_A, full_A, turning_A, full_A, turning_A),
+            powers_W=(turning_W, full_W, turning_W, full_W, turning_W),
+        ),
+    )
+
+
+def impossible(airframe: Airframe, motor: rotor.Motor, wind_N: Vector) -> str | None:
+    """Why no leg can be flown, in words; None where legs can be flown. Scalars only."""
+    thrust_N = float(rotor.full_thrust(motor))
+    external_N = float(norm(airframe.external_force_N(wind_N)))
+    if thrust_N > external_N:
+        return None
+    return (
+        f"the rotors give {thrust_N:.6g} N at full speed, "
+        f"but weight and wind take {external_N:.6g} N"
+    )
+
+
+@dataclass(frozen=True)
+class LegState:
+    """Where the UAV is on a leg, and what it does, at some moments.
+
+    Where there is no state, on a leg that cannot be flown or before the leg begins, the stage is 0
+    and everything else NaN.
+
+    Parameters
+    ----------
+    stage
+        1 to 5 in flight, 6 once it hovers at the end.
+    position_m
+        From the start of the leg [m], components.
+    speed_m_s
+        Along the path [m/s]: the rate of change of the position, so 0 in the turn of stage 3, in
+        which the model freezes the position and keeps the speed for stage 4.
+    attitude
+        Pitch and roll [rad].
+    rotor_speeds_rad_s
+        Speeds of rotors 1 (+x), 2 (+y), 3 (−x) and 4 (−y) [rad/s].
+    current_A, power_W
+        Drawn by all rotors [A], [W].
+    """
+
+    stage: Quantity
+    position_m: Vector
+    speed_m_s: Quantity
+    attitude: Attitude
+    rotor_speeds_rad_s: tuple[Quantity, Quantity, Quantity, Quantity]
+    current_A: Quantity
+    power_W: Quantity
+
+
+def state_at(motor: rotor.Motor, external_force_N: Vector, leg: Leg, time_s: Quantity) -> LegState:
+    """State of the UAV on one leg at given moments; floats and arrays.
+
+    Parameters
+    ----------
+    motor
+        The rotors.
+    external_force_N
+        F_e [N], held by the hover at the end.
+    leg
+        One leg (scalar fields).
+    time_s
+        Moments since the leg began [s], ≥ 0; a scalar or an array.
+    """
+    time = np.asarray(time_s, dtype=float)
+    ends = np.cumsum([float(t) for t in leg.loads.durations_s])
+    exists = (time >= 0.0) & ~np.isnan(ends[-1])
+    stage = np.where(exists, np.searchsorted(ends, time, side="right") + 1, 0)
+    in_stage = time - np.concatenate([[0.0], ends])[np.maximum(stage, 1) - 1]
+    _, t2, _, t4, _ = leg.loads.durations_s
+    a2, a4, whole = leg.acceleration_m_s2, leg.braking_m_s2, leg.distance_m
+    accelerated, halfway = 0.5 * a2 * in_stage**2, 0.5 * a2 * t2**2
+    braked = halfway + leg.peak_speed_m_s * in_stage - 0.5 * a4 * in_stage**2
+    by_stage = [stage == number for number in range(1, 7)]
+    travelled = np.select(by_stage, [0.0, accelerated, halfway, braked, whole, whole], np.nan)
+    speed = np.select(by_stage, [0.0, a2 * in_stage, 0.0, a4 * (t4 - in_stage), 0.0, 0.0], np.nan)
+    x, y, z = (travelled / np.maximum(whole, TINY) * way for way in leg.displacement_m)
+    speeds = _rotor_speeds_at(motor, external_force_N, leg, stage, in_stage)
+    return LegState(
+        stage=stage[()],
+        position_m=(x, y, z),
+        speed_m_s=speed[()],
+        attitude=_attitude_at(leg, stage, in_stage),
+        rotor_speeds_rad_s=speeds,
+        current_A=sum(rotor.current(motor, v) for v in speeds),
+        power_W=sum(rotor.power(motor, v) for v in speeds),
+    )
+
+
+def _turns(leg: Leg) -> Iterator[tuple[int, Attitude, Attitude, Quantity, Quantity]]:
+    """Stages 1, 3 and 5: number, attitude before and after, times of pitching and rolling [s]."""
+    attitudes = itertools.pairwise((LEVEL, leg.cruise, leg.brake, LEVEL))
+    times_s = leg.turn_times_s
+    for stage, (before, after) in zip((1, 3, 5), attitudes, strict=True):
+        yield stage, before, after, times_s[stage - 1], times_s[stage]
+
+
+def _turn_share(in_movement_s: Quantity, duration_s: Quantity) -> Quantity:
+    """Share of a turn done [-] when it speeds up for one half of its time and slows down after."""
+    done = np.clip(in_movement_s / np.maximum(duration_s, TINY), 0.0, 1.0)
+    return np.where(done < 0.5, 2.0 * done**2, 1.0 - 2.0 * (1.0 - done) ** 2)
+
+
+def _attitude_at(leg: Leg, stage: Quantity, in_stage: Quantity) -> Attitude:
+    pitch = roll = np.full(np.shape(stage), np.nan)
+    for number, before, after, pitch_s, roll_s in _turns(leg):
+        # The stage after a turn keeps the attitude the turn leads to.
+        turning, turned = stage == number, stage == number + 1
+        pitched = np.where(turned, 1.0, _turn_share(in_stage, pitch_s))
+        rolled = np.where(turned, 1.0, _turn_share(in_stage - pitch_s, roll_s))
+        here = turning | turned
+        pitch = np.where(here, (1 - pitched) * before.pitch_rad + pitched * after.pitch_rad, pitch)
+        roll = np.where(here, (1 - rolled) * before.roll_rad + rolled * after.roll_rad, roll)
+    return Attitude(pitch[()], roll[()])
+
+
+def _rotor_speeds_at(
+    motor: rotor.Motor, external_force_N: Vector, leg: Leg, stage: Quantity, in_stage: Quantity
+) -> tuple[Quantity, Quantity, Quantity, Quantity]:
+    """Speeds of the four rotors [rad/s]; a turn to a larger angle pushes on the far side."""
+    shares = np.full((rotor.ROTORS, *np.shape(stage)), np.nan)
+    shares = np.where((stage == 2) | (stage == 4), 1.0, shares)
+    hover = rotor.hover_speed(motor, external_force_N) / motor.max_speed_rad_s
+    shares = np.where(stage == 6, hover, shares)
+    number = np.arange(rotor.ROTORS).reshape(-1, *(1 for _ in np.shape(stage)))
+    for turn, before, after, pitch_s, roll_s in _turns(leg):
+        pitching = in_stage < pitch_s
+        speeding_up = np.where(pitching, in_stage < pitch_s / 2, in_stage - pitch_s < roll_s / 2)
+        growing = np.where(
+            pitching, after.pitch_rad >= before.pitch_rad, after.roll_rad >= before.roll_rad
+        )
+        # Pitch works on rotors 1 and 3, roll on 2 and 4: the same pattern, shifted by one. The
+        # opposite torque takes the opposite rotor.
+        shift = np.where(pitching, 0, 1) + np.where(growing == speeding_up, 0, 2)
+        pattern = np.asarray(TURNING_SPEEDS)[(number - shift) % rotor.ROTORS]
+        shares = np.where(stage == turn, pattern, shares)
+    first, second, third, fourth = (motor.max_speed_rad_s * share[()] for share in shares)
+    return first, second, third, fourth
+
+
+def regime_leg(
+    distance_m: Quantity,
+    acceleration_m_s2: Quantity,
+    current_A: Quantity,
+    power_W: Quantity,
+    max_speed_m_s: Quantity = math.inf,
+) -> tuple[Loads, Quantity]:
+    """A leg of constant load: accelerate, cruise at the speed cap if it is reached, brake.
+
+    Parameters
+    ----------
+    distance_m
+        d [m], ≥ 0.
+    acceleration_m_s2
+        a of speeding up and of braking [m/s²], > 0.
+    current_A, power_W
+        Drawn in flight [A], [W].
+    max_speed_m_s
+        v, speed cap [m/s], > 0; none by default.
+
+    Returns
+    -------
+    Loads of its single stage, T = 2 sqrt(d/a) or d/v + v/a [s] where the cap is reached, and the
+    peak speed [m/s].
+    """
+    peak = np.minimum(np.sqrt(distance_m * acceleration_m_s2), max_speed_m_s)
+    duration = distance_m / np.maximum(peak, TINY) + peak / acceleration_m_s2
+    return Loads((duration,), (current_A,), (power_W,)), peak

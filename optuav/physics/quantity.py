@@ -1,0 +1,48 @@
+"""What the physics functions compute with."""
+
+from __future__ import annotations
+
+from typing import Any, TypeAlias
+
+import numpy as np
+
+Quantity: TypeAlias = Any
+"""A float, a NumPy array (arguments broadcast) or a symbol of the modelling layer.
+
+Anything that answers to Python's operators and to NumPy's ufuncs will do. The physics keeps to
+those two, so that one formula serves simulation, grids and optimisers.
+"""
+
+Vector: TypeAlias = tuple[Quantity, Quantity, Quantity]
+"""Three components (x, y, z), each a `Quantity`."""
+
+TINY = 1e-200
+"""A positive number whose products with physical quantities neither vanish nor overflow.
+
+It stands in for zero where a quotient has a limit: ``f(max(x, TINY)) / max(x, TINY)``.
+"""
+
+
+@np.errstate(invalid="ignore")
+def one_where_positive(margin: Quantity) -> Quantity:
+    """1 where the margin is above 0, NaN elsewhere: a factor that voids what is impossible."""
+    root = np.sqrt(margin)
+    return np.divide(root, root)
+
+
+@np.errstate(invalid="ignore")
+def one_where_not_negative(margin: Quantity) -> Quantity:
+    """1 where the margin is 0 or above, NaN elsewhere."""
+    doubled = np.sign(margin) + 1.0
+    return np.divide(doubled, doubled)
+
+
+def norm(vector: Vector) -> Quantity:
+    """Euclidean length of a vector given by its components."""
+    x, y, z = vector
+    return np.sqrt(x * x + y * y + z * z)
+
+
+def dot(left: Vector, right: Vector) -> Quantity:
+    """Scalar product of two vectors given by their components."""
+    return left[0] * right[0] + left[1] * right[1] + left[2] * right[2]

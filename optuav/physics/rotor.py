@@ -1,0 +1,191 @@
+"""Electrical model of a rotor, and what four of them can lift.
+
+A rotor turning at v [rad/s] draws the current i = (T_f + κ0 v² + D_f v + J v̇)/κ_T at the voltage
+e = R i + κ_E v ([1]_, [2]_). A stopped rotor is switched off and draws nothing.
+
+References
+----------
+.. [1] F. Morbidi, R. Cano, D. Lara, "Minimum-energy path generation for a quadrotor UAV",
+   IEEE ICRA 2016.
+.. [2] W. Jaafar, H. Yanikomeroglu, "Dynamics of laser-charged UAVs: a battery perspective",
+   IEEE Internet of Things Journal, 2020, eqs (1)-(5).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from optuav.physics.quantity import Quantity, Vector, norm, one_where_not_negative
+
+ROTORS = 4
+
+RPM_PER_RAD_S = 9.5493
+"""60/(2π) to the digits of the paper's Table I, which its numbers are computed with."""
+
+
+@dataclass(frozen=True)
+class Motor:
+    """Constants of one rotor with its motor and propeller (four equal ones make a quadrotor).
+
+    Parameters
+    ----------
+    lift_coefficient_N_s2_rad2
+        ϱ, thrust over squared speed [N s²/rad²], > 0.
+    drag_coefficient_Nm_s2_rad2
+        κ0, aerodynamic drag torque over squared speed [N m s²/rad²], > 0.
+    friction_torque_Nm
+        T_f, motor friction [N m], ≥ 0.
+    viscous_damping_Nm_s_rad
+        D_f [N m s/rad], ≥ 0.
+    velocity_constant_rpm_V
+        κ_V [rpm/V], > 0; it fixes κ_E = κ_T = 9.5493/κ_V [V s/rad], [N m/A].
+    resistance_ohm
+        R of the winding [Ω], ≥ 0.
+    inertia_kg_m2
+        J of the turning parts [kg m²], ≥ 0.
+    max_speed_rad_s
+        v_max [rad/s], > 0.
+    """
+
+    lift_coefficient_N_s2_rad2: Quantity
+    drag_coefficient_Nm_s2_rad2: Quantity
+    friction_torque_Nm: Quantity
+    viscous_damping_Nm_s_rad: Quantity
+    velocity_constant_rpm_V: Quantity
+    resistance_ohm: Quantity
+    inertia_kg_m2: Quantity
+    max_speed_rad_s: Quantity
+
+    @property
+    def torque_constant_Nm_A(self) -> Quantity:
+        """κ_T [N m/A], equal to the voltage constant κ_E [V s/rad]."""
+        return RPM_PER_RAD_S / self.velocity_constant_rpm_V
+
+
+def current(motor: Motor, speed_rad_s: Quantity, acceleration_rad_s2: Quantity = 0.0) -> Quantity:
+    """Current of one rotor [A], [2]_ eq (3); zero for a rotor that stands still.
+
+    Parameters
+    ----------
+    motor
+        Constants of the rotor.
+    speed_rad_s
+        v [rad/s], ≥ 0.
+    acceleration_rad_s2
+        v̇ [rad/s²].
+    """
+    torque_Nm = (
+        motor.friction_torque_Nm
+        + motor.drag_coefficient_Nm_s2_rad2 * speed_rad_s**2
+        + motor.viscous_damping_Nm_s_rad * speed_rad_s
+        + motor.inertia_kg_m2 * acceleration_rad_s2
+    )
+    return np.sign(speed_rad_s) * torque_Nm / motor.torque_constant_Nm_A
+
+
+def voltage(motor: Motor, speed_rad_s: Quantity, acceleration_rad_s2: Quantity = 0.0) -> Quantity:
+    """Voltage across one rotor [V], [2]_ eq (2); arguments as in `current`."""
+    return (
+        motor.resistance_ohm * current(motor, speed_rad_s, acceleration_rad_s2)
+        + motor.torque_constant_Nm_A * speed_rad_s
+    )
+
+
+def power(motor: Motor, speed_rad_s: Quantity, acceleration_rad_s2: Quantity = 0.0) -> Quantity:
+    """Electrical power of one rotor [W], voltage times current; arguments as in `current`."""
+    return voltage(motor, speed_rad_s, acceleration_rad_s2) * current(
+        motor, speed_rad_s, acceleration_rad_s2
+    )
+
+
+def power_coefficients(motor: Motor) -> tuple[Quantity, ...]:
+    """Coefficients (c1, …, c9) of the power of a turning rotor as a polynomial, [2]_ eq (5).
+
+    p = c1 + c2 v + c3 v² + c4 v³ + c5 v⁴ + v̇ (c6 + c7 v̇ + c8 v + c9 v²) [W], v in [rad/s]. The
+    paper prints c9 = (κ_T/T_f) c6; the power of `power` needs (κ0/T_f) c6. Written here without
+    the quotients by T_f, so that a motor without friction has coefficients too.
+    """
+    R, T_f, κ0 = (
+        motor.resistance_ohm,
+        motor.friction_torque_Nm,
+        motor.drag_coefficient_Nm_s2_rad2,
+    )
+    D_f, J, κ = (
+        motor.viscous_damping_Nm_s_rad,
+        motor.inertia_kg_m2,
+        motor.torque_constant_Nm_A,
+    )
+    back_emf_and_damping = (κ + 2.0 * R * D_f / κ) / κ
+    c1 = R * T_f**2 / κ**2
+    c2 = T_f * back_emf_and_damping
+    c3 = D_f / κ * (R * D_f / κ + κ) + 2.0 * R * T_f * κ0 / κ**2
+    c4 = κ0 * back_emf_and_damping
+    c5 = R * κ0**2 / κ**2
+    c6 = 2.0 * R * T_f * J / κ**2
+    c7 = R * J**2 / κ**2
+    c8 = J * back_emf_and_damping
+    c9 = 2.0 * R * κ0 * J / κ**2
+    return (c1, c2, c3, c4, c5, c6, c7, c8, c9)
+
+
+def polynomial_power(
+    motor: Motor, speed_rad_s: Quantity, acceleration_rad_s2: Quantity = 0.0
+) -> Quantity:
+    """Power of one turning rotor [W] by the polynomial c1…c9 of [2]_ eq (5); speed > 0 [rad/s]."""
+    c1, c2, c3, c4, c5, c6, c7, c8, c9 = power_coefficients(motor)
+    v, a = speed_rad_s, acceleration_rad_s2
+    steady = c1 + v * (c2 + v * (c3 + v * (c4 + v * c5)))
+    return steady + a * (c6 + c7 * a + c8 * v + c9 * v**2)
+
+
+def full_thrust(motor: Motor) -> Quantity:
+    """F = 4 ϱ v_max² [N], thrust of the four rotors at full speed."""
+    return ROTORS * motor.lift_coefficient_N_s2_rad2 * motor.max_speed_rad_s**2
+
+
+def hover_speed(motor: Motor, external_force_N: Vector) -> Quantity:
+    """Speed of each rotor v_h = sqrt(|F_e|/(4ϱ)) [rad/s] that holds the UAV against a force.
+
+    Parameters
+    ----------
+    motor
+        Constants of the rotors.
+    external_force_N
+        F_e, gravity plus wind [N], components (x, y, z).
+
+    Returns
+    -------
+    Speed [rad/s]; NaN where it exceeds v_max, that is, where the UAV cannot hold its place.
+    """
+    external_N = norm(external_force_N)
+    return one_where_not_negative(full_thrust(motor) - external_N) * np.sqrt(
+        external_N / (ROTORS * motor.lift_coefficient_N_s2_rad2)
+    )
+
+
+def largest_wind(motor: Motor, weight_N: Quantity, direction: Vector) -> Quantity:
+    """Largest wind force along a direction [N] against which the UAV can just hold its place.
+
+    It solves |weight + wind| = F.
+
+    Parameters
+    ----------
+    motor
+        Constants of the rotors.
+    weight_N
+        m g [N], > 0.
+    direction
+        Where the wind pushes, any length but zero; z points up.
+
+    Returns
+    -------
+    Force [N]; NaN where the weight alone exceeds the full thrust.
+    """
+    length = norm(direction)
+    weight_along = -weight_N * direction[2] / length
+    thrust_N = full_thrust(motor)
+    margin_N = thrust_N - weight_N
+    reserve = one_where_not_negative(margin_N) * margin_N * (thrust_N + weight_N)
+    return np.sqrt(weight_along**2 + reserve) - weight_along

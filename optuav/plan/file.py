@@ -1,0 +1,135 @@
+"""Plans as plain data and as JSON files."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+from pydantic import ValidationError
+
+from optuav.errors import Fault, InputError
+from optuav.mission import Mission
+from optuav.mission.files import label, read_text, write_text
+from optuav.mission.words import shown
+from optuav.plan.plan import Plan
+
+SCHEMA = 1
+KIND = "optuav plan"
+LARGEST_BYTES = 20_000_000
+
+DERIVED = (
+    "hover_time_s",
+    "rest_time_s",
+    "flight_time_s",
+    "mission_time_s",
+    "peak_speed_m_s",
+    "runs_dry_s",
+    "overfull_s",
+    "route",
+    "stops",
+    "warnings",
+)
+"""What the data repeat for their readers; it follows from the phases, which decide."""
+
+
+def to_dict(plan: Plan) -> dict[str, Any]:
+    """The plan as plain data: strings, numbers, lists, dicts and None.
+
+    Returns
+    -------
+    dict
+        The fields of the plan with its mission inside; times and route repeated for the reader,
+        null where there is no plan.
+    """
+    data = plan.model_dump(mode="json", exclude={"mission"})
+    derived = {name: _plain(getattr(plan, name)) if plan else None for name in DERIVED}
+    return {
+        "schema": SCHEMA,
+        "kind": KIND,
+        **{name: data[name] for name in data if name != "phases"},
+        **derived,
+        "phases": data["phases"],
+        "mission": plan.mission.to_dict(),
+    }
+
+
+def _plain(value: Any) -> Any:
+    if isinstance(value, tuple):
+        return [each if isinstance(each, str) else each.model_dump(mode="json") for each in value]
+    return value
+
+
+def save(plan: Plan, path: str | Path) -> None:
+    """Write a plan as JSON, whole or not at all.
+
+    Raises
+    ------
+    InputError
+        If the directory is missing or cannot be written to.
+    """
+    text = json.dumps(to_dict(plan), indent=2, ensure_ascii=False, allow_nan=False)
+    write_text(Path(path), text + "\n")
+
+
+def load_plan(path: str | Path) -> Plan:
+    """Read a plan that `Plan.save` wrote; the round trip is exact.
+
+    Parameters
+    ----------
+    path
+        A JSON file.
+
+    Raises
+    ------
+    InputError
+        With everything that is wrong with the file.
+    """
+    source = label(Path(path))
+    text = read_text(Path(path), LARGEST_BYTES)
+    try:
+        data = json.loads(text, parse_constant=_no_constant)
+    except (ValueError, RecursionError) as error:
+        raise InputError([Fault("", "", f"is not JSON: {_first_line(error)}", source)]) from None
+    if not isinstance(data, dict) or data.get("kind") != KIND:
+        raise InputError([Fault("", "", f'is no plan: "kind": "{KIND}" is missing', source)])
+    if data.get("schema") != SCHEMA:
+        raise InputError([Fault("schema", shown(data.get("schema")), f"{SCHEMA}", source)])
+    return _plan(data, source)
+
+
+def _no_constant(name: str) -> float:
+    raise ValueError(f"{name} is no JSON number")
+
+
+def _first_line(error: Exception) -> str:
+    return "it is nested too deeply" if isinstance(error, RecursionError) else str(error)
+
+
+def _plan(data: dict[str, Any], source: str) -> Plan:
+    fields = {k: v for k, v in data.items() if k not in ("schema", "kind", "mission", *DERIVED)}
+    faults: list[Fault] = []
+    mission = None
+    try:
+        mission = Mission.from_dict(data.get("mission"))  # type: ignore[arg-type]
+    except InputError as error:
+        faults += [
+            Fault(f"mission.{each.key}".rstrip("."), each.value, each.allowed, source)
+            for each in error.faults
+        ]
+    try:
+        plan = Plan.model_validate({**fields, "mission": mission})
+    except ValidationError as error:
+        faults += [each for each in _faults(error, source) if each.key != "mission"]
+    if faults:
+        raise InputError(faults)
+    return plan
+
+
+def _faults(error: ValidationError, source: str) -> Iterator[Fault]:
+    for detail in error.errors(include_url=False):
+        key = ".".join(str(part) for part in detail["loc"])
+        missing = detail["type"] == "missing"
+        value = "" if missing else shown(detail["input"])
+        yield Fault(key, value, detail["msg"][:1].lower() + detail["msg"][1:], source)

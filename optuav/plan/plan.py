@@ -1,0 +1,299 @@
+"""A plan: what the UAV does, what that does to the battery, and how we know it is the best."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Literal
+
+from pydantic import BaseModel, ConfigDict, NonNegativeFloat
+
+from optuav.engines.solution import Status
+from optuav.errors import NoPlanError
+from optuav.mission import Mission, vehicle
+from optuav.physics import battery
+from optuav.physics.quantity import Quantity
+
+if TYPE_CHECKING:
+    import pandas
+
+ROUNDING = 1e-9
+"""Share of the capacity by which rounding may carry a well past its limit [-]."""
+
+Kind = Literal["flight", "hover", "rest"]
+
+
+class Record(BaseModel):
+    """Frozen data of a plan, as it stands in its file."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
+
+
+class Stage(Record):
+    """A stretch of constant current.
+
+    Parameters
+    ----------
+    duration_s
+        [s], ≥ 0.
+    current_A, power_W
+        Net, into the battery [A], [W]: negative while they drain it.
+    """
+
+    duration_s: NonNegativeFloat
+    current_A: float
+    power_W: float
+
+
+class Phase(Record):
+    """A leg, a hover or a rest.
+
+    Parameters
+    ----------
+    kind
+        ``"flight"``, ``"hover"`` or ``"rest"``.
+    start_place, end_place
+        Names of places; the same while hovering and resting.
+    start_s
+        When it begins, counted from take-off [s].
+    stages
+        Its stretches of constant current, in order; at least one.
+    distance_m, peak_speed_m_s
+        Of a leg [m], [m/s]; 0 otherwise.
+    edited
+        Whether its figures were stated by the user in a graph.
+    available_As, bound_As
+        Charge in the wells at its end [A s], one entry a pack; pooled packs count as one.
+    """
+
+    kind: Kind
+    start_place: str
+    end_place: str
+    start_s: NonNegativeFloat
+    stages: tuple[Stage, ...]
+    distance_m: NonNegativeFloat
+    peak_speed_m_s: NonNegativeFloat
+    edited: bool
+    available_As: tuple[float, ...]
+    bound_As: tuple[float, ...]
+
+    @property
+    def duration_s(self) -> float:
+        """How long it takes [s]."""
+        return sum(stage.duration_s for stage in self.stages)
+
+    @property
+    def end_s(self) -> float:
+        """When it ends, counted from take-off [s]."""
+        return self.start_s + self.duration_s
+
+    @property
+    def current_A(self) -> float:
+        """Mean net current into the battery [A]."""
+        return self._mean([stage.current_A for stage in self.stages])
+
+    @property
+    def power_W(self) -> float:
+        """Mean net power into the battery [W]."""
+        return self._mean([stage.power_W for stage in self.stages])
+
+    def _mean(self, values: list[float]) -> float:
+        weights = [stage.duration_s for stage in self.stages]
+        if not sum(weights):
+            return values[0]
+        return sum(v * w for v, w in zip(values, weights, strict=True)) / sum(weights)
+
+
+class Stop(Record):
+    """A stay at one place.
+
+    Parameters
+    ----------
+    kind
+        ``"hover"`` or ``"rest"``.
+    at
+        Name of the place.
+    start_s, duration_s
+        When, counted from take-off, and for how long [s].
+    """
+
+    kind: Literal["hover", "rest"]
+    at: str
+    start_s: float
+    duration_s: float
+
+
+class Plan(Record):
+    """The answer to a problem over a mission.
+
+    Where there is no plan, `status` and `reasons` say so, and every time or state that is asked of
+    it raises `NoPlanError`. A plan is true where there is one.
+
+    Parameters
+    ----------
+    mission
+        What was asked about.
+    problem, trajectory, perspective
+        As asked: names of the problem, of the trajectory (or None) and of the perspective.
+    slot_s
+        Length of the slots [s]; None for continuous times.
+    engine, proof
+        Who answered, and how it knows.
+    status
+        What is known of the problem as stated.
+    binding
+        Labels of the constraints that hold with equality.
+    reasons
+        Why there is no plan, in words; empty if there is one.
+    notes
+        What a reader should know about the answer.
+    phases
+        What happens, in order; empty if there is no plan.
+    soc
+        State of charge at the end by perspective [-]; empty if there is no plan.
+    """
+
+    mission: Mission
+    problem: str
+    trajectory: str | None
+    perspective: str
+    slot_s: float | None
+    engine: str
+    proof: str
+    status: Status
+    binding: tuple[str, ...] = ()
+    reasons: tuple[str, ...] = ()
+    notes: tuple[str, ...] = ()
+    phases: tuple[Phase, ...] = ()
+    soc: dict[str, float] = {}
+
+    def __bool__(self) -> bool:
+        return bool(self.phases)
+
+    @property
+    def hover_time_s(self) -> float:
+        """Δ [s]."""
+        return self._time("hover")
+
+    @property
+    def rest_time_s(self) -> float:
+        """T' [s]."""
+        return self._time("rest")
+
+    @property
+    def flight_time_s(self) -> float:
+        """T_fl [s]."""
+        return self._time("flight")
+
+    @property
+    def mission_time_s(self) -> float:
+        """T = T_fl + Δ + T' [s]."""
+        return self.flight_time_s + self.hover_time_s + self.rest_time_s
+
+    @property
+    def route(self) -> tuple[str, ...]:
+        """Names of the places in the order in which they are reached."""
+        flights = [phase for phase in self._existing() if phase.kind == "flight"]
+        return (flights[0].start_place, *(phase.end_place for phase in flights))
+
+    @property
+    def stops(self) -> tuple[Stop, ...]:
+        """Hovers and rests in order; a stop with T' = 0 is passed by."""
+        return tuple(
+            Stop(
+                kind=each.kind, at=each.end_place, start_s=each.start_s, duration_s=each.duration_s
+            )
+            for each in self._existing()
+            if each.kind != "flight"
+        )
+
+    @property
+    def peak_speed_m_s(self) -> float:
+        """Largest speed on any leg [m/s]."""
+        return max(phase.peak_speed_m_s for phase in self._existing())
+
+    @property
+    def runs_dry_s(self) -> float | None:
+        """When the available well of the pooled battery is empty [s]; None if it never is."""
+        return self._first_passing(battery.time_to_empty, lambda level, full: level < -ROUNDING)
+
+    @property
+    def overfull_s(self) -> float | None:
+        """When charging first drives the available well past full [s]; None if it never does."""
+        return self._first_passing(
+            battery.time_to_full, lambda level, full: level > full + ROUNDING
+        )
+
+    @property
+    def warnings(self) -> tuple[str, ...]:
+        """What keeps the plan from being flown as it stands, in words; empty if nothing does."""
+        found = []
+        if self.runs_dry_s is not None:
+            found.append(
+                f"the available well runs dry at {self.runs_dry_s:.2f} s: this plan cannot be flown"
+            )
+        if self.overfull_s is not None:
+            found.append(
+                f"charging drives the available well past full at {self.overfull_s:.2f} s: "
+                "the battery would not take that current"
+            )
+        return tuple(found)
+
+    def _existing(self) -> tuple[Phase, ...]:
+        if not self.phases:
+            why = "; ".join(self.reasons) or self.proof
+            raise NoPlanError(f"there is no plan ({self.status.value}): {why}")
+        return self.phases
+
+    def _time(self, kind: Kind) -> float:
+        return sum(phase.duration_s for phase in self._existing() if phase.kind == kind)
+
+    def _first_passing(
+        self,
+        moment: Callable[[battery.Battery, battery.Wells, float], Quantity],
+        beyond: Callable[[float, float], bool],
+    ) -> float | None:
+        """First moment [s] at which y1/B passes a limit; within a stage an end is the extreme."""
+        pool = vehicle.pool(self.mission)
+        wells, start_s = pool.full, 0.0
+        for stage in (stage for phase in self._existing() for stage in phase.stages):
+            end = battery.step(pool, wells, battery.Phase(stage.current_A, stage.duration_s))
+            if beyond(end.available_As / pool.capacity_As, pool.available_fraction):
+                return start_s + min(float(moment(pool, wells, stage.current_A)), stage.duration_s)
+            wells, start_s = end, start_s + stage.duration_s
+        return None
+
+    def summary(self) -> str:
+        """The plan as an aligned block of text."""
+        from optuav.plan.summary import summary
+
+        return summary(self)
+
+    def to_dict(self) -> dict[str, Any]:
+        """The plan as plain data, mission inside, times null where there is no plan."""
+        from optuav.plan.file import to_dict
+
+        return to_dict(self)
+
+    def save(self, path: str | Path) -> None:
+        """Write the plan as JSON, whole or not at all; `optuav.load_plan` reads it back."""
+        from optuav.plan.file import save
+
+        save(self, path)
+
+    def to_frame(self) -> pandas.DataFrame:
+        """One row a phase; needs pandas (``pip install optuav[frame]``)."""
+        from optuav.plan.frame import to_frame
+
+        return to_frame(self)
+
+
+def wells_at_ends(
+    pool: battery.Battery, stages: Iterable[Iterable[battery.Phase]]
+) -> list[battery.Wells]:
+    """Wells [A s] at the end of every phase, each a list of stages, from a full battery."""
+    wells, ends = pool.full, []
+    for phase in stages:
+        wells = battery.after(pool, wells, phase)
+        ends.append(wells)
+    return ends

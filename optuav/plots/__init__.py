@@ -1,0 +1,55 @@
+"""Pictures of missions and plans; they need matplotlib (``pip install "optuav[plot]"``).
+
+Every function takes its data and the axes to draw on, and returns them. Without axes it makes a
+figure of its own that belongs to no window: ``battery(plan).wells.figure.savefig("battery.pdf")``.
+"""
+
+from __future__ import annotations
+
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
+from optuav.errors import InputError
+
+if TYPE_CHECKING:
+    from optuav.plots.charge import BatteryAxes as BatteryAxes
+    from optuav.plots.charge import battery as battery
+    from optuav.plots.constraints import plane as plane
+    from optuav.plots.files import save_pictures as save_pictures
+    from optuav.plots.map import MapAxes as MapAxes
+    from optuav.plots.map import mission_map as mission_map
+    from optuav.plots.map import trajectories as trajectories
+    from optuav.plots.stages import LegAxes as LegAxes
+    from optuav.plots.stages import leg as leg
+
+HOMES = {
+    "BatteryAxes": "optuav.plots.charge",
+    "LegAxes": "optuav.plots.stages",
+    "MapAxes": "optuav.plots.map",
+    "battery": "optuav.plots.charge",
+    "leg": "optuav.plots.stages",
+    "mission_map": "optuav.plots.map",
+    "plane": "optuav.plots.constraints",
+    "save_pictures": "optuav.plots.files",
+    "trajectories": "optuav.plots.map",
+}
+"""Where each public name is defined."""
+
+__all__ = sorted(HOMES)  # noqa: PLE0605
+
+
+def __getattr__(name: str) -> Any:
+    if name not in HOMES:
+        raise AttributeError(f"module 'optuav.plots' has no attribute {name!r}")
+    try:
+        value = getattr(import_module(HOMES[name]), name)
+    except ModuleNotFoundError as error:
+        if (error.name or "").partition(".")[0] != "matplotlib":
+            raise
+        raise InputError('pictures need matplotlib: pip install "optuav[plot]"') from None
+    globals()[name] = value
+    return value
+
+
+def __dir__() -> list[str]:
+    return __all__

@@ -1,0 +1,164 @@
+"""Labels beside points, placed one after the other where no other label is."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any, NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.patheffects import withStroke
+from matplotlib.text import Annotation
+from matplotlib.transforms import Bbox
+
+from optuav.plots.style import GREY
+
+Points = npt.NDArray[np.float64]
+
+POINTS_PER_INCH = 72.0
+NEAR = (4.0, 8.0)
+FAR = (14.0, 22.0, 32.0, 44.0, 58.0, 74.0, 92.0, 112.0)
+"""Distances of a label from its point [pt]; far ones get a line to it."""
+DIRECTIONS = ((1, 1), (1, -1), (-1, 1), (-1, -1), (1, 0), (-1, 0), (0, 1), (0, -1))
+CLEARANCE = 1.5
+"""Least distance between two labels [pt]."""
+SPACING = 3.0
+"""Distance of the dots that stand for a line [pt]."""
+OUTSIDE, PER_POINT = 1000.0, 0.5
+"""What a label costs that leaves the axes, and each point of distance; a covered dot costs 1."""
+MOST_COVERED = 2
+"""Dots that a label may cover that could be left out as well."""
+LEADER = {"arrowstyle": "-", "linewidth": 0.4, "color": GREY, "shrinkA": 0.0, "shrinkB": 2.0}
+
+
+@dataclass(frozen=True)
+class Label:
+    """A text that belongs to a point.
+
+    Parameters
+    ----------
+    text
+        What it says.
+    at
+        The point, in the data's coordinates.
+    needed
+        Whether it is shown even where there is little room; others are left out then.
+    style
+        Further properties of the text.
+    """
+
+    text: str
+    at: tuple[float, float]
+    needed: bool = True
+    style: Mapping[str, Any] = field(default_factory=dict)
+
+
+class Spot(NamedTuple):
+    """Where a label goes: its box [px], whether it is far from its point, and what that costs."""
+
+    box: Bbox
+    far: bool
+    cost: float
+
+
+def root(ax: Axes) -> Figure:
+    """The figure that axes belong to."""
+    figure = ax.get_figure(root=True)
+    assert isinstance(figure, Figure)
+    return figure
+
+
+def place(ax: Axes, labels: Sequence[Label], lines: Iterable[Any] = ()) -> list[Annotation]:
+    """Write labels beside their points, needed ones first, away from each other and from lines.
+
+    Parameters
+    ----------
+    ax
+        Where; its limits are final.
+    labels
+        What to write.
+    lines
+        Arrays (n, 2) of corners of lines that are better not covered, in the data's coordinates.
+    """
+    figure = root(ax)
+    figure.draw_without_rendering()
+    pixels = figure.dpi / POINTS_PER_INCH
+    dots = _dots(ax, [*lines, *([label.at] for label in labels)], SPACING * pixels)
+    frame, taken, written = ax.get_window_extent(), list[Bbox](), list[Annotation]()
+    for label in sorted(labels, key=lambda each: not each.needed):
+        text = _write(ax, label, (0.0, 0.0), far=False)
+        size = text.get_window_extent()
+        text.remove()
+        found = [
+            spot._replace(cost=spot.cost + covered)
+            for spot in _spots(label, ax.transData.transform(label.at), size, pixels, taken, frame)
+            if (covered := _covered(spot.box, dots)) <= MOST_COVERED or label.needed
+        ]
+        if not found:
+            continue
+        spot = min(found, key=lambda each: each.cost)
+        offset = ((spot.box.x0 - size.x0) / pixels, (spot.box.y0 - size.y0) / pixels)
+        written.append(_write(ax, label, offset, far=spot.far))
+        taken.append(spot.box)
+    return written
+
+
+def _write(ax: Axes, label: Label, offset_pt: tuple[float, float], *, far: bool) -> Annotation:
+    text = ax.annotate(
+        label.text,
+        label.at,
+        offset_pt,
+        textcoords="offset points",
+        annotation_clip=False,
+        arrowprops=LEADER if far else None,
+        zorder=10,
+        **{
+            "ha": "left",
+            "va": "bottom",
+            "fontsize": 7.5,
+            "linespacing": 1.1,
+            "path_effects": [withStroke(linewidth=2.0, foreground="white")],
+            **label.style,
+        },
+    )
+    text.set_in_layout(False)
+    return text
+
+
+def _spots(
+    label: Label, anchor: Points, size: Bbox, pixels: float, taken: Sequence[Bbox], frame: Bbox
+) -> Iterable[Spot]:
+    """Places that are free of other labels, and inside the axes unless the label is needed."""
+    for ring in (*NEAR, *FAR) if label.needed else NEAR:
+        for x, y in DIRECTIONS:
+            reach = ring * pixels / math.hypot(x, y)
+            left = anchor[0] + x * reach + (x - 1) * size.width / 2
+            low = anchor[1] + y * reach + (y - 1) * size.height / 2
+            box = Bbox.from_bounds(left, low, size.width, size.height)
+            inside = frame.x0 <= left <= frame.x1 - size.width and (
+                frame.y0 <= low <= frame.y1 - size.height
+            )
+            padded = box.padded(CLEARANCE * pixels)
+            if (inside or label.needed) and not any(padded.overlaps(other) for other in taken):
+                yield Spot(box, ring in FAR, PER_POINT * ring + OUTSIDE * (not inside))
+
+
+def _covered(box: Bbox, dots: Points) -> int:
+    inside = (dots >= (box.x0, box.y0)) & (dots <= (box.x1, box.y1))
+    return int(inside.all(axis=1).sum())
+
+
+def _dots(ax: Axes, lines: Iterable[Any], spacing: float) -> Points:
+    """Dots [px] along lines, some pixels apart."""
+    found = [np.empty((0, 2))]
+    for line in lines:
+        corners = ax.transData.transform(np.asarray(line, dtype=float))
+        found.append(corners)
+        for start, end in zip(corners[:-1], corners[1:], strict=True):
+            count = min(2000, int(math.hypot(*(end - start)) / spacing))
+            found.append(start + np.linspace(0.0, 1.0, count + 1)[:, None] * (end - start))
+    return np.concatenate(found)

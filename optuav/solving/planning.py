@@ -1,0 +1,161 @@
+"""From the answer of an engine to a plan, or to the words why there is none."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from formulations.perspectives import PERSPECTIVES
+from optuav.engines.solution import Solution, Status
+from optuav.mission import vehicle
+from optuav.mission.itineraries import NO_LEG
+from optuav.mission.network import Network
+from optuav.mission.phases import phases
+from optuav.mission.sight import Numbers
+from optuav.modelling import Model, check, evaluate
+from optuav.plan.plan import Phase, Plan, Stage, wells_at_ends
+from optuav.solving.given import quantities
+from optuav.solving.question import Question
+
+TIMES = ("hover_time_s", "rest_time_s")
+"""Unknowns that make a plan; other unknowns of a formulation serve it alone."""
+
+
+@dataclass(frozen=True)
+class Part:
+    """One declaration that serves several itineraries.
+
+    Parameters
+    ----------
+    model
+        The declaration; its parameters are arrays with one entry an itinerary.
+    routes
+        Numbers of the itineraries.
+    """
+
+    model: Model
+    routes: Numbers
+
+
+def plan_of(
+    asked: Question, worked_out: Network, part: Part, solution: Solution, entry: int
+) -> Plan:
+    """The plan that belongs to the answer to one entry of a part."""
+    route = int(part.routes[entry])
+    times = {name: solution.point(entry).get(name, 0.0) for name in TIMES}
+    return Plan(
+        mission=worked_out.mission,
+        problem=asked.problem_name,
+        trajectory=asked.trajectory,
+        perspective=asked.perspective,
+        slot_s=asked.slot_s,
+        engine=solution.engine,
+        proof=solution.proof,
+        status=solution.statuses[entry],
+        binding=solution.binding_labels(entry),
+        notes=tuple(_notes(asked, worked_out, part, route, times)),
+        phases=planned_phases(worked_out, route, **times),
+        soc=_states_of_charge(worked_out, part.routes[entry : entry + 1], **times),
+    )
+
+
+def plan_without(
+    asked: Question, worked_out: Network, status: Status, proof: str, reasons: Sequence[str]
+) -> Plan:
+    """What is returned where there is no plan."""
+    return Plan(
+        mission=worked_out.mission,
+        problem=asked.problem_name,
+        trajectory=asked.trajectory,
+        perspective=asked.perspective,
+        slot_s=asked.slot_s,
+        engine=asked.engine,
+        proof=proof,
+        status=status,
+        reasons=tuple(reasons),
+    )
+
+
+def planned_phases(
+    worked_out: Network, route: int, hover_time_s: float, rest_time_s: float
+) -> tuple[Phase, ...]:
+    """Phases of a plan with the wells at their ends, the packs pooled."""
+    found = phases(worked_out, route, hover_time_s, rest_time_s)
+    ends = wells_at_ends(vehicle.pool(worked_out.mission), [each.stages for each in found])
+    table, names = worked_out.legs, worked_out.places.names
+    start_s, planned = 0.0, []
+    for each, wells in zip(found, ends, strict=True):
+        flown = each.leg != NO_LEG
+        planned.append(
+            Phase(
+                kind=each.kind,
+                start_place=names[each.start_place],
+                end_place=names[each.end_place],
+                start_s=start_s,
+                stages=tuple(
+                    Stage(duration_s=duration_s, current_A=current_A, power_W=power_W)
+                    for duration_s, current_A, power_W in zip(
+                        each.durations_s, each.currents_A, each.powers_W, strict=True
+                    )
+                ),
+                distance_m=float(table.distance_m[each.leg]) if flown else 0.0,
+                peak_speed_m_s=float(table.peak_speed_m_s[each.leg]) if flown else 0.0,
+                edited=bool(table.edited[each.leg]) if flown else False,
+                available_As=(float(wells.available_As),),
+                bound_As=(float(wells.bound_As),),
+            )
+        )
+        start_s = planned[-1].end_s
+    return tuple(planned)
+
+
+def _states_of_charge(
+    worked_out: Network, route: Numbers, hover_time_s: float, rest_time_s: float
+) -> dict[str, float]:
+    given = quantities(worked_out, route)
+    return {
+        name: float(np.squeeze(perspective(given, hover_time_s, rest_time_s)))
+        for name, perspective in PERSPECTIVES.items()
+    }
+
+
+def _notes(
+    asked: Question, worked_out: Network, part: Part, route: int, times: dict[str, float]
+) -> Iterator[str]:
+    rests = any(variable.name == "rest_time_s" for variable in part.model.variables)
+    if rests and times["rest_time_s"] == 0.0:
+        note = "the optimum is at T' = 0: resting gains nothing here"
+        if asked.problem == "P4":
+            note += "; with T' > 0, as (P4) is printed, this limit is approached but not attained"
+        yield note
+    legs = worked_out.itineraries.legs[route]
+    if worked_out.legs.edited[legs[legs != NO_LEG]].any():
+        yield "some legs have figures from the graph, not from the flight model"
+
+
+def shortfalls(asked: Question, worked_out: Network, parts: Sequence[Part]) -> tuple[str, ...]:
+    """Why no times are feasible, in words, told for the route with the shortest flight."""
+    flight_s = worked_out.itineraries.flight_time_s
+    part = min(parts, key=lambda each: float(flight_s[each.routes].min()))
+    entry = int(flight_s[part.routes].argmin())
+    shortest_s = float(flight_s[part.routes[entry]])
+    deadline_s = worked_out.mission.limits.deadline_s
+    if shortest_s > deadline_s:
+        return (
+            f"the flight alone takes {shortest_s:.2f} s, "
+            f"longer than limits.deadline_s = {deadline_s:g} s",
+        )
+    parameters = part.model.row(entry)
+    least = {each.name: evaluate(each.lower, parameters) for each in part.model.variables}
+    times = ", ".join(f"{each.symbol} = {least[each.name]:g}" for each in part.model.variables)
+    violated = [
+        f"{row.label}: {row.left:.6g} {row.sense} {row.right:.6g} does not hold at {times}, "
+        "nor at any longer time that the other constraints admit"
+        for row in check(part.model, {**parameters, **least})
+        if not row.satisfied
+    ]
+    if violated or asked.slot_s is None:
+        return tuple(violated) or ("no times satisfy all constraints together",)
+    return (f"no whole slots of {asked.slot_s:g} s satisfy all constraints together",)

@@ -1,0 +1,106 @@
+"""A program: the declared models of a question, ready to be printed and solved."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from formulations.algorithm2 import best
+from optuav.engines import closed_form, grid
+from optuav.engines.solution import Solution, Status, verify
+from optuav.errors import SolverError
+from optuav.mission.network import Network
+from optuav.plan import Plan
+from optuav.solving.planning import TIMES, Part, plan_of, plan_without, shortfalls
+from optuav.solving.question import Question
+
+
+@dataclass(frozen=True)
+class Program:
+    """What `optuav.formulate` returns: print it, or solve it.
+
+    Parameters
+    ----------
+    question
+        What was asked.
+    worked_out
+        The mission's places, legs and itineraries.
+    parts
+        The declared models; none where nothing can be flown.
+    reasons
+        Why nothing can be flown, in words; empty if something can.
+    """
+
+    question: Question
+    worked_out: Network
+    parts: tuple[Part, ...]
+    reasons: tuple[str, ...]
+
+    def __str__(self) -> str:
+        if not self.parts:
+            return "nothing can be flown: " + "; ".join(self.reasons)
+        return "\n\n".join(str(part.model) for part in self.parts)
+
+    def solve(self) -> Plan:
+        """The best plan over all itineraries, evaluated again outside the engine.
+
+        Raises
+        ------
+        SolverError
+            If the engine fails, runs out of time or returns a point that is not feasible.
+        """
+        if not self.parts:
+            return plan_without(
+                self.question, self.worked_out, Status.INFEASIBLE, "physics", self.reasons
+            )
+        solutions = [self._answer(part) for part in self.parts]
+        statuses = {status for solution in solutions for status in solution.statuses}
+        if Status.ERROR in statuses:
+            raise SolverError(f"{self.question.engine} met numbers that it cannot use")
+        if Status.UNBOUNDED in statuses:
+            why = ("nothing that was stated keeps the objective finite",)
+            return plan_without(
+                self.question, self.worked_out, Status.UNBOUNDED, solutions[0].proof, why
+            )
+        chosen = self._best(solutions)
+        if chosen is None:
+            return plan_without(
+                self.question,
+                self.worked_out,
+                Status.INFEASIBLE,
+                solutions[0].proof,
+                shortfalls(self.question, self.worked_out, self.parts),
+            )
+        number, entry = chosen
+        part, solution = self.parts[number], solutions[number]
+        verify(part.model, solution, entry)
+        return plan_of(self.question, self.worked_out, part, solution, entry)
+
+    def _answer(self, part: Part) -> Solution:
+        asked = self.question
+        if asked.engine == "grid" and asked.slot_s is not None:
+            return grid.solve(part.model, len(part.routes), asked.slot_s, asked.time_limit_s)
+        return closed_form.solve(part.model, len(part.routes))
+
+    def _best(self, solutions: Sequence[Solution]) -> tuple[int, int] | None:
+        """Part and entry of the best answer by the tie rule; None without an answer."""
+        routes = self.worked_out.itineraries
+        number = np.concatenate([np.full(len(p.routes), k) for k, p in enumerate(self.parts)])
+        entry = np.concatenate([np.arange(len(part.routes)) for part in self.parts])
+        route = np.concatenate([part.routes for part in self.parts])
+        score, stay_s = [], []
+        for part, solution in zip(self.parts, solutions, strict=True):
+            score.append(solution.objective * (1.0 if part.model.sense == "maximise" else -1.0))
+            stay_s.append(sum(solution.values[name] for name in TIMES if name in solution.values))
+        order = np.argsort(route, kind="stable")
+        mission_s = routes.flight_time_s[route] + np.concatenate(stay_s)
+        winner = best(
+            np.concatenate(score)[order],
+            mission_s[order],
+            (routes.building[route] >= 0).astype(float)[order],
+        )
+        if winner is None:
+            return None
+        return int(number[order][winner]), int(entry[order][winner])

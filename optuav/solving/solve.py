@@ -1,0 +1,193 @@
+"""The two public functions: `formulate` declares, `solve` declares and solves."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from formulations.formulation import Formulation
+from formulations.p3 import P3
+from formulations.p4 import P4
+from optuav.mission import Mission, load
+from optuav.mission.feasibility import blocked, impossibilities
+from optuav.mission.network import Network, network
+from optuav.mission.routes import trajectory_routes
+from optuav.mission.sight import Numbers
+from optuav.plan import Plan
+from optuav.solving.given import quantities
+from optuav.solving.planning import Part
+from optuav.solving.program import Program
+from optuav.solving.question import Question, question
+
+if TYPE_CHECKING:
+    from optuav.mission.graph import Graph
+
+
+def formulate(
+    mission: Mission | str | Path,
+    problem: str | type[Formulation] = "P1",
+    *,
+    trajectory: str | None = None,
+    building: str | None = None,
+    order: str | None = None,
+    perspective: str = "battery",
+    slot_s: float | None = None,
+    engine: str = "auto",
+    graph: Graph | None = None,
+    time_limit_s: float | None = None,
+) -> Program:
+    """Declare a problem over a mission.
+
+    Parameters
+    ----------
+    mission
+        A mission, the name of a shipped one, or the path of a mission file.
+    problem
+        ``"P1"`` (over all routes of a trajectory), ``"P3"`` (direct, no rest), ``"P4"`` (one rest
+        on a building), or a subclass of `formulations.formulation.Formulation`: over the direct
+        route, or with an unknown ``rest_time_s`` over those by way of a building.
+    trajectory
+        For P1: ``"optimal"`` (Algorithm 2 of the paper; the default), ``"direct"``, ``"traj1"``
+        (by way of the building nearest the device) or ``"traj2"`` (the shortest in time by way of
+        one building); the latter two pass by or rest.
+    building
+        Name of the building to rest on; P4 needs it.
+    order
+        ``"rest-first"``, ``"hover-first"``, or None for the better of the two.
+    perspective
+        ``"battery"``, ``"energy"`` or ``"adjusted"``: how the state of charge is written.
+    slot_s
+        Length of the time slots [s], > 0; None for continuous times.
+    engine
+        ``"closed-form"`` (continuous), ``"grid"`` (slots; without `slot_s` the mission's
+        ``limits.slot_s``) or ``"auto"``: closed-form for continuous times, grid for slots.
+    graph
+        A graph from `optuav.graph` that was edited; its figures replace the computed ones.
+    time_limit_s
+        Longest that the engine may take [s], > 0; None for no limit.
+
+    Raises
+    ------
+    InputError
+        If an option does not exist or contradicts another, or the graph is out of order.
+    """
+    asked_mission = mission if isinstance(mission, Mission) else load(mission)
+    asked = question(
+        asked_mission,
+        problem,
+        trajectory,
+        building,
+        order,
+        perspective,
+        slot_s,
+        engine,
+        time_limit_s,
+    )
+    worked_out = _worked_out(asked_mission, graph)
+    reasons = impossibilities(worked_out)
+    parts = () if reasons else _parts(asked, worked_out)
+    if not parts and not reasons:
+        reasons = _no_route(asked, worked_out)
+    return Program(asked, worked_out, parts, reasons)
+
+
+def solve(
+    mission: Mission | str | Path,
+    problem: str | type[Formulation] = "P1",
+    *,
+    trajectory: str | None = None,
+    building: str | None = None,
+    order: str | None = None,
+    perspective: str = "battery",
+    slot_s: float | None = None,
+    engine: str = "auto",
+    graph: Graph | None = None,
+    time_limit_s: float | None = None,
+) -> Plan:
+    """Solve a problem over a mission; the arguments are those of `formulate`.
+
+    Returns
+    -------
+    The best plan. Among plans with the same objective (to 1e-6 s) the one with the shortest
+    mission, then the fewest stops, then the building that stands first in the mission, then resting
+    first; and the smallest rest that its hover time admits. A mission that cannot be flown gets a
+    plan that says why.
+
+    Raises
+    ------
+    InputError
+        As `formulate`.
+    SolverError
+        If the engine fails or does not prove its answer in time.
+    """
+    return formulate(
+        mission,
+        problem,
+        trajectory=trajectory,
+        building=building,
+        order=order,
+        perspective=perspective,
+        slot_s=slot_s,
+        engine=engine,
+        graph=graph,
+        time_limit_s=time_limit_s,
+    ).solve()
+
+
+def _worked_out(mission: Mission, graph: Graph | None) -> Network:
+    if graph is None:
+        return network(mission)
+    from optuav.mission.graph import edited_network
+
+    return edited_network(mission, graph)
+
+
+def _parts(asked: Question, worked_out: Network) -> tuple[Part, ...]:
+    """The declarations that answer a question, each over the itineraries it serves."""
+    routes = worked_out.itineraries
+    allowed = trajectory_routes(worked_out, asked.trajectory or "optimal", asked.order)
+    by_way = allowed[routes.building[allowed] >= 0]
+    direct = allowed[routes.building[allowed] < 0]
+    if asked.building is not None:
+        number = [each.name for each in worked_out.mission.buildings].index(asked.building)
+        by_way = by_way[routes.building[by_way] == number]
+    declarations: list[tuple[type[Formulation], Numbers]]
+    if asked.problem == "P3":
+        declarations = [(P3, direct)]
+    elif asked.problem == "P4":
+        declarations = [(P4, by_way)]
+    elif asked.problem == "P1":
+        passing = by_way if asked.trajectory in ("traj1", "traj2") else by_way[:0]
+        # With slots P4 has T' of at least one, so to pass by without a rest is P3's to tell.
+        passing = passing if asked.slot_s is not None else passing[:0]
+        declarations = [(P3, np.concatenate([direct, passing])), (P4, by_way)]
+    else:
+        rests = _rests(asked.problem, asked, worked_out)
+        declarations = [(asked.problem, by_way if rests else direct)]
+    return tuple(
+        Part(formulation.model(quantities(worked_out, which), asked.perspective), which)
+        for formulation, which in declarations
+        if len(which)
+    )
+
+
+def _rests(formulation: type[Formulation], asked: Question, worked_out: Network) -> bool:
+    """Whether a formulation of one's own has a rest time among its unknowns."""
+    probe = formulation.model(quantities(worked_out, np.array([0])), asked.perspective)
+    return any(each.name == "rest_time_s" for each in probe.variables)
+
+
+def _no_route(asked: Question, worked_out: Network) -> tuple[str, ...]:
+    """Why no itinerary of the question can be flown."""
+    routes = worked_out.itineraries
+    if not worked_out.mission.buildings and asked.trajectory != "direct" and asked.problem != "P3":
+        return ("the mission has no building to go by way of",)
+    direct = asked.problem == "P3" or asked.trajectory == "direct"
+    wanted = (routes.building < 0) if direct else (routes.building >= 0)
+    if asked.building is not None:
+        number = [each.name for each in worked_out.mission.buildings].index(asked.building)
+        wanted = routes.building == number
+    found = [why for index in np.flatnonzero(wanted) for why in blocked(worked_out, int(index))]
+    return tuple(dict.fromkeys(found))

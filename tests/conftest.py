@@ -1,0 +1,26 @@
+"""Hypothesis profiles, and the tests that run only when asked for."""
+
+from __future__ import annotations
+
+import pytest
+from hypothesis import settings
+
+# The same examples on every machine, so that what passes here passes in CI; soak draws afresh.
+settings.register_profile("default", deadline=None, derandomize=True, max_examples=50)
+settings.register_profile(
+    "soak", deadline=None, derandomize=False, max_examples=10_000, print_blob=True
+)
+settings.load_profile("default")
+
+
+def pytest_addoption(parser: pytest.Parser) -> None:
+    parser.addoption("--soak", action="store_true", help="run the tests marked soak as well")
+
+
+def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
+    if config.getoption("--soak") or "soak" in config.getoption("-m"):
+        return
+    skip = pytest.mark.skip(reason="a soak test: give --soak")
+    for item in items:
+        if item.get_closest_marker("soak"):
+            item.add_marker(skip)

@@ -1,0 +1,108 @@
+"""Checking a point: which constraints hold, and by how much."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+import pytest
+
+from optuav.modelling import Check, Model, Parameter, check
+
+
+def one_constraint(sense: str) -> Model:
+    """x compared with 1000, no bounds."""
+    model = Model("test")
+    x = model.variable("x", "x", unit="s", lower=-math.inf)
+    relation = {"<=": x <= 1000.0, ">=": x >= 1000.0, "==": x == 1000.0}[sense]
+    model.subject_to("limit", relation, unit="s")
+    return model
+
+
+def only(rows: tuple[Check, ...]) -> Check:
+    (row,) = rows
+    return row
+
+
+@pytest.mark.parametrize(
+    ("sense", "x", "slack", "satisfied"),
+    [
+        ("<=", 900.0, 100.0, True),
+        ("<=", 1100.0, -100.0, False),
+        (">=", 900.0, -100.0, False),
+        (">=", 1100.0, 100.0, True),
+        ("==", 1000.0, 0.0, True),
+        ("==", 900.0, -100.0, False),
+        ("==", 1100.0, -100.0, False),
+    ],
+)
+def test_slack_is_negative_where_it_is_violated(
+    sense: str, x: float, slack: float, satisfied: bool
+) -> None:
+    row = only(check(one_constraint(sense), {"x": x}))
+    assert (row.left, row.right, row.sense) == (x, 1000.0, sense)
+    assert row.slack == slack
+    assert bool(row.satisfied) is satisfied
+
+
+@pytest.mark.parametrize("sense", ["<=", ">=", "=="])
+def test_tolerance_is_a_billionth_of_the_right_side(sense: str) -> None:
+    """1e-6 of 1000: rounding passes, anything that a person would notice does not."""
+    beyond = -1.0 if sense == ">=" else 1.0
+    model = one_constraint(sense)
+    assert only(check(model, {"x": 1000.0 + beyond * 0.9e-6})).satisfied
+    assert not only(check(model, {"x": 1000.0 + beyond * 1.1e-6})).satisfied
+
+
+def test_small_right_sides_have_an_absolute_tolerance() -> None:
+    model = Model("test")
+    x = model.variable("x", "x", unit="1", lower=-math.inf)
+    model.subject_to("small", x <= 0.0)
+    assert only(check(model, {"x": 0.9e-9})).satisfied
+    assert not only(check(model, {"x": 1.1e-9})).satisfied
+
+
+def test_bounds_are_constraints_too() -> None:
+    """Numbers, expressions and infinities; the label of the bounds stands on both."""
+    model = Model("test")
+    left = Parameter("left_s", "T", "s", 10.0)
+    model.variable("x", "x", unit="s", lower=2.0, upper=left, label="P.b time")
+    model.variable("y", "y", unit="1")
+    rows = check(model, {"x": 11.0, "y": 1.0})
+    assert [(row.label, row.unit, float(row.slack)) for row in rows] == [
+        ("P.b time", "s", 9.0),
+        ("P.b time", "s", -1.0),
+        ("bounds of y", "1", 1.0),
+    ]
+
+
+def test_rows_name_constraint_unit_and_source() -> None:
+    row = only(check(one_constraint("<="), {"x": 0.0}))
+    assert (row.label, row.unit) == ("limit", "s")
+    assert row.declared_at.startswith("test_check.py:")
+
+
+def test_many_points_and_programmes_at_once() -> None:
+    """Points along one axis, programmes along the other, and each cell by its own numbers."""
+    model = Model("test")
+    limit = Parameter("limit", "L", "s", np.array([1.0, 3.0]))
+    x = model.variable("x", "x", unit="s")
+    model.subject_to("limit", x <= limit)
+    row = check(model, {"x": np.array([0.0, 2.0, 4.0])[:, None]})[0]
+    np.testing.assert_array_equal(row.slack, [[1.0, 3.0], [-1.0, 1.0], [-3.0, -1.0]])
+    np.testing.assert_array_equal(row.satisfied, [[True, True], [False, True], [False, False]])
+
+
+def test_parameters_may_be_given_other_values() -> None:
+    model = Model("test")
+    x = model.variable("x", "x", unit="s", upper=Parameter("limit", "L", "s", 1.0))
+    model.subject_to("twice", 2.0 * x <= 100.0)
+    assert check(model, {"x": 2.0, "limit": 5.0})[-1].satisfied
+    assert not check(model, {"x": 2.0})[-1].satisfied
+
+
+@pytest.mark.parametrize("sense", ["<=", ">=", "=="])
+@pytest.mark.parametrize("x", [math.nan, np.array(math.nan)])
+def test_what_is_not_a_number_satisfies_nothing(sense: str, x: Any) -> None:
+    assert not only(check(one_constraint(sense), {"x": x})).satisfied

@@ -1,0 +1,81 @@
+"""Declaring a model: what is refused, what is remembered."""
+
+from __future__ import annotations
+
+import inspect
+from typing import Any, cast
+
+import numpy as np
+import pytest
+
+from optuav.modelling import Model, Parameter, Relation
+
+
+def test_constraint_remembers_the_line_that_declared_it() -> None:
+    """The file's name and the line of the call, whichever function it stands in."""
+    model = Model("test")
+    x = model.variable("x", "x", unit="s")
+
+    def declare() -> int:
+        model.subject_to("inner", x <= 1.0)
+        frame = inspect.currentframe()
+        return 0 if frame is None else frame.f_lineno - 2
+
+    line = declare()
+    assert model.constraints[0].declared_at == f"test_model.py:{line}"
+
+
+def test_names_and_labels_are_given_once() -> None:
+    """A second use would silently replace the first in values, prices and messages."""
+    model = Model("test")
+    x = model.variable("x", "x", unit="s")
+    model.subject_to("a", x <= 1.0)
+    model.let("n", x + 1.0)
+    with pytest.raises(ValueError, match="variable 'x'"):
+        model.variable("x", "y", unit="s")
+    with pytest.raises(ValueError, match="constraint 'a'"):
+        model.subject_to("a", x <= 2.0)
+    with pytest.raises(ValueError, match="quantity 'n'"):
+        model.let("n", x)
+
+
+@pytest.mark.parametrize("stated", [True, 1.0, np.array([True])])
+def test_constraint_must_compare_expressions(stated: Any) -> None:
+    """Numbers compared with numbers leave a boolean, which states nothing."""
+    with pytest.raises(TypeError, match="deadline"):
+        Model("test").subject_to("deadline", cast(Relation, stated))
+
+
+def test_variables_start_at_zero_and_have_labelled_bounds() -> None:
+    model = Model("test")
+    x = model.variable("x", "T'", unit="s")
+    y = model.variable("y", "y", unit="s", lower=-1.0, upper=2.0, label="P9.z range")
+    assert (x.lower, x.upper, x.label) == (0.0, float("inf"), "bounds of T'")
+    assert (y.lower, y.upper, y.label) == (-1.0, 2.0, "P9.z range")
+
+
+def test_last_stated_objective_counts() -> None:
+    model = Model("test")
+    x = model.variable("x", "x", unit="s")
+    model.maximise(x)
+    model.minimise(2.0 * x)
+    assert model.sense == "minimise"
+    assert model.objective is not x
+
+
+def test_row_picks_one_programme_of_several() -> None:
+    """Arrays give their entry, numbers are shared by all."""
+    model = Model("test")
+    x = model.variable("x", "x", unit="s", upper=Parameter("p", "p", "s", np.array([1.0, 2.0])))
+    model.subject_to("a", x * Parameter("q", "q", "1", 3.0) <= 4.0)
+    assert model.row(1) == {"p": 2.0, "q": 3.0}
+
+
+def test_parameters_are_found_wherever_they_occur() -> None:
+    """In the objective, the bounds and the constraints; each once, in order of appearance."""
+    model = Model("test")
+    p, q, r = (Parameter(name, name, "1", 1.0) for name in "pqr")
+    x = model.variable("x", "x", unit="1", upper=q)
+    model.maximise(p * x)
+    model.subject_to("a", x + q <= r)
+    assert list(model.parameters) == ["p", "q", "r"]

@@ -1,0 +1,287 @@
+"""Printed programmes: mathematics that means what was declared, in text and in LaTeX."""
+
+from __future__ import annotations
+
+import math
+import re
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import assume, given, settings
+from hypothesis import strategies as st
+from matplotlib.mathtext import MathTextParser
+
+from optuav.modelling import Expression, Model, Parameter, Variable, evaluate
+from optuav.modelling.notation import Latex, Text
+from optuav.modelling.printing import WIDTH, latex, text
+
+X, Y = (Variable(name, name, "1", 0.0, math.inf, name, 0) for name in "xy")
+
+
+def written(expression: Any) -> str:
+    return Text().write(expression).replace("\N{NO-BREAK SPACE}", " ")
+
+
+@pytest.mark.parametrize(
+    ("expression", "expected"),
+    [
+        (X + Y - 2.0, "x + y − 2"),
+        (X - (Y - 2.0), "x − (y − 2)"),
+        (X + (Y - 2.0), "x + y − 2"),
+        (X + -Y, "x − y"),
+        (X - -Y, "x − (−y)"),
+        (-(X + Y), "−(x + y)"),
+        (-X * Y, "−x·y"),
+        (X * -Y, "x·(−y)"),
+        (2.0 * (X + Y), "2·(x + y)"),
+        (X * Y / 3.0, "x·y/3"),
+        (X / (Y * 3.0), "x / (y·3)"),
+        (X / (Y / 3.0), "x / (y/3)"),
+        ((X + 1.0) / Y, "(x + 1) / y"),
+        (X**2, "x²"),
+        (X**-12, "x⁻¹²"),
+        ((X**2) ** 3, "(x²)³"),
+        ((-X) ** 2, "(−x)²"),
+        (X**0.5, "x^0.5"),
+        (2.0 ** (X + Y), "2^(x + y)"),
+        (np.float_power(X, 2), "x²"),
+        (np.positive(X), "x"),
+        (abs(X - Y), "|x − y|"),
+        (np.sqrt(X), "√x"),
+        (np.sqrt(X + 1.0) ** 2, "(√(x + 1))²"),
+        (np.exp(-X), "exp(−x)"),
+        (2.0 * np.expm1(X), "2·(exp(x) − 1)"),
+        (np.log(X), "ln(x)"),
+        (np.log1p(-X), "ln(1 − x)"),
+        (np.sin(X) * np.cos(Y), "sin(x)·cos(y)"),
+        (np.arcsin(X), "arcsin(x)"),
+        (np.arctan2(X, Y + 1.0), "atan2(x, y + 1)"),
+        (np.maximum(X, -1.0), "max(x, −1)"),
+        (np.minimum(X, Y), "min(x, y)"),
+        (np.sign(X), "sgn(x)"),
+        (np.hypot(X, Y), "hypot(x, y)"),
+        (0.0 + X, "x"),
+        (X - 0.0, "x"),
+        (X + np.array([80.2, 95.1, 90.0]), "x + (3 values, 80.2 to 95.1)"),
+        (X + np.array([7.5, 7.5]), "x + 7.5"),
+        (4.5e-5 * X, "4.5·10⁻⁵·x"),
+        (X + 1e7, "x + 10⁷"),
+        (X <= 2.0 * Y, "x ≤ 2·y"),
+        (X >= Y, "x ≥ y"),
+        (X == Y, "x = y"),
+    ],
+)
+def test_text_of_an_expression(expression: Any, expected: str) -> None:
+    """Brackets where precedence needs them and nowhere else; every function under its name."""
+    assert written(expression) == expected
+
+
+@pytest.mark.parametrize(
+    ("number", "expected"),
+    [
+        (0.0, "0"),
+        (1, "1"),
+        (-1200.0, "−1200"),
+        (7953.712345, "7953.712"),
+        (1108800.0, "1108800"),
+        (0.00045, "0.00045"),
+        (4.5e-5, "4.5·10⁻⁵"),
+        (-2.5e9, "−2.5·10⁹"),
+        (1e-300, "10⁻³⁰⁰"),
+        (math.inf, "∞"),
+        (-math.inf, "−∞"),
+        (math.nan, "NaN"),
+        (np.array(3.0), "3"),
+        (np.array([5.0]), "5"),
+        (np.array([1.0, np.nan, 2.0]), "3 values, 1 to 2"),
+    ],
+)
+def test_text_of_a_number(number: Any, expected: str) -> None:
+    assert written(number) == expected
+
+
+NUMBERS = st.floats(-9.0, 9.0).map(lambda number: round(number, 3))
+
+
+def mixed(ufunc: np.ufunc, *parts: Any) -> Any:
+    """A call, or a number where there are only numbers: they keep their few digits."""
+    return ufunc(*parts) if any(isinstance(part, Expression) for part in parts) else parts[0]
+
+
+TREES = st.recursive(
+    st.sampled_from([X, Y]) | NUMBERS | st.just(4.5e-5),
+    lambda parts: st.one_of(
+        st.builds(mixed, st.sampled_from([np.negative, np.exp, np.expm1, np.log1p]), parts),
+        st.builds(
+            mixed,
+            st.sampled_from([np.add, np.subtract, np.multiply, np.divide, np.maximum]),
+            parts,
+            parts,
+        ),
+        st.builds(mixed, st.just(np.power), parts, st.sampled_from([2, 3, -1, 0.5])),
+    ),
+    max_leaves=12,
+).filter(lambda tree: isinstance(tree, Expression))
+
+
+def read(line: str) -> str:
+    """Printed mathematics as Python source: the same precedence, other signs."""
+    line = re.sub(
+        "[⁻⁰¹²³⁴⁵⁶⁷⁸⁹]+",
+        lambda power: f"**{power[0].translate(str.maketrans('⁻⁰¹²³⁴⁵⁶⁷⁸⁹', '-0123456789'))}",
+        line,
+    )
+    return line.replace("−", "-").replace("·", "*").replace("^", "**")
+
+
+@given(TREES, st.floats(0.1, 5.0), st.floats(0.1, 5.0))
+@settings(max_examples=200)
+@np.errstate(all="ignore")
+def test_text_means_what_was_declared(tree: Expression, x: float, y: float) -> None:
+    """Read again by Python's rules of precedence, the line has the tree's value."""
+    numbers = {"x": np.float64(x), "y": np.float64(y)}
+    value = evaluate(tree, numbers)
+    assume(np.isfinite(value))
+    functions = {"exp": np.exp, "ln": np.log, "max": np.maximum}
+    again = eval(read(written(tree)), {**functions, **numbers})
+    assert again == pytest.approx(value, rel=1e-6, abs=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("symbol", "expected"),
+    [
+        ("Δ", r"\Delta"),
+        ("η0", r"\eta_0"),
+        ("T'", "T'"),
+        ("T_max", r"T_{\max}"),
+        ("T_fl", r"T_{\mathrm{fl}}"),
+        ("T'_harv", r"T'_{\mathrm{harv}}"),
+        ("B_i", "B_i"),
+        ("y1", "y_1"),
+        ("E_1", "E_1"),
+        ("P_0,hv", r"P_{0,\mathrm{hv}}"),
+        ("k_F", "k_F"),
+        ("Δt", r"\Delta\,t"),
+        ("SOC", r"\mathrm{SOC}"),
+        ("charge at the end", r"\text{charge at the end}"),
+        ("hover_time_s", r"\text{hover\_time\_s}"),
+    ],
+)
+def test_symbols_in_latex(symbol: str, expected: str) -> None:
+    """Letters in italics, words upright, Greek by name, indices below."""
+    assert Latex().symbol(symbol) == expected
+
+
+@pytest.mark.parametrize(
+    ("expression", "expected"),
+    [
+        ((X + 1.0) / (2.0 * Y), r"\frac{x + 1}{2\,y}"),
+        (X * (Y - 1.0), r"x\,\left(y - 1\right)"),
+        (X * 3.0, r"x \cdot 3"),
+        (4.5e-5 * X, r"4.5 \cdot 10^{-5}\,x"),
+        ((X / Y) ** 2, r"\left(\frac{x}{y}\right)^{2}"),
+        (np.sqrt(X + Y), r"\sqrt{x + y}"),
+        (abs(X), r"\left|x\right|"),
+        (np.exp(-X), r"\operatorname{exp}\left(-x\right)"),
+        (X - -np.inf, r"x - \left(-\infty\right)"),
+        (X >= Y, r"x \geq y"),
+        (X <= Y, r"x \leq y"),
+    ],
+)
+def test_latex_of_an_expression(expression: Any, expected: str) -> None:
+    assert Latex().write(expression) == expected
+
+
+def test_prime_and_power_do_not_meet() -> None:
+    """TeX refuses a superscript after a prime and an index."""
+    rest = Variable("rest", "T'_harv", "s", 0.0, math.inf, "", 0)
+    assert Latex().write(rest**2) == r"{T'_{\mathrm{harv}}}^{2}"
+
+
+def example() -> Model:
+    """Everything that a page may hold: bounds of all kinds, names in names, arrays, long lines."""
+    model = Model("Longest hover with a little of everything")
+    rate = Parameter("rate_per_s", "k'", "1/s", 4.5e-5)
+    share = Parameter("share", "ω", "1", np.array([0.25, 0.5, 0.75]), "battery.available_fraction")
+    left = Parameter("left_s", "T_left", "s", 1125.5)
+    hover = model.variable("hover_s", "Δ", unit="s", upper=left, label="E.c hover time")
+    tilt = model.variable("tilt", "z", unit="1", lower=-math.inf)
+    kept = model.let("kept", np.exp(-rate * hover), symbol="κ")
+    model.let("never used", hover + 1.0, symbol="u")
+    bound = model.let("bound charge", (1.0 - kept) * share / (1.0 - share), symbol="y2", unit="A s")
+    model.minimise(-hover)
+    model.prefer_small(abs(tilt))
+    model.subject_to("E.a charge", bound + kept**2 >= tilt, unit="A s")
+    long = sum((number * hover for number in range(1, 25)), tilt)
+    model.subject_to("E.b a long one & 100 % Δ", long <= 1e9)
+    return model
+
+
+EXAMPLE = """\
+Longest hover with a little of everything
+
+minimise   −Δ, then smallest |z|
+over       Δ ∈ [0, T_left] s  (E.c hover time)
+           z ∈ (−∞, ∞)
+subject to
+  E.a charge                y2 + κ² ≥ z
+  E.b a long one & 100 % Δ  z + 1·Δ + 2·Δ + 3·Δ + 4·Δ + 5·Δ + 6·Δ + 7·Δ + 8·Δ + 9·Δ + 10·Δ
+                              + 11·Δ + 12·Δ + 13·Δ + 14·Δ + 15·Δ + 16·Δ + 17·Δ + 18·Δ + 19·Δ
+                              + 20·Δ + 21·Δ + 22·Δ + 23·Δ + 24·Δ ≤ 10⁹
+with
+  kept          κ = exp(−k'·Δ)
+  bound charge  y2 = (1 − κ)·ω / (1 − ω)
+where
+  T_left  left_s      1125.5                  s
+  k'      rate_per_s  4.5·10⁻⁵                1/s
+  ω       share       3 values, 0.25 to 0.75  1    battery.available_fraction
+"""
+
+
+def test_page_of_text() -> None:
+    """Lined up; quantities that are used are defined once, after those that they are made of."""
+    page = text(example())
+    assert page.splitlines() == EXAMPLE.splitlines()
+    assert str(example()) == page
+    assert max(map(len, page.splitlines())) <= WIDTH
+
+
+def test_programme_of_numbers_alone_prints() -> None:
+    """Nothing to seek, nothing to keep: no empty headings."""
+    model = Model("Nothing")
+    model.variable("x", "x", unit="1")
+    assert text(model).splitlines() == ["Nothing", "", "maximise   0", "over       x ∈ [0, ∞)"]
+
+
+def lines_of(page: str) -> list[str]:
+    first, *lines, last = page.splitlines()
+    assert (first, last) == (r"\begin{align*}", r"\end{align*}")
+    return lines
+
+
+def test_page_of_latex() -> None:
+    """One environment; every line but the last ends in a break and has at most three columns."""
+    page = example().to_latex()
+    assert page == latex(example())
+    lines = lines_of(page)
+    assert all(line.endswith(r" \\") for line in lines[:-1])
+    assert not lines[-1].endswith("\\")
+    assert lines[0] == r"\text{minimise} & -\Delta,\text{ then smallest }\left|z\right| \\"
+    assert lines[1] == (
+        r"\text{over} & \Delta \in [0, T_{\mathrm{left}}]\,\mathrm{s} && \text{E.c hover time} \\"
+    )
+    assert lines[3] == r"\text{subject to} & y_2 + \kappa^{2} \geq z && \text{E.a charge} \\"
+    assert lines[4].endswith(r"\text{E.b a long one \& 100 \% }\Delta \\")
+    assert lines[-1] == (
+        r" & \omega = 3 \text{ values, } 0.25 \text{ to } 0.75"
+        r" && \text{battery.available\_fraction}"
+    )
+
+
+def test_every_line_of_latex_can_be_set() -> None:
+    """Matplotlib's mathtext, a strict reader, takes each line without its alignment marks."""
+    parser = MathTextParser("path")
+    for line in lines_of(latex(example())):
+        columns = re.split(r"(?<!\\)&+", line.removesuffix(r"\\"))
+        parser.parse(rf"${' '.join(columns)}$")

@@ -1,0 +1,97 @@
+"""What a person who installs or reads the repository gets."""
+
+from __future__ import annotations
+
+import re
+import shutil
+import subprocess
+import tomllib
+import zipfile
+from pathlib import Path
+
+import pytest
+from hatchling.build import build_wheel
+
+import optuav
+
+ROOT = Path(__file__).parents[1]
+# The brackets keep these lines from matching themselves.
+MACHINE_PATH = re.compile(r"(?<![\w.~])(?:/(?:home|opt|root|tmp|work|Users)/\w|[A-Z]:\\+Users)")
+UNFINISHED = re.compile(r"\b(?:TOD[O]|FIXM[E]|XX[X])\b")
+
+
+def project() -> dict[str, object]:
+    with (ROOT / "pyproject.toml").open("rb") as file:
+        return tomllib.load(file)["project"]
+
+
+@pytest.fixture(scope="module")
+def wheel(tmp_path_factory: pytest.TempPathFactory) -> set[str]:
+    """Names of the files in the wheel."""
+    directory = tmp_path_factory.mktemp("wheel")
+    with pytest.MonkeyPatch.context() as patch:
+        patch.chdir(ROOT)
+        name = build_wheel(str(directory))
+    with zipfile.ZipFile(directory / name) as archive:
+        return set(archive.namelist())
+
+
+@pytest.mark.parametrize("package", ["optuav", "formulations"])
+def test_wheel_holds_every_file_of_the_package(wheel: set[str], package: str) -> None:
+    """Code, type marker and data: whatever is in the source tree and no by-product of running."""
+    source = {
+        path.relative_to(ROOT).as_posix()
+        for path in (ROOT / package).rglob("*")
+        if path.is_file() and path.suffix != ".pyc"
+    }
+    assert {f"{package}/__init__.py", f"{package}/py.typed"} <= source
+    assert source <= wheel
+
+
+def test_wheel_holds_the_shipped_missions(wheel: set[str]) -> None:
+    assert {f"optuav/mission/shipped/{name}.toml" for name in ("paper", "paper-table2")} <= wheel
+
+
+def test_wheel_holds_nothing_else(wheel: set[str]) -> None:
+    """No tests, examples or stray files land beside the two packages in site-packages."""
+    information = f"optuav-{project()['version']}.dist-info"
+    assert {name.partition("/")[0] for name in wheel} == {"optuav", "formulations", information}
+
+
+def test_versions_agree() -> None:
+    """The installed package, the citation and the newest entry of the changelog."""
+    citation = re.findall(r"^version: (.+)$", (ROOT / "CITATION.cff").read_text("utf-8"), re.M)
+    changelog = re.findall(r"^## \[(\d.*?)\]", (ROOT / "CHANGELOG.md").read_text("utf-8"), re.M)
+    assert [optuav.__version__, *citation, *changelog[:1]] == [project()["version"]] * 3
+
+
+def tracked_texts() -> dict[str, str]:
+    """Every text file that git tracks, by name."""
+    git = shutil.which("git")
+    if git is None or not (ROOT / ".git").exists():
+        pytest.skip("not a git checkout")
+    listing = subprocess.run([git, "ls-files", "-z"], cwd=ROOT, capture_output=True, check=True)
+    contents = {
+        name: (ROOT / name).read_bytes()
+        for name in listing.stdout.decode().split("\0")
+        if name and (ROOT / name).is_file()
+    }
+    return {
+        name: content.decode("utf-8")
+        for name, content in contents.items()
+        if b"\0" not in content[:8192]
+    }
+
+
+@pytest.mark.parametrize("pattern", [MACHINE_PATH, UNFINISHED], ids=["machine-path", "unfinished"])
+def test_tracked_files_are_clean(pattern: re.Pattern[str]) -> None:
+    """No path of a developer's machine and no note of unfinished work is committed."""
+    texts = tracked_texts()
+    assert "pyproject.toml" in texts
+    found = [
+        f"{name}:{number}: {line.strip()}"
+        for name, text in texts.items()
+        for number, line in enumerate(text.splitlines(), start=1)
+        if pattern.search(line)
+    ]
+    assert found == []
