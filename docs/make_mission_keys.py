@@ -15,18 +15,27 @@ from pydantic.fields import FieldInfo
 
 from optuav.mission import Mission
 from optuav.mission.quantities import RATE_PER_MINUTE
-from optuav.mission.sections import REGIME_KEYS, SECTIONS, RotorFlight
+from optuav.mission.sections import CONVERSIONS, REGIME_KEYS, SECTIONS, RotorFlight
 from optuav.mission.words import allowed
 
 PAGE = Path(__file__).parent / "missions.md"
 START, END = "<!-- keys: written by make_mission_keys.py -->\n", "<!-- end of keys -->\n"
 
-HEAD = ("| key | what it is | what it may be | left out |", "|---|---|---|---|")
+HEAD = ("| key | what it is | what it may be | if left out |", "|---|---|---|---|")
+INSTEAD = {
+    "name": "the file's name",
+    "flow_rate_per_s": "state flow_rate_per_min",
+    "visibility_km": "state attenuation_per_km",
+    "attenuation_per_km": "state visibility_km",
+    **dict.fromkeys(CONVERSIONS[810], "by the wavelength"),
+}
+"""What holds where a key is left out whose field has no default that tells."""
+
 PER_MINUTE = (
     "flow_rate_per_min",
-    "The same rate per minute [1/min]; or state flow_rate_per_s.",
+    "The same rate per minute [1/min].",
     RATE_PER_MINUTE.words,
-    "",
+    "state flow_rate_per_s",
 )
 
 Row = tuple[str, str, str, str]
@@ -36,19 +45,27 @@ def rows(model: type[BaseModel], keys: Iterable[str]) -> Iterator[Row]:
     """Key, meaning, range and default of some fields."""
     for key in keys:
         field = model.model_fields[key]
-        yield key, field.description or "", allowed(model, key), left_out(field)
+        default = INSTEAD.get(key) or left_out(field)
+        yield key, field.description or "", allowed(model, key), default
 
 
 def left_out(field: FieldInfo) -> str:
     """What holds where a file does not state the key."""
     if field.is_required():
-        return "must be stated"
-    return "" if field.default is None else f"`{json.dumps(plain(field.default))}`"
+        return "a fault"
+    return "–" if field.default is None else f"`{json.dumps(plain(field.default))}`"
 
 
 def plain(value: Any) -> Any:
     """A tuple as the list that TOML has for it."""
     return list(value) if isinstance(value, tuple) else value
+
+
+def summary(model: type[BaseModel]) -> str:
+    """What a table is for, in a line; [flight] has two forms."""
+    if model is SECTIONS["flight"]:
+        return "How legs are flown, and what flying draws."
+    return (model.__doc__ or "").partition("\n")[0]
 
 
 def table(found: Iterable[Row]) -> Iterator[str]:
@@ -63,11 +80,11 @@ def sections() -> Iterator[str]:
     yield from ("### The file itself", "", *table(rows(Mission, ("name", "description"))), "")
     for name, model in SECTIONS.items():
         title = f"[[{name}]]" if name == "buildings" else f"[{name}]"
-        yield from (f"### {title}", "", model.__doc__ or "", "")
+        yield from (f"### {title}", "", summary(model), "")
         if name == "flight":
             yield from (*table(rows(RotorFlight, RotorFlight.model_fields)), "")
             regimes = (key for key in model.model_fields if key in REGIME_KEYS)
-            yield 'With `model = "regimes"` only, which computes nothing from [rotor] and [body]:'
+            yield 'Only with `model = "regimes"`, constant loads by regime and bang-bang legs:'
             yield from ("", *table(rows(model, regimes)), "")
             continue
         found = list(rows(model, model.model_fields))

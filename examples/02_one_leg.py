@@ -111,3 +111,8 @@ assert math.isnan(flight.leg(airframe, motor, tuple(way_m), storm_N).loads.durat
 # %%
 if find_spec("matplotlib") and "pictures" in sys.argv[1:]:
     from optuav import plots
+
+    figure = plots.leg(mission, "origin", "hover").speed.get_figure(root=True)
+    assert figure is not None
+    Path("pictures").mkdir(exist_ok=True)
+    figure.savefig("pictures/leg.png")

@@ -103,6 +103,8 @@ same = [optuav.solve(exact, perspective=name).hover_time_s for name in ("battery
 stated = [optuav.solve(mission, perspective=name).hover_time_s for name in ("battery", "adjusted")]
 print(f"the paper's energies: battery {stated[0]:.2f} s, adjusted {stated[1]:.2f} s")
 print(f"derived energies: battery {same[0]:.2f} s, adjusted {same[1]:.2f} s")
+assert loads.charge_power_W
+assert loads.charge_current_A
 print(f"charging voltage {loads.charge_power_W / loads.charge_current_A:.4f} V")
 
 assert math.isclose(stated[0], 955.28, abs_tol=0.005)

@@ -27,6 +27,26 @@ class Formulation(Quantities, ABC):
     def declare(self, model: Model) -> None:
         """State unknowns, objective and constraints on the model."""
 
+    def hover_and_rest(self, model: Model, label: str) -> tuple[Any, Any]:
+        """Declare Δ and, where the route goes by way of a building, T'; else T' is None.
+
+        Without a rest the time left is Δ's own bound, so that its last slot may be cut short; with
+        one, `keep_deadline` states it. Of equal plans the one with the shortest rest is preferred.
+        """
+        if not self.rests:
+            return model.variable(
+                "hover_time_s", "Δ", unit="s", upper=self.time_left, label=label
+            ), None
+        hover = model.variable("hover_time_s", "Δ", unit="s", first_slot=1)
+        rest = model.variable("rest_time_s", "T'", unit="s", first_slot=1)
+        model.prefer_small(rest)
+        return hover, rest
+
+    def keep_deadline(self, model: Model, label: str, hover: Any, rest: Any) -> None:
+        """State Δ + T' ≤ T_max − T_fl where there is a rest."""
+        if rest is not None:
+            model.subject_to(label, hover + rest <= self.time_left, unit="s")
+
     def soc_end(self, hover: Any, rest: Any = None) -> Any:
         """State of charge at the end [-] after hovering and resting [s], by the perspective.
 
@@ -42,5 +62,6 @@ class Formulation(Quantities, ABC):
         """The declared model, its parameters at the given values."""
         symbols = {each.name: symbol_for(each, getattr(given, each.name)) for each in QUANTITIES}
         declared = Model((cls.__doc__ or cls.__name__).strip().splitlines()[0].rstrip("."))
-        cls(**symbols, perspective=perspective).declare(declared)
+        symbolic = cls(**symbols, steps=given.steps, rests=given.rests, perspective=perspective)
+        symbolic.declare(declared)
         return declared

@@ -1,4 +1,4 @@
-"""How the state of charge at the end of the mission is written: the paper's three perspectives.
+"""How the state of charge at the end of the mission is written: by name of the perspective.
 
 Each is a function of the quantities, the hover time Δ [s] and the rest time T' [s].
 """
@@ -9,6 +9,7 @@ from collections.abc import Callable, Mapping
 from typing import Any, TypeAlias
 
 from formulations.quantities import Quantities
+from formulations.wells import wells
 
 Perspective: TypeAlias = Callable[[Quantities, Any, Any], Any]
 
@@ -37,8 +38,12 @@ def adjusted(given: Quantities, hover: Any, rest: Any) -> Any:
     )
 
 
+PAPER: tuple[str, ...] = ("battery", "energy", "adjusted")
+"""The perspectives of the paper."""
+
 PERSPECTIVES: Mapping[str, Perspective] = {
     "battery": battery,
     "energy": energy,
     "adjusted": adjusted,
+    "wells": wells,
 }

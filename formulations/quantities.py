@@ -2,14 +2,18 @@
 
 from __future__ import annotations
 
+import math
+from collections.abc import Sequence
 from dataclasses import Field, dataclass, field, fields
 from typing import Any
 
 from optuav.modelling import Parameter
 
 
-def _quantity(symbol: str, unit: str, key: str = "") -> Any:
-    return field(metadata={"symbol": symbol, "unit": unit, "key": key})
+def _quantity(symbol: str, unit: str, key: str = "", *, needed: bool = True) -> Any:
+    """A field; one that is not needed may be left out where no constraint speaks of it."""
+    meta = {"symbol": symbol, "unit": unit, "key": key}
+    return field(metadata=meta) if needed else field(default=math.nan, metadata=meta)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -36,6 +40,19 @@ class Quantities:
         Net current [A] and power [W] that charge the battery while resting.
     flight_battery_J, hover_battery_J
         E_1 and E_2 [J], what the battery holds at the voltages of flight and hover.
+    available_fraction, flow_rate_per_s
+        ω [-] and k_F [1/s] of the two wells.
+    hover_distance_m, coverage_radius_m
+        From the hover point to the device, and d_max, at which P_out = ε [m].
+    hover_altitude_m, min_altitude_m, max_altitude_m
+        z of the hover point, z_min and z_max [m].
+    end_gap_m
+        By how much the route misses w_0 and w_F [m].
+    steps
+        What happens on the way: a `battery.Phase` for every stage of a leg, ``"hover"`` and
+        ``"rest"`` for the stays. Read by the perspective `wells` alone.
+    rests
+        Whether the route goes by way of a building, so that there is a rest time.
     """
 
     deadline_s: Any = _quantity("T_max", "s", "limits.deadline_s")
@@ -51,8 +68,18 @@ class Quantities:
     hover_received_W: Any = _quantity("P_0,hv", "W")
     rest_current_A: Any = _quantity("I_rest", "A")
     rest_received_W: Any = _quantity("P_0,rest", "W")
-    flight_battery_J: Any = _quantity("E_1", "J")
-    hover_battery_J: Any = _quantity("E_2", "J")
+    flight_battery_J: Any = _quantity("E_1", "J", "battery.flight_energy_J")
+    hover_battery_J: Any = _quantity("E_2", "J", "battery.hover_energy_J")
+    available_fraction: Any = _quantity("ω", "1", "battery.available_fraction", needed=False)
+    flow_rate_per_s: Any = _quantity("k_F", "1/s", "battery.flow_rate_per_s", needed=False)
+    hover_distance_m: Any = _quantity("d", "m", needed=False)
+    coverage_radius_m: Any = _quantity("d_max", "m", needed=False)
+    hover_altitude_m: Any = _quantity("z", "m", needed=False)
+    min_altitude_m: Any = _quantity("z_min", "m", "limits.min_altitude_m", needed=False)
+    max_altitude_m: Any = _quantity("z_max", "m", "limits.max_altitude_m", needed=False)
+    end_gap_m: Any = _quantity("|w_1 − w_0| + |w_T − w_F|", "m", needed=False)
+    steps: Sequence[Any] = ()
+    rests: bool = True
 
     @property
     def battery_As(self) -> Any:
@@ -76,4 +103,4 @@ def symbol_for(quantity: Field[Any], value: Any) -> Parameter:
     return Parameter(quantity.name, meta["symbol"], meta["unit"], value, meta["key"])
 
 
-QUANTITIES = fields(Quantities)
+QUANTITIES = tuple(each for each in fields(Quantities) if each.metadata)

@@ -6,6 +6,7 @@ did not prove its answer in time.
 
 from __future__ import annotations
 
+import signal
 import sys
 from collections.abc import Sequence
 
@@ -16,7 +17,6 @@ from optuav.cli import missions, new, show, solve, validate
 from optuav.errors import InputError, SolverError
 
 BAD_INPUT, ENGINE_FAILED = 2, 3
-MOST_FAULTS = 20
 
 app = typer.Typer(
     name="optuav",
@@ -34,6 +34,9 @@ for command in (solve.solve, show.show, validate.validate, new.new, missions.mis
 
 def main(arguments: Sequence[str] | None = None) -> None:
     """Run a command and leave with its exit code."""
+    if hasattr(signal, "SIGPIPE"):
+        # A reader that has seen enough, as `| head`, ends the command without a word.
+        signal.signal(signal.SIGPIPE, signal.SIG_DFL)
     for stream in (sys.stdout, sys.stderr):
         if hasattr(stream, "reconfigure"):
             stream.reconfigure(errors="replace")
@@ -41,16 +44,10 @@ def main(arguments: Sequence[str] | None = None) -> None:
     try:
         app(args=None if arguments is None else list(arguments))
     except InputError as error:
-        lines = str(error).splitlines()
-        more = len(lines) - MOST_FAULTS
-        shown = lines[:MOST_FAULTS] + ([f"and {more} more faults"] if more > 0 else [])
         screen.print("error:", style="bold red", end=" ")
-        screen.print("\n       ".join(shown), markup=False)
+        screen.print(str(error).replace("\n", "\n       "), markup=False)
         sys.exit(BAD_INPUT)
     except SolverError as error:
         screen.print("error:", style="bold red", end=" ")
         screen.print(str(error), markup=False)
         sys.exit(ENGINE_FAILED)
-    except BrokenPipeError:
-        sys.stderr.close()
-        sys.exit(0)

@@ -20,7 +20,8 @@ SetOption = Annotated[
     typer.Option(
         "--set",
         metavar="KEY=VALUE",
-        help="Change a key of the mission, as in limits.deadline_s=800; may be repeated.",
+        help="Change a key of the mission, as in limits.deadline_s=800; KEY= removes an optional "
+        "one. May be repeated.",
     ),
 ]
 JsonOption = Annotated[bool, typer.Option("--json", help="Print JSON instead of text.")]
@@ -59,7 +60,9 @@ def mission_of(source: str, settings: Sequence[str] | None) -> Mission:
 
 
 def _value(text: str) -> Any:
-    """A value as TOML writes it; anything that is not TOML is a string."""
+    """A value as TOML writes it; nothing removes the key, anything else is a string."""
+    if not text:
+        return None
     try:
         return tomllib.loads(f"value = {text}")["value"]
     except (tomllib.TOMLDecodeError, RecursionError):

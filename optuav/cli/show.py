@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Iterable, Iterator
+from dataclasses import asdict
 from pathlib import Path
 
 import typer
@@ -16,7 +17,7 @@ from optuav.cli.options import JsonOption, MissionArgument, PlotOption, SetOptio
 from optuav.cli.output import deliver
 from optuav.errors import Fault, InputError
 from optuav.mission import Mission
-from optuav.mission.derived import Figure, derived
+from optuav.mission.derived import BuildingFigures, Figure, building_figures, derived
 from optuav.plan import load_plan
 
 
@@ -36,7 +37,8 @@ def show(
     figures = derived(shown)
     if as_json:
         values = {each.name: {"value": each.value, "unit": each.unit} for each in figures}
-        answer = {"mission": shown.to_dict(), "derived": values}
+        buildings = [asdict(each) for each in building_figures(shown)]
+        answer = {"mission": shown.to_dict(), "derived": values, "buildings": buildings}
         typer.echo(json.dumps(answer, indent=2, ensure_ascii=False))
     else:
         _print(shown, figures)
@@ -54,11 +56,34 @@ def _print(mission: Mission, figures: tuple[Figure, ...]) -> None:
         if isinstance(section, BaseModel):
             screen.print(f"\n[{name}]", style="bold", markup=False)
             screen.print(_grid(_settings(section)))
-    if mission.buildings:
-        screen.print("\n[[buildings]]", style="bold", markup=False)
-        screen.print(_grid((each.name, _text(each.position_m), "m") for each in mission.buildings))
     screen.print("\nderived", style="bold")
     screen.print(_grid((each.name, each.text, each.unit) for each in figures))
+    if mission.buildings:
+        screen.print("\n[[buildings]]", style="bold", markup=False)
+        screen.print(_buildings(building_figures(mission)))
+
+
+def _buildings(figures: Iterable[BuildingFigures]) -> Table:
+    table = Table(box=None, pad_edge=False, header_style="")
+    for heading in ("name", "position m", "footprint m", "received W"):
+        table.add_column(heading, justify="right" if heading == "received W" else "left")
+    for heading in ("T_fl s rest first", "hover first"):
+        table.add_column(heading, justify="right")
+    for each in figures:
+        size = each.footprint_m
+        corners = size is not None and isinstance(size[0], tuple)
+        table.add_row(
+            Text(each.name),
+            " ".join(f"{x:g}" for x in each.position_m),
+            "" if size is None else f"{len(size)} corners" if corners else _sides(size),
+            f"{each.received_power_W:.1f}" if each.laser_sight else "no sight",
+            *("-" if s is None else f"{s:.2f}" for s in (each.rest_first_s, each.hover_first_s)),
+        )
+    return table
+
+
+def _sides(size: Iterable[object]) -> str:
+    return " × ".join(_text(side) for side in size)
 
 
 def _settings(section: BaseModel) -> Iterator[tuple[str, str, str]]:
@@ -97,6 +122,8 @@ def _named(key: str) -> tuple[str, str]:
 
 
 def _text(value: object) -> str:
+    if isinstance(value, bool):
+        return str(value).lower()
     if isinstance(value, float):
         return f"{value:.6g}"
     if isinstance(value, tuple):

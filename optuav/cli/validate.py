@@ -1,4 +1,4 @@
-"""``optuav validate``: is a mission file in order, and can the mission be flown?"""
+"""``optuav validate``: whether a mission file is in order, and the mission can be flown."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ def validate(
         typer.echo(json.dumps(answer, indent=2, ensure_ascii=False))
         return
     screen = Console(highlight=False, soft_wrap=True)
-    screen.print(f"{checked.name}: the mission is in order", markup=False)
+    screen.print(f"{checked.name}: every key of the mission is in order", markup=False)
     for warning in warnings:
         screen.print("warning:", style="bold yellow", end=" ")
         screen.print(warning, markup=False)

@@ -10,14 +10,13 @@ optimal candidate is unbounded.
 from __future__ import annotations
 
 import itertools
-from collections.abc import Sequence
-from typing import NamedTuple, TypeAlias
+from collections.abc import Mapping
+from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
 
+from optuav.engines.linear_form import linear_form
 from optuav.engines.solution import Booleans, Floats, Solution, Status
-from optuav.modelling.affine import Affine, affine
-from optuav.modelling.check import relations
 from optuav.modelling.expression import evaluate
 from optuav.modelling.model import Model
 
@@ -27,6 +26,8 @@ MOST_UNKNOWNS = 2
 NUMBERS_AT_ONCE = 1 << 16
 TOLERANCE = 1e-11
 """Relative to the size of a candidate; rows and directions are scaled to unit length first."""
+STRICT = 1e-9
+"""Share of the largest multiplier below which a row is taken to carry no weight."""
 PARALLEL = 1e-13
 """Sine of the angle below which two rows do not meet."""
 
@@ -37,7 +38,7 @@ OPTIMAL, INFEASIBLE, UNBOUNDED, ERROR = range(4)
 
 
 @np.errstate(divide="ignore", invalid="ignore", over="ignore")
-def solve(model: Model, programmes: int) -> Solution:
+def solve(model: Model, programmes: int, values: Mapping[str, Any] | None = None) -> Solution:
     """Solve a declared linear programme for every entry of its parameters.
 
     Parameters
@@ -46,6 +47,8 @@ def solve(model: Model, programmes: int) -> Solution:
         One or two variables, each with a finite lower bound; everything affine in them.
     programmes
         Number of entries of those parameters that are arrays, at least 1.
+    values
+        Values of parameters that differ from the model's, by name.
 
     Returns
     -------
@@ -58,78 +61,52 @@ def solve(model: Model, programmes: int) -> Solution:
     ValueError
         If the model has no or more than two variables, or one without a lower bound.
     """
-    names = [variable.name for variable in model.variables]
-    if not 1 <= len(names) <= MOST_UNKNOWNS:
-        raise ValueError(f"{NAME} takes one or two unknowns, the model has {len(names)}")
+    unknowns = len(model.variables)
+    if not 1 <= unknowns <= MOST_UNKNOWNS:
+        raise ValueError(f"{NAME} takes one or two unknowns, the model has {unknowns}")
     for variable in model.variables:
-        if np.isneginf(evaluate(variable.lower, {})).any():
+        if np.isneginf(evaluate(variable.lower, values or {})).any():
             raise ValueError(f"{NAME} needs a lower bound on {variable.symbol}")
-    labels, forms = _rows(model)
-    normals, constants = _stack(forms, names, programmes)
-    objective = affine(model.objective, {})
-    towards = 1.0 if model.sense == "maximise" else -1.0
-    goals = [
-        objective.times(towards),
-        *(affine(each, {}).times(-1.0) for each in model.preferences),
-    ]
-    directions, offsets = _stack(goals, names, programmes)
-    bases = _bases(len(forms), len(names))
-    chunk = 1 + NUMBERS_AT_ONCE // (len(bases) * len(forms))
+    form = linear_form(model, values or {}, programmes)
+    bases = _bases(len(form.labels), unknowns)
+    chunk = 1 + NUMBERS_AT_ONCE // (len(bases) * len(form.labels))
     parts = [
         _solve_vertices(
             bases,
-            normals[..., first : first + chunk],
-            -constants[..., first : first + chunk],
-            directions[..., first : first + chunk],
+            form.normals[..., first : first + chunk],
+            form.limits[..., first : first + chunk],
+            form.directions[..., first : first + chunk],
         )
         for first in range(0, programmes, chunk)
     ]
-    valid = np.isfinite(normals).all(axis=(0, 1)) & np.isfinite(directions).all(axis=(0, 1))
-    valid &= ~(np.isnan(constants).any(axis=0) | np.isnan(offsets).any(axis=0))
-    codes = np.where(valid, np.concatenate([part.codes for part in parts]), ERROR)
+    codes = np.where(form.usable, np.concatenate([part.codes for part in parts]), ERROR)
     solved = codes == OPTIMAL
     points = np.where(solved, np.concatenate([part.points for part in parts], axis=-1), np.nan)
     active = solved & np.concatenate([part.active for part in parts], axis=-1)
-    reached = (directions[0] * points).sum(axis=0) + offsets[0]
+    multipliers = np.concatenate([part.multipliers for part in parts], axis=-1)
+    reached = (form.directions[0] * points).sum(axis=0) + form.offsets[0]
     binding: dict[str, Booleans] = {}
-    for label, is_active in zip(labels, active, strict=True):
+    weights: dict[str, Any] = {}
+    for label, sign, is_active, weight in zip(
+        form.labels, form.signs, active, multipliers, strict=True
+    ):
         binding[label] = binding[label] | is_active if label in binding else is_active
+        weights[label] = weights.get(label, 0.0) + sign * weight
+    strict = multipliers > STRICT * multipliers.max(axis=0)
+    regular = solved & (active.sum(axis=0) == unknowns) & (active == strict).all(axis=0)
     return Solution(
         engine=NAME,
         proof=PROOF,
         statuses=STATUSES[codes].tolist(),
-        objective=towards * reached,
-        values={name: points[k] for k, name in enumerate(names)},
+        objective=form.towards * reached,
+        values={name: points[k] for k, name in enumerate(form.names)},
         binding=binding,
+        multipliers={label: np.where(solved, each, np.nan) for label, each in weights.items()},
+        regular=regular,
+        words=[""] * programmes,
+        model=model,
+        given=values or {},
     )
-
-
-def _rows(model: Model) -> tuple[list[str], list[Affine]]:
-    """Every constraint as forms that must not be positive, with its label."""
-    labels: list[str] = []
-    forms: list[Affine] = []
-    for constraint in relations(model):
-        relation = constraint.relation
-        excess = affine(relation.left, {}).plus(affine(relation.right, {}), -1.0)
-        if relation.sense in ("<=", "=="):
-            labels.append(constraint.label)
-            forms.append(excess)
-        if relation.sense in (">=", "=="):
-            labels.append(constraint.label)
-            forms.append(excess.times(-1.0))
-    return labels, forms
-
-
-def _stack(forms: Sequence[Affine], names: list[str], programmes: int) -> tuple[Floats, Floats]:
-    """Coefficients (form, unknown, programme) and constants (form, programme)."""
-    coefficients = np.zeros((len(forms), len(names), programmes))
-    constants = np.empty((len(forms), programmes))
-    for k, form in enumerate(forms):
-        constants[k] = form.constant
-        for j, name in enumerate(names):
-            if name in form.coefficients:
-                coefficients[k, j] = form.coefficients[name]
-    return coefficients, constants
 
 
 Bases: TypeAlias = list[tuple[int, ...]]
@@ -138,6 +115,7 @@ Bases: TypeAlias = list[tuple[int, ...]]
 class _Part(NamedTuple):
     points: Floats
     active: Booleans
+    multipliers: Floats
     codes: np.ndarray[tuple[int], np.dtype[np.intp]]
 
 
@@ -148,7 +126,8 @@ def _solve_vertices(bases: Bases, normals: Floats, limits: Floats, directions: F
     """
     length, scale = _lengths(normals)
     a, b = normals / scale[:, None], limits / scale
-    c = directions / _lengths(directions)[1][:, None]
+    goal_length = _lengths(directions)[1]
+    c = directions / goal_length[:, None]
     candidates, multipliers = _intersections(a, b, c[0], bases)
     terms = a * candidates[:, None]
     excess = terms.sum(axis=2) - b
@@ -156,13 +135,19 @@ def _solve_vertices(bases: Bases, normals: Floats, limits: Floats, directions: F
     feasible = (excess <= allowance).all(axis=1)
     reached = (c[:, None] * candidates).sum(axis=2)
     best = _largest(feasible, reached[0])
-    proved = (best & (multipliers >= -TOLERANCE).all(axis=1)).any(axis=0)
+    carries = best & (multipliers >= -TOLERANCE).all(axis=1)
+    proved = carries.any(axis=0)
     for preferred in reached[1:]:
         best = _largest(best, preferred)
     chosen, here = best.argmax(axis=0), np.arange(a.shape[2])
     active = (np.abs(excess) <= allowance)[chosen, :, here].T & (length > 0.0)
     codes = np.select([~feasible.any(axis=0), ~proved], [INFEASIBLE, UNBOUNDED], OPTIMAL)
-    return _Part(candidates[chosen, :, here].T + 0.0, active, codes)
+    proof = carries.argmax(axis=0)
+    weights = np.zeros_like(b)
+    for place, rows in enumerate(np.transpose(bases)):
+        np.add.at(weights, (rows[proof], here), multipliers[proof, place, here])
+    weights = np.maximum(weights, 0.0) * goal_length[0] / scale
+    return _Part(candidates[chosen, :, here].T + 0.0, active, weights, codes)
 
 
 def _lengths(vectors: Floats) -> tuple[Floats, Floats]:

@@ -12,6 +12,7 @@ References
 
 from __future__ import annotations
 
+import itertools
 import math
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -19,6 +20,7 @@ from typing import Any
 
 import numpy as np
 
+from optuav.engines.ranges import implied_upper_bounds, last_slot, lower_bounds
 from optuav.engines.solution import Booleans, Floats, Solution, Status
 from optuav.errors import SolverError
 from optuav.modelling.affine import NotAffineError, affine
@@ -36,8 +38,13 @@ EQUAL = 1e-9
 Values = Mapping[str, Any]
 
 
+@np.errstate(divide="ignore", invalid="ignore", over="ignore")
 def solve(
-    model: Model, programmes: int, slot_s: float, time_limit_s: float | None = None
+    model: Model,
+    programmes: int,
+    slot_s: float,
+    time_limit_s: float | None = None,
+    values: Values | None = None,
 ) -> Solution:
     """Search every cell of every programme.
 
@@ -51,6 +58,8 @@ def solve(
         Length of a slot [s], > 0.
     time_limit_s
         Longest the search may take [s]; no limit by default.
+    values
+        Values of parameters that differ from the model's, by name.
 
     Raises
     ------
@@ -68,7 +77,8 @@ def solve(
     objective = np.full(programmes, np.nan)
     binding = {constraint.label: np.zeros(programmes, bool) for constraint in relations(model)}
     for index in range(programmes):
-        parameters = model.row(index)
+        changed = {n: v[index] if np.ndim(v) else v for n, v in (values or {}).items()}
+        parameters = {**model.row(index), **changed}
         if np.isnan(list(parameters.values())).any():
             statuses.append(Status.ERROR)
             continue
@@ -87,13 +97,16 @@ def solve(
         objective=objective,
         values={name: points[k] for k, name in enumerate(names)},
         binding=binding,
+        words=[""] * programmes,
+        model=model,
+        given=values or {},
     )
 
 
 def axes(model: Model, parameters: Values, slot_s: float) -> list[Floats]:
     """Values that each unknown runs through [s], whole slots, in the order of the variables."""
-    lower = _lower_bounds(model, parameters)
-    limits = _upper_bounds(model, parameters, lower)
+    lower = lower_bounds(model, parameters)
+    limits = implied_upper_bounds(model, parameters, lower)
     counted = []
     for variable in model.variables:
         own_bound = float(evaluate(variable.upper, parameters))
@@ -101,19 +114,10 @@ def axes(model: Model, parameters: Values, slot_s: float) -> list[Floats]:
         for stated, word in ((lower[variable.name], "a lower"), (bound, "an upper")):
             if not math.isfinite(stated):
                 raise ValueError(f"{NAME} needs {word} bound on {variable.symbol}")
-        first = max(variable.first_slot, -_last_slot(-lower[variable.name], slot_s, begun=False))
-        last = _last_slot(bound, slot_s, begun=bound == own_bound >= lower[variable.name])
+        first = max(variable.first_slot, -last_slot(-lower[variable.name], slot_s, begun=False))
+        last = last_slot(bound, slot_s, begun=bound == own_bound >= lower[variable.name])
         counted.append(slot_s * np.arange(first, last + 1, dtype=float))
     return counted
-
-
-def _last_slot(bound_s: float, slot_s: float, *, begun: bool) -> int:
-    """Number of the last slot up to a bound; with `begun`, the one that the bound cuts short."""
-    slots = bound_s / slot_s
-    nearest = round(slots)
-    if abs(slots - nearest) <= TOLERANCE * max(1.0, abs(slots)):
-        return nearest
-    return math.ceil(slots) if begun else math.floor(slots)
 
 
 Test = Callable[[Mapping[str, Floats]], Any]
@@ -171,11 +175,11 @@ def _blocks(model: Model, parameters: Values, slot_s: float) -> Iterator[dict[st
         for begin in range(0, len(last), CELLS_AT_ONCE):
             yield {names[0]: last[begin : begin + CELLS_AT_ONCE]}
         return
-    lower = _lower_bounds(model, parameters)
+    lower = lower_bounds(model, parameters)
     begin = 0
     while begin < len(last):
         lower[names[1]] = float(last[begin])
-        farthest = _upper_bounds(model, parameters, lower)[names[0]]
+        farthest = implied_upper_bounds(model, parameters, lower)[names[0]]
         width = int(np.searchsorted(outer[0], farthest + TOLERANCE * max(1.0, farthest), "right"))
         step = max(1, CELLS_AT_ONCE // max(1, width))
         yield {names[0]: outer[0][:width], names[1]: last[begin : begin + step, None]}
@@ -202,7 +206,7 @@ def _best_cell(
         for goal in goals:
             top, kept = _largest(goal, kept)
             scores.append(top)
-        if best is None or _beats(scores, best[0]):
+        if kept.any() and (best is None or _beats(scores, best[0])):
             where = np.unravel_index(int(kept.argmax()), kept.shape)
             cell = {n: float(np.broadcast_to(x, kept.shape)[where]) for n, x in points.items()}
             best = (scores, cell)
@@ -213,13 +217,13 @@ def _best_cell(
 
 
 def _largest(goal: Any, kept: Booleans) -> tuple[float, Booleans]:
-    """Largest value of a goal over the kept cells, and the cells that reach it."""
+    """Largest value of a goal over the kept cells where it has one, and the cells that reach it."""
     goal = np.where(np.isnan(goal), -np.inf, goal)
     goal = goal.reshape((1,) * (kept.ndim - goal.ndim) + goal.shape)
     constant = tuple(axis for axis in range(kept.ndim) if goal.shape[axis] == 1)
     somewhere = kept.any(axis=constant, keepdims=True)
     top = float(np.max(goal, where=somewhere, initial=-np.inf))
-    return top, kept & (goal >= top - EQUAL * max(1.0, abs(top)))
+    return top, kept & (goal > -np.inf) & (goal >= top - EQUAL * max(1.0, abs(top)))
 
 
 def _beats(scores: list[float], others: list[float]) -> bool:
@@ -229,34 +233,8 @@ def _beats(scores: list[float], others: list[float]) -> bool:
     return False
 
 
-def _lower_bounds(model: Model, parameters: Values) -> dict[str, float]:
-    return {v.name: float(evaluate(v.lower, parameters)) for v in model.variables}
-
-
-def _upper_bounds(model: Model, parameters: Values, lower: Mapping[str, float]) -> dict[str, float]:
-    """Upper bounds that linear constraints put on each unknown, the others at their lower."""
-    upper = dict.fromkeys(lower, math.inf)
-    for constraint in model.constraints:
-        try:
-            form = affine(constraint.relation.left, parameters).plus(
-                affine(constraint.relation.right, parameters), -1.0
-            )
-        except NotAffineError:
-            continue
-        signs = {"<=": (1.0,), ">=": (-1.0,), "==": (1.0, -1.0)}[constraint.relation.sense]
-        for excess in map(form.times, signs):
-            coefficients = excess.coefficients
-            if any(coefficient < 0.0 for coefficient in coefficients.values()):
-                continue
-            least = excess.constant + sum(coefficients[name] * lower[name] for name in coefficients)
-            for name, coefficient in coefficients.items():
-                if coefficient > 0.0:
-                    upper[name] = min(upper[name], lower[name] - least / coefficient)
-    return upper
-
-
 def _tight(model: Model, parameters: Values, point: Values, slot_s: float) -> Iterator[str]:
-    """Labels of constraints that one more slot of some unknown would violate."""
-    for variable in model.variables:
-        longer = {**parameters, **point, variable.name: point[variable.name] + slot_s}
-        yield from (row.label for row in check(model, longer) if not row.satisfied)
+    """Labels of constraints that a slot more or less of some unknown would violate."""
+    for variable, step_s in itertools.product(model.variables, (slot_s, -slot_s)):
+        moved = {**parameters, **point, variable.name: point[variable.name] + step_s}
+        yield from (row.label for row in check(model, moved) if not row.satisfied)

@@ -6,8 +6,9 @@ import math
 from collections.abc import Iterator
 from dataclasses import dataclass
 
+import numpy as np
+
 from optuav.mission import vehicle
-from optuav.mission.itineraries import NO_LEG
 from optuav.mission.network import Network, network
 from optuav.mission.phases import hover_net
 from optuav.mission.places import HOVER
@@ -43,6 +44,31 @@ class Figure:
         return f"{self.value:.6g}"
 
 
+@dataclass(frozen=True)
+class BuildingFigures:
+    """What follows for a building.
+
+    Parameters
+    ----------
+    name, position_m, footprint_m
+        As the mission states them.
+    laser_sight
+        Whether the laser is in clear sight.
+    received_power_W
+        What the laser delivers there [W].
+    rest_first_s, hover_first_s
+        Flight time by way of it, resting or hovering first [s]; None where it cannot be flown.
+    """
+
+    name: str
+    position_m: tuple[float, float, float]
+    footprint_m: tuple[float, float] | tuple[tuple[float, float], ...] | None
+    laser_sight: bool
+    received_power_W: float
+    rest_first_s: float | None
+    hover_first_s: float | None
+
+
 def derived(mission: Mission) -> tuple[Figure, ...]:
     """Derived figures of a mission, in the order of the physics.
 
@@ -58,7 +84,26 @@ def derived(mission: Mission) -> tuple[Figure, ...]:
             *_vehicle(mission),
             *_link(worked_out),
             *_charging(worked_out),
-            *_flights(worked_out),
+        )
+    )
+
+
+def building_figures(mission: Mission) -> tuple[BuildingFigures, ...]:
+    """Derived figures of every building, in the mission's order."""
+    worked_out = network(mission)
+    where, routes = worked_out.places, worked_out.itineraries
+    flight_s = np.where(routes.flyable, routes.flight_time_s, np.nan)[1:].reshape(-1, 2)
+    return tuple(
+        BuildingFigures(
+            building.name,
+            building.position_m,
+            building.footprint_m,
+            bool(where.laser_sight[place]),
+            float(where.received_power_W[place]),
+            *(float(time_s) if math.isfinite(time_s) else None for time_s in times_s),
+        )
+        for building, place, times_s in zip(
+            mission.buildings, where.buildings, flight_s, strict=True
         )
     )
 
@@ -92,6 +137,9 @@ def _vehicle(mission: Mission) -> Iterator[Row]:
 def _link(worked_out: Network) -> Iterator[Row]:
     yield "coverage radius d_max", vehicle.coverage_radius_m(worked_out.mission), "m"
     yield "hover point", tuple(worked_out.places.position_m[HOVER].tolist()), "m"
+    direct_s = worked_out.itineraries.flight_time_s[0]
+    flyable = worked_out.itineraries.flyable[0]
+    yield "direct flight", float(direct_s) if flyable else math.nan, "s"
 
 
 def _charging(worked_out: Network) -> Iterator[Row]:
@@ -99,17 +147,5 @@ def _charging(worked_out: Network) -> Iterator[Row]:
     if worked_out.mission.laser is None:
         return
     yield "net current in hover", hover_net(worked_out).current_A, "A"
-    for place in (HOVER, *where.buildings):
-        sight = "" if where.laser_sight[place] else " (no sight)"
-        name = f"power received at {where.names[place]}{sight}"
-        yield name, float(where.received_power_W[place]), "W"
-
-
-def _flights(worked_out: Network) -> Iterator[Row]:
-    routes, table, names = worked_out.itineraries, worked_out.legs, worked_out.places.names
-    for index in range(len(routes)):
-        if not routes.flyable[index]:
-            continue
-        flown = routes.legs[index][routes.legs[index] != NO_LEG]
-        places = [names[table.start[flown[0]]], *(names[end] for end in table.end[flown])]
-        yield f"flight {' → '.join(places)}", float(routes.flight_time_s[index]), "s"
+    sight = "" if where.laser_sight[HOVER] else " (no sight)"
+    yield f"power received at hover{sight}", float(where.received_power_W[HOVER]), "W"

@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 import os
 import stat
+from collections.abc import Iterator
 from pathlib import Path
 
 from optuav.errors import Fault, InputError
@@ -14,6 +15,11 @@ from optuav.mission.words import printable
 def label(path: Path) -> str:
     """The path as a fault shows it."""
     return printable(str(path))
+
+
+def refusal(path: Path, words: str) -> InputError:
+    """What is wrong with a file as a whole."""
+    return InputError([Fault("", "", words, label(path))])
 
 
 def read_text(path: Path, limit: int, *, hint: str = "") -> str:
@@ -38,28 +44,23 @@ def read_text(path: Path, limit: int, *, hint: str = "") -> str:
     InputError
         If there is no such file or it cannot be read, is too large or no text.
     """
-    try:
-        kind = path.stat().st_mode
+    with _refusals(path, "read"):
+        try:
+            kind = path.stat().st_mode
+        except FileNotFoundError:
+            raise refusal(path, f"there is no such file{hint}") from None
         if stat.S_ISDIR(kind):
             raise refusal(path, "is a directory, not a file")
         if not stat.S_ISREG(kind):
             raise refusal(path, "is not a regular file")
         with path.open("rb") as file:
             content = file.read(limit + 1)
-    except FileNotFoundError:
-        raise refusal(path, f"there is no such file{hint}") from None
-    except OSError as error:
-        raise refusal(path, f"cannot be read: {error.strerror}") from None
-    except InputError:
-        raise
-    except ValueError:
-        raise refusal(path, "is not a possible path") from None
     if len(content) > limit:
         raise refusal(path, f"is larger than the {limit / 1e6:g} MB that are read")
     try:
         return content.decode("utf-8-sig")
     except UnicodeDecodeError as error:
-        words = f"is not text in UTF-8: byte 0x{content[error.start]:02x} at {error.start}"
+        words = f"is not text in UTF-8: byte 0x{error.object[error.start]:02x} at {error.start}"
         raise refusal(path, words) from None
 
 
@@ -78,13 +79,13 @@ def write_text(path: Path, text: str) -> None:
     InputError
         If the directory is missing or cannot be written to.
     """
-    target = Path(os.path.realpath(path))
-    temporary = target.with_name(f".{os.urandom(8).hex()}.tmp")
-    try:
+    with _refusals(path, "written"):
+        target = Path(os.path.realpath(path))
         if target.is_dir():
             raise refusal(path, "is a directory, not a file")
         if not target.parent.is_dir():
             raise refusal(path, f"there is no directory {label(target.parent)}")
+        temporary = target.with_name(f".{os.urandom(8).hex()}.tmp")
         try:
             with temporary.open("x", encoding="utf-8", newline="\n") as file:
                 file.write(text)
@@ -92,10 +93,16 @@ def write_text(path: Path, text: str) -> None:
         finally:
             with contextlib.suppress(OSError):
                 temporary.unlink(missing_ok=True)
+
+
+@contextlib.contextmanager
+def _refusals(path: Path, done: str) -> Iterator[None]:
+    """Turn the system's errors into ours."""
+    try:
+        yield
+    except InputError:
+        raise
     except OSError as error:
-        raise refusal(path, f"cannot be written: {error.strerror}") from None
-
-
-def refusal(path: Path, words: str) -> InputError:
-    """What is wrong with a file as a whole."""
-    return InputError([Fault("", "", words, label(path))])
+        raise refusal(path, f"cannot be {done}: {error.strerror}") from None
+    except ValueError:
+        raise refusal(path, "is not a possible path") from None

@@ -55,7 +55,7 @@ def as_graph(worked_out: Network) -> Graph:
 
     where, table = worked_out.places, worked_out.legs
     kinds = [*ENDS, *["building"] * len(where.buildings)]
-    exists = np.isfinite(where.position_m).all(axis=1)
+    exists = np.asarray(np.isfinite(where.position_m).all(axis=1))
     view: Graph = networkx.DiGraph(name=worked_out.mission.name)
     view.add_nodes_from(
         (
@@ -150,7 +150,7 @@ def _is_amount(value: Any) -> bool:
         isinstance(value, Real)
         and not isinstance(value, bool)
         and math.isfinite(value)
-        and value >= 0.0
+        and float(value) >= 0.0
     )
 
 
@@ -207,7 +207,8 @@ def edited_network(mission: Mission, view: Graph) -> Network:
 
 def _strangers(where: Places, view: Graph) -> Iterator[Fault]:
     known = dict(zip(where.names, where.position_m.tolist(), strict=True))
-    for node, position in view.nodes(data="position_m"):
+    for node, data in view.nodes(data=True):
+        position = data["position_m"]
         if node not in known:
             yield Fault(f"nodes[{node!r}]", "", "the mission has no such place", SOURCE)
         elif node != "hover" and list(position) != known[node]:

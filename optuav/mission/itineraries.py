@@ -94,7 +94,7 @@ def itineraries(table: Legs, where: Places) -> Itineraries:
         legs=numbers,
         building=building,
         rest_first=np.concatenate([[False], np.tile([True, False], count)]),
-        flyable=np.where(flown, table.flyable[numbers], True).all(axis=1),
+        flyable=np.asarray(np.where(flown, table.flyable[numbers], True).all(axis=1)),
         flight_time_s=total(table.duration_s),
         flight_charge_As=total(table.charge_As),
         flight_energy_J=total(table.energy_J),

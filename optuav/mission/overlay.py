@@ -97,8 +97,8 @@ def revise(
     stated: dict[str, Any] = {}
     buildings: dict[str, Any] = {}
     faults: list[Fault] = []
-    for key in sorted(map(str, values), key=lambda key: key.count(".")):
-        value = _plain(values[key])
+    # Whole tables first, so that their keys can be stated beside them.
+    for key, value in sorted(_by_key(values), key=lambda item: item[0].count(".")):
         name, _, field = key.partition(".")
         if key.startswith(("buildings.", "buildings[")):
             buildings[key] = value
@@ -110,9 +110,11 @@ def revise(
             stated[name] = value
     document = overlay(base, stated)
     if buildings:
-        revised = list(document.get("buildings") or ())
+        listed = document.get("buildings")
+        revised = list(listed) if isinstance(listed, list | tuple) else []
         faults += _revise_buildings(revised, buildings)
-        document["buildings"] = [building for building in revised if building is not None]
+        if revised:
+            document["buildings"] = [building for building in revised if building is not None]
     return document, faults
 
 
@@ -135,7 +137,7 @@ def _revise_buildings(buildings: list[Any], values: Mapping[str, Any]) -> Iterat
 
     Keys are ``buildings.b3``, ``buildings.b3.position_m`` or ``buildings[2].position_m``.
     """
-    places = {_table(building).get("name"): place for place, building in enumerate(buildings)}
+    places = {str(_table(building).get("name")): n for n, building in enumerate(buildings)}
     for key, value in values.items():
         place, field = _place(key, places)
         if place is None or place >= len(buildings):
@@ -149,7 +151,7 @@ def _revise_buildings(buildings: list[Any], values: Mapping[str, Any]) -> Iterat
             buildings[place] = value
 
 
-def _place(key: str, places: Mapping[Any, int]) -> tuple[int | None, str]:
+def _place(key: str, places: Mapping[str, int]) -> tuple[int | None, str]:
     """Which building a dotted key means and which of its fields, empty for all of it."""
     if match := _BY_INDEX.fullmatch(key):
         return int(match[1]), match[2] or ""
@@ -162,10 +164,18 @@ def _table(value: Any) -> dict[str, Any]:
     return value if isinstance(value, dict) else {}
 
 
+def _by_key(values: Mapping[str, Any]) -> Iterator[tuple[str, Any]]:
+    """Keys and values; models and NumPy's values, also in a list or table, as plain data."""
+    for key, value in values.items():
+        if isinstance(value, list | tuple):
+            yield str(key), [_plain(item) for item in value]
+        elif isinstance(value, dict):
+            yield str(key), {name: _plain(item) for name, item in value.items()}
+        else:
+            yield str(key), _plain(value)
+
+
 def _plain(value: Any) -> Any:
-    """Models and NumPy values, alone or in a sequence, as what a file could hold."""
     if isinstance(value, BaseModel):
         return value.model_dump(mode="json", exclude_none=True)
-    if isinstance(value, list | tuple):
-        return [_plain(item) if hasattr(item, "tolist") else item for item in value]
     return value.tolist() if hasattr(value, "tolist") else value

@@ -37,8 +37,8 @@ from optuav.mission.words import shown
 
 __all__ = ["SCHEMA", "Mission"]
 
-
 MOST_BUILDINGS = 100_000
+"""Most buildings that a mission may have."""
 
 
 def _few(buildings: Any) -> Any:
@@ -79,12 +79,8 @@ class Mission(Section):
 
     @model_validator(mode="after")
     def _rules(self) -> Self:
-        document = {
-            name: [_stated(building) for building in value]
-            if name == "buildings"
-            else _stated(value)
-            for name, value in _stated(self).items()
-        }
+        document = {name: _stated(section) for name, section in _stated(self).items()}
+        document["buildings"] = [_stated(building) for building in self.buildings]
         if breaches := list(islice(rules(document, document), MOST_SHOWN)):
             raise InputError(Statement(document).faults(breaches))
         return self
@@ -114,6 +110,8 @@ class Mission(Section):
         InputError
             With every fault, unknown keys among them.
         """
+        if not isinstance(values, Mapping):
+            raise InputError([Fault("", shown(values), "values by dotted key in a dict")])
         document, faults = revise(self.model_dump(mode="json", exclude_none=True), values)
         return validate(type(self), Statement(without_none(document)), faults)
 
@@ -168,8 +166,7 @@ class Mission(Section):
             If the directory is missing or cannot be written to.
         """
         text = tomli_w.dumps(self.to_dict())
-        # A line that starts indented or with a bracket goes on with an array: strings have no
-        # line breaks here.
+        # Each array on one line; strings are safe, as their line breaks are written escaped.
         for pattern, joint in ((r"\[\n +", "["), (r",\n *\]", "]"), (r",\n +", ", ")):
             text = re.sub(pattern, joint, text)
         write_text(Path(path), text)

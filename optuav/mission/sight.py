@@ -43,7 +43,7 @@ def outline_m(building: Building) -> tuple[tuple[float, float], ...] | None:
     if stated is None:
         return None
     if isinstance(stated[0], tuple):
-        return stated  # type: ignore[return-value]
+        return stated
     (x, y, _), (width, depth) = building.position_m, stated
     west, east, south, north = x - width / 2, x + width / 2, y - depth / 2, y + depth / 2
     return ((west, south), (east, south), (east, north), (west, north))
@@ -102,7 +102,7 @@ def _crossings_of(
 ) -> tuple[Numbers, Numbers]:
     import shapely
 
-    plans = shapely.linestrings(np.stack([start_m[:, :2], end_m[:, :2]], axis=1))
+    plans: Any = shapely.linestrings(np.stack([start_m[:, :2], end_m[:, :2]], axis=1))
     upright = (start_m[:, :2] == end_m[:, :2]).all(axis=1)
     plans[upright] = shapely.points(start_m[upright, :2])
     line, footprint = obstacles.tree.query(plans, predicate="intersects")

@@ -8,7 +8,7 @@ from typing import Any
 import tomli_w
 from pydantic import BaseModel
 
-from optuav.mission.schema import SCHEMA, Mission
+from optuav.mission.schema import Mission
 from optuav.mission.sections import Building
 
 
@@ -30,9 +30,9 @@ def template(mission: Mission, name: str) -> str:
         "# A mission for optuav. Change what differs in yours; `optuav validate` checks the file.",
         "# Lengths in metres, ground at z = 0; every key carries its unit as a suffix.",
         "",
-        f"schema = {SCHEMA}",
+        f"schema = {mission.to_dict()['schema']}",
         *_entry("name", name),
-        *_entry("description", f"made from {mission.name}"),
+        *_entry("description", ""),
     ]
     for key in Mission.model_fields:
         table = getattr(mission, key)
@@ -62,7 +62,13 @@ def _bare(building: Building) -> Iterator[str]:
 
 
 def _entry(key: str, value: Any) -> list[str]:
+    return [f"{key} = {_text(value)}"]
+
+
+def _text(value: Any) -> str:
+    """A value as TOML writes it; a whole number as one."""
     if isinstance(value, list):
-        items = ", ".join(tomli_w.dumps({"x": each}).partition("=")[2].strip() for each in value)
-        return [f"{key} = [{' '.join(items.split())}]"]
-    return tomli_w.dumps({key: value}).splitlines()
+        return f"[{', '.join(_text(each) for each in value)}]"
+    if isinstance(value, float) and value.is_integer() and abs(value) < 1e9:
+        value = int(value)
+    return tomli_w.dumps({"x": value}).partition("=")[2].strip()

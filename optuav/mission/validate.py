@@ -127,6 +127,8 @@ def _unknown(key: Key, known: Iterable[str], statement: Statement) -> str:
     if key == _RATE_PER_MINUTE:
         both = statement.holds(_RATE)
         return "either flow_rate_per_s or flow_rate_per_min" if both else RATE_PER_MINUTE.words
+    if key == ("extends",):
+        return "only in a mission file"
     if key[0] == "flight" and name in REGIME_KEYS:
         return 'only with flight.model = "regimes"'
     if name in _HOME:

@@ -112,9 +112,9 @@ def charging(mission: Mission, distance_m: Quantity) -> Load:
     if given is None:
         return Load(np.zeros(distance.shape)[()], np.zeros(distance.shape)[()])
     if stated.model == "regimes" and stated.charge_current_A is not None:
-        everywhere = np.ones(distance.shape)
         return Load(
-            (stated.charge_current_A * everywhere)[()], (stated.charge_power_W * everywhere)[()]
+            np.full(distance.shape, stated.charge_current_A)[()],
+            np.full(distance.shape, stated.charge_power_W)[()],
         )
     voltage_V = mission.battery.nominal_voltage_V
     power_W = laser.received_power(

@@ -71,6 +71,8 @@ class Variable(Expression):
         Name of the bounds among the constraints.
     first_slot
         Where counting starts when the variable is taken in whole slots.
+    binary
+        Whether it is 0 or 1.
     """
 
     def __init__(
@@ -82,6 +84,7 @@ class Variable(Expression):
         upper: Operand,
         label: str,
         first_slot: int,
+        binary: bool = False,
     ) -> None:
         self.name = name
         self.symbol = symbol
@@ -90,6 +93,7 @@ class Variable(Expression):
         self.upper = upper
         self.label = label
         self.first_slot = first_slot
+        self.binary = binary
 
 
 class Parameter(Expression):

@@ -68,13 +68,13 @@ class Model:
         upper: Operand = math.inf,
         label: str = "",
         first_slot: int = 0,
+        binary: bool = False,
     ) -> Variable:
         """Declare an unknown, see `Variable`; at least zero unless stated otherwise."""
         if any(each.name == name for each in self.variables):
             raise ValueError(f"the model has a variable {name!r} already")
-        declared = Variable(
-            name, symbol, unit, lower, upper, label or f"bounds of {symbol}", first_slot
-        )
+        label = label or f"bounds of {symbol}"
+        declared = Variable(name, symbol, unit, lower, upper, label, first_slot, binary)
         self.variables.append(declared)
         return declared
 

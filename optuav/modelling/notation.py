@@ -45,6 +45,7 @@ class Notation(ABC):
     infinity: str
     several: str
     member: str
+    binary: str
     senses: Mapping[Sense, str]
     after = " "
     """What stands between an operator and the term that follows it."""
@@ -127,6 +128,8 @@ class Notation(ABC):
 
     def interval(self, variable: Variable) -> str:
         """The values that a variable may take."""
+        if variable.binary:
+            return self.binary
         lower, upper = self.write(variable.lower), self.write(variable.upper)
         left = "(" if lower == f"{self.minus}{self.infinity}" else "["
         right = ")" if upper == self.infinity else "]"
@@ -196,6 +199,7 @@ class Text(Notation):
     after = "\N{NO-BREAK SPACE}"
     several = "{} values, {} to {}".replace(" ", after)
     member = "∈"
+    binary = "{0, 1}"
     senses: Mapping[Sense, str] = {"<=": "≤", ">=": "≥", "==": "="}
 
     def symbol(self, symbol: str) -> str:
@@ -251,6 +255,7 @@ class Latex(Notation):
     infinity = r"\infty"
     several = r"{} \text{{ values, }} {} \text{{ to }} {}"
     member = r"\in"
+    binary = r"\{0, 1\}"
     senses: Mapping[Sense, str] = {"<=": r"\leq", ">=": r"\geq", "==": "="}
 
     def symbol(self, symbol: str) -> str:

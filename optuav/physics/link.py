@@ -64,18 +64,18 @@ def outage_probability(channel: Channel, distance_m: Quantity) -> Quantity:
     """P_out [-] at a distance d from the device [m], ≥ 0; floats and arrays. [1]_ eq (17)."""
     path_loss = np.asarray(distance_m, dtype=float) ** channel.path_loss_exponent
     return special.chndtr(
-        _squared_argument(channel) * path_loss, DEGREES_OF_FREEDOM, 2.0 * channel.rice_factor
+        _squared_argument_at_1_m(channel) * path_loss, DEGREES_OF_FREEDOM, 2.0 * channel.rice_factor
     )[()]
 
 
 def coverage_radius(channel: Channel, outage_limit: Quantity) -> Quantity:
     """Largest distance d_max [m] at which P_out ≤ ε; ε in (0, 1) [-]; floats and arrays."""
     largest = special.chndtrix(outage_limit, DEGREES_OF_FREEDOM, 2.0 * channel.rice_factor)
-    return (largest / _squared_argument(channel)) ** (1.0 / channel.path_loss_exponent)
+    return (largest / _squared_argument_at_1_m(channel)) ** (1.0 / channel.path_loss_exponent)
 
 
-def _squared_argument(channel: Channel) -> float:
-    """2 γ_th (1+K) N0/P_u: the second argument of Q1, squared, at a path loss of 1."""
+def _squared_argument_at_1_m(channel: Channel) -> float:
+    """2 γ_th (1+K) N0/P_u, the second argument of Q1, squared, at d = 1 m."""
     return (
         2.0
         * channel.snr_threshold
@@ -156,7 +156,8 @@ def _covered_stretch(
     a, b, c = _dot(along, along), _dot(along, offset), _dot(offset, offset) - radius_m**2
     if a == 0.0:
         return (low, high) if c <= 0.0 else None
-    squared_half = b * b - a * c
+    # b² − a c without its cancelling, which a line that touches the disc would feel.
+    squared_half = a * radius_m**2 - _dot(1j * along, offset) ** 2
     if squared_half < 0.0:
         return None
     entry = max(0.0, (-b - math.sqrt(squared_half)) / a)
@@ -182,9 +183,9 @@ def _nearest_on_rim(
     """Point of a circle with the least sum of distances to two ends, each with its height.
 
     The sum is convex, and `shortest`, where it is least, lies outside the circle. The best point
-    of the circle is in sight of it (otherwise some point inside were better), and so a single one
-    on the arc in sight that the gradient of the sum nowhere points to: the sign of the slope along
-    the arc tells on which side it is.
+    of the circle is in sight of that one, or some point inside would be better still. Along the
+    arc in sight the sum falls before the best point and rises after it: elsewhere on the arc, the
+    half-plane in which its gradient lets the sum only rise holds all of the arc on that side.
     """
     away = shortest - centre
     half_arc = math.acos(min(1.0, radius_m / abs(away)))

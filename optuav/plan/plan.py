@@ -133,8 +133,9 @@ class Plan(Record):
     ----------
     mission
         What was asked about.
-    problem, trajectory, perspective
-        As asked: names of the problem, of the trajectory (or None) and of the perspective.
+    problem, trajectory, building, order, perspective
+        As asked: names of the problem, of the trajectory, of the building to rest on, of the order
+        of rest and hover (None where nothing was asked), and of the perspective.
     slot_s
         Length of the slots [s]; None for continuous times.
     engine, proof
@@ -150,12 +151,14 @@ class Plan(Record):
     phases
         What happens, in order; empty if there is no plan.
     soc
-        State of charge at the end by perspective [-]; empty if there is no plan.
+        State of charge at the end by perspective [-]; None if there is no plan.
     """
 
     mission: Mission
     problem: str
     trajectory: str | None
+    building: str | None
+    order: str | None
     perspective: str
     slot_s: float | None
     engine: str
@@ -165,7 +168,7 @@ class Plan(Record):
     reasons: tuple[str, ...] = ()
     notes: tuple[str, ...] = ()
     phases: tuple[Phase, ...] = ()
-    soc: dict[str, float] = {}
+    soc: dict[str, float] | None = None
 
     def __bool__(self) -> bool:
         return bool(self.phases)
@@ -235,7 +238,7 @@ class Plan(Record):
         if self.overfull_s is not None:
             found.append(
                 f"charging drives the available well past full at {self.overfull_s:.2f} s: "
-                "the battery would not take that current"
+                "the battery would take less than the plan counts on"
             )
         return tuple(found)
 

@@ -8,20 +8,21 @@ from typing import NamedTuple
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.lines import Line2D
-from matplotlib.patches import Patch
 
 from optuav.mission import vehicle
 from optuav.mission.sight import Points
 from optuav.physics.battery import Battery, Phase, Wells, step
+from optuav.plan import Phase as Planned
 from optuav.plan import Plan
-from optuav.plots.labels import Label, place, root
+from optuav.plots.bands import NAMES_PT, Band, draw_bands, swatch
+from optuav.plots.labels import Label, place, settle
 from optuav.plots.style import (
     BLACK,
     BLUE,
     KINDS,
     SKY,
     VERMILLION,
-    grouped,
+    group_thousands,
     margins,
     page,
     printed,
@@ -75,17 +76,16 @@ def battery(plan: Plan, axes: BatteryAxes | None = None) -> BatteryAxes:
         _draw_wells(axes.wells, pool, lived)
         _draw_current(axes.current, plan)
         for ax in axes:
-            ax.set_xlim(0.0, max(end_s, 1e-9))
-            ax.yaxis.set_major_formatter(grouped)
-            ax.xaxis.set_major_formatter(grouped)
-            for phase in plan.phases:
-                colour = KINDS[phase.kind]
-                ax.axvspan(phase.start_s, phase.end_s, color=colour, alpha=0.13, linewidth=0.0)
-        axes.current.set(xlabel="time since take-off t [s]")
-        axes.wells.set_title(f"{printed(plan.mission.name)}: battery", pad=16.0)
+            ax.set_xlim(0.0, end_s or 1.0)
+        group_thousands(*axes)
+        axes.current.set_xlabel("time since take-off $t$ [s]")
+        left = 100.0 * (lived.available_As[-1] + lived.bound_As[-1]) / pool.capacity_As
+        heading = f"{printed(plan.mission.name)}: battery, $η_1$ = {left:.1f} % at the end"
+        axes.wells.set_title(heading, pad=NAMES_PT)
         _legend(axes, plan)
+        settle(axes.wells)
+        draw_bands(axes, [_band(phase) for phase in plan.phases if phase.duration_s > 0.0])
         _mark_moments(axes.wells, plan, pool, lived)
-        _name_phases(axes.wells, plan)
     return axes
 
 
@@ -116,7 +116,11 @@ def _draw_wells(ax: Axes, pool: Battery, lived: Course) -> None:
     ax.plot(time_s, available_As, color=BLUE)
     ax.plot(time_s, bound_As, color=SKY)
     ax.set(ylim=(low, high), ylabel="charge in the wells [A s]")
-    levels = [(0.0, "empty"), (full.bound_As, "$(1-ω)B$ full"), (full.available_As, "$ωB$ full")]
+    levels = [
+        (0.0, "$y_1$ empty"),
+        (full.bound_As, "$y_2$ full: $(1-ω)B$"),
+        (full.available_As, "$y_1$ full: $ωB$"),
+    ]
     _right_ticks(ax, levels)
 
 
@@ -136,7 +140,7 @@ def _right_ticks(ax: Axes, levels: Sequence[tuple[float, str]]) -> None:
 
 
 def _draw_current(ax: Axes, plan: Plan) -> None:
-    stages = [stage for phase in plan.phases for stage in phase.stages]
+    stages = [each for phase in plan.phases for each in phase.stages if each.duration_s > 0.0]
     currents = [stage.current_A for stage in stages]
     edges = np.concatenate([[0.0], np.cumsum([stage.duration_s for stage in stages])])
     ax.axhline(0.0, color=BLACK, linewidth=0.5)
@@ -151,7 +155,7 @@ def _legend(axes: BatteryAxes, plan: Plan) -> None:
         Line2D([], [], color=SKY, label="bound well $y_2$"),
     ]
     kinds = dict.fromkeys(phase.kind for phase in plan.phases)
-    bands = [Patch(color=KINDS[kind], alpha=0.3, linewidth=0.0, label=kind) for kind in kinds]
+    bands = [swatch(KINDS[kind], kind) for kind in kinds]
     axes.current.legend(
         handles=[*lines, *bands],
         loc="upper center",
@@ -159,6 +163,11 @@ def _legend(axes: BatteryAxes, plan: Plan) -> None:
         ncols=6,
         columnspacing=1.4,
     )
+
+
+def _band(phase: Planned) -> Band:
+    words = (f"rest, {printed(phase.end_place)}",) if phase.kind == "rest" else ()
+    return Band(phase.start_s, phase.end_s, KINDS[phase.kind], (*words, phase.kind))
 
 
 def _mark_moments(ax: Axes, plan: Plan, pool: Battery, lived: Course) -> None:
@@ -174,27 +183,8 @@ def _mark_moments(ax: Axes, plan: Plan, pool: Battery, lived: Course) -> None:
     for mark in marks:
         ax.plot(*mark.at, "o", color=VERMILLION, markersize=4.5, clip_on=False, zorder=5)
     total_As = lived.available_As + lived.bound_As
+    end = (float(lived.time_s[-1]), float(total_As[-1]))
+    ax.plot(*end, "o", color=BLACK, markersize=3.0, clip_on=False, zorder=5)
     curves = [np.stack([lived.time_s, y], axis=1) for y in (*lived[1:], total_As)]
     levels = [[(0.0, y), (plan.mission_time_s, y)] for y in (0.0, *pool.full)]
-    place(ax, marks, [*curves, *levels])
-
-
-def _name_phases(ax: Axes, plan: Plan) -> None:
-    """Name the phases above the axes, where the band is wide enough for its name."""
-    to_pixels = ax.transData.transform
-    root(ax).draw_without_rendering()
-    for phase in plan.phases:
-        words = phase.kind if phase.kind != "rest" else f"rest, {printed(phase.end_place)}"
-        text = ax.annotate(
-            words,
-            (0.5 * (phase.start_s + phase.end_s), 1.0),
-            (0.0, 3.0),
-            xycoords=("data", "axes fraction"),
-            textcoords="offset points",
-            ha="center",
-            va="bottom",
-            fontsize=7.5,
-        )
-        room = to_pixels((phase.end_s, 0.0))[0] - to_pixels((phase.start_s, 0.0))[0]
-        if text.get_window_extent().width > room:
-            text.remove()
+    place(ax, marks, curves, levels)

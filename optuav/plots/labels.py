@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
@@ -26,7 +27,7 @@ FAR = (14.0, 22.0, 32.0, 44.0, 58.0, 74.0, 92.0, 112.0)
 DIRECTIONS = ((1, 1), (1, -1), (-1, 1), (-1, -1), (1, 0), (-1, 0), (0, 1), (0, -1))
 CLEARANCE = 1.5
 """Least distance between two labels [pt]."""
-SPACING = 3.0
+STRONG, FAINT = 1.0, 4.0
 """Distance of the dots that stand for a line [pt]."""
 OUTSIDE, PER_POINT = 1000.0, 0.5
 """What a label costs that leaves the axes, and each point of distance; a covered dot costs 1."""
@@ -72,31 +73,48 @@ def root(ax: Axes) -> Figure:
     return figure
 
 
-def place(ax: Axes, labels: Sequence[Label], lines: Iterable[Any] = ()) -> list[Annotation]:
+def settle(ax: Axes) -> None:
+    """Give all axes of the figure their final place, which labels depend on."""
+    figure = root(ax)
+    engine = figure.get_layout_engine()
+    if engine is not None:
+        engine.execute(figure)
+    for each in figure.axes:
+        each.apply_aspect()
+
+
+def place(
+    ax: Axes, labels: Sequence[Label], lines: Iterable[Any] = (), faint: Iterable[Any] = ()
+) -> list[Annotation]:
     """Write labels beside their points, needed ones first, away from each other and from lines.
 
     Parameters
     ----------
     ax
-        Where; its limits are final.
+        Where; its limits are final, and its place is settled.
     labels
         What to write.
-    lines
-        Arrays (n, 2) of corners of lines that are better not covered, in the data's coordinates.
+    lines, faint
+        Arrays (n, 2) of corners of lines in the data's coordinates, which labels keep off; from
+        the faint ones less strictly.
     """
-    figure = root(ax)
-    figure.draw_without_rendering()
-    pixels = figure.dpi / POINTS_PER_INCH
-    dots = _dots(ax, [*lines, *([label.at] for label in labels)], SPACING * pixels)
+    pixels = root(ax).dpi / POINTS_PER_INCH
+    points = [[label.at] for label in labels]
+    dots = np.concatenate(
+        [_dots(ax, lines, STRONG * pixels), _dots(ax, [*faint, *points], FAINT * pixels)]
+    )
     frame, taken, written = ax.get_window_extent(), list[Bbox](), list[Annotation]()
     for label in sorted(labels, key=lambda each: not each.needed):
         text = _write(ax, label, (0.0, 0.0), far=False)
         size = text.get_window_extent()
         text.remove()
+        anchor = ax.transData.transform(label.at)
+        spots = list(_spots(label, anchor, size, pixels, taken, frame))
+        near = _inside(Bbox.union([spot.box for spot in spots]), dots) if spots else dots
         found = [
             spot._replace(cost=spot.cost + covered)
-            for spot in _spots(label, ax.transData.transform(label.at), size, pixels, taken, frame)
-            if (covered := _covered(spot.box, dots)) <= MOST_COVERED or label.needed
+            for spot in spots
+            if (covered := len(_inside(spot.box, near))) <= MOST_COVERED or label.needed
         ]
         if not found:
             continue
@@ -147,9 +165,8 @@ def _spots(
                 yield Spot(box, ring in FAR, PER_POINT * ring + OUTSIDE * (not inside))
 
 
-def _covered(box: Bbox, dots: Points) -> int:
-    inside = (dots >= (box.x0, box.y0)) & (dots <= (box.x1, box.y1))
-    return int(inside.all(axis=1).sum())
+def _inside(box: Bbox, dots: Points) -> Points:
+    return dots[((dots >= (box.x0, box.y0)) & (dots <= (box.x1, box.y1))).all(axis=1)]
 
 
 def _dots(ax: Axes, lines: Iterable[Any], spacing: float) -> Points:
@@ -158,7 +175,7 @@ def _dots(ax: Axes, lines: Iterable[Any], spacing: float) -> Points:
     for line in lines:
         corners = ax.transData.transform(np.asarray(line, dtype=float))
         found.append(corners)
-        for start, end in zip(corners[:-1], corners[1:], strict=True):
+        for start, end in itertools.pairwise(corners):
             count = min(2000, int(math.hypot(*(end - start)) / spacing))
             found.append(start + np.linspace(0.0, 1.0, count + 1)[:, None] * (end - start))
     return np.concatenate(found)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import itertools
-import math
 import textwrap
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any, NamedTuple
@@ -12,46 +11,32 @@ import numpy as np
 from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.lines import Line2D
-from matplotlib.transforms import ScaledTranslation
 
 from optuav.errors import InputError
 from optuav.mission import Mission
 from optuav.plan import Plan, Stop
-from optuav.plots.labels import POINTS_PER_INCH, Label, place, root
-from optuav.plots.scene import (
-    Point,
-    Scene,
-    draw_buildings_along,
-    draw_plan_view,
-    drawn_lines,
-    extent,
-    over_ground_m,
-    scene,
-    scenery_labels,
-    shifts,
-)
+from optuav.plots.labels import Label, place, settle
+from optuav.plots.scene import Scene, draw_plan_view, drawn_lines, extent, scene, scenery_labels
 from optuav.plots.style import (
     BLACK,
     BLUE,
     GREEN,
     GREY,
-    KINDS,
     ORANGE,
     SKY,
     VERMILLION,
-    grouped,
-    margins,
+    group_thousands,
     page,
     printed,
     styled,
 )
+from optuav.plots.ways import Way, draw_from_above, draw_from_side, stop_look
 
 SYMBOLS = {
     "origin": "origin $\\mathbf{w}_0$",
     "hover": "hover point $\\mathbf{w}_U$",
     "destination": "destination $\\mathbf{w}_F$",
 }
-MARKERS = {"hover": "o", "rest": "s"}
 WORDS = {
     "direct": "Direct path",
     "traj1": "Traj. 1",
@@ -67,10 +52,6 @@ LOOKS: tuple[dict[str, Any], ...] = (
     {"color": VERMILLION, "linestyle": (0.0, (1.0, 1.0))},
     {"color": GREEN, "linestyle": (0.0, (3.0, 3.0))},
 )
-SHIFT = 2.0
-"""Distance between legs that would lie on each other [pt]."""
-ARROW_AT = 0.56
-"""Where a leg shows its direction; past the middle, so that there and back do not meet."""
 
 
 class MapAxes(NamedTuple):
@@ -78,15 +59,6 @@ class MapAxes(NamedTuple):
 
     plan: Axes
     height: Axes
-
-
-class Way(NamedTuple):
-    """A route as it is drawn."""
-
-    names: tuple[str, ...]
-    points: list[Point]
-    stops: tuple[Stop, ...]
-    look: Mapping[str, Any]
 
 
 def mission_map(subject: Plan | Mission, axes: MapAxes | None = None) -> MapAxes:
@@ -112,7 +84,8 @@ def mission_map(subject: Plan | Mission, axes: MapAxes | None = None) -> MapAxes
         way = Way(names, shown.positions(names), plan.stops if plan else (), look)
         axes, legend = _page(shown, axes)
         entries = [*_way_entries(way, plan), *draw_plan_view(axes.plan, shown)]
-        entries += _draw_ways(axes, shown, [way])
+        draw_from_above(axes.plan, shown, [way])
+        entries.append(draw_from_side(axes.height, shown, [way]))
         axes.plan.set_title(_title(subject))
         _legend(legend, entries, "" if plan else _why(subject))
         _write(axes, shown, [way], _plan_labels(shown, [way]))
@@ -127,9 +100,8 @@ def trajectories(plans: Mapping[str, Plan], axes: MapAxes | None = None) -> MapA
     Parameters
     ----------
     plans
-        By name; the paper's are ``"direct"``, ``"traj1"``, ``"traj2"`` and ``"optimal"``. All are
-        of one mission, but for its limits, battery and loads. A plan that says that there is none
-        stands in the legend only.
+        By name; the paper's are ``"direct"``, ``"traj1"``, ``"traj2"`` and ``"optimal"``. They
+        take place on one map. A plan that says that there is none stands in the legend only.
     axes
         Where to draw; on a page of its own by default.
 
@@ -140,8 +112,8 @@ def trajectories(plans: Mapping[str, Plan], axes: MapAxes | None = None) -> MapA
     """
     if not plans:
         raise InputError("a map of trajectories needs at least one plan")
-    if len({(each.mission.route, each.mission.buildings) for each in plans.values()}) > 1:
-        raise InputError("the plans of one map have the same route and buildings")
+    if len({_place(plan.mission) for plan in plans.values()}) > 1:
+        raise InputError("the plans of one map have the same places: route, buildings, laser, link")
     with styled():
         shown = scene(next(iter(plans.values())).mission)
         looks = dict(zip(plans, itertools.cycle(LOOKS), strict=False))
@@ -153,11 +125,19 @@ def trajectories(plans: Mapping[str, Plan], axes: MapAxes | None = None) -> MapA
         axes, legend = _page(shown, axes)
         entries = [_trajectory_entry(name, plan, looks[name]) for name, plan in plans.items()]
         entries += draw_plan_view(axes.plan, shown)
-        entries += _draw_ways(axes, shown, ways)
+        draw_from_above(axes.plan, shown, ways)
+        entries.append(draw_from_side(axes.height, shown, ways))
         axes.plan.set_title(f"{printed(shown.mission.name)}: trajectories")
         _legend(legend, entries)
         _write(axes, shown, ways, _plan_labels(shown, ways, times=False))
     return axes
+
+
+def _place(mission: Mission) -> tuple[Any, ...]:
+    """What decides where a mission takes place."""
+    limits = mission.limits
+    reach = (mission.link, limits.outage_probability, limits.min_altitude_m)
+    return (mission.route, mission.buildings, mission.laser, *reach)
 
 
 def _page(shown: Scene, axes: MapAxes | None) -> tuple[MapAxes, Axes]:
@@ -207,14 +187,16 @@ def _way_entries(way: Way, plan: Plan | None) -> Iterator[Artist]:
     if plan is None:
         yield Line2D([], [], label="direct route (no plan)", **way.look)
         return
-    yield Line2D([], [], label=f"route, $T_\\mathrm{{fl}}$ = {plan.flight_time_s:.1f} s", **way.look)
+    yield Line2D(
+        [], [], label=f"route, $T_\\mathrm{{fl}}$ = {plan.flight_time_s:.1f} s", **way.look
+    )
     for kind, symbol, total_s in (
         ("hover", "Δ", plan.hover_time_s),
         ("rest", "$T'$", plan.rest_time_s),
     ):
         if any(stop.kind == kind for stop in way.stops):
             label = f"{kind}, {symbol} = {total_s:.1f} s"
-            yield Line2D([], [], linestyle="", label=label, **_stop_look(kind, True))
+            yield Line2D([], [], linestyle="", label=label, **stop_look(kind, True))
 
 
 def _trajectory_entry(name: str, plan: Plan, look: Mapping[str, Any]) -> Artist:
@@ -226,93 +208,6 @@ def _trajectory_entry(name: str, plan: Plan, look: Mapping[str, Any]) -> Artist:
     else:
         label += f": no plan ({plan.status.value})"
     return Line2D([], [], label=label, **look)
-
-
-def _draw_ways(axes: MapAxes, shown: Scene, ways: Sequence[Way]) -> list[Artist]:
-    roofs_m = [0.0]
-    aside = shifts([way.points for way in ways])
-    for rank, (way, legs_aside) in enumerate(zip(ways, aside, strict=True)):
-        for (start, end), shift in zip(itertools.pairwise(way.points), legs_aside, strict=True):
-            _draw_leg(axes.plan, start, end, shift, way.look)
-        for stop in way.stops:
-            ((x, y, _),) = shown.positions([stop.at])
-            axes.plan.plot(x, y, zorder=6, **_stop_look(stop.kind, stop.duration_s > 0.0))
-        raised = ScaledTranslation(
-            0.0,
-            (rank - (len(ways) - 1) / 2) * SHIFT / POINTS_PER_INCH,
-            root(axes.height).dpi_scale_trans,
-        )
-        transform = axes.height.transData + raised
-        roofs_m.append(draw_buildings_along(axes.height, shown, way.points))
-        axes.height.plot(*_side(way).T, transform=transform, zorder=3, **way.look)
-        for name, (along_m, z) in zip(way.names, _side(way).tolist(), strict=True):
-            for stop in (each for each in way.stops if each.at == name):
-                look = _stop_look(stop.kind, stop.duration_s > 0.0)
-                axes.height.plot(along_m, z, transform=transform, zorder=6, **look)
-    for name in ("origin", "destination"):
-        ((x, y, _),) = shown.positions([name])
-        axes.plan.plot(x, y, "D", color=BLACK, markersize=4, zorder=6)
-    _height_axes(axes.height, shown, ways, max(roofs_m))
-    limits = shown.mission.limits
-    band = axes.height.axhspan(
-        limits.min_altitude_m,
-        limits.max_altitude_m,
-        facecolor=f"{GREEN}1F",
-        hatch="....",
-        edgecolor=f"{GREEN}40",
-        linewidth=0.0,
-        label="altitudes allowed for hovering",
-    )
-    for ax in axes:
-        ax.xaxis.set_major_formatter(grouped)
-        ax.yaxis.set_major_formatter(grouped)
-    return [band]
-
-
-def _draw_leg(ax: Axes, start: Point, end: Point, shift: float, look: Mapping[str, Any]) -> None:
-    """A leg on the map, moved aside to its left or right as seen from its lesser end."""
-    length = math.dist(start[:2], end[:2])
-    if length == 0.0:
-        return
-    low, high = sorted((start, end))
-    normal = (low[1] - high[1]) / length, (high[0] - low[0]) / length
-    inches = shift * SHIFT / POINTS_PER_INCH
-    moved = ScaledTranslation(normal[0] * inches, normal[1] * inches, root(ax).dpi_scale_trans)
-    transform = ax.transData + moved
-    ax.plot(*zip(start[:2], end[:2], strict=True), transform=transform, zorder=3, **look)
-    tail, head = (
-        tuple(a + share * (b - a) for a, b in zip(start[:2], end[:2], strict=True))
-        for share in (ARROW_AT - 0.02, ARROW_AT)
-    )
-    arrow = {"arrowstyle": "-|>", "color": look["color"], "linewidth": 0.0, "mutation_scale": 12.0}
-    arrow |= {"shrinkA": 0.0, "shrinkB": 0.0}
-    ax.annotate("", head, tail, xycoords=transform, textcoords=transform, arrowprops=arrow)
-
-
-def _stop_look(kind: str, stays: bool) -> dict[str, Any]:
-    """A stop's marker; hollow where the UAV passes by."""
-    return {
-        "marker": MARKERS[kind],
-        "markersize": 6.0,
-        "markerfacecolor": KINDS[kind] if stays else "white",
-        "markeredgecolor": "white" if stays else KINDS[kind],
-        "markeredgewidth": 0.8,
-    }
-
-
-def _side(way: Way) -> Any:
-    """Corners of the way from the side (corner, 2): distance over ground and height [m]."""
-    return np.stack([over_ground_m(way.points), np.array(way.points)[:, 2]], axis=1)
-
-
-def _height_axes(ax: Axes, shown: Scene, ways: Sequence[Way], roof_m: float) -> None:
-    limits = shown.mission.limits
-    sides = np.concatenate([np.zeros((1, 2)), *(_side(way) for way in ways)])
-    ax.set_xlim(margins(sides[:, 0]))
-    bottom = min(0.0, sides[:, 1].min())
-    top = max(sides[:, 1].max(), limits.min_altitude_m, roof_m, 1.0)
-    ax.set_ylim(bottom, bottom + 1.35 * (top - bottom))
-    ax.set(xlabel="distance over ground along the way [m]", ylabel="height z [m]")
 
 
 def _plan_labels(shown: Scene, ways: Sequence[Way], *, times: bool = True) -> list[Label]:
@@ -341,7 +236,7 @@ def _height_labels(ways: Sequence[Way]) -> list[Label]:
     corners = {
         name: (at[0], at[1])
         for way in reversed(ways)
-        for name, at in zip(way.names, _side(way).tolist(), strict=True)
+        for name, at in zip(way.names, way.side.tolist(), strict=True)
     }
     short = {name: words.rpartition(" ")[2] for name, words in SYMBOLS.items()}
     return [Label(short.get(name) or printed(name), at) for name, at in corners.items()]
@@ -349,5 +244,7 @@ def _height_labels(ways: Sequence[Way]) -> list[Label]:
 
 def _write(axes: MapAxes, shown: Scene, ways: Sequence[Way], labels: Sequence[Label]) -> None:
     flat = [np.array(way.points)[:, :2] for way in ways]
-    place(axes.plan, labels, [*flat, *drawn_lines(axes.plan)])
-    place(axes.height, _height_labels(ways), [_side(way) for way in ways])
+    group_thousands(*axes)
+    settle(axes.plan)
+    place(axes.plan, labels, flat, drawn_lines(axes.plan))
+    place(axes.height, _height_labels(ways), [way.side for way in ways])

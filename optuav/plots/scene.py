@@ -1,24 +1,22 @@
-"""What stands on the map: buildings, device, laser, coverage, sight lines; in plan and in height."""
+"""What stands on the map: buildings, device, laser, coverage and sight lines."""
 
 from __future__ import annotations
 
-import itertools
 import math
-from collections import defaultdict
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from typing import TypeAlias
+from typing import Any, TypeAlias
 
 import numpy as np
 from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.collections import LineCollection, PolyCollection
 from matplotlib.lines import Line2D
-from matplotlib.patches import Circle, Rectangle
+from matplotlib.patches import Circle
 
 from optuav.mission import Mission, vehicle
 from optuav.mission.places import DESTINATION, HOVER, ORIGIN, Places, places
-from optuav.mission.sight import Points, Prisms, outline_m, prisms
+from optuav.mission.sight import Numbers, Points, Prisms, outline_m, prisms
 from optuav.plots.labels import Label
 from optuav.plots.style import GREEN, GREY, PALE, PURPLE, VERMILLION, margins, printed
 
@@ -28,6 +26,8 @@ COVERAGE_SHARE = 0.4
 """How much of the span of the places the coverage disc may add to the map on every side."""
 FEW = 30
 """Number of sight lines up to which they are drawn strongly."""
+MOST_NAMED = 400
+"""Number of buildings up to which those off the route are named where there is room."""
 
 
 @dataclass(frozen=True)
@@ -150,11 +150,12 @@ def _sight_lines(ax: Axes, shown: Scene) -> Iterator[Artist]:
     charging = np.concatenate([[HOVER], shown.where.buildings])
     charging = charging[np.isfinite(shown.where.position_m[charging]).all(axis=1)]
     sight = shown.where.laser_sight[charging]
-    strength = 1.0 if len(charging) <= FEW else 0.4
-    for places_seen, colour, dashes, words in (
-        (charging[sight], PURPLE, "-", "clear sight line of the laser"),
+    strength = 1.0 if len(charging) <= FEW else 0.5
+    looks: tuple[tuple[Numbers, str, Any, str], ...] = (
         (charging[~sight], VERMILLION, (0.0, (2.0, 2.0)), "blocked sight line"),
-    ):
+        (charging[sight], PURPLE, "-", "clear sight line of the laser"),
+    )
+    for places_seen, colour, dashes, words in looks:
         if len(places_seen):
             ends = shown.where.position_m[places_seen, :2].tolist()
             lines = LineCollection(
@@ -177,13 +178,14 @@ def drawn_lines(ax: Axes) -> list[Points]:
         if isinstance(each, LineCollection)
         for path in each.get_paths()
     ]
-    discs = [each for each in ax.artists if isinstance(each, Circle)]
+    discs = [each for each in ax.patches if isinstance(each, Circle)]
     return lines + [_rim(disc) for disc in discs]
 
 
 def _rim(disc: Circle) -> Points:
     angle = np.linspace(0.0, 2.0 * np.pi, 181)
-    return np.stack([np.cos(angle), np.sin(angle)], axis=1) * disc.radius + disc.center
+    rim: Points = np.stack([np.cos(angle), np.sin(angle)], axis=1) * disc.radius + disc.center
+    return rim
 
 
 def scenery_labels(shown: Scene) -> list[Label]:
@@ -196,54 +198,6 @@ def scenery_labels(shown: Scene) -> list[Label]:
     found += [
         Label(printed(each.name), each.position_m[:2], needed=False, style=small)
         for each in mission.buildings
+        if len(mission.buildings) <= MOST_NAMED
     ]
     return found
-
-
-def over_ground_m(way: Sequence[Point]) -> Points:
-    """Distance over ground at every corner of a way, from its start [m]."""
-    steps = [math.dist(start[:2], end[:2]) for start, end in itertools.pairwise(way)]
-    return np.concatenate([[0.0], np.cumsum(steps)])
-
-
-def draw_buildings_along(ax: Axes, shown: Scene, way: Sequence[Point]) -> float:
-    """Draw the buildings that a way leads to or over; the highest roof [m], 0 without any."""
-    highest_m = 0.0
-    for low_m, high_m, roof_m in _buildings_along(shown, way):
-        highest_m = max(highest_m, roof_m)
-        ax.add_patch(Rectangle((low_m, 0.0), high_m - low_m, roof_m, color=PALE, linewidth=0.8))
-    return highest_m
-
-
-def _buildings_along(shown: Scene, way: Sequence[Point]) -> Iterator[tuple[float, float, float]]:
-    """Where a way is over a footprint, from and to [m] over ground, and the roof [m]."""
-    import shapely
-
-    prisms_by_roof = shown.obstacles
-    ground_m = over_ground_m(way)
-    for (start, end), begin_m in zip(itertools.pairwise(way), ground_m, strict=False):
-        if start[:2] == end[:2]:
-            continue
-        line = shapely.LineString([start[:2], end[:2]])
-        for number in np.sort(prisms_by_roof.tree.query(line, predicate="intersects")):
-            common = shapely.intersection(line, prisms_by_roof.tree.geometries[number])
-            for part in shapely.get_parts(common):
-                along = [math.dist(start[:2], point) for point in part.coords]
-                yield (
-                    float(begin_m + min(along)),
-                    float(begin_m + max(along)),
-                    float(prisms_by_roof.roof_m[number]),
-                )
-
-
-def shifts(ways: Sequence[Sequence[Point]]) -> list[list[float]]:
-    """By how many line widths every leg of every way moves aside, so that none hides another."""
-    users: dict[tuple[Point, ...], list[tuple[int, int]]] = defaultdict(list)
-    for number, way in enumerate(ways):
-        for leg, ends in enumerate(itertools.pairwise(way)):
-            users[tuple(sorted(ends))].append((number, leg))
-    aside = [[0.0] * (len(way) - 1) for way in ways]
-    for legs in users.values():
-        for rank, (number, leg) in enumerate(legs):
-            aside[number][leg] = rank - (len(legs) - 1) / 2
-    return aside

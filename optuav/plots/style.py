@@ -8,8 +8,10 @@ from functools import cache
 from typing import Any
 
 import matplotlib.style
+from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.font_manager import FontProperties, findfont, get_font
+from matplotlib.ticker import FuncFormatter
 
 BLACK = "#000000"
 ORANGE = "#E69F00"
@@ -73,14 +75,22 @@ def _letters() -> frozenset[int]:
     return frozenset(get_font(findfont(FontProperties(family=FONT))).get_charmap())
 
 
-def grouped(value: float, position: int | None = None) -> str:
-    """A tick label with its thousands set apart."""
+def group_thousands(*axes: Axes) -> None:
+    """Set the thousands of long tick labels apart, on both axes."""
+    for ax in axes:
+        ax.xaxis.set_major_formatter(FuncFormatter(_grouped))
+        ax.yaxis.set_major_formatter(FuncFormatter(_grouped))
+
+
+def _grouped(value: float, _position: float | None) -> str:
     separator = "," if abs(value) >= 1e4 else ""
     text = f"{value:{separator}.10g}"
     return text.replace(",", "\N{THIN SPACE}").replace("-", "\N{MINUS SIGN}")
 
 
-def margins(values: Iterable[float], share: float = 0.05, least: float = 1.0) -> tuple[float, float]:
+def margins(
+    values: Iterable[float], share: float = 0.05, least: float = 1.0
+) -> tuple[float, float]:
     """Limits of an axis that leave some room around values, at least `least` wide."""
     low, high = min(values := list(values)), max(values)
     room = max(share * (high - low), 0.5 * (least - (high - low)))

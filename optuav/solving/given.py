@@ -6,13 +6,15 @@ import numpy as np
 
 from formulations.quantities import Quantities
 from optuav.mission import vehicle
+from optuav.mission.itineraries import NO_LEG
 from optuav.mission.network import Network
-from optuav.mission.phases import hover_net, rest_net
+from optuav.mission.phases import hover_net, phases, rest_net
 from optuav.mission.places import HOVER
 from optuav.mission.sight import Numbers, Points
+from optuav.physics.battery import Phase
 
 
-def quantities(worked_out: Network, which: Numbers) -> Quantities:
+def quantities(worked_out: Network, which: Numbers, *, rests: bool = True) -> Quantities:
     """Quantities of some itineraries, arrays with one entry each.
 
     Parameters
@@ -20,13 +22,18 @@ def quantities(worked_out: Network, which: Numbers) -> Quantities:
     worked_out
         Places, legs and itineraries.
     which
-        Numbers of itineraries; all of them direct, or all by way of a building.
+        Numbers of itineraries; all of them direct, or all by way of a building. The steps on the
+        way are told for a single itinerary only.
+    rests
+        Whether a rest on the building may be chosen.
     """
     mission, routes = worked_out.mission, worked_out.itineraries.take(which)
     given = mission.battery
     hover = vehicle.hover_load(mission)
     rest = rest_net(worked_out, routes.building)
     resting = routes.building >= 0
+    position_m = worked_out.places.position_m
+    hover_m, limits = position_m[HOVER], mission.limits
     return Quantities(
         deadline_s=mission.limits.deadline_s,
         min_soc=mission.limits.min_soc,
@@ -47,6 +54,36 @@ def quantities(worked_out: Network, which: Numbers) -> Quantities:
         hover_battery_J=_battery_energy(
             worked_out, given.hover_energy_J, np.array(hover.power_W), np.array(hover.current_A)
         ),
+        available_fraction=given.available_fraction,
+        flow_rate_per_s=given.flow_rate_per_s,
+        hover_distance_m=float(np.linalg.norm(hover_m - np.array(mission.link.device_m))),
+        coverage_radius_m=vehicle.coverage_radius_m(mission),
+        hover_altitude_m=float(hover_m[2]),
+        min_altitude_m=limits.min_altitude_m,
+        max_altitude_m=limits.max_altitude_m,
+        end_gap_m=_end_gap_m(worked_out, which),
+        steps=_steps(worked_out, int(which[0])) if len(which) == 1 else (),
+        rests=rests,
+    )
+
+
+def _end_gap_m(worked_out: Network, which: Numbers) -> Points:
+    """By how much routes miss the mission's origin and destination [m]."""
+    mission, table = worked_out.mission, worked_out.legs
+    position_m, legs = worked_out.places.position_m, worked_out.itineraries.legs[which]
+    last = np.take_along_axis(legs, (legs != NO_LEG).sum(axis=1)[:, None] - 1, axis=1)[:, 0]
+    start_m = position_m[table.start[legs[:, 0]]] - np.array(mission.route.origin_m)
+    end_m = position_m[table.end[last]] - np.array(mission.route.destination_m)
+    gap_m: Points = np.linalg.norm(start_m, axis=1) + np.linalg.norm(end_m, axis=1)
+    return gap_m
+
+
+def _steps(worked_out: Network, index: int) -> tuple[Phase | str, ...]:
+    """Stages of the legs of an itinerary as phases of constant current, and its stays by name."""
+    return tuple(
+        stage
+        for each in phases(worked_out, index, 0.0, 0.0)
+        for stage in (each.stages if each.kind == "flight" else (each.kind,))
     )
 
 

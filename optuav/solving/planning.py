@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from formulations.perspectives import PERSPECTIVES
+from formulations.perspectives import PAPER, PERSPECTIVES
 from optuav.engines.solution import Solution, Status
 from optuav.mission import vehicle
 from optuav.mission.itineraries import NO_LEG
@@ -17,7 +17,7 @@ from optuav.mission.sight import Numbers
 from optuav.modelling import Model, check, evaluate
 from optuav.plan.plan import Phase, Plan, Stage, wells_at_ends
 from optuav.solving.given import quantities
-from optuav.solving.question import Question
+from optuav.solving.question import AUTO, Question
 
 TIMES = ("hover_time_s", "rest_time_s")
 """Unknowns that make a plan; other unknowns of a formulation serve it alone."""
@@ -49,6 +49,8 @@ def plan_of(
         mission=worked_out.mission,
         problem=asked.problem_name,
         trajectory=asked.trajectory,
+        building=asked.building,
+        order=asked.order,
         perspective=asked.perspective,
         slot_s=asked.slot_s,
         engine=solution.engine,
@@ -69,9 +71,11 @@ def plan_without(
         mission=worked_out.mission,
         problem=asked.problem_name,
         trajectory=asked.trajectory,
+        building=asked.building,
+        order=asked.order,
         perspective=asked.perspective,
         slot_s=asked.slot_s,
-        engine=asked.engine,
+        engine=asked.engine if asked.engine != AUTO else "",
         proof=proof,
         status=status,
         reasons=tuple(reasons),
@@ -116,8 +120,8 @@ def _states_of_charge(
 ) -> dict[str, float]:
     given = quantities(worked_out, route)
     return {
-        name: float(np.squeeze(perspective(given, hover_time_s, rest_time_s)))
-        for name, perspective in PERSPECTIVES.items()
+        name: float(np.squeeze(PERSPECTIVES[name](given, hover_time_s, rest_time_s)))
+        for name in PAPER
     }
 
 

@@ -3,18 +3,22 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from formulations.algorithm2 import best
-from optuav.engines import closed_form, grid
 from optuav.engines.solution import Solution, Status, verify
 from optuav.errors import SolverError
 from optuav.mission.network import Network
 from optuav.plan import Plan
+from optuav.solving.dispatch import answer
 from optuav.solving.planning import TIMES, Part, plan_of, plan_without, shortfalls
 from optuav.solving.question import Question
+
+if TYPE_CHECKING:
+    from optuav.solving.compiled import CompiledProgram
 
 
 @dataclass(frozen=True)
@@ -55,16 +59,16 @@ class Program:
             return plan_without(
                 self.question, self.worked_out, Status.INFEASIBLE, "physics", self.reasons
             )
-        solutions = [self._answer(part) for part in self.parts]
+        solutions = [answer(part.model, len(part.routes), self.question) for part in self.parts]
         statuses = {status for solution in solutions for status in solution.statuses}
         if Status.ERROR in statuses:
-            raise SolverError(f"{self.question.engine} met numbers that it cannot use")
+            raise SolverError(f"{solutions[0].engine} met numbers that it cannot use")
         if Status.UNBOUNDED in statuses:
             why = ("nothing that was stated keeps the objective finite",)
             return plan_without(
                 self.question, self.worked_out, Status.UNBOUNDED, solutions[0].proof, why
             )
-        chosen = self._best(solutions)
+        chosen = self.best(solutions)
         if chosen is None:
             return plan_without(
                 self.question,
@@ -78,13 +82,25 @@ class Program:
         verify(part.model, solution, entry)
         return plan_of(self.question, self.worked_out, part, solution, entry)
 
-    def _answer(self, part: Part) -> Solution:
-        asked = self.question
-        if asked.engine == "grid" and asked.slot_s is not None:
-            return grid.solve(part.model, len(part.routes), asked.slot_s, asked.time_limit_s)
-        return closed_form.solve(part.model, len(part.routes))
+    def compile(self, engine: str | None = None) -> CompiledProgram:
+        """Hand the models to an engine once, to be solved often with changed parameters.
 
-    def _best(self, solutions: Sequence[Solution]) -> tuple[int, int] | None:
+        Parameters
+        ----------
+        engine
+            Name of the engine; by default the one of the question.
+
+        Raises
+        ------
+        InputError
+            If nothing can be flown, or the engine does not take the models.
+        """
+        from optuav.solving.compiled import CompiledProgram
+
+        asked = self.question
+        return CompiledProgram(self, replace(asked, engine=engine or asked.engine))
+
+    def best(self, solutions: Sequence[Solution]) -> tuple[int, int] | None:
         """Part and entry of the best answer by the tie rule; None without an answer."""
         routes = self.worked_out.itineraries
         number = np.concatenate([np.full(len(p.routes), k) for k, p in enumerate(self.parts)])

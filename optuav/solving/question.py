@@ -3,21 +3,34 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Literal
 
 from formulations.formulation import Formulation
+from formulations.p1 import P1
+from formulations.p2 import P2, P2Tight
+from formulations.p3 import P3
+from formulations.p4 import P4
 from formulations.perspectives import PERSPECTIVES
+from optuav.engines.capabilities import ENGINES
 from optuav.errors import Fault, InputError
 from optuav.mission import Mission
 from optuav.mission.itineraries import ORDERS, Order
 from optuav.mission.routes import TRAJECTORIES, Trajectory
+from optuav.mission.words import nearest
 
-Problem = Literal["P1", "P3", "P4"]
-Engine = Literal["auto", "closed-form", "grid"]
-PROBLEMS: tuple[Problem, ...] = ("P1", "P3", "P4")
-ENGINES: tuple[Engine, ...] = ("auto", "closed-form", "grid")
+Problem = Literal["P1", "P2", "P2-tight", "P3", "P4"]
+PROBLEMS: Mapping[str, type[Formulation]] = {
+    "P1": P1,
+    "P2": P2,
+    "P2-tight": P2Tight,
+    "P3": P3,
+    "P4": P4,
+}
+ROUTED = ("P1", "P2", "P2-tight")
+"""Problems that choose among routes."""
+AUTO = "auto"
 
 
 @dataclass(frozen=True)
@@ -42,6 +55,8 @@ class Question:
         Who answers.
     time_limit_s
         Longest that the engine may take [s]; None for no limit.
+    solver
+        Solver behind the engine, where it has several; None for its own choice.
     """
 
     problem: Problem | type[Formulation]
@@ -50,13 +65,19 @@ class Question:
     order: Order | None
     perspective: str
     slot_s: float | None
-    engine: Literal["closed-form", "grid"]
+    engine: str
     time_limit_s: float | None
+    solver: str | None
 
     @property
     def problem_name(self) -> str:
         """Name of the problem for a reader."""
         return self.problem if isinstance(self.problem, str) else self.problem.__name__
+
+    @property
+    def formulation(self) -> type[Formulation]:
+        """The class that declares it."""
+        return PROBLEMS[self.problem] if isinstance(self.problem, str) else self.problem
 
 
 def question(
@@ -69,6 +90,7 @@ def question(
     slot_s: float | None,
     engine: str,
     time_limit_s: float | None,
+    solver: str | None,
 ) -> Question:
     """Check and complete the options of `optuav.solve`.
 
@@ -80,15 +102,13 @@ def question(
     faults = [
         *_unknown(mission, problem, trajectory, building, order, perspective, engine),
         *_out_of_range(slot_s, time_limit_s),
-        *_contradictions(problem, trajectory, building, order, slot_s, engine),
+        *_contradictions(problem, trajectory, building, order, engine, solver),
     ]
     if faults:
         raise InputError(faults)
-    if engine == "auto":
-        engine = "closed-form" if slot_s is None else "grid"
     if engine == "grid" and slot_s is None:
         slot_s = mission.limits.slot_s
-    if problem == "P1" and trajectory is None:
+    if problem in ROUTED and trajectory is None:
         trajectory = "optimal"
     return Question(
         problem,  # type: ignore[arg-type]
@@ -97,8 +117,9 @@ def question(
         order,  # type: ignore[arg-type]
         perspective,
         slot_s,
-        engine,  # type: ignore[arg-type]
+        engine,
         time_limit_s,
+        solver,
     )
 
 
@@ -112,11 +133,11 @@ def _unknown(
     engine: str,
 ) -> Iterator[Fault]:
     if not (isinstance(problem, type) and issubclass(problem, Formulation)):
-        yield from _not_among("problem", problem, PROBLEMS, "or a subclass of Formulation")
+        yield from _not_among("problem", problem, tuple(PROBLEMS), "or a Formulation class")
     yield from _not_among("trajectory", trajectory, (None, *TRAJECTORIES))
     yield from _not_among("order", order, (None, *ORDERS))
     yield from _not_among("perspective", perspective, tuple(PERSPECTIVES))
-    yield from _not_among("engine", engine, ENGINES)
+    yield from _not_among("engine", engine, (AUTO, *ENGINES))
     names = tuple(each.name for each in mission.buildings)
     if building is not None and building not in names:
         shown = ", ".join(names[:12]) + (", …" if len(names) > 12 else "") or "none"
@@ -127,8 +148,10 @@ def _not_among(
     option: str, value: object, allowed: Sequence[str | None], more: str = ""
 ) -> Iterator[Fault]:
     if value not in allowed:
-        words = ", ".join(str(each) for each in allowed)
-        yield Fault(option, repr(value), f"one of {words}{' ' + more if more else ''}")
+        names = [each for each in allowed if each is not None]
+        words = ", ".join(names) + (f", {more}" if more else "")
+        hint = nearest(value, names) if isinstance(value, str) else ""
+        yield Fault(option, repr(value), f"one of {words}{hint}")
 
 
 def _out_of_range(slot_s: float | None, time_limit_s: float | None) -> Iterator[Fault]:
@@ -146,18 +169,16 @@ def _contradictions(
     trajectory: str | None,
     building: str | None,
     order: str | None,
-    slot_s: float | None,
     engine: str,
+    solver: str | None,
 ) -> Iterator[Fault]:
-    if problem != "P1" and trajectory is not None:
-        yield Fault("trajectory", repr(trajectory), "goes with problem P1 only")
+    if problem not in ROUTED and trajectory is not None:
+        yield Fault("trajectory", repr(trajectory), f"goes with {', '.join(ROUTED)} only")
     if problem == "P4" and building is None:
         yield Fault("building", "", "problem P4 needs the name of a building")
-    if building is not None and problem in ("P1", "P3"):
+    if building is not None and problem in (*ROUTED, "P3"):
         yield Fault("building", repr(building), f"problem {problem} takes none, P4 does")
     if order is not None and (problem == "P3" or trajectory == "direct"):
         yield Fault("order", repr(order), "there is no rest to order on the direct route")
-    if engine == "closed-form" and slot_s is not None:
-        yield Fault(
-            "slot_s", repr(slot_s), "the engine closed-form has continuous times; grid takes slots"
-        )
+    if solver is not None and engine != "cvxpy":
+        yield Fault("solver", repr(solver), "goes with the engine cvxpy")

@@ -8,13 +8,12 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from formulations.formulation import Formulation
-from formulations.p3 import P3
-from formulations.p4 import P4
 from optuav.mission import Mission, load
 from optuav.mission.feasibility import blocked, impossibilities
 from optuav.mission.network import Network, network
 from optuav.mission.routes import trajectory_routes
 from optuav.mission.sight import Numbers
+from optuav.modelling import Model
 from optuav.plan import Plan
 from optuav.solving.given import quantities
 from optuav.solving.planning import Part
@@ -37,6 +36,7 @@ def formulate(
     engine: str = "auto",
     graph: Graph | None = None,
     time_limit_s: float | None = None,
+    solver: str | None = None,
 ) -> Program:
     """Declare a problem over a mission.
 
@@ -45,28 +45,33 @@ def formulate(
     mission
         A mission, the name of a shipped one, or the path of a mission file.
     problem
-        ``"P1"`` (over all routes of a trajectory), ``"P3"`` (direct, no rest), ``"P4"`` (one rest
-        on a building), or a subclass of `formulations.formulation.Formulation`: over the direct
-        route, or with an unknown ``rest_time_s`` over those by way of a building.
+        ``"P1"`` (longest hover over all routes of a trajectory), ``"P2"`` (shortest flight and
+        rest, as printed), ``"P2-tight"`` (with the deadline tight), ``"P3"`` (direct, no rest),
+        ``"P4"`` (one rest on a building), or a subclass of `formulations.Formulation`: over the
+        direct route, and over those by way of a building if it declares ``rest_time_s`` there.
     trajectory
-        For P1: ``"optimal"`` (Algorithm 2 of the paper; the default), ``"direct"``, ``"traj1"``
-        (by way of the building nearest the device) or ``"traj2"`` (the shortest in time by way of
+        For P1 and P2: ``"optimal"`` (Algorithm 2 of the paper; the default), ``"direct"``,
+        ``"traj1"`` (by way of the building nearest the device) or ``"traj2"`` (the shortest in time by way of
         one building); the latter two pass by or rest.
     building
         Name of the building to rest on; P4 needs it.
     order
         ``"rest-first"``, ``"hover-first"``, or None for the better of the two.
     perspective
-        ``"battery"``, ``"energy"`` or ``"adjusted"``: how the state of charge is written.
+        ``"battery"``, ``"energy"`` or ``"adjusted"``: how the state of charge is written; or
+        ``"wells"``, as ``"battery"`` but step by step through both wells (nonlinear).
     slot_s
         Length of the time slots [s], > 0; None for continuous times.
     engine
-        ``"closed-form"`` (continuous), ``"grid"`` (slots; without `slot_s` the mission's
-        ``limits.slot_s``) or ``"auto"``: closed-form for continuous times, grid for slots.
+        ``"closed-form"``, ``"cvxpy"``, ``"casadi"``, ``"grid"`` (slots; without `slot_s` the
+        mission's ``limits.slot_s``) or ``"auto"``: the grid for slots, else the first that takes
+        the model.
     graph
         A graph from `optuav.graph` that was edited; its figures replace the computed ones.
     time_limit_s
         Longest that the engine may take [s], > 0; None for no limit.
+    solver
+        Solver behind the engine cvxpy, by CVXPY's name; HiGHS by default.
 
     Raises
     ------
@@ -84,6 +89,7 @@ def formulate(
         slot_s,
         engine,
         time_limit_s,
+        solver,
     )
     worked_out = _worked_out(asked_mission, graph)
     reasons = impossibilities(worked_out)
@@ -105,6 +111,7 @@ def solve(
     engine: str = "auto",
     graph: Graph | None = None,
     time_limit_s: float | None = None,
+    solver: str | None = None,
 ) -> Plan:
     """Solve a problem over a mission; the arguments are those of `formulate`.
 
@@ -133,6 +140,7 @@ def solve(
         engine=engine,
         graph=graph,
         time_limit_s=time_limit_s,
+        solver=solver,
     ).solve()
 
 
@@ -151,32 +159,43 @@ def _parts(asked: Question, worked_out: Network) -> tuple[Part, ...]:
     by_way = allowed[routes.building[allowed] >= 0]
     direct = allowed[routes.building[allowed] < 0]
     if asked.building is not None:
-        number = [each.name for each in worked_out.mission.buildings].index(asked.building)
-        by_way = by_way[routes.building[by_way] == number]
-    declarations: list[tuple[type[Formulation], Numbers]]
+        by_way = by_way[routes.building[by_way] == _number(worked_out, asked.building)]
+        direct = direct[:0]
+    if asked.slot_s is not None and asked.trajectory in ("traj1", "traj2"):
+        # A rest takes at least one slot, so to pass a building by is a choice of its own.
+        direct = by_way
+    groups = [(direct, False), (by_way, True)]
     if asked.problem == "P3":
-        declarations = [(P3, direct)]
+        groups = groups[:1]
     elif asked.problem == "P4":
-        declarations = [(P4, by_way)]
-    elif asked.problem == "P1":
-        passing = by_way if asked.trajectory in ("traj1", "traj2") else by_way[:0]
-        # With slots P4 has T' of at least one, so to pass by without a rest is P3's to tell.
-        passing = passing if asked.slot_s is not None else passing[:0]
-        declarations = [(P3, np.concatenate([direct, passing])), (P4, by_way)]
-    else:
-        rests = _rests(asked.problem, asked, worked_out)
-        declarations = [(asked.problem, by_way if rests else direct)]
+        groups = groups[1:]
     return tuple(
-        Part(formulation.model(quantities(worked_out, which), asked.perspective), which)
-        for formulation, which in declarations
-        if len(which)
+        Part(formulated, which)
+        for group, rests in groups
+        for which in _together(asked, group)
+        for formulated in (_model(asked, worked_out, which, rests),)
+        if rests == _has_rest(formulated) or asked.problem == "P3"
     )
 
 
-def _rests(formulation: type[Formulation], asked: Question, worked_out: Network) -> bool:
-    """Whether a formulation of one's own has a rest time among its unknowns."""
-    probe = formulation.model(quantities(worked_out, np.array([0])), asked.perspective)
-    return any(each.name == "rest_time_s" for each in probe.variables)
+def _together(asked: Question, group: Numbers) -> list[Numbers]:
+    """Itineraries that one declaration serves: through the wells, each has steps of its own."""
+    if not len(group):
+        return []
+    return list(group[:, None]) if asked.perspective == "wells" else [group]
+
+
+def _model(asked: Question, worked_out: Network, which: Numbers, rests: bool) -> Model:
+    given = quantities(worked_out, which, rests=rests)
+    return asked.formulation.model(given, asked.perspective)
+
+
+def _has_rest(model: Model) -> bool:
+    return any(variable.name == "rest_time_s" for variable in model.variables)
+
+
+def _number(worked_out: Network, building: str) -> int:
+    return [each.name for each in worked_out.mission.buildings].index(building)
 
 
 def _no_route(asked: Question, worked_out: Network) -> tuple[str, ...]:
@@ -187,7 +206,6 @@ def _no_route(asked: Question, worked_out: Network) -> tuple[str, ...]:
     direct = asked.problem == "P3" or asked.trajectory == "direct"
     wanted = (routes.building < 0) if direct else (routes.building >= 0)
     if asked.building is not None:
-        number = [each.name for each in worked_out.mission.buildings].index(asked.building)
-        wanted = routes.building == number
+        wanted = routes.building == _number(worked_out, asked.building)
     found = [why for index in np.flatnonzero(wanted) for why in blocked(worked_out, int(index))]
     return tuple(dict.fromkeys(found))

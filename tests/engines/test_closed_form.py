@@ -66,7 +66,7 @@ class Linear(NamedTuple):
 
 
 def along(vector: Vector, unknowns: Sequence[Any]) -> Any:
-    return sum((a * x for a, x in zip(vector, unknowns, strict=True)), 0.0)
+    return sum(a * x for a, x in zip(vector, unknowns, strict=True))
 
 
 class Exact(NamedTuple):
@@ -175,11 +175,13 @@ def test_agrees_with_highs(size: int, equalities: int) -> None:
             method="highs-ds",
             options={"presolve": False},
         )
-        found = closed_form.solve(Linear(goal, rows, lower).model(), 1)
+        found = closed_form.solve(Linear(list(goal), rows, list(lower)).model(), 1)
         assert found.statuses == [HIGHS[answer.status]]
         seen.add(answer.status)
         if answer.status == 0:
-            assert found.objective[0] == pytest.approx(-answer.fun, rel=1e-7, abs=1e-7)
+            assert found.objective[0] == pytest.approx(
+                -float(answer.fun or 0.0), rel=1e-7, abs=1e-7
+            )
     assert seen >= {0, 2}
 
 
@@ -333,11 +335,16 @@ def test_unit_of_the_objective_changes_nothing(scale: float) -> None:
 
 @pytest.mark.parametrize("size", [1e-6, 1.0, 1e6, 1e9])
 def test_vertex_far_from_its_limits_is_found(size: float) -> None:
-    """Rounding grows with the unknowns, not with the limits: 0 and 2·size meet at size."""
-    rows = [Row([0.1, -0.1], "<=", 0.0), Row([0.3, 0.3], "<=", 0.6 * size)]
+    """Rounding grows with the unknowns, whatever the limits: three rows meet at (size, size/3)."""
+    rows = [
+        Row([0.1, -0.3], "<=", 0.0),
+        Row([0.3, 0.3], "<=", 0.4 * size),
+        Row([0.7, 0.3], "<=", 0.8 * size),
+    ]
     found = closed_form.solve(Linear([1.0, 0.0], rows, [0.0, 0.0]).model(), 1)
     assert found.statuses == [Status.OPTIMAL]
-    assert found.point(0) == pytest.approx({"x0": size, "x1": size}, rel=1e-12)
+    assert found.point(0) == pytest.approx({"x0": size, "x1": size / 3.0}, rel=1e-9)
+    assert found.binding_labels(0) == ("0", "1", "2")
 
 
 @pytest.mark.parametrize("angle", [1e-3, 1e-6, 1e-8])

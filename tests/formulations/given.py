@@ -6,6 +6,9 @@ from typing import Any
 
 from formulations.quantities import Quantities
 
+LINEAR = ("battery", "energy", "adjusted")
+"""The perspectives of the paper, linear in Δ and T'."""
+
 ROUND = {
     "deadline_s": 200.0,
     "min_soc": 0.1,
@@ -36,6 +39,6 @@ TABLE_II = ROUND | {
 """The direct flight of the mission ``paper-table2``."""
 
 
-def quantities(base: dict[str, float] = ROUND, **changes: Any) -> Quantities:
+def quantities(base: dict[str, float] = ROUND, /, **changes: Any) -> Quantities:
     """The base with some of its numbers replaced, by arrays too."""
     return Quantities(**(base | changes))

@@ -8,6 +8,7 @@ import subprocess
 import sys
 import tomllib
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -413,13 +414,36 @@ def test_replace_lists_every_fault(paper: Mission) -> None:
         "deadline_s": "unknown key; did you mean 'limits.deadline_s'?",
         "schema": "unknown key",
         "buildings.b33.position_m": "unknown building; did you mean 'buildings.b3'?",
-        "buildings[10].name": "unknown building",
+        "buildings[10].name": "unknown building; did you mean 'buildings.b10'?",
         "buildings.b3.colour": "unknown key",
         "buildings.b4.position_m": "three numbers [x, y, z], |x| and |y| <= 1e6, 0 <= z <= 1e6 [m]",
         "limits.min_soc": "a number, 0 <= x < 1 [-]",
         "route.origin_m": "is missing; three numbers [x, y, z], each |x| <= 1e6 [m]",
         "battery.packs": "a whole number, 1 <= x <= 1000 [-]",
     }
+
+
+@pytest.mark.parametrize(
+    ("values", "expected"),
+    [
+        (None, [""]),
+        ({3: 1}, ["3"]),
+        ({"buildings": 3, "buildings.b1.name": "x"}, ["buildings", "buildings.b1.name"]),
+        ({"buildings": [{"name": []}], "buildings.b1.name": "x"}, None),
+        ({"battery": {"packs": np.array([1, 2])}}, ["battery.packs"]),
+        ({"limits.min_soc": np.array(["a"])}, ["limits.min_soc"]),
+        ({"buildings.b1": 3}, ["buildings[0]"]),
+        ({"": 1}, [""]),
+    ],
+    ids=str,
+)
+def test_replace_refuses_the_absurd(
+    paper: Mission, values: Any, expected: list[str] | None
+) -> None:
+    """Whatever is passed, the answer is the one error."""
+    with pytest.raises(InputError) as caught:
+        paper.replace(values)
+    assert expected is None or set(keys(caught.value)) == set(expected)
 
 
 def test_names_with_dots_are_reached(paper: Mission) -> None:
@@ -562,9 +586,7 @@ def test_the_json_schema_knows_what_files_may_state() -> None:
     assert definitions["Battery"]["properties"]["flow_rate_per_min"]["maximum"] == 6e4
     requiring = [name for name, definition in definitions.items() if "required" in definition]
     assert requiring == ["Building"]
-    assert set(schema["then"]["required"]) == {"schema", "route", "limits", "battery", "link"} - {
-        "schema"
-    }
+    assert set(schema["then"]["required"]) == {"route", "limits", "battery", "link"}
     assert "null" not in json.dumps(schema)
 
 

@@ -14,8 +14,10 @@ from hypothesis import strategies as st
 
 from optuav.modelling import Let, NotAffineError, Parameter, Variable, affine
 
+X: Any
+Y: Any
 X, Y = (Variable(name, name, "1", 0.0, math.inf, name, 0) for name in "xy")
-P = Parameter("p", "p", "1", 4.0)
+P: Any = Parameter("p", "p", "1", 4.0)
 SMALL = st.integers(-4, 4)
 
 

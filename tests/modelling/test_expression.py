@@ -46,7 +46,8 @@ Recipe = Callable[[Any, Any], Any]
 """A function of two operands, to be cooked with symbols and with numbers."""
 
 
-def symbol(name: str) -> Variable:
+def symbol(name: str) -> Any:
+    """A variable, of any type to the type checker: NumPy's functions do not know of it."""
     return Variable(name, name, "1", 0.0, math.inf, name, 0)
 
 

@@ -16,6 +16,8 @@ from optuav.modelling import Expression, Model, Parameter, Variable, evaluate
 from optuav.modelling.notation import Latex, Text
 from optuav.modelling.printing import WIDTH, latex, text
 
+X: Any
+Y: Any
 X, Y = (Variable(name, name, "1", 0.0, math.inf, name, 0) for name in "xy")
 
 
@@ -34,6 +36,8 @@ def written(expression: Any) -> str:
         (-(X + Y), "−(x + y)"),
         (-X * Y, "−x·y"),
         (X * -Y, "x·(−y)"),
+        (X * (-Y * 2.0), "x·(−y·2)"),
+        (X - -Y / 2.0, "x − (−y/2)"),
         (2.0 * (X + Y), "2·(x + y)"),
         (X * Y / 3.0, "x·y/3"),
         (X / (Y * 3.0), "x / (y·3)"),
@@ -207,6 +211,7 @@ def example() -> Model:
     left = Parameter("left_s", "T_left", "s", 1125.5)
     hover = model.variable("hover_s", "Δ", unit="s", upper=left, label="E.c hover time")
     tilt = model.variable("tilt", "z", unit="1", lower=-math.inf)
+    model.variable("chosen", "u_b1", unit="1", upper=1.0, binary=True)
     kept = model.let("kept", np.exp(-rate * hover), symbol="κ")
     model.let("never used", hover + 1.0, symbol="u")
     bound = model.let("bound charge", (1.0 - kept) * share / (1.0 - share), symbol="y2", unit="A s")
@@ -224,6 +229,7 @@ Longest hover with a little of everything
 minimise   −Δ, then smallest |z|
 over       Δ ∈ [0, T_left] s  (E.c hover time)
            z ∈ (−∞, ∞)
+           u_b1 ∈ {0, 1}
 subject to
   E.a charge                y2 + κ² ≥ z
   E.b a long one & 100 % Δ  z + 1·Δ + 2·Δ + 3·Δ + 4·Δ + 5·Δ + 6·Δ + 7·Δ + 8·Δ + 9·Δ + 10·Δ
@@ -271,8 +277,9 @@ def test_page_of_latex() -> None:
     assert lines[1] == (
         r"\text{over} & \Delta \in [0, T_{\mathrm{left}}]\,\mathrm{s} && \text{E.c hover time} \\"
     )
-    assert lines[3] == r"\text{subject to} & y_2 + \kappa^{2} \geq z && \text{E.a charge} \\"
-    assert lines[4].endswith(r"\text{E.b a long one \& 100 \% }\Delta \\")
+    assert lines[3] == r" & u_{\mathrm{b1}} \in \{0, 1\} \\"
+    assert lines[4] == r"\text{subject to} & y_2 + \kappa^{2} \geq z && \text{E.a charge} \\"
+    assert lines[5].endswith(r"\text{E.b a long one \& 100 \% }\Delta \\")
     assert lines[-1] == (
         r" & \omega = 3 \text{ values, } 0.25 \text{ to } 0.75"
         r" && \text{battery.available\_fraction}"

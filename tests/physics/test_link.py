@@ -203,6 +203,7 @@ def test_point_near_an_end_just_outside_the_rim(bearing: float) -> None:
 @example((-2.0, 0.0), (2.0, 0.0), 1.0, (5.0, 0.0, 0.0))
 @example((-0.5, 0.0), (0.5, 0.0), 1.0, (5.0, 0.0, 0.0))
 @example((0.3, 0.3), (0.3, 0.3), 1.0, (5.0, 0.0, 0.0))
+@example((2.0, -1.4), (2.0, 0.0), 2.0, (0.0, 1.0, 0.0))
 def test_covered_line_is_met_nearest_the_laser(
     origin: tuple[float, float], destination: tuple[float, float], radius: float, laser: Point
 ) -> None:
@@ -216,7 +217,8 @@ def test_covered_line_is_met_nearest_the_laser(
         direct = math.dist(origin, destination)
         assert way((*origin, 0.0), (*destination, 0.0), np.array(point)) == pytest.approx(direct)
         nearest = np.hypot(*(covered - laser[:2]).T).min()
-        assert math.dist(point[:2], laser[:2]) <= nearest + 1e-9
+        # Where the line touches the disc, rounding shifts the ends of the chord by its root.
+        assert math.dist(point[:2], laser[:2]) <= nearest + 1e-6
 
 
 def test_point_where_the_straight_way_is_covered() -> None:

@@ -1,0 +1,38 @@
+"""Draw the pictures of the pages from the package itself: ``python docs/make_pictures.py``.
+
+They are drawn anew after a change of the plots; matplotlib is needed.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+
+from matplotlib.axes import Axes
+
+import optuav
+from optuav import plots
+
+PICTURES = Path(__file__).parent / "pictures"
+DOTS_PER_INCH = 110
+
+
+def pictures() -> Iterator[tuple[str, Axes]]:
+    """Name of every picture, and one of its axes."""
+    plan = optuav.solve("paper")
+    yield "map", plots.mission_map(plan).plan
+    yield "battery", plots.battery(plan).wells
+    yield "leg", plots.leg(plan.mission, "origin", "hover").speed
+
+
+def draw(directory: Path = PICTURES) -> None:
+    """Write all pictures into a directory."""
+    directory.mkdir(exist_ok=True)
+    for name, ax in pictures():
+        figure = ax.get_figure(root=True)
+        assert figure is not None
+        figure.savefig(directory / f"{name}.png", dpi=DOTS_PER_INCH, metadata={"Software": None})
+
+
+if __name__ == "__main__":
+    draw()

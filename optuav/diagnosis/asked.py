@@ -1,0 +1,93 @@
+"""What is to be explained: a mission and the options of `optuav.solve`, however they are given."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, fields
+from inspect import signature
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from optuav.errors import InputError
+from optuav.mission import Mission, load
+from optuav.mission.network import network
+from optuav.plan import Plan
+from optuav.solving import Program, formulate
+from optuav.solving.question import PROBLEMS
+
+OPTIONS = frozenset(signature(formulate).parameters) - {"mission"}
+
+
+@dataclass(frozen=True)
+class Asked:
+    """A question that can be asked again of another mission.
+
+    Parameters
+    ----------
+    mission
+        The mission.
+    options
+        Those of `optuav.formulate`.
+    """
+
+    mission: Mission
+    options: Mapping[str, Any]
+
+    def program(self, mission: Mission | None = None) -> Program:
+        """The question declared, of this mission or of another."""
+        return formulate(self.mission if mission is None else mission, **self.options)
+
+
+def asked(subject: Program | Plan | Mission | str | Path, options: Mapping[str, Any]) -> Asked:
+    """The question behind a program, a plan or a mission.
+
+    Parameters
+    ----------
+    subject
+        What `optuav.formulate` or `optuav.solve` returned, or a mission as they take it.
+    options
+        Those of `optuav.formulate`, for a mission only.
+
+    Raises
+    ------
+    InputError
+        If options are given for anything but a mission, or a plan does not tell its question.
+    """
+    if isinstance(subject, Program | Plan) and options:
+        raise InputError(
+            f"{', '.join(options)}: a {type(subject).__name__.lower()} brings its own options; "
+            "name the mission to change them"
+        )
+    if isinstance(subject, Program):
+        return _of_program(subject)
+    if isinstance(subject, Plan):
+        return _of_plan(subject)
+    return Asked(subject if isinstance(subject, Mission) else load(subject), options)
+
+
+def _of_program(program: Program) -> Asked:
+    stated = {each.name: getattr(program.question, each.name) for each in fields(program.question)}
+    options = {name: stated[name] for name in OPTIONS & stated.keys() if stated[name] is not None}
+    mission = program.worked_out.mission
+    computed, used = network(mission), program.worked_out
+    same_legs = np.array_equal(computed.legs.flyable, used.legs.flyable)
+    same_power = np.array_equal(computed.places.received_power_W, used.places.received_power_W)
+    if used.legs.edited.any() or not (same_legs and same_power):
+        from optuav.mission.graph import as_graph
+
+        options["graph"] = as_graph(used)
+    return Asked(mission, options)
+
+
+def _of_plan(plan: Plan) -> Asked:
+    if any(phase.edited for phase in plan.phases):
+        raise InputError("the plan has legs from an edited graph: explain its mission with graph=")
+    if plan.problem not in PROBLEMS:
+        raise InputError(
+            f"the plan's problem {plan.problem} is a formulation of one's own, which its file does "
+            "not hold: explain the mission with it"
+        )
+    names = ("problem", "trajectory", "building", "order", "perspective", "slot_s", "engine")
+    return Asked(plan.mission, {name: getattr(plan, name) for name in names})

@@ -1,0 +1,282 @@
+"""Proofs that a reader can check by hand: named constraints, added up with exact multipliers.
+
+The rows a·x ≤ b of a linear programme, each times a multiplier y ≥ 0, add up to a consequence
+(Σ y a)·x ≤ Σ y b. Farkas: a programme is infeasible exactly if some sum reads 0 ≤ something
+negative. Duality: an optimum is one if some sum bounds the objective by it. The numbers are the
+exact rational values of the floats in the programme.
+
+References
+----------
+.. [1] A. Schrijver, "Theory of linear and integer programming", Wiley, 1986, chapter 7.
+.. [2] J. W. Chinneck, "Feasibility and infeasibility in optimization", Springer, 2008.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from fractions import Fraction
+from typing import Any
+
+import numpy as np
+
+from optuav.diagnosis.exact import combination
+from optuav.engines.linear_form import LinearForm, linear_form
+from optuav.modelling.check import relations
+from optuav.modelling.expression import Parameter, leaves
+from optuav.modelling.model import Constraint, Model
+
+NOTHING = Fraction(0)
+ROUNDING = Fraction(1, 10**11)
+"""By how much rounding may violate a limit, relative to max(1, |limit|); no conflict by itself."""
+
+
+@dataclass(frozen=True)
+class Row:
+    """A constraint as a row Σ coefficient · unknown ≤ limit, and how often it is taken.
+
+    Parameters
+    ----------
+    label
+        Of the constraint, as declared.
+    parameters
+        Names of the parameters that it speaks of.
+    keys
+        The mission's keys among them, dotted.
+    multiplier
+        y, exact.
+    coefficients
+        By symbol of the unknown, exact; unknowns that do not occur are left out.
+    limit
+        b, exact.
+    """
+
+    label: str
+    parameters: tuple[str, ...]
+    keys: tuple[str, ...]
+    multiplier: Fraction
+    coefficients: Mapping[str, Fraction]
+    limit: Fraction
+
+
+@dataclass(frozen=True)
+class Combination:
+    """Constraints added up, each times its multiplier.
+
+    Parameters
+    ----------
+    rows
+        The constraints that are used; none of them can be spared.
+    """
+
+    rows: tuple[Row, ...]
+
+    @property
+    def coefficients(self) -> dict[str, Fraction]:
+        """Σ y a by symbol of the unknown, without zeros."""
+        symbols = dict.fromkeys(symbol for row in self.rows for symbol in row.coefficients)
+        sums = {
+            symbol: sum(
+                (row.multiplier * row.coefficients.get(symbol, NOTHING) for row in self.rows),
+                NOTHING,
+            )
+            for symbol in symbols
+        }
+        return {symbol: value for symbol, value in sums.items() if value}
+
+    @property
+    def limit(self) -> Fraction:
+        """Σ y b."""
+        return sum((row.multiplier * row.limit for row in self.rows), NOTHING)
+
+    @property
+    def labels(self) -> tuple[str, ...]:
+        """Labels of the constraints, each once."""
+        return tuple(dict.fromkeys(row.label for row in self.rows))
+
+    @property
+    def keys(self) -> tuple[str, ...]:
+        """The mission's keys in them, each once."""
+        return tuple(dict.fromkeys(key for row in self.rows for key in row.keys))
+
+    @property
+    def is_valid(self) -> bool:
+        """Whether rows may be added up so: no multiplier is negative."""
+        return bool(self.rows) and all(row.multiplier >= 0 for row in self.rows)
+
+    def __str__(self) -> str:
+        from optuav.diagnosis.writing import combination_text
+
+        return "\n".join(combination_text(self))
+
+    def to_dict(self) -> dict[str, Any]:
+        """As plain data; every number exact, as ``"numerator/denominator"``, and rounded."""
+        return {
+            "holds": self.holds(),
+            "rows": [
+                {
+                    "label": row.label,
+                    "parameters": list(row.parameters),
+                    "keys": list(row.keys),
+                    "multiplier": _number(row.multiplier),
+                    "coefficients": {s: _number(a) for s, a in row.coefficients.items()},
+                    "limit": _number(row.limit),
+                }
+                for row in self.rows
+            ],
+            "sum": {
+                "coefficients": {s: _number(a) for s, a in self.coefficients.items()},
+                "limit": _number(self.limit),
+            },
+        }
+
+    def holds(self) -> bool:
+        """Whether the sum is a consequence of the rows, evaluated exactly."""
+        return self.is_valid
+
+
+def _number(value: Fraction) -> dict[str, Any]:
+    return {"exact": str(value), "rounded": float(value)}
+
+
+@dataclass(frozen=True)
+class Certificate(Combination):
+    """Constraints that contradict each other: they add up to 0 ≤ something negative."""
+
+    def holds(self) -> bool:
+        """Whether the rows prove that no point satisfies them all, evaluated exactly."""
+        return self.is_valid and not self.coefficients and self.limit < 0
+
+
+@dataclass(frozen=True)
+class Bound(Combination):
+    """Constraints that add up to objective ≤ limit: no point that satisfies them is better.
+
+    Parameters
+    ----------
+    objective
+        Coefficients of what is maximised by symbol of the unknown, exact, without zeros.
+    """
+
+    objective: Mapping[str, Fraction]
+
+    def holds(self) -> bool:
+        """Whether the rows prove the bound, evaluated exactly."""
+        return self.is_valid and self.coefficients == self.objective
+
+
+def certificates(model: Model, parameters: Mapping[str, Any]) -> Iterator[Certificate]:
+    """Conflicts of a linear programme, no two of which share a constraint on its parameters.
+
+    Parameters
+    ----------
+    model
+        The declaration.
+    parameters
+        Values of all its parameters, numbers.
+
+    Yields
+    ------
+    Certificate
+        Each is minimal. A repair has to resolve all of them; resolving these may bring up others.
+
+    Raises
+    ------
+    NotAffineError
+        If the model is not linear.
+    """
+    programme = _Programme(model, parameters)
+    target = [NOTHING] * len(model.variables) + [Fraction(-1)]
+    usable = programme.usable
+    while True:
+        weights = combination([programme.column(k, ROUNDING) for k in usable], target)
+        if weights is None:
+            return
+        taken = {k: weight for k, weight in zip(usable, weights, strict=True) if weight}
+        first = next(iter(taken.values()))  # only the ratios count
+        yield Certificate(programme.rows({k: weight / first for k, weight in taken.items()}))
+        stated = {k for k in taken if programme.parameters[k]} or set(taken)
+        usable = [k for k in usable if k not in stated]
+
+
+def bound(model: Model, parameters: Mapping[str, Any], binding: Collection[str]) -> Bound | None:
+    """Why no point of a linear programme is better than its optimum.
+
+    Parameters
+    ----------
+    model
+        The declaration.
+    parameters
+        Values of all its parameters, numbers.
+    binding
+        Labels of the constraints that hold with equality at the optimum.
+
+    Returns
+    -------
+    Rows among those that add up to the objective (what is minimised, negated); None if none do.
+    """
+    programme = _Programme(model, parameters)
+    goal = [Fraction(float(value)) for value in programme.form.directions[0, :, 0]]
+    usable = [k for k in programme.usable if programme.form.labels[k] in binding]
+    weights = combination([programme.column(k)[:-1] for k in usable], goal)
+    if weights is None:
+        return None
+    taken = {k: weight for k, weight in zip(usable, weights, strict=True) if weight}
+    return Bound(programme.rows(taken), programme.by_symbol(goal))
+
+
+class _Programme:
+    """Rows of one linear programme with what they speak of."""
+
+    def __init__(self, model: Model, parameters: Mapping[str, Any]) -> None:
+        self.form = linear_form(model, parameters)
+        self.symbols = [variable.symbol for variable in model.variables]
+        self.parameters = [_parameters(each) for each in _constraints(model)]
+
+    @property
+    def usable(self) -> list[int]:
+        """Numbers of the rows that limit something; an infinite limit does not."""
+        finite = np.isfinite(self.form.normals[..., 0]).all(axis=1)
+        finite &= np.isfinite(self.form.limits[:, 0])
+        return [int(k) for k in np.flatnonzero(finite)]
+
+    def column(self, row: int, allowance: Fraction = NOTHING) -> list[Fraction]:
+        """(a, b) of a row, with an allowance on b."""
+        numbers = [*self.form.normals[row, :, 0], self.form.limits[row, 0]]
+        *normal, limit = (Fraction(float(number)) for number in numbers)
+        return [*normal, limit + allowance * max(Fraction(1), abs(limit))]
+
+    def by_symbol(self, numbers: Sequence[Fraction]) -> dict[str, Fraction]:
+        """Numbers that are not zero, by symbol of the unknown."""
+        return {s: value for s, value in zip(self.symbols, numbers, strict=True) if value}
+
+    def rows(self, taken: Mapping[int, Fraction]) -> tuple[Row, ...]:
+        """The rows that carry weight, by their numbers."""
+        found = []
+        for k, weight in taken.items():
+            *normal, limit = self.column(k)
+            named = self.parameters[k]
+            found.append(
+                Row(
+                    label=self.form.labels[k],
+                    parameters=tuple(each.name for each in named),
+                    keys=tuple(each.key for each in named if each.key),
+                    multiplier=weight,
+                    coefficients=self.by_symbol(normal),
+                    limit=limit,
+                )
+            )
+        return tuple(found)
+
+
+def _constraints(model: Model) -> Iterator[Constraint]:
+    """The constraint of every row of the linear form; an equality gives two rows."""
+    for constraint in relations(model):
+        yield constraint
+        if constraint.relation.sense == "==":
+            yield constraint
+
+
+def _parameters(constraint: Constraint) -> tuple[Parameter, ...]:
+    sides = constraint.relation.left, constraint.relation.right
+    return tuple(each for each in leaves(*sides) if isinstance(each, Parameter))

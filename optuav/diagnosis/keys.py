@@ -1,0 +1,96 @@
+"""The numeric keys of a mission with their ranges, read from its types."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import get_args
+
+from pydantic.fields import FieldInfo
+
+from optuav.mission import Mission
+from optuav.mission.quantities import Number
+
+TABLES = ("limits", "battery", "body", "rotor", "laser", "link", "flight")
+INSIDE = 1e-9
+"""How far inside a bound that is not allowed itself the outermost value lies."""
+
+
+@dataclass(frozen=True)
+class Key:
+    """A numeric key that a mission states.
+
+    Parameters
+    ----------
+    name
+        Dotted name.
+    now
+        Its value.
+    low, high
+        Outermost values that it may take.
+    whole
+        Whether only whole numbers are allowed.
+    unit
+        As the range states it; ``"-"`` for a ratio.
+    """
+
+    name: str
+    now: float
+    low: float
+    high: float
+    whole: bool
+    unit: str
+
+    def further(self, sign: int) -> Iterator[float]:
+        """Values further and further up (1) or down (−1), the outermost of the range last."""
+        last = self.high if sign > 0 else self.low
+        for value in self._steps(sign):
+            value = sign * math.ceil(sign * value) if self.whole else value
+            if sign * value >= sign * last:
+                break
+            yield value
+        if last != self.now:
+            yield last
+
+    def _steps(self, sign: int) -> Iterator[float]:
+        if self.low < 0.0 or self.now == 0.0:
+            scale = abs(self.now) or 1e-6 * max(abs(self.low), abs(self.high))
+            for share in (0.2, 1.0, 10.0, 1e3, 1e6):
+                yield self.now + sign * share * scale
+        else:
+            for factor in (1.2, 2.0, 10.0, 1e3, 1e6):
+                yield self.now * factor**sign
+
+
+def keys(mission: Mission) -> Iterator[Key]:
+    """The numeric keys that a mission states, in the order of its tables."""
+    for table in TABLES:
+        section = getattr(mission, table)
+        if section is None:
+            continue
+        for name in type(section).model_fields:
+            value, field = getattr(section, name), type(section).model_fields[name]
+            number = _range(field)
+            if number is not None and isinstance(value, int | float):
+                low, high = _bounds(number)
+                whole = field.annotation is int
+                yield Key(f"{table}.{name}", value, low, high, whole, number.unit)
+
+
+def _range(field: FieldInfo) -> Number | None:
+    """Unit and range of a number, or of the parts of a vector; None for anything else."""
+    optional = (getattr(option, "__metadata__", ()) for option in get_args(field.annotation))
+    described = (*field.metadata, *(item for items in optional for item in items))
+    return next((item for item in described if isinstance(item, Number)), None)
+
+
+def _bounds(number: Number) -> tuple[float, float]:
+    low, high = number.ge, number.le
+    if low is None:
+        assert number.gt is not None
+        low = number.gt + INSIDE
+    if high is None:
+        assert number.lt is not None
+        high = number.lt - INSIDE
+    return low, high

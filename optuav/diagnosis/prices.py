@@ -1,0 +1,170 @@
+"""What one more unit of a parameter would bring at the optimum."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from formulations.algorithm2 import SAME_S
+from optuav.diagnosis.keys import keys
+from optuav.engines import closed_form
+from optuav.engines.solution import ShadowPrice, Solution
+from optuav.modelling import Parameter
+from optuav.solving import Program
+
+RATIO_STEP = 0.01
+"""One more unit of a ratio is one more percent."""
+
+
+@dataclass(frozen=True)
+class Price:
+    """What a parameter of the winning programme is worth, the other parameters held.
+
+    Parameters
+    ----------
+    name, symbol, unit
+        As declared.
+    key
+        The mission's key of the same meaning and unit; ``""`` if it is derived.
+    value
+        Its value.
+    less, more
+        Change of the objective per unit, on either side; they differ at a kink. Infinite on a side
+        that is infeasible.
+    step
+        How much "one more" is.
+    gain, loss
+        Change of the objective by one step more and by one step less; infinite where that leaves
+        no plan.
+    """
+
+    name: str
+    symbol: str
+    unit: str
+    key: str
+    value: float
+    less: float
+    more: float
+    step: float
+    gain: float
+    loss: float
+
+    @property
+    def has_kink(self) -> bool:
+        """Whether the two sides differ."""
+        return ShadowPrice(self.less, self.more).has_kink
+
+    @property
+    def matters(self) -> bool:
+        """Whether a change to either side moves the objective."""
+        return self.less != 0.0 or self.more != 0.0
+
+    def to_dict(self) -> dict[str, Any]:
+        """As plain data; null on a side that is infeasible."""
+        numbers = {name: getattr(self, name) for name in ("less", "more", "gain", "loss")}
+        return {
+            "name": self.name,
+            "symbol": self.symbol,
+            "unit": self.unit,
+            "key": self.key,
+            "value": self.value,
+            "step": self.step,
+            **{name: value if math.isfinite(value) else None for name, value in numbers.items()},
+        }
+
+
+def prices(
+    program: Program, solutions: Sequence[Solution], chosen: tuple[int, int]
+) -> tuple[Price, ...]:
+    """Shadow prices of the winning programme, where itineraries tie those of the best of them.
+
+    Parameters
+    ----------
+    program
+        What was declared.
+    solutions
+        Answers with continuous times, one for every part.
+    chosen
+        Part and entry of the best one.
+    """
+    number, entry = chosen
+    model = program.parts[number].model
+    towards = 1.0 if model.sense == "maximise" else -1.0
+    own = solutions[number].shadow_prices(entry)
+    rivals = [solutions[k].shadow_prices(j) for k, j in _tied(solutions, chosen)]
+    row = model.row(entry)
+    effect = _Effect(program, solutions, chosen, towards)
+    found = []
+    for name, price in own.items():
+        parameter = model.parameters[name]
+        shared = np.ndim(parameter.value) == 0
+        nothing = ShadowPrice(0.0, 0.0)
+        sides = [price, *(each.get(name, nothing) if shared else nothing for each in rivals)]
+        both = ShadowPrice(
+            less=towards * min(towards * each.less for each in sides),
+            more=towards * max(towards * each.more for each in sides),
+        )
+        key = _key(program, parameter)
+        step = RATIO_STEP if parameter.unit == "1" and key != "battery.packs" else 1.0
+        found.append(
+            Price(
+                name=name,
+                symbol=parameter.symbol,
+                unit=parameter.unit,
+                key=key,
+                value=float(row[name]),
+                less=both.less,
+                more=both.more,
+                step=step,
+                gain=effect(parameter, both.more, step),
+                loss=effect(parameter, both.less, -step),
+            )
+        )
+    return tuple(sorted(found, key=lambda each: not each.key))
+
+
+def _tied(solutions: Sequence[Solution], chosen: tuple[int, int]) -> Iterator[tuple[int, int]]:
+    """Parts and entries of the answers that are as good as the chosen one."""
+    best = solutions[chosen[0]].objective[chosen[1]]
+    for k, solution in enumerate(solutions):
+        for j in np.flatnonzero(np.abs(solution.objective - best) <= SAME_S).tolist():
+            if (k, j) != chosen:
+                yield k, j
+
+
+def _key(program: Program, parameter: Parameter) -> str:
+    """The key of a parameter, if both have the same unit."""
+    units = {each.name: each.unit.replace("-", "1") for each in keys(program.worked_out.mission)}
+    return parameter.key if units.get(parameter.key) == parameter.unit else ""
+
+
+@dataclass(frozen=True)
+class _Effect:
+    """Change of the best objective by a step of one parameter, the others held."""
+
+    program: Program
+    solutions: Sequence[Solution]
+    chosen: tuple[int, int]
+    towards: float
+
+    def __call__(self, parameter: Parameter, rate: float, step: float) -> float:
+        """Solved again where that is quick, so that kinks on the way count; else by the rate."""
+        number, entry = self.chosen
+        value: Any = parameter.value + step
+        if np.ndim(parameter.value):
+            value = np.where(np.arange(len(value)) == entry, value, parameter.value)
+        best = -math.inf
+        for k, part in enumerate(self.program.parts):
+            if np.ndim(parameter.value) and k != number:
+                objective = self.solutions[k].objective
+            elif self.solutions[k].engine != closed_form.NAME:
+                return rate * step
+            else:
+                values = {parameter.name: value}
+                objective = closed_form.solve(part.model, len(part.routes), values).objective
+            best = max(best, np.fmax.reduce(self.towards * objective, initial=-math.inf))
+        return float(self.towards * best - self.solutions[number].objective[entry])

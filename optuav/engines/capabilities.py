@@ -1,0 +1,121 @@
+"""Which engine takes which model: one table, from which choices, errors and docs are made."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from optuav.errors import InputError
+from optuav.modelling.traits import Traits
+
+MOST_UNKNOWNS = 2
+
+
+@dataclass(frozen=True)
+class Capability:
+    """What an engine takes and gives.
+
+    Parameters
+    ----------
+    name
+        As `optuav.solve` is given it.
+    nonlinear
+        Whether it takes models that are not linear.
+    integer
+        Whether it takes binary unknowns.
+    slots
+        Whether it takes times in whole slots; None if it takes nothing else.
+    most_unknowns
+        Largest number of unknowns; None for any.
+    needs_smooth
+        Whether it needs derivatives.
+    gives
+        What its answer is worth, in words.
+    """
+
+    name: str
+    nonlinear: bool
+    integer: bool
+    slots: bool | None
+    most_unknowns: int | None
+    needs_smooth: bool
+    gives: str
+
+    def obstacle(self, model: Traits, slots: bool) -> str:
+        """Why the engine does not take a model, in words; empty if it does."""
+        if self.most_unknowns is not None and model.unknowns > self.most_unknowns:
+            return f"it takes at most {self.most_unknowns} unknowns, the model has {model.unknowns}"
+        if not model.linear and not self.nonlinear:
+            where, why = model.nonlinear_label, model.nonlinear_words
+            return f"it takes linear models only; {where!r} is not: {why}"
+        if self.needs_smooth and not model.smooth:
+            return "it needs derivatives; the model has kinks"
+        if model.integer and not self.integer:
+            return "it takes no binary unknowns"
+        if slots and self.slots is False:
+            return "it takes continuous times only"
+        return ""
+
+
+CAPABILITIES = (
+    Capability(
+        "closed-form",
+        nonlinear=False,
+        integer=False,
+        slots=False,
+        most_unknowns=MOST_UNKNOWNS,
+        needs_smooth=False,
+        gives="exact, over all itineraries at once, with the constraints that bind",
+    ),
+    Capability(
+        "cvxpy",
+        nonlinear=False,
+        integer=True,
+        slots=True,
+        most_unknowns=None,
+        needs_smooth=False,
+        gives="global, with multipliers; binary unknowns and slots by branch and bound",
+    ),
+    Capability(
+        "casadi",
+        nonlinear=True,
+        integer=False,
+        slots=False,
+        most_unknowns=None,
+        needs_smooth=True,
+        gives="a local optimum, the best of several starts",
+    ),
+    Capability(
+        "grid",
+        nonlinear=True,
+        integer=False,
+        slots=None,
+        most_unknowns=MOST_UNKNOWNS,
+        needs_smooth=False,
+        gives="exhaustive over whole slots: the verifying reference",
+    ),
+)
+"""All engines, in the order in which "auto" prefers them for continuous times."""
+
+ENGINES = tuple(each.name for each in CAPABILITIES)
+
+
+def takers(model: Traits, slots: bool) -> tuple[str, ...]:
+    """Names of the engines that take a model."""
+    return tuple(each.name for each in CAPABILITIES if not each.obstacle(model, slots))
+
+
+def need(engine: str, model: Traits, slots: bool) -> None:
+    """Refuse an engine that does not take a model, and name those that do.
+
+    Raises
+    ------
+    InputError
+        With the reason.
+    """
+    capability = next(each for each in CAPABILITIES if each.name == engine)
+    why = capability.obstacle(model, slots)
+    if why:
+        others = ", ".join(takers(model, slots)) or "none"
+        raise InputError(
+            f"engine {engine} does not take this model: {why}. Engines that do: {others}"
+        )

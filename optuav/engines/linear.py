@@ -1,0 +1,296 @@
+"""Linear programmes by CVXPY: continuous, with binary unknowns, or with times in whole slots.
+
+The rows A x ≤ b of a model become one parametrised CVXPY problem (DPP), so that it is compiled
+once and solved often. HiGHS by default, any other installed solver by name.
+
+References
+----------
+.. [1] S. Diamond, S. Boyd, "CVXPY: a Python-embedded modeling language for convex optimization",
+   Journal of Machine Learning Research, 2016.
+.. [2] Q. Huangfu, J. Hall, "Parallelizing the dual revised simplex method", Mathematical
+   Programming Computation, 2018 (HiGHS).
+"""
+
+from __future__ import annotations
+
+import math
+import warnings
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from optuav.engines.linear_form import LinearForm, linear_form
+from optuav.engines.ranges import (
+    implied_upper_bounds,
+    last_slot,
+    lower_bounds,
+    own_upper_bounds,
+)
+from optuav.engines.solution import Floats, Solution, Status, stacked, unanswered
+from optuav.errors import InputError, SolverError
+from optuav.modelling.check import TOLERANCE
+from optuav.modelling.model import Model
+
+NAME = "cvxpy"
+DUALITY = "linear programming duality, KKT conditions evaluated again"
+SEARCHED = "branch and bound"
+DEFAULT_SOLVER = "HIGHS"
+EQUAL = 1e-9
+"""Relative loss of the objective that the preferences may use up."""
+TIGHT = 1e-7
+"""Relative slack below which a row counts as holding with equality."""
+TIME_LIMITS = {
+    "HIGHS": "time_limit",
+    "CLARABEL": "time_limit",
+    "OSQP": "time_limit",
+    "SCS": "time_limit_secs",
+}
+"""How solvers call their time limit."""
+
+
+class Compiled:
+    """A model handed to CVXPY once, to be solved with changing parameters.
+
+    Parameters
+    ----------
+    model
+        Any linear model; binary unknowns allowed.
+    slot_s
+        Length of the slots in which the times are counted [s]; None for continuous times.
+    time_limit_s
+        Longest that one solve may take [s]; no limit by default.
+    solver
+        Name of an installed CVXPY solver.
+
+    Raises
+    ------
+    InputError
+        If the solver is not installed.
+    NotAffineError
+        If the model is not linear.
+    """
+
+    def __init__(
+        self,
+        model: Model,
+        slot_s: float | None = None,
+        time_limit_s: float | None = None,
+        solver: str = DEFAULT_SOLVER,
+    ) -> None:
+        import cvxpy
+
+        installed = cvxpy.installed_solvers()  # type: ignore[no-untyped-call]
+        if solver not in installed:
+            raise InputError(f"CVXPY has no solver {solver!r}; installed: {', '.join(installed)}")
+        self.model, self.slot_s, self.solver = model, slot_s, solver
+        self.options: dict[str, Any] = {}
+        if time_limit_s is not None:
+            if solver not in TIME_LIMITS:
+                raise InputError(f"the solver {solver} takes no time limit")
+            self.options[TIME_LIMITS[solver]] = time_limit_s
+        self.base = model.row(0)
+        form = linear_form(model, self.base)
+        rows, unknowns, goals = len(form.labels), len(form.names), len(form.directions)
+        self.binary = [variable.binary for variable in model.variables]
+        self.counted = [slot_s is not None and not binary for binary in self.binary]
+        self.x = cvxpy.Variable(
+            unknowns,
+            boolean=(np.flatnonzero(self.binary),) if any(self.binary) else False,
+            integer=(np.flatnonzero(self.counted),) if any(self.counted) else False,
+        )
+        self.a, self.b = cvxpy.Parameter((rows, unknowns)), cvxpy.Parameter(rows)
+        self.c = cvxpy.Parameter(unknowns)
+        self.rows = self.a @ self.x <= self.b
+        self.problems = [cvxpy.Problem(cvxpy.Maximize(self.c @ self.x), [self.rows])]
+        if goals > 1:
+            # Among equally good points: the objective may not get worse than it was.
+            self.first, self.floor = cvxpy.Parameter(unknowns), cvxpy.Parameter()
+            keep = self.first @ self.x >= self.floor
+            self.problems.append(cvxpy.Problem(cvxpy.Maximize(self.c @ self.x), [self.rows, keep]))
+
+    @property
+    def integer(self) -> bool:
+        """Whether some unknown takes whole numbers only."""
+        return any(self.binary) or any(self.counted)
+
+    def solve(self, values: Mapping[str, float]) -> Solution:
+        """Solve with values of parameters that differ from the model's, by name.
+
+        Raises
+        ------
+        SolverError
+            If the solver fails or the time limit passes.
+        """
+        values = {**self.base, **values}
+        form = linear_form(self.model, values)
+        if not form.usable.all():
+            return self._unanswered(Status.ERROR, "a parameter is no number")
+        a, b = form.normals[..., 0], form.limits[..., 0]
+        bounds = [variable.label for variable in self.model.variables]
+        if self.slot_s is not None:
+            a, b = self._in_slots(form, values, a, b)
+        finite = np.isfinite(b)
+        if (b == -np.inf).any():
+            return self._unanswered(Status.INFEASIBLE, f"a row of {bounds} can never hold")
+        self.a.value = np.where(finite[:, None], a, 0.0)
+        self.b.value = np.where(finite, b, 1.0)
+        scale = self.slot_s or 1.0
+        goals = form.directions[..., 0] * np.where(self.counted, scale, 1.0)
+        self.c.value = goals[0]
+        status = self._run(0)
+        if not status.has_answer:
+            return self._unanswered(status, self.words)
+        x = np.asarray(self.x.value, dtype=float)
+        multipliers = None if self.integer else np.asarray(self.rows.dual_value, dtype=float)
+        if len(goals) > 1 and self._may_differ(multipliers, len(x)):
+            x = self._preferred(goals, x)
+        return self._solution(form, values, x, status, multipliers)
+
+    def _run(self, number: int) -> Status:
+        """Run a problem and read its status; the solver's words are kept."""
+        import cvxpy
+
+        problem = self.problems[number]
+        try:
+            with warnings.catch_warnings():
+                warnings.simplefilter("ignore")
+                problem.solve(solver=self.solver, **self.options)  # type: ignore[no-untyped-call]
+        except (cvxpy.error.SolverError, ValueError) as error:
+            raise SolverError(f"{NAME} with {self.solver} failed: {error}") from None
+        self.words = str(problem.status)
+        if problem.status in ("user_limit", "user_limit_inaccurate"):
+            raise SolverError(f"{NAME} with {self.solver} did not finish within the time limit")
+        return {
+            "optimal": Status.OPTIMAL,
+            "optimal_inaccurate": Status.FEASIBLE,
+            "infeasible": Status.INFEASIBLE,
+            "unbounded": Status.UNBOUNDED,
+        }.get(problem.status, Status.ERROR)
+
+    def _may_differ(self, multipliers: Floats | None, unknowns: int) -> bool:
+        """Whether other points may be as good: fewer rows carry weight than there are unknowns."""
+        if multipliers is None:
+            return True
+        return int((multipliers > TIGHT * max(1.0, float(multipliers.max()))).sum()) < unknowns
+
+    def _preferred(self, goals: Floats, x: Floats) -> Floats:
+        """The point with the smallest first preference among those as good as the best."""
+        best = float(goals[0] @ x)
+        self.first.value = goals[0]
+        self.floor.value = best - EQUAL * max(1.0, abs(best))
+        self.c.value = goals[1]
+        status = self._run(1)
+        return np.asarray(self.x.value, dtype=float) if status.has_answer else x
+
+    def _in_slots(
+        self, form: LinearForm, values: Mapping[str, float], a: Floats, b: Floats
+    ) -> tuple[Floats, Floats]:
+        """Rows over numbers of slots; own bounds become first and last slot, begun slots whole."""
+        assert self.slot_s is not None
+        lower = lower_bounds(self.model, values)
+        own_upper = own_upper_bounds(self.model, values)
+        implied = implied_upper_bounds(self.model, values, lower)
+        a = a * np.where(self.counted, self.slot_s, 1.0)
+        b = b + TOLERANCE * np.maximum(1.0, np.abs(b))
+        labels = {variable.label: k for k, variable in enumerate(self.model.variables)}
+        for row, label in enumerate(form.labels):
+            k = labels.get(label)
+            if k is None or not self.counted[k]:
+                continue
+            variable = self.model.variables[k]
+            bound = min(implied[variable.name], own_upper[variable.name])
+            if a[row, k] > 0.0:
+                begun = bound == own_upper[variable.name]
+                last = last_slot(bound, self.slot_s, begun=begun) if math.isfinite(bound) else 0
+                a[row, k], b[row] = 1.0, float(last) if math.isfinite(bound) else np.inf
+            else:
+                first = max(variable.first_slot, math.ceil(lower[variable.name] / self.slot_s))
+                a[row, k], b[row] = -1.0, -float(first)
+        return a, b
+
+    def _solution(
+        self,
+        form: LinearForm,
+        values: Mapping[str, float],
+        x: Floats,
+        status: Status,
+        multipliers: Floats | None,
+    ) -> Solution:
+        x = np.where(self.binary, np.round(x), x)
+        if self.slot_s is not None:
+            upper = own_upper_bounds(self.model, values)
+            limits = np.array([upper[name] for name in form.names])
+            x = np.where(self.counted, np.minimum(np.round(x) * self.slot_s, limits), x)
+        else:
+            x = self._polished(form, x)
+        normals, limits = form.normals[..., 0], form.limits[..., 0]
+        slack = limits - normals @ x
+        tight = np.abs(slack) <= TIGHT * np.maximum(1.0, np.abs(limits))
+        tight &= (normals != 0.0).any(axis=1)
+        by_label: dict[str, float] = {}
+        binding: dict[str, bool] = {}
+        for row, label in enumerate(form.labels):
+            binding[label] = binding.get(label, False) or bool(tight[row])
+            if multipliers is not None:
+                weight = form.signs[row] * float(multipliers[row])
+                by_label[label] = by_label.get(label, 0.0) + weight
+        value = float(form.directions[0, :, 0] @ x + form.offsets[0, 0])
+        return Solution(
+            engine=NAME,
+            proof=f"{SEARCHED} ({self.solver})" if self.integer else DUALITY,
+            statuses=[status],
+            objective=np.array([form.towards * value]),
+            values={name: np.array([x[k]]) for k, name in enumerate(form.names)},
+            binding={label: np.array([tight]) for label, tight in binding.items()},
+            multipliers={label: np.array([weight]) for label, weight in by_label.items()},
+            words=[f"{self.solver}: {self.words}"],
+            model=self.model,
+            given={name: np.array([value]) for name, value in values.items()},
+        )
+
+    def _polished(self, form: LinearForm, x: Floats) -> Floats:
+        """The point moved onto the bounds that it misses by no more than the solver's rounding."""
+        normals, limits = form.normals[..., 0], form.limits[..., 0]
+        for row in np.flatnonzero((normals != 0.0).sum(axis=1) == 1):
+            (k,) = np.flatnonzero(normals[row])
+            bound = limits[row] / normals[row, k]
+            if np.isfinite(bound) and abs(x[k] - bound) <= TIGHT * max(1.0, abs(bound)):
+                x = np.where(np.arange(len(x)) == k, bound, x)
+        return x + 0.0
+
+    def _unanswered(self, status: Status, words: str) -> Solution:
+        return unanswered(self.model, NAME, DUALITY, status, words)
+
+
+def solve(
+    model: Model,
+    programmes: int,
+    slot_s: float | None = None,
+    time_limit_s: float | None = None,
+    solver: str = DEFAULT_SOLVER,
+) -> Solution:
+    """Solve a linear model for every entry of its parameters, one after the other.
+
+    Parameters
+    ----------
+    model
+        Any linear model; binary unknowns allowed.
+    programmes
+        Number of entries of those parameters that are arrays, at least 1.
+    slot_s
+        Length of the slots in which the times are counted [s]; None for continuous times.
+    time_limit_s
+        Longest that one of them may take [s]; no limit by default.
+    solver
+        Name of an installed CVXPY solver.
+
+    Raises
+    ------
+    InputError
+        If the solver is not installed.
+    SolverError
+        If the solver fails or the time limit passes.
+    """
+    compiled = Compiled(model, slot_s, time_limit_s, solver)
+    return stacked([compiled.solve(model.row(index)) for index in range(programmes)])

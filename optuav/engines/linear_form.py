@@ -1,0 +1,111 @@
+"""A declared linear model as rows A x ≤ b and goals c x, for many programmes at once."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from optuav.engines.solution import Booleans, Floats
+from optuav.modelling.affine import Affine, affine
+from optuav.modelling.check import relations
+from optuav.modelling.model import Model
+
+
+@dataclass(frozen=True)
+class LinearForm:
+    """Rows A x ≤ b and goals; an equality gives two rows with the same label.
+
+    Parameters
+    ----------
+    names
+        Names of the unknowns.
+    labels, signs
+        Label of the constraint of every row; −1 for the second row of an equality, 1 otherwise.
+    normals, limits
+        A (row, unknown, programme) and b (row, programme).
+    directions, offsets
+        What to maximise first, then among equals, and so on: coefficients (goal, unknown,
+        programme) and constants (goal, programme).
+    towards
+        1 if the model maximises, −1 if it minimises: the first goal is the objective times this.
+    """
+
+    names: tuple[str, ...]
+    labels: tuple[str, ...]
+    signs: tuple[float, ...]
+    normals: Floats
+    limits: Floats
+    directions: Floats
+    offsets: Floats
+    towards: float
+
+    @property
+    def usable(self) -> Booleans:
+        """Programmes whose numbers are all numbers; a limit may be infinite."""
+        found = np.isfinite(self.normals).all(axis=(0, 1)) & ~np.isnan(self.limits).any(axis=0)
+        found &= np.isfinite(self.directions).all(axis=(0, 1)) & ~np.isnan(self.offsets).any(axis=0)
+        return np.asarray(found)
+
+
+def linear_form(model: Model, values: Mapping[str, Any], programmes: int = 1) -> LinearForm:
+    """The rows and goals of a linear model.
+
+    Parameters
+    ----------
+    model
+        The declaration.
+    values
+        Values of parameters that differ from the model's, by name.
+    programmes
+        Number of entries of those parameters that are arrays.
+
+    Raises
+    ------
+    NotAffineError
+        If the model is not linear.
+    """
+    names = tuple(variable.name for variable in model.variables)
+    labels: list[str] = []
+    signs: list[float] = []
+    forms: list[Affine] = []
+    for constraint in relations(model):
+        relation = constraint.relation
+        excess = affine(relation.left, values).plus(affine(relation.right, values), -1.0)
+        if relation.sense in ("<=", "=="):
+            labels.append(constraint.label)
+            signs.append(1.0)
+            forms.append(excess)
+        if relation.sense in (">=", "=="):
+            labels.append(constraint.label)
+            signs.append(-1.0 if relation.sense == "==" else 1.0)
+            forms.append(excess.times(-1.0))
+    towards = 1.0 if model.sense == "maximise" else -1.0
+    goals = [affine(model.objective, values).times(towards)]
+    goals += [affine(each, values).times(-1.0) for each in model.preferences]
+    normals, constants = _stack(forms, names, programmes)
+    directions, offsets = _stack(goals, names, programmes)
+    return LinearForm(
+        names,
+        tuple(labels),
+        tuple(signs),
+        normals,
+        -constants,
+        directions,
+        offsets,
+        towards,
+    )
+
+
+def _stack(forms: Sequence[Affine], names: Sequence[str], programmes: int) -> tuple[Floats, Floats]:
+    """Coefficients (form, unknown, programme) and constants (form, programme)."""
+    coefficients = np.zeros((len(forms), len(names), programmes))
+    constants = np.empty((len(forms), programmes))
+    for k, form in enumerate(forms):
+        constants[k] = form.constant
+        for j, name in enumerate(names):
+            if name in form.coefficients:
+                coefficients[k, j] = form.coefficients[name]
+    return coefficients, constants

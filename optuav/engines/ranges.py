@@ -1,0 +1,59 @@
+"""How far the unknowns of a model can go, from their bounds and its linear constraints."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from typing import Any
+
+from optuav.modelling.affine import NotAffineError, affine
+from optuav.modelling.expression import evaluate
+from optuav.modelling.model import Model
+
+Values = Mapping[str, Any]
+
+TOLERANCE = 1e-9
+"""Relative, on the number of slots that fit."""
+
+
+def lower_bounds(model: Model, parameters: Values) -> dict[str, float]:
+    """The stated lower bound of every unknown."""
+    return {each.name: float(evaluate(each.lower, parameters)) for each in model.variables}
+
+
+def own_upper_bounds(model: Model, parameters: Values) -> dict[str, float]:
+    """The stated upper bound of every unknown."""
+    return {each.name: float(evaluate(each.upper, parameters)) for each in model.variables}
+
+
+def implied_upper_bounds(
+    model: Model, parameters: Values, lower: Mapping[str, float]
+) -> dict[str, float]:
+    """Upper bounds that linear constraints put on each unknown, the others at their lower."""
+    upper = dict.fromkeys(lower, math.inf)
+    for constraint in model.constraints:
+        try:
+            form = affine(constraint.relation.left, parameters).plus(
+                affine(constraint.relation.right, parameters), -1.0
+            )
+        except NotAffineError:
+            continue
+        signs = {"<=": (1.0,), ">=": (-1.0,), "==": (1.0, -1.0)}[constraint.relation.sense]
+        for excess in map(form.times, signs):
+            coefficients = excess.coefficients
+            if any(coefficient < 0.0 for coefficient in coefficients.values()):
+                continue
+            least = excess.constant + sum(coefficients[name] * lower[name] for name in coefficients)
+            for name, coefficient in coefficients.items():
+                if coefficient > 0.0:
+                    upper[name] = min(upper[name], lower[name] - least / coefficient)
+    return upper
+
+
+def last_slot(bound_s: float, slot_s: float, *, begun: bool) -> int:
+    """Number of the last slot up to a bound; with `begun`, the one that the bound cuts short."""
+    slots = bound_s / slot_s
+    nearest = round(slots)
+    if abs(slots - nearest) <= TOLERANCE * max(1.0, abs(slots)):
+        return nearest
+    return math.ceil(slots) if begun and slots > 0.0 else math.floor(slots)

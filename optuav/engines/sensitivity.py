@@ -1,0 +1,252 @@
+"""Shadow prices: what one more unit of a parameter brings, from the Lagrangian.
+
+With L(x, λ, p) = f − Σ λ_k g_k for constraints g_k ≤ 0, the best value v(p) has the one-sided
+derivatives v'(p; ±1) = max over optimal x of min over optimal λ of ±∂L/∂p. Where x and λ are
+unique both sides agree; where they are not, the two sides are told apart: optimal points and
+multipliers are then enumerated from the rows that hold with equality.
+
+References
+----------
+.. [1] E. G. Gol'shtein, "Theory of convex programming", AMS, 1972 (marginal values).
+"""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from optuav.engines.linear_form import linear_form
+from optuav.engines.solution import Floats, ShadowPrice, Solution
+from optuav.modelling.affine import NotAffineError
+from optuav.modelling.check import relations
+from optuav.modelling.derivative import Slope, slope
+from optuav.modelling.expression import leaves
+from optuav.modelling.model import Model
+
+Point = Mapping[str, Any]
+ACTIVE = 1e-6
+"""Relative slack below which a constraint counts as holding with equality."""
+NEGLIGIBLE = 1e-7
+"""Multipliers and residuals of stationarity below this share of the largest are zero."""
+SAME = 1e-9
+"""Relative difference below which two objective values are the same."""
+MOST_ROWS = 14
+"""Rows that may hold with equality before their combinations are too many to enumerate."""
+
+
+def shadow_prices(solution: Solution, index: int) -> dict[str, ShadowPrice]:
+    """Shadow price of every parameter of a programme, in objective per unit of the parameter.
+
+    Parameters
+    ----------
+    solution
+        An answer with multipliers.
+    index
+        Number of the programme.
+    """
+    model = solution.model
+    if model is None or not solution.multipliers or not solution.statuses[index].has_answer:
+        return {}
+    parameters = {**model.row(index), **solution.given_at(index)}
+    point = solution.point(index)
+    if solution.regular is not None and solution.regular[index]:
+        rates = _rates(model, {**parameters, **point}, solution.multipliers_at(index))
+        prices = {name: ShadowPrice(float(rate), float(rate)) for name, rate in rates.items()}
+    else:
+        prices = _one_sided(model, parameters, _optimal_points(model, parameters, point))
+    return prices | _at_the_edge(model, parameters, prices)
+
+
+def all_shadow_prices(solution: Solution) -> dict[str, tuple[Floats, Floats]]:
+    """Shadow prices of all programmes at once: by name, arrays of `less` and of `more`.
+
+    NaN where a programme has no answer.
+    """
+    model = solution.model
+    if model is None or not solution.multipliers or solution.regular is None:
+        return {}
+    given = {name: each.value for name, each in model.parameters.items()} | dict(solution.given)
+    weights = {label: np.nan_to_num(values) for label, values in solution.multipliers.items()}
+    rates = _rates(model, {**given, **solution.values}, weights)
+    count = len(solution.statuses)
+    found = {name: np.array(np.broadcast_to(rate, count), float) for name, rate in rates.items()}
+    prices = {name: (rate, rate.copy()) for name, rate in found.items()}
+    for index in np.flatnonzero(~solution.regular):
+        single = shadow_prices(solution, int(index))
+        for name, (less, more) in prices.items():
+            price = single.get(name, ShadowPrice(np.nan, np.nan))
+            less[index], more[index] = price.less, price.more
+    return prices
+
+
+def _at_the_edge(
+    model: Model, parameters: Point, prices: Mapping[str, ShadowPrice]
+) -> dict[str, ShadowPrice]:
+    """Prices of parameters that a step to one side makes infeasible whatever the unknowns do.
+
+    They stand in a constraint without unknowns that holds with equality; the price is infinite on
+    the infeasible side.
+    """
+    worse = -np.inf if model.sense == "maximise" else np.inf
+    found = dict(prices)
+    unknowns = {variable.name for variable in model.variables}
+    for constraint in model.constraints:
+        relation = constraint.relation
+        names = {leaf.name for leaf in leaves(relation.left, relation.right)}
+        if names & unknowns:
+            continue
+        left, right = slope(relation.left, parameters), slope(relation.right, parameters)
+        if abs(left.value - right.value) > ACTIVE * max(1.0, abs(float(right.value))):
+            continue
+        turn = -1.0 if relation.sense == ">=" else 1.0
+        for name in names & found.keys():
+            growth = turn * float(left.by.get(name, 0.0) - right.by.get(name, 0.0))
+            either = relation.sense == "=="
+            if growth > 0.0 or (either and growth):
+                found[name] = found[name]._replace(more=worse)
+            if growth < 0.0 or (either and growth):
+                found[name] = found[name]._replace(less=-worse)
+    return {name: price for name, price in found.items() if price != prices[name]}
+
+
+def _rates(model: Model, values: Point, multipliers: Mapping[str, Any]) -> dict[str, Any]:
+    """∂L/∂p at a point with the given multipliers, by name of the parameter."""
+    objective = slope(model.objective, values)
+    sign = 1.0 if model.sense == "maximise" else -1.0
+    rates: dict[str, Any] = {name: objective.by.get(name, 0.0) for name in model.parameters}
+    for constraint in relations(model):
+        weight = multipliers.get(constraint.label, 0.0)
+        if not np.any(weight):
+            continue
+        relation = constraint.relation
+        left, right = slope(relation.left, values), slope(relation.right, values)
+        if not (left.by.keys() | right.by.keys()) & rates.keys():
+            continue
+        # Both bounds of an unknown share a label: the weight belongs to the one that is met.
+        met = np.abs(left.value - right.value) <= ACTIVE * np.maximum(1.0, np.abs(right.value))
+        weight = sign * np.where(met, weight, 0.0)
+        turn = -1.0 if relation.sense == ">=" else 1.0
+        for side, direction in ((left, turn), (right, -turn)):
+            for name, derivative in side.by.items():
+                if name in rates:
+                    rates[name] = rates[name] - weight * direction * derivative
+    return rates
+
+
+def _optimal_points(model: Model, parameters: Point, point: Point) -> list[Point]:
+    """The answer, and for a linear model the other vertices that are as good."""
+    try:
+        form = linear_form(model, parameters)
+    except NotAffineError:
+        return [point]
+    a, b, c = form.normals[..., 0], form.limits[..., 0], form.directions[0, :, 0]
+    x = np.array([point[name] for name in form.names])
+    best = float(c @ x)
+    finite = np.flatnonzero(np.isfinite(b) & (a != 0.0).any(axis=1))
+    found = [x]
+    if len(finite) <= MOST_ROWS:
+        for rows in itertools.combinations(finite.tolist(), len(x)):
+            square = a[list(rows)]
+            if np.linalg.matrix_rank(square / np.linalg.norm(square, axis=1)[:, None]) < len(x):
+                continue
+            vertex = np.linalg.solve(square, b[list(rows)])
+            size = np.maximum(1.0, np.abs(b[finite]))
+            if ((a[finite] @ vertex - b[finite]) > SAME * size).any():
+                continue
+            if abs(float(c @ vertex) - best) > SAME * max(1.0, abs(best)):
+                continue
+            if not any(np.allclose(vertex, other, rtol=1e-9, atol=1e-9) for other in found):
+                found.append(vertex)
+    return [dict(zip(form.names, each.tolist(), strict=True)) for each in found]
+
+
+def _one_sided(model: Model, parameters: Point, points: list[Point]) -> dict[str, ShadowPrice]:
+    """Both derivatives from all optimal points and multipliers."""
+    sign = 1.0 if model.sense == "maximise" else -1.0
+    local = [_active(model, {**parameters, **point}) for point in points]
+    names = [variable.name for variable in model.variables]
+    common = set.intersection(*(set(each.rows) for each in local))
+    labels = [key for key in local[0].rows if key in common]
+    normals = np.array(
+        [[float(local[0].rows[key].by.get(name, 0.0)) for name in names] for key in labels]
+    ).reshape(len(labels), len(names))
+    goal = sign * np.array([float(local[0].objective.by.get(name, 0.0)) for name in names])
+    if len(labels) > MOST_ROWS:
+        return {}
+    multipliers = list(_basic_multipliers(normals, goal))
+    if not multipliers:
+        return {}
+    prices = {}
+    for name in model.parameters:
+        rates = np.array(
+            [
+                [
+                    sign * float(each.objective.by.get(name, 0.0))
+                    - sum(
+                        weight * float(each.rows[key].by.get(name, 0.0))
+                        for key, weight in zip(labels, weights, strict=True)
+                    )
+                    for weights in multipliers
+                ]
+                for each in local
+            ]
+        )
+        more, less = rates.min(axis=1).max(), rates.max(axis=1).min()
+        prices[name] = ShadowPrice(less=float(sign * less), more=float(sign * more))
+    return prices
+
+
+@dataclass(frozen=True)
+class _Active:
+    """Slopes at a point: of the objective, and of the constraints that hold with equality."""
+
+    objective: Slope
+    rows: Mapping[tuple[int, float], Slope]
+
+
+def _active(model: Model, values: Point) -> _Active:
+    rows: dict[tuple[int, float], Slope] = {}
+    for number, constraint in enumerate(relations(model)):
+        relation = constraint.relation
+        left, right = slope(relation.left, values), slope(relation.right, values)
+        if abs(left.value - right.value) > ACTIVE * max(1.0, abs(float(right.value))):
+            continue
+        for turn in {"<=": (1.0,), ">=": (-1.0,), "==": (1.0, -1.0)}[relation.sense]:
+            by = {
+                name: turn * (left.by.get(name, 0.0) - right.by.get(name, 0.0))
+                for name in {**left.by, **right.by}
+            }
+            if any(name in by for name in (variable.name for variable in model.variables)):
+                rows[number, turn] = Slope(turn * (left.value - right.value), by)
+    return _Active(slope(model.objective, values), rows)
+
+
+def _basic_multipliers(normals: Floats, goal: Floats) -> Iterator[Floats]:
+    """Basic solutions λ ≥ 0 of Σ λ a = c."""
+    count = len(normals)
+    size = max(1.0, float(np.abs(goal).max(initial=0.0)))
+    lengths = np.linalg.norm(normals, axis=1)
+    found: list[Floats] = []
+    for chosen in itertools.chain.from_iterable(
+        itertools.combinations(range(count), k) for k in range(len(goal) + 1)
+    ):
+        rows = list(chosen)
+        if (lengths[rows] == 0.0).any():
+            continue
+        unit = normals[rows] / lengths[rows, None]
+        if rows and np.linalg.matrix_rank(unit, tol=1e-9) < len(rows):
+            continue
+        weights = np.linalg.lstsq(unit.T, goal, rcond=None)[0] if rows else np.empty(0)
+        if np.abs(unit.T @ weights - goal).max(initial=0.0) > NEGLIGIBLE * size:
+            continue
+        if (weights < -NEGLIGIBLE * size).any():
+            continue
+        full = np.zeros(count)
+        full[rows] = np.maximum(weights, 0.0) / lengths[rows]
+        if not any(np.allclose(full, other, rtol=1e-9, atol=1e-12) for other in found):
+            found.append(full)
+            yield full

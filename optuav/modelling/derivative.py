@@ -1,0 +1,101 @@
+"""Exact derivatives of expressions with respect to their variables and parameters.
+
+Every node carries its value and its derivatives by leaf (forward differentiation), so one walk
+serves numbers and arrays alike.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from optuav.modelling.expression import Leaf, Operand, Parameter, fold
+
+
+@dataclass(frozen=True)
+class Slope:
+    """Value of an expression and its derivatives by the names of its leaves."""
+
+    value: Any
+    by: Mapping[str, Any]
+
+
+Partials = Callable[..., tuple[Any, ...]]
+
+PARTIALS: Mapping[np.ufunc, Partials] = {
+    np.add: lambda value, a, b: (1.0, 1.0),
+    np.subtract: lambda value, a, b: (1.0, -1.0),
+    np.multiply: lambda value, a, b: (b, a),
+    np.divide: lambda value, a, b: (1.0 / b, -value / b),
+    np.negative: lambda value, a: (-1.0,),
+    np.positive: lambda value, a: (1.0,),
+    np.absolute: lambda value, a: (np.sign(a),),
+    np.sign: lambda value, a: (0.0,),
+    np.sqrt: lambda value, a: (0.5 / value,),
+    np.exp: lambda value, a: (value,),
+    np.expm1: lambda value, a: (value + 1.0,),
+    np.log: lambda value, a: (1.0 / a,),
+    np.log1p: lambda value, a: (1.0 / (1.0 + a),),
+    np.sin: lambda value, a: (np.cos(a),),
+    np.cos: lambda value, a: (-np.sin(a),),
+    np.arcsin: lambda value, a: (1.0 / np.sqrt(1.0 - a * a),),
+    np.arctan2: lambda value, a, b: (b / (a * a + b * b), -a / (a * a + b * b)),
+    np.maximum: lambda value, a, b: (np.where(a >= b, 1.0, 0.0), np.where(a >= b, 0.0, 1.0)),
+    np.minimum: lambda value, a, b: (np.where(a <= b, 1.0, 0.0), np.where(a <= b, 0.0, 1.0)),
+}
+"""Partial derivatives by argument, from the value and the arguments; powers stand apart."""
+
+
+def slope(expression: Operand, values: Mapping[str, Any]) -> Slope:
+    """Value of an expression and its derivatives with respect to every leaf in it.
+
+    Parameters
+    ----------
+    expression
+        The tree.
+    values
+        Values of the variables by name, and of parameters that differ from their own; numbers or
+        arrays that broadcast.
+
+    Raises
+    ------
+    NotImplementedError
+        If the tree holds a function without a derivative here.
+    """
+
+    def leaf(node: Leaf) -> Slope:
+        own = isinstance(node, Parameter) and node.name not in values
+        return Slope(node.value if own else values[node.name], {node.name: 1.0})  # type: ignore[union-attr]
+
+    found = fold(expression, leaf, _apply)
+    return found if isinstance(found, Slope) else Slope(found, {})
+
+
+def _apply(ufunc: np.ufunc, arguments: tuple[Any, ...]) -> Any:
+    numbers = tuple(each.value if isinstance(each, Slope) else each for each in arguments)
+    value = ufunc(*numbers)
+    if ufunc is np.power:
+        partials = _power_partials(value, numbers, arguments)
+    elif ufunc in PARTIALS:
+        partials = PARTIALS[ufunc](value, *numbers)
+    else:
+        raise NotImplementedError(f"{ufunc.__name__} has no derivative here")
+    by: dict[str, Any] = {}
+    for argument, partial in zip(arguments, partials, strict=True):
+        if isinstance(argument, Slope):
+            for name, derivative in argument.by.items():
+                term = partial * derivative
+                by[name] = by[name] + term if name in by else term
+    return Slope(value, by)
+
+
+def _power_partials(
+    value: Any, numbers: tuple[Any, ...], arguments: tuple[Any, ...]
+) -> tuple[Any, Any]:
+    base, exponent = numbers
+    by_base = exponent * base ** (exponent - 1.0)
+    varies = isinstance(arguments[1], Slope)
+    return by_base, value * np.log(base) if varies else 0.0

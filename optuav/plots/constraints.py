@@ -1,0 +1,219 @@
+"""The (Δ, T') plane of a problem with two unknowns: its grid, its constraints and its optimum."""
+
+from __future__ import annotations
+
+import itertools
+import math
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.patches import Rectangle
+
+from optuav.engines import grid
+from optuav.errors import InputError
+from optuav.mission.sight import Points
+from optuav.modelling import Constraint, Model, Variable, evaluate
+from optuav.modelling.check import relations
+from optuav.plan import Plan
+from optuav.plots.labels import Label, place, settle
+from optuav.plots.style import (
+    BLACK,
+    BLUE,
+    GREEN,
+    GREY,
+    ORANGE,
+    PURPLE,
+    SKY,
+    VERMILLION,
+    YELLOW,
+    group_thousands,
+    page,
+    printed,
+    styled,
+)
+
+COLOURS = (VERMILLION, BLUE, GREEN, PURPLE, ORANGE, SKY)
+BOUND = "#595959"
+"""Colour of the bounds of the unknowns."""
+STEEP = 4.0
+"""Slope on the page from which a label runs along its line."""
+MOST_POINTS = 40
+"""Most points of the grid that are shown along an axis."""
+SAMPLES = 241
+"""Points along an axis at which the constraints are evaluated."""
+MARGIN = 0.07
+"""Share of the plane that is shown beyond the grid."""
+
+
+def plane(
+    model: Model,
+    parameters: Mapping[str, Any],
+    plans: Sequence[Plan] = (),
+    *,
+    slot_s: float = 1.0,
+    ax: Axes | None = None,
+) -> Axes:
+    """Draw the plane of the two unknowns of a problem: rest time across, hover time upwards.
+
+    Every constraint is the line on which the two sides of its declaration meet, with its forbidden
+    side shaded. The points are those of Algorithm 1's grid, thinned out where there are many.
+
+    Parameters
+    ----------
+    model
+        A declared problem with two unknowns, such as P4 (``Program.parts[k].model``).
+    parameters
+        Values of its parameters for one itinerary, as ``model.row(entry)`` gives them.
+    plans
+        Plans to mark, of the same problem and itinerary: continuous ones and ones in slots.
+    slot_s
+        Length of the slots of the grid [s], > 0.
+    ax
+        Where to draw; on a page of its own by default.
+
+    Raises
+    ------
+    InputError
+        If the model does not have two unknowns.
+    """
+    if len(model.variables) != 2:
+        names = ", ".join(each.symbol for each in model.variables)
+        raise InputError(f"a plane needs two unknowns; the problem has {names or 'none'}")
+    upward, across = model.variables
+    with styled():
+        if ax is None:
+            ax = page(7.2, 4.4).subplots()
+        marked = [
+            (plan, tuple(getattr(plan, each.name) for each in (across, upward)))
+            for plan in plans
+            if plan
+        ]
+        counted = grid.axes(model, parameters, slot_s)
+        (left, right), (bottom, top) = (
+            _limits([*values, *(point[k] for _, point in marked)])
+            for k, values in enumerate(reversed(counted))
+        )
+        ax.set(xlim=(left, right), ylim=(bottom, top), title=_title(model, plans))
+        ax.set(xlabel=_words(across), ylabel=_words(upward))
+        group_thousands(ax)
+        cells = _draw_grid(ax, model, parameters, counted, slot_s)
+        labels, lines = _draw_constraints(ax, model, parameters)
+        for plan, point in marked:
+            _mark(ax, plan, point, (across.symbol, upward.symbol))
+        ax.legend(loc="upper left", bbox_to_anchor=(1.01, 1.0), labelspacing=0.9)
+        settle(ax)
+        place(ax, labels, lines, [[point] for point in cells])
+    return ax
+
+
+def _title(model: Model, plans: Sequence[Plan]) -> str:
+    route = next((plan.route for plan in plans if plan), ())
+    return "\n".join([model.title, *([" → ".join(map(printed, route))] if route else [])])
+
+
+def _limits(values: Sequence[float]) -> tuple[float, float]:
+    highest = max([0.0, *values]) or 1.0
+    return -MARGIN * highest, (1.0 + MARGIN) * highest
+
+
+def _words(variable: Variable) -> str:
+    words = variable.name.removesuffix(f"_{variable.unit}").replace("_", " ")
+    return f"{words} {variable.symbol} [{variable.unit}]"
+
+
+def _draw_grid(
+    ax: Axes, model: Model, parameters: Mapping[str, Any], counted: list[Points], slot_s: float
+) -> Points:
+    """Draw the grid, dots where it is feasible and crosses elsewhere; the points (n, 2) shown."""
+    every = max(1, *(math.ceil(len(values) / MOST_POINTS) for values in counted))
+    upward, across = (values[::every] for values in counted)
+    names = [variable.name for variable in model.variables]
+    points = dict(zip(names, (upward, across[:, None]), strict=True))
+    feasible = grid.cells(grid.tests(model, parameters), points)
+    x, y = np.broadcast_arrays(across[:, None], upward)
+    thinned = f", every {every}{_ordinal(every)} shown" if every > 1 else ""
+    for which, marker, size, colour, words in (
+        (feasible, "o", 1.8, BLACK, "feasible"),
+        (~feasible, "x", 2.2, GREY, "not feasible"),
+    ):
+        if not which.any():
+            continue
+        label = f"{words}\n(slots of {slot_s:g} s{thinned})"
+        dots = ax.plot(x[which], y[which], marker, markersize=size, color=colour, label=label)
+        dots[0].set_markeredgewidth(0.5)
+    return np.stack([x.ravel(), y.ravel()], axis=1)
+
+
+def _ordinal(number: int) -> str:
+    if number % 100 in (11, 12, 13):
+        return "th"
+    return {1: "st", 2: "nd", 3: "rd"}.get(number % 10, "th")
+
+
+def _draw_constraints(
+    ax: Axes, model: Model, parameters: Mapping[str, Any]
+) -> tuple[list[Label], list[Points]]:
+    """Draw all boundaries with their forbidden sides; their labels and lines."""
+    upward, across = model.variables
+    x, y = np.meshgrid(
+        np.linspace(*ax.get_xlim(), SAMPLES),
+        np.linspace(*ax.get_ylim(), SAMPLES),
+    )
+    values = {**parameters, across.name: x, upward.name: y}
+    labels, lines = list[Label](), list[Points]()
+    colours = itertools.cycle(COLOURS)
+    for constraint in relations(model):
+        colour = next(colours) if constraint.declared_at else BOUND
+        excess = np.broadcast_to(_excess(constraint, values), x.shape)
+        if constraint.relation.sense != "==" and excess.min() < 0.0:
+            lowest = [excess.min(), min(0.0, excess.max())]
+            ax.contourf(x, y, excess, levels=lowest, colors=[colour], alpha=0.1, zorder=0.5)
+        if excess.max() < 0.0:
+            words = f"{constraint.label}\n(holds nowhere here)"
+            ax.add_patch(Rectangle((0.0, 0.0), 0.0, 0.0, color=colour, alpha=0.2, label=words))
+        if not excess.min() < 0.0 < excess.max():
+            continue
+        drawn = ax.contour(x, y, excess, levels=[0.0], colors=[colour], linewidths=1.4, zorder=3)
+        found = [np.asarray(line) for line in drawn.get_paths()[0].to_polygons(closed_only=False)]
+        lines += found
+        longest = max(found, key=len)
+        middle, steep = _middle(ax, longest)
+        style = {"color": colour, "rotation": 90.0 if steep else 0.0}
+        labels.append(Label(constraint.label, middle, style=style))
+    return labels, lines
+
+
+def _middle(ax: Axes, line: Points) -> tuple[tuple[float, float], bool]:
+    """The point half-way along a line as it is seen, and whether the line is steep there."""
+    seen = ax.transAxes.inverted().transform(ax.transData.transform(line))
+    steps = np.diff(seen, axis=0)
+    along = np.concatenate([[0.0], np.cumsum(np.hypot(*steps.T))])
+    half = 0.5 * along[-1]
+    x, y = (float(np.interp(half, along, each)) for each in line.T)
+    across, upward = np.abs(steps[min(np.searchsorted(along, half), len(steps)) - 1])
+    return (x, y), bool(upward > STEEP * across)
+
+
+def _excess(constraint: Constraint, values: Mapping[str, Any]) -> Any:
+    """By how much a constraint holds; forbidden where negative."""
+    relation = constraint.relation
+    left, right = evaluate(relation.left, values), evaluate(relation.right, values)
+    return right - left if relation.sense == "<=" else left - right
+
+
+def _mark(ax: Axes, plan: Plan, point: tuple[float, ...], symbols: tuple[str, str]) -> None:
+    times = ", ".join(f"{s} = {t:.2f} s" for s, t in zip(symbols, point, strict=True))
+    continuous = plan.slot_s is None
+    words = "optimum" if continuous else f"optimum in slots of {plan.slot_s:g} s"
+    ax.plot(
+        *point,
+        "*" if continuous else "s",
+        markersize=11.0 if continuous else 9.0,
+        markerfacecolor=YELLOW if continuous else "none",
+        markeredgecolor=BLACK,
+        markeredgewidth=0.9,
+        zorder=6,
+        label=f"{words}\n{times}",
+    )

@@ -1,0 +1,103 @@
+"""Pictures of a plan as files."""
+
+from __future__ import annotations
+
+import contextlib
+import io
+import os
+from collections.abc import Iterator
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from optuav.mission.files import refusal
+from optuav.plan import Phase, Plan
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+
+def save_pictures(plan: Plan, directory: str | Path) -> list[Path]:
+    """Write the pictures of a plan as PNG files.
+
+    ``map.png``, ``battery.png``, and ``leg.png`` of the first leg that the flight model describes;
+    the map alone where there is no plan. The same plan gives the same bytes.
+
+    Parameters
+    ----------
+    plan
+        Any plan.
+    directory
+        Where to write; made if it is missing. Files of these names are replaced.
+
+    Returns
+    -------
+    The files that were written.
+
+    Raises
+    ------
+    InputError
+        If matplotlib is missing, or the directory cannot be made or written to. Every file is
+        written whole or not at all.
+    """
+    folder = Path(directory)
+    with _refusals(folder, "made"):
+        folder.mkdir(parents=True, exist_ok=True)
+    pictures = {name: _png(figure) for name, figure in _figures(plan)}
+    for name, content in pictures.items():
+        _write(folder / name, content)
+    return [folder / name for name in pictures]
+
+
+def _figures(plan: Plan) -> Iterator[tuple[str, Figure | None]]:
+    from optuav.plots import battery, leg, mission_map
+
+    yield "map.png", mission_map(plan).plan.get_figure(root=True)
+    if plan:
+        yield "battery.png", battery(plan).wells.get_figure(root=True)
+    first = modelled_leg(plan)
+    if first is not None:
+        drawn = leg(plan.mission, first.start_place, first.end_place)
+        yield "leg.png", drawn.speed.get_figure(root=True)
+
+
+def modelled_leg(plan: Plan) -> Phase | None:
+    """The first leg that takes time and has its figures from the flight model, if there is one."""
+    legs = (each for each in plan.phases if each.kind == "flight")
+    return next((each for each in legs if each.duration_s > 0.0 and not each.edited), None)
+
+
+def _png(figure: Figure | None) -> bytes:
+    from optuav.plots.style import styled
+
+    assert figure is not None
+    content = io.BytesIO()
+    figure.set_layout_engine("none")  # the picture is laid out already
+    with styled():
+        # By default matplotlib signs the file with its version.
+        figure.savefig(content, format="png", dpi=figure.dpi, metadata={"Software": None})
+    return content.getvalue()
+
+
+def _write(path: Path, content: bytes) -> None:
+    """Write a file whole, or leave what was there."""
+    temporary = path.with_name(f".{os.urandom(8).hex()}.tmp")
+    with _refusals(path, "written"):
+        try:
+            temporary.write_bytes(content)
+            os.replace(temporary, path)
+        finally:
+            with contextlib.suppress(OSError):
+                temporary.unlink(missing_ok=True)
+
+
+@contextlib.contextmanager
+def _refusals(path: Path, done: str) -> Iterator[None]:
+    """Turn the system's errors into ours."""
+    try:
+        yield
+    except FileExistsError:
+        raise refusal(path, "is not a directory") from None
+    except OSError as error:
+        raise refusal(path, f"cannot be {done}: {error.strerror}") from None
+    except ValueError:
+        raise refusal(path, "is not a possible path") from None

@@ -1,0 +1,138 @@
+"""A program handed to an engine once, to be solved often with changed parameters."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from optuav.engines.solution import Solution, stacked
+from optuav.errors import Fault, InputError
+from optuav.solving.dispatch import chosen_engine
+from optuav.solving.planning import Part
+from optuav.solving.question import Question
+
+if TYPE_CHECKING:
+    from optuav.solving.program import Program
+
+Solver = Callable[[Mapping[str, Any]], Solution]
+
+
+class CompiledProgram:
+    """What `Program.compile` returns.
+
+    Parameters
+    ----------
+    program
+        The declared models.
+    question
+        What was asked, with the engine to use.
+
+    Raises
+    ------
+    InputError
+        If nothing can be flown, or the engine does not take the models.
+    """
+
+    def __init__(self, program: Program, question: Question) -> None:
+        if not program.parts:
+            raise InputError(f"nothing to compile: {'; '.join(program.reasons)}")
+        self.program = program
+        self.question = question
+        self._solvers = [_solver(part, question) for part in program.parts]
+
+    @property
+    def parameters(self) -> tuple[str, ...]:
+        """Names of the parameters that `solve` may change."""
+        names = (name for part in self.program.parts for name in part.model.parameters)
+        return tuple(dict.fromkeys(names))
+
+    def solve(self, **values: Any) -> Solution:
+        """Solve again with other values of named parameters, the rest as in the mission.
+
+        Parameters
+        ----------
+        values
+            For example ``deadline_s=900, min_soc=0.1``: numbers, or for figures of itineraries
+            arrays with one entry an itinerary where all of them belong to one declaration.
+
+        Returns
+        -------
+        The solution of the best itinerary alone; its fields have one entry.
+
+        Raises
+        ------
+        InputError
+            If a name is no parameter of the program, or a value is no number.
+        SolverError
+            If the engine fails.
+        """
+        self._refuse(values)
+        solutions = [solver(values) for solver in self._solvers]
+        chosen = self.program.best(solutions)
+        if chosen is None:
+            return solutions[0].only(0)
+        number, entry = chosen
+        return solutions[number].only(entry)
+
+    def _refuse(self, values: Mapping[str, Any]) -> None:
+        known = self.parameters
+        faults = [
+            Fault(
+                name, repr(value), f"is no parameter of the program; there are {', '.join(known)}"
+            )
+            for name, value in values.items()
+            if name not in known
+        ]
+        faults += [
+            Fault(name, repr(value), "a finite number is needed")
+            for name, value in values.items()
+            if name in known and not _is_number(value)
+        ]
+        if faults:
+            raise InputError(faults)
+
+
+def _is_number(value: Any) -> bool:
+    if isinstance(value, bool):
+        return False
+    try:
+        return bool(np.isfinite(np.asarray(value, dtype=float)).all())
+    except (TypeError, ValueError):
+        return False
+
+
+def _solver(part: Part, asked: Question) -> Solver:
+    """A call that solves all programmes of a part with changed parameters."""
+    engine, count = chosen_engine(part.model, asked), len(part.routes)
+    if engine == "closed-form":
+        from optuav.engines import closed_form
+
+        return lambda values: closed_form.solve(part.model, count, values)
+    if engine == "grid":
+        from optuav.engines import grid
+
+        slot_s, limit_s = asked.slot_s, asked.time_limit_s
+        assert slot_s is not None
+        return lambda values: grid.solve(part.model, count, slot_s, limit_s, values)
+    compiled: Any
+    if engine == "cvxpy":
+        from optuav.engines import linear
+
+        solver = asked.solver or linear.DEFAULT_SOLVER
+        compiled = linear.Compiled(part.model, asked.slot_s, asked.time_limit_s, solver)
+    else:
+        from optuav.engines import smooth
+
+        compiled = smooth.Compiled(part.model, asked.time_limit_s)
+    if count == 1:
+        rows = part.model.row(0)
+        return lambda values: compiled.solve({**rows, **_entry(values, 0)})
+    return lambda values: stacked(
+        [compiled.solve({**part.model.row(k), **_entry(values, k)}) for k in range(count)]
+    )
+
+
+def _entry(values: Mapping[str, Any], index: int) -> dict[str, float]:
+    return {name: float(np.ravel(v)[index] if np.ndim(v) else v) for name, v in values.items()}

@@ -1,0 +1,61 @@
+"""Which engine answers, and handing it the model; engines load on first use."""
+
+from __future__ import annotations
+
+from optuav.engines.capabilities import need, takers
+from optuav.engines.solution import Solution
+from optuav.errors import InputError
+from optuav.modelling import Model
+from optuav.modelling.traits import traits
+from optuav.solving.question import AUTO, Question
+
+
+def chosen_engine(model: Model, asked: Question) -> str:
+    """Name of the engine that answers a question about a model.
+
+    Raises
+    ------
+    InputError
+        If the engine that was asked for does not take the model, or none does.
+    """
+    slots = asked.slot_s is not None
+    found = traits(model)
+    if asked.engine != AUTO:
+        need(asked.engine, found, slots)
+        return asked.engine
+    engines = takers(found, slots)
+    if slots and "grid" in engines:
+        return "grid"
+    if not engines:
+        raise InputError(f"no engine takes this model: {found}")
+    return engines[0]
+
+
+def answer(model: Model, programmes: int, asked: Question) -> Solution:
+    """Answers to all programmes of a model.
+
+    Raises
+    ------
+    InputError
+        If no engine takes the model.
+    SolverError
+        If the engine fails or the time limit passes.
+    """
+    engine = chosen_engine(model, asked)
+    if engine == "closed-form":
+        from optuav.engines import closed_form
+
+        return closed_form.solve(model, programmes)
+    if engine == "cvxpy":
+        from optuav.engines import linear
+
+        solver = asked.solver or linear.DEFAULT_SOLVER
+        return linear.solve(model, programmes, asked.slot_s, asked.time_limit_s, solver)
+    if engine == "casadi":
+        from optuav.engines import smooth
+
+        return smooth.solve(model, programmes, asked.time_limit_s)
+    from optuav.engines import grid
+
+    assert asked.slot_s is not None
+    return grid.solve(model, programmes, asked.slot_s, asked.time_limit_s)

@@ -1,0 +1,55 @@
+"""The three ways to write the state of charge, by hand and against each other."""
+
+from __future__ import annotations
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from formulations.perspectives import PERSPECTIVES, adjusted, battery
+from tests.formulations.given import quantities
+
+
+@pytest.mark.parametrize(
+    ("perspective", "hover_s", "rest_s", "expected"),
+    [
+        # 100 A s in flight, 10 A of hover, 5 A of rest, of 1000 A s
+        ("battery", 0.0, 0.0, 0.9),
+        ("battery", 60.0, 0.0, 0.3),
+        ("battery", 60.0, 40.0, 0.5),
+        # 1500 J in flight, 105 W of hover less 15 W received, 50 W of rest, of 10 kJ
+        ("energy", 0.0, 0.0, 0.85),
+        ("energy", 60.0, 0.0, 0.31),
+        ("energy", 60.0, 40.0, 0.51),
+        # 1500 J of 15 kJ, 105 W of 10.5 kJ, 15 W and 50 W of 10 kJ
+        ("adjusted", 0.0, 0.0, 0.9),
+        ("adjusted", 60.0, 0.0, 0.39),
+        ("adjusted", 60.0, 40.0, 0.59),
+    ],
+)
+def test_by_hand(perspective: str, hover_s: float, rest_s: float, expected: float) -> None:
+    found = PERSPECTIVES[perspective](quantities(), hover_s, rest_s)
+    assert found == pytest.approx(expected, abs=1e-12)
+
+
+VOLTAGES = st.floats(5.0, 50.0)
+TIMES = st.floats(0.0, 1e3)
+
+
+@given(VOLTAGES, VOLTAGES, VOLTAGES, TIMES, TIMES, st.floats(0.0, 9.0))
+def test_adjusted_is_battery_where_energies_are_charges_at_a_voltage(
+    nominal_V: float, flight_V: float, hover_V: float, hover_s: float, rest_s: float, laser_A: float
+) -> None:
+    """E_1 and E_2 hold B at the voltages of flight and hover, the laser feeds at the nominal."""
+    given = quantities(
+        nominal_voltage_V=nominal_V,
+        flight_energy_J=100.0 * flight_V,
+        flight_battery_J=1000.0 * flight_V,
+        hover_power_W=(10.0 + laser_A) * hover_V,
+        hover_battery_J=1000.0 * hover_V,
+        hover_received_W=laser_A * nominal_V,
+        rest_received_W=5.0 * nominal_V,
+    )
+    assert adjusted(given, hover_s, rest_s) == pytest.approx(
+        battery(given, hover_s, rest_s), abs=1e-9
+    )

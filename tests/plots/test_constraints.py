@@ -1,0 +1,129 @@
+"""The (Δ, T') plane draws what the model declares."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+import pytest
+
+pytest.importorskip("matplotlib")
+from matplotlib.axes import Axes
+from matplotlib.contour import ContourSet
+from matplotlib.figure import Figure
+
+import optuav
+from optuav import plots
+from optuav.errors import InputError
+
+Drawn = tuple[Axes, list[optuav.Plan]]
+
+
+def plane(mission: optuav.Mission | str, slot_s: float, **options: Any) -> Drawn:
+    """The plane of a P4 that rests first on b1, with its optima marked."""
+    asked = {"problem": "P4", "building": "b1", "order": "rest-first", **options}
+    (part,) = optuav.formulate(mission, **asked).parts
+    plans = [
+        optuav.solve(mission, **asked),
+        optuav.solve(mission, engine="grid", slot_s=slot_s, **asked),
+    ]
+    ax = plots.plane(part.model, part.model.row(0), plans, slot_s=slot_s)
+    return ax, plans
+
+
+@pytest.fixture(scope="module")
+def drawn() -> Drawn:
+    """The plane of `paper`."""
+    return plane("paper", 1.0)
+
+
+def boundaries(ax: Axes) -> list[np.ndarray[Any, Any]]:
+    """Corners of the lines on which constraints hold with equality."""
+    contours = [each for each in ax.collections if isinstance(each, ContourSet)]
+    lines = [each for each in contours if not each.filled]
+    return [np.concatenate([path.vertices for path in each.get_paths()]) for each in lines]
+
+
+def distance(point: tuple[float, float], line: np.ndarray[Any, Any]) -> float:
+    """Distance of a point from a chain of corners."""
+    steps = np.diff(line, axis=0)
+    squared = np.maximum((steps**2).sum(axis=1), 1e-300)
+    share = np.clip(((point - line[:-1]) * steps).sum(axis=1) / squared, 0.0, 1.0)
+    return float(np.hypot(*(line[:-1] + share[:, None] * steps - point).T).min())
+
+
+def test_both_binding_constraints_pass_through_the_optimum(drawn: Drawn) -> None:
+    ax, (continuous, _) = drawn
+    assert continuous.hover_time_s == pytest.approx(719.5399, abs=1e-4)
+    point = (continuous.rest_time_s, continuous.hover_time_s)
+    near = sorted(distance(point, line) for line in boundaries(ax))
+    assert len(near) == 4
+    assert near[:2] == pytest.approx([0.0, 0.0], abs=1e-6)
+    assert near[2] > 100.0
+
+
+def test_optima_are_marked_where_they_are(drawn: Drawn) -> None:
+    ax, plans = drawn
+    marked = {line.get_marker(): line.get_xydata().tolist() for line in ax.lines}
+    for marker, plan in zip("*s", plans, strict=True):
+        assert marked[marker] == [[plan.rest_time_s, plan.hover_time_s]]
+    assert marked["s"][0][1] == 719.0
+
+
+def test_points_of_the_grid_are_feasible_where_the_battery_and_the_deadline_allow(
+    drawn: Drawn,
+) -> None:
+    """Counted again, ampere second by ampere second, from the phases of the plan."""
+    ax, (plan, _) = drawn
+    current = {phase.kind: phase.current_A for phase in plan.phases}
+    flights = [phase for phase in plan.phases if phase.kind == "flight"]
+    flown_As = sum(phase.current_A * phase.duration_s for phase in flights)
+    points = {line.get_marker(): np.asarray(line.get_xydata()) for line in ax.lines}
+    for marker, feasible in (("o", True), ("x", False)):
+        rest_s, hover_s = points[marker].T
+        left_As = 72_000.0 + flown_As + current["rest"] * rest_s + current["hover"] * hover_s
+        allowed = (left_As >= 0.05 * 72_000.0) & (rest_s + hover_s <= 1200.0 - plan.flight_time_s)
+        assert (allowed == feasible).all()
+        assert len(rest_s) > 300
+
+
+def test_constraints_are_named_as_declared(drawn: Drawn) -> None:
+    ax, _ = drawn
+    words = {text.get_text() for text in ax.texts}
+    assert words == {
+        "P4.a state of charge",
+        "P4.b deadline",
+        "bounds of Δ",
+        "bounds of T'",
+    }
+    assert ax.get_xlabel() == "rest time T' [s]"
+    assert ax.get_ylabel() == "hover time Δ [s]"
+
+
+@pytest.mark.parametrize(
+    ("name", "values", "slot_s"),
+    [
+        ("paper", {}, 1.0),
+        ("paper-table2", {}, 1.0),
+        ("paper", {"limits.deadline_s": 800}, 60.0),
+        ("paper", {"laser": None}, 7.0),
+        ("paper", {"limits.deadline_s": 60}, 1.0),
+        ("paper", {"battery.capacity_As": 1000}, 1.0),
+    ],
+    ids=["paper", "paper-table2", "coarse", "no laser", "too late", "too small a battery"],
+)
+def test_planes_are_drawn_without_texts_on_each_other(
+    name: str,
+    values: dict[str, Any],
+    slot_s: float,
+    overlaps: Callable[[Figure], list[tuple[str, str]]],
+) -> None:
+    ax, _ = plane(optuav.load(name).replace(values), slot_s)
+    assert overlaps(ax.figure) == []
+
+
+def test_a_problem_with_one_unknown_has_no_plane() -> None:
+    (part,) = optuav.formulate("paper", "P3").parts
+    with pytest.raises(InputError, match="needs two unknowns; the problem has Δ"):
+        plots.plane(part.model, part.model.row(0))

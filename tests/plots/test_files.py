@@ -1,0 +1,111 @@
+"""Pictures as files: which, whole or not at all, the same bytes again."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+matplotlib = pytest.importorskip("matplotlib")
+
+import optuav  # noqa: E402
+from optuav import plots  # noqa: E402
+from optuav.errors import InputError  # noqa: E402
+
+PNG = b"\x89PNG\r\n\x1a\n"
+
+
+@pytest.fixture(scope="module")
+def nothing(paper: optuav.Plan) -> optuav.Plan:
+    """A plan that says that there is none; it has one picture only."""
+    return optuav.solve(paper.mission.replace({"limits.deadline_s": 10}))
+
+
+def settings() -> dict[str, object]:
+    """The user's settings; to look at the backend would choose one."""
+    return {key: matplotlib.rcParams[key] for key in matplotlib.rcParams if key != "backend"}
+
+
+def test_bytes_do_not_depend_on_the_users_settings(paper: optuav.Plan, tmp_path: Path) -> None:
+    first = plots.save_pictures(paper, tmp_path / "new" / "first")
+    with matplotlib.rc_context({"font.size": 30.0, "axes.grid": True, "savefig.dpi": 40}):
+        mine = settings()
+        second = plots.save_pictures(paper, str(tmp_path / "second"))
+        assert settings() == mine
+    assert [path.name for path in first] == ["map.png", "battery.png", "leg.png"]
+    for one, other in zip(first, second, strict=True):
+        content = one.read_bytes()
+        assert content.startswith(PNG)
+        assert content == other.read_bytes()
+        assert b"Software" not in content
+
+
+def test_without_a_plan_there_is_a_map_alone(nothing: optuav.Plan, tmp_path: Path) -> None:
+    written = plots.save_pictures(nothing, tmp_path)
+    assert written == [tmp_path / "map.png"] == list(tmp_path.iterdir())
+
+
+def test_a_leg_with_figures_of_the_user_is_not_drawn_from_the_model(paper: optuav.Plan) -> None:
+    from optuav.plots import files
+
+    edited = [phase.model_copy(update={"edited": True}) for phase in paper.phases]
+    plan = paper.model_copy(update={"phases": tuple(edited)})
+    assert files.modelled_leg(plan) is None
+    shown = files.modelled_leg(paper)
+    assert shown is not None
+    assert (shown.start_place, shown.end_place) == ("origin", "b1")
+
+
+def test_places_that_cannot_be_written_are_refused(nothing: optuav.Plan, tmp_path: Path) -> None:
+    file = tmp_path / "file"
+    file.write_text("mine")
+    with pytest.raises(InputError, match="file: is not a directory"):
+        plots.save_pictures(nothing, file)
+    with pytest.raises(InputError, match="cannot be made: Not a directory"):
+        plots.save_pictures(nothing, file / "pictures")
+    with pytest.raises(InputError, match="not a possible path"):
+        plots.save_pictures(nothing, "nul\0")
+    assert file.read_text() == "mine"
+
+
+def test_a_file_is_written_whole_or_not_at_all(nothing: optuav.Plan, tmp_path: Path) -> None:
+    (tmp_path / "map.png").mkdir()
+    with pytest.raises(InputError, match=r"map\.png: cannot be written"):
+        plots.save_pictures(nothing, tmp_path)
+    assert list(tmp_path.iterdir()) == [tmp_path / "map.png"]
+
+
+def test_matplotlib_is_imported_late_and_missed_in_words() -> None:
+    code = """
+import sys
+import optuav.plots.files
+assert not any(name.partition(".")[0] == "matplotlib" for name in sys.modules)
+sys.modules["matplotlib"] = None
+try:
+    optuav.plots.battery
+except optuav.errors.InputError as error:
+    print(error)
+"""
+    ran = subprocess.run(
+        [sys.executable, "-c", code], capture_output=True, text=True, check=True, timeout=60
+    )
+    assert ran.stdout.strip() == 'pictures need matplotlib: pip install "optuav[plot]"'
+
+
+def test_no_window_is_opened_and_no_backend_chosen() -> None:
+    code = """
+import sys, optuav, optuav.plots
+optuav.plots.leg(optuav.load("paper-table2"), "origin", "b1").speed.figure.savefig(sys.argv[1])
+import matplotlib
+print("matplotlib.pyplot" in sys.modules, matplotlib.get_backend(auto_select=False))
+"""
+    ran = subprocess.run(
+        [sys.executable, "-c", code, "/dev/null"],
+        capture_output=True,
+        text=True,
+        check=True,
+        timeout=60,
+    )
+    assert ran.stdout.split() == ["False", "None"]

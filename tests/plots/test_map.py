@@ -1,0 +1,218 @@
+"""The map shows the places, reach, sight and routes that the mission has."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+import pytest
+
+pytest.importorskip("matplotlib")
+from matplotlib.collections import LineCollection
+from matplotlib.colors import to_rgba
+from matplotlib.figure import Figure
+from matplotlib.patches import Circle
+
+import optuav
+from optuav import plots
+from optuav.errors import InputError
+from optuav.mission import vehicle
+from optuav.physics import link
+from optuav.plots.style import VERMILLION
+
+TRAJECTORIES = ("direct", "traj1", "traj2", "optimal")
+WALL = {"name": "wall", "position_m": [600, 150, 70], "footprint_m": [20, 200]}
+
+
+def changed(**values: Any) -> optuav.Mission:
+    """The mission `paper` with other values; two underscores stand for a dot."""
+    return optuav.load("paper").replace({k.replace("__", "."): v for k, v in values.items()})
+
+
+def scattered(count: int) -> list[dict[str, Any]]:
+    """Buildings at random, but always the same, places."""
+    random = np.random.default_rng(20)
+    places = random.uniform((0.0, 100.0), (2000.0, 2300.0), (count, 2))
+    return [
+        {"name": f"house {k}", "position_m": [x, y, 60.0], "footprint_m": [20, 20]}
+        for k, (x, y) in enumerate(places.tolist())
+    ]
+
+
+ODD = {
+    "one polygon with an unprintable name": {
+        "buildings": [
+            {
+                "name": "a $long$ name, 中文 and \\alpha^2 and more of it",
+                "position_m": [600, 900, 60],
+                "footprint_m": [[300, 800], [900, 800], [900, 1000], [600, 900], [300, 1000]],
+            }
+        ]
+    },
+    "out of reach": {"link__noise_power_W": 1.0},
+    "round trip": {"route__destination_m": [0, 0, 50]},
+    "wide, without footprints": {
+        "route__destination_m": [20000, 0, 50],
+        "link__device_m": [9000, 100, 0],
+        "buildings": [{"name": "b", "position_m": [600, 900, 60]}],
+    },
+    "all at one point": {
+        "route__destination_m": [0, 0, 50],
+        "route__hover_m": [0, 0, 50],
+        "link__device_m": [0, 0, 0],
+        "laser__position_m": [0, 0, 0],
+        "buildings": [],
+    },
+    "no laser and a reach beyond the map": {"laser": None, "link__noise_power_W": 1e-9},
+}
+
+
+@pytest.fixture(scope="module")
+def drawn(paper: optuav.Plan) -> plots.MapAxes:
+    """The map of the plan for `paper`."""
+    return plots.mission_map(paper)
+
+
+@pytest.mark.parametrize("values", ODD.values(), ids=ODD)
+def test_odd_missions_are_drawn_without_texts_on_each_other(
+    values: dict[str, Any], overlaps: Callable[[Figure], list[tuple[str, str]]]
+) -> None:
+    figure = plots.mission_map(optuav.solve(changed(**values))).plan.figure
+    assert overlaps(figure) == []
+
+
+@pytest.mark.parametrize("picture", ["map", "trajectories"])
+@pytest.mark.parametrize("name", ["paper", "paper-table2"])
+def test_shipped_missions_are_drawn_without_texts_on_each_other(
+    name: str, picture: str, overlaps: Callable[[Figure], list[tuple[str, str]]]
+) -> None:
+    if picture == "map":
+        axes = plots.mission_map(optuav.solve(name))
+    else:
+        axes = plots.trajectories({t: optuav.solve(name, trajectory=t) for t in TRAJECTORIES})
+    assert overlaps(axes.plan.figure) == []
+    labels = [words for ax in axes for words in (ax.get_xlabel(), ax.get_ylabel())]
+    assert all(words.endswith("[m]") for words in labels)
+
+
+def test_many_buildings_are_all_drawn_but_not_all_named(
+    overlaps: Callable[[Figure], list[tuple[str, str]]],
+) -> None:
+    mission = changed(buildings=scattered(200), flight__through_buildings=True)
+    plan = optuav.solve(mission)
+    axes = plots.mission_map(plan)
+    assert overlaps(axes.plan.figure) == []
+    footprints = axes.plan.collections[-1]
+    assert len(footprints.get_paths()) == 200
+    written = [text.get_text().splitlines()[0] for text in axes.plan.texts if text.get_text()]
+    assert 0 < sum(words.startswith("house") for words in written) < 200
+    assert set(plan.route) - {"origin", "hover", "destination"} <= set(written)
+
+
+def test_laying_out_again_moves_nothing(paper: optuav.Plan) -> None:
+    """Labels stand where they were placed, whoever draws the figure afterwards."""
+    for axes in (plots.mission_map(paper), plots.battery(paper)):
+        before = [ax.get_position().bounds for ax in axes]
+        axes[0].figure.draw_without_rendering()
+        assert np.ravel([ax.get_position().bounds for ax in axes]) == pytest.approx(
+            np.ravel(before), abs=2e-3
+        )
+
+
+def test_a_mission_alone_shows_the_direct_route(paper: optuav.Plan) -> None:
+    axes = plots.mission_map(paper.mission)
+    hover = vehicle.hover_point_m(paper.mission)
+    drawn = [line.get_xydata().tolist() for line in axes.plan.lines if len(line.get_xdata()) == 2]
+    assert drawn == [[[0.0, 0.0], list(hover[:2])], [list(hover[:2]), [2000.0, 0.0]]]
+
+
+def test_a_plan_that_does_not_exist_says_why() -> None:
+    plan = optuav.solve(changed(link__noise_power_W=1.0))
+    axes = plots.mission_map(plan)
+    legend = axes.plan.figure.axes[-1].get_legend()
+    assert "infeasible" in axes.plan.get_title(loc="left")
+    assert legend.get_title().get_text().replace("\n", " ") == plan.reasons[0]
+
+
+def test_the_rim_of_the_disc_has_the_outage_that_is_allowed(
+    paper: optuav.Plan, drawn: plots.MapAxes
+) -> None:
+    (disc,) = [each for each in drawn.plan.patches if isinstance(each, Circle)]
+    assert disc.center == (1000.0, 3000.0)
+    distance_m = math.hypot(disc.radius, 50.0)
+    outage = link.outage_probability(vehicle.channel(paper.mission), distance_m)
+    assert outage == pytest.approx(1e-2, rel=1e-9)
+
+
+def test_only_the_sight_line_through_the_wall_is_blocked() -> None:
+    mission = changed(laser__position_m=[1000, 0, 5])
+    buildings = [building.model_dump() for building in mission.buildings]
+    axes = plots.mission_map(mission.replace({"buildings": [*buildings, WALL]}))
+    lines = {
+        tuple(each.get_color()[0][:3]): each.get_segments()
+        for each in axes.plan.collections
+        if isinstance(each, LineCollection)
+    }
+    blocked = lines.pop(to_rgba(VERMILLION)[:3])
+    assert [segment.tolist() for segment in blocked] == [[[1000.0, 0.0], [50.0, 300.0]]]
+    (clear,) = lines.values()
+    assert len(clear) == 11
+
+
+def test_the_way_from_the_side_has_the_lengths_and_heights_of_the_route(
+    drawn: plots.MapAxes,
+) -> None:
+    (way,) = [line for line in drawn.height.lines if len(line.get_xdata()) == 4]
+    first, second = math.hypot(50.0, 300.0), math.hypot(950.0, 2501.0152 - 300.0)
+    third = math.hypot(1000.0, 2501.0152)
+    assert way.get_xdata() == pytest.approx(np.cumsum([0.0, first, second, third]), abs=1e-3)
+    assert list(way.get_ydata()) == [50.0, 60.0, 50.0, 50.0]
+    assert {patch.get_height() for patch in drawn.height.patches[:2]} == {60.0}
+    assert min(patch.get_x() for patch in drawn.height.patches[:2]) < first
+
+
+def test_stops_are_named_with_their_times(drawn: plots.MapAxes) -> None:
+    written = [text.get_text() for text in drawn.plan.texts]
+    assert "b1\nrest 392.1 s\nfrom 14.5 s" in written
+    assert "hover point $\\mathbf{w}_U$\nhover 719.5 s\nfrom 442.6 s" in written
+
+
+def test_identical_routes_lie_side_by_side(paper: optuav.Plan) -> None:
+    axes = plots.trajectories({"traj2": paper, "optimal": paper})
+    figure = axes.plan.figure
+    figure.draw_without_rendering()
+    legs = [line for line in axes.plan.lines if len(line.get_xdata()) == 2]
+    assert len(legs) == 6
+    seen = [leg.get_transform().transform(leg.get_xydata()) for leg in legs]
+    for one, other in zip(seen[:3], seen[3:], strict=True):
+        apart = other - one
+        along = one[1] - one[0]
+        assert np.hypot(*apart.T) == pytest.approx(2.0 * figure.dpi / 72.0)
+        assert apart @ along == pytest.approx(0.0, abs=1e-6)
+    assert legs[0].get_color() != legs[3].get_color()
+
+
+def test_trajectories_that_do_not_exist_stand_in_the_legend(paper: optuav.Plan) -> None:
+    nothing = optuav.solve(paper.mission.replace({"limits.deadline_s": 10}))
+    axes = plots.trajectories({"direct": nothing, "mine": paper})
+    words = [text.get_text() for text in axes.plan.figure.axes[-1].get_legend().get_texts()]
+    assert words[:2] == [
+        "Direct path: no plan (infeasible)",
+        "mine by b1: Δ = 719.5 s, $T'$ = 392.1 s",
+    ]
+
+
+def test_trajectories_of_different_places_are_refused(paper: optuav.Plan) -> None:
+    elsewhere = optuav.solve(paper.mission.replace({"link.device_m": [1000, 2800, 0]}))
+    with pytest.raises(InputError, match="same places"):
+        plots.trajectories({"one": paper, "two": elsewhere})
+    with pytest.raises(InputError, match="at least one plan"):
+        plots.trajectories({})
+
+
+def test_a_map_is_drawn_on_the_axes_that_are_given(paper: optuav.Plan) -> None:
+    given = plots.MapAxes(*Figure().subplots(1, 2))
+    assert plots.mission_map(paper, given) == given
+    assert given.height.get_legend() is not None

@@ -1,0 +1,308 @@
+"""What the pages show is what the package does, and what they list is complete."""
+
+from __future__ import annotations
+
+import importlib
+import importlib.util
+import itertools
+import re
+import shlex
+from collections.abc import Iterator
+from pathlib import Path
+from types import ModuleType
+from typing import Any
+
+import pytest
+import typer.main
+
+import optuav
+from formulations.quantities import QUANTITIES, Quantities
+from optuav.cli.app import app, main
+from optuav.mission import Mission
+from optuav.mission.sections import SECTIONS
+
+ROOT = Path(__file__).parents[1]
+DOCS = ROOT / "docs"
+PAGES = [ROOT / "README.md", *sorted(DOCS.glob("*.md"))]
+FENCED = re.compile(r"^```(\w*)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
+LINK = re.compile(r"\]\(([^)#\s]+)(#[^)\s]*)?\)")
+
+Row = dict[str, str]
+
+
+def tables(page: Path) -> Iterator[list[Row]]:
+    """Every table of a page: rows of cells by column, without code marks."""
+    for block in re.findall(r"(?:^\|.*\|\n)+", page.read_text("utf-8"), re.MULTILINE):
+        head, _, *rows = (
+            [cell.strip().replace("`", "") for cell in re.split(r"(?<!\\)\|", line)[1:-1]]
+            for line in block.splitlines()
+        )
+        yield [dict(zip(head, row, strict=True)) for row in rows]
+
+
+def table(page: Path, *columns: str) -> list[Row]:
+    """All rows of a page's tables that have these columns."""
+    return [row for rows in tables(page) for row in rows if set(columns) <= row.keys()]
+
+
+def script(name: str) -> ModuleType:
+    """A script of the documentation as a module."""
+    spec = importlib.util.spec_from_file_location(name, DOCS / f"{name}.py")
+    assert spec is not None
+    assert spec.loader is not None
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module
+
+
+# What the pages run
+
+
+def command(line: str) -> int:
+    """Exit code of an ``optuav`` command."""
+    name, *arguments = shlex.split(line)
+    assert name == "optuav"
+    try:
+        main(arguments)
+    except SystemExit as exit_:
+        return int(exit_.code or 0)
+    return 0
+
+
+def lines(text: str) -> list[str]:
+    return [line.rstrip() for line in text.splitlines()]
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
+def test_page_prints_what_it_shows(
+    page: Path,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    """Python blocks and commands of a page run in order, in one folder with its TOML files."""
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setenv("COLUMNS", "80")
+    names: dict[str, Any] = {}
+    code, printed = 0, ""
+    for language, text in FENCED.findall(page.read_text("utf-8")):
+        if language == "text":
+            assert lines(printed) == lines(text)
+            printed = ""
+            continue
+        assert printed == "", "the page does not show what its Python prints"
+        if language == "toml":
+            (tmp_path / text.partition("\n")[0].removeprefix("# ")).write_text(text, "utf-8")
+        elif language == "python":
+            exec(compile(text, str(page), "exec"), names)
+            printed = "".join(capsys.readouterr())
+        elif language == "sh":
+            assert [command(line) for line in text.splitlines()] == [0] * text.count("\n")
+            capsys.readouterr()
+        elif language == "console":
+            for part in re.split(r"^\$ ", text, flags=re.MULTILINE)[1:]:
+                line, _, shown = part.partition("\n")
+                if line == "echo $?":
+                    assert shown.strip() == str(code), line
+                    continue
+                code = command(line)
+                assert lines("".join(capsys.readouterr())) == lines(shown), line
+        else:
+            assert language == "", f"no test runs {language}"
+    assert printed == "", "the page does not show what its Python prints"
+
+
+def test_commands_of_the_readme_are_those_of_the_program() -> None:
+    """Its table has every command and no other, and the options it names exist."""
+    readme = ROOT / "README.md"
+    listed = [row["command"].split() for row in table(readme, "command")]
+    group = typer.main.get_command(app)
+    commands: dict[str, Any] = group.commands  # type: ignore[attr-defined]
+    assert sorted(words[1] for words in listed) == sorted(commands)
+    assert {words[0] for words in listed} == {"optuav"}
+    known = {option for each in commands.values() for p in each.params for option in p.opts}
+    named = set(re.findall(r"(?<![\w-])--[a-z][a-z-]*", readme.read_text("utf-8"))) - {"--help"}
+    assert named <= known
+
+
+def test_make_targets_of_the_readme_exist() -> None:
+    wanted = set(re.findall(r"^make (\w+) ", (ROOT / "README.md").read_text("utf-8"), re.M))
+    assert {"run", "test"} <= wanted
+    assert wanted <= set(re.findall(r"^(\w+):", (ROOT / "Makefile").read_text("utf-8"), re.M))
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
+def test_links_lead_to_files(page: Path) -> None:
+    links = [target for target, _ in LINK.findall(page.read_text("utf-8"))]
+    local = [target for target in links if "://" not in target]
+    assert [each for each in local if not (page.parent / each).exists()] == []
+
+
+# What goes with what
+
+FREE = {"–": {False}, "needed": {True}, "free": {False, True}}
+
+
+def goes(row: Row, problem: str, trajectory: str | None, **given: Any) -> bool:
+    """Whether a line of the table allows some options."""
+    ways = {None if way == "–" else way for way in row["trajectory"].split(", ")}
+    if "optimal" in ways:
+        ways.add(None)
+    return (
+        row["problem"] == problem
+        and trajectory in ways
+        and (given["building"] is not None) in FREE[row["building"]]
+        and (given["order"] is not None) in FREE[row["order"]]
+        and (given["slot_s"] is None or row["slots"] == "free")
+        and given["engine"] in row["engine"].split(", ")
+    )
+
+
+def test_table_of_options_is_the_whole_truth() -> None:
+    """Of all combinations exactly those in the table are accepted."""
+    allowed = table(DOCS / "options.md", "problem", "engine")
+    mission = optuav.load("paper")
+    accepted = 0
+    for problem, trajectory, building, order, slot_s, engine in itertools.product(
+        ("P1", "P3", "P4"),
+        (None, "optimal", "direct", "traj1", "traj2"),
+        (None, "b3"),
+        (None, "rest-first", "hover-first"),
+        (None, 50.0),
+        ("auto", "closed-form", "grid"),
+    ):
+        options: dict[str, Any] = {
+            "building": building,
+            "order": order,
+            "slot_s": slot_s,
+            "engine": engine,
+        }
+        expected = any(goes(row, problem, trajectory, **options) for row in allowed)
+        try:
+            optuav.formulate(mission, problem, trajectory=trajectory, **options)
+        except optuav.InputError:
+            assert not expected, (problem, trajectory, options)
+        else:
+            assert expected, (problem, trajectory, options)
+            accepted += 1
+    assert accepted > 50
+
+
+def test_readme_has_the_same_table_of_options() -> None:
+    columns = ("problem", "engine")
+    assert table(ROOT / "README.md", *columns) == table(DOCS / "options.md", *columns)
+
+
+# Missions and graph
+
+
+def test_tables_of_keys_are_up_to_date() -> None:
+    """``python docs/make_mission_keys.py`` has nothing to change."""
+    assert (DOCS / "missions.md").read_text("utf-8") == script("make_mission_keys").page()
+
+
+def test_tables_of_keys_are_complete() -> None:
+    """Every key of the models is there, once, with words for it and a range."""
+    rows = table(DOCS / "missions.md", "key", "if left out")
+    fields = [key for section in SECTIONS.values() for key in section.model_fields]
+    expected = [*fields, "flow_rate_per_min", "name", "description"]
+    assert sorted(row["key"] for row in rows) == sorted(expected)
+    assert all(row["what it is"] and row["what it may be"] for row in rows)
+
+
+def test_contract_of_the_graph_is_the_graph() -> None:
+    graph = optuav.graph(optuav.load("paper"))
+    nodes = {row["node attribute"] for row in table(DOCS / "graph.md", "node attribute")}
+    edges = {row["edge attribute"] for row in table(DOCS / "graph.md", "edge attribute")}
+    assert all(set(data) == nodes for _, data in graph.nodes(data=True))
+    assert all(set(data) == edges for _, _, data in graph.edges(data=True))
+
+
+# Nomenclature
+
+SYMBOLS = table(DOCS / "nomenclature.md", "symbol", "mission key")
+MODULES = {
+    **{name: f"optuav.physics.{name}" for name in ("rotor", "flight", "link", "laser", "battery")},
+    **{name: f"formulations.{name}" for name in ("p3", "p4", "algorithm1", "algorithm2")},
+    "perspectives": "formulations.perspectives",
+}
+
+
+def names_in_code(row: Row) -> list[str]:
+    return row["name in the code"].split(", ")
+
+
+def has(owner: Any, name: str) -> bool:
+    """Whether a module, a class or a table of the mission has something of that name."""
+    fields: dict[str, Any] = getattr(owner, "__dataclass_fields__", {})
+    return hasattr(owner, name) or name in fields or name in getattr(owner, "model_fields", {})
+
+
+def exists(dotted: str) -> bool:
+    first, *parts = dotted.split(".")
+    if first == "mission":
+        name, *key = parts
+        return has(Mission, name) and all(has(SECTIONS[name], each) for each in key)
+    owner: Any = {"Quantities": Quantities, "plan": optuav.Plan}.get(first)
+    owner = importlib.import_module(MODULES[first]) if owner is None else owner
+    for part in parts[:-1]:
+        owner = getattr(owner, part)
+    return has(owner, parts[-1])
+
+
+@pytest.mark.parametrize("row", SYMBOLS, ids=lambda row: row["name in the code"])
+def test_names_of_the_nomenclature_exist(row: Row) -> None:
+    assert [name for name in names_in_code(row) if not exists(name)] == []
+
+
+@pytest.mark.parametrize("quantity", QUANTITIES, ids=lambda quantity: quantity.name)
+def test_nomenclature_agrees_with_the_printed_problems(quantity: Any) -> None:
+    """Symbol, unit and mission key of every quantity that a formulation may use."""
+    (row,) = (row for row in SYMBOLS if f"Quantities.{quantity.name}" in names_in_code(row))
+    assert {
+        "symbol": row["symbol"],
+        "unit": row["unit"],
+        "key": row["mission key"],
+    } == dict(quantity.metadata)
+
+
+def test_nomenclature_has_every_key_of_a_mission_once() -> None:
+    keys = [f"{name}.{key}" for name, model in SECTIONS.items() for key in model.model_fields]
+    listed = [row["mission key"] for row in SYMBOLS if row["mission key"]]
+    assert sorted(listed) == sorted([*keys, "battery.flow_rate_per_min"])
+
+
+@pytest.mark.parametrize(
+    "row",
+    [row for row in SYMBOLS if row["mission key"] not in ("", "battery.flow_rate_per_min")],
+    ids=lambda row: row["mission key"],
+)
+def test_units_and_symbols_agree_with_the_mission_file(row: Row) -> None:
+    """As the comment says that ``optuav new`` writes over the key."""
+    name, _, key = row["mission key"].partition(".")
+    comment = SECTIONS[name].model_fields[key].description or ""
+    units = [unit for unit in re.findall(r"\[([^]]+)\]", comment) if unit not in ("rotor", "body")]
+    assert {"1": "-"}.get(row["unit"], row["unit"]) == (units[-1] if units else "–")
+    words = re.split(r"[^\w']+", comment)
+    if name not in ("flight", "wind", "buildings") and row["source"] != "ours":
+        known = next((q for q in QUANTITIES if q.metadata["key"] == row["mission key"]), None)
+        assert known is not None or row["symbol"] in ("–", *words)
+
+
+# Pictures
+
+
+def test_pictures_are_those_that_the_script_draws(tmp_path: Path) -> None:
+    """Each is shown on a page, and small enough to load."""
+    pytest.importorskip("matplotlib")
+    script("make_pictures").draw(tmp_path)
+    drawn = {path.name for path in tmp_path.iterdir()}
+    kept = {path.name: path.stat().st_size for path in (DOCS / "pictures").iterdir()}
+    shown = {
+        Path(target).name
+        for page in PAGES
+        for target, _ in LINK.findall(page.read_text("utf-8"))
+        if target.endswith(".png")
+    }
+    assert drawn == kept.keys() == shown
+    assert max(kept.values()) < 150_000
