@@ -21,22 +21,25 @@ NO = 1
 
 def solve(
     mission: MissionArgument,
-    problem: Annotated[str, typer.Option(help="P1, P3 or P4.")] = "P1",
+    problem: Annotated[str, typer.Option(help="P1, P2, P2-tight, P3 or P4.")] = "P1",
     trajectory: Annotated[
-        str | None, typer.Option(help="For P1: optimal, direct, traj1 or traj2.")
+        str | None, typer.Option(help="For P1 and P2: optimal, direct, traj1 or traj2.")
     ] = None,
     building: Annotated[str | None, typer.Option(help="For P4: where to rest.")] = None,
     order: Annotated[
         str | None, typer.Option(help="rest-first or hover-first; the better by default.")
     ] = None,
     perspective: Annotated[
-        str, typer.Option(help="battery, energy or adjusted: how charge is counted.")
+        str, typer.Option(help="battery, energy, adjusted or wells: how charge is counted.")
     ] = "battery",
     slot_s: Annotated[
         float | None,
         typer.Option("--slot-s", help="Length of time slots in seconds; continuous by default."),
     ] = None,
-    engine: Annotated[str, typer.Option(help="auto, closed-form or grid.")] = "auto",
+    engine: Annotated[str, typer.Option(help="auto, closed-form, cvxpy, casadi or grid.")] = "auto",
+    solver: Annotated[
+        str | None, typer.Option(help="Solver behind cvxpy, by its name; HIGHS by default.")
+    ] = None,
     time_limit_s: Annotated[
         float | None, typer.Option("--time-limit-s", help="Longest search in seconds.")
     ] = None,
@@ -56,6 +59,7 @@ def solve(
         slot_s=slot_s,
         engine=engine,
         time_limit_s=time_limit_s,
+        solver=solver,
     )
     from optuav.cli.output import deliver
 

@@ -21,7 +21,7 @@ from typing import Any
 import numpy as np
 
 from optuav.diagnosis.exact import combination
-from optuav.engines.linear_form import LinearForm, linear_form
+from optuav.engines.linear_form import linear_form
 from optuav.modelling.check import relations
 from optuav.modelling.expression import Parameter, leaves
 from optuav.modelling.model import Constraint, Model

@@ -45,8 +45,8 @@ class Key:
     def further(self, sign: int) -> Iterator[float]:
         """Values further and further up (1) or down (−1), the outermost of the range last."""
         last = self.high if sign > 0 else self.low
-        for value in self._steps(sign):
-            value = sign * math.ceil(sign * value) if self.whole else value
+        for step in self._steps(sign):
+            value = sign * math.ceil(sign * step) if self.whole else step
             if sign * value >= sign * last:
                 break
             yield value

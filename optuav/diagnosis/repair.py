@@ -25,7 +25,9 @@ from optuav.solving import Program
 
 SWITCH = "flight.through_buildings"
 NEAR = 0.1
-"""Share of a change below which its size is known well enough to round it."""
+"""Share of a value and of its change below which both are known well enough to round them."""
+NEGLIGIBLE = 1e-9
+"""Share of a change that is as good as none."""
 FINER = 6
 """Digits that are added where the rounded value is not feasible."""
 
@@ -201,8 +203,9 @@ def _search(key: Key, sign: int, judge: Judge) -> Repair | None:
     if nearest is None:
         return None
     value, digit = nearest
-    beyond = next((k for k in range(place, len(values)) if not judge(values[k]).repairs), None)
-    end = beyond and _edge(key, -sign, values[beyond], values[beyond - 1], judge)
+    further = [value, *replace(key, now=value).further(sign)]
+    bad = next((k for k, each in enumerate(further) if not judge(each).repairs), None)
+    end = _edge(key, -sign, further[bad], further[bad - 1], judge) if bad else None
     return Repair(
         key=key.name,
         now=key.now,
@@ -220,10 +223,9 @@ def _edge(key: Key, sign: int, bad: float, good: float, judge: Judge) -> tuple[f
     It is rounded away from the bad one, to three digits of itself and two of the change or finer
     where the rounded value does not repair; None if no rounded value does.
     """
-    while not key.whole and abs(good - bad) > NEAR * abs(good - key.now):
+    while not key.whole and abs(good - bad) > NEAR * _size(key, good):
         middle = _between(bad, good)
         bad, good = (bad, middle) if judge(middle).repairs else (middle, good)
-
     for digit in _digits(key, good):
         unit = 10.0**digit
         low, high = math.floor(sign * bad / unit), math.ceil(sign * good / unit)
@@ -235,6 +237,12 @@ def _edge(key: Key, sign: int, bad: float, good: float, judge: Judge) -> tuple[f
             low, high = (low, middle) if repairs else (middle, high)
         return _decimal(sign * high, digit), digit
     return None
+
+
+def _size(key: Key, value: float) -> float:
+    """The smaller of a value and its distance from the present one; of zero, what is negligible."""
+    change = abs(value - key.now)
+    return min(change, abs(value)) if value else NEGLIGIBLE * change
 
 
 def _between(one: float, other: float) -> float:

@@ -20,7 +20,7 @@ from typing import Any
 
 import numpy as np
 
-from optuav.engines.ranges import implied_upper_bounds, last_slot, lower_bounds
+from optuav.engines.ranges import implied_upper_bounds, lower_bounds, slot_ranges
 from optuav.engines.solution import Booleans, Floats, Solution, Status
 from optuav.errors import SolverError
 from optuav.modelling.affine import NotAffineError, affine
@@ -105,19 +105,10 @@ def solve(
 
 def axes(model: Model, parameters: Values, slot_s: float) -> list[Floats]:
     """Values that each unknown runs through [s], whole slots, in the order of the variables."""
-    lower = lower_bounds(model, parameters)
-    limits = implied_upper_bounds(model, parameters, lower)
-    counted = []
-    for variable in model.variables:
-        own_bound = float(evaluate(variable.upper, parameters))
-        bound = min(limits[variable.name], own_bound)
-        for stated, word in ((lower[variable.name], "a lower"), (bound, "an upper")):
-            if not math.isfinite(stated):
-                raise ValueError(f"{NAME} needs {word} bound on {variable.symbol}")
-        first = max(variable.first_slot, -last_slot(-lower[variable.name], slot_s, begun=False))
-        last = last_slot(bound, slot_s, begun=bound == own_bound >= lower[variable.name])
-        counted.append(slot_s * np.arange(first, last + 1, dtype=float))
-    return counted
+    return [
+        slot_s * np.arange(first, last + 1, dtype=float)
+        for first, last in slot_ranges(model, parameters, slot_s).values()
+    ]
 
 
 Test = Callable[[Mapping[str, Floats]], Any]

@@ -13,7 +13,6 @@ References
 
 from __future__ import annotations
 
-import math
 import warnings
 from collections.abc import Mapping
 from typing import Any
@@ -21,12 +20,7 @@ from typing import Any
 import numpy as np
 
 from optuav.engines.linear_form import LinearForm, linear_form
-from optuav.engines.ranges import (
-    implied_upper_bounds,
-    last_slot,
-    lower_bounds,
-    own_upper_bounds,
-)
+from optuav.engines.ranges import own_upper_bounds, slot_ranges
 from optuav.engines.solution import Floats, Solution, Status, stacked, unanswered
 from optuav.errors import InputError, SolverError
 from optuav.modelling.check import TOLERANCE
@@ -188,9 +182,7 @@ class Compiled:
     ) -> tuple[Floats, Floats]:
         """Rows over numbers of slots; own bounds become first and last slot, begun slots whole."""
         assert self.slot_s is not None
-        lower = lower_bounds(self.model, values)
-        own_upper = own_upper_bounds(self.model, values)
-        implied = implied_upper_bounds(self.model, values, lower)
+        ranges = slot_ranges(self.model, values, self.slot_s)
         a = a * np.where(self.counted, self.slot_s, 1.0)
         b = b + TOLERANCE * np.maximum(1.0, np.abs(b))
         labels = {variable.label: k for k, variable in enumerate(self.model.variables)}
@@ -198,15 +190,8 @@ class Compiled:
             k = labels.get(label)
             if k is None or not self.counted[k]:
                 continue
-            variable = self.model.variables[k]
-            bound = min(implied[variable.name], own_upper[variable.name])
-            if a[row, k] > 0.0:
-                begun = bound == own_upper[variable.name]
-                last = last_slot(bound, self.slot_s, begun=begun) if math.isfinite(bound) else 0
-                a[row, k], b[row] = 1.0, float(last) if math.isfinite(bound) else np.inf
-            else:
-                first = max(variable.first_slot, math.ceil(lower[variable.name] / self.slot_s))
-                a[row, k], b[row] = -1.0, -float(first)
+            first, last = ranges[form.names[k]]
+            a[row, k], b[row] = (1.0, last) if a[row, k] > 0.0 else (-1.0, -first)
         return a, b
 
     def _solution(

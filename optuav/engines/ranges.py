@@ -57,3 +57,29 @@ def last_slot(bound_s: float, slot_s: float, *, begun: bool) -> int:
     if abs(slots - nearest) <= TOLERANCE * max(1.0, abs(slots)):
         return nearest
     return math.ceil(slots) if begun and slots > 0.0 else math.floor(slots)
+
+
+def slot_ranges(model: Model, parameters: Values, slot_s: float) -> dict[str, tuple[int, int]]:
+    """First and last slot of every unknown that is not binary, counted from 0.
+
+    Where the last slot is cut short by the unknown's own upper bound it counts; where a constraint
+    between unknowns ends the range, whole slots only.
+
+    Raises
+    ------
+    ValueError
+        If an unknown has no lower bound, or nothing bounds it from above.
+    """
+    lower = lower_bounds(model, parameters)
+    implied = implied_upper_bounds(model, parameters, lower)
+    own = own_upper_bounds(model, parameters)
+    ranges = {}
+    for variable in (each for each in model.variables if not each.binary):
+        least, bound = lower[variable.name], min(implied[variable.name], own[variable.name])
+        for stated, word in ((least, "a lower"), (bound, "an upper")):
+            if not math.isfinite(stated):
+                raise ValueError(f"whole slots need {word} bound on {variable.symbol}")
+        first = max(variable.first_slot, -last_slot(-least, slot_s, begun=False))
+        last = last_slot(bound, slot_s, begun=bound == own[variable.name] >= least)
+        ranges[variable.name] = (first, last)
+    return ranges

@@ -16,7 +16,14 @@ from optuav.errors import InputError
 from optuav.mission import Mission
 from optuav.plan import Plan, Stop
 from optuav.plots.labels import Label, place, settle
-from optuav.plots.scene import Scene, draw_plan_view, drawn_lines, extent, scene, scenery_labels
+from optuav.plots.scene import (
+    Scene,
+    draw_plan_view,
+    drawn_sight_lines,
+    extent,
+    scene,
+    scenery_labels,
+)
 from optuav.plots.style import (
     BLACK,
     BLUE,
@@ -246,5 +253,5 @@ def _write(axes: MapAxes, shown: Scene, ways: Sequence[Way], labels: Sequence[La
     flat = [np.array(way.points)[:, :2] for way in ways]
     group_thousands(*axes)
     settle(axes.plan)
-    place(axes.plan, labels, flat, drawn_lines(axes.plan))
+    place(axes.plan, labels, flat, drawn_sight_lines(axes.plan))
     place(axes.height, _height_labels(ways), [way.side for way in ways])

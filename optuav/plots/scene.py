@@ -170,22 +170,10 @@ def _sight_lines(ax: Axes, shown: Scene) -> Iterator[Artist]:
             yield Line2D([], [], color=colour, linestyle=dashes, linewidth=0.9, label=words)
 
 
-def drawn_lines(ax: Axes) -> list[Points]:
-    """Corners of the sight lines and of the coverage disc on a map, which labels avoid."""
-    lines = [
-        np.asarray(path.vertices)
-        for each in ax.collections
-        if isinstance(each, LineCollection)
-        for path in each.get_paths()
-    ]
-    discs = [each for each in ax.patches if isinstance(each, Circle)]
-    return lines + [_rim(disc) for disc in discs]
-
-
-def _rim(disc: Circle) -> Points:
-    angle = np.linspace(0.0, 2.0 * np.pi, 181)
-    rim: Points = np.stack([np.cos(angle), np.sin(angle)], axis=1) * disc.radius + disc.center
-    return rim
+def drawn_sight_lines(ax: Axes) -> list[Points]:
+    """Corners of the sight lines on a map."""
+    bundles = [each for each in ax.collections if isinstance(each, LineCollection)]
+    return [np.asarray(path.vertices) for bundle in bundles for path in bundle.get_paths()]
 
 
 def scenery_labels(shown: Scene) -> list[Label]:

@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from formulations.algorithm2 import best
-from optuav.engines.solution import Solution, Status, verify
+from formulations.algorithm2 import SAME_S, best
+from optuav.engines.solution import ShadowPrice, Solution, Status, verify
 from optuav.errors import SolverError
 from optuav.mission.network import Network
 from optuav.plan import Plan
@@ -59,7 +59,7 @@ class Program:
             return plan_without(
                 self.question, self.worked_out, Status.INFEASIBLE, "physics", self.reasons
             )
-        solutions = [answer(part.model, len(part.routes), self.question) for part in self.parts]
+        solutions = self._answers()
         statuses = {status for solution in solutions for status in solution.statuses}
         if Status.ERROR in statuses:
             raise SolverError(f"{solutions[0].engine} met numbers that it cannot use")
@@ -81,6 +81,41 @@ class Program:
         part, solution = self.parts[number], solutions[number]
         verify(part.model, solution, entry)
         return plan_of(self.question, self.worked_out, part, solution, entry)
+
+    def shadow_prices(self) -> dict[str, ShadowPrice]:
+        """What one more unit of every named parameter brings; empty where there is no answer.
+
+        Where several itineraries tie, a change for the better may take any of them, and a change
+        for the worse has to spoil them all.
+
+        Raises
+        ------
+        SolverError
+            As `solve`.
+        """
+        solutions = self._answers()
+        chosen = self.best(solutions) if solutions else None
+        if chosen is None:
+            return {}
+        number, entry = chosen
+        best_s = solutions[number].objective[entry]
+        tied = [
+            solution.shadow_prices(int(index))
+            for solution in solutions
+            for index in np.flatnonzero(np.abs(solution.objective - best_s) <= SAME_S)
+        ]
+        better = max if self.parts[number].model.sense == "maximise" else min
+        worse = min if better is max else max
+        return {
+            name: ShadowPrice(
+                less=worse(each[name].less for each in tied if name in each),
+                more=better(each[name].more for each in tied if name in each),
+            )
+            for name in solutions[number].shadow_prices(entry)
+        }
+
+    def _answers(self) -> list[Solution]:
+        return [answer(part.model, len(part.routes), self.question) for part in self.parts]
 
     def compile(self, engine: str | None = None) -> CompiledProgram:
         """Hand the models to an engine once, to be solved often with changed parameters.

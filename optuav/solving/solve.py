@@ -51,8 +51,8 @@ def formulate(
         direct route, and over those by way of a building if it declares ``rest_time_s`` there.
     trajectory
         For P1 and P2: ``"optimal"`` (Algorithm 2 of the paper; the default), ``"direct"``,
-        ``"traj1"`` (by way of the building nearest the device) or ``"traj2"`` (the shortest in time by way of
-        one building); the latter two pass by or rest.
+        ``"traj1"`` (by way of the building nearest the device) or ``"traj2"`` (the shortest in
+        time by way of one building); the latter two pass by or rest.
     building
         Name of the building to rest on; P4 needs it.
     order

@@ -1,0 +1,119 @@
+"""`optuav.explain`: why this optimum, why none, and what would help."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+from optuav.diagnosis.asked import asked
+from optuav.diagnosis.certificate import bound
+from optuav.diagnosis.conflict import conflicts
+from optuav.diagnosis.explanation import Explanation, Side
+from optuav.diagnosis.prices import prices
+from optuav.diagnosis.repair import repairs_of
+from optuav.engines.solution import Status
+from optuav.mission import Mission
+from optuav.modelling import Model, NotAffineError, Variable, check
+from optuav.modelling.check import relations
+from optuav.modelling.notation import Text
+from optuav.plan import Plan
+from optuav.solving import Program
+from optuav.solving.dispatch import answer
+
+SAME_S = 1e-6
+"""Hover times that differ by no more are the same [s]."""
+
+
+def explain(subject: Program | Plan | Mission | str | Path, /, **options: Any) -> Explanation:
+    """Explain an answer: what binds and what more would bring, or what conflicts and what repairs.
+
+    Parameters
+    ----------
+    subject
+        A plan, a program of `optuav.formulate`, or a mission as `optuav.solve` takes it.
+    **options
+        Those of `optuav.solve`, with a mission.
+
+    Returns
+    -------
+    Explanation
+        In words by `print`, as data by `to_dict`.
+
+    Raises
+    ------
+    InputError
+        As `optuav.solve`; or if options come with anything but a mission, or a plan does not tell
+        its question: one over an edited graph or to a formulation of one's own.
+    SolverError
+        If the engine fails.
+    """
+    question = asked(subject, options)
+    program = question.program()
+    plan = subject if isinstance(subject, Plan) else program.solve()
+    if plan:
+        return _optimum(program, plan)
+    if plan.status is not Status.INFEASIBLE:
+        return Explanation(plan)
+    return Explanation(plan, conflicts=conflicts(program), repairs=repairs_of(question))
+
+
+def _optimum(program: Program, plan: Plan) -> Explanation:
+    """Why a plan is the best one: told of the programme with continuous times that it answers."""
+    notes = []
+    engine = "auto" if program.question.slot_s is not None else program.question.engine
+    continuous = replace(program.question, slot_s=None, engine=engine)
+    solutions = [answer(part.model, len(part.routes), continuous) for part in program.parts]
+    chosen = program.best(solutions)
+    if chosen is None:
+        return Explanation(plan, notes=("the question, asked again, has no answer",))
+    number, entry = chosen
+    part, solution = program.parts[number], solutions[number]
+    point = solution.point(entry)
+    row = part.model.row(entry)
+    hover_s = point.get("hover_time_s", 0.0)
+    if program.question.slot_s is not None:
+        notes.append(
+            "an answer in slots has no shadow prices: constraints, proof and prices are those of "
+            f"the optimum with continuous times, {hover_s:.2f} s of hover"
+        )
+    elif abs(hover_s - plan.hover_time_s) > SAME_S * max(1.0, hover_s):
+        notes.append(f"solving again gives {hover_s:.6f} s of hover, not the plan's")
+    try:
+        proof = bound(part.model, row, solution.binding_labels(entry))
+    except NotAffineError:
+        proof = None
+    return Explanation(
+        plan,
+        objective=_objective(part.model),
+        sense=part.model.sense,
+        constraints=tuple(_sides(part.model, {**row, **point})),
+        bound=proof,
+        prices=prices(program, solutions, chosen),
+        notes=tuple(notes),
+    )
+
+
+def _objective(model: Model) -> str:
+    goal = model.objective
+    if not isinstance(goal, Variable):
+        return "of the objective"
+    words = {"hover_time_s": "hover", "rest_time_s": "rest"}.get(goal.name, goal.symbol)
+    return f"{goal.unit} of {words}" if goal.unit != "1" else f"of {words}"
+
+
+def _sides(model: Model, values: dict[str, float]) -> Iterator[Side]:
+    notation = Text()
+    for constraint, row in zip(relations(model), check(model, values), strict=True):
+        slack = float(row.slack)
+        yield Side(
+            label=row.label,
+            unit=row.unit,
+            statement=notation.write(constraint.relation).replace(notation.after, " "),
+            left=float(row.left),
+            right=float(row.right),
+            slack=slack,
+            binds=math.isclose(slack, 0.0, abs_tol=1e-6 * max(1.0, abs(float(row.right)))),
+        )

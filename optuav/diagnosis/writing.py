@@ -1,0 +1,239 @@
+"""Explanations in words: aligned, at most 80 columns."""
+
+from __future__ import annotations
+
+import math
+import textwrap
+from collections.abc import Iterable, Iterator, Mapping
+from fractions import Fraction
+
+from optuav.diagnosis.certificate import Bound, Combination
+from optuav.diagnosis.conflict import Conflict
+from optuav.diagnosis.explanation import Explanation, Side
+from optuav.diagnosis.prices import Price
+from optuav.diagnosis.repair import Repair
+from optuav.mission.words import shown
+
+WIDTH = 80
+LABEL = 13
+MOST_REPAIRS = 12
+
+UNIT_NAMES = {
+    "s": "second",
+    "m": "metre",
+    "A": "ampere",
+    "A s": "A s",
+    "W": "watt",
+    "V": "volt",
+    "J": "joule",
+}
+
+
+def text(explained: Explanation) -> str:
+    """The explanation as a block of text."""
+    head, *_ = explained.plan.summary().split("\n\n")
+    blocks = [head.splitlines()]
+    blocks += _optimum(explained) if explained else _no_plan(explained)
+    blocks.append([line for note in explained.notes for line in _paragraph("Note", note)])
+    return "\n\n".join("\n".join(block) for block in blocks if block)
+
+
+def _paragraph(label: str, words: str) -> list[str]:
+    return textwrap.wrap(
+        words,
+        WIDTH,
+        initial_indent=f"{label:<{LABEL}}",
+        subsequent_indent=" " * LABEL,
+        break_on_hyphens=False,
+    )
+
+
+def _columns(rows: Iterable[tuple[str, ...]]) -> list[str]:
+    """Rows as lined-up columns under the label; the last one wraps."""
+    table = [*rows]
+    if not table:
+        return []
+    widths = [max(map(len, column)) for column in zip(*table, strict=True)]
+    lines = []
+    for row in table:
+        cells = [f"{cell:<{width}}" for cell, width in zip(row, widths, strict=True)]
+        start = " " * LABEL + "  ".join(cells[:-1]) + ("  " if len(cells) > 1 else "")
+        lines += textwrap.wrap(
+            cells[-1].rstrip(),
+            WIDTH,
+            initial_indent=start,
+            subsequent_indent=" " * (len(start) + 2),
+            break_on_hyphens=False,
+        ) or [start.rstrip()]
+    return lines
+
+
+def _labelled(label: str, lines: list[str]) -> list[str]:
+    """Lines with a label in the margin of the first."""
+    return [f"{label:<{LABEL}}{line[LABEL:]}" if not k else line for k, line in enumerate(lines)]
+
+
+def _number(value: float | Fraction) -> str:
+    digits = f"{float(value):.6g}"
+    return digits.replace("-", "−")
+
+
+def _with_unit(value: float, unit: str) -> str:
+    return _number(value) if unit == "1" else f"{_number(value)} {unit}"
+
+
+def _inequality(coefficients: Mapping[str, Fraction], limit: Fraction) -> str:
+    terms: list[str] = []
+    for symbol, factor in coefficients.items():
+        size = symbol if abs(factor) == 1 else f"{_number(abs(factor))}·{symbol}"
+        sign = "−" if factor < 0 else "+"
+        terms.append(f"{sign} {size}" if terms else f"{sign}{size}".removeprefix("+"))
+    return f"{' '.join(terms) or '0'} ≤ {_number(limit)}"
+
+
+def combination_text(used: Combination) -> list[str]:
+    """Rows with their multipliers, and what they add up to; rounded."""
+    rows = [
+        (f"{_number(row.multiplier)} ×", row.label, _inequality(row.coefficients, row.limit))
+        for row in used.rows
+    ]
+    false = "" if isinstance(used, Bound) else ", which is false"
+    rows.append(("sum", "", _inequality(used.coefficients, used.limit) + false))
+    return _columns(rows)
+
+
+def _no_plan(explained: Explanation) -> Iterator[list[str]]:
+    for conflict in explained.conflicts:
+        yield from _conflict(conflict)
+    yield _repairs(explained.repairs)
+
+
+def _conflict(conflict: Conflict) -> Iterator[list[str]]:
+    places = " → ".join(conflict.route)
+    where = f"on {places}" if conflict.routes == 1 else f"on {conflict.routes} routes as {places}"
+    if not conflict.certificates:
+        yield _paragraph("Conflict", f"{where}: no certificate, the constraints are not linear")
+    for each in conflict.certificates:
+        labels = " and ".join(each.labels)
+        verb = "cannot hold together" if len(each.labels) > 1 else "cannot hold"
+        keys = f" ({', '.join(each.keys)})" if each.keys else ""
+        yield [
+            *_paragraph("Conflict", f"{where}: {labels} {verb}{keys}"),
+            *_labelled("  proof", combination_text(each)),
+        ]
+
+
+def _repairs(repairs: tuple[Repair, ...]) -> list[str]:
+    if not repairs:
+        return _paragraph("Repairs", "no change of a single number makes it feasible")
+    shown_ones = repairs[:MOST_REPAIRS]
+    rows = [(str(each), f"now {_now(each)}") for each in shown_ones]
+    lines = _columns(rows)
+    for k in range(1, len(lines)):
+        lines[k] = f"{'  or':<{LABEL}}{lines[k][LABEL:]}"
+    more = len(repairs) - len(shown_ones)
+    tail = [f"{'':<{LABEL}}and {more} more, each larger"] if more else []
+    return [*_labelled("Feasible if", lines), *tail]
+
+
+def _now(repair: Repair) -> str:
+    return shown(repair.now) if repair.comparison == "==" else f"{repair.now:g}"
+
+
+def _optimum(explained: Explanation) -> Iterator[list[str]]:
+    plan = explained.plan
+    stays = "".join(
+        f", {stop.kind} {stop.duration_s:.2f} s at {stop.at}" for stop in plan.stops
+    ).removeprefix(", ")
+    yield _paragraph("Optimum", stays)
+    binding = [each for each in explained.constraints if each.binds]
+    spare = [each for each in explained.constraints if not each.binds]
+    yield _labelled("Binding", _columns(_sides(binding)))
+    yield _labelled("To spare", _columns(_spare(spare)))
+    if explained.bound is not None:
+        head = "no point that satisfies these constraints is better:"
+        yield [*_paragraph("Proof", head), *combination_text(explained.bound)]
+    yield from _prices(explained)
+
+
+def _sides(sides: Iterable[Side]) -> Iterator[tuple[str, ...]]:
+    for each in sides:
+        yield each.label, each.statement
+
+
+def _spare(sides: Iterable[Side]) -> Iterator[tuple[str, ...]]:
+    for each in sides:
+        yield each.label, _with_unit(each.slack, each.unit)
+
+
+def _prices(explained: Explanation) -> Iterator[list[str]]:
+    worth = [each for each in explained.prices if each.matters and not _edge(each)]
+    if worth:
+        rows = [
+            (_name(each), f"{each.symbol} = {_with_unit(each.value, each.unit)}", _rates(each))
+            for each in worth
+        ]
+        head = f"{explained.objective} per unit, the other parameters held:"
+        yield [*_paragraph("Prices", head), *_columns(rows)]
+        yield [
+            line
+            for k, each in enumerate(worth)
+            for line in _paragraph("" if k else "One more", _words(explained, each))
+        ]
+    free = [_name(each) for each in explained.prices if not each.matters]
+    if free:
+        yield _paragraph("No effect", ", ".join(free))
+    edges = [words for each in explained.prices for words in _edges(each)]
+    if edges:
+        yield _paragraph("At the edge", f"nothing is feasible with {', '.join(edges)}")
+
+
+def _name(price: Price) -> str:
+    return price.key or price.name
+
+
+def _edge(price: Price) -> bool:
+    """Whether a side is infeasible, and the other one without effect."""
+    finite = [each for each in (price.less, price.more) if math.isfinite(each)]
+    return len(finite) < 2 and not any(finite)
+
+
+def _edges(price: Price) -> Iterator[str]:
+    if math.isinf(price.more):
+        yield f"more {_name(price)}"
+    if math.isinf(price.less):
+        yield f"less {_name(price)}"
+
+
+def _rates(price: Price) -> str:
+    unit = "" if price.unit == "1" else f" per {price.unit}"
+    if not price.has_kink:
+        return f"{_signed(price.more)}{unit}"
+    return f"{_signed(price.less)} below, {_signed(price.more)} above{unit}"
+
+
+def _signed(value: float) -> str:
+    return f"{value:+.6g}".replace("-", "−") if value else "0"
+
+
+def _words(explained: Explanation, price: Price) -> str:
+    """For example: one more second of limits.deadline_s brings 0.102 s of hover."""
+    if price.unit == "1":
+        unit = "one more" if price.step == 1.0 else f"{price.step:g} more"
+        start = f"{unit} of {_name(price)}"
+    else:
+        start = f"one more {UNIT_NAMES.get(price.unit, price.unit)} of {_name(price)}"
+    words = f"{start} {_change(explained, price.gain)}"
+    if price.has_kink:
+        words += f", as much less {_change(explained, price.loss)}"
+    return words
+
+
+def _change(explained: Explanation, change: float) -> str:
+    if math.isinf(change):
+        return "leaves no plan"
+    if change == 0.0:
+        return "changes nothing"
+    better = (change > 0.0) == (explained.sense == "maximise")
+    gain = "brings" if explained.sense == "maximise" else "saves"
+    return f"{gain if better else 'costs'} {abs(change):.3g} {explained.objective}"
