@@ -32,6 +32,6 @@ def deliver(plan: Plan, *, as_json: bool, save: Path | None, plot: Path | None) 
 
 def draw(plan: Plan, directory: Path) -> list[Path]:
     """Write the pictures of a plan into a directory, which is made if it is missing."""
-    from optuav.plots.files import save_pictures
+    from optuav.plots import save_pictures
 
     return save_pictures(plan, directory)

@@ -43,9 +43,10 @@ def show(
     else:
         _print(shown, figures)
     if plot is not None:
-        from optuav.plots.files import save_mission_picture
+        from optuav.plots import save_map
 
-        typer.echo(f"wrote {save_mission_picture(shown, plot)}")
+        for path in save_map(shown, plot):
+            typer.echo(f"wrote {path}", err=as_json)
 
 
 def _print(mission: Mission, figures: tuple[Figure, ...]) -> None:

@@ -8,6 +8,8 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from optuav.diagnosis.asked import asked
 from optuav.diagnosis.certificate import bound
 from optuav.diagnosis.conflict import conflicts
@@ -16,13 +18,16 @@ from optuav.diagnosis.prices import prices
 from optuav.diagnosis.repair import repairs_of
 from optuav.engines.solution import Status
 from optuav.mission import Mission
-from optuav.modelling import Model, NotAffineError, Variable, check
+from optuav.modelling import Model, NotAffineError, Relation, Variable, check
 from optuav.modelling.check import relations
+from optuav.modelling.expression import fold
 from optuav.modelling.notation import Text
 from optuav.plan import Plan
 from optuav.solving import Program
 from optuav.solving.dispatch import answer
 
+LONGEST = 60
+"""Terms of a constraint that are written out."""
 SAME_S = 1e-6
 """Hover times that differ by no more are the same [s]."""
 
@@ -105,15 +110,28 @@ def _objective(model: Model) -> str:
 
 
 def _sides(model: Model, values: dict[str, float]) -> Iterator[Side]:
-    notation = Text()
     for constraint, row in zip(relations(model), check(model, values), strict=True):
         slack = float(row.slack)
         yield Side(
             label=row.label,
             unit=row.unit,
-            statement=notation.write(constraint.relation).replace(notation.after, " "),
+            statement=_statement(constraint.relation),
             left=float(row.left),
+            sense=Text.senses[row.sense],
             right=float(row.right),
             slack=slack,
             binds=math.isclose(slack, 0.0, abs_tol=1e-6 * max(1.0, abs(float(row.right)))),
         )
+
+
+def _statement(relation: Relation) -> str:
+    """A constraint as mathematics; one too long to read by its values alone."""
+    notation = Text()
+    sides = relation.left, relation.right
+    if sum(fold(side, lambda leaf: 1, _terms, lambda let, inner: 1) for side in sides) > LONGEST:
+        return ""
+    return notation.write(relation).replace(notation.after, " ")
+
+
+def _terms(ufunc: np.ufunc, arguments: tuple[Any, ...]) -> int:
+    return sum(each if isinstance(each, int) else 1 for each in arguments)

@@ -23,9 +23,9 @@ class Side:
     label, unit
         As declared.
     statement
-        The constraint as mathematics.
-    left, right
-        Values of its sides.
+        The constraint as mathematics; empty for one too long to read.
+    left, sense, right
+        Values of its sides and how they compare.
     slack
         What is to spare.
     binds
@@ -36,6 +36,7 @@ class Side:
     unit: str
     statement: str
     left: float
+    sense: str
     right: float
     slack: float
     binds: bool

@@ -45,11 +45,13 @@ class Key:
     def further(self, sign: int) -> Iterator[float]:
         """Values further and further up (1) or down (−1), the outermost of the range last."""
         last = self.high if sign > 0 else self.low
+        value = self.now
         for step in self._steps(sign):
-            value = sign * math.ceil(sign * step) if self.whole else step
+            before, value = value, sign * math.ceil(sign * step) if self.whole else step
             if sign * value >= sign * last:
                 break
-            yield value
+            if value != before:
+                yield value
         if last != self.now:
             yield last
 

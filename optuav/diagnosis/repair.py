@@ -133,7 +133,7 @@ def repairs_of(question: Asked) -> tuple[Repair, ...]:
         return bool(_numbers(program, labels) != before)
 
     for key in keys(question.mission):
-        judge = _judge(question, key.name, changes)
+        judge = _judge(question, key, changes)
         found += [each for sign in (1, -1) if (each := _search(key, sign, judge)) is not None]
     solved = [replace(each, verified=_solved(question, each.key, each.value)) for each in found]
     offered = [each for each in solved if each.verified]
@@ -150,13 +150,14 @@ class _Verdict(NamedTuple):
 Judge = Callable[[float], _Verdict]
 
 
-def _judge(question: Asked, key: str, changes: Callable[[Program], bool]) -> Judge:
+def _judge(question: Asked, key: Key, changes: Callable[[Program], bool]) -> Judge:
     """What a value of a key does; one that breaks a rule of missions does nothing."""
 
     @cache
     def judge(value: float) -> _Verdict:
+        number = int(value) if key.whole else value
         try:
-            program = question.program(question.mission.replace({key: value}))
+            program = question.program(question.mission.replace({key.name: number}))
             changed = changes(program)
             return _Verdict(changed, changed and feasible(program))
         except (InputError, SolverError):

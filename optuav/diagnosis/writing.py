@@ -158,7 +158,8 @@ def _optimum(explained: Explanation) -> Iterator[list[str]]:
 
 def _sides(sides: Iterable[Side]) -> Iterator[tuple[str, ...]]:
     for each in sides:
-        yield each.label, each.statement
+        values = f"{_number(each.left)} {each.sense} {_with_unit(each.right, each.unit)}"
+        yield each.label, each.statement or values
 
 
 def _spare(sides: Iterable[Side]) -> Iterator[tuple[str, ...]]:

@@ -22,8 +22,8 @@ import numpy as np
 from optuav.engines.ranges import implied_upper_bounds, lower_bounds, own_upper_bounds
 from optuav.engines.solution import Solution, Status, stacked, unanswered
 from optuav.errors import SolverError
-from optuav.modelling.check import check
-from optuav.modelling.expression import Operand, evaluate, fold
+from optuav.modelling.check import check, holding
+from optuav.modelling.expression import Operand, Relation, Variable, evaluate, fold, leaves
 from optuav.modelling.model import Model
 
 NAME = "casadi"
@@ -115,7 +115,10 @@ class Compiled:
 
         self.sign = 1.0 if model.sense == "maximise" else -1.0
         cost = -self.sign * symbols(model.objective)
-        self.relations = [each.relation for each in model.constraints]
+        # A constraint without unknowns leaves IPOPT no interior to walk in.
+        self.constraints = [each for each in model.constraints if _has_unknowns(each.relation)]
+        self.settled = [each for each in model.constraints if not _has_unknowns(each.relation)]
+        self.relations = [each.relation for each in self.constraints]
         excess = [symbols(each.left) - symbols(each.right) for each in self.relations]
         everything = casadi.vertcat(parameters, scales)
         self._goals = [self._solver(unknowns, everything, cost, excess)]
@@ -157,6 +160,10 @@ class Compiled:
             return unanswered(
                 self.model, NAME, "bounds contradict", Status.INFEASIBLE, "not handed to IPOPT"
             )
+        broken = [each.label for each in self.settled if not _holds(each.relation, parameters)]
+        if broken:
+            words = f"does not hold whatever the unknowns: {', '.join(broken)}"
+            return unanswered(self.model, NAME, "evaluated", Status.INFEASIBLE, words)
         upper = implied_upper_bounds(self.model, parameters, lower)
         reach = {n: _reach(lower[n], min(upper[n], own_upper[n])) for n in self.names}
         scale = np.array([reach[name] for name in self.names])
@@ -265,7 +272,7 @@ class Compiled:
             ]
         )
         at_bounds = np.abs(np.asarray(answer["lam_x"]).ravel()) / scale
-        labels = [each.label for each in self.model.constraints]
+        labels = [each.label for each in self.constraints]
         multipliers = dict(zip(labels, weights, strict=True))
         for variable, weight in zip(self.model.variables, at_bounds, strict=True):
             multipliers[variable.label] = multipliers.get(variable.label, 0.0) + weight
@@ -275,6 +282,8 @@ class Compiled:
                 continue
             tight = abs(float(row.slack)) <= 1e-7 * max(1.0, abs(float(row.right)))
             binding[row.label] = binding.get(row.label, False) or tight
+        for each in self.settled:
+            multipliers[each.label], binding[each.label] = 0.0, False
         return Solution(
             engine=NAME,
             proof=PROOF,
@@ -287,6 +296,15 @@ class Compiled:
             model=self.model,
             given={name: np.array([value]) for name, value in parameters.items()},
         )
+
+
+def _has_unknowns(relation: Relation) -> bool:
+    return any(isinstance(each, Variable) for each in leaves(relation.left, relation.right))
+
+
+def _holds(relation: Relation, values: Mapping[str, Any]) -> bool:
+    sides = (evaluate(side, values) for side in (relation.left, relation.right))
+    return bool(holding(relation.sense, *sides))
 
 
 def _reach(lower: float, upper: float) -> float:

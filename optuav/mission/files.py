@@ -44,7 +44,7 @@ def read_text(path: Path, limit: int, *, hint: str = "") -> str:
     InputError
         If there is no such file or it cannot be read, is too large or no text.
     """
-    with _refusals(path, "read"):
+    with refusals(path, "read"):
         try:
             kind = path.stat().st_mode
         except FileNotFoundError:
@@ -65,21 +65,26 @@ def read_text(path: Path, limit: int, *, hint: str = "") -> str:
 
 
 def write_text(path: Path, text: str) -> None:
-    """Write a text file whole, or leave what was there.
+    """Write a text file in UTF-8, see `write_bytes`."""
+    write_bytes(path, text.encode("utf-8"))
+
+
+def write_bytes(path: Path, content: bytes) -> None:
+    """Write a file whole, or leave what was there.
 
     Parameters
     ----------
     path
         The file; a link is followed.
-    text
-        Its content, written in UTF-8.
+    content
+        All of it.
 
     Raises
     ------
     InputError
         If the directory is missing or cannot be written to.
     """
-    with _refusals(path, "written"):
+    with refusals(path, "written"):
         target = Path(os.path.realpath(path))
         if target.is_dir():
             raise refusal(path, "is a directory, not a file")
@@ -87,21 +92,35 @@ def write_text(path: Path, text: str) -> None:
             raise refusal(path, f"there is no directory {label(target.parent)}")
         temporary = target.with_name(f".{os.urandom(8).hex()}.tmp")
         try:
-            with temporary.open("x", encoding="utf-8", newline="\n") as file:
-                file.write(text)
+            with temporary.open("xb") as file:
+                file.write(content)
             os.replace(temporary, target)
         finally:
             with contextlib.suppress(OSError):
                 temporary.unlink(missing_ok=True)
 
 
+def make_directory(path: Path) -> None:
+    """Make a directory where there is none.
+
+    Raises
+    ------
+    InputError
+        If it cannot be made.
+    """
+    with refusals(path, "made"):
+        path.mkdir(parents=True, exist_ok=True)
+
+
 @contextlib.contextmanager
-def _refusals(path: Path, done: str) -> Iterator[None]:
+def refusals(path: Path, done: str) -> Iterator[None]:
     """Turn the system's errors into ours."""
     try:
         yield
     except InputError:
         raise
+    except FileExistsError:
+        raise refusal(path, "is not a directory") from None
     except OSError as error:
         raise refusal(path, f"cannot be {done}: {error.strerror}") from None
     except ValueError:

@@ -15,6 +15,7 @@ if TYPE_CHECKING:
     from optuav.plots.charge import BatteryAxes as BatteryAxes
     from optuav.plots.charge import battery as battery
     from optuav.plots.constraints import plane as plane
+    from optuav.plots.files import save_map as save_map
     from optuav.plots.files import save_pictures as save_pictures
     from optuav.plots.map import MapAxes as MapAxes
     from optuav.plots.map import mission_map as mission_map
@@ -30,6 +31,7 @@ HOMES = {
     "leg": "optuav.plots.stages",
     "mission_map": "optuav.plots.map",
     "plane": "optuav.plots.constraints",
+    "save_map": "optuav.plots.files",
     "save_pictures": "optuav.plots.files",
     "trajectories": "optuav.plots.map",
 }

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import contextlib
 import io
-import os
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from optuav.mission.files import refusal
+from optuav.mission import Mission
+from optuav.mission.files import make_directory, write_bytes
 from optuav.plan import Phase, Plan
 
 if TYPE_CHECKING:
@@ -39,12 +38,22 @@ def save_pictures(plan: Plan, directory: str | Path) -> list[Path]:
         If matplotlib is missing, or the directory cannot be made or written to. Every file is
         written whole or not at all.
     """
-    folder = Path(directory)
-    with _refusals(folder, "made"):
-        folder.mkdir(parents=True, exist_ok=True)
-    pictures = {name: _png(figure) for name, figure in _figures(plan)}
+    return _save(_figures(plan), Path(directory))
+
+
+def save_map(mission: Mission, directory: str | Path) -> list[Path]:
+    """Write the map of a mission as ``map.png``; otherwise as `save_pictures`."""
+    from optuav.plots import mission_map
+
+    drawn = mission_map(mission).plan.get_figure(root=True)
+    return _save([("map.png", drawn)], Path(directory))
+
+
+def _save(figures: Iterable[tuple[str, Figure | None]], folder: Path) -> list[Path]:
+    make_directory(folder)
+    pictures = {name: _png(figure) for name, figure in figures}
     for name, content in pictures.items():
-        _write(folder / name, content)
+        write_bytes(folder / name, content)
     return [folder / name for name in pictures]
 
 
@@ -76,28 +85,3 @@ def _png(figure: Figure | None) -> bytes:
         # By default matplotlib signs the file with its version.
         figure.savefig(content, format="png", dpi=figure.dpi, metadata={"Software": None})
     return content.getvalue()
-
-
-def _write(path: Path, content: bytes) -> None:
-    """Write a file whole, or leave what was there."""
-    temporary = path.with_name(f".{os.urandom(8).hex()}.tmp")
-    with _refusals(path, "written"):
-        try:
-            temporary.write_bytes(content)
-            os.replace(temporary, path)
-        finally:
-            with contextlib.suppress(OSError):
-                temporary.unlink(missing_ok=True)
-
-
-@contextlib.contextmanager
-def _refusals(path: Path, done: str) -> Iterator[None]:
-    """Turn the system's errors into ours."""
-    try:
-        yield
-    except FileExistsError:
-        raise refusal(path, "is not a directory") from None
-    except OSError as error:
-        raise refusal(path, f"cannot be {done}: {error.strerror}") from None
-    except ValueError:
-        raise refusal(path, "is not a possible path") from None
