@@ -24,7 +24,7 @@ bench: $(VENV)/dev.stamp
 	$(BIN)/python -m benchmarks
 
 soak: $(VENV)/dev.stamp
-	$(BIN)/python -m pytest -n 2 -m "soak or hypothesis" --hypothesis-profile=soak
+	$(BIN)/python -m pytest -n 2 -m "soak or campaign" --hypothesis-profile=soak
 
 pins:
 	$(MAKE) $(VENV)-pins/created.stamp VENV=$(VENV)-pins

@@ -89,5 +89,5 @@ def _of_plan(plan: Plan) -> Asked:
             f"the plan's problem {plan.problem} is a formulation of one's own, which its file does "
             "not hold: explain the mission with it"
         )
-    names = ("problem", "trajectory", "building", "order", "perspective", "slot_s", "engine")
-    return Asked(plan.mission, {name: getattr(plan, name) for name in names})
+    stated = OPTIONS & type(plan).model_fields.keys()
+    return Asked(plan.mission, {name: getattr(plan, name) for name in stated})

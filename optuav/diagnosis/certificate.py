@@ -165,7 +165,9 @@ class Bound(Combination):
         return self.is_valid and self.coefficients == self.objective
 
 
-def certificates(model: Model, parameters: Mapping[str, Any]) -> Iterator[Certificate]:
+def certificates(
+    model: Model, parameters: Mapping[str, Any], slot_s: float | None = None
+) -> Iterator[Certificate]:
     """Conflicts of a linear programme, no two of which share a constraint on its parameters.
 
     Parameters
@@ -174,6 +176,9 @@ def certificates(model: Model, parameters: Mapping[str, Any]) -> Iterator[Certif
         The declaration.
     parameters
         Values of all its parameters, numbers.
+    slot_s
+        Length of the slots [s], where unknowns begin with their first one; that other slots are
+        whole does not count.
 
     Yields
     ------
@@ -185,7 +190,7 @@ def certificates(model: Model, parameters: Mapping[str, Any]) -> Iterator[Certif
     NotAffineError
         If the model is not linear.
     """
-    programme = _Programme(model, parameters)
+    programme = _Programme(model, parameters, slot_s)
     target = [NOTHING] * len(model.variables) + [Fraction(-1)]
     usable = programme.usable
     while True:
@@ -213,37 +218,48 @@ def bound(model: Model, parameters: Mapping[str, Any], binding: Collection[str])
 
     Returns
     -------
-    Rows among those that add up to the objective (what is minimised, negated); None if none do.
+    Rows among those that add up to the objective (what is minimised, negated); None if none do or
+    none are needed.
     """
     programme = _Programme(model, parameters)
-    goal = [Fraction(float(value)) for value in programme.form.directions[0, :, 0]]
-    usable = [k for k in programme.usable if programme.form.labels[k] in binding]
-    weights = combination([programme.column(k)[:-1] for k in usable], goal)
-    if weights is None:
+    usable = [k for k in programme.usable if programme.labels[k] in binding]
+    weights = combination([programme.column(k)[:-1] for k in usable], programme.goal)
+    if not weights or not any(weights):
         return None
     taken = {k: weight for k, weight in zip(usable, weights, strict=True) if weight}
-    return Bound(programme.rows(taken), programme.by_symbol(goal))
+    return Bound(programme.rows(taken), programme.by_symbol(programme.goal))
 
 
 class _Programme:
     """Rows of one linear programme with what they speak of."""
 
-    def __init__(self, model: Model, parameters: Mapping[str, Any]) -> None:
-        self.form = linear_form(model, parameters)
+    def __init__(
+        self, model: Model, parameters: Mapping[str, Any], slot_s: float | None = None
+    ) -> None:
+        form = linear_form(model, parameters)
+        self.goal = [Fraction(float(value)) for value in form.directions[0, :, 0]]
         self.symbols = [variable.symbol for variable in model.variables]
+        self.labels = [*form.labels]
         self.parameters = [_parameters(each) for each in _constraints(model)]
+        self.numbers = [
+            [*normal, limit]
+            for normal, limit in zip(form.normals[..., 0], form.limits[:, 0], strict=True)
+        ]
+        for k, variable in enumerate(model.variables if slot_s is not None else ()):
+            if variable.first_slot > 0:
+                self.labels.append(f"first slot of {variable.symbol}")
+                self.parameters.append(())
+                unit = [-1.0 if j == k else 0.0 for j in range(len(self.symbols))]
+                self.numbers.append([*unit, -variable.first_slot * (slot_s or 0.0)])
 
     @property
     def usable(self) -> list[int]:
         """Numbers of the rows that limit something; an infinite limit does not."""
-        finite = np.isfinite(self.form.normals[..., 0]).all(axis=1)
-        finite &= np.isfinite(self.form.limits[:, 0])
-        return [int(k) for k in np.flatnonzero(finite)]
+        return [k for k, row in enumerate(self.numbers) if np.isfinite(row).all()]
 
     def column(self, row: int, allowance: Fraction = NOTHING) -> list[Fraction]:
         """(a, b) of a row, with an allowance on b."""
-        numbers = [*self.form.normals[row, :, 0], self.form.limits[row, 0]]
-        *normal, limit = (Fraction(float(number)) for number in numbers)
+        *normal, limit = (Fraction(float(number)) for number in self.numbers[row])
         return [*normal, limit + allowance * max(Fraction(1), abs(limit))]
 
     def by_symbol(self, numbers: Sequence[Fraction]) -> dict[str, Fraction]:
@@ -258,7 +274,7 @@ class _Programme:
             named = self.parameters[k]
             found.append(
                 Row(
-                    label=self.form.labels[k],
+                    label=self.labels[k],
                     parameters=tuple(each.name for each in named),
                     keys=tuple(each.key for each in named if each.key),
                     multiplier=weight,

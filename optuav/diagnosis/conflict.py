@@ -30,7 +30,8 @@ class Conflict:
     routes
         Number of routes that it concerns.
     certificates
-        The conflicts on that route, each with its proof; all of them have to be resolved.
+        The conflicts on that route, each with its proof; all of them have to be resolved. None
+        where the constraints are not linear, or only whole slots do not fit them.
     """
 
     route: tuple[str, ...]
@@ -55,7 +56,7 @@ class Conflict:
 
 
 def conflicts(program: Program) -> tuple[Conflict, ...]:
-    """The conflicts of an infeasible program by kind; empty where no declaration is linear."""
+    """The conflicts of an infeasible program by kind."""
     found: dict[tuple[tuple[str, ...], ...], Conflict] = {}
     for route, proofs in _by_route(program):
         labels = tuple(each.labels for each in proofs)
@@ -82,13 +83,13 @@ def conflicting(program: Program) -> frozenset[str] | None:
 
 def _by_route(program: Program) -> Iterator[tuple[int, tuple[Certificate, ...]]]:
     """Routes by flight time within each declaration, with their certificates if it is linear."""
-    flight_s = program.worked_out.itineraries.flight_time_s
+    flight_s, slot_s = program.worked_out.itineraries.flight_time_s, program.question.slot_s
     for part in program.parts:
         linear = traits(part.model).linear
         for entry in np.argsort(flight_s[part.routes], kind="stable")[:MOST_ROUTES].tolist():
             route = int(part.routes[entry])
             if linear:
-                yield route, tuple(certificates(part.model, part.model.row(entry)))
+                yield route, tuple(certificates(part.model, part.model.row(entry), slot_s))
             else:
                 yield route, ()
 

@@ -20,7 +20,7 @@ from optuav.engines.solution import Status
 from optuav.mission import Mission
 from optuav.modelling import Model, NotAffineError, Relation, Variable, check
 from optuav.modelling.check import relations
-from optuav.modelling.expression import fold
+from optuav.modelling.expression import fold, leaves
 from optuav.modelling.notation import Text
 from optuav.plan import Plan
 from optuav.solving import Program
@@ -57,7 +57,7 @@ def explain(subject: Program | Plan | Mission | str | Path, /, **options: Any) -
     """
     question = asked(subject, options)
     program = question.program()
-    plan = subject if isinstance(subject, Plan) else program.solve()
+    plan = subject if isinstance(subject, Plan) and subject else program.solve()
     if plan:
         return _optimum(program, plan)
     if plan.status is not Status.INFEASIBLE:
@@ -102,11 +102,14 @@ def _optimum(program: Program, plan: Plan) -> Explanation:
 
 
 def _objective(model: Model) -> str:
+    """What is sought, with its unit if all of it has the same."""
     goal = model.objective
+    units = {each.unit for each in leaves(goal)}
+    unit = f"{units.pop()} " if len(units) == 1 and units != {"1"} else ""
     if not isinstance(goal, Variable):
-        return "of the objective"
+        return f"{unit}of the objective"
     words = {"hover_time_s": "hover", "rest_time_s": "rest"}.get(goal.name, goal.symbol)
-    return f"{goal.unit} of {words}" if goal.unit != "1" else f"of {words}"
+    return f"{unit}of {words}"
 
 
 def _sides(model: Model, values: dict[str, float]) -> Iterator[Side]:

@@ -63,7 +63,7 @@ class Explanation:
         ``"maximise"`` or ``"minimise"``.
     conflicts
         Without a plan: which constraints conflict, with proofs; empty where the reasons of the
-        plan are physical or its programmes are not linear.
+        plan are physical.
     repairs
         Without a plan: single changes that make it feasible, the smallest first.
     constraints

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 
 import numpy as np
 
 from optuav.engines import closed_form, grid
 from optuav.engines.ranges import Values, implied_upper_bounds, lower_bounds, own_upper_bounds
-from optuav.engines.solution import Status
+from optuav.engines.solution import Floats, Status
 from optuav.modelling import Model, NotAffineError, check
 from optuav.solving import Program
 from optuav.solving.planning import Part
@@ -17,18 +18,21 @@ SAMPLES = 25
 """Points a side of the lattice on which a programme is tried that is not linear."""
 FINEST = 1e-4
 """First step of the lattice as a share of the range."""
-MOST_SLOTS = 100_000
-"""Slots of an unknown above which no whole slots are looked for."""
-FIRST_SLOTS = 400
-"""Slots of an unknown that are looked at: the first ones bind the least."""
+MOST_SEARCHED = 3000
+"""Slots of an unknown above which not all of them are looked at."""
+FIRST_SLOTS = 1000
+"""Slots that are then looked at one by one; as many beyond them grow further apart."""
+MOST_SLOTS = 1e9
+"""Slots beyond which none is looked at."""
 
 
 def feasible(program: Program) -> bool:
     """Whether some route of a question has feasible times.
 
-    Exact for programmes that are linear in one or two unknowns, as the paper's are. With times in
-    slots, and where programmes are not linear, some slots or a lattice of points are tried, so
-    that a yes is certain and a no is not. For any other programme the engine is asked.
+    Exact for programmes that are linear in one or two unknowns, as the paper's are, up to some
+    thousand slots too. With more slots, and where programmes are not linear, some slots or a
+    lattice of points are tried, so that a yes is certain and a no is not. For programmes in more
+    unknowns the engine is asked.
     """
     return any(_feasible(program, part) for part in program.parts)
 
@@ -52,7 +56,22 @@ def _feasible(program: Program, part: Part) -> bool:
     return any(_in_slots(model, model.row(entry), slot_s) for entry in entries)
 
 
-def _reach(model: Model, parameters: Values) -> dict[str, tuple[float, float]]:
+def confirmed(program: Program) -> bool:
+    """Whether a question has an answer: solved again, or with very many slots a feasible cell."""
+    slot_s = program.question.slot_s
+    if slot_s is not None and any(
+        _longest(_reach(part.model, part.model.row(0)), slot_s) > MOST_SEARCHED
+        for part in program.parts
+    ):
+        return feasible(program)
+    return program.solve().status.has_answer
+
+
+Reach = Mapping[str, tuple[float, float]]
+"""Least and largest value by name of the unknown."""
+
+
+def _reach(model: Model, parameters: Values) -> Reach:
     """How far every unknown can go, at the most."""
     lower = lower_bounds(model, parameters)
     upper = implied_upper_bounds(model, parameters, lower)
@@ -61,13 +80,28 @@ def _reach(model: Model, parameters: Values) -> dict[str, tuple[float, float]]:
 
 
 def _in_slots(model: Model, parameters: Values, slot_s: float) -> bool:
-    """Whether some of the first whole slots are feasible, by the tests of the grid engine."""
+    """Whether some whole slots are feasible, by the tests of the grid engine."""
     reach = _reach(model, parameters)
-    if not all(most - least <= MOST_SLOTS * slot_s for least, most in reach.values()):
-        return False
-    axes = [axis[:FIRST_SLOTS] for axis in grid.axes(model, parameters, slot_s)]
+    if _longest(reach, slot_s) <= MOST_SEARCHED:
+        axes = grid.axes(model, parameters, slot_s)
+    else:
+        axes = [
+            slot_s * (variable.first_slot + _spread((most - least) // slot_s))
+            for variable, (least, most) in zip(model.variables, reach.values(), strict=True)
+        ]
     points = dict(zip(reach, np.ix_(*axes), strict=True))
     return bool(grid.cells(grid.tests(model, parameters), points).any())
+
+
+def _spread(last: float) -> Floats:
+    """Whole numbers up to the last one: the first of them all, then fewer and fewer."""
+    further = np.geomspace(FIRST_SLOTS, max(FIRST_SLOTS, min(last, MOST_SLOTS)), FIRST_SLOTS)
+    return np.unique(np.concatenate([np.arange(FIRST_SLOTS), np.floor(further)]))
+
+
+def _longest(reach: Reach, slot_s: float) -> float:
+    """Slots of the unknown that has most."""
+    return max((most - least) / slot_s for least, most in reach.values())
 
 
 def _somewhere(model: Model, parameters: Values) -> bool:

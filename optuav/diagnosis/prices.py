@@ -40,6 +40,8 @@ class Price:
     gain, loss
         Change of the objective by one step more and by one step less; infinite where that leaves
         no plan.
+    solved_again
+        Whether gain and loss come from solving again; else from the rates, which hold nearby.
     """
 
     name: str
@@ -52,6 +54,7 @@ class Price:
     step: float
     gain: float
     loss: float
+    solved_again: bool
 
     @property
     def has_kink(self) -> bool:
@@ -73,6 +76,7 @@ class Price:
             "key": self.key,
             "value": self.value,
             "step": self.step,
+            "solved_again": self.solved_again,
             **{name: value if math.isfinite(value) else None for name, value in numbers.items()},
         }
 
@@ -97,7 +101,8 @@ def prices(
     own = solutions[number].shadow_prices(entry)
     rivals = [solutions[k].shadow_prices(j) for k, j in _tied(solutions, chosen)]
     row = model.row(entry)
-    effect = _Effect(program, solutions, chosen, towards)
+    exact = all(solution.engine == closed_form.NAME for solution in solutions)
+    effect = _Effect(program, solutions, chosen, towards) if exact else None
     found = []
     for name, price in own.items():
         parameter = model.parameters[name]
@@ -120,8 +125,9 @@ def prices(
                 less=both.less,
                 more=both.more,
                 step=step,
-                gain=effect(parameter, both.more, step),
-                loss=effect(parameter, both.less, -step),
+                gain=both.more * step if effect is None else effect(parameter, step),
+                loss=-both.less * step if effect is None else effect(parameter, -step),
+                solved_again=effect is not None,
             )
         )
     return tuple(sorted(found, key=lambda each: not each.key))
@@ -151,19 +157,17 @@ class _Effect:
     chosen: tuple[int, int]
     towards: float
 
-    def __call__(self, parameter: Parameter, rate: float, step: float) -> float:
-        """Solved again where that is quick, so that kinks on the way count; else by the rate."""
+    def __call__(self, parameter: Parameter, step: float) -> float:
+        """Solved again in closed form, so that kinks on the way count."""
         number, entry = self.chosen
+        own = np.ndim(parameter.value) > 0
         value: Any = parameter.value + step
-        if np.ndim(parameter.value):
+        if own:
             value = np.where(np.arange(len(value)) == entry, value, parameter.value)
         best = -math.inf
         for k, part in enumerate(self.program.parts):
-            if np.ndim(parameter.value) and k != number:
-                objective = self.solutions[k].objective
-            elif self.solutions[k].engine != closed_form.NAME:
-                return rate * step
-            else:
+            objective = self.solutions[k].objective
+            if k == number or not own:
                 values = {parameter.name: value}
                 objective = closed_form.solve(part.model, len(part.routes), values).objective
             best = max(best, np.fmax.reduce(self.towards * objective, initial=-math.inf))

@@ -13,7 +13,7 @@ import numpy as np
 
 from optuav.diagnosis.asked import Asked, asked
 from optuav.diagnosis.conflict import conflicting
-from optuav.diagnosis.feasible import feasible
+from optuav.diagnosis.feasible import confirmed, feasible
 from optuav.diagnosis.keys import Key, keys
 from optuav.errors import InputError, SolverError
 from optuav.mission import Mission
@@ -51,7 +51,7 @@ class Repair:
         Digit to which it is rounded: the value short of it by so much is infeasible. 0 for a
         switch.
     verified
-        Whether the question, asked again with the value, was solved.
+        Whether the question, asked again with the value, was found to have an answer.
     """
 
     key: str
@@ -169,15 +169,14 @@ def _judge(question: Asked, key: Key, changes: Callable[[Program], bool]) -> Jud
 def _solved(question: Asked, key: str, value: float) -> bool:
     """Whether the question has a plan with another value of a key."""
     try:
-        plan = question.program(question.mission.replace({key: value})).solve()
+        return confirmed(question.program(question.mission.replace({key: value})))
     except (InputError, SolverError):
         return False
-    return plan.status.has_answer
 
 
 def _numbers(program: Program, labels: Collection[str] | None) -> list[Any]:
     """The numbers by which a program is infeasible: while they stay, so do the certificates."""
-    found: list[Any] = [program.reasons]
+    found: list[Any] = [program.reasons, program.question.slot_s]
     for part in program.parts:
         found.append(part.routes.tobytes())
         if labels is None:
@@ -227,7 +226,7 @@ def _edge(key: Key, sign: int, bad: float, good: float, judge: Judge) -> tuple[f
     while not key.whole and abs(good - bad) > NEAR * _size(key, good):
         middle = _between(bad, good)
         bad, good = (bad, middle) if judge(middle).repairs else (middle, good)
-    for digit in _digits(key, good):
+    for digit in _digits(key, bad, good):
         unit = 10.0**digit
         low, high = math.floor(sign * bad / unit), math.ceil(sign * good / unit)
         if not judge(_decimal(sign * high, digit)).repairs:
@@ -236,6 +235,8 @@ def _edge(key: Key, sign: int, bad: float, good: float, judge: Judge) -> tuple[f
             middle = (low + high) // 2
             repairs = judge(_decimal(sign * middle, digit)).repairs
             low, high = (low, middle) if repairs else (middle, high)
+        while sign * low * unit > sign * key.now and judge(_decimal(sign * low, digit)).repairs:
+            low, high = low - 1, low
         return _decimal(sign * high, digit), digit
     return None
 
@@ -252,13 +253,13 @@ def _between(one: float, other: float) -> float:
     return math.copysign(math.sqrt(one * other), one) if far else 0.5 * (one + other)
 
 
-def _digits(key: Key, value: float) -> range:
+def _digits(key: Key, bad: float, good: float) -> range:
     """Places of the last digit, the coarsest first."""
     if key.whole:
         return range(1)
-    first = math.floor(math.log10(abs(value - key.now))) - 1
-    if value:
-        first = min(first, math.floor(math.log10(abs(value))) - 2)
+    first = math.floor(math.log10(abs(good - key.now))) - 1
+    if good:
+        first = min(first, math.floor(math.log10(min(abs(good), abs(bad) or math.inf))) - 2)
     return range(first, first - FINER, -1)
 
 

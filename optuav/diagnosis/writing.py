@@ -12,6 +12,7 @@ from optuav.diagnosis.conflict import Conflict
 from optuav.diagnosis.explanation import Explanation, Side
 from optuav.diagnosis.prices import Price
 from optuav.diagnosis.repair import Repair
+from optuav.engines.solution import Status
 from optuav.mission.words import shown
 
 WIDTH = 80
@@ -103,16 +104,19 @@ def combination_text(used: Combination) -> list[str]:
 
 
 def _no_plan(explained: Explanation) -> Iterator[list[str]]:
+    if explained.plan.status is not Status.INFEASIBLE:
+        return
     for conflict in explained.conflicts:
-        yield from _conflict(conflict)
+        yield from _conflict(conflict, explained.plan.slot_s)
     yield _repairs(explained.repairs)
 
 
-def _conflict(conflict: Conflict) -> Iterator[list[str]]:
+def _conflict(conflict: Conflict, slot_s: float | None) -> Iterator[list[str]]:
     places = " → ".join(conflict.route)
-    where = f"on {places}" if conflict.routes == 1 else f"on {conflict.routes} routes as {places}"
+    where = f"on {places}" if conflict.routes == 1 else f"on {conflict.routes} routes, such as {places}"
     if not conflict.certificates:
-        yield _paragraph("Conflict", f"{where}: no certificate, the constraints are not linear")
+        why = "the constraints are not linear" if slot_s is None else "only whole slots do not fit"
+        yield _paragraph("Conflict", f"{where}: no certificate, {why}")
     for each in conflict.certificates:
         labels = " and ".join(each.labels)
         verb = "cannot hold together" if len(each.labels) > 1 else "cannot hold"
@@ -164,7 +168,7 @@ def _sides(sides: Iterable[Side]) -> Iterator[tuple[str, ...]]:
 
 def _spare(sides: Iterable[Side]) -> Iterator[tuple[str, ...]]:
     for each in sides:
-        yield each.label, _with_unit(each.slack, each.unit)
+        yield each.label, _with_unit(each.slack, each.unit), each.statement
 
 
 def _prices(explained: Explanation) -> Iterator[list[str]]:
@@ -224,17 +228,18 @@ def _words(explained: Explanation, price: Price) -> str:
         start = f"{unit} of {_name(price)}"
     else:
         start = f"one more {UNIT_NAMES.get(price.unit, price.unit)} of {_name(price)}"
-    words = f"{start} {_change(explained, price.gain)}"
+    words = f"{start} {_change(explained, price.gain, price.solved_again)}"
     if price.has_kink:
-        words += f", as much less {_change(explained, price.loss)}"
+        words += f", as much less {_change(explained, price.loss, price.solved_again)}"
     return words
 
 
-def _change(explained: Explanation, change: float) -> str:
+def _change(explained: Explanation, change: float, exact: bool) -> str:
     if math.isinf(change):
         return "leaves no plan"
     if change == 0.0:
         return "changes nothing"
     better = (change > 0.0) == (explained.sense == "maximise")
     gain = "brings" if explained.sense == "maximise" else "saves"
-    return f"{gain if better else 'costs'} {abs(change):.3g} {explained.objective}"
+    verb = gain if better else "costs"
+    return f"{verb} {'' if exact else 'about '}{abs(change):.3g} {explained.objective}"

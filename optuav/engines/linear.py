@@ -34,6 +34,27 @@ EQUAL = 1e-9
 """Relative loss of the objective that the preferences may use up."""
 TIGHT = 1e-7
 """Relative slack below which a row counts as holding with equality."""
+GAP = 1e-7
+"""Relative gap between an answer and the bound on all others above which it counts as unproved."""
+STATUSES = {
+    "optimal": Status.OPTIMAL,
+    "optimal_inaccurate": Status.FEASIBLE,
+    "infeasible": Status.INFEASIBLE,
+    "unbounded": Status.UNBOUNDED,
+}
+"""What CVXPY's words mean; all others are refused."""
+SETTINGS: Mapping[str, Mapping[str, Any]] = {
+    "HIGHS": {
+        "primal_feasibility_tolerance": 1e-9,
+        "dual_feasibility_tolerance": 1e-9,
+        "mip_feasibility_tolerance": 1e-9,
+        "mip_rel_gap": 0.0,
+    },
+    "SCIPY": {"scipy_options": {"mip_rel_gap": 0.0}},
+    "OSQP": {"eps_abs": 1e-10, "eps_rel": 1e-10, "max_iter": 100_000, "polishing": False},
+    "SCS": {"eps_abs": 1e-10, "eps_rel": 1e-10},
+}
+"""What solvers are asked for where their own choice is too coarse for seconds."""
 TIME_LIMITS = {
     "HIGHS": "time_limit",
     "CLARABEL": "time_limit",
@@ -60,7 +81,7 @@ class Compiled:
     Raises
     ------
     InputError
-        If the solver is not installed.
+        If the solver is not installed, or does not take whole numbers where there are some.
     NotAffineError
         If the model is not linear.
     """
@@ -77,8 +98,14 @@ class Compiled:
         installed = cvxpy.installed_solvers()  # type: ignore[no-untyped-call]
         if solver not in installed:
             raise InputError(f"CVXPY has no solver {solver!r}; installed: {', '.join(installed)}")
+        whole = slot_s is not None or any(variable.binary for variable in model.variables)
+        if whole and solver not in (able := _solvers_of_whole_numbers()):
+            raise InputError(
+                f"the solver {solver} takes no whole numbers; installed ones that do: "
+                f"{', '.join(able)}"
+            )
         self.model, self.slot_s, self.solver = model, slot_s, solver
-        self.options: dict[str, Any] = {}
+        self.options: dict[str, Any] = dict(SETTINGS.get(solver, {}))
         if time_limit_s is not None:
             if solver not in TIME_LIMITS:
                 raise InputError(f"the solver {solver} takes no time limit")
@@ -96,12 +123,14 @@ class Compiled:
         self.a, self.b = cvxpy.Parameter((rows, unknowns)), cvxpy.Parameter(rows)
         self.c = cvxpy.Parameter(unknowns)
         self.rows = self.a @ self.x <= self.b
-        self.problems = [cvxpy.Problem(cvxpy.Maximize(self.c @ self.x), [self.rows])]
+        goal = cvxpy.Maximize(self.c @ self.x)
+        self.problems = [cvxpy.Problem(goal, [self.rows])]
         if goals > 1:
-            # Among equally good points: the objective may not get worse than it was.
-            self.first, self.floor = cvxpy.Parameter(unknowns), cvxpy.Parameter()
-            keep = self.first @ self.x >= self.floor
-            self.problems.append(cvxpy.Problem(cvxpy.Maximize(self.c @ self.x), [self.rows, keep]))
+            # Among equally good points: no earlier goal may get worse than it was.
+            self.kept = cvxpy.Parameter((goals - 1, unknowns))
+            self.floors = cvxpy.Parameter(goals - 1)
+            keep = self.kept @ self.x >= self.floors
+            self.problems.append(cvxpy.Problem(goal, [self.rows, keep]))
 
     @property
     def integer(self) -> bool:
@@ -120,26 +149,49 @@ class Compiled:
         form = linear_form(self.model, values)
         if not form.usable.all():
             return self._unanswered(Status.ERROR, "a parameter is no number")
-        a, b = form.normals[..., 0], form.limits[..., 0]
-        bounds = [variable.label for variable in self.model.variables]
+        a, b, c = form.normals[..., 0], form.limits[..., 0], form.directions[..., 0]
         if self.slot_s is not None:
             a, b = self._in_slots(form, values, a, b)
+            c = c * np.where(self.counted, self.slot_s, 1.0)
+        for label, limit in zip(form.labels, b, strict=True):
+            if limit == -np.inf:
+                return self._unanswered(Status.INFEASIBLE, f"{label} can never hold")
         finite = np.isfinite(b)
-        if (b == -np.inf).any():
-            return self._unanswered(Status.INFEASIBLE, f"a row of {bounds} can never hold")
-        self.a.value = np.where(finite[:, None], a, 0.0)
-        self.b.value = np.where(finite, b, 1.0)
-        scale = self.slot_s or 1.0
-        goals = form.directions[..., 0] * np.where(self.counted, scale, 1.0)
-        self.c.value = goals[0]
+        # Solvers' tolerances are absolute: rows and goals of size 1 put them in seconds.
+        size, worth = _sizes(a), _sizes(c)
+        a = np.where(finite[:, None], a / size[:, None], 0.0)
+        b = np.where(finite, b / size, 1.0)
+        c = c / worth[:, None]
+        self.a.value, self.b.value, self.c.value = a, b, c[0]
         status = self._run(0)
         if not status.has_answer:
             return self._unanswered(status, self.words)
-        x = np.asarray(self.x.value, dtype=float)
-        multipliers = None if self.integer else np.asarray(self.rows.dual_value, dtype=float)
-        if len(goals) > 1 and self._may_differ(multipliers, len(x)):
-            x = self._preferred(goals, x)
+        x, weights = np.asarray(self.x.value, dtype=float), None
+        if not self.integer:
+            weights = np.maximum(np.asarray(self.rows.dual_value, dtype=float), 0.0)
+            self._prove(a, b, c[0], x, weights)
+            status = Status.OPTIMAL
+        if len(c) > 1 and _may_differ(a, weights):
+            x = self._preferred(c, x)
+        multipliers = None if weights is None else weights * worth[0] / size
         return self._solution(form, values, x, status, multipliers)
+
+    def _prove(self, a: Floats, b: Floats, c: Floats, x: Floats, weights: Floats) -> None:
+        """Bound what any feasible x' has more than x: (c − Aᵀλ)·x' + λ·b − c·x, as A x' ≤ b.
+
+        Raises
+        ------
+        SolverError
+            If x is not feasible, or the bound is not as good as zero.
+        """
+        excess = float(((a @ x - b) / np.maximum(1.0, np.abs(b))).max(initial=0.0))
+        best = float(c @ x)
+        more = float(weights @ b - best + np.abs(c - weights @ a) @ (1.0 + np.abs(x)))
+        if excess > GAP or more > GAP * max(1.0, abs(best)):
+            raise SolverError(
+                f"{NAME} with {self.solver} says {self.words}, but its answer violates a row by a "
+                f"share of {excess:.2g} and may be {max(0.0, more):.2g} short of the best"
+            )
 
     def _run(self, number: int) -> Status:
         """Run a problem and read its status; the solver's words are kept."""
@@ -148,34 +200,32 @@ class Compiled:
         problem = self.problems[number]
         try:
             with warnings.catch_warnings():
-                warnings.simplefilter("ignore")
+                # The status says the same, and inaccurate answers are proved or refused here.
+                warnings.filterwarnings("ignore", message="Solution may be inaccurate")
                 problem.solve(solver=self.solver, **self.options)  # type: ignore[no-untyped-call]
         except (cvxpy.error.SolverError, ValueError) as error:
             raise SolverError(f"{NAME} with {self.solver} failed: {error}") from None
         self.words = str(problem.status)
         if problem.status in ("user_limit", "user_limit_inaccurate"):
             raise SolverError(f"{NAME} with {self.solver} did not finish within the time limit")
-        return {
-            "optimal": Status.OPTIMAL,
-            "optimal_inaccurate": Status.FEASIBLE,
-            "infeasible": Status.INFEASIBLE,
-            "unbounded": Status.UNBOUNDED,
-        }.get(problem.status, Status.ERROR)
-
-    def _may_differ(self, multipliers: Floats | None, unknowns: int) -> bool:
-        """Whether other points may be as good: fewer rows carry weight than there are unknowns."""
-        if multipliers is None:
-            return True
-        return int((multipliers > TIGHT * max(1.0, float(multipliers.max()))).sum()) < unknowns
+        if problem.status == "infeasible_or_unbounded":
+            self.c.value = np.zeros(self.c.shape)
+            return Status.UNBOUNDED if self._run(number).has_answer else Status.INFEASIBLE
+        if problem.status not in STATUSES:
+            raise SolverError(f"{NAME} with {self.solver} is not sure: {problem.status}")
+        return STATUSES[problem.status]
 
     def _preferred(self, goals: Floats, x: Floats) -> Floats:
-        """The point with the smallest first preference among those as good as the best."""
-        best = float(goals[0] @ x)
-        self.first.value = goals[0]
-        self.floor.value = best - EQUAL * max(1.0, abs(best))
-        self.c.value = goals[1]
-        status = self._run(1)
-        return np.asarray(self.x.value, dtype=float) if status.has_answer else x
+        """Among the points that are as good as the best, the one that later goals prefer."""
+        kept, floors = np.zeros(self.kept.shape), np.zeros(self.floors.shape)
+        for number, goal in enumerate(goals[1:]):
+            reached = float(goals[number] @ x)
+            kept[number], floors[number] = goals[number], reached - EQUAL * max(1.0, abs(reached))
+            self.kept.value, self.floors.value, self.c.value = kept.copy(), floors.copy(), goal
+            if not self._run(1).has_answer:
+                break
+            x = np.asarray(self.x.value, dtype=float)
+        return x
 
     def _in_slots(
         self, form: LinearForm, values: Mapping[str, float], a: Floats, b: Floats
@@ -185,13 +235,10 @@ class Compiled:
         ranges = slot_ranges(self.model, values, self.slot_s)
         a = a * np.where(self.counted, self.slot_s, 1.0)
         b = b + TOLERANCE * np.maximum(1.0, np.abs(b))
-        labels = {variable.label: k for k, variable in enumerate(self.model.variables)}
-        for row, label in enumerate(form.labels):
-            k = labels.get(label)
-            if k is None or not self.counted[k]:
-                continue
-            first, last = ranges[form.names[k]]
-            a[row, k], b[row] = (1.0, last) if a[row, k] > 0.0 else (-1.0, -first)
+        for row, k in form.bounds:
+            if self.counted[k]:
+                first, last = ranges[form.names[k]]
+                a[row, k], b[row] = (1.0, last) if a[row, k] > 0.0 else (-1.0, -first)
         return a, b
 
     def _solution(
@@ -246,6 +293,27 @@ class Compiled:
 
     def _unanswered(self, status: Status, words: str) -> Solution:
         return unanswered(self.model, NAME, DUALITY, status, words)
+
+
+def _solvers_of_whole_numbers() -> list[str]:
+    """Names of the installed solvers that take integers."""
+    from cvxpy.reductions.solvers.defines import INSTALLED_MI_SOLVERS
+
+    return list(INSTALLED_MI_SOLVERS)
+
+
+def _sizes(rows: Floats) -> Floats:
+    """Largest coefficient of every row; 1 where there is none."""
+    largest = np.abs(rows).max(axis=1, initial=0.0)
+    return np.where(largest > 0.0, largest, 1.0)
+
+
+def _may_differ(a: Floats, weights: Floats | None) -> bool:
+    """Whether other points may be as good: the rows that carry weight do not pin the point."""
+    if weights is None:
+        return True
+    heavy = a[weights > TIGHT * max(1.0, float(weights.max(initial=0.0)))]
+    return bool(np.linalg.matrix_rank(heavy) < a.shape[1]) if len(heavy) else True
 
 
 def solve(

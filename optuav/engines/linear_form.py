@@ -31,6 +31,8 @@ class LinearForm:
         programme) and constants (goal, programme).
     towards
         1 if the model maximises, −1 if it minimises: the first goal is the objective times this.
+    bounds
+        (row, unknown) of the rows that are the unknowns' own bounds.
     """
 
     names: tuple[str, ...]
@@ -41,6 +43,7 @@ class LinearForm:
     directions: Floats
     offsets: Floats
     towards: float
+    bounds: tuple[tuple[int, int], ...]
 
     @property
     def usable(self) -> Booleans:
@@ -82,6 +85,12 @@ def linear_form(model: Model, values: Mapping[str, Any], programmes: int = 1) ->
             labels.append(constraint.label)
             signs.append(-1.0 if relation.sense == "==" else 1.0)
             forms.append(excess.times(-1.0))
+    stated = sum(2 if each.relation.sense == "==" else 1 for each in model.constraints)
+    bounds = tuple(
+        (row, names.index(name))
+        for row, form in enumerate(forms[stated:], start=stated)
+        for name in form.coefficients
+    )
     towards = 1.0 if model.sense == "maximise" else -1.0
     goals = [affine(model.objective, values).times(towards)]
     goals += [affine(each, values).times(-1.0) for each in model.preferences]
@@ -96,6 +105,7 @@ def linear_form(model: Model, values: Mapping[str, Any], programmes: int = 1) ->
         directions,
         offsets,
         towards,
+        bounds,
     )
 
 

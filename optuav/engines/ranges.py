@@ -6,6 +6,7 @@ import math
 from collections.abc import Mapping
 from typing import Any
 
+from optuav.errors import InputError
 from optuav.modelling.affine import NotAffineError, affine
 from optuav.modelling.expression import evaluate
 from optuav.modelling.model import Model
@@ -67,7 +68,7 @@ def slot_ranges(model: Model, parameters: Values, slot_s: float) -> dict[str, tu
 
     Raises
     ------
-    ValueError
+    InputError
         If an unknown has no lower bound, or nothing bounds it from above.
     """
     lower = lower_bounds(model, parameters)
@@ -78,7 +79,7 @@ def slot_ranges(model: Model, parameters: Values, slot_s: float) -> dict[str, tu
         least, bound = lower[variable.name], min(implied[variable.name], own[variable.name])
         for stated, word in ((least, "a lower"), (bound, "an upper")):
             if not math.isfinite(stated):
-                raise ValueError(f"whole slots need {word} bound on {variable.symbol}")
+                raise InputError(f"whole slots need {word} bound on {variable.symbol}")
         first = max(variable.first_slot, -last_slot(-least, slot_s, begun=False))
         last = last_slot(bound, slot_s, begun=bound == own[variable.name] >= least)
         ranges[variable.name] = (first, last)

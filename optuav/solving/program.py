@@ -2,16 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from formulations.algorithm2 import SAME_S, best
 from optuav.engines.solution import ShadowPrice, Solution, Status, verify
-from optuav.errors import SolverError
+from optuav.errors import InputError, SolverError
 from optuav.mission.network import Network
+from optuav.modelling import Check, check
 from optuav.plan import Plan
 from optuav.solving.dispatch import answer
 from optuav.solving.planning import TIMES, Part, plan_of, plan_without, shortfalls
@@ -46,6 +47,37 @@ class Program:
         if not self.parts:
             return "nothing can be flown: " + "; ".join(self.reasons)
         return "\n\n".join(str(part.model) for part in self.parts)
+
+    def to_latex(self) -> str:
+        """The declared models as LaTeX ``align*`` environments (package amsmath)."""
+        return "\n\n".join(part.model.to_latex() for part in self.parts)
+
+    def check(self, point: Mapping[str, Any]) -> tuple[Check, ...]:
+        """Every constraint at a point, from wherever it comes, evaluated in NumPy.
+
+        Parameters
+        ----------
+        point
+            Values of the unknowns by name, and of parameters that differ from the mission's;
+            numbers or arrays that broadcast with one entry an itinerary.
+
+        Raises
+        ------
+        InputError
+            If no model of the program has just these unknowns.
+        """
+        unknowns = [{each.name for each in part.model.variables} for part in self.parts]
+        stated = {name for name in point if any(name in names for names in unknowns)}
+        found = [
+            row
+            for part, names in zip(self.parts, unknowns, strict=True)
+            if names == stated
+            for row in check(part.model, point)
+        ]
+        if not found:
+            known = " or ".join(dict.fromkeys(", ".join(sorted(names)) for names in unknowns))
+            raise InputError(f"a point of this program states {known or 'nothing'}")
+        return tuple(found)
 
     def solve(self) -> Plan:
         """The best plan over all itineraries, evaluated again outside the engine.

@@ -127,6 +127,7 @@ def test_agrees_with_exact_arithmetic(size: int) -> None:
     """Status, value and the preferred vertex of whatever can be built from small numbers."""
     seen = set()
 
+    @pytest.mark.campaign
     @given(linear(size))
     def compare(programme: Linear) -> None:
         exact = solve_exactly(programme)

@@ -88,6 +88,7 @@ def test_grid_of_p4_is_within_its_bound(whole: bool, data: st.DataObject, perspe
         assert -ROUNDING_S <= continuous_s - grid_s <= bound_s
 
 
+@pytest.mark.campaign
 @given(missions(whole=False), PERSPECTIVE)
 def test_grid_of_p3_loses_less_than_a_slot(
     mission: tuple[Quantities, float], perspective: str

@@ -39,6 +39,7 @@ def refusal(path: Path, content: str | bytes) -> InputError:
     return caught.value
 
 
+@pytest.mark.campaign
 @settings(suppress_health_check=[HealthCheck.too_slow])
 @given(content=mutated_toml())
 def test_a_damaged_file_is_refused_in_words_or_is_a_mission(scratch: Path, content: bytes) -> None:

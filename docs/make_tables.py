@@ -1,0 +1,175 @@
+"""Tables made from the code: which options go together, which engine takes and gives what.
+
+A page names a table between two comments; ``python docs/refresh.py`` writes it there.
+"""
+
+from __future__ import annotations
+
+import itertools
+import re
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
+from typing import Any
+
+import optuav
+from formulations.formulation import Formulation
+from formulations.perspectives import PERSPECTIVES
+from optuav.engines.capabilities import CAPABILITIES, Capability
+from optuav.mission.itineraries import ORDERS
+from optuav.mission.routes import TRAJECTORIES
+from optuav.modelling import Model
+from optuav.modelling.traits import Traits, traits
+from optuav.solving.question import PROBLEMS
+
+NAMED = re.compile(
+    r"^(<!-- table (\w+): written by refresh\.py -->\n).*?^(<!-- end of table -->)$",
+    re.MULTILINE | re.DOTALL,
+)
+NONE = "–"
+
+Row = tuple[str, ...]
+
+
+class Own(Formulation):
+    """The least that a formulation of one's own can be."""
+
+    def declare(self, model: Model) -> None:
+        """State the longest hover, with or without a rest."""
+        hover, rest = self.hover_and_rest(model, "hover time")
+        model.maximise(hover)
+        self.keep_deadline(model, "deadline", hover, rest)
+        model.subject_to("state of charge", self.soc_end(hover, rest) >= self.min_soc)
+
+
+ASKED: Mapping[str, str | type[Formulation]] = {
+    **{name: name for name in PROBLEMS},
+    "a class of your own": Own,
+}
+"""Problems in the words of the tables, as `optuav.formulate` is given them."""
+
+
+# Which options go together
+
+
+def options() -> Iterator[Row]:
+    """Which options each problem takes."""
+    yield ("problem", "trajectory", "building", "order")
+    yield from merged(merged(_options(), column=1), column=0)
+
+
+def _options() -> Iterator[Row]:
+    for name, problem in ASKED.items():
+        ways = [way for way in TRAJECTORIES if accepted(problem, trajectory=way)]
+        for way in ways or [None]:
+            taken = [
+                choice
+                for choice in itertools.product((None, "b1"), (None, *ORDERS))
+                if accepted(problem, trajectory=way, building=choice[0], order=choice[1])
+            ]
+            yield (name, way or NONE, *(_must(set(each)) for each in zip(*taken, strict=True)))
+
+
+def accepted(problem: str | type[Formulation], **given: Any) -> bool:
+    """Whether `optuav.formulate` takes some options."""
+    try:
+        optuav.formulate("paper", problem, **given)
+    except optuav.InputError:
+        return False
+    return True
+
+
+def _must(values: Collection[str | None]) -> str:
+    """Whether an option with these accepted values must be stated, may be or must not."""
+    if None not in values:
+        return "needed"
+    return "free" if len(values) > 1 else NONE
+
+
+# Which engine takes which model
+
+
+def engines() -> Iterator[Row]:
+    """Which engine takes which problem under which perspective, in continuous times or slots."""
+    yield ("problem", "perspective", "it is", *(f"`{each.name}`" for each in CAPABILITIES))
+    yield from merged(merged(_engines(), column=1), column=0)
+
+
+def _engines() -> Iterator[Row]:
+    for problem, perspective in itertools.product(PROBLEMS, PERSPECTIVES):
+        building = "b1" if problem == "P4" else None
+        program = optuav.formulate("paper", problem, building=building, perspective=perspective)
+        found = [traits(part.model) for part in program.parts]
+        kind = "linear" if all(each.linear for each in found) else "nonlinear, smooth"
+        yield (problem, perspective, kind, *(times(each, found) for each in CAPABILITIES))
+
+
+def times(engine: Capability, models: Sequence[Traits] = ()) -> str:
+    """Which times an engine takes in all of some models, or at all."""
+    words = {"continuous": False, "slots": True}
+    if engine.slots is None:
+        del words["continuous"]
+    if engine.slots is False:
+        del words["slots"]
+    taken = [
+        word for word, slots in words.items() if not any(engine.obstacle(m, slots) for m in models)
+    ]
+    return ", ".join(taken) or NONE
+
+
+PURPOSES = {
+    "closed-form": "everyday answers, over thousands of routes",
+    "cvxpy": "a second opinion, binary choices, slots, a solver of your choice",
+    "casadi": "what is not linear, as the charge step by step through both wells",
+    "grid": "the paper's Algorithm 1, and checking the others",
+}
+
+
+def purposes() -> Iterator[Row]:
+    """What each engine is for, short enough for a first page."""
+    yield ("engine", "use it for", "takes", "its answer")
+    for each in CAPABILITIES:
+        kind = "smooth" if each.needs_smooth else "any" if each.nonlinear else "linear"
+        most = f", at most {each.most_unknowns} unknowns" if each.most_unknowns else ""
+        taken = f"{kind} models{most}; {times(each)}"
+        yield (f"`{each.name}`", PURPOSES[each.name], taken, each.gives)
+
+
+def capabilities() -> Iterator[Row]:
+    """What each engine takes and gives."""
+    yield ("engine", "models", "unknowns", "binary", "times", "gives")
+    for each in CAPABILITIES:
+        models = "smooth" if each.needs_smooth else "any" if each.nonlinear else "linear"
+        most = "any number" if each.most_unknowns is None else f"at most {each.most_unknowns}"
+        binary = "yes" if each.integer else NONE
+        yield (f"`{each.name}`", models, most, binary, times(each), each.gives)
+
+
+# Writing them
+
+
+def merged(rows: Iterable[Row], column: int) -> Iterator[Row]:
+    """Rows that differ in one column only as one row, the entries of that column in a list."""
+    entries: dict[Row, list[str]] = {}
+    for row in rows:
+        entries.setdefault(row[:column] + row[column + 1 :], []).append(row[column])
+    for row, found in entries.items():
+        yield (*row[:column], ", ".join(dict.fromkeys(found)), *row[column:])
+
+
+TABLES: Mapping[str, Callable[[], Iterator[Row]]] = {
+    "options": options,
+    "engines": engines,
+    "purposes": purposes,
+    "capabilities": capabilities,
+}
+
+
+def written(text: str) -> str:
+    """A page with every table that it names written anew."""
+
+    def table(found: re.Match[str]) -> str:
+        head, *rows = TABLES[found[2]]()
+        lines = [head, ("---",) * len(head), *rows]
+        body = "".join(f"| {' | '.join(line)} |\n" for line in lines).replace(" --- ", "---")
+        return f"{found[1]}\n{body}\n{found[3]}"
+
+    return NAMED.sub(table, text)

@@ -1,0 +1,201 @@
+"""Perspectives and trajectories of the paper side by side: its other comparison."""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from formulations.perspectives import PAPER
+from optuav.engines.solution import Status
+from optuav.errors import Fault, InputError
+from optuav.mission import Mission, load
+from optuav.plan import Plan
+from optuav.solving import solve
+
+if TYPE_CHECKING:
+    import pandas
+
+SCHEMA = 1
+KIND = "optuav comparison of choices"
+AXES: Mapping[str, tuple[str, ...]] = {
+    "perspective": PAPER,
+    "trajectory": ("direct", "traj1", "traj2", "optimal"),
+}
+"""What may be varied, and its values in the order in which they are shown."""
+
+
+@dataclass(frozen=True)
+class Choice:
+    """The plan for one perspective and trajectory.
+
+    Parameters
+    ----------
+    perspective, trajectory
+        Their names.
+    status
+        What is known of the problem.
+    hover_time_s, rest_time_s, mission_time_s
+        Δ, T' and T [s]; None without a plan.
+    soc
+        State of charge at the end by perspective [-]; η1 is ``"battery"``. Empty without a plan.
+    route
+        Names of places; empty without a plan.
+    runs_dry_s
+        When the available well is empty [s]; None if it never is, or without a plan.
+    reasons
+        Why there is no plan, in words.
+    """
+
+    perspective: str
+    trajectory: str
+    status: Status
+    hover_time_s: float | None
+    rest_time_s: float | None
+    mission_time_s: float | None
+    soc: Mapping[str, float]
+    route: tuple[str, ...]
+    runs_dry_s: float | None
+    reasons: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class Choices:
+    """What `compare_by` returns. Printed, it is a table.
+
+    Parameters
+    ----------
+    mission
+        What was compared.
+    by
+        What was varied.
+    slot_s
+        Length of the slots [s]; None for continuous times.
+    rows
+        One a plan.
+    """
+
+    mission: Mission
+    by: tuple[str, ...]
+    slot_s: float | None
+    rows: tuple[Choice, ...]
+
+    def __str__(self) -> str:
+        from optuav.studies.tables import as_text, choice_tables
+
+        return as_text(choice_tables(self))
+
+    def records(self) -> list[dict[str, Any]]:
+        """One flat record a plan."""
+        return [
+            {
+                "perspective": row.perspective,
+                "trajectory": row.trajectory,
+                "status": row.status.value,
+                "hover_time_s": row.hover_time_s,
+                "rest_time_s": row.rest_time_s,
+                "mission_time_s": row.mission_time_s,
+                **{f"soc_{name}": row.soc.get(name) for name in PAPER},
+                "route": " > ".join(row.route),
+                "runs_dry_s": row.runs_dry_s,
+            }
+            for row in self.rows
+        ]
+
+    def to_dict(self) -> dict[str, Any]:
+        """The comparison as plain data, mission inside."""
+        rows = (
+            {**record, "route": list(row.route), "reasons": list(row.reasons)}
+            for record, row in zip(self.records(), self.rows, strict=True)
+        )
+        return {
+            "schema": SCHEMA,
+            "kind": KIND,
+            "by": list(self.by),
+            "slot_s": self.slot_s,
+            "rows": list(rows),
+            "mission": self.mission.to_dict(),
+        }
+
+    def to_frame(self) -> pandas.DataFrame:
+        """One row a plan; needs pandas (``pip install optuav[frame]``)."""
+        import pandas
+
+        return pandas.DataFrame(self.records())
+
+    def save_pictures(self, directory: str | Path) -> list[Path]:
+        """Write ``choices.png`` into a directory.
+
+        Raises
+        ------
+        InputError
+            If matplotlib is missing, or the directory cannot be made or written to.
+        """
+        from optuav.studies.pictures import save_choices
+
+        return save_choices(self, directory)
+
+
+def compare_by(
+    mission: Mission | str | Path,
+    by: Sequence[str] = ("perspective", "trajectory"),
+    *,
+    perspective: str = "battery",
+    slot_s: float | None = None,
+) -> Choices:
+    """Solve P1 for every perspective and trajectory of the paper.
+
+    Parameters
+    ----------
+    mission
+        A mission, the name of a shipped one, or the path of a mission file.
+    by
+        What to vary: ``"perspective"``, ``"trajectory"`` or both. The trajectory is ``"optimal"``
+        where it is not varied.
+    perspective
+        How the state of charge is written where that is not varied.
+    slot_s
+        Length of the time slots [s], > 0; None for continuous times.
+
+    Raises
+    ------
+    InputError
+        If an argument is out of range.
+    """
+    faults = [
+        Fault("by", repr(each), f"some of {', '.join(AXES)}") for each in by if each not in AXES
+    ]
+    if not by or len(set(by)) < len(by):
+        faults.append(Fault("by", repr(tuple(by)), f"each once, at least one of {', '.join(AXES)}"))
+    if perspective not in PAPER:
+        faults.append(Fault("perspective", repr(perspective), f"one of {', '.join(PAPER)}"))
+    elif "perspective" in by and perspective != "battery":
+        faults.append(Fault("perspective", repr(perspective), "is varied already"))
+    if faults:
+        raise InputError(faults)
+    asked = mission if isinstance(mission, Mission) else load(mission)
+    fixed = {"perspective": (perspective,), "trajectory": ("optimal",)}
+    axes = (AXES[name] if name in by else fixed[name] for name in AXES)
+    rows = tuple(
+        _choice(solve(asked, perspective=p, trajectory=t, slot_s=slot_s))
+        for p, t in itertools.product(*axes)
+    )
+    return Choices(asked, tuple(by), slot_s, rows)
+
+
+def _choice(plan: Plan) -> Choice:
+    assert plan.trajectory is not None
+    return Choice(
+        perspective=plan.perspective,
+        trajectory=plan.trajectory,
+        status=plan.status,
+        hover_time_s=plan.hover_time_s if plan else None,
+        rest_time_s=plan.rest_time_s if plan else None,
+        mission_time_s=plan.mission_time_s if plan else None,
+        soc=plan.soc,
+        route=plan.route if plan else (),
+        runs_dry_s=plan.runs_dry_s if plan else None,
+        reasons=plan.reasons,
+    )

@@ -1,0 +1,46 @@
+"""Missions for the tests of the diagnosis: quick ones, and random infeasible ones."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from hypothesis import assume
+from hypothesis import strategies as st
+
+import optuav
+from optuav.mission import Mission
+
+PAPER = optuav.load("paper")
+SMALL = PAPER.replace({"buildings": PAPER.to_dict()["buildings"][:1]})
+"""The paper's mission with b1 alone."""
+
+CHANGES = {
+    "limits.deadline_s": st.integers(15, 70),
+    "limits.min_soc": st.sampled_from([0.9, 0.95, 0.99]),
+    "battery.capacity_As": st.integers(300, 3900),
+    "body.mass_kg": st.sampled_from([1.7, 1.755, 2.0, 3.5]),
+    "body.gravity_m_s2": st.sampled_from([12.0, 14.0]),
+    "rotor.max_speed_rad_s": st.integers(600, 910),
+    "link.transmit_power_W": st.sampled_from([1e-3, 0.04, 0.5]),
+    "link.snr_threshold_dB": st.sampled_from([4.0, 10.0, 30.0]),
+    "limits.outage_probability": st.sampled_from([1e-9, 1e-3]),
+    "limits.slot_s": st.sampled_from([7.0, 60.0]),
+}
+OPTIONS: tuple[dict[str, Any], ...] = (
+    {},
+    {"problem": "P3"},
+    {"problem": "P3", "perspective": "energy"},
+    {"problem": "P4", "building": "b1", "order": "hover-first"},
+    {"problem": "P4", "building": "b1", "engine": "grid"},
+    {"problem": "P2-tight"},
+)
+
+
+@st.composite
+def infeasible(draw: st.DrawFn) -> tuple[Mission, dict[str, Any]]:
+    """A mission without a plan, one or two changes away from the paper's, and the question."""
+    names = draw(st.lists(st.sampled_from(sorted(CHANGES)), min_size=1, max_size=2, unique=True))
+    mission = SMALL.replace({name: draw(CHANGES[name]) for name in names})
+    options = draw(st.sampled_from(OPTIONS))
+    assume(not optuav.solve(mission, **options))
+    return mission, options

@@ -1,0 +1,344 @@
+"""Explanations: their words, and that the numbers in them are true."""
+
+from __future__ import annotations
+
+import json
+import math
+import re
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+import optuav
+from formulations.formulation import Formulation
+from optuav.diagnosis import Explanation, explain
+from optuav.diagnosis.prices import Price
+from optuav.errors import InputError
+from optuav.modelling import Model
+from tests.diagnosis.missions import PAPER, SMALL
+
+P3_TEXT = """\
+Optimum      hover 688.85 s at hover
+
+Binding      P3.a state of charge  1 − (Q_fl + I_hv·Δ) / (N·B_i) ≥ η0
+
+To spare     P3.b hover time  688.848 s  Δ ≥ 0
+             P3.b hover time  435.36 s   Δ ≤ T_max − T_fl
+
+Proof        no point that satisfies these constraints is better:
+             819.016 ×  P3.a state of charge  0.00122098·Δ ≤ 0.841068
+             sum                              Δ ≤ 688.848
+
+Prices       s of hover per unit, the other parameters held:
+             battery.packs        N = 2               +389.033
+             battery.capacity_As  B_i = 36000 A s     +0.0216129 per A s
+             limits.min_soc       η0 = 0.05           −819.016
+             flight_charge_As     Q_fl = 7843.11 A s  −0.0113752 per A s
+             hover_current_A      I_hv = 87.9104 A    −7.8358 per A
+
+One more     one more of battery.packs brings 389 s of hover
+             one more A s of battery.capacity_As brings 0.0216 s of hover
+             0.01 more of limits.min_soc costs 8.19 s of hover
+             one more A s of flight_charge_As costs 0.0114 s of hover
+             one more ampere of hover_current_A costs 7.75 s of hover
+
+No effect    limits.deadline_s, flight_time_s"""
+
+P4_TEXT = """\
+Optimum      rest 392.14 s at b1, hover 719.54 s at hover
+
+Binding      P4.a state of charge  1 − (Q_fl + I_hv·Δ − I_rest·T') / (N·B_i) ≥
+                                     η0
+             P4.b deadline         Δ + T' ≤ T_max − T_fl
+
+To spare     bounds of Δ   719.54 s   Δ ≥ 0
+             bounds of T'  392.144 s  T' ≥ 0
+
+Proof        no point that satisfies these constraints is better:
+             735.366 ×   P4.a state of charge  0.00122098·Δ − 0.000138889·T' ≤
+                                                 0.824078
+             0.102134 ×  P4.b deadline         Δ + T' ≤ 1111.68
+             sum                               Δ ≤ 719.54
+
+Prices       s of hover per unit, the other parameters held:
+             battery.packs        N = 2               +349.299
+             battery.capacity_As  B_i = 36000 A s     +0.0194055 per A s
+             limits.min_soc       η0 = 0.05           −735.366
+             limits.deadline_s    T_max = 1200 s      +0.102134 per s
+             flight_charge_As     Q_fl = 9066.42 A s  −0.0102134 per A s
+             hover_current_A      I_hv = 87.9104 A    −7.34896 per A
+             rest_current_A       I_rest = 10 A       +4.00513 per A
+             flight_time_s        T_fl = 88.3163 s    −0.102134 per s
+
+One more     one more of battery.packs brings 349 s of hover
+             one more A s of battery.capacity_As brings 0.0194 s of hover
+             0.01 more of limits.min_soc costs 7.35 s of hover
+             one more second of limits.deadline_s brings 0.102 s of hover
+             one more A s of flight_charge_As costs 0.0102 s of hover
+             one more ampere of hover_current_A costs 7.27 s of hover
+             one more ampere of rest_current_A brings 3.96 s of hover
+             one more second of flight_time_s costs 0.102 s of hover"""
+
+SHORT_TEXT = """\
+Conflict     on origin → hover → destination: P1.d hover time cannot hold
+             (limits.deadline_s)
+  proof      1 ×  P1.d hover time  −Δ ≤ 0
+             1 ×  P1.d hover time  Δ ≤ −15.7922
+             sum                   0 ≤ −15.7922, which is false
+
+Conflict     on 20 routes, such as origin → b1 → hover → destination: P1.d hover
+             time and bounds of Δ and bounds of T' cannot hold together
+             (limits.deadline_s)
+  proof      1 ×  P1.d hover time  Δ + T' ≤ −28.3163
+             1 ×  bounds of Δ      −Δ ≤ 0
+             1 ×  bounds of T'     −T' ≤ 0
+             sum                   0 ≤ −28.3163, which is false
+
+Feasible if  1240 <= rotor.max_speed_rad_s <= 110000       now 1060
+  or         link.path_loss_exponent <= 1.66               now 2
+  or         limits.deadline_s >= 75.8                     now 60
+  or         rotor.lift_coefficient_N_s2_rad2 >= 5.19e-06  now 3.8305e-06
+  or         body.mass_kg <= 0.931                         now 1.3
+  or         link.snr_threshold_dB <= -22                  now -11
+  or         link.noise_power_W <= 8.08e-06                now 0.0001
+  or         link.transmit_power_W >= 109                  now 5"""
+
+
+def prices(explained: Explanation) -> dict[str, Price]:
+    return {each.name: each for each in explained.prices}
+
+
+# Words ------------------------------------------------------------------------------------------
+
+
+def below_the_head(explained: Explanation) -> str:
+    """The text without mission, problem and answer, which are those of the plan's summary."""
+    head, _, rest = str(explained).partition("\n\n")
+    assert explained.plan.summary().startswith(head)
+    return rest
+
+
+def test_the_words_for_the_direct_route_of_the_paper() -> None:
+    assert below_the_head(explain("paper", problem="P3")) == P3_TEXT
+
+
+def test_the_words_for_one_rest_on_b1() -> None:
+    assert below_the_head(explain("paper", problem="P4", building="b1")) == P4_TEXT
+
+
+def test_the_words_for_a_deadline_that_is_too_short() -> None:
+    assert below_the_head(explain(PAPER.replace({"limits.deadline_s": 60}))) == SHORT_TEXT
+
+
+@pytest.mark.parametrize(
+    ("changes", "options"),
+    [
+        ({}, {}),
+        ({}, {"slot_s": 10.0, "problem": "P3"}),
+        ({}, {"problem": "P3", "perspective": "wells"}),
+        ({}, {"problem": "P2-tight", "perspective": "adjusted"}),
+        ({"body.mass_kg": 2.5}, {"problem": "P3"}),
+        ({"battery.capacity_As": 300}, {"problem": "P4", "building": "b1", "slot_s": 10.0}),
+    ],
+)
+def test_no_line_is_longer_than_eighty_columns(
+    changes: dict[str, Any], options: dict[str, Any]
+) -> None:
+    explained = explain(SMALL.replace(changes), **options)
+    assert max(map(len, str(explained).splitlines())) <= 80
+    assert bool(explained) is (not changes)
+    assert json.loads(json.dumps(explained.to_dict(), allow_nan=False))["mission"] == "paper"
+
+
+# Numbers ----------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("options", "key", "step"),
+    [
+        ({"problem": "P3"}, "limits.min_soc", 1e-4),
+        ({"problem": "P3"}, "battery.capacity_As", 1.0),
+        ({"problem": "P3"}, "limits.deadline_s", 0.01),
+        ({"problem": "P4", "building": "b1"}, "limits.deadline_s", 0.01),
+        ({"problem": "P4", "building": "b1"}, "limits.min_soc", 1e-4),
+        ({}, "limits.deadline_s", 0.01),
+        ({}, "battery.capacity_As", 1.0),
+        ({"perspective": "energy"}, "battery.capacity_As", 1.0),
+    ],
+)
+def test_prices_are_finite_differences_of_solve(
+    options: dict[str, Any], key: str, step: float
+) -> None:
+    """And the sentence says the same number, for one more unit (or 0.01)."""
+    explained = explain("paper", **options)
+    price = next(each for each in explained.prices if each.key == key)
+    table, name = key.split(".")
+    now = getattr(getattr(PAPER, table), name)
+
+    def hover_s(value: float) -> float:
+        return optuav.solve(PAPER.replace({key: value}), **options).hover_time_s
+
+    difference = (hover_s(now + step) - hover_s(now - step)) / (2.0 * step)
+    assert price.more == pytest.approx(difference, rel=1e-5, abs=1e-9)
+    assert price.less == pytest.approx(difference, rel=1e-5, abs=1e-9)
+    gained = hover_s(now + price.step) - hover_s(now)
+    assert price.gain == pytest.approx(gained, rel=1e-9, abs=1e-9)
+    words = " ".join(str(explained).split())
+    if gained:
+        verb = "brings" if gained > 0 else "costs"
+        sentence = rf"more (?:\S+ )*?of {re.escape(key)} {verb} (\S+) s of hover"
+        (number,) = re.findall(sentence, words)
+        assert float(number) == pytest.approx(abs(gained), rel=6e-3)
+    else:
+        assert key in words.partition("No effect")[2]
+
+
+def test_one_more_pack_is_solved_not_extrapolated() -> None:
+    """A third pack is worth less than its rate: the deadline takes over on the way."""
+    mission = optuav.load("paper-table2")
+    price = prices(explain(mission))["packs"]
+    gained = (
+        optuav.solve(mission.replace({"battery.packs": 3, "battery.flight_energy_J": None}))
+        .hover_time_s
+        - optuav.solve(mission).hover_time_s
+    )
+    assert price.gain == pytest.approx(gained, abs=1e-6)
+    assert price.gain < 0.5 * price.more
+
+
+def test_the_price_of_flight_time_is_that_of_an_edited_leg() -> None:
+    """0.01 s more on the leg to the hover point, its charge held."""
+    view = optuav.graph(SMALL)
+    options = {"problem": "P4", "building": "b1", "order": "rest-first"}
+    price = prices(explain(SMALL, **options))["flight_time_s"]
+    before = optuav.solve(SMALL, **options).hover_time_s
+    view.edges["b1", "hover"]["duration_s"] += 0.01
+    after = optuav.solve(SMALL, graph=view, **options).hover_time_s
+    assert price.more == pytest.approx((after - before) / 0.01, rel=1e-6)
+
+
+def test_a_tie_has_two_sides() -> None:
+    """b1 first and b2 last are equal: one of them flying longer costs nothing, shorter pays."""
+    found = prices(explain("paper"))
+    flight = found["flight_time_s"]
+    assert (flight.more, flight.gain) == (0.0, 0.0)
+    assert flight.less == pytest.approx(-found["deadline_s"].more)
+    assert flight.loss == pytest.approx(-flight.less, rel=1e-6)
+    assert not found["deadline_s"].has_kink
+
+
+def test_the_dual_values_of_the_paper() -> None:
+    """Δ grows by I_ch/(I_hv + I_ch) = 10/(87.9104 + 10) s a second of deadline."""
+    found = prices(explain("paper"))
+    assert found["deadline_s"].more == pytest.approx(10 / 97.9104, rel=1e-5)
+    assert found["min_soc"].more == pytest.approx(-72000 / 97.9104, rel=1e-5)
+    direct = prices(explain("paper", problem="P3"))
+    assert direct["min_soc"].more == pytest.approx(-72000 / 87.9104, rel=1e-5)
+    assert not direct["deadline_s"].matters
+
+
+def test_what_binds() -> None:
+    explained = explain("paper", problem="P4", building="b1")
+    assert {each.label for each in explained.constraints if each.binds} == set(
+        explained.plan.binding
+    )
+    spare = {each.label: each.slack for each in explained.constraints if not each.binds}
+    assert spare["bounds of Δ"] == pytest.approx(719.5399, abs=1e-4)
+
+
+# Subjects ---------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    "options",
+    [
+        {},
+        {"problem": "P4", "building": "b9", "order": "hover-first", "perspective": "energy"},
+        {"problem": "P3", "slot_s": 10.0},
+    ],
+)
+def test_a_saved_plan_is_explained_as_its_question(options: dict[str, Any], tmp_path: Path) -> None:
+    plan = optuav.solve("paper", **options)
+    plan.save(tmp_path / "plan.json")
+    from_file = explain(optuav.load_plan(tmp_path / "plan.json"))
+    assert str(from_file) == str(explain("paper", **options))
+    assert str(from_file) == str(explain(optuav.formulate("paper", **options)))
+
+
+def test_a_saved_plan_that_does_not_exist_is_diagnosed(tmp_path: Path) -> None:
+    plan = optuav.solve(SMALL.replace({"limits.deadline_s": 80}), "P4", building="b1")
+    plan.save(tmp_path / "plan.json")
+    explained = explain(optuav.load_plan(tmp_path / "plan.json"))
+    assert not explained
+    assert "limits.deadline_s >= 88.4" in map(str, explained.repairs)
+    (conflict,) = explained.conflicts
+    assert conflict.routes == 2
+    assert conflict.certificates[0].keys == ("limits.deadline_s",)
+
+
+class Shortest(Formulation):
+    """Least rest that allows a hover of ten minutes."""
+
+    def declare(self, model: Model) -> None:
+        """Minimise T'."""
+        hover = model.variable("hover_time_s", "Δ", unit="s", lower=600.0)
+        rest = model.variable("rest_time_s", "T'", unit="s")
+        model.minimise(rest)
+        model.subject_to("charge", self.soc_end(hover, rest) >= self.min_soc)
+        model.subject_to("deadline", hover + rest <= self.time_left, unit="s")
+
+
+class Endless(Formulation):
+    """Longest hover with nothing to end it."""
+
+    def declare(self, model: Model) -> None:
+        """Maximise Δ."""
+        model.maximise(model.variable("hover_time_s", "Δ", unit="s"))
+
+
+def test_a_formulation_of_ones_own_is_explained() -> None:
+    """Less deadline never helps to rest less; a lower reserve saves rest."""
+    mission = SMALL.replace({"battery.capacity_As": 30000})
+    explained = explain(mission, problem=Shortest, building="b1")
+    assert explained.objective == "s of rest"
+    price = prices(explained)["min_soc"]
+    assert price.more == pytest.approx(60000 / 10, rel=1e-6)
+    assert "costs" in str(explained)
+    assert explained.bound is not None
+    assert explained.bound.holds()
+    assert -float(explained.bound.limit) == pytest.approx(explained.plan.rest_time_s, abs=1e-9)
+    with pytest.raises(InputError, match="formulation of one's own"):
+        explain(explained.plan)
+
+
+def test_what_nothing_keeps_finite_is_said() -> None:
+    explained = explain("paper", problem=Endless)
+    assert not explained
+    assert "keeps the objective finite" in str(explained)
+    assert "Feasible if" not in str(explained)
+
+
+def test_options_go_with_a_mission_only() -> None:
+    plan = optuav.solve("paper", "P3")
+    with pytest.raises(InputError, match="problem: a plan brings its own options"):
+        explain(plan, problem="P3")
+    with pytest.raises(InputError, match="problem"):
+        explain("paper", problem="P5")
+
+
+def test_a_plan_over_an_edited_graph_does_not_tell_its_question() -> None:
+    view = optuav.graph(SMALL)
+    view.edges["origin", "hover"]["duration_s"] = 50.0
+    plan = optuav.solve(SMALL, "P3", graph=view)
+    with pytest.raises(InputError, match="graph="):
+        explain(plan)
+    program = optuav.formulate(SMALL, "P3", graph=view)
+    assert str(explain(program)) == str(explain(SMALL, problem="P3", graph=view))
+
+
+def test_infinite_prices_are_null_in_data() -> None:
+    """At the rim of the coverage one more metre leaves no plan."""
+    found = prices(explain("paper"))["hover_distance_m"]
+    assert math.isinf(found.more)
+    assert found.to_dict()["more"] is None

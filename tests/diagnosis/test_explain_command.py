@@ -1,0 +1,66 @@
+"""``optuav explain``: exit codes and what is printed."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import pytest
+import typer
+from typer.testing import CliRunner, Result
+
+import optuav
+from optuav.cli.explain import explain
+from optuav.errors import InputError
+from tests.diagnosis.missions import SMALL
+
+app = typer.Typer()
+app.command()(explain)
+
+
+def run(*arguments: str) -> Result:
+    return CliRunner().invoke(app, list(arguments))
+
+
+def test_an_optimum_is_explained_with_exit_code_0() -> None:
+    result = run("paper", "--problem", "P3")
+    assert result.exit_code == 0
+    assert result.output.strip() == str(optuav.diagnosis.explain("paper", problem="P3"))
+
+
+def test_an_infeasible_question_exits_with_1(tmp_path: Path) -> None:
+    SMALL.replace({"limits.deadline_s": 60}).save(tmp_path / "short.toml")
+    result = run(str(tmp_path / "short.toml"), "--problem", "P3", "--json")
+    assert result.exit_code == 1
+    answer = json.loads(result.output)
+    assert answer["status"] == "infeasible"
+    assert answer["conflicts"][0]["conflicts"][0]["holds"] is True
+    changes = {(each["key"], each["comparison"]): each["value"] for each in answer["repairs"]}
+    assert changes["limits.deadline_s", ">="] == 75.8
+
+
+def test_settings_change_the_mission() -> None:
+    result = run("paper", "--problem", "P3", "--set", "limits.deadline_s=500", "--json")
+    assert result.exit_code == 0
+    assert json.loads(result.output)["hover_time_s"] == pytest.approx(500 - 75.7922, abs=1e-3)
+
+
+def test_a_saved_plan(tmp_path: Path) -> None:
+    plan = optuav.solve("paper", "P3")
+    plan.save(tmp_path / "plan.json")
+    result = run(str(tmp_path / "plan.json"))
+    assert result.exit_code == 0
+    assert "one more A s of battery.capacity_As brings 0.0216 s of hover" in result.output
+
+
+def test_bad_input_is_an_input_error(tmp_path: Path) -> None:
+    """Which `optuav.cli.main` turns into exit code 2."""
+    optuav.solve("paper", "P3").save(tmp_path / "plan.json")
+    for arguments in (
+        ("nowhere.toml",),
+        ("paper", "--problem", "P9"),
+        (str(tmp_path / "plan.json"), "--problem", "P3"),
+        (str(tmp_path / "plan.json"), "--set", "limits.deadline_s=1"),
+        (str(tmp_path / "none.json"),),
+    ):
+        assert isinstance(run(*arguments).exception, InputError)

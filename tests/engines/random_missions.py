@@ -1,0 +1,90 @@
+"""Random quantities of P3 and P4, from hopeless to plenty, and their exact answers."""
+
+from __future__ import annotations
+
+import math
+from fractions import Fraction
+from typing import NamedTuple
+
+import numpy as np
+
+from formulations.quantities import Quantities
+from optuav.physics.battery import Phase
+
+
+def random_quantities(rng: np.random.Generator) -> Quantities:
+    """Quantities of one itinerary with a rest, its flight in legs of constant current."""
+    horizon_s = rng.uniform(5.0, 2000.0)
+    hover_A = rng.uniform(0.5, 100.0)
+    hover_W = 12.0 * hover_A
+    flight_s = rng.uniform(1.0, 300.0)
+    shares = rng.dirichlet(np.ones(3))
+    legs_s = flight_s * rng.dirichlet(np.ones(3))
+    flight_As = rng.uniform(0.0, 0.5) * hover_A * horizon_s
+    legs = [Phase(-flight_As * c / t, t) for c, t in zip(shares, legs_s, strict=True)]
+    packs = float(rng.integers(1, 4))
+    capacity_As = hover_A * horizon_s * rng.uniform(0.1, 3.0) / packs + 1.0
+    stays = ["hover", "rest"] if rng.random() < 0.5 else ["rest", "hover"]
+    return Quantities(
+        deadline_s=horizon_s + flight_s,
+        min_soc=rng.uniform(0.0, 0.5),
+        packs=packs,
+        capacity_As=capacity_As,
+        nominal_voltage_V=rng.uniform(9.0, 16.0),
+        flight_time_s=flight_s,
+        flight_charge_As=flight_As,
+        flight_energy_J=flight_As * rng.uniform(10.0, 16.0),
+        hover_current_A=hover_A,
+        hover_power_W=hover_W,
+        hover_received_W=rng.uniform(0.0, 0.9) * hover_W,
+        rest_current_A=rng.choice([0.0, rng.uniform(0.0, 2.0)], p=[0.1, 0.9]) * hover_A,
+        rest_received_W=rng.choice([0.0, rng.uniform(0.0, 2.0)], p=[0.1, 0.9]) * hover_W,
+        flight_battery_J=15.0 * packs * capacity_As,
+        hover_battery_J=14.0 * packs * capacity_As,
+        available_fraction=rng.uniform(0.1, 0.9),
+        flow_rate_per_s=10.0 ** rng.uniform(-6.0, -3.0),
+        steps=(legs[0], stays[0], legs[1], stays[1], legs[2]),
+    )
+
+
+class Exact(NamedTuple):
+    """Best times in fractions, or None where there are none."""
+
+    hover_s: Fraction
+    rest_s: Fraction
+
+
+def exact(given: Quantities, perspective: str, *, rests: bool) -> Exact | None:
+    """P3 or P4 in exact arithmetic, for resting that does not discharge.
+
+    With charge q to spend, a a second of hovering, r back a second of resting and τ time, Δ needs
+    r T' ≥ a Δ − q and leaves T' ≤ τ − Δ: Δ = min(τ, (q + r τ)/(a + r)), or τ if Δ brings more than
+    it takes.
+    """
+    g = {name: Fraction(float(value)) for name, value in vars(given).items() if _number(value)}
+    B = g["packs"] * g["capacity_As"]
+    E0, share = B * g["nominal_voltage_V"], 1 - g["min_soc"]
+    if perspective == "battery":
+        q, a = share * B - g["flight_charge_As"], g["hover_current_A"]
+        r = g["rest_current_A"]
+    elif perspective == "energy":
+        q, a = share * E0 - g["flight_energy_J"], g["hover_power_W"] - g["hover_received_W"]
+        r = g["rest_received_W"]
+    else:
+        q = share - g["flight_energy_J"] / g["flight_battery_J"]
+        a = g["hover_power_W"] / g["hover_battery_J"] - g["hover_received_W"] / E0
+        r = g["rest_received_W"] / E0
+    τ = g["deadline_s"] - g["flight_time_s"]
+    r = r if rests else Fraction(0)
+    if a + r <= 0:
+        hover = τ if a * τ <= q else Fraction(-1)
+    else:
+        hover = min(τ, (q + r * τ) / (a + r))
+    if hover < 0:
+        return None
+    need = a * hover - q
+    return Exact(hover, need / r if need > 0 else Fraction(0))
+
+
+def _number(value: object) -> bool:
+    return isinstance(value, float) and math.isfinite(value)
