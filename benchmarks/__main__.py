@@ -7,12 +7,14 @@ from collections.abc import Callable
 
 from rich.console import Console
 
-from benchmarks import closed_form, grid, startup
+from benchmarks import closed_form, compiled, grid, modellers, startup
 from benchmarks.timing import Row, table
 
 BENCHMARKS: dict[str, Callable[[], list[Row]]] = {
     "grid": grid.run,
     "closed-form": closed_form.run,
+    "compiled": compiled.run,
+    "modellers": modellers.run,
     "startup": startup.run,
 }
 

@@ -25,6 +25,8 @@ if TYPE_CHECKING:
     from optuav.solving import Program as Program
     from optuav.solving import formulate as formulate
     from optuav.solving import solve as solve
+    from optuav.studies import compare as compare
+    from optuav.studies import compare_by as compare_by
 
     __version__: str
 
@@ -45,6 +47,8 @@ HOMES = {
     "Program": "optuav.solving",
     "formulate": "optuav.solving",
     "solve": "optuav.solving",
+    "compare": "optuav.studies",
+    "compare_by": "optuav.studies",
 }
 """Where each public name is defined."""
 

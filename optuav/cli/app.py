@@ -13,7 +13,7 @@ from collections.abc import Sequence
 import typer
 from rich.console import Console
 
-from optuav.cli import missions, new, show, solve, validate
+from optuav.cli import compare, formulate, missions, new, show, solve, validate
 from optuav.errors import InputError, SolverError
 
 BAD_INPUT, ENGINE_FAILED = 2, 3
@@ -28,7 +28,15 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
     context_settings={"help_option_names": ["-h", "--help"]},
 )
-for command in (solve.solve, show.show, validate.validate, new.new, missions.missions):
+for command in (
+    solve.solve,
+    compare.compare,
+    formulate.formulate,
+    show.show,
+    validate.validate,
+    new.new,
+    missions.missions,
+):
     app.command()(command)
 
 

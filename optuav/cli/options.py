@@ -54,9 +54,13 @@ def mission_of(source: str, settings: Sequence[str] | None) -> Mission:
             faults.append(Fault("--set", repr(setting), "KEY=VALUE"))
         else:
             values[key.strip()] = _value(text.strip())
+    try:
+        changed = mission.replace(values)
+    except InputError as error:
+        raise InputError([*faults, *error.faults]) from None
     if faults:
         raise InputError(faults)
-    return mission.replace(values)
+    return changed
 
 
 def _value(text: str) -> Any:

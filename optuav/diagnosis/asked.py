@@ -89,5 +89,6 @@ def _of_plan(plan: Plan) -> Asked:
             f"the plan's problem {plan.problem} is a formulation of one's own, which its file does "
             "not hold: explain the mission with it"
         )
-    stated = OPTIONS & type(plan).model_fields.keys()
-    return Asked(plan.mission, {name: getattr(plan, name) for name in stated})
+    recorded = {name: getattr(plan, name) for name in OPTIONS & type(plan).model_fields.keys()}
+    stated = {name: value for name, value in recorded.items() if value not in (None, "")}
+    return Asked(plan.mission, stated)

@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from formulations.algorithm2 import SAME_S
 from optuav.diagnosis.asked import asked
 from optuav.diagnosis.certificate import bound
 from optuav.diagnosis.conflict import conflicts
@@ -28,8 +29,6 @@ from optuav.solving.dispatch import answer
 
 LONGEST = 60
 """Terms of a constraint that are written out."""
-SAME_S = 1e-6
-"""Hover times that differ by no more are the same [s]."""
 
 
 def explain(subject: Program | Plan | Mission | str | Path, /, **options: Any) -> Explanation:

@@ -16,6 +16,8 @@ from optuav.engines.solution import ShadowPrice, Solution
 from optuav.modelling import Parameter
 from optuav.solving import Program
 
+NEGLIGIBLE = 1e-7
+"""Change of the objective by as much of a parameter as there is, below which it is rounding."""
 RATIO_STEP = 0.01
 """One more unit of a ratio is one more percent."""
 
@@ -63,8 +65,9 @@ class Price:
 
     @property
     def matters(self) -> bool:
-        """Whether a change to either side moves the objective."""
-        return self.less != 0.0 or self.more != 0.0
+        """Whether a change to either side moves the objective, to a rounding."""
+        steepest = max(abs(self.less), abs(self.more))
+        return steepest * max(abs(self.value), self.step) > NEGLIGIBLE
 
     def to_dict(self) -> dict[str, Any]:
         """As plain data; null on a side that is infeasible."""

@@ -28,8 +28,12 @@ NEAR = 0.1
 """Share of a value and of its change below which both are known well enough to round them."""
 NEGLIGIBLE = 1e-9
 """Share of a change that is as good as none."""
+MOST_DIGITS = 8
+"""Digits that a small change may ask for; engines tell no smaller ones apart."""
 FINER = 6
 """Digits that are added where the rounded value is not feasible."""
+WRITTEN = ".15g"
+"""Every digit of a rounded value: the next shorter one may not repair."""
 
 
 @dataclass(frozen=True)
@@ -73,9 +77,9 @@ class Repair:
         if self.comparison == "==":
             return f"{self.key} = {shown(self.value)}"
         if self.up_to is None:
-            return f"{self.key} {self.comparison} {self.value:g}"
+            return f"{self.key} {self.comparison} {self.value:{WRITTEN}}"
         low, high = sorted((self.value, self.up_to))
-        return f"{low:g} <= {self.key} <= {high:g}"
+        return f"{low:{WRITTEN}} <= {self.key} <= {high:{WRITTEN}}"
 
     def to_dict(self) -> dict[str, Any]:
         """As plain data."""
@@ -225,6 +229,8 @@ def _edge(key: Key, sign: int, bad: float, good: float, judge: Judge) -> tuple[f
     """
     while not key.whole and abs(good - bad) > NEAR * _size(key, good):
         middle = _between(bad, good)
+        if middle in (bad, good):
+            break
         bad, good = (bad, middle) if judge(middle).repairs else (middle, good)
     for digit in _digits(key, bad, good):
         unit = 10.0**digit
@@ -259,7 +265,8 @@ def _digits(key: Key, bad: float, good: float) -> range:
         return range(1)
     first = math.floor(math.log10(abs(good - key.now))) - 1
     if good:
-        first = min(first, math.floor(math.log10(min(abs(good), abs(bad) or math.inf))) - 2)
+        leading = math.floor(math.log10(min(abs(good), abs(bad) or math.inf)))
+        first = min(max(first, leading - MOST_DIGITS + 1), leading - 2)
     return range(first, first - FINER, -1)
 
 

@@ -11,7 +11,7 @@ from optuav.diagnosis.certificate import Bound, Combination
 from optuav.diagnosis.conflict import Conflict
 from optuav.diagnosis.explanation import Explanation, Side
 from optuav.diagnosis.prices import Price
-from optuav.diagnosis.repair import Repair
+from optuav.diagnosis.repair import WRITTEN, Repair
 from optuav.engines.solution import Status
 from optuav.mission.words import shown
 
@@ -113,7 +113,9 @@ def _no_plan(explained: Explanation) -> Iterator[list[str]]:
 
 def _conflict(conflict: Conflict, slot_s: float | None) -> Iterator[list[str]]:
     places = " → ".join(conflict.route)
-    where = f"on {places}" if conflict.routes == 1 else f"on {conflict.routes} routes, such as {places}"
+    where = (
+        f"on {places}" if conflict.routes == 1 else f"on {conflict.routes} routes, such as {places}"
+    )
     if not conflict.certificates:
         why = "the constraints are not linear" if slot_s is None else "only whole slots do not fit"
         yield _paragraph("Conflict", f"{where}: no certificate, {why}")
@@ -141,7 +143,7 @@ def _repairs(repairs: tuple[Repair, ...]) -> list[str]:
 
 
 def _now(repair: Repair) -> str:
-    return shown(repair.now) if repair.comparison == "==" else f"{repair.now:g}"
+    return shown(repair.now) if repair.comparison == "==" else f"{repair.now:{WRITTEN}}"
 
 
 def _optimum(explained: Explanation) -> Iterator[list[str]]:
@@ -188,7 +190,7 @@ def _prices(explained: Explanation) -> Iterator[list[str]]:
     free = [_name(each) for each in explained.prices if not each.matters]
     if free:
         yield _paragraph("No effect", ", ".join(free))
-    edges = [words for each in explained.prices for words in _edges(each)]
+    edges = [words for each in explained.prices if _edge(each) for words in _edges(each)]
     if edges:
         yield _paragraph("At the edge", f"nothing is feasible with {', '.join(edges)}")
 
@@ -218,6 +220,8 @@ def _rates(price: Price) -> str:
 
 
 def _signed(value: float) -> str:
+    if math.isinf(value):
+        return "no plan"
     return f"{value:+.6g}".replace("-", "−") if value else "0"
 
 

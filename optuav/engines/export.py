@@ -67,6 +67,22 @@ class _Programme:
     rows: tuple[_Row, ...]
 
 
+def need_linear(model: Model) -> None:
+    """Refuse a model that LP and MPS files cannot hold.
+
+    Raises
+    ------
+    InputError
+        Naming the first constraint that is not linear.
+    """
+    found = traits(model)
+    if not found.linear:
+        raise InputError(
+            "LP and MPS files hold linear programmes only; "
+            f"{found.nonlinear_label!r} is not linear: {found.nonlinear_words}"
+        )
+
+
 def to_lp(model: Model, values: Mapping[str, Any], remarks: Iterable[str] = ()) -> str:
     """A linear programme in CPLEX LP format.
 
@@ -142,12 +158,7 @@ def to_mps(model: Model, values: Mapping[str, Any], remarks: Iterable[str] = ())
 
 
 def _programme(model: Model, values: Mapping[str, Any], remarks: Iterable[str]) -> _Programme:
-    found = traits(model)
-    if not found.linear:
-        raise InputError(
-            "LP and MPS files hold linear programmes only; "
-            f"{found.nonlinear_label!r} is not linear: {found.nonlinear_words}"
-        )
+    need_linear(model)
     names = [variable.name for variable in model.variables]
     goal = _form("objective", model.objective, values)
     columns = [

@@ -69,9 +69,9 @@ def all_shadow_prices(solution: Solution) -> dict[str, tuple[Floats, Floats]]:
     model = solution.model
     if model is None or not solution.multipliers or solution.regular is None:
         return {}
-    given = {name: each.value for name, each in model.parameters.items()} | dict(solution.given)
-    weights = {label: np.nan_to_num(values) for label, values in solution.multipliers.items()}
-    rates = _rates(model, {**given, **solution.values}, weights)
+    multipliers = solution.multipliers.items()
+    weights = {label: np.where(np.isnan(each), 0.0, each) for label, each in multipliers}
+    rates = _rates(model, {**solution.given, **solution.values}, weights)
     count = len(solution.statuses)
     found = {name: np.array(np.broadcast_to(rate, count), float) for name, rate in rates.items()}
     prices = {name: (rate, rate.copy()) for name, rate in found.items()}

@@ -15,13 +15,14 @@ import math
 import operator
 import time
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
 from optuav.engines.ranges import implied_upper_bounds, lower_bounds, own_upper_bounds
-from optuav.engines.solution import Solution, Status, stacked, unanswered
-from optuav.errors import SolverError
+from optuav.engines.solution import Floats, Solution, Status, stacked, unanswered
+from optuav.errors import InputError, SolverError
 from optuav.modelling.check import check, holding
 from optuav.modelling.expression import Operand, Relation, Variable, evaluate, fold, leaves
 from optuav.modelling.model import Model
@@ -35,18 +36,24 @@ TYPICAL = 1000.0
 """Reach of an unknown for which nothing states a bound."""
 EQUAL = 1e-10
 """Relative loss of the objective that the preferences may use up."""
+STEEP = 100.0
+"""Largest slope of an objective as IPOPT sees it; its tolerances are absolute."""
 OPTIONS = {
     "print_time": False,
+    "calc_lam_p": False,
+    "show_eval_warnings": False,
     "ipopt.print_level": 0,
     "ipopt.sb": "yes",
     "ipopt.tol": 1e-10,
     "ipopt.constr_viol_tol": 1e-11,
     "ipopt.bound_relax_factor": 0.0,
+    "ipopt.diverging_iterates_tol": 1e8,
 }
 SOLVED = ("Solve_Succeeded", "Solved_To_Acceptable_Level")
 TOO_SLOW = ("Maximum_WallTime_Exceeded", "Maximum_CpuTime_Exceeded")
 UNBOUNDED = "Diverging_Iterates"
 UNUSABLE = "Invalid_Number_Detected"
+NO_WAY_IN = "Infeasible_Problem_Detected"
 
 
 def operations() -> Mapping[np.ufunc, Callable[..., Any]]:
@@ -63,18 +70,54 @@ def operations() -> Mapping[np.ufunc, Callable[..., Any]]:
         np.positive: operator.pos,
         np.absolute: casadi.fabs,
         np.sign: casadi.sign,
+        np.square: lambda a: a * a,
+        np.reciprocal: lambda a: 1.0 / a,
         np.sqrt: casadi.sqrt,
         np.exp: casadi.exp,
         np.expm1: casadi.expm1,
         np.log: casadi.log,
         np.log1p: casadi.log1p,
+        np.log10: casadi.log10,
         np.sin: casadi.sin,
         np.cos: casadi.cos,
+        np.tan: casadi.tan,
+        np.tanh: casadi.tanh,
         np.arcsin: casadi.asin,
+        np.arccos: casadi.acos,
+        np.arctan: casadi.atan,
+        np.hypot: casadi.hypot,
         np.arctan2: casadi.atan2,
         np.maximum: casadi.fmax,
         np.minimum: casadi.fmin,
     }
+
+
+@dataclass(frozen=True)
+class _Data:
+    """Numbers of one programme: of the parameters, and of the unknowns before scaling.
+
+    Bounds, sides and starts are as IPOPT gets them.
+    """
+
+    parameters: Mapping[str, Any]
+    numbers: Floats
+    lower: Floats
+    upper: Floats
+    scale: Floats
+    starts: Sequence[Floats]
+    sides: Mapping[str, Floats]
+
+    def arguments(self, start: Floats, more: Sequence[float]) -> dict[str, Floats]:
+        """Of a call from a start, with further parameters and as many more rows ≤ 0."""
+        kept = len(more) - 1
+        return {
+            "x0": start,
+            "p": np.concatenate([self.numbers, self.scale, more]),
+            "lbx": self.lower / self.scale,
+            "ubx": self.upper / self.scale,
+            "lbg": np.append(self.sides["lbg"], np.full(kept, -math.inf)),
+            "ubg": np.append(self.sides["ubg"], np.zeros(kept)),
+        }
 
 
 class Compiled:
@@ -86,6 +129,11 @@ class Compiled:
         Any smooth model with continuous unknowns.
     time_limit_s
         Longest that one solve may take [s]; no limit by default.
+
+    Raises
+    ------
+    InputError
+        If a function in the model is unknown to the engine.
     """
 
     def __init__(self, model: Model, time_limit_s: float | None = None) -> None:
@@ -99,19 +147,18 @@ class Compiled:
         unknowns = casadi.SX.sym("x", len(self.names))
         scales = casadi.SX.sym("s", len(self.names))
         parameters = casadi.SX.sym("p", len(self.given))
-        best = casadi.SX.sym("best")
+        steepness = casadi.SX.sym("w")
         leaves = {name: unknowns[k] * scales[k] for k, name in enumerate(self.names)}
         leaves |= {name: parameters[k] for k, name in enumerate(self.given)}
         table = operations()
 
+        def applied(ufunc: np.ufunc, arguments: tuple[Any, ...]) -> Any:
+            if ufunc not in table:
+                raise InputError(f"engine {NAME} does not know the function {ufunc.__name__}")
+            return table[ufunc](*arguments)
+
         def symbols(tree: Operand) -> Any:
-            return casadi.SX(
-                fold(
-                    tree,
-                    lambda leaf: leaves[leaf.name],
-                    lambda ufunc, arguments: table[ufunc](*arguments),
-                )
-            )
+            return casadi.SX(fold(tree, lambda leaf: leaves[leaf.name], applied))
 
         self.sign = 1.0 if model.sense == "maximise" else -1.0
         cost = -self.sign * symbols(model.objective)
@@ -121,17 +168,21 @@ class Compiled:
         self.relations = [each.relation for each in self.constraints]
         excess = [symbols(each.left) - symbols(each.right) for each in self.relations]
         everything = casadi.vertcat(parameters, scales)
-        self._goals = [self._solver(unknowns, everything, cost, excess)]
-        for preference in model.preferences:
-            # Among equally good points: the objective may not get worse than it was.
-            self._goals.append(
-                self._solver(
-                    unknowns,
-                    casadi.vertcat(everything, best),
-                    symbols(preference),
-                    [*excess, cost - best],
-                )
+        self._slope = casadi.Function(
+            "slope", [unknowns, everything], [casadi.gradient(cost, unknowns)]
+        )
+        # Of later goals each keeps the earlier ones as good as they were.
+        goals = [cost / steepness, *map(symbols, model.preferences)]
+        floors = casadi.SX.sym("floor", len(model.preferences))
+        self._programmes = [
+            self._solver(
+                unknowns,
+                casadi.vertcat(everything, steepness, *(floors[j] for j in range(k))),
+                goal,
+                [*excess, *(goals[j] - floors[j] for j in range(k))],
             )
+            for k, goal in enumerate(goals)
+        ]
 
     def _solver(self, unknowns: Any, parameters: Any, cost: Any, excess: Sequence[Any]) -> Any:
         import casadi
@@ -152,11 +203,11 @@ class Compiled:
         """
         parameters = {**self.base, **values}
         numbers = np.array([float(parameters[name]) for name in self.given])
-        lower = lower_bounds(self.model, parameters)
-        own_upper = own_upper_bounds(self.model, parameters)
         if not np.isfinite(numbers).all():
             return unanswered(self.model, NAME, PROOF, Status.ERROR, "a parameter is no number")
-        if any(lower[name] > own_upper[name] for name in self.names):
+        lower = lower_bounds(self.model, parameters)
+        upper = own_upper_bounds(self.model, parameters)
+        if any(lower[name] > upper[name] for name in self.names):
             return unanswered(
                 self.model, NAME, "bounds contradict", Status.INFEASIBLE, "not handed to IPOPT"
             )
@@ -164,30 +215,20 @@ class Compiled:
         if broken:
             words = f"does not hold whatever the unknowns: {', '.join(broken)}"
             return unanswered(self.model, NAME, "evaluated", Status.INFEASIBLE, words)
-        upper = implied_upper_bounds(self.model, parameters, lower)
-        reach = {n: _reach(lower[n], min(upper[n], own_upper[n])) for n in self.names}
-        scale = np.array([reach[name] for name in self.names])
-        bounds = {
-            "lbx": np.array([lower[name] for name in self.names]) / scale,
-            "ubx": np.array([own_upper[name] for name in self.names]) / scale,
-        }
-        low = [-math.inf if each.sense == "<=" else 0.0 for each in self.relations]
-        high = [math.inf if each.sense == ">=" else 0.0 for each in self.relations]
-        sides = {"lbg": np.array(low), "ubg": np.array(high)}
+        data = self._data(parameters, numbers, lower, upper)
+        steepness = self._steepness(data)
         begin = time.monotonic()
         best: tuple[float, dict[str, float], Any] | None = None
         said: list[str] = []
-        for start in self._starts(lower, reach):
+        for start in data.starts:
             if self.time_limit_s is not None and time.monotonic() - begin > self.time_limit_s:
                 raise SolverError(f"{NAME} did not finish within the time limit")
-            answer = self._goals[0](
-                x0=start / scale, p=np.concatenate([numbers, scale]), **bounds, **sides
-            )
-            word = self._goals[0].stats()["return_status"]
+            answer = self._programmes[0](**data.arguments(start, [steepness]))
+            word = self._programmes[0].stats()["return_status"]
             said.append(word)
             if word in TOO_SLOW:
                 raise SolverError(f"{NAME} did not finish within the time limit")
-            point = self._point(answer, scale, lower, own_upper)
+            point = self._point(answer, data)
             if word not in SOLVED or not self._feasible(parameters, point):
                 continue
             value = self.sign * float(evaluate(self.model.objective, {**parameters, **point}))
@@ -195,52 +236,66 @@ class Compiled:
                 best = (value, point, answer)
         if best is None:
             return self._nothing(said)
-        point = self._preferred(best, parameters, numbers, scale, bounds, sides, lower, own_upper)
-        return self._solution(parameters, point, best[2], scale, said)
+        point = self._preferred(best[1], data, steepness)
+        weights = np.asarray(best[2]["lam_g"]).ravel() * steepness
+        at_bounds = np.asarray(best[2]["lam_x"]).ravel() * steepness / data.scale
+        return self._solution(parameters, point, weights, at_bounds, said)
 
-    def _starts(self, lower: Mapping[str, float], reach: Mapping[str, float]) -> list[Any]:
-        shares = itertools.islice(itertools.product(SHARES, repeat=len(self.names)), MOST_STARTS)
-        return [
-            np.array([lower[n] + s * reach[n] for n, s in zip(self.names, share, strict=True)])
-            for share in shares
+    def _data(
+        self,
+        parameters: Mapping[str, Any],
+        numbers: Floats,
+        lower: Mapping[str, float],
+        upper: Mapping[str, float],
+    ) -> _Data:
+        implied = implied_upper_bounds(self.model, parameters, lower)
+        spans = [
+            _span(lower[name], min(implied[name], upper[name]), upper[name]) for name in self.names
         ]
+        first, scale = np.array(spans).reshape(-1, 2).T
+        shares = itertools.islice(itertools.product(SHARES, repeat=len(self.names)), MOST_STARTS)
+        low = [-math.inf if each.sense == "<=" else 0.0 for each in self.relations]
+        high = [math.inf if each.sense == ">=" else 0.0 for each in self.relations]
+        return _Data(
+            parameters,
+            numbers,
+            np.array([lower[name] for name in self.names]),
+            np.array([upper[name] for name in self.names]),
+            scale,
+            [first / scale + np.array(share) for share in shares],
+            {"lbg": np.array(low), "ubg": np.array(high)},
+        )
 
-    def _point(
-        self, answer: Any, scale: Any, lower: Mapping[str, float], upper: Mapping[str, float]
-    ) -> dict[str, float]:
-        found = np.asarray(answer["x"]).ravel() * scale
-        return {
-            name: min(max(float(found[k]), lower[name]), upper[name])
-            for k, name in enumerate(self.names)
-        }
+    def _steepness(self, data: _Data) -> float:
+        """What to divide the objective by, from its slope halfway between the bounds."""
+        halfway = data.starts[len(data.starts) // 2]
+        slope = np.asarray(self._slope(halfway, np.concatenate([data.numbers, data.scale])))
+        largest = float(np.abs(slope).max(initial=0.0))
+        return largest / STEEP if math.isfinite(largest) and largest > 0.0 else 1.0
+
+    def _point(self, answer: Any, data: _Data) -> dict[str, float]:
+        found = np.clip(np.asarray(answer["x"]).ravel() * data.scale, data.lower, data.upper)
+        return dict(zip(self.names, found.tolist(), strict=True))
 
     def _feasible(self, parameters: Mapping[str, Any], point: Mapping[str, float]) -> bool:
         return all(bool(row.satisfied) for row in check(self.model, {**parameters, **point}))
 
     def _preferred(
-        self,
-        best: tuple[float, dict[str, float], Any],
-        parameters: Mapping[str, Any],
-        numbers: Any,
-        scale: Any,
-        bounds: Mapping[str, Any],
-        sides: Mapping[str, Any],
-        lower: Mapping[str, float],
-        upper: Mapping[str, float],
+        self, point: dict[str, float], data: _Data, steepness: float
     ) -> dict[str, float]:
-        """The point with the smallest first preference among those as good as the best."""
-        value, point, _ = best
-        for solver in self._goals[1:]:
-            floor = -value + EQUAL * max(1.0, abs(value))
-            answer = solver(
-                x0=np.array([point[name] for name in self.names]) / scale,
-                p=np.concatenate([numbers, scale, [floor]]),
-                **bounds,
-                lbg=np.append(sides["lbg"], -math.inf),
-                ubg=np.append(sides["ubg"], 0.0),
-            )
-            found = self._point(answer, scale, lower, upper)
-            if solver.stats()["return_status"] in SOLVED and self._feasible(parameters, found):
+        """Among points as good as the best, the one that the preferences take, one by one."""
+        floors: list[float] = []
+        goals = [self.model.objective, *self.model.preferences]
+        for number, programme in enumerate(self._programmes[1:]):
+            kept = float(evaluate(goals[number], {**data.parameters, **point}))
+            kept = kept if number else -self.sign * kept
+            floors.append(kept + EQUAL * max(1.0, abs(kept)))
+            start = np.array([point[name] for name in self.names]) / data.scale
+            scaled = [floors[0] / steepness, *floors[1:]]
+            answer = programme(**data.arguments(start, [steepness, *scaled]))
+            found = self._point(answer, data)
+            word = programme.stats()["return_status"]
+            if word in SOLVED and self._feasible(data.parameters, found):
                 point = found
         return point
 
@@ -250,32 +305,28 @@ class Compiled:
             status, proof = Status.UNBOUNDED, "local: the iterates diverge"
         elif all(word == UNUSABLE for word in said):
             status, proof = Status.ERROR, "none"
-        else:
+        elif NO_WAY_IN in said:
             status = Status.INFEASIBLE
             proof = f"local: none of {len(said)} starts led to a feasible point"
+        else:
+            raise SolverError(f"{NAME} found no answer and no reason why: {words}")
         return unanswered(self.model, NAME, proof, status, words)
 
     def _solution(
         self,
         parameters: Mapping[str, Any],
         point: dict[str, float],
-        answer: Any,
-        scale: Any,
+        weights: Floats,
+        at_bounds: Floats,
         said: Sequence[str],
     ) -> Solution:
         rows = check(self.model, {**parameters, **point})
-        weights = np.asarray(answer["lam_g"]).ravel()
-        weights = np.array(
-            [
-                weight if each.sense == "==" else abs(weight)
-                for each, weight in zip(self.relations, weights, strict=True)
-            ]
-        )
-        at_bounds = np.abs(np.asarray(answer["lam_x"]).ravel()) / scale
-        labels = [each.label for each in self.constraints]
-        multipliers = dict(zip(labels, weights, strict=True))
-        for variable, weight in zip(self.model.variables, at_bounds, strict=True):
-            multipliers[variable.label] = multipliers.get(variable.label, 0.0) + weight
+        multipliers = {
+            each.label: float(weight if each.relation.sense == "==" else abs(weight))
+            for each, weight in zip(self.constraints, weights, strict=True)
+        }
+        for variable, weight in zip(self.model.variables, np.abs(at_bounds), strict=True):
+            multipliers[variable.label] = multipliers.get(variable.label, 0.0) + float(weight)
         binding: dict[str, bool] = {}
         for row in rows:
             if not np.ndim(row.slack) and row.label not in multipliers:
@@ -307,9 +358,14 @@ def _holds(relation: Relation, values: Mapping[str, Any]) -> bool:
     return bool(holding(relation.sense, *sides))
 
 
-def _reach(lower: float, upper: float) -> float:
-    """How far an unknown may be from its lower bound, for starts and scaling."""
-    return upper - lower if math.isfinite(upper) and upper > lower else TYPICAL
+def _span(lower: float, likely: float, upper: float) -> tuple[float, float]:
+    """Where the starts of an unknown begin and how far they reach, from its bounds.
+
+    `likely` is the upper bound that the constraints put on it as well.
+    """
+    if math.isinf(lower):
+        return (-0.5 * TYPICAL if math.isinf(upper) else upper - TYPICAL), TYPICAL
+    return lower, likely - lower if math.isfinite(likely) and likely > lower else TYPICAL
 
 
 def solve(model: Model, programmes: int, time_limit_s: float | None = None) -> Solution:

@@ -10,7 +10,7 @@ import numpy.typing as npt
 from optuav.mission import vehicle
 from optuav.mission.places import DESTINATION, FIRST_BUILDING, HOVER, ORIGIN, Places
 from optuav.mission.schema import Mission
-from optuav.mission.sight import Numbers, Points, Prisms, crossings
+from optuav.mission.sight import CLEAR, Numbers, Points, Prisms, crossed
 from optuav.physics import flight
 
 
@@ -27,7 +27,7 @@ class Legs:
     durations_s, currents_A, powers_W
         (stage, leg): duration [s], current [A] and power [W] drawn in every stage.
     crosses
-        Number of the first building in the way, −1 if the way is clear.
+        Number of a building in the way, −1 if the way is clear or need not be.
     flyable
         Whether an itinerary may use it.
     edited
@@ -99,13 +99,9 @@ def legs(mission: Mission, where: Places, obstacles: Prisms) -> Legs:
             vehicle.airframe(mission), vehicle.motor(mission), (x, y, z), mission.wind.force_N
         )
         loads, peak_m_s = leg.loads, leg.peak_speed_m_s
-    crosses = np.full(len(start), -1, dtype=np.intp)
+    crosses = np.full(len(start), CLEAR, dtype=np.intp)
     if not given.through_buildings:
-        known = np.flatnonzero(np.isfinite(distance_m))
-        exempt = np.stack([start[known], end[known]], axis=1) - FIRST_BUILDING
-        line, building = crossings(obstacles, from_m[known], to_m[known], exempt)
-        first = np.lexsort((building, line))[::-1]
-        crosses[known[line[first]]] = building[first]
+        crosses = _crossed(where, obstacles, start, end)
     duration_s = np.asarray(loads.duration_s)
     shape = (len(loads.durations_s), len(start))
     return Legs(
@@ -117,6 +113,17 @@ def legs(mission: Mission, where: Places, obstacles: Prisms) -> Legs:
         np.array([np.broadcast_to(each, shape[1:]) for each in loads.currents_A], dtype=float),
         np.array([np.broadcast_to(each, shape[1:]) for each in loads.powers_W], dtype=float),
         crosses,
-        np.isfinite(duration_s) & (crosses < 0),
+        np.isfinite(duration_s) & (crosses == CLEAR),
         np.zeros(len(start), bool),
     )
+
+
+def _crossed(where: Places, obstacles: Prisms, start: Numbers, end: Numbers) -> Numbers:
+    """A building in the way of each leg, the same there and back; −1 where its place is unknown."""
+    found = np.full(len(start), CLEAR, dtype=np.intp)
+    known = np.flatnonzero(np.isfinite(where.position_m[start] + where.position_m[end]).all(axis=1))
+    ends = np.sort(np.stack([start[known], end[known]], axis=1), axis=1)
+    lines, line = np.unique(ends, axis=0, return_inverse=True)
+    low_m, high_m = np.moveaxis(where.position_m[lines], 1, 0)
+    found[known] = crossed(obstacles, low_m, high_m, lines - FIRST_BUILDING)[line]
+    return found

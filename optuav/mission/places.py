@@ -9,7 +9,7 @@ import numpy.typing as npt
 
 from optuav.mission import vehicle
 from optuav.mission.schema import Mission
-from optuav.mission.sight import Numbers, Points, Prisms, crossings
+from optuav.mission.sight import CLEAR, Numbers, Points, Prisms, crossed
 
 ORIGIN, HOVER, DESTINATION, FIRST_BUILDING = 0, 1, 2, 3
 ENDS = ("origin", "hover", "destination")
@@ -56,14 +56,9 @@ def places(mission: Mission, obstacles: Prisms) -> Places:
     laser_m = np.array(mission.laser.position_m)
     sight = np.isfinite(position_m).all(axis=1)
     seen = np.flatnonzero(sight)
-    own_roof = np.where(seen >= FIRST_BUILDING, seen - FIRST_BUILDING, -1)
-    blocked, _ = crossings(
-        obstacles,
-        np.broadcast_to(laser_m, (len(seen), 3)),
-        position_m[seen],
-        own_roof[:, None],
-    )
-    sight[seen[blocked]] = False
+    own_roof = np.where(seen >= FIRST_BUILDING, seen - FIRST_BUILDING, CLEAR)
+    beams_m = np.broadcast_to(laser_m, (len(seen), 3)), position_m[seen]
+    sight[seen] = crossed(obstacles, *beams_m, own_roof[:, None]) == CLEAR
     distance_m = np.sqrt(((position_m - laser_m) ** 2).sum(axis=1))
     load = vehicle.charging(mission, distance_m)
     return Places(

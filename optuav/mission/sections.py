@@ -164,7 +164,7 @@ class Rotor(Section):
     viscous_damping_Nm_s_rad: ViscousDamping
     """Viscous damping D_f [N m s/rad]."""
     velocity_constant_rpm_V: VelocityConstant
-    """Velocity constant κ_V [rpm/V]; κ_E = κ_T = 60/(2π κ_V)."""
+    """Velocity constant κ_V [rpm/V]; κ_E = κ_T = 9.5493/κ_V."""
     resistance_ohm: Resistance
     """Resistance of the winding R [Ω]."""
     inertia_kg_m2: RotorInertia

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import itertools
+import math
 from dataclasses import dataclass
 from typing import Any
 
@@ -14,13 +16,19 @@ from optuav.mission.sections import Building
 Points = npt.NDArray[np.float64]
 Numbers = npt.NDArray[np.intp]
 
-ALTITUDE_TOLERANCE_M = 1e-9
-LINES_AT_ONCE = 4096
+MARGIN_M = 1e-6
+"""How far walls and roofs are moved inwards [m], so that to graze a building is not to cross it."""
+MOST_PAIRS = 1 << 23
+"""Lines that are tried at once, times buildings."""
+BUILDINGS_PASSED = 4
+"""About as many buildings a piece of a line passes, where they stand evenly on the map."""
+CLEAR = -1
+"""In place of the number of a building: there is none."""
 
 
 @dataclass(frozen=True)
 class Prisms:
-    """Footprints with a spatial index.
+    """Buildings with a spatial index, each smaller by `MARGIN_M` on all sides.
 
     Parameters
     ----------
@@ -55,21 +63,19 @@ def prisms(mission: Mission) -> Prisms:
 
     outlines = [outline_m(building) for building in mission.buildings]
     with_footprint = [k for k, outline in enumerate(outlines) if outline is not None]
-    rings = [outlines[k] for k in with_footprint]
+    polygons = np.array([shapely.Polygon(outlines[k]) for k in with_footprint], dtype=object)
     return Prisms(
-        shapely.STRtree([shapely.Polygon(ring) for ring in rings]),
+        shapely.STRtree(shapely.buffer(polygons, -MARGIN_M, join_style="mitre")),
         np.array(with_footprint, dtype=np.intp),
-        np.array([mission.buildings[k].position_m[2] for k in with_footprint], dtype=float),
+        np.array([mission.buildings[k].position_m[2] for k in with_footprint]) - MARGIN_M,
     )
 
 
-def crossings(
-    obstacles: Prisms, start_m: Points, end_m: Points, exempt: Numbers
-) -> tuple[Numbers, Numbers]:
-    """Which straight lines run through which buildings.
+def crossed(obstacles: Prisms, start_m: Points, end_m: Points, exempt: Numbers) -> Numbers:
+    """A building that each straight line runs through, −1 for a line with a clear way.
 
-    A line crosses a prism if it runs inside the footprint below the roof; to graze a wall, a corner
-    or the roof is not to cross.
+    A line crosses a building if it runs inside the footprint below the roof; to graze a wall, a
+    corner or the roof is not to cross.
 
     Parameters
     ----------
@@ -82,57 +88,53 @@ def crossings(
 
     Returns
     -------
-    Numbers of lines and of buildings, one pair an entry.
+    Numbers of buildings (line,).
     """
-    found = [
-        _crossings_of(obstacles, start_m[part], end_m[part], exempt[part], part.start)
-        for first in range(0, len(start_m), LINES_AT_ONCE)
-        for part in (slice(first, first + LINES_AT_ONCE),)
-    ]
-    if not found:
-        return np.empty(0, np.intp), np.empty(0, np.intp)
-    return (
-        np.concatenate([lines for lines, _ in found]),
-        np.concatenate([buildings for _, buildings in found]),
-    )
+    swap = (start_m[:, 2] > end_m[:, 2])[:, None]
+    low_m, high_m = np.where(swap, end_m, start_m), np.where(swap, start_m, end_m)
+    found = np.full(len(start_m), CLEAR, dtype=np.intp)
+    count = len(obstacles.building)
+    at_once = 1 + MOST_PAIRS // max(1, count)
+    # Buildings in the way stand near the low end as a rule; short pieces have slim boxes.
+    cuts = np.linspace(0.0, 1.0, 2 + int(math.sqrt(count) / BUILDINGS_PASSED))
+    for first in range(0, len(found), at_once):
+        lines = np.arange(first, min(first + at_once, len(found)))
+        for begin, end in itertools.pairwise(cuts):
+            way_m = high_m[lines] - low_m[lines]
+            line, building = _through(
+                obstacles, low_m[lines] + begin * way_m, low_m[lines] + end * way_m, exempt[lines]
+            )
+            found[lines[line]] = building
+            lines = lines[found[lines] == CLEAR]
+    return found
 
 
-def _crossings_of(
-    obstacles: Prisms, start_m: Points, end_m: Points, exempt: Numbers, offset: int
+def _through(
+    obstacles: Prisms, low_m: Points, high_m: Points, exempt: Numbers
 ) -> tuple[Numbers, Numbers]:
+    """Pairs of lines and buildings that they cross; each line by its low and its high end."""
     import shapely
 
-    plans: Any = shapely.linestrings(np.stack([start_m[:, :2], end_m[:, :2]], axis=1))
+    line, footprint = obstacles.tree.query(_on_map(low_m, high_m), predicate="intersects")
+    depth_m = obstacles.roof_m[footprint] - low_m[line, 2]
+    kept = depth_m > 0.0
+    kept &= (exempt[line] != obstacles.building[footprint, None]).all(axis=1)
+    line, footprint, depth_m = line[kept], footprint[kept], depth_m[kept]
+    rise_m = high_m[line, 2] - low_m[line, 2]
+    inside = rise_m <= depth_m
+    partly = np.flatnonzero(~inside)
+    foot_m = low_m[line[partly]]
+    share = (depth_m[partly] / rise_m[partly])[:, None]
+    below = _on_map(foot_m, foot_m + share * (high_m[line[partly]] - foot_m))
+    inside[partly] = shapely.intersects(below, obstacles.tree.geometries[footprint[partly]])
+    return line[inside], obstacles.building[footprint[inside]]
+
+
+def _on_map(start_m: Points, end_m: Points) -> Any:
+    """Lines seen from above; an upright one is a point."""
+    import shapely
+
+    seen: Any = shapely.linestrings(np.stack([start_m[:, :2], end_m[:, :2]], axis=1))
     upright = (start_m[:, :2] == end_m[:, :2]).all(axis=1)
-    plans[upright] = shapely.points(start_m[upright, :2])
-    line, footprint = obstacles.tree.query(plans, predicate="intersects")
-    low = np.minimum(start_m[line, 2], end_m[line, 2])
-    candidate = low < obstacles.roof_m[footprint] - ALTITUDE_TOLERANCE_M
-    candidate &= (exempt[line] != obstacles.building[footprint][:, None]).all(axis=1)
-    line, footprint = line[candidate], footprint[candidate]
-    outlines = obstacles.tree.geometries[footprint]
-    inside = ~shapely.touches(plans[line], outlines)
-    line, footprint, outlines = line[inside], footprint[inside], outlines[inside]
-    lowest = _lowest_altitude(plans[line], outlines, start_m[line], end_m[line])
-    below = lowest < obstacles.roof_m[footprint] - ALTITUDE_TOLERANCE_M
-    return (line[below] + offset).astype(np.intp), obstacles.building[footprint[below]]
-
-
-def _lowest_altitude(plans: Any, outlines: Any, start_m: Points, end_m: Points) -> Points:
-    """Least altitude [m] of each line over its outline; it is linear, so an end has it."""
-    import shapely
-
-    way = end_m[:, :2] - start_m[:, :2]
-    squared_length = (way**2).sum(axis=1)
-    points, index = shapely.get_coordinates(
-        shapely.intersection(plans, outlines), return_index=True
-    )
-    along = ((points - start_m[index, :2]) * way[index]).sum(axis=1)
-    share = along / np.where(squared_length > 0.0, squared_length, 1.0)[index]
-    first, last = np.full(len(plans), np.inf), np.full(len(plans), -np.inf)
-    np.minimum.at(first, index, share)
-    np.maximum.at(last, index, share)
-    rise = end_m[:, 2] - start_m[:, 2]
-    over = np.minimum(start_m[:, 2] + first * rise, start_m[:, 2] + last * rise)
-    upright = squared_length == 0.0
-    return np.where(upright, np.minimum(start_m[:, 2], end_m[:, 2]), over)
+    seen[upright] = shapely.points(start_m[upright, :2])
+    return seen

@@ -24,7 +24,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from functools import reduce
+from functools import cached_property, reduce
 from typing import Any, Literal
 
 import numpy as np
@@ -282,10 +282,11 @@ class _Join:
         """
         said = Constraint("", Relation(0.0, "==", 0.0), "1", "")
         self.row("one alternative", self.total(self.choices, "λ"), "==", 1.0, said)
-        for each in self.in_common():
+        for each in self.in_common:
             sides = [_with(side, self.cases[0].given) for side in _sides(each)]
             self.row(each.label, sides[0], each.relation.sense, sides[1], each)
 
+    @cached_property
     def in_common(self) -> list[Constraint]:
         """The constraints without unknowns that all alternatives state alike."""
         stated = [
@@ -303,7 +304,7 @@ class _Join:
 
     def rows(self, case: _Case) -> Iterator[Constraint]:
         """The rows of an alternative that the choice switches, bounds of its unknowns included."""
-        common = {each.label for each in self.in_common()}
+        common = {each.label for each in self.in_common}
         yield from (each for each in case.declared.constraints if each.label not in common)
         for each in case.declared.variables:
             lowest = self.unknowns[each.name].lower
@@ -387,10 +388,11 @@ class _BigM(_Join):
             off = 1.0 - choice
             for number, each in enumerate(self.rows(case), start=1):
                 left, right = (_with(side, {**case.given, **self.unknowns}) for side in _sides(each))
+                both = each.relation.sense == "=="
                 for sense in _inequalities(each.relation.sense):
                     label = f"{each.label}, {case.label}"
                     most = self.model.let(
-                        f"M of {label}" + (f" ({sense})" if sense != each.relation.sense else ""),
+                        f"M{number} of {label}" + (f" ({sense})" if both else ""),
                         self.most(case, each.relation, sense, tops),
                         symbol=f"M{number}_{case.index}",
                     )

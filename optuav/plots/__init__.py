@@ -14,6 +14,11 @@ from optuav.errors import InputError
 if TYPE_CHECKING:
     from optuav.plots.charge import BatteryAxes as BatteryAxes
     from optuav.plots.charge import battery as battery
+    from optuav.plots.comparison import Bar as Bar
+    from optuav.plots.comparison import BarAxes as BarAxes
+    from optuav.plots.comparison import Gap as Gap
+    from optuav.plots.comparison import choice_bars as choice_bars
+    from optuav.plots.comparison import slot_gaps as slot_gaps
     from optuav.plots.constraints import plane as plane
     from optuav.plots.files import save_map as save_map
     from optuav.plots.files import save_pictures as save_pictures
@@ -24,15 +29,20 @@ if TYPE_CHECKING:
     from optuav.plots.stages import leg as leg
 
 HOMES = {
+    "Bar": "optuav.plots.comparison",
+    "BarAxes": "optuav.plots.comparison",
     "BatteryAxes": "optuav.plots.charge",
+    "Gap": "optuav.plots.comparison",
     "LegAxes": "optuav.plots.stages",
     "MapAxes": "optuav.plots.map",
     "battery": "optuav.plots.charge",
+    "choice_bars": "optuav.plots.comparison",
     "leg": "optuav.plots.stages",
     "mission_map": "optuav.plots.map",
     "plane": "optuav.plots.constraints",
     "save_map": "optuav.plots.files",
     "save_pictures": "optuav.plots.files",
+    "slot_gaps": "optuav.plots.comparison",
     "trajectories": "optuav.plots.map",
 }
 """Where each public name is defined."""

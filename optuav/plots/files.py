@@ -38,7 +38,7 @@ def save_pictures(plan: Plan, directory: str | Path) -> list[Path]:
         If matplotlib is missing, or the directory cannot be made or written to. Every file is
         written whole or not at all.
     """
-    return _save(_figures(plan), Path(directory))
+    return save_figures(_figures(plan), Path(directory))
 
 
 def save_map(mission: Mission, directory: str | Path) -> list[Path]:
@@ -46,10 +46,11 @@ def save_map(mission: Mission, directory: str | Path) -> list[Path]:
     from optuav.plots import mission_map
 
     drawn = mission_map(mission).plan.get_figure(root=True)
-    return _save([("map.png", drawn)], Path(directory))
+    return save_figures([("map.png", drawn)], Path(directory))
 
 
-def _save(figures: Iterable[tuple[str, Figure | None]], folder: Path) -> list[Path]:
+def save_figures(figures: Iterable[tuple[str, Figure | None]], folder: Path) -> list[Path]:
+    """Write figures under the given names, all drawn before the first is written."""
     make_directory(folder)
     pictures = {name: _png(figure) for name, figure in figures}
     for name, content in pictures.items():

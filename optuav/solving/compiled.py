@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from optuav.engines.solution import Solution, stacked
-from optuav.errors import Fault, InputError
+from optuav.engines.solution import Solution, Status, stacked
+from optuav.errors import Fault, InputError, SolverError
 from optuav.solving.dispatch import chosen_engine
 from optuav.solving.planning import Part
 from optuav.solving.question import Question
@@ -41,12 +41,13 @@ class CompiledProgram:
         self.program = program
         self.question = question
         self._solvers = [_solver(part, question) for part in program.parts]
+        names = (name for part in program.parts for name in part.model.parameters)
+        self._parameters = tuple(dict.fromkeys(names))
 
     @property
     def parameters(self) -> tuple[str, ...]:
         """Names of the parameters that `solve` may change."""
-        names = (name for part in self.program.parts for name in part.model.parameters)
-        return tuple(dict.fromkeys(names))
+        return self._parameters
 
     def solve(self, **values: Any) -> Solution:
         """Solve again with other values of named parameters, the rest as in the mission.
@@ -54,8 +55,8 @@ class CompiledProgram:
         Parameters
         ----------
         values
-            For example ``deadline_s=900, min_soc=0.1``: numbers, or for figures of itineraries
-            arrays with one entry an itinerary where all of them belong to one declaration.
+            For example ``deadline_s=900, min_soc=0.1``: numbers, or arrays with one entry an
+            itinerary where all of them belong to one declaration.
 
         Returns
         -------
@@ -66,10 +67,17 @@ class CompiledProgram:
         InputError
             If a name is no parameter of the program, or a value is no number.
         SolverError
-            If the engine fails.
+            If the engine fails, or meets numbers that it cannot use.
         """
         self._refuse(values)
         solutions = [solver(values) for solver in self._solvers]
+        for solution in solutions:
+            if Status.ERROR in solution.statuses:
+                raise SolverError(f"{solution.engine} met numbers that it cannot use")
+            if Status.UNBOUNDED in solution.statuses:
+                return solution.only(solution.statuses.index(Status.UNBOUNDED))
+        if len(solutions) == 1 and len(solutions[0].statuses) == 1:
+            return solutions[0]
         chosen = self.program.best(solutions)
         if chosen is None:
             return solutions[0].only(0)
@@ -86,21 +94,31 @@ class CompiledProgram:
             if name not in known
         ]
         faults += [
-            Fault(name, repr(value), "a finite number is needed")
+            Fault(name, repr(value), self._allowed)
             for name, value in values.items()
-            if name in known and not _is_number(value)
+            if name in known and not self._is_usable(value)
         ]
         if faults:
             raise InputError(faults)
 
+    @property
+    def _most(self) -> int:
+        """How many entries an array may have; 1 where the itineraries have several declarations."""
+        parts = self.program.parts
+        return len(parts[0].routes) if len(parts) == 1 else 1
 
-def _is_number(value: Any) -> bool:
-    if isinstance(value, bool):
-        return False
-    try:
-        return bool(np.isfinite(np.asarray(value, dtype=float)).all())
-    except (TypeError, ValueError):
-        return False
+    @property
+    def _allowed(self) -> str:
+        return f"a finite number{f', or {self._most} of them' if self._most > 1 else ''}"
+
+    def _is_usable(self, value: Any) -> bool:
+        if isinstance(value, bool):
+            return False
+        try:
+            numbers = np.asarray(value, dtype=float)
+        except (TypeError, ValueError):
+            return False
+        return numbers.shape in ((), (self._most,)) and bool(np.isfinite(numbers).all())
 
 
 def _solver(part: Part, asked: Question) -> Solver:
@@ -126,13 +144,13 @@ def _solver(part: Part, asked: Question) -> Solver:
         from optuav.engines import smooth
 
         compiled = smooth.Compiled(part.model, asked.time_limit_s)
+    rows = [part.model.row(index) for index in range(count)]
     if count == 1:
-        rows = part.model.row(0)
-        return lambda values: compiled.solve({**rows, **_entry(values, 0)})
+        return lambda values: compiled.solve(rows[0] | _entry(values, 0))
     return lambda values: stacked(
-        [compiled.solve({**part.model.row(k), **_entry(values, k)}) for k in range(count)]
+        [compiled.solve(row | _entry(values, index)) for index, row in enumerate(rows)]
     )
 
 
 def _entry(values: Mapping[str, Any], index: int) -> dict[str, float]:
-    return {name: float(np.ravel(v)[index] if np.ndim(v) else v) for name, v in values.items()}
+    return {name: float(v[index] if np.ndim(v) else v) for name, v in values.items()}

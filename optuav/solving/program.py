@@ -59,7 +59,7 @@ class Program:
         ----------
         point
             Values of the unknowns by name, and of parameters that differ from the mission's;
-            numbers or arrays that broadcast with one entry an itinerary.
+            numbers, or arrays that broadcast (with one entry an itinerary where it has several).
 
         Raises
         ------
@@ -72,7 +72,9 @@ class Program:
             row
             for part, names in zip(self.parts, unknowns, strict=True)
             if names == stated
-            for row in check(part.model, point)
+            for row in check(
+                part.model, {**(part.model.row(0) if len(part.routes) == 1 else {}), **point}
+            )
         ]
         if not found:
             known = " or ".join(dict.fromkeys(", ".join(sorted(names)) for names in unknowns))

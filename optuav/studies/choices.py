@@ -14,6 +14,7 @@ from optuav.errors import Fault, InputError
 from optuav.mission import Mission, load
 from optuav.plan import Plan
 from optuav.solving import solve
+from optuav.studies.comparison import as_csv
 
 if TYPE_CHECKING:
     import pandas
@@ -40,7 +41,7 @@ class Choice:
     hover_time_s, rest_time_s, mission_time_s
         Δ, T' and T [s]; None without a plan.
     soc
-        State of charge at the end by perspective [-]; η1 is ``"battery"``. Empty without a plan.
+        State of charge at the end by perspective [-]; η1 is ``"battery"``. None without a plan.
     route
         Names of places; empty without a plan.
     runs_dry_s
@@ -55,7 +56,7 @@ class Choice:
     hover_time_s: float | None
     rest_time_s: float | None
     mission_time_s: float | None
-    soc: Mapping[str, float]
+    soc: Mapping[str, float] | None
     route: tuple[str, ...]
     runs_dry_s: float | None
     reasons: tuple[str, ...]
@@ -97,7 +98,7 @@ class Choices:
                 "hover_time_s": row.hover_time_s,
                 "rest_time_s": row.rest_time_s,
                 "mission_time_s": row.mission_time_s,
-                **{f"soc_{name}": row.soc.get(name) for name in PAPER},
+                **{f"soc_{name}": (row.soc or {}).get(name) for name in PAPER},
                 "route": " > ".join(row.route),
                 "runs_dry_s": row.runs_dry_s,
             }
@@ -118,6 +119,10 @@ class Choices:
             "rows": list(rows),
             "mission": self.mission.to_dict(),
         }
+
+    def to_csv(self) -> str:
+        """`records` as comma-separated values with a line of headings."""
+        return as_csv(self.records())
 
     def to_frame(self) -> pandas.DataFrame:
         """One row a plan; needs pandas (``pip install optuav[frame]``)."""

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+import csv
+import io
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -109,7 +111,8 @@ class Row:
 class Comparison:
     """Discrete and continuous answers to the problems of a mission, side by side.
 
-    Printed, it is a table. `to_frame` and `to_dict` hold every detail.
+    Printed, it is a table. `to_frame` and `to_dict` hold every detail. It is true where some
+    programme has an answer.
 
     Parameters
     ----------
@@ -127,6 +130,9 @@ class Comparison:
     perspective: str
     methods: tuple[Method, ...]
     rows: tuple[Row, ...]
+
+    def __bool__(self) -> bool:
+        return any(cell.hover_time_s is not None for _, cell in self.cells)
 
     @property
     def cells(self) -> Iterator[tuple[Row, Cell]]:
@@ -201,6 +207,10 @@ class Comparison:
             for row, cell in self.cells
         ]
 
+    def to_csv(self, *, times: bool = False) -> str:
+        """`records` as comma-separated values with a line of headings."""
+        return as_csv(self.records(times=times))
+
     def to_frame(self, *, times: bool = False) -> pandas.DataFrame:
         """One row a cell; needs pandas (``pip install optuav[frame]``).
 
@@ -221,6 +231,15 @@ class Comparison:
         from optuav.studies.pictures import save_comparison
 
         return save_comparison(self, directory)
+
+
+def as_csv(records: Sequence[Mapping[str, Any]]) -> str:
+    """Flat records as comma-separated values; what is missing is an empty field."""
+    text = io.StringIO()
+    writer = csv.DictWriter(text, records[0] if records else [], lineterminator="\n")
+    writer.writeheader()
+    writer.writerows(records)
+    return text.getvalue()
 
 
 def _record(cell: Cell, times: bool) -> dict[str, Any]:

@@ -51,9 +51,9 @@ def _gaps(found: Comparison, methods: Sequence[Method]) -> Table:
         lost = Text("Δ in continuous times, and what is lost of it in slots of")
     table = _table(title=lost if methods else None)
     table.add_column("problem", no_wrap=True, max_width=LONGEST_NAME)
-    table.add_column("Δ [s]", justify="right")
+    table.add_column(Text("Δ [s]"), justify="right", no_wrap=True)
     for method in methods:
-        table.add_column(f"{method.slot_s:g} s", justify="right", min_width=6)
+        table.add_column(Text(f"{method.slot_s:g} s"), justify="right", min_width=6)
     table.add_column("agree", justify="right")
     for row in found.rows:
         cells = {cell.method: cell for cell in row.cells}
@@ -74,7 +74,7 @@ def _gap(cell: Cell | None) -> Text:
         return Text("–")
     if cell.agrees is None:
         return Text("failed", style="bold red")
-    text = NONE if cell.gap_s is None else f"{max(cell.gap_s, 0.0):.2f}"
+    text = NONE if cell.gap_s is None else f"{round(cell.gap_s, 2) + 0.0:.2f}"
     return Text(text) if cell.agrees else Text(f"{text}{WRONG}", style="bold red")
 
 
@@ -89,20 +89,24 @@ def _agreement(row: Row) -> Text:
 def _worth(found: Comparison, times: bool) -> Table:
     table = _table()
     table.add_column("method", no_wrap=True)
-    for heading in ("largest gap [s]", "allowed there [s]", "agree"):
-        table.add_column(heading, justify="right")
-    if times:
-        table.add_column("time [s]", justify="right")
+    for heading in ("largest gap [s]", "allowed [s]", "agree", *(["time [s]"] if times else [])):
+        table.add_column(Text(heading), justify="right", no_wrap=True)
     table.add_column("how it knows")
     for method in found.methods:
         cells = [cell for _, cell in found.cells if cell.method == method]
         if not cells:
             continue
         worst = max(cells, key=_share)
+        if method is found.methods[0]:
+            gap = "reference"
+        elif worst.gap_s is None:
+            gap = NONE
+        else:
+            gap = _short(worst.gap_s if method.slot_s else abs(worst.gap_s))
         proofs = dict.fromkeys(cell.proof for cell in cells if cell.hover_time_s is not None)
         table.add_row(
             method.name,
-            "–" if worst.gap_s is None else _short(worst.gap_s),
+            gap,
             _short(worst.allowance_s if method.slot_s is None else worst.largest_gap_s),
             f"{sum(cell.agrees is True for cell in cells)} of {len(cells)}",
             *([f"{sum(cell.time_s for cell in cells):.2f}"] if times else []),
@@ -157,9 +161,9 @@ def choice_tables(found: Choices) -> Iterator[RenderableType]:
     for name in ("perspective", "trajectory"):
         table.add_column(name, no_wrap=True)
     for name in ("Δ [s]", "T' [s]", "T [s]", "η1 [%]"):
-        table.add_column(name, justify="right", no_wrap=True)
+        table.add_column(Text(name), justify="right", no_wrap=True)
     table.add_column("by way of", no_wrap=True, max_width=LONGEST_NAME)
-    table.add_column("runs dry [s]", justify="right", no_wrap=True)
+    table.add_column(Text("dry at [s]"), justify="right", no_wrap=True)
     before = ""
     for row in found.rows:
         figures = (row.hover_time_s, row.rest_time_s, row.mission_time_s)

@@ -208,7 +208,9 @@ def check_by_hand(conflict: Certificate) -> None:
     """Exact sums, without the class's own."""
     assert conflict.holds()
     for symbol in "xy":
-        terms = [row.multiplier * row.coefficients.get(symbol, Fraction(0)) for row in conflict.rows]
+        terms = [
+            row.multiplier * row.coefficients.get(symbol, Fraction(0)) for row in conflict.rows
+        ]
         assert sum(terms) == 0
     assert sum(row.multiplier * row.limit for row in conflict.rows) < 0
     assert all(row.multiplier > 0 for row in conflict.rows)
@@ -240,7 +242,9 @@ def test_mutated_certificates_fail(
         loose = -conflict.limit / row.multiplier
         assert not with_row(replace(row, limit=row.limit + loose)).holds()
         if row.coefficients:
-            assert not with_row(replace(row, multiplier=row.multiplier + Fraction(1, 10**9))).holds()
+            assert not with_row(
+                replace(row, multiplier=row.multiplier + Fraction(1, 10**9))
+            ).holds()
             assert not with_row().holds()
     assert not Certificate(()).holds()
 
@@ -267,7 +271,8 @@ def test_the_bound_of_an_optimum_by_hand() -> None:
 
 
 @pytest.mark.parametrize(
-    "options", [{"problem": "P3"}, {"problem": "P4", "building": "b1"}, {}, {"perspective": "energy"}]
+    "options",
+    [{"problem": "P3"}, {"problem": "P4", "building": "b1"}, {}, {"perspective": "energy"}],
 )
 def test_bounds_prove_the_optima_of_the_paper(options: dict[str, str]) -> None:
     """Exact multipliers of the binding rows add up to Δ ≤ the optimum."""

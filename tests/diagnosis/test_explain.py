@@ -139,7 +139,7 @@ def test_the_words_for_a_deadline_that_is_too_short() -> None:
         ({}, {"problem": "P3", "perspective": "wells"}),
         ({}, {"problem": "P2-tight", "perspective": "adjusted"}),
         ({"body.mass_kg": 2.5}, {"problem": "P3"}),
-        ({"battery.capacity_As": 300}, {"problem": "P4", "building": "b1", "slot_s": 10.0}),
+        ({"limits.deadline_s": 80}, {"problem": "P4", "building": "b1", "slot_s": 10.0}),
     ],
 )
 def test_no_line_is_longer_than_eighty_columns(
@@ -199,8 +199,9 @@ def test_one_more_pack_is_solved_not_extrapolated() -> None:
     mission = optuav.load("paper-table2")
     price = prices(explain(mission))["packs"]
     gained = (
-        optuav.solve(mission.replace({"battery.packs": 3, "battery.flight_energy_J": None}))
-        .hover_time_s
+        optuav.solve(
+            mission.replace({"battery.packs": 3, "battery.flight_energy_J": None})
+        ).hover_time_s
         - optuav.solve(mission).hover_time_s
     )
     assert price.gain == pytest.approx(gained, abs=1e-6)

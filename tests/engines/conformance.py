@@ -306,7 +306,7 @@ CASES = (
         multipliers={"charge": 0.1, "deadline": 0.0, "bounds of Δ": 0.0, "bounds of T'": 0.0},
         prices={"C": 0.1, "Q": -0.1, "T": 0.0, "I": -8.0, "R": (0.0, 7.0)},
     ),
-    # Δ ≤ 60 binds alone; 10·60 − 5 T' ≤ 800 and 60 + T' ≤ 150 leave T' ∈ [0, 90], the smallest is 0.
+    # Δ ≤ 60 binds alone; 10·60 − 5 T' ≤ 800 and 60 + T' ≤ 150 leave T' ∈ [0, 90].
     Case(
         "P4 tied: bounded by the largest hover time",
         lambda: p4(most=60.0),

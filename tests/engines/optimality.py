@@ -54,9 +54,7 @@ def residuals(solution: Solution) -> Residuals:
     point = solution.point(0)
     at = {**model.row(0), **solution.given_at(0), **point}
     weights = solution.multipliers_at(0)
-    terms: list[tuple[float, Any]] = [
-        (1.0 if model.sense == "maximise" else -1.0, model.objective)
-    ]
+    terms: list[tuple[float, Any]] = [(1.0 if model.sense == "maximise" else -1.0, model.objective)]
     broken, negative, products, slopes = [0.0], [0.0], [0.0], [0.0]
     for constraint in model.constraints:
         relation, weight = constraint.relation, weights.get(constraint.label, 0.0)

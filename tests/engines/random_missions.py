@@ -77,9 +77,8 @@ def exact(given: Quantities, perspective: str, *, rests: bool) -> Exact | None:
     τ = g["deadline_s"] - g["flight_time_s"]
     r = r if rests else Fraction(0)
     if a + r <= 0:
-        hover = τ if a * τ <= q else Fraction(-1)
-    else:
-        hover = min(τ, (q + r * τ) / (a + r))
+        return Exact(τ, Fraction(0)) if τ >= 0 and a * τ <= q else None
+    hover = min(τ, (q + r * τ) / (a + r))
     if hover < 0:
         return None
     need = a * hover - q

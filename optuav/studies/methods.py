@@ -121,9 +121,7 @@ def _refuse(
         raise InputError(faults)
 
 
-def _methods(
-    slots: Sequence[float], perspective: str, engines: Sequence[str]
-) -> Iterator[Method]:
+def _methods(slots: Sequence[float], perspective: str, engines: Sequence[str]) -> Iterator[Method]:
     yield CLOSED_FORM
     if "cvxpy" in engines:
         yield Method("LP", "cvxpy", None)
@@ -228,7 +226,9 @@ def _solved(declared: _Declared, method: Method) -> Cell:
     accuracy_s = ACCURACY_S[method.engine] * max(1.0, (hover_s or 0.0) / LONG_S)
     allowance_s = accuracy_s + declared.rounding_s
     gap_s = (
-        None if hover_s is None or declared.hover_time_s is None else declared.hover_time_s - hover_s
+        None
+        if hover_s is None or declared.hover_time_s is None
+        else declared.hover_time_s - hover_s
     )
     return Cell(
         method, status, hover_s, rest_s, gap_s, None, allowance_s, None, words, proof, taken_s

@@ -1,0 +1,113 @@
+# %% [markdown]
+# # (P4): the plane, and what everything is worth
+#
+# With a rest there are two unknowns, Δ and T', and the problem can be drawn. The optimum lies in a
+# corner, where two lines meet; how the corner moves when a number changes is that number's price.
+#
+# **Learning intentions.** After this page you can
+#
+# - find the optimum of (P4) as a corner of the (Δ, T') plane;
+# - prove it with two multipliers, by adding two inequalities;
+# - read shadow prices with their sign and unit, and verify them by solving again;
+# - say where a price has two sides, and what to do with it there.
+
+# %%
+import math
+import sys
+from importlib.util import find_spec
+from pathlib import Path
+
+import numpy as np
+
+import optuav
+
+mission = optuav.load("paper")
+program = optuav.formulate(mission, "P4", building="b1", order="rest-first")
+compiled = program.compile()
+best = compiled.solve()
+print(program)
+
+# %% [markdown]
+# ## Two lines
+#
+# Charge: I_hv Δ − I_rest T' ≤ usable charge. Deadline: Δ + T' ≤ time left. More rest lifts the
+# first line and presses against the second; the best Δ is where they meet.
+
+# %%
+given = program.parts[0].model.row(0)
+battery_As = given["packs"] * given["capacity_As"]
+usable_As = (1.0 - given["min_soc"]) * battery_As - given["flight_charge_As"]
+left_s = given["deadline_s"] - given["flight_time_s"]
+lines = np.array([[given["hover_current_A"], -given["rest_current_A"]], [1.0, 1.0]])
+corner = np.linalg.solve(lines, [usable_As, left_s])
+print(f"the lines meet at Δ = {corner[0]:.4f} s, T' = {corner[1]:.4f} s")
+print("the engine says", {name: round(value, 4) for name, value in best.point(0).items()})
+
+assert np.allclose(corner, list(best.point(0).values()))
+assert best.binding_labels(0) == ("P4.a state of charge", "P4.b deadline")
+
+# %% [markdown]
+# ## The proof
+#
+# Take the charge line y1 times and the deadline y2 times, so that the sum reads Δ ≤ something. No
+# feasible point can beat it, and the corner attains it: that is all of linear programming duality.
+
+# %%
+y1, y2 = np.linalg.solve(lines.T, [1.0, 0.0])
+bound_s = y1 * usable_As + y2 * left_s
+print(f"{y1:.6f} × charge + {y2:.6f} × deadline:  Δ ≤ {bound_s:.4f} s")
+weights = best.multipliers_at(0)
+print({label: round(weight, 4) for label, weight in weights.items()})
+
+assert min(y1, y2) >= 0.0
+assert math.isclose(bound_s, corner[0])
+assert math.isclose(weights["P4.b deadline"], y2)
+assert math.isclose(weights["P4.a state of charge"], y1 * battery_As)  # (P4.a) is charge over B
+
+# %% [markdown]
+# ## Shadow prices
+#
+# What one more unit of a number brings, in seconds of hover: a price per second of deadline, per
+# ampere of charge current. Its sign is that of the change: more hover current is bad. The test of
+# a price is to change the number a little and to solve again, from both sides.
+
+# %%
+prices = best.shadow_prices()
+assert prices == program.shadow_prices()
+for name, price in prices.items():
+    step = 1e-4 * given[name]
+    up, down = (compiled.solve(**{name: given[name] + s}).objective[0] for s in (step, -step))
+    measured = (up - down) / (2.0 * step)
+    print(f"{name:<17} {price.more:12.6f} s per unit, measured {measured:12.6f}")
+    assert math.isclose(price.more, measured, rel_tol=1e-6)
+    assert not price.has_kink
+
+hover_s = 600.0 * prices["deadline_s"].more
+print(f"of ten minutes more, {hover_s:.2f} s are hover, {600.0 - hover_s:.2f} s rest")
+assert math.isclose(compiled.solve(deadline_s=1800).objective[0], best.objective[0] + hover_s)
+
+# %% [markdown]
+# ## A kink
+#
+# Shorten the deadline until nothing is left for resting. There three lines meet: charge, deadline,
+# and T' ≥ 0. A second less costs a whole second of hover; a second more brings only a tenth of one,
+# for it must be rested for. Such a price has two sides, and asking for "the" multiplier is wrong.
+
+# %%
+kink_s = given["flight_time_s"] + usable_As / given["hover_current_A"]
+tight = compiled.solve(deadline_s=kink_s)
+price = tight.shadow_prices()["deadline_s"]
+hovers = [compiled.solve(deadline_s=kink_s + step).objective[0] for step in (-1.0, 0.0, 1.0)]
+print(f"at {kink_s:.2f} s: a second less {price.less:.4f}, a second more {price.more:.4f}")
+
+assert price.has_kink
+assert np.allclose(np.diff(hovers), [price.less, price.more])
+assert math.isclose(tight.point(0)["rest_time_s"], 0.0, abs_tol=1e-9)
+
+# %%
+if find_spec("matplotlib") and "pictures" in sys.argv[1:]:
+    from optuav import plots
+
+    figure = plots.plane(program.parts[0].model, given, [program.solve()]).get_figure(root=True)
+    Path("pictures").mkdir(exist_ok=True)
+    figure.savefig("pictures/plane.png")

@@ -1,0 +1,102 @@
+# %% [markdown]
+# # Grid or continuous?
+#
+# The paper cuts time into slots and tries every pair of them. Continuous times need no search at
+# all. How far apart can the two answers be, and what does the grid cost?
+#
+# **Learning intentions.** After this page you can
+#
+# - prove that slots lose less than one slot of hover if whole slots fill the time that is left, and
+#   less than two in any case;
+# - predict the number of cells that a grid visits;
+# - choose between a grid, a mixed-integer programme and continuous times.
+
+# %%
+import math
+
+import optuav
+
+mission = optuav.load("paper")
+asked = {"problem": "P4", "building": "b1", "order": "rest-first"}
+best = optuav.solve(mission, **asked)
+left_s = mission.limits.deadline_s - best.flight_time_s
+print(f"continuous: hover {best.hover_time_s:.4f} s, rest {best.rest_time_s:.4f} s")
+print(f"time left beside the flight: {left_s:.4f} s")
+
+assert math.isclose(best.hover_time_s + best.rest_time_s, left_s)
+
+# %% [markdown]
+# ## Slots of many lengths
+#
+# The engine `grid` tries every pair of whole slots: Algorithm 1 of the paper, whose slot is 1 s.
+
+# %%
+SLOTS_S = (0.5, 1.0, 5.0, 10.0, 60.0)
+print("slot       cells    hover     gap  gap/slot")
+for slot_s in SLOTS_S:
+    plan = optuav.solve(mission, **asked, slot_s=slot_s)
+    slots = math.floor(left_s / slot_s)
+    gap_s = best.hover_time_s - plan.hover_time_s
+    print(
+        f"{slot_s:4.1f} s {slots * (slots - 1) // 2:9} {plan.hover_time_s:7.1f} s {gap_s:5.2f} s"
+        f" {gap_s / slot_s:8.2f}"
+    )
+    assert plan.engine == "grid"
+    assert plan.hover_time_s % slot_s == plan.rest_time_s % slot_s == 0.0
+    assert 0.0 <= gap_s < 2.0 * slot_s
+
+# %% [markdown]
+# ## Why less than one slot
+#
+# Let h slots fill the time that is left, without remainder. Round the best Δ down to whole slots,
+# and rest all the other slots. That is no less rest than before, since h minus a smaller number is
+# larger; hovering less and resting more leaves more charge; and it is a cell of the grid. So the
+# grid's best is at least the best Δ rounded down.
+#
+# It fails where resting discharges, and where a part of a slot is left over at the end. That part
+# is lost for resting, and if Δ has hardly anything to give away by rounding, it gives a whole slot.
+
+# %%
+SLOT_S = 50.0
+lost = {}
+for slots in (28.0, 28.3, 28.6, 28.9, 29.0):
+    deadline_s = best.flight_time_s + slots * SLOT_S
+    changed = mission.replace({"limits.deadline_s": deadline_s})
+    exact, cut = (optuav.solve(changed, **asked, slot_s=slot_s) for slot_s in (None, SLOT_S))
+    lost[slots] = (exact.hover_time_s - cut.hover_time_s) / SLOT_S
+    print(f"time for {slots:.1f} slots: {lost[slots]:.3f} slots of hover lost")
+
+assert all(0.0 <= each < 1.0 for slots, each in lost.items() if slots == round(slots))
+assert all(0.0 <= each < 2.0 for each in lost.values())
+assert max(lost.values()) > 1.0
+
+# %% [markdown]
+# ## The paper's 740.65 s
+#
+# Without a rest, a hover that the deadline cuts short keeps its last, begun slot, if the battery
+# can afford all of it. So Table II has a Δ that is no whole number, and slots lose nothing there.
+
+# %%
+table2 = optuav.load("paper-table2").replace({"limits.deadline_s": 800})
+by_slots, exact = (optuav.solve(table2, "P3", slot_s=slot_s) for slot_s in (1.0, None))
+print(f"slots {by_slots.hover_time_s:.2f} s, continuous {exact.hover_time_s:.2f} s")
+
+assert round(by_slots.hover_time_s, 2) == 740.65
+assert math.isclose(by_slots.hover_time_s, exact.hover_time_s)
+
+# %% [markdown]
+# ## Branch and bound instead of all cells
+#
+# To count slots is to ask for whole numbers. `cvxpy` hands that to a mixed-integer solver: it first
+# solves the problem with continuous times, its *relaxation*, whose optimum is a bound, and then
+# looks only where a cell could still be better. It finds the same Δ; only the paper's way of
+# searching needs every cell.
+
+# %%
+for slot_s in (10.0, 60.0):
+    cells = optuav.solve(mission, **asked, slot_s=slot_s, engine="grid")
+    tree = optuav.solve(mission, **asked, slot_s=slot_s, engine="cvxpy")
+    for plan in (cells, tree):
+        print(f"slots of {slot_s:g} s: {plan.hover_time_s:g} s of hover, {plan.proof}")
+    assert tree.hover_time_s == cells.hover_time_s <= best.hover_time_s
+    assert tree.rest_time_s == cells.rest_time_s

@@ -1,0 +1,165 @@
+"""``optuav compare``: a mission by every method, or by perspective and trajectory."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Iterable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+from rich.console import Console, RenderableType
+
+from optuav.cli.options import JsonOption, MissionArgument, PlotOption, SetOption, mission_of
+from optuav.errors import Fault, InputError
+from optuav.mission.files import write_text
+
+NO, ENGINE_FAILED = 1, 3
+
+
+def compare(
+    mission: MissionArgument,
+    slots: Annotated[
+        str | None,
+        typer.Option(
+            metavar="SECONDS",
+            help="Lengths of time slots, 0.5,1,5,10,60 by default; with --by one length, "
+            "continuous times by default.",
+        ),
+    ] = None,
+    perspective: Annotated[
+        str, typer.Option(help="battery, energy or adjusted: how charge is counted.")
+    ] = "battery",
+    engines: Annotated[
+        str | None,
+        typer.Option(metavar="NAMES", help="Some of closed-form,cvxpy,casadi,grid; else all."),
+    ] = None,
+    time_limit_s: Annotated[
+        float | None,
+        typer.Option("--time-limit-s", help="Longest search for one programme in seconds."),
+    ] = None,
+    by: Annotated[
+        str | None,
+        typer.Option(
+            metavar="NAMES",
+            help="Compare plans, not methods: by perspective,trajectory or one of the two.",
+        ),
+    ] = None,
+    times: Annotated[
+        bool, typer.Option("--times", help="Tell times taken, which differ from run to run.")
+    ] = False,
+    settings: SetOption = None,
+    as_json: JsonOption = False,
+    save: Annotated[
+        Path | None,
+        typer.Option("--save", metavar="FILE", help="Write every detail, as .csv or .json."),
+    ] = None,
+    plot: PlotOption = None,
+) -> None:
+    """Compare answers in slots and in continuous times, by all engines, or plans.
+
+    Exit code 1 if they do not or there is no feasible plan, 3 if an engine failed.
+    """
+    if save is not None and save.suffix not in (".csv", ".json"):
+        raise InputError([Fault("--save", repr(str(save)), "a name that ends in .csv or .json")])
+    lengths = None if slots is None else _numbers(slots)
+    asked = mission_of(mission, settings)
+    from optuav import studies
+    from optuav.studies import tables
+
+    pictures: list[Path] = []
+    if by is not None:
+        _refuse_with_by(lengths, engines=engines, time_limit_s=time_limit_s, times=times or None)
+        plans = studies.compare_by(
+            asked, _names(by), perspective=perspective, slot_s=lengths[0] if lengths else None
+        )
+        pictures = plans.save_pictures(plot) if plot is not None else []
+        _deliver(
+            plans.to_dict(), plans.to_csv(), tables.choice_tables(plans), as_json, save, pictures
+        )
+        if not any(row.hover_time_s is not None for row in plans.rows):
+            raise typer.Exit(NO)
+        return
+    options: dict[str, Any] = {} if engines is None else {"engines": _names(engines)}
+    options |= {} if lengths is None else {"slots": lengths}
+    with _progress() as progress:
+        found = studies.compare(
+            asked, perspective=perspective, time_limit_s=time_limit_s, progress=progress, **options
+        )
+    pictures = found.save_pictures(plot) if plot is not None else []
+    _deliver(
+        found.to_dict(times=times),
+        found.to_csv(times=times),
+        tables.comparison_tables(found, times=times),
+        as_json,
+        save,
+        pictures,
+    )
+    if found.failures:
+        raise typer.Exit(ENGINE_FAILED)
+    if not found.agrees or not found:
+        raise typer.Exit(NO)
+
+
+def _refuse_with_by(lengths: list[float] | None, **others: Any) -> None:
+    faults = [
+        Fault(f"--{name.replace('_', '-')}", "", "does not go with --by")
+        for name, value in others.items()
+        if value is not None
+    ]
+    if lengths is not None and len(lengths) > 1:
+        faults.append(Fault("--slots", "", "one length with --by"))
+    if faults:
+        raise InputError(faults)
+
+
+def _names(text: str) -> list[str]:
+    return [name.strip() for name in text.split(",")]
+
+
+def _numbers(text: str) -> list[float]:
+    try:
+        return [float(each) for each in text.split(",")]
+    except ValueError:
+        words = "numbers of seconds with commas between them, as in 0.5,1,60"
+        raise InputError([Fault("--slots", repr(text), words)]) from None
+
+
+@contextmanager
+def _progress() -> Iterator[Callable[[int, int, str], None] | None]:
+    """A bar on a terminal that is gone when the work is done; nothing elsewhere."""
+    screen = Console(stderr=True)
+    if not screen.is_terminal:
+        yield None
+        return
+    from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
+
+    columns = (BarColumn(), TimeElapsedColumn(), TextColumn("{task.description}", markup=False))
+    with Progress(*columns, console=screen, transient=True) as bar:
+        task = bar.add_task("")
+        yield lambda done, total, name: bar.update(
+            task, completed=done, total=total, description=name
+        )
+
+
+def _deliver(
+    data: dict[str, Any],
+    table: str,
+    shown: Iterable[RenderableType],
+    as_json: bool,
+    save: Path | None,
+    pictures: list[Path],
+) -> None:
+    """Print a comparison, and write what was asked for."""
+    text = json.dumps(data, indent=2, ensure_ascii=False)
+    if save is not None:
+        write_text(save, table if save.suffix == ".csv" else f"{text}\n")
+    if as_json:
+        typer.echo(text)
+        return
+    screen = Console(highlight=False)
+    for each in shown:
+        screen.print(each)
+    for path in ([save] if save else []) + pictures:
+        screen.print(f"wrote {path}", style="dim", markup=False, soft_wrap=True)

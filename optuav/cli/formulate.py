@@ -1,0 +1,66 @@
+"""``optuav formulate``: a problem as mathematics, or as a file that other solvers read."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+import optuav
+from optuav.cli.options import MissionArgument, SetOption, mission_of
+from optuav.errors import Fault, InputError
+
+NO = 1
+
+
+def formulate(
+    mission: MissionArgument,
+    problem: Annotated[str, typer.Option(help="P1, P2, P2-tight, P3 or P4.")] = "P1",
+    trajectory: Annotated[
+        str | None, typer.Option(help="For P1 and P2: optimal, direct, traj1 or traj2.")
+    ] = None,
+    building: Annotated[str | None, typer.Option(help="For P4: where to rest.")] = None,
+    order: Annotated[
+        str | None, typer.Option(help="rest-first or hover-first; both by default.")
+    ] = None,
+    perspective: Annotated[
+        str, typer.Option(help="battery, energy, adjusted or wells: how charge is counted.")
+    ] = "battery",
+    settings: SetOption = None,
+    latex: Annotated[bool, typer.Option("--latex", help="Print LaTeX (package amsmath).")] = False,
+    lp: Annotated[bool, typer.Option("--lp", help="Print a file in CPLEX LP format.")] = False,
+    mps: Annotated[bool, typer.Option("--mps", help="Print a file in free MPS format.")] = False,
+    save: Annotated[
+        Path | None, typer.Option("--save", metavar="FILE", help="Write to a file instead.")
+    ] = None,
+) -> None:
+    """Print a problem as it is solved, with its parameters.
+
+    --lp and --mps hold one linear programme with numbers: of several routes
+    the one that solve takes. Exit code 1 if nothing can be flown.
+    """
+    forms = [name for name, asked in (("latex", latex), ("lp", lp), ("mps", mps)) if asked]
+    if len(forms) > 1:
+        given = ", ".join(f"--{name}" for name in forms)
+        raise InputError([Fault(given, "", "one of --latex, --lp, --mps")])
+    program = optuav.formulate(
+        mission_of(mission, settings),
+        problem,
+        trajectory=trajectory,
+        building=building,
+        order=order,
+        perspective=perspective,
+    )
+    if not program.parts:
+        typer.echo(str(program))
+        raise typer.Exit(NO)
+    from optuav.mission.files import write_text
+    from optuav.studies import statement
+
+    text = statement(program, *forms).rstrip("\n")
+    if save is None:
+        typer.echo(text)
+    else:
+        write_text(save, f"{text}\n")
+        typer.echo(f"wrote {save}")

@@ -1,0 +1,261 @@
+"""(P1) over all routes as one programme: which building, which order, and how long, together.
+
+Every route's own programme is an alternative of one `disjunction`, a MILP with one binary choice a
+route. Its LP relaxation bounds the hover time. In the form hull that bound is the optimum itself;
+the form big-M is looser: on the mission ``paper`` it gives 1124.2 s, the deadline less the shortest
+flight, where the optimum is 719.5 s.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from formulations.perspectives import PAPER
+from formulations.quantities import Quantities
+from optuav.engines.ranges import last_slot, lower_bounds, own_upper_bounds
+from optuav.engines.solution import Status, verify
+from optuav.errors import Fault, InputError, SolverError
+from optuav.mission import Mission
+from optuav.mission.network import Network
+from optuav.mission.one_stop import one_stop_is_enough
+from optuav.modelling import Model, Parameter
+from optuav.modelling.disjunction import FORMS, Disjunction, Form, disjunction
+from optuav.modelling.expression import Operand
+from optuav.plan import Plan
+from optuav.solving.dispatch import answer
+from optuav.solving.given import quantities
+from optuav.solving.planning import TIMES, Part, plan_of, plan_without, shortfalls
+from optuav.solving.program import Program
+from optuav.solving.solve import formulate
+
+if TYPE_CHECKING:
+    from optuav.mission.graph import Graph
+
+AGREES_S = 1e-5
+"""By how much the programme of the chosen route may differ from that of all routes [s]."""
+
+
+@dataclass(frozen=True)
+class RouteChoice:
+    """The answer of `route_choice`.
+
+    Parameters
+    ----------
+    plan
+        The best plan, as `optuav.solve` gives it.
+    form
+        ``"hull"`` or ``"big-M"``.
+    relaxation_s
+        Bound on the hover time by the LP relaxation [s], slots and choice relaxed; None without a
+        plan.
+    gap_s
+        By how much that exceeds the plan's hover time [s]; None without a plan.
+    model
+        The programme; None where nothing can be flown. Printed, routes alike are written once.
+    proof
+        How the answer is known.
+    notes
+        What a reader should know: how tight the form is, and whether one stop is enough.
+    """
+
+    plan: Plan
+    form: Form
+    relaxation_s: float | None
+    gap_s: float | None
+    model: Disjunction | None
+    proof: str
+    notes: tuple[str, ...]
+
+    def __str__(self) -> str:
+        if not self.plan:
+            return self.plan.summary()
+        lines = [
+            f"Route     {' → '.join(self.plan.route)}",
+            f"Hover     {self.plan.hover_time_s:.3f} s",
+            f"Relaxed   {self.relaxation_s:.3f} s ({self.form}), gap {self.gap_s:.3f} s",
+            f"Proof     {self.proof}",
+            *(f"Note      {note}" for note in self.notes),
+        ]
+        return "\n".join(lines)
+
+
+def route_choice(
+    mission: Mission | str | Path,
+    *,
+    form: Form = "hull",
+    trajectory: str | None = None,
+    order: str | None = None,
+    perspective: str = "battery",
+    slot_s: float | None = None,
+    graph: Graph | None = None,
+    time_limit_s: float | None = None,
+    solver: str | None = None,
+) -> RouteChoice:
+    """Solve (P1) over all its routes as one MILP, and bound it by its LP relaxation.
+
+    Parameters
+    ----------
+    mission
+        A mission, the name of a shipped one, or the path of a mission file.
+    form
+        How the choice is stated. ``"hull"``: unknowns and homogenised rows a route, the tightest
+        there is; ``"big-M"``: shared unknowns, and rows that the deadline's slack switches off;
+        fewer unknowns, a looser relaxation. See `optuav.modelling.disjunction`.
+    trajectory, order, slot_s, graph, time_limit_s, solver
+        As for `optuav.formulate`.
+    perspective
+        ``"battery"``, ``"energy"`` or ``"adjusted"``.
+
+    Returns
+    -------
+    The same plan as Algorithm 2 of the paper and as the closed form, ties included, with the bound.
+
+    Raises
+    ------
+    InputError
+        If an option does not exist or contradicts another.
+    SolverError
+        If the solver fails or the time limit passes.
+    """
+    _refuse(form, perspective)
+    program = formulate(
+        mission,
+        "P1",
+        trajectory=trajectory,
+        order=order,
+        perspective=perspective,
+        slot_s=slot_s,
+        engine="cvxpy",
+        graph=graph,
+        time_limit_s=time_limit_s,
+        solver=solver,
+    )
+    enough = one_stop_note(program.worked_out)
+    if not program.parts:
+        return RouteChoice(program.solve(), form, None, None, None, "physics", (enough,))
+    asked = program.question
+    models, parts = _alternatives(program)
+    joined = disjunction(models, form)
+    if asked.slot_s is not None:
+        # Whole slots are counted up to a bound; no time is longer than the deadline.
+        most = last_slot(program.worked_out.mission.limits.deadline_s, asked.slot_s, begun=True) + 1
+        for each in joined.variables:
+            each.upper = 1.0 if each.binary else asked.slot_s * most
+    solution = answer(joined, 1, asked)
+    if not solution.status.has_answer:
+        if solution.status is not Status.INFEASIBLE:
+            raise SolverError(f"{solution.engine} did not solve the choice: {solution.words[0]}")
+        why = shortfalls(asked, program.worked_out, program.parts)
+        plan = plan_without(asked, program.worked_out, solution.status, solution.proof, why)
+        return RouteChoice(plan, form, None, None, joined, solution.proof, (enough,))
+    point = solution.point(0)
+    part = parts[int(np.argmax([point[f"choice[{k}]"] for k in range(1, len(parts) + 1)]))]
+    times = answer(part.model, 1, asked)
+    verify(part.model, times, 0)
+    hover_s, chosen_s = float(times.objective[0]), float(solution.objective[0])
+    if abs(hover_s - chosen_s) > AGREES_S:
+        raise SolverError(
+            f"{solution.engine} returned {chosen_s:.9g} s for all routes together, "
+            f"but {hover_s:.9g} s for the one that it chose"
+        )
+    relaxed = answer(disjunction(models, form, relaxed=True), 1, replace(asked, slot_s=None))
+    relaxation_s = float(relaxed.objective[0])
+    gap_s = relaxation_s - hover_s
+    proof = f"{solution.proof}; the LP relaxation leaves {max(gap_s, 0.0):.3g} s"
+    plan = plan_of(asked, program.worked_out, part, times, 0).model_copy(update={"proof": proof})
+    tight = f"the LP relaxation in the form {form} bounds the hover time by {relaxation_s:.3f} s"
+    return RouteChoice(plan, form, relaxation_s, gap_s, joined, proof, (tight, enough))
+
+
+def one_stop_note(worked_out: Network) -> str:
+    """Whether one stop is enough, in a sentence."""
+    shortcuts = one_stop_is_enough(worked_out)
+    if not shortcuts:
+        return (
+            "one stop is enough: times, charges and energies of the legs obey the triangle "
+            "inequality"
+        )
+    more = f" (and {len(shortcuts) - 1} more)" if len(shortcuts) > 1 else ""
+    return f"more than one stop might hover longer and was not tried: {shortcuts[0]}{more}"
+
+
+def _refuse(form: str, perspective: str) -> None:
+    faults = []
+    if form not in FORMS:
+        faults.append(Fault("form", repr(form), f"one of {', '.join(FORMS)}"))
+    if perspective not in PAPER:
+        faults.append(Fault("perspective", repr(perspective), f"one of {', '.join(PAPER)}"))
+    if faults:
+        raise InputError(faults)
+
+
+def _alternatives(program: Program) -> tuple[dict[str, Model], list[Part]]:
+    """The programmes of the routes by name, and what each is a programme of, as ties are broken."""
+    worked_out, asked = program.worked_out, program.question
+    routes = worked_out.itineraries
+    models: dict[str, Model] = {}
+    parts: list[Part] = []
+    choices = [
+        (int(route), any(each.name == "rest_time_s" for each in part.model.variables))
+        for part in program.parts
+        for route in part.routes
+    ]
+    for route, rests in sorted(choices):
+        number = np.array([route])
+        given = quantities(worked_out, number, rests=rests)
+
+        def declared(given: Quantities = given) -> Model:
+            return asked.formulation.model(given, asked.perspective)
+
+        building = int(routes.building[route])
+        name = "direct"
+        if building >= 0:
+            name = f"{worked_out.mission.buildings[building].name} {routes.order(route)}"
+            name += "" if rests else ", passing by"
+        for suffix, model in _in_slots(declared, asked.slot_s):
+            model.prefer_small(Parameter("place_in_order", "n", "1", float(len(parts))))
+            models[name + suffix] = model
+            parts.append(Part(declared(), number))
+    return models, parts
+
+
+def _in_slots(declared: Callable[[], Model], slot_s: float | None) -> Iterator[tuple[str, Model]]:
+    """The programme of a route with the shortest mission preferred, for times in whole slots.
+
+    An unknown's own bound may cut its last slot short, which whole slots cannot say: that is one
+    more alternative, with the unknown at the end of that slot and the objective less by the cut.
+    """
+    whole = declared()
+    whole.preferences = [_mission_time(whole)]
+    if slot_s is None:
+        yield "", whole
+        return
+    parameters = whole.row(0)
+    lower, upper = lower_bounds(whole, parameters), own_upper_bounds(whole, parameters)
+    for each in whole.variables:
+        each.lower = max(lower[each.name], each.first_slot * slot_s)
+        if math.isfinite(upper[each.name]):
+            each.upper = slot_s * last_slot(upper[each.name], slot_s, begun=False)
+    yield "", whole
+    short = declared()
+    mission_time = _mission_time(short)
+    for each, full in zip(short.variables, whole.variables, strict=True):
+        bound = upper[each.name]
+        if math.isfinite(bound) and bound > full.upper:
+            each.lower = each.upper = slot_s * last_slot(bound, slot_s, begun=True)
+            cut = Parameter("cut_s", "c", "s", each.upper - bound)
+            short.objective = short.objective - cut
+            short.preferences = [mission_time - cut]
+            yield ", last slot cut short", short
+
+
+def _mission_time(model: Model) -> Operand:
+    """T [s] of a programme."""
+    stays = [each for each in model.variables if each.name in TIMES]
+    return sum(stays, start=model.parameters["flight_time_s"])

@@ -1,0 +1,79 @@
+"""A program in writing: as mathematics, or as a file that other solvers read."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping
+from typing import Any
+
+import numpy as np
+
+from optuav.engines.export import need_linear, to_lp, to_mps
+from optuav.errors import Fault, InputError, NoPlanError
+from optuav.mission.itineraries import NO_LEG
+from optuav.mission.words import printable
+from optuav.modelling import Model
+from optuav.solving import Program
+from optuav.solving.dispatch import answer
+
+Writer = Callable[[Model, Mapping[str, Any], list[str]], str]
+FILES: Mapping[str, Writer] = {"lp": to_lp, "mps": to_mps}
+FORMS = ("text", "latex", *FILES)
+
+
+def statement(program: Program, form: str = "text") -> str:
+    """A program in writing.
+
+    Parameters
+    ----------
+    program
+        From `optuav.formulate`.
+    form
+        ``"text"`` or ``"latex"``: all its models, parameters that differ between routes given as
+        ranges. ``"lp"`` or ``"mps"``: one linear programme with numbers, of several routes the one
+        that is best; its name stands in the comment at the top. A solver that reads it finds the
+        optimum of the program.
+
+    Raises
+    ------
+    InputError
+        If the form does not exist, or a file is asked for and a constraint is not linear.
+    NoPlanError
+        If nothing can be flown.
+    """
+    if form not in FORMS:
+        raise InputError([Fault("form", repr(form), f"one of {', '.join(FORMS)}")])
+    if not program.parts:
+        raise NoPlanError(f"nothing can be flown: {'; '.join(program.reasons)}")
+    if form == "text":
+        return str(program)
+    if form == "latex":
+        return "\n\n".join(part.model.to_latex() for part in program.parts)
+    for part in program.parts:
+        need_linear(part.model)
+    number, entry = _best(program)
+    part = program.parts[number]
+    return FILES[form](part.model, part.model.row(entry), list(_remarks(program, number, entry)))
+
+
+def _best(program: Program) -> tuple[int, int]:
+    """Part and entry of the best route; of the shortest flight where none has an answer."""
+    solutions = [answer(part.model, len(part.routes), program.question) for part in program.parts]
+    chosen = program.best(solutions)
+    if chosen is not None:
+        return chosen
+    flight_s = [program.worked_out.itineraries.flight_time_s[p.routes] for p in program.parts]
+    number = int(np.argmin([each.min() for each in flight_s]))
+    return number, int(flight_s[number].argmin())
+
+
+def _remarks(program: Program, number: int, entry: int) -> Iterator[str]:
+    worked_out, asked = program.worked_out, program.question
+    legs = worked_out.itineraries.legs[program.parts[number].routes[entry]]
+    legs = legs[legs != NO_LEG]
+    places = [worked_out.legs.start[legs[0]], *worked_out.legs.end[legs]]
+    route = " -> ".join(printable(worked_out.places.names[place]) for place in places)
+    yield f"mission {printable(worked_out.mission.name)}, perspective {asked.perspective}"
+    yield f"route {route}"
+    count = sum(len(part.routes) for part in program.parts)
+    if count > 1:
+        yield f"the best of {count} routes, each a programme of its own"

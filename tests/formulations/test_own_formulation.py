@@ -1,0 +1,274 @@
+"""A problem of a user's own, one class, gets everything that the problems of the paper have."""
+
+from __future__ import annotations
+
+import itertools
+import re
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from matplotlib.mathtext import MathTextParser
+
+import optuav
+from formulations.formulation import Formulation
+from optuav.engines import closed_form, grid, linear, smooth
+from optuav.engines.capabilities import takers
+from optuav.engines.solution import Solution, Status
+from optuav.modelling import Model, Parameter, check
+from optuav.modelling.traits import traits
+from tests.formulations.given import LINEAR, quantities
+
+OWN = ("LeastRest", "SmallestBattery")
+
+
+class LeastRest(Formulation):
+    """Least rest for a wanted hover time."""
+
+    def declare(self, model: Model) -> None:
+        wanted = Parameter("wanted_hover_s", "Δ_w", "s", 85.0)
+        hover, rest = self.hover_and_rest(model, "hover time")
+        model.minimise(0.0 if rest is None else rest)
+        model.subject_to("wanted hover", hover == wanted, unit="s")
+        model.subject_to("state of charge", self.soc_end(hover, rest) >= self.min_soc)
+        self.keep_deadline(model, "deadline", hover, rest)
+
+
+class SmallestBattery(Formulation):
+    """Smallest battery pack for a wanted hover time."""
+
+    def declare(self, model: Model) -> None:
+        wanted = Parameter("wanted_hover_s", "Δ_w", "s", 85.0)
+        hover, rest = self.hover_and_rest(model, "hover time")
+        pack = model.variable("pack_As", "B_i", unit="A s", upper=100_000.0)
+        charged = 0.0 if rest is None else self.rest_current_A * rest
+        drawn = self.flight_charge_As + self.hover_current_A * hover - charged
+        model.minimise(pack)
+        model.subject_to("wanted hover", hover == wanted, unit="s")
+        model.subject_to("charge", (1.0 - self.min_soc) * self.packs * pack >= drawn, unit="A s")
+        self.keep_deadline(model, "deadline", hover, rest)
+
+
+def least_rest(**changes: Any) -> Model:
+    """100 A s in flight, 10 Δ in hover, 5 T' back: 85 s of hover need 10 s of rest."""
+    return LeastRest.model(quantities(**changes))
+
+
+def smallest_battery(*, rests: bool) -> Model:
+    return SmallestBattery.model(quantities(rests=rests))
+
+
+def answered(model: Model, engine: str, slot_s: float = 5.0) -> Solution:
+    if engine == "closed-form":
+        return closed_form.solve(model, 1)
+    if engine == "grid":
+        return grid.solve(model, 1, slot_s)
+    return linear.solve(model, 1) if engine == "cvxpy" else smooth.solve(model, 1)
+
+
+# What is printed, and what it is
+
+PAGE = """\
+Least rest for a wanted hover time
+
+minimise   T', then smallest T'
+over       Δ ∈ [0, ∞) s
+           T' ∈ [0, ∞) s
+subject to
+  wanted hover     Δ = Δ_w
+  state of charge  1 − (Q_fl + I_hv·Δ − I_rest·T') / (N·B_i) ≥ η0
+  deadline         Δ + T' ≤ T_max − T_fl
+where
+  Δ_w     wanted_hover_s    85   s
+  Q_fl    flight_charge_As  100  A s
+  I_hv    hover_current_A   10   A
+  I_rest  rest_current_A    5    A
+  N       packs             2    1    battery.packs
+  B_i     capacity_As       500  A s  battery.capacity_As
+  η0      min_soc           0.1  1    limits.min_soc
+  T_max   deadline_s        200  s    limits.deadline_s
+  T_fl    flight_time_s     50   s
+"""
+
+
+def test_as_printed() -> None:
+    """The parameter of its own stands among those of the mission."""
+    assert str(least_rest()).splitlines() == PAGE.splitlines()
+
+
+@pytest.mark.parametrize("model", [least_rest(), smallest_battery(rests=True)], ids=OWN)
+def test_in_latex(model: Model) -> None:
+    """Every line can be set, and none is missing."""
+    parser = MathTextParser("path")
+    _, *lines, _ = model.to_latex().splitlines()
+    assert len(lines) == 1 + len(model.variables) + 3 + len(model.parameters)
+    for line in lines:
+        parser.parse(f"${' '.join(re.split('&+', line.removesuffix(chr(92) * 2)))}$")
+
+
+def test_check_tells_what_is_violated_by_how_much() -> None:
+    """At 85 s of hover and 6 s of rest 920 A s are drawn where 900 are allowed, of 1000."""
+    rows = {row.label: row for row in check(least_rest(), {"hover_time_s": 85, "rest_time_s": 6})}
+    charge = rows["state of charge"]
+    assert (charge.left, charge.right) == pytest.approx((0.08, 0.1))
+    assert charge.slack == pytest.approx(-0.02)
+    assert not charge.satisfied
+    assert rows["wanted hover"].satisfied
+    assert rows["deadline"].slack == pytest.approx(59.0)
+    assert charge.declared_at.startswith(f"{Path(__file__).name}:")
+
+
+@pytest.mark.parametrize(
+    ("model", "engines"),
+    [
+        (least_rest(), ("closed-form", "cvxpy", "casadi", "grid")),
+        (smallest_battery(rests=False), ("closed-form", "cvxpy", "casadi", "grid")),
+        (smallest_battery(rests=True), ("cvxpy", "casadi")),
+    ],
+    ids=["LeastRest", "SmallestBattery direct", "SmallestBattery"],
+)
+def test_what_it_is_is_found(model: Model, engines: tuple[str, ...]) -> None:
+    """Linear, and three unknowns are too many for two engines."""
+    assert traits(model).linear
+    assert takers(traits(model), slots=False) == engines
+
+
+@pytest.mark.parametrize("perspective", LINEAR)
+def test_perspectives_come_with_the_state_of_charge(perspective: str) -> None:
+    assert traits(LeastRest.model(quantities(), perspective)).linear
+
+
+# Every engine
+
+
+@pytest.mark.parametrize("engine", ["closed-form", "cvxpy", "casadi", "grid"])
+def test_least_rest_by_hand(engine: str) -> None:
+    """10 Δ − 5 T' ≤ 800 at Δ = 85; the slots of 5 s fit."""
+    found = answered(least_rest(), engine)
+    assert found.point(0) == pytest.approx({"hover_time_s": 85.0, "rest_time_s": 10.0}, abs=1e-6)
+    assert found.objective[0] == pytest.approx(10.0, abs=1e-6)
+    assert {"wanted hover", "state of charge"} <= set(found.binding_labels(0))
+
+
+@pytest.mark.parametrize("engine", ["closed-form", "cvxpy", "casadi", "grid"])
+def test_smallest_battery_by_hand(engine: str) -> None:
+    """950 A s in flight and hover are 0.9 of 2 packs: 527.8 A s each, 530 in steps of 5."""
+    found = answered(smallest_battery(rests=False), engine)
+    expected = 530.0 if engine == "grid" else 950.0 / 1.8
+    assert found.point(0)["pack_As"] == pytest.approx(expected)
+
+
+@pytest.mark.parametrize("engine", ["cvxpy", "casadi"])
+def test_smallest_battery_rests_as_long_as_there_is_time(engine: str) -> None:
+    """65 s of rest bring 325 A s of the 950."""
+    found = answered(smallest_battery(rests=True), engine).point(0)
+    assert found["rest_time_s"] == pytest.approx(65.0, rel=1e-5)
+    assert found["pack_As"] == pytest.approx(625.0 / 1.8, rel=1e-6)
+
+
+@pytest.mark.parametrize("engine", ["closed-form", "cvxpy", "casadi", "grid"])
+def test_no_time_for_hover_and_its_rest(engine: str) -> None:
+    """85 s of hover and 10 s of rest do not go into 94.5 s."""
+    assert answered(least_rest(flight_time_s=105.5), engine).status is Status.INFEASIBLE
+
+
+# Shadow prices
+
+
+@pytest.mark.parametrize("engine", ["closed-form", "cvxpy", "casadi"])
+def test_shadow_prices_by_hand(engine: str) -> None:
+    """T' = (100 + 10 Δ_w − 900)/5 with 900 = 0.9 · 2 · 500, in seconds of rest per unit."""
+    prices = answered(least_rest(), engine).shadow_prices()
+    expected = {
+        "wanted_hover_s": 2.0,
+        "flight_charge_As": 0.2,
+        "hover_current_A": 17.0,
+        "rest_current_A": -2.0,
+        "packs": -90.0,
+        "capacity_As": -0.36,
+        "min_soc": 200.0,
+        "deadline_s": 0.0,
+        "flight_time_s": 0.0,
+    }
+    assert {name: price.more for name, price in prices.items()} == pytest.approx(expected, abs=1e-5)
+    assert not any(price.has_kink for price in prices.values())
+
+
+def test_where_rest_begins_its_price_has_two_sides() -> None:
+    """80 s of hover need no rest: a second less saves nothing, a second more costs two."""
+    model = least_rest(flight_charge_As=50.0)
+    price = closed_form.solve(model, 1).shadow_prices()["wanted_hover_s"]
+    assert (price.less, price.more) == pytest.approx((0.0, 2.0))
+
+
+# Through the public functions, over a mission
+
+MISSION = optuav.load("paper")
+BARE = MISSION.replace({f"buildings.{each.name}": None for each in MISSION.buildings})
+
+
+@pytest.mark.parametrize("engine", ["closed-form", "cvxpy", "casadi", "grid"])
+def test_compiled_and_solved_again(engine: str) -> None:
+    """Its own parameter may change like any other; the least rest is that of charge balance."""
+    slot_s = 10.0 if engine == "grid" else None
+    program = optuav.formulate(
+        MISSION, LeastRest, building="b1", order="rest-first", engine=engine, slot_s=slot_s
+    )
+    compiled = program.compile()
+    assert "wanted_hover_s" in compiled.parameters
+    for wanted_s, min_soc in itertools.product((690.0, 700.0), (0.05, 0.04)):
+        found = compiled.solve(wanted_hover_s=wanted_s, min_soc=min_soc)
+        given = program.parts[0].model.row(0)
+        drawn_As = given["flight_charge_As"] + given["hover_current_A"] * wanted_s
+        rest_s = (drawn_As - (1.0 - min_soc) * 72_000.0) / given["rest_current_A"]
+        expected = np.ceil(rest_s / 10.0) * 10.0 if slot_s else rest_s
+        assert found.objective[0] == pytest.approx(expected, abs=1e-5)
+
+
+def test_an_engine_that_does_not_take_it_names_those_that_do() -> None:
+    program = optuav.formulate(MISSION, SmallestBattery, building="b1", engine="closed-form")
+    with pytest.raises(optuav.InputError, match="Engines that do: cvxpy, casadi"):
+        program.solve()
+    assert optuav.solve(BARE, SmallestBattery, engine="closed-form").route == (
+        "origin",
+        "hover",
+        "destination",
+    )
+
+
+def test_longest_hover_turns_least_rest_around() -> None:
+    """With the deadline at which that rest ends, (P1) hovers as long as was wanted."""
+    compiled = optuav.formulate(MISSION, LeastRest).compile()
+    for wanted_s in (690.0, 715.0):
+        rest_s = compiled.solve(wanted_hover_s=wanted_s).point(0)["rest_time_s"]
+        direct = optuav.solve(MISSION, "P4", building="b1", order="rest-first")
+        deadline_s = direct.flight_time_s + wanted_s + rest_s
+        longest = optuav.solve(MISSION.replace({"limits.deadline_s": deadline_s}))
+        assert longest.hover_time_s == pytest.approx(wanted_s, abs=1e-6)
+
+
+def test_longest_hover_turns_smallest_battery_around() -> None:
+    """With the smallest pack, (P1) hovers as long as was wanted."""
+    found = optuav.formulate(MISSION, SmallestBattery).compile().solve(wanted_hover_s=700.0)
+    mission = MISSION.replace({"battery.capacity_As": found.point(0)["pack_As"]})
+    assert optuav.solve(mission).hover_time_s == pytest.approx(700.0, abs=1e-6)
+
+
+def test_through_both_wells() -> None:
+    """The perspective `wells` serves it too, and gives the same."""
+    asked: dict[str, Any] = {"building": "b1", "order": "rest-first"}
+    through = optuav.formulate(MISSION, LeastRest, perspective="wells", **asked).compile()
+    plain = optuav.formulate(MISSION, LeastRest, **asked).compile()
+    found, expected = (each.solve(wanted_hover_s=700.0) for each in (through, plain))
+    assert (found.engine, expected.engine) == ("casadi", "closed-form")
+    assert found.point(0) == pytest.approx(expected.point(0), abs=1e-4)
+
+
+def test_makes_a_plan_that_can_be_kept(tmp_path: Path) -> None:
+    """On the direct route 85 s need no rest; the file remembers the name of the problem."""
+    plan = optuav.solve(MISSION, LeastRest)
+    assert (plan.problem, plan.hover_time_s, plan.rest_time_s) == ("LeastRest", 85.0, 0.0)
+    assert plan.route == ("origin", "hover", "destination")
+    plan.save(tmp_path / "plan.json")
+    assert optuav.load_plan(tmp_path / "plan.json") == plan
