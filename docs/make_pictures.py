@@ -22,6 +22,9 @@ def pictures() -> Iterator[tuple[str, Axes]]:
     plan = optuav.solve("paper")
     yield "map", plots.mission_map(plan).plan
     yield "battery", plots.battery(plan).wells
+    program = optuav.formulate("paper", "P4", building="b1", order="rest-first")
+    (part,) = program.parts
+    yield "plane", plots.plane(part.model, part.model.row(0), [program.solve()])
     yield "leg", plots.leg(plan.mission, "origin", "hover").speed
 
 

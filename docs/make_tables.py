@@ -1,4 +1,4 @@
-"""Tables made from the code: which options go together, which engine takes and gives what.
+"""Tables made from the code: the commands, which options go together, what the engines take.
 
 A page names a table between two comments; ``python docs/refresh.py`` writes it there.
 """
@@ -10,9 +10,13 @@ import re
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from typing import Any
 
+import typer.main
+from typer.core import TyperArgument
+
 import optuav
 from formulations.formulation import Formulation
-from formulations.perspectives import PERSPECTIVES
+from formulations.perspectives import PAPER, PERSPECTIVES
+from optuav.cli.app import app
 from optuav.engines.capabilities import CAPABILITIES, Capability
 from optuav.mission.itineraries import ORDERS
 from optuav.mission.routes import TRAJECTORIES
@@ -97,9 +101,18 @@ def _engines() -> Iterator[Row]:
     for problem, perspective in itertools.product(PROBLEMS, PERSPECTIVES):
         building = "b1" if problem == "P4" else None
         program = optuav.formulate("paper", problem, building=building, perspective=perspective)
-        found = [traits(part.model) for part in program.parts]
-        kind = "linear" if all(each.linear for each in found) else "nonlinear, smooth"
-        yield (problem, perspective, kind, *(times(each, found) for each in CAPABILITIES))
+        yield (problem, perspective, *_row([traits(part.model) for part in program.parts]))
+    for perspective in PAPER:
+        joined = optuav.route_choice("paper", perspective=perspective).model
+        assert joined is not None
+        yield ("P1 by `route_choice`", perspective, *_row([traits(joined)]))
+
+
+def _row(found: Sequence[Traits]) -> Row:
+    """What some models are, and which engine takes them all."""
+    kind = "linear" if all(each.linear for each in found) else "nonlinear, smooth"
+    binary = ", binary" if any(each.integer for each in found) else ""
+    return (kind + binary, *(times(each, found) for each in CAPABILITIES))
 
 
 def times(engine: Capability, models: Sequence[Traits] = ()) -> str:
@@ -143,6 +156,19 @@ def capabilities() -> Iterator[Row]:
         yield (f"`{each.name}`", models, most, binary, times(each), each.gives)
 
 
+# What the program can do
+
+
+def commands() -> Iterator[Row]:
+    """Every command, and the first paragraph of its help."""
+    yield ("command", "does")
+    group: Any = typer.main.get_command(app)
+    for name, command in group.commands.items():
+        arguments = [each.metavar for each in command.params if isinstance(each, TyperArgument)]
+        told = " ".join(command.help.partition("\n\n")[0].split()).removesuffix(".")
+        yield (f"`{' '.join(['optuav', name, *arguments])}`", told[0].lower() + told[1:])
+
+
 # Writing them
 
 
@@ -156,6 +182,7 @@ def merged(rows: Iterable[Row], column: int) -> Iterator[Row]:
 
 
 TABLES: Mapping[str, Callable[[], Iterator[Row]]] = {
+    "commands": commands,
     "options": options,
     "engines": engines,
     "purposes": purposes,

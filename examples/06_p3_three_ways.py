@@ -88,7 +88,7 @@ assert math.isclose(fourth.hover_time_s, by_hand_s, abs_tol=1e-6)
 for rate_per_s in (0.0, 4.5e-5, 1e-2):
     changed = mission.replace({"battery.flow_rate_per_s": rate_per_s})
     hover_s = optuav.solve(changed, "P3", perspective="wells").hover_time_s
-    print(f"flow {rate_per_s:7.1e} 1/s: {hover_s:.6f} s")
+    print(f"flow {rate_per_s:7.1e} per second: {hover_s:.6f} s")
     assert math.isclose(hover_s, by_hand_s, abs_tol=1e-6)
 
 # %% [markdown]

@@ -58,10 +58,11 @@ class Formulation(Quantities, ABC):
         return PERSPECTIVES[self.perspective](self, hover, rest)
 
     @classmethod
-    def model(cls, given: Quantities, perspective: str = "battery") -> Model:
-        """The declared model, its parameters at the given values."""
+    def model(cls, given: Quantities, perspective: str = "battery", **more: Any) -> Model:
+        """The declared model, its parameters at the given values; further fields as they are."""
         symbols = {each.name: symbol_for(each, getattr(given, each.name)) for each in QUANTITIES}
         declared = Model((cls.__doc__ or cls.__name__).strip().splitlines()[0].rstrip("."))
-        symbolic = cls(**symbols, steps=given.steps, rests=given.rests, perspective=perspective)
+        kept = {"steps": given.steps, "rests": given.rests, "perspective": perspective}
+        symbolic = cls(**symbols, **kept, **more)
         symbolic.declare(declared)
         return declared

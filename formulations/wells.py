@@ -9,6 +9,7 @@ from __future__ import annotations
 from typing import Any
 
 from formulations.quantities import Quantities
+from optuav.modelling import Expression, Let
 from optuav.physics import battery
 
 
@@ -19,5 +20,18 @@ def wells(given: Quantities, hover: Any, rest: Any) -> Any:
         "hover": battery.Phase(-given.hover_current_A, hover),
         "rest": battery.Phase(given.rest_current_A, rest),
     }
-    phases = [stays[step] if isinstance(step, str) else step for step in given.steps]
-    return battery.state_of_charge(pool, battery.after(pool, pool.full, phases))
+    level = pool.full
+    for number, step in enumerate(given.steps, start=1):
+        phase = stays[step] if isinstance(step, str) else step
+        level = _named(battery.step(pool, level, phase), number)
+    return battery.state_of_charge(pool, level)
+
+
+def _named(level: battery.Wells, number: int) -> battery.Wells:
+    """Names for the wells after a step, else each step would multiply the printed problem."""
+    if not isinstance(level.available_As, Expression):
+        return level
+    return battery.Wells(
+        Let(f"available after step {number}", f"y1_{number}", "A s", level.available_As),
+        Let(f"bound after step {number}", f"y2_{number}", "A s", level.bound_As),
+    )

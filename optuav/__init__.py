@@ -9,6 +9,7 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from optuav.diagnosis import explain as explain
     from optuav.errors import Fault as Fault
     from optuav.errors import InputError as InputError
     from optuav.errors import NoPlanError as NoPlanError
@@ -25,6 +26,7 @@ if TYPE_CHECKING:
     from optuav.solving import Program as Program
     from optuav.solving import formulate as formulate
     from optuav.solving import solve as solve
+    from optuav.solving.route_choice import route_choice as route_choice
     from optuav.studies import compare as compare
     from optuav.studies import compare_by as compare_by
 
@@ -47,6 +49,8 @@ HOMES = {
     "Program": "optuav.solving",
     "formulate": "optuav.solving",
     "solve": "optuav.solving",
+    "route_choice": "optuav.solving.route_choice",
+    "explain": "optuav.diagnosis",
     "compare": "optuav.studies",
     "compare_by": "optuav.studies",
 }

@@ -152,6 +152,8 @@ def _deliver(
     pictures: list[Path],
 ) -> None:
     """Print a comparison, and write what was asked for."""
+    from optuav.studies.tables import as_text
+
     text = json.dumps(data, indent=2, ensure_ascii=False)
     if save is not None:
         write_text(save, table if save.suffix == ".csv" else f"{text}\n")
@@ -159,7 +161,10 @@ def _deliver(
         typer.echo(text)
         return
     screen = Console(highlight=False)
-    for each in shown:
-        screen.print(each)
+    if screen.is_terminal:
+        for each in shown:
+            screen.print(each)
+    else:
+        typer.echo(as_text(shown))
     for path in ([save] if save else []) + pictures:
         screen.print(f"wrote {path}", style="dim", markup=False, soft_wrap=True)

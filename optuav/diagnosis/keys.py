@@ -58,10 +58,10 @@ class Key:
     def _steps(self, sign: int) -> Iterator[float]:
         if self.low < 0.0 or self.now == 0.0:
             scale = abs(self.now) or 1e-6 * max(abs(self.low), abs(self.high))
-            for share in (0.2, 1.0, 10.0, 1e3, 1e6):
+            for share in (0.2, 1.0, 10.0, 100.0, 1e4):
                 yield self.now + sign * share * scale
         else:
-            for factor in (1.2, 2.0, 10.0, 1e3, 1e6):
+            for factor in (1.2, 2.0, 10.0, 100.0, 1e4):
                 yield self.now * factor**sign
 
 

@@ -138,34 +138,34 @@ def repairs_of(question: Asked) -> tuple[Repair, ...]:
 
     for key in keys(question.mission):
         judge = _judge(question, key, changes)
-        found += [each for sign in (1, -1) if (each := _search(key, sign, judge)) is not None]
+        found += [each for sign in (1, -1) if (each := search(key, sign, judge)) is not None]
     solved = [replace(each, verified=_solved(question, each.key, each.value)) for each in found]
     offered = [each for each in solved if each.verified]
     return tuple(sorted(offered, key=lambda each: (each.size, each.key)))
 
 
-class _Verdict(NamedTuple):
+class Verdict(NamedTuple):
     """Whether a value changes any number of the programmes, and makes one of them feasible."""
 
     changes: bool
     repairs: bool
 
 
-Judge = Callable[[float], _Verdict]
+Judge = Callable[[float], Verdict]
 
 
 def _judge(question: Asked, key: Key, changes: Callable[[Program], bool]) -> Judge:
     """What a value of a key does; one that breaks a rule of missions does nothing."""
 
     @cache
-    def judge(value: float) -> _Verdict:
+    def judge(value: float) -> Verdict:
         number = int(value) if key.whole else value
         try:
             program = question.program(question.mission.replace({key.name: number}))
             changed = changes(program)
-            return _Verdict(changed, changed and feasible(program))
+            return Verdict(changed, changed and feasible(program))
         except (InputError, SolverError):
-            return _Verdict(changes=False, repairs=False)
+            return Verdict(changes=False, repairs=False)
 
     return judge
 
@@ -195,8 +195,21 @@ def _numbers(program: Program, labels: Collection[str] | None) -> list[Any]:
     return found
 
 
-def _search(key: Key, sign: int, judge: Judge) -> Repair | None:
-    """The nearest value in a direction that repairs, and where such values end."""
+def search(key: Key, sign: int, judge: Judge) -> Repair | None:
+    """The nearest value in a direction that repairs, and where such values end.
+
+    Values further and further away are tried first, then the gap before the nearest of them that
+    repairs is halved. What repairs only between two values that were tried is not seen.
+
+    Parameters
+    ----------
+    key
+        What is changed.
+    sign
+        1 for larger values, −1 for smaller ones.
+    judge
+        What a value does.
+    """
     values = [*key.further(sign)]
     if not any(judge(value).changes for value in values[:1] + values[-1:]):
         return None

@@ -82,6 +82,9 @@ def solve(model: Model, programmes: int, values: Mapping[str, Any] | None = None
     codes = np.where(form.usable, np.concatenate([part.codes for part in parts]), ERROR)
     solved = codes == OPTIMAL
     points = np.where(solved, np.concatenate([part.points for part in parts], axis=-1), np.nan)
+    for k, variable in enumerate(model.variables):
+        # A vertex may lie beyond a bound by rounding; no unknown does.
+        points[k] = np.maximum(points[k], evaluate(variable.lower, values or {}))
     active = solved & np.concatenate([part.active for part in parts], axis=-1)
     multipliers = np.concatenate([part.multipliers for part in parts], axis=-1)
     reached = (form.directions[0] * points).sum(axis=0) + form.offsets[0]
@@ -98,7 +101,7 @@ def solve(model: Model, programmes: int, values: Mapping[str, Any] | None = None
         engine=NAME,
         proof=PROOF,
         statuses=STATUSES[codes].tolist(),
-        objective=form.towards * reached,
+        objective=form.towards * reached + 0.0,
         values={name: points[k] for k, name in enumerate(form.names)},
         binding=binding,
         multipliers={label: np.where(solved, each, np.nan) for label, each in weights.items()},

@@ -30,7 +30,7 @@ NAME = "cvxpy"
 DUALITY = "linear programming duality, KKT conditions evaluated again"
 SEARCHED = "branch and bound"
 DEFAULT_SOLVER = "HIGHS"
-EQUAL = 1e-9
+EQUAL = 1e-11
 """Relative loss of the objective that the preferences may use up."""
 TIGHT = 1e-7
 """Relative slack below which a row counts as holding with equality."""
@@ -106,6 +106,9 @@ class Compiled:
             )
         self.model, self.slot_s, self.solver = model, slot_s, solver
         self.options: dict[str, Any] = dict(SETTINGS.get(solver, {}))
+        if whole and solver == DEFAULT_SOLVER:
+            # Its presolve may cut off the best whole numbers (ERGO-Code/HiGHS issue 3073).
+            self.options["presolve"] = "off"
         if time_limit_s is not None:
             if solver not in TIME_LIMITS:
                 raise InputError(f"the solver {solver} takes no time limit")
@@ -207,7 +210,7 @@ class Compiled:
             raise SolverError(f"{NAME} with {self.solver} failed: {error}") from None
         self.words = str(problem.status)
         if problem.status in ("user_limit", "user_limit_inaccurate"):
-            raise SolverError(f"{NAME} with {self.solver} did not finish within the time limit")
+            raise SolverError(f"{NAME} with {self.solver} stopped at its limit of time or steps")
         if problem.status == "infeasible_or_unbounded":
             self.c.value = np.zeros(self.c.shape)
             return Status.UNBOUNDED if self._run(number).has_answer else Status.INFEASIBLE
@@ -284,12 +287,14 @@ class Compiled:
     def _polished(self, form: LinearForm, x: Floats) -> Floats:
         """The point moved onto the bounds that it misses by no more than the solver's rounding."""
         normals, limits = form.normals[..., 0], form.limits[..., 0]
+        moved = x.copy()
         for row in np.flatnonzero((normals != 0.0).sum(axis=1) == 1):
             (k,) = np.flatnonzero(normals[row])
             bound = limits[row] / normals[row, k]
             if np.isfinite(bound) and abs(x[k] - bound) <= TIGHT * max(1.0, abs(bound)):
-                x = np.where(np.arange(len(x)) == k, bound, x)
-        return x + 0.0
+                moved[k] = bound
+        allowance = np.maximum(TOLERANCE * np.maximum(1.0, np.abs(limits)), normals @ x - limits)
+        return (moved if (normals @ moved - limits <= allowance).all() else x) + 0.0
 
     def _unanswered(self, status: Status, words: str) -> Solution:
         return unanswered(self.model, NAME, DUALITY, status, words)

@@ -10,7 +10,7 @@ import numpy as np
 
 from optuav.engines.solution import Booleans, Floats
 from optuav.modelling.affine import Affine, affine
-from optuav.modelling.check import relations
+from optuav.modelling.check import TOLERANCE, relations
 from optuav.modelling.model import Model
 
 
@@ -76,7 +76,13 @@ def linear_form(model: Model, values: Mapping[str, Any], programmes: int = 1) ->
     forms: list[Affine] = []
     for constraint in relations(model):
         relation = constraint.relation
-        excess = affine(relation.left, values).plus(affine(relation.right, values), -1.0)
+        right = affine(relation.right, values)
+        excess = affine(relation.left, values).plus(right, -1.0)
+        if not excess.coefficients:
+            # Nothing but rounding stands between two stated figures that ought to be equal.
+            allowance = TOLERANCE * np.maximum(1.0, np.abs(right.constant))
+            near = np.abs(excess.constant) <= allowance
+            excess = Affine(np.where(near, 0.0, excess.constant), {})
         if relation.sense in ("<=", "=="):
             labels.append(constraint.label)
             signs.append(1.0)

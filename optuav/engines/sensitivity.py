@@ -3,7 +3,8 @@
 With L(x, λ, p) = f − Σ λ_k g_k for constraints g_k ≤ 0, the best value v(p) has the one-sided
 derivatives v'(p; ±1) = max over optimal x of min over optimal λ of ±∂L/∂p. Where x and λ are
 unique both sides agree; where they are not, the two sides are told apart: optimal points and
-multipliers are then enumerated from the rows that hold with equality.
+multipliers are then enumerated from the rows that hold with equality. Rows that leave no step in
+some direction have multipliers without end, along rays: there that side is infeasible.
 
 References
 ----------
@@ -138,7 +139,7 @@ def _rates(model: Model, values: Point, multipliers: Mapping[str, Any]) -> dict[
 
 
 def _optimal_points(model: Model, parameters: Point, point: Point) -> list[Point]:
-    """The answer, and for a linear model the other vertices that are as good."""
+    """The answer, and for a linear model the vertices that are as good; exact where it is one."""
     try:
         form = linear_form(model, parameters)
     except NotAffineError:
@@ -147,7 +148,7 @@ def _optimal_points(model: Model, parameters: Point, point: Point) -> list[Point
     x = np.array([point[name] for name in form.names])
     best = float(c @ x)
     finite = np.flatnonzero(np.isfinite(b) & (a != 0.0).any(axis=1))
-    found = [x]
+    found: list[Floats] = []
     if len(finite) <= MOST_ROWS:
         for rows in itertools.combinations(finite.tolist(), len(x)):
             square = a[list(rows)]
@@ -161,6 +162,8 @@ def _optimal_points(model: Model, parameters: Point, point: Point) -> list[Point
                 continue
             if not any(np.allclose(vertex, other, rtol=1e-9, atol=1e-9) for other in found):
                 found.append(vertex)
+    if not any(np.allclose(x, vertex, rtol=1e-6, atol=1e-6) for vertex in found):
+        found.append(x)
     return [dict(zip(form.names, each.tolist(), strict=True)) for each in found]
 
 
@@ -180,22 +183,20 @@ def _one_sided(model: Model, parameters: Point, points: list[Point]) -> dict[str
     multipliers = list(_basic_multipliers(normals, goal))
     if not multipliers:
         return {}
+    rays = list(_rays(normals))
     prices = {}
     for name in model.parameters:
-        rates = np.array(
-            [
-                [
-                    sign * float(each.objective.by.get(name, 0.0))
-                    - sum(
-                        weight * float(each.rows[key].by.get(name, 0.0))
-                        for key, weight in zip(labels, weights, strict=True)
-                    )
-                    for weights in multipliers
-                ]
-                for each in local
-            ]
-        )
-        more, less = rates.min(axis=1).max(), rates.max(axis=1).min()
+        more, less = -np.inf, np.inf
+        size = NEGLIGIBLE / max(1.0, abs(float(parameters[name])))
+        for each in local:
+            gain = sign * float(each.objective.by.get(name, 0.0))
+            growth = np.array([float(each.rows[key].by.get(name, 0.0)) for key in labels])
+            rates = [gain - float(weights @ growth) for weights in multipliers]
+            blocked = [float(ray @ growth) for ray in rays]
+            if not any(amount > size for amount in blocked):
+                more = max(more, min(rates))
+            if not any(amount < -size for amount in blocked):
+                less = min(less, max(rates))
         prices[name] = ShadowPrice(less=float(sign * less), more=float(sign * more))
     return prices
 
@@ -250,3 +251,27 @@ def _basic_multipliers(normals: Floats, goal: Floats) -> Iterator[Floats]:
         if not any(np.allclose(full, other, rtol=1e-9, atol=1e-12) for other in found):
             found.append(full)
             yield full
+
+
+def _rays(normals: Floats) -> Iterator[Floats]:
+    """Extreme rays of λ ≥ 0 with Σ λ a = 0: sums of rows that no step can lower."""
+    count, size = normals.shape
+    lengths = np.linalg.norm(normals, axis=1)
+    for chosen in itertools.chain.from_iterable(
+        itertools.combinations(range(count), k) for k in range(1, size + 2)
+    ):
+        rows = list(chosen)
+        idle = lengths[rows] == 0.0
+        if idle.any():
+            if len(rows) == 1:
+                yield np.eye(count)[rows[0]]
+            continue
+        unit = normals[rows] / lengths[rows, None]
+        if np.linalg.matrix_rank(unit, tol=1e-9) != len(rows) - 1:
+            continue
+        weights = np.linalg.svd(unit.T)[2][-1]
+        weights = weights if weights.sum() > 0.0 else -weights
+        if (weights > 1e-9).all():
+            ray = np.zeros(count)
+            ray[rows] = weights / lengths[rows]
+            yield ray / ray.max()

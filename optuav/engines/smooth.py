@@ -34,6 +34,8 @@ SHARES = (0.02, 0.5, 0.98)
 MOST_STARTS = 27
 TYPICAL = 1000.0
 """Reach of an unknown for which nothing states a bound."""
+LEAST = 1e-3
+"""Least reach by which an unknown is scaled, where the constraints leave it next to none."""
 EQUAL = 1e-10
 """Relative loss of the objective that the preferences may use up."""
 STEEP = 100.0
@@ -365,7 +367,9 @@ def _span(lower: float, likely: float, upper: float) -> tuple[float, float]:
     """
     if math.isinf(lower):
         return (-0.5 * TYPICAL if math.isinf(upper) else upper - TYPICAL), TYPICAL
-    return lower, likely - lower if math.isfinite(likely) and likely > lower else TYPICAL
+    if not likely > lower or math.isinf(likely):
+        return lower, TYPICAL
+    return lower, max(likely - lower, LEAST)
 
 
 def solve(model: Model, programmes: int, time_limit_s: float | None = None) -> Solution:

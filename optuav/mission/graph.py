@@ -10,7 +10,7 @@ Nodes are ``"origin"``, ``"hover"``, ``"destination"`` and the names of the buil
 An edge is a leg that an itinerary may use, with ``duration_s`` [s], ``charge_As`` [A s] and
 ``energy_J`` [J] drawn, ``distance_m`` [m] and ``peak_speed_m_s`` [m/s]. A leg that cannot be flown
 or that crosses a building has no edge. Where nothing is in reach of the device there is no node
-``"hover"``.
+``"hover"``. Nodes of buildings and edges may be taken away, edges added and figures changed.
 """
 
 from __future__ import annotations
@@ -26,8 +26,10 @@ import numpy as np
 from optuav.errors import Fault, InputError
 from optuav.mission.itineraries import itineraries
 from optuav.mission.network import Network, network
-from optuav.mission.places import ENDS, Places
+from optuav.mission.places import DESTINATION, ENDS, HOVER, ORIGIN, Places
 from optuav.mission.schema import Mission
+from optuav.mission.sight import Points
+from optuav.mission.words import shown
 
 if TYPE_CHECKING:
     import networkx
@@ -36,6 +38,12 @@ if TYPE_CHECKING:
 
 EDGE_FIGURES = ("duration_s", "charge_As", "energy_J", "distance_m", "peak_speed_m_s")
 SOURCE = "graph"
+LARGEST = 1e100
+"""Largest number that a graph may state, so that sums and products stay finite."""
+ROUNDING = 1e-9
+"""Relative; so far may a received power pass what the battery takes."""
+SAME_PLACE_M = 1e-6
+"""A place that is stated no further off [m] is where the mission has it."""
 
 
 def graph(mission: Mission) -> Graph:
@@ -105,61 +113,83 @@ def validate_graph(view: Graph) -> tuple[Fault, ...]:
 
 
 def _structure_faults(view: Graph) -> Iterator[Fault]:
-    for end in ENDS:
+    for end in (ENDS[ORIGIN], ENDS[DESTINATION]):
         if end not in view:
-            yield Fault(f"nodes[{end!r}]", "", "is missing", SOURCE)
+            yield Fault(_node(end), "", "is missing", SOURCE)
     for loop in (node for node in view if view.has_edge(node, node)):
-        yield Fault(f"edges[{loop!r}, {loop!r}]", "", "a leg leads to another place", SOURCE)
+        yield Fault(_edge(loop, loop), "", "a leg leads to another place", SOURCE)
 
 
 def _node_faults(view: Graph) -> Iterator[Fault]:
     for node, data in view.nodes(data=True):
-        here = f"nodes[{node!r}]"
         kind = node if node in ENDS else "building"
-        if data.get("kind") != kind:
-            yield Fault(f"{here}.kind", repr(data.get("kind")), f"{kind!r} is expected", SOURCE)
-        position = data.get("position_m")
-        if not _is_position(position):
-            yield Fault(
-                f"{here}.position_m", repr(position), "three finite numbers [m] are needed", SOURCE
-            )
-        sight = data.get("laser_sight")
-        if not isinstance(sight, bool | np.bool_):
-            yield Fault(f"{here}.laser_sight", repr(sight), "True or False is needed", SOURCE)
-        power = data.get("received_power_W")
-        if not _is_amount(power):
-            yield Fault(
-                f"{here}.received_power_W", repr(power), "a number ≥ 0 [W] is needed", SOURCE
-            )
+        expected = {
+            "kind": (_is_text(data.get("kind"), kind), f"{kind!r} is expected"),
+            "position_m": (
+                _is_position(data.get("position_m")),
+                "three finite numbers [m] are needed",
+            ),
+            "laser_sight": (
+                isinstance(data.get("laser_sight"), bool | np.bool_),
+                "True or False is needed",
+            ),
+            "received_power_W": (
+                _is_amount(data.get("received_power_W")),
+                "a number ≥ 0 [W] is needed",
+            ),
+        }
+        for name, (is_right, words) in expected.items():
+            if not is_right:
+                yield Fault(f"{_node(node)}.{name}", shown(data.get(name)), words, SOURCE)
 
 
 def _edge_faults(view: Graph) -> Iterator[Fault]:
     for start, end, data in view.edges(data=True):
-        here = f"edges[{start!r}, {end!r}]"
+        here = _edge(start, end)
         faulty = [name for name in EDGE_FIGURES if not _is_amount(data.get(name))]
         for name in faulty:
-            yield Fault(
-                f"{here}.{name}", repr(data.get(name)), "a finite number ≥ 0 is needed", SOURCE
-            )
-        if not faulty and data["duration_s"] == 0.0 and (data["charge_As"] or data["energy_J"]):
-            yield Fault(f"{here}.duration_s", "0", "a leg that draws charge takes time", SOURCE)
+            words = "a finite number ≥ 0 is needed"
+            yield Fault(f"{here}.{name}", shown(data.get(name)), words, SOURCE)
+        if faulty:
+            continue
+        duration_s, drawn = _number(data["duration_s"]), (data["charge_As"], data["energy_J"])
+        if max(map(_number, drawn)) > LARGEST * duration_s:
+            words = "a leg that draws charge takes time"
+            yield Fault(f"{here}.duration_s", shown(duration_s), words, SOURCE)
+
+
+def _node(node: object) -> str:
+    return f"nodes[{shown(node)}]"
+
+
+def _edge(start: object, end: object) -> str:
+    return f"edges[{shown(start)}, {shown(end)}]"
+
+
+def _is_text(value: Any, text: str) -> bool:
+    return isinstance(value, str) and value == text
+
+
+def _number(value: Any) -> float:
+    """A real number as a float, NaN for anything else."""
+    if not isinstance(value, Real) or isinstance(value, bool):
+        return math.nan
+    try:
+        return float(value)
+    except OverflowError:
+        return math.inf
 
 
 def _is_amount(value: Any) -> bool:
-    return (
-        isinstance(value, Real)
-        and not isinstance(value, bool)
-        and math.isfinite(value)
-        and float(value) >= 0.0
-    )
+    return 0.0 <= _number(value) <= LARGEST
 
 
 def _is_position(value: Any) -> bool:
-    return (
-        isinstance(value, tuple | list | np.ndarray)
-        and len(value) == 3
-        and all(isinstance(each, Real) and math.isfinite(each) for each in value)
-    )
+    if isinstance(value, np.ndarray):
+        value = value.tolist()
+    if not isinstance(value, tuple | list) or len(value) != 3:
+        return False
+    return all(abs(_number(each)) <= LARGEST for each in value)
 
 
 def edited_network(mission: Mission, view: Graph) -> Network:
@@ -174,7 +204,10 @@ def edited_network(mission: Mission, view: Graph) -> Network:
         If the graph is out of order or does not belong to the mission.
     """
     computed = network(mission)
-    faults = validate_graph(view) or tuple(_strangers(computed.places, view))
+    faults = validate_graph(view) or (
+        *_strangers(computed.places, view),
+        *_overcharged(computed, view),
+    )
     if faults:
         raise InputError(faults)
     where = _edited_places(computed, view)
@@ -206,25 +239,29 @@ def edited_network(mission: Mission, view: Graph) -> Network:
 
 
 def _strangers(where: Places, view: Graph) -> Iterator[Fault]:
-    known = dict(zip(where.names, where.position_m.tolist(), strict=True))
+    """What belongs to another mission: places that this one has not, or has elsewhere."""
+    known: dict[object, Points] = dict(zip(where.names, where.position_m, strict=True))
     for node, data in view.nodes(data=True):
-        position = data["position_m"]
         if node not in known:
-            yield Fault(f"nodes[{node!r}]", "", "the mission has no such place", SOURCE)
-        elif node != "hover" and list(position) != known[node]:
-            yield Fault(
-                f"nodes[{node!r}].position_m",
-                repr(tuple(position)),
-                "places are moved in the mission, with mission.replace",
-                SOURCE,
-            )
-        elif node == "hover" and not np.allclose(position, known[node], rtol=0.0, atol=1e-6):
-            yield Fault(
-                "nodes['hover'].position_m",
-                repr(tuple(position)),
-                "the hover point is moved in the mission, by route.hover_m",
-                SOURCE,
-            )
+            yield Fault(_node(node), "", "the mission has no such place", SOURCE)
+            continue
+        position_m = [float(each) for each in data["position_m"]]
+        if not (np.abs(position_m - known[node]) <= SAME_PLACE_M).all():
+            by = "route.hover_m" if node == ENDS[HOVER] else "mission.replace"
+            words = f"places are moved in the mission, by {by}"
+            yield Fault(f"{_node(node)}.position_m", shown(position_m), words, SOURCE)
+
+
+def _overcharged(computed: Network, view: Graph) -> Iterator[Fault]:
+    """Power at places that the battery would not take."""
+    given = computed.mission.battery
+    most_W = given.charge_current_A * given.nominal_voltage_V
+    computed_W = dict(zip(computed.places.names, computed.places.received_power_W, strict=True))
+    for node, data in view.nodes(data=True):
+        power_W = float(data["received_power_W"]) if data["laser_sight"] else 0.0
+        if power_W > max(most_W, computed_W.get(node, power_W)) * (1.0 + ROUNDING):
+            words = f"at most {most_W:g} W charge at battery.charge_current_A"
+            yield Fault(f"{_node(node)}.received_power_W", shown(power_W), words, SOURCE)
 
 
 def _edited_places(computed: Network, view: Graph) -> Places:

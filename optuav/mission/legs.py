@@ -11,7 +11,7 @@ from optuav.mission import vehicle
 from optuav.mission.places import DESTINATION, FIRST_BUILDING, HOVER, ORIGIN, Places
 from optuav.mission.schema import Mission
 from optuav.mission.sight import CLEAR, Numbers, Points, Prisms, crossed
-from optuav.physics import flight
+from optuav.physics.quantity import norm
 
 
 @dataclass(frozen=True)
@@ -84,24 +84,11 @@ def legs(mission: Mission, where: Places, obstacles: Prisms) -> Legs:
     start, end = one_stop_legs(len(mission.buildings))
     from_m, to_m = where.position_m[start], where.position_m[end]
     x, y, z = np.moveaxis(to_m - from_m, -1, 0)
-    distance_m = np.sqrt(x * x + y * y + z * z)
-    given = mission.flight
-    if given.model == "regimes":
-        loads, peak_m_s = flight.regime_leg(
-            distance_m,
-            given.acceleration_m_s2,
-            given.flight_current_A,
-            given.flight_power_W,
-            np.inf if given.max_speed_m_s is None else given.max_speed_m_s,
-        )
-    else:
-        leg = flight.leg(
-            vehicle.airframe(mission), vehicle.motor(mission), (x, y, z), mission.wind.force_N
-        )
-        loads, peak_m_s = leg.loads, leg.peak_speed_m_s
+    distance_m = norm((x, y, z))
+    loads, peak_m_s = vehicle.leg_loads(mission, (x, y, z))
     crosses = np.full(len(start), CLEAR, dtype=np.intp)
-    if not given.through_buildings:
-        crosses = _crossed(where, obstacles, start, end)
+    if not mission.flight.through_buildings:
+        crosses = _blockers(where, obstacles, start, end)
     duration_s = np.asarray(loads.duration_s)
     shape = (len(loads.durations_s), len(start))
     return Legs(
@@ -118,7 +105,7 @@ def legs(mission: Mission, where: Places, obstacles: Prisms) -> Legs:
     )
 
 
-def _crossed(where: Places, obstacles: Prisms, start: Numbers, end: Numbers) -> Numbers:
+def _blockers(where: Places, obstacles: Prisms, start: Numbers, end: Numbers) -> Numbers:
     """A building in the way of each leg, the same there and back; −1 where its place is unknown."""
     found = np.full(len(start), CLEAR, dtype=np.intp)
     known = np.flatnonzero(np.isfinite(where.position_m[start] + where.position_m[end]).all(axis=1))

@@ -11,7 +11,7 @@ edited graph, and buildings in the way of a leg, may not.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -88,6 +88,17 @@ def one_stop_is_enough(legs: Network | Graph) -> tuple[Shortcut, ...]:
             behind = [*_broken(costs, (stop, "hover", "destination"))]
             found += before + behind if before and behind else []
     return tuple(found)
+
+
+def in_words(shortcuts: Sequence[Shortcut]) -> str:
+    """What shortcuts mean for routes with more than one stop, in a sentence."""
+    if not shortcuts:
+        return (
+            "one stop is enough: times, charges and energies of the legs obey the triangle "
+            "inequality"
+        )
+    more = f", and {len(shortcuts) - 1} more such" if len(shortcuts) > 1 else ""
+    return f"a route with more than one stop may be better and was not tried: {shortcuts[0]}{more}"
 
 
 def _costs(legs: Network | Graph) -> Costs:

@@ -78,15 +78,16 @@ def _shortest(worked_out: Network, usable: Numbers) -> set[int]:
             tail, head = _state(int(table.start[leg]), side), _state(int(table.end[leg]), side)
             layers.add_edge(tail, head, duration_s=float(duration_s[leg]))
         reached[FIRST_BUILDING + int(routes.building[index]), side] = index
-    if not networkx.has_path(layers, START, GOAL):
+    shortest = networkx.single_source_dijkstra_path_length
+    reach_s = shortest(layers, START, weight="duration_s")
+    leave_s = shortest(layers.reverse(copy=False), GOAL, weight="duration_s")
+    if GOAL not in reach_s:
         return set()
-    shortest_s = networkx.shortest_path_length(layers, START, GOAL, weight="duration_s")
-    found: set[int] = set()
-    for path in networkx.shortest_simple_paths(layers, START, GOAL, weight="duration_s"):
-        if networkx.path_weight(layers, path, "duration_s") > shortest_s + SAME_S:
-            break
-        found.update(reached[state] for state in path if state in reached)
-    return found
+    return {
+        index
+        for state, index in reached.items()
+        if reach_s[state] + leave_s[state] <= reach_s[GOAL] + SAME_S
+    }
 
 
 def _state(place: int, side: str) -> State:

@@ -8,7 +8,7 @@ import numpy as np
 
 from optuav.mission.schema import Mission
 from optuav.physics import battery, flight, laser, link, rotor
-from optuav.physics.quantity import Quantity, Vector
+from optuav.physics.quantity import Quantity, Vector, norm
 
 MOTOR_FIELDS = tuple(rotor.Motor.__dataclass_fields__)
 AIRFRAME_FIELDS = tuple(flight.Airframe.__dataclass_fields__)
@@ -95,6 +95,21 @@ def rest_load(mission: Mission) -> Load:
     return Load(0.0, 0.0)
 
 
+def leg_loads(mission: Mission, displacement_m: Vector) -> tuple[flight.Loads, Quantity]:
+    """What a leg draws by the mission's flight model, and its peak speed [m/s]."""
+    given = mission.flight
+    if given.model == "regimes":
+        return flight.regime_leg(
+            norm(displacement_m),
+            given.acceleration_m_s2,
+            given.flight_current_A,
+            given.flight_power_W,
+            np.inf if given.max_speed_m_s is None else given.max_speed_m_s,
+        )
+    leg = flight.leg(airframe(mission), motor(mission), displacement_m, mission.wind.force_N)
+    return leg.loads, leg.peak_speed_m_s
+
+
 def attenuation_per_km(mission: Mission) -> float:
     """α [1/km] as stated, or from the visibility."""
     given = mission.laser
@@ -108,14 +123,10 @@ def attenuation_per_km(mission: Mission) -> float:
 def charging(mission: Mission, distance_m: Quantity) -> Load:
     """Current into the battery and power received in clear sight of the laser, by distance [m]."""
     given, stated = mission.laser, mission.flight
-    distance = np.asarray(distance_m, dtype=float)
     if given is None:
-        return Load(np.zeros(distance.shape)[()], np.zeros(distance.shape)[()])
+        return Load(0.0, 0.0)
     if stated.model == "regimes" and stated.charge_current_A is not None:
-        return Load(
-            np.full(distance.shape, stated.charge_current_A)[()],
-            np.full(distance.shape, stated.charge_power_W)[()],
-        )
+        return Load(stated.charge_current_A, stated.charge_power_W)
     voltage_V = mission.battery.nominal_voltage_V
     power_W = laser.received_power(
         laser.Conversion(
@@ -126,7 +137,7 @@ def charging(mission: Mission, distance_m: Quantity) -> Load:
         ),
         given.power_W,
         attenuation_per_km(mission),
-        distance,
+        distance_m,
         mission.battery.charge_current_A * voltage_V,
     )
-    return Load((power_W / voltage_V)[()], power_W[()])
+    return Load(power_W / voltage_V, power_W)

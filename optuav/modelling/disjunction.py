@@ -5,12 +5,12 @@ alternative r that applies and 0 for the others; Σ λ_r = 1.
 
 - ``"hull"``: each alternative has unknowns x_r of its own, and x = Σ x_r. A row a·x + c ≥ 0 becomes
   a·x_r + c λ_r ≥ 0, so that λ_r = 0 leaves x_r = 0. With λ_r in [0, 1] these rows describe the
-  convex hull of all alternatives: no linear relaxation is tighter, and as only one row binds the
-  choice, the relaxation is as good as the best alternative and no better.
+  convex hull of all alternatives [1]_: no linear relaxation is tighter, and the best that it
+  reaches is the best alternative itself, as long as nothing else ties the alternatives together.
 - ``"big-M"``: the alternatives share the unknowns. A row a·x + c ≥ 0 becomes
   a·x + c ≥ −M (1 − λ_r), with M as small as bounds on the unknowns allow; those come from the rows
   whose coefficients are plain numbers, as a deadline's are. Fewer unknowns and rows, but a far
-  looser relaxation: a little of each alternative slackens all rows of all of them.
+  looser relaxation: a little of each alternative slackens the rows of all of them [2]_.
 
 References
 ----------
@@ -270,7 +270,9 @@ class _Join:
         ]
         return 0.0 if min(bounds) >= 0.0 else -math.inf
 
-    def row(self, label: str, left: Operand, sense: Sense, right: Operand, said: Constraint) -> None:
+    def row(
+        self, label: str, left: Operand, sense: Sense, right: Operand, said: Constraint
+    ) -> None:
         """State a row in the unit and from the line of a declared one."""
         relation = Relation(left, sense, right)
         self.model.constraints.append(Constraint(label, relation, said.unit, said.declared_at))
@@ -385,9 +387,9 @@ class _BigM(_Join):
             for name, each in self.unknowns.items()
         }
         for case, choice in zip(self.cases, self.choices, strict=True):
-            off = 1.0 - choice
+            off, instead = 1.0 - choice, {**case.given, **self.unknowns}
             for number, each in enumerate(self.rows(case), start=1):
-                left, right = (_with(side, {**case.given, **self.unknowns}) for side in _sides(each))
+                left, right = (_with(side, instead) for side in _sides(each))
                 both = each.relation.sense == "=="
                 for sense in _inequalities(each.relation.sense):
                     label = f"{each.label}, {case.label}"
@@ -410,10 +412,13 @@ class _BigM(_Join):
         """Upper bound on an unknown: the largest of those that the alternatives put on it."""
         if any(unknown.lower != 0.0 for unknown in self.unknowns.values()):
             raise ValueError("the form big-M needs unknowns that are never negative")
-        bounds = []
-        for case in self.cases:
-            if all(each.name != name for each in case.declared.variables):
-                continue
+        having = [
+            case
+            for case in self.cases
+            if any(each.name == name for each in case.declared.variables)
+        ]
+        bounds: list[Operand] = [] if len(having) == len(self.cases) else [0.0]
+        for case in having:
             found = [*self.bounds(case, name)]
             if not found:
                 raise ValueError(
@@ -431,10 +436,10 @@ class _BigM(_Join):
                 small, large = _sides(each) if sense == "<=" else reversed(_sides(each))
                 form = affine(small, case.given).plus(affine(large, case.given), -1.0)
                 slopes = form.coefficients
-                if all(isinstance(slope, float) and slope >= 0.0 for slope in slopes.values()):
-                    if slopes.get(name, 0.0) > 0.0:
-                        room = _apply(np.subtract, (_with(large, nothing), _with(small, nothing)))
-                        yield _apply(np.divide, (room, slopes[name]))
+                plain = all(isinstance(slope, float) and slope >= 0.0 for slope in slopes.values())
+                if plain and slopes.get(name, 0.0) > 0.0:
+                    room = _apply(np.subtract, (_with(large, nothing), _with(small, nothing)))
+                    yield _apply(np.divide, (room, slopes[name]))
 
     def most(
         self, case: _Case, relation: Relation, sense: Sense, tops: Mapping[str, Operand]
@@ -492,7 +497,7 @@ def _is(operand: Operand, number: float) -> bool:
 
 def _with(expression: Operand, instead: Mapping[str, Operand]) -> Operand:
     """An expression with other operands in place of its leaves, by name."""
-    return fold(expression, lambda node: instead[node.name], lambda u, given: _apply(u, given))
+    return fold(expression, lambda node: instead[node.name], _apply)
 
 
 def _apply(ufunc: np.ufunc, arguments: tuple[Operand, ...]) -> Operand:
@@ -501,8 +506,8 @@ def _apply(ufunc: np.ufunc, arguments: tuple[Operand, ...]) -> Operand:
         first, second = arguments
         if ufunc in (np.add, np.subtract) and _is(second, 0.0):
             return first
-        if ufunc is np.add and _is(first, 0.0):
-            return second
+        if ufunc in (np.add, np.subtract) and _is(first, 0.0):
+            return second if ufunc is np.add else -second
         if ufunc in (np.multiply, np.divide) and (_is(first, 0.0) or _is(second, 1.0)):
             return first
         if ufunc is np.multiply and (_is(second, 0.0) or _is(first, 1.0)):

@@ -120,9 +120,22 @@ class Parameter(Expression):
 
 
 class Let(Expression):
-    """A named intermediate quantity."""
+    """A named intermediate quantity.
 
-    def __init__(self, name: str, symbol: str, unit: str, expression: Operand) -> None:
+    Parameters
+    ----------
+    name, symbol, unit
+        As a reader calls it and as the mathematics writes it.
+    expression
+        What it stands for.
+    words
+        What is printed instead of an expression that would fill a page.
+    """
+
+    def __init__(
+        self, name: str, symbol: str, unit: str, expression: Operand, words: str = ""
+    ) -> None:
+        self.words = words
         self.name = name
         self.symbol = symbol
         self.unit = unit

@@ -78,11 +78,22 @@ class Model:
         self.variables.append(declared)
         return declared
 
-    def let(self, name: str, expression: Operand, *, symbol: str = "", unit: str = "1") -> Let:
-        """Give an intermediate quantity a name, so that the printed programme stays short."""
+    def let(
+        self,
+        name: str,
+        expression: Operand,
+        *,
+        symbol: str = "",
+        unit: str = "1",
+        words: str = "",
+    ) -> Let:
+        """Give an intermediate quantity a name, so that the printed programme stays short.
+
+        With words, they are printed instead of the expression.
+        """
         if any(each.name == name for each in self.lets):
             raise ValueError(f"the model has a quantity {name!r} already")
-        named = Let(name, symbol or name, unit, expression)
+        named = Let(name, symbol or name, unit, expression, words)
         self.lets.append(named)
         return named
 

@@ -88,10 +88,14 @@ def _conditions(model: Model, notation: Notation) -> Iterator[tuple[str, list[Li
         yield (
             "with",
             [
-                (f"{notation.symbol(each.symbol)} = {notation.write(each.expression)}", each.name)
+                (f"{notation.symbol(each.symbol)} = {_meaning(each, notation)}", each.name)
                 for each in named
             ],
         )
+
+
+def _meaning(named: Let, notation: Notation) -> str:
+    return notation.words(named.words) if named.words else notation.write(named.expression)
 
 
 def _named_quantities(model: Model) -> list[Let]:

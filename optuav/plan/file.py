@@ -17,7 +17,7 @@ from optuav.plan.plan import Plan
 
 SCHEMA = 1
 KIND = "optuav plan"
-LARGEST_BYTES = 20_000_000
+LARGEST_BYTES = 200_000_000
 
 DERIVED = (
     "hover_time_s",
@@ -130,6 +130,6 @@ def _plan(data: dict[str, Any], source: str) -> Plan:
 def _faults(error: ValidationError, source: str) -> Iterator[Fault]:
     for detail in error.errors(include_url=False):
         key = ".".join(str(part) for part in detail["loc"])
-        missing = detail["type"] == "missing"
-        value = "" if missing else shown(detail["input"])
-        yield Fault(key, value, detail["msg"][:1].lower() + detail["msg"][1:], source)
+        value = "" if detail["type"] == "missing" or not key else shown(detail["input"])
+        words = detail["msg"].removeprefix("Value error, ")
+        yield Fault(key, value, words[:1].lower() + words[1:], source)

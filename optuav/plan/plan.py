@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Iterator
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Literal, Self
 
-from pydantic import BaseModel, ConfigDict, NonNegativeFloat
+from pydantic import BaseModel, ConfigDict, Field, StrictBool, StrictStr, model_validator
 
 from optuav.engines.solution import Status
 from optuav.errors import NoPlanError
 from optuav.mission import Mission, vehicle
+from optuav.mission.places import ENDS
 from optuav.physics import battery
 from optuav.physics.quantity import Quantity
 
@@ -20,7 +21,13 @@ if TYPE_CHECKING:
 ROUNDING = 1e-9
 """Share of the capacity by which rounding may carry a well past its limit [-]."""
 
+LARGEST = 1e100
+"""Largest number in a plan, so that products stay finite."""
+
 Kind = Literal["flight", "hover", "rest"]
+Number = Annotated[float, Field(strict=True, ge=-LARGEST, le=LARGEST)]
+Amount = Annotated[float, Field(strict=True, ge=0.0, le=LARGEST)]
+Packs = Annotated[tuple[Number, ...], Field(min_length=1)]
 
 
 class Record(BaseModel):
@@ -40,9 +47,9 @@ class Stage(Record):
         Net, into the battery [A], [W]: negative while they drain it.
     """
 
-    duration_s: NonNegativeFloat
-    current_A: float
-    power_W: float
+    duration_s: Amount
+    current_A: Number
+    power_W: Number
 
 
 class Phase(Record):
@@ -67,15 +74,15 @@ class Phase(Record):
     """
 
     kind: Kind
-    start_place: str
-    end_place: str
-    start_s: NonNegativeFloat
-    stages: tuple[Stage, ...]
-    distance_m: NonNegativeFloat
-    peak_speed_m_s: NonNegativeFloat
-    edited: bool
-    available_As: tuple[float, ...]
-    bound_As: tuple[float, ...]
+    start_place: StrictStr
+    end_place: StrictStr
+    start_s: Amount
+    stages: Annotated[tuple[Stage, ...], Field(min_length=1)]
+    distance_m: Amount
+    peak_speed_m_s: Amount
+    edited: StrictBool
+    available_As: Packs
+    bound_As: Packs
 
     @property
     def duration_s(self) -> float:
@@ -119,8 +126,8 @@ class Stop(Record):
 
     kind: Literal["hover", "rest"]
     at: str
-    start_s: float
-    duration_s: float
+    start_s: Amount
+    duration_s: Amount
 
 
 class Plan(Record):
@@ -160,7 +167,7 @@ class Plan(Record):
     building: str | None
     order: str | None
     perspective: str
-    slot_s: float | None
+    slot_s: Amount | None
     engine: str
     proof: str
     status: Status
@@ -168,7 +175,35 @@ class Plan(Record):
     reasons: tuple[str, ...] = ()
     notes: tuple[str, ...] = ()
     phases: tuple[Phase, ...] = ()
-    soc: dict[str, float] | None = None
+    soc: dict[str, Number] | None = None
+
+    @model_validator(mode="after")
+    def _is_whole(self) -> Self:
+        if faults := list(self._breaks()):
+            raise ValueError("; ".join(faults))
+        return self
+
+    def _breaks(self) -> Iterator[str]:
+        """Where the parts of a plan do not fit together."""
+        answered = self.status.has_answer
+        if bool(self.phases) != answered or (self.soc is not None) != answered:
+            with_or_without = "needs" if answered else "has no"
+            yield f"a plan that is {self.status.value} {with_or_without} phases and soc"
+        known = {*ENDS, *(building.name for building in self.mission.buildings)}
+        here = None
+        for number, phase in enumerate(self.phases):
+            for name in dict.fromkeys((phase.start_place, phase.end_place)):
+                if name not in known:
+                    yield f"phases[{number}]: {name!r} is no place of the mission"
+            if here not in (None, phase.start_place):
+                yield f"phases[{number}] begins elsewhere than the one before it ends"
+            if phase.kind != "flight" and phase.start_place != phase.end_place:
+                yield f"phases[{number}]: a {phase.kind} ends where it begins"
+            if len(phase.available_As) != len(phase.bound_As):
+                yield f"phases[{number}]: available_As and bound_As need one entry a pack"
+            here = phase.end_place
+        if self.phases and all(phase.kind != "flight" for phase in self.phases):
+            yield "phases: at least one is a flight"
 
     def __bool__(self) -> bool:
         return bool(self.phases)
@@ -249,7 +284,7 @@ class Plan(Record):
         return self.phases
 
     def _time(self, kind: Kind) -> float:
-        return sum(phase.duration_s for phase in self._existing() if phase.kind == kind)
+        return sum((each.duration_s for each in self._existing() if each.kind == kind), 0.0)
 
     def _first_passing(
         self,

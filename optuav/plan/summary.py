@@ -4,13 +4,18 @@ from __future__ import annotations
 
 import re
 import textwrap
-from collections.abc import Iterable, Iterator
+import unicodedata
+from collections.abc import Iterator
 
 from optuav.mission import vehicle
+from optuav.mission.words import printable
 from optuav.plan.plan import Phase, Plan
 
 WIDTH = 80
 LABEL = 13
+GAP = "  "
+TOO_LONG = 1e5
+"""From here on a number has two digits and an exponent, so that the table leaves room for names."""
 
 
 def summary(plan: Plan) -> str:
@@ -27,18 +32,35 @@ def summary(plan: Plan) -> str:
 
 
 NUMBER_AND_UNIT = re.compile(r"(?<=\d) (?=(?:s|m|N|A|W|J|%|m/s|A s)\b|%)")
+NO_BREAK = "\N{NO-BREAK SPACE}"
+FILLER = "\0"
+
+
+def _as_wide(text: str) -> str:
+    """Printable text as long as it is wide: a filler before each letter that takes two columns."""
+    return "".join(
+        FILLER + letter if unicodedata.east_asian_width(letter) in "WF" else letter
+        for letter in printable(text)
+    )
 
 
 def _wrapped(label: str, text: str) -> list[str]:
     """A labelled paragraph; a number keeps its unit on its line."""
+    wide = NUMBER_AND_UNIT.sub(NO_BREAK, _as_wide(text))
     lines = textwrap.wrap(
-        NUMBER_AND_UNIT.sub("\N{NO-BREAK SPACE}", text),
-        WIDTH,
+        wide,
+        # A break may part a letter from its filler.
+        WIDTH - (FILLER in wide),
         initial_indent=f"{label:<{LABEL}}",
         subsequent_indent=" " * LABEL,
         break_on_hyphens=False,
     )
-    return [line.replace("\N{NO-BREAK SPACE}", " ") for line in lines]
+    return [line.replace(NO_BREAK, " ").replace(FILLER, "") for line in lines]
+
+
+def _number(value: float, decimals: int, sign: str = "") -> str:
+    """A number with fixed decimals, unless it is too long for that."""
+    return f"{value:{sign}.{decimals}f}" if abs(value) < TOO_LONG else f"{value:{sign}.2g}"
 
 
 def _head(plan: Plan) -> Iterator[str]:
@@ -61,16 +83,20 @@ def _head(plan: Plan) -> Iterator[str]:
 
 
 def _times(plan: Plan) -> Iterator[str]:
-    yield f"{'Hover':<{LABEL}}{plan.hover_time_s:10.2f} s   {_where(plan, 'hover')}"
-    if any(stop.kind == "rest" for stop in plan.stops):
-        yield f"{'Rest':<{LABEL}}{plan.rest_time_s:10.2f} s   {_where(plan, 'rest')}"
-    yield (
-        f"{'Flight':<{LABEL}}{plan.flight_time_s:10.2f} s   "
-        f"{len(plan.route) - 1} legs, up to {plan.peak_speed_m_s:.1f} m/s"
-    )
-    yield f"{'Mission':<{LABEL}}{plan.mission_time_s:10.2f} s   {_deadline(plan)}"
+    rests = any(stop.kind == "rest" for stop in plan.stops)
+    flown = f"{len(plan.route) - 1} legs, up to {_number(plan.peak_speed_m_s, 1)} m/s"
+    rows = [
+        ("Hover", plan.hover_time_s, _where(plan, "hover")),
+        *([("Rest", plan.rest_time_s, _where(plan, "rest"))] if rests else []),
+        ("Flight", plan.flight_time_s, flown),
+        ("Mission", plan.mission_time_s, _deadline(plan)),
+    ]
+    for label, time_s, remark in rows:
+        yield from _wrapped(label, f"{time_s:10.2f} s   {remark}")
     yield from _wrapped("Route", " → ".join(plan.route))
-    levels = ", ".join(f"{name} {100 * level:.2f} %" for name, level in (plan.soc or {}).items())
+    levels = ", ".join(
+        f"{name} {_number(100 * level, 2)} %" for name, level in (plan.soc or {}).items()
+    )
     yield from _wrapped("Charge left", f"of the battery, by perspective: {levels}")
     if plan.binding:
         yield from _wrapped("Binding", "; ".join(plan.binding))
@@ -93,38 +119,42 @@ def _where(plan: Plan, kind: str) -> str:
 
 HEADINGS = ("what", "where", "start s", "for s", "A", "W", "avail. %", "bound %")
 LEGEND = "A, W: mean into the battery. avail., bound: fill of the wells at the end."
+EDITED = "*: figures stated in the graph."
 
 
 def _timeline(plan: Plan) -> Iterator[str]:
     full = vehicle.pool(plan.mission).full
-    rows = [
+    cells = [
         (
-            phase.kind,
-            _place(phase),
-            f"{phase.start_s:.2f}",
-            f"{phase.duration_s:.2f}",
-            f"{phase.current_A:+.2f}",
-            f"{phase.power_W:+.0f}",
-            f"{100 * sum(phase.available_As) / full.available_As:.1f}",
-            f"{100 * sum(phase.bound_As) / full.bound_As:.1f}",
+            phase.kind + "*" * phase.edited,
+            _number(phase.start_s, 2),
+            _number(phase.duration_s, 2),
+            _number(phase.current_A, 2, "+"),
+            _number(phase.power_W, 0, "+"),
+            _number(100 * sum(phase.available_As) / full.available_As, 1),
+            _number(100 * sum(phase.bound_As) / full.bound_As, 1),
         )
         for phase in plan.phases
     ]
-    widths = [max(len(row[k]) for row in [HEADINGS, *rows]) for k in range(len(HEADINGS))]
-    for row in [HEADINGS, *rows]:
-        cells = [
-            f"{text:<{w}}" if k < 2 else f"{text:>{w}}" for k, (text, w) in _pairs(row, widths)
-        ]
-        yield "  ".join(cells).rstrip()
+    kind, where, *others = HEADINGS
+    columns = list(zip((kind, *others), *cells, strict=True))
+    widths = [max(map(len, column)) for column in columns]
+    room = WIDTH - sum(widths) - len(GAP) * len(widths)
+    places = [_as_wide(where), *(_place(phase, room) for phase in plan.phases)]
+    width = max(map(len, places))
+    for place, what, *numbers in zip(places, *columns, strict=True):
+        texts = [f"{text:>{w}}" for text, w in zip(numbers, widths[1:], strict=True)]
+        yield GAP.join([f"{what:<{widths[0]}}", f"{place:<{width}}", *texts]).replace(FILLER, "")
     yield LEGEND
+    if any(phase.edited for phase in plan.phases):
+        yield EDITED
 
 
-def _pairs(row: Iterable[str], widths: Iterable[int]) -> Iterator[tuple[int, tuple[str, int]]]:
-    return enumerate(zip(row, widths, strict=True))
-
-
-def _place(phase: Phase) -> str:
-    if phase.kind != "flight":
-        return phase.end_place
-    edited = " (edited)" if phase.edited else ""
-    return f"{phase.start_place} → {phase.end_place}{edited}"
+def _place(phase: Phase, room: int) -> str:
+    """Where a phase is spent, in the columns there are: its end at least, or how that begins."""
+    end = _as_wide(phase.end_place)
+    if phase.kind == "flight":
+        end = f"→ {end}"
+        both = f"{_as_wide(phase.start_place)} {end}"
+        end = both if len(both) <= room else end
+    return end if len(end) <= room else f"{end[: room - 1].rstrip(FILLER)}…"

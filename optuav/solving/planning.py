@@ -12,6 +12,7 @@ from optuav.engines.solution import Solution, Status
 from optuav.mission import vehicle
 from optuav.mission.itineraries import NO_LEG
 from optuav.mission.network import Network
+from optuav.mission.one_stop import in_words, one_stop_is_enough
 from optuav.mission.phases import phases
 from optuav.mission.sight import Numbers
 from optuav.modelling import Model, check, evaluate
@@ -137,6 +138,10 @@ def _notes(
     legs = worked_out.itineraries.legs[route]
     if worked_out.legs.edited[legs[legs != NO_LEG]].any():
         yield "some legs have figures from the graph, not from the flight model"
+    if asked.problem == "P1" and asked.trajectory == "optimal":
+        shortcuts = one_stop_is_enough(worked_out)
+        if shortcuts:
+            yield in_words(shortcuts)
 
 
 def shortfalls(asked: Question, worked_out: Network, parts: Sequence[Part]) -> tuple[str, ...]:

@@ -22,8 +22,7 @@ from optuav.engines.ranges import last_slot, lower_bounds, own_upper_bounds
 from optuav.engines.solution import Status, verify
 from optuav.errors import Fault, InputError, SolverError
 from optuav.mission import Mission
-from optuav.mission.network import Network
-from optuav.mission.one_stop import one_stop_is_enough
+from optuav.mission.one_stop import in_words, one_stop_is_enough
 from optuav.modelling import Model, Parameter
 from optuav.modelling.disjunction import FORMS, Disjunction, Form, disjunction
 from optuav.modelling.expression import Operand
@@ -136,7 +135,7 @@ def route_choice(
         time_limit_s=time_limit_s,
         solver=solver,
     )
-    enough = one_stop_note(program.worked_out)
+    enough = in_words(one_stop_is_enough(program.worked_out))
     if not program.parts:
         return RouteChoice(program.solve(), form, None, None, None, "physics", (enough,))
     asked = program.question
@@ -171,18 +170,6 @@ def route_choice(
     plan = plan_of(asked, program.worked_out, part, times, 0).model_copy(update={"proof": proof})
     tight = f"the LP relaxation in the form {form} bounds the hover time by {relaxation_s:.3f} s"
     return RouteChoice(plan, form, relaxation_s, gap_s, joined, proof, (tight, enough))
-
-
-def one_stop_note(worked_out: Network) -> str:
-    """Whether one stop is enough, in a sentence."""
-    shortcuts = one_stop_is_enough(worked_out)
-    if not shortcuts:
-        return (
-            "one stop is enough: times, charges and energies of the legs obey the triangle "
-            "inequality"
-        )
-    more = f" (and {len(shortcuts) - 1} more)" if len(shortcuts) > 1 else ""
-    return f"more than one stop might hover longer and was not tried: {shortcuts[0]}{more}"
 
 
 def _refuse(form: str, perspective: str) -> None:

@@ -92,7 +92,7 @@ class Row:
     cells
         One a method; none where the route cannot be flown.
     reasons
-        Why the route cannot be flown, in words.
+        Why there is no plan in continuous times, in words; empty if there is one.
     """
 
     problem: str

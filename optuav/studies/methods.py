@@ -19,7 +19,9 @@ from optuav.mission import Mission, load
 from optuav.mission.itineraries import ORDERS
 from optuav.modelling import Model, evaluate
 from optuav.modelling.check import TOLERANCE
+from optuav.plan import Plan
 from optuav.solving import Program, formulate
+from optuav.solving.route_choice import route_choice
 from optuav.studies.bound import bound
 from optuav.studies.comparison import Cell, Comparison, Method, Row
 
@@ -47,9 +49,10 @@ def compare(
 
     The methods are closed form, the linear programme by CVXPY, CasADi (through both wells of the
     battery, if the perspective is ``"battery"``), and for every length of slot the exhaustive grid
-    of Algorithm 1 and the integer programme by CVXPY. An answer in continuous times has to be that
-    of the closed form, one in slots within the bound of the theory, the integer programme's that of
-    the grid.
+    of Algorithm 1 and the integer programme by CVXPY, whose linear relaxation is the former. (P1)
+    is one integer programme that chooses the route as well. An answer in continuous times has to be
+    that of the closed form, one in slots within the bound of the theory, and the integer
+    programme's that of the grid.
 
     Parameters
     ----------
@@ -94,7 +97,8 @@ def compare(
 
         declared = _Declared.of(asked, problem, building, order, perspective, time_limit_s)
         cells = tuple(_cells(declared, methods, tell))
-        rows.append(replace(begun, cells=cells, reasons=declared.program.reasons))
+        reasons = declared.program.solve().reasons if declared.hover_time_s is None else ()
+        rows.append(replace(begun, cells=cells, reasons=reasons))
     return Comparison(asked, perspective, methods, tuple(rows))
 
 
@@ -209,13 +213,11 @@ def _cells(
 
 
 def _solved(declared: _Declared, method: Method) -> Cell:
-    program = declared.through_wells if method.engine == "casadi" else declared.program
-    asked = replace(program.question, engine=method.engine, slot_s=method.slot_s)
     begin = time.perf_counter()
     status, hover_s, rest_s = Status.ERROR, None, None
     proof, words = "none", ""
     try:
-        plan = replace(program, question=asked).solve()
+        plan = _plan(declared, method)
     except SolverError as error:
         words = str(error)
     else:
@@ -233,6 +235,21 @@ def _solved(declared: _Declared, method: Method) -> Cell:
     return Cell(
         method, status, hover_s, rest_s, gap_s, None, allowance_s, None, words, proof, taken_s
     )
+
+
+def _plan(declared: _Declared, method: Method) -> Plan:
+    """The checked plan of a method; CVXPY solves (P1) as one programme over all routes."""
+    asked = declared.program.question
+    if method.engine == "cvxpy" and asked.problem == "P1":
+        return route_choice(
+            declared.program.worked_out.mission,
+            perspective=asked.perspective,
+            slot_s=method.slot_s,
+            time_limit_s=asked.time_limit_s,
+        ).plan
+    program = declared.through_wells if method.engine == "casadi" else declared.program
+    asked = replace(program.question, engine=method.engine, slot_s=method.slot_s)
+    return replace(program, question=asked).solve()
 
 
 def _judged(cell: Cell, declared: _Declared) -> Cell:

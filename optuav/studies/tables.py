@@ -39,17 +39,20 @@ def comparison_tables(found: Comparison, *, times: bool = False) -> Iterator[Ren
     methods = list(by_slot.values())
     for first in range(0, max(1, len(methods)), SLOTS_ABREAST):
         yield ""
+        if methods:
+            yield "Δ in continuous times, and what is lost of it in slots of"
         yield _gaps(found, methods[first : first + SLOTS_ABREAST])
     yield ""
     yield _worth(found, times)
     yield ""
+    if found:
+        yield _proofs(found)
+        yield ""
     yield from _verdict(found)
 
 
 def _gaps(found: Comparison, methods: Sequence[Method]) -> Table:
-    if methods:
-        lost = Text("Δ in continuous times, and what is lost of it in slots of")
-    table = _table(title=lost if methods else None)
+    table = _table()
     table.add_column("problem", no_wrap=True, max_width=LONGEST_NAME)
     table.add_column(Text("Δ [s]"), justify="right", no_wrap=True)
     for method in methods:
@@ -91,7 +94,6 @@ def _worth(found: Comparison, times: bool) -> Table:
     table.add_column("method", no_wrap=True)
     for heading in ("largest gap [s]", "allowed [s]", "agree", *(["time [s]"] if times else [])):
         table.add_column(Text(heading), justify="right", no_wrap=True)
-    table.add_column("how it knows")
     for method in found.methods:
         cells = [cell for _, cell in found.cells if cell.method == method]
         if not cells:
@@ -103,16 +105,35 @@ def _worth(found: Comparison, times: bool) -> Table:
             gap = NONE
         else:
             gap = _short(worst.gap_s if method.slot_s else abs(worst.gap_s))
-        proofs = dict.fromkeys(cell.proof for cell in cells if cell.hover_time_s is not None)
         table.add_row(
             method.name,
             gap,
-            _short(worst.allowance_s if method.slot_s is None else worst.largest_gap_s),
+            NONE if worst.gap_s is None else _allowed(worst),
             f"{sum(cell.agrees is True for cell in cells)} of {len(cells)}",
             *([f"{sum(cell.time_s for cell in cells):.2f}"] if times else []),
-            "; ".join(proofs) or "–",
         )
     return table
+
+
+def _proofs(found: Comparison) -> Table:
+    """How the methods know, those that differ in the length of slots only as one."""
+    proofs: dict[str, dict[str, None]] = {}
+    for _, cell in found.cells:
+        if cell.hover_time_s is not None:
+            kind = cell.method.name.removesuffix(f" {cell.method.slot_s or 0.0:g} s")
+            proofs.setdefault(kind, {})[cell.proof.partition(";")[0]] = None
+    table = _table()
+    table.add_column("method", no_wrap=True)
+    table.add_column("how it knows")
+    for kind, words in proofs.items():
+        table.add_row(kind, Text("; ".join(words).removeprefix(f"{kind}: ")))
+    return table
+
+
+def _allowed(cell: Cell) -> str:
+    if cell.method.slot_s is None:
+        return _short(cell.allowance_s)
+    return "no bound" if cell.largest_gap_s is None else _short(cell.largest_gap_s)
 
 
 def _share(cell: Cell) -> float:
@@ -124,16 +145,14 @@ def _share(cell: Cell) -> float:
     return cell.gap_s / (cell.largest_gap_s or 1.0)
 
 
-def _short(seconds: float | None) -> str:
-    if seconds is None:
-        return "no bound"
+def _short(seconds: float) -> str:
     return f"{seconds:.2f}" if abs(seconds) >= 0.01 else f"{seconds:.0e}" if seconds else "0"
 
 
 def _verdict(found: Comparison) -> Iterator[Text]:
     for row in found.rows:
-        if row.reasons:
-            yield Text(f"{row.name} cannot be flown: {'; '.join(row.reasons)}")
+        if row.reasons and (row.problem == "P1" or not row.cells):
+            yield Text(f"{row.name} has no plan: {'; '.join(row.reasons)}")
     unbounded = {
         cell.words.partition(": ")[2]: None
         for _, cell in found.cells
@@ -181,13 +200,5 @@ def choice_tables(found: Choices) -> Iterator[RenderableType]:
         yield Text(f"Because {why}")
 
 
-def _table(title: Text | None = None) -> Table:
-    return Table(
-        box=None,
-        pad_edge=False,
-        padding=(0, 2, 0, 0),
-        title=title,
-        title_justify="left",
-        title_style="",
-        header_style="",
-    )
+def _table() -> Table:
+    return Table(box=None, pad_edge=False, padding=(0, 2, 0, 0), header_style="")

@@ -138,7 +138,6 @@ def test_the_words_for_a_deadline_that_is_too_short() -> None:
         ({}, {"slot_s": 10.0, "problem": "P3"}),
         ({}, {"problem": "P3", "perspective": "wells"}),
         ({}, {"problem": "P2-tight", "perspective": "adjusted"}),
-        ({"body.mass_kg": 2.5}, {"problem": "P3"}),
         ({"limits.deadline_s": 80}, {"problem": "P4", "building": "b1", "slot_s": 10.0}),
     ],
 )

@@ -256,13 +256,14 @@ def test_longest_hover_turns_smallest_battery_around() -> None:
 
 
 def test_through_both_wells() -> None:
-    """The perspective `wells` serves it too, and gives the same."""
+    """The perspective `wells` serves it too, prints in pages, and gives the same."""
     asked: dict[str, Any] = {"building": "b1", "order": "rest-first"}
     through = optuav.formulate(MISSION, LeastRest, perspective="wells", **asked).compile()
     plain = optuav.formulate(MISSION, LeastRest, **asked).compile()
     found, expected = (each.solve(wanted_hover_s=700.0) for each in (through, plain))
     assert (found.engine, expected.engine) == ("casadi", "closed-form")
     assert found.point(0) == pytest.approx(expected.point(0), abs=1e-4)
+    assert len(str(through.program)) < 20_000
 
 
 def test_makes_a_plan_that_can_be_kept(tmp_path: Path) -> None:
