@@ -196,7 +196,8 @@ def written(text: str) -> str:
     def table(found: re.Match[str]) -> str:
         head, *rows = TABLES[found[2]]()
         lines = [head, ("---",) * len(head), *rows]
-        body = "".join(f"| {' | '.join(line)} |\n" for line in lines).replace(" --- ", "---")
+        cells = [[cell.replace("|", r"\|") for cell in line] for line in lines]
+        body = "".join(f"| {' | '.join(line)} |\n" for line in cells).replace(" --- ", "---")
         return f"{found[1]}\n{body}\n{found[3]}"
 
     return NAMED.sub(table, text)

@@ -60,9 +60,11 @@ class Formulation(Quantities, ABC):
     @classmethod
     def model(cls, given: Quantities, perspective: str = "battery", **more: Any) -> Model:
         """The declared model, its parameters at the given values; further fields as they are."""
-        symbols = {each.name: symbol_for(each, getattr(given, each.name)) for each in QUANTITIES}
+        symbols: dict[str, Any] = {
+            each.name: symbol_for(each, getattr(given, each.name)) for each in QUANTITIES
+        }
         declared = Model((cls.__doc__ or cls.__name__).strip().splitlines()[0].rstrip("."))
-        kept = {"steps": given.steps, "rests": given.rests, "perspective": perspective}
-        symbolic = cls(**symbols, **kept, **more)
+        kept: dict[str, Any] = {"steps": given.steps, "rests": given.rests}
+        symbolic = cls(**symbols, **kept, perspective=perspective, **more)
         symbolic.declare(declared)
         return declared

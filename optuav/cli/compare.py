@@ -13,7 +13,7 @@ from rich.console import Console, RenderableType
 
 from optuav.cli.options import JsonOption, MissionArgument, PlotOption, SetOption, mission_of
 from optuav.errors import Fault, InputError
-from optuav.mission.files import write_text
+from optuav.mission.files import label, make_directory, refusal, write_text
 
 NO, ENGINE_FAILED = 1, 3
 
@@ -61,8 +61,7 @@ def compare(
 
     Exit code 1 if they do not or there is no feasible plan, 3 if an engine failed.
     """
-    if save is not None and save.suffix not in (".csv", ".json"):
-        raise InputError([Fault("--save", repr(str(save)), "a name that ends in .csv or .json")])
+    _make_ready(save, plot)
     lengths = None if slots is None else _numbers(slots)
     asked = mission_of(mission, settings)
     from optuav import studies
@@ -100,6 +99,21 @@ def compare(
         raise typer.Exit(ENGINE_FAILED)
     if not found.agrees or not found:
         raise typer.Exit(NO)
+
+
+def _make_ready(save: Path | None, plot: Path | None) -> None:
+    """Refuse places that cannot be written to before the work begins."""
+    if save is not None:
+        if save.suffix not in (".csv", ".json"):
+            words = "a name that ends in .csv or .json"
+            raise InputError([Fault("--save", repr(str(save)), words)])
+        if not save.parent.is_dir():
+            raise refusal(save, f"there is no directory {label(save.parent)}")
+    if plot is not None:
+        from optuav import plots
+
+        make_directory(plot)
+        _ = plots.slot_gaps  # refused here where matplotlib is missing
 
 
 def _refuse_with_by(lengths: list[float] | None, **others: Any) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import textwrap
 from pathlib import Path
 from typing import Annotated
 
@@ -12,6 +13,7 @@ from optuav.cli.options import MissionArgument, SetOption, mission_of
 from optuav.errors import Fault, InputError
 
 NO = 1
+WIDTH = 80
 
 
 def formulate(
@@ -53,7 +55,7 @@ def formulate(
         perspective=perspective,
     )
     if not program.parts:
-        typer.echo(str(program))
+        typer.echo(textwrap.fill(str(program), WIDTH, subsequent_indent="  "))
         raise typer.Exit(NO)
     from optuav.mission.files import write_text
     from optuav.studies import statement

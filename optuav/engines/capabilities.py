@@ -28,6 +28,8 @@ class Capability:
         Largest number of unknowns; None for any.
     needs_smooth
         Whether it needs derivatives.
+    needs_lower_bounds
+        Whether every unknown needs a lower bound.
     gives
         What its answer is worth, in words.
     """
@@ -38,6 +40,7 @@ class Capability:
     slots: bool | None
     most_unknowns: int | None
     needs_smooth: bool
+    needs_lower_bounds: bool
     gives: str
 
     def obstacle(self, model: Traits, slots: bool) -> str:
@@ -49,6 +52,8 @@ class Capability:
             return f"it takes linear models only; {where!r} is not: {why}"
         if self.needs_smooth and not model.smooth:
             return "it needs derivatives; the model has kinks"
+        if self.needs_lower_bounds and model.open_below:
+            return f"it needs a lower bound on {', '.join(model.open_below)}"
         if model.integer and not self.integer:
             return "it takes no binary unknowns"
         if slots and self.slots is False:
@@ -64,6 +69,7 @@ CAPABILITIES = (
         slots=False,
         most_unknowns=MOST_UNKNOWNS,
         needs_smooth=False,
+        needs_lower_bounds=True,
         gives="exact, over all itineraries at once, with the constraints that bind",
     ),
     Capability(
@@ -73,6 +79,7 @@ CAPABILITIES = (
         slots=True,
         most_unknowns=None,
         needs_smooth=False,
+        needs_lower_bounds=False,
         gives="global, with multipliers; binary unknowns and slots by branch and bound",
     ),
     Capability(
@@ -82,6 +89,7 @@ CAPABILITIES = (
         slots=False,
         most_unknowns=None,
         needs_smooth=True,
+        needs_lower_bounds=False,
         gives="a local optimum, the best of several starts",
     ),
     Capability(
@@ -91,6 +99,7 @@ CAPABILITIES = (
         slots=None,
         most_unknowns=MOST_UNKNOWNS,
         needs_smooth=False,
+        needs_lower_bounds=True,
         gives="exhaustive over whole slots: the verifying reference",
     ),
 )

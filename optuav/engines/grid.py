@@ -22,7 +22,7 @@ import numpy as np
 
 from optuav.engines.ranges import implied_upper_bounds, lower_bounds, slot_ranges
 from optuav.engines.solution import Booleans, Floats, Solution, Status
-from optuav.errors import SolverError
+from optuav.errors import InputError, SolverError
 from optuav.modelling.affine import NotAffineError, affine
 from optuav.modelling.check import TOLERANCE, check, holding, relations
 from optuav.modelling.expression import Relation, evaluate
@@ -32,6 +32,8 @@ NAME = "grid"
 PROOF = "exhaustive"
 MOST_UNKNOWNS = 2
 CELLS_AT_ONCE = 1 << 17
+MOST_SLOTS = 1 << 24
+"""Most slots that an unknown may run through, so that they fit in memory."""
 EQUAL = 1e-9
 """Relative difference below which two objective values are the same."""
 
@@ -105,10 +107,10 @@ def solve(
 
 def axes(model: Model, parameters: Values, slot_s: float) -> list[Floats]:
     """Values that each unknown runs through [s], whole slots, in the order of the variables."""
-    return [
-        slot_s * np.arange(first, last + 1, dtype=float)
-        for first, last in slot_ranges(model, parameters, slot_s).values()
-    ]
+    ranges = slot_ranges(model, parameters, slot_s).values()
+    if any(last - first >= MOST_SLOTS for first, last in ranges):
+        raise InputError(f"slots of {slot_s:g} s are too short: more than {MOST_SLOTS} of them fit")
+    return [slot_s * np.arange(first, last + 1, dtype=float) for first, last in ranges]
 
 
 Test = Callable[[Mapping[str, Floats]], Any]

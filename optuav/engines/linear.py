@@ -263,13 +263,10 @@ class Compiled:
         slack = limits - normals @ x
         tight = np.abs(slack) <= TIGHT * np.maximum(1.0, np.abs(limits))
         tight &= (normals != 0.0).any(axis=1)
-        by_label: dict[str, float] = {}
         binding: dict[str, bool] = {}
         for row, label in enumerate(form.labels):
             binding[label] = binding.get(label, False) or bool(tight[row])
-            if multipliers is not None:
-                weight = form.signs[row] * float(multipliers[row])
-                by_label[label] = by_label.get(label, 0.0) + weight
+        by_label = {} if multipliers is None else _by_label(form, multipliers)
         value = float(form.directions[0, :, 0] @ x + form.offsets[0, 0])
         return Solution(
             engine=NAME,
@@ -298,6 +295,24 @@ class Compiled:
 
     def _unanswered(self, status: Status, words: str) -> Solution:
         return unanswered(self.model, NAME, DUALITY, status, words)
+
+
+def _by_label(form: LinearForm, multipliers: Floats) -> dict[str, float]:
+    """Multipliers of constraints, from those of rows; the two bounds of an unknown are netted."""
+    found = dict.fromkeys(form.labels, 0.0)
+    net: dict[tuple[str, int], float] = {}
+    bounds = dict(form.bounds)
+    for row, label in enumerate(form.labels):
+        weight = float(multipliers[row])
+        if row not in bounds:
+            found[label] += form.signs[row] * weight
+            continue
+        k = bounds[row]
+        pushed = weight if form.normals[row, k, 0] > 0.0 else -weight
+        net[label, k] = net.get((label, k), 0.0) + pushed
+    for (label, _), pushed in net.items():
+        found[label] += abs(pushed)
+    return found
 
 
 def _solvers_of_whole_numbers() -> list[str]:

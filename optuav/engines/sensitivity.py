@@ -25,7 +25,7 @@ from optuav.engines.solution import Floats, ShadowPrice, Solution
 from optuav.modelling.affine import NotAffineError
 from optuav.modelling.check import relations
 from optuav.modelling.derivative import Slope, slope
-from optuav.modelling.expression import leaves
+from optuav.modelling.expression import Variable, leaves
 from optuav.modelling.model import Model
 
 Point = Mapping[str, Any]
@@ -59,7 +59,14 @@ def shadow_prices(solution: Solution, index: int) -> dict[str, ShadowPrice]:
         prices = {name: ShadowPrice(float(rate), float(rate)) for name, rate in rates.items()}
     else:
         prices = _one_sided(model, parameters, _optimal_points(model, parameters, point))
-    return prices | _at_the_edge(model, parameters, prices)
+    worse = _worse(model)
+    for name, (less, more) in _at_the_edge(model, parameters).items():
+        if name in prices:
+            price = prices[name]
+            prices[name] = ShadowPrice(
+                -worse if less else price.less, worse if more else price.more
+            )
+    return prices
 
 
 def all_shadow_prices(solution: Solution) -> dict[str, tuple[Floats, Floats]]:
@@ -75,7 +82,15 @@ def all_shadow_prices(solution: Solution) -> dict[str, tuple[Floats, Floats]]:
     rates = _rates(model, {**solution.given, **solution.values}, weights)
     count = len(solution.statuses)
     found = {name: np.array(np.broadcast_to(rate, count), float) for name, rate in rates.items()}
-    prices = {name: (rate, rate.copy()) for name, rate in found.items()}
+    edges = _at_the_edge(model, solution.given)
+    worse, never = _worse(model), (False, False)
+    prices = {
+        name: (
+            np.where(edges.get(name, never)[0], -worse, rate),
+            np.where(edges.get(name, never)[1], worse, rate),
+        )
+        for name, rate in found.items()
+    }
     for index in np.flatnonzero(~solution.regular):
         single = shadow_prices(solution, int(index))
         for name, (less, more) in prices.items():
@@ -84,34 +99,32 @@ def all_shadow_prices(solution: Solution) -> dict[str, tuple[Floats, Floats]]:
     return prices
 
 
-def _at_the_edge(
-    model: Model, parameters: Point, prices: Mapping[str, ShadowPrice]
-) -> dict[str, ShadowPrice]:
-    """Prices of parameters that a step to one side makes infeasible whatever the unknowns do.
+def _worse(model: Model) -> float:
+    """The best value of an infeasible programme."""
+    return -np.inf if model.sense == "maximise" else np.inf
 
-    They stand in a constraint without unknowns that holds with equality; the price is infinite on
-    the infeasible side.
+
+def _at_the_edge(model: Model, values: Point) -> dict[str, tuple[Any, Any]]:
+    """Of parameters: whether less, and whether more, is infeasible whatever the unknowns do.
+
+    They stand in a constraint without unknowns that holds with equality.
     """
-    worse = -np.inf if model.sense == "maximise" else np.inf
-    found = dict(prices)
-    unknowns = {variable.name for variable in model.variables}
+    found: dict[str, tuple[Any, Any]] = {}
     for constraint in model.constraints:
         relation = constraint.relation
-        names = {leaf.name for leaf in leaves(relation.left, relation.right)}
-        if names & unknowns:
+        if any(isinstance(leaf, Variable) for leaf in leaves(relation.left, relation.right)):
             continue
-        left, right = slope(relation.left, parameters), slope(relation.right, parameters)
-        if abs(left.value - right.value) > ACTIVE * max(1.0, abs(float(right.value))):
-            continue
-        turn = -1.0 if relation.sense == ">=" else 1.0
-        for name in names & found.keys():
-            growth = turn * float(left.by.get(name, 0.0) - right.by.get(name, 0.0))
-            either = relation.sense == "=="
-            if growth > 0.0 or (either and growth):
-                found[name] = found[name]._replace(more=worse)
-            if growth < 0.0 or (either and growth):
-                found[name] = found[name]._replace(less=-worse)
-    return {name: price for name, price in found.items() if price != prices[name]}
+        left, right = slope(relation.left, values), slope(relation.right, values)
+        met = np.abs(left.value - right.value) <= ACTIVE * np.maximum(1.0, np.abs(right.value))
+        for name in {**left.by, **right.by}:
+            growth = met * (left.by.get(name, 0.0) - right.by.get(name, 0.0))
+            less, more = found.get(name, (False, False))
+            if relation.sense in ("<=", "=="):
+                less, more = less | (growth < 0.0), more | (growth > 0.0)
+            if relation.sense in (">=", "=="):
+                less, more = less | (growth > 0.0), more | (growth < 0.0)
+            found[name] = less, more
+    return found
 
 
 def _rates(model: Model, values: Point, multipliers: Mapping[str, Any]) -> dict[str, Any]:
@@ -154,7 +167,7 @@ def _optimal_points(model: Model, parameters: Point, point: Point) -> list[Point
             square = a[list(rows)]
             if np.linalg.matrix_rank(square / np.linalg.norm(square, axis=1)[:, None]) < len(x):
                 continue
-            vertex = np.linalg.solve(square, b[list(rows)])
+            vertex = np.asarray(np.linalg.solve(square, b[list(rows)]), dtype=float)
             size = np.maximum(1.0, np.abs(b[finite]))
             if ((a[finite] @ vertex - b[finite]) > SAME * size).any():
                 continue

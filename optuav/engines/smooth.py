@@ -15,7 +15,7 @@ import math
 import operator
 import time
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -195,8 +195,17 @@ class Compiled:
         programme = {"x": unknowns, "p": parameters, "f": cost, "g": casadi.vertcat(*excess)}
         return casadi.nlpsol("programme", "ipopt", programme, options)
 
-    def solve(self, values: Mapping[str, float]) -> Solution:
+    def solve(
+        self, values: Mapping[str, float], starts: Sequence[Mapping[str, float]] = ()
+    ) -> Solution:
         """Solve with values of parameters that differ from the model's, by name.
+
+        Parameters
+        ----------
+        values
+            Of parameters, by name.
+        starts
+            Points to start from instead of those that the bounds suggest, by name.
 
         Raises
         ------
@@ -218,6 +227,9 @@ class Compiled:
             words = f"does not hold whatever the unknowns: {', '.join(broken)}"
             return unanswered(self.model, NAME, "evaluated", Status.INFEASIBLE, words)
         data = self._data(parameters, numbers, lower, upper)
+        if starts:
+            points = [np.array([start[name] for name in self.names]) for start in starts]
+            data = replace(data, starts=[point / data.scale for point in points])
         steepness = self._steepness(data)
         begin = time.monotonic()
         best: tuple[float, dict[str, float], Any] | None = None

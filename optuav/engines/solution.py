@@ -189,6 +189,7 @@ def stacked(solutions: Sequence[Solution]) -> Solution:
     first = solutions[0]
     labels = dict.fromkeys(label for each in solutions for label in each.binding)
     priced = dict.fromkeys(label for each in solutions for label in each.multipliers)
+    stated = dict.fromkeys(name for each in solutions for name in each.given)
     no, none = np.array([False]), np.array([np.nan])
     return Solution(
         first.engine,
@@ -200,4 +201,5 @@ def stacked(solutions: Sequence[Solution]) -> Solution:
         {k: np.concatenate([each.multipliers.get(k, none) for each in solutions]) for k in priced},
         words=[words for each in solutions for words in each.words],
         model=first.model,
+        given={k: np.concatenate([each.given.get(k, none) for each in solutions]) for k in stated},
     )

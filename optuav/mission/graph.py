@@ -108,7 +108,7 @@ def validate_graph(view: Graph) -> tuple[Fault, ...]:
     import networkx
 
     if not isinstance(view, networkx.DiGraph) or view.is_multigraph():
-        return (Fault("", type(view).__name__, "a networkx.DiGraph is needed", SOURCE),)
+        return (Fault(SOURCE, type(view).__name__, "a networkx.DiGraph is needed"),)
     return tuple(_structure_faults(view)) + tuple(_node_faults(view)) + tuple(_edge_faults(view))
 
 

@@ -28,12 +28,12 @@ CLEAR = -1
 
 @dataclass(frozen=True)
 class Prisms:
-    """Buildings with a spatial index, each smaller by `MARGIN_M` on all sides.
+    """Footprints with a spatial index.
 
     Parameters
     ----------
     tree
-        `shapely.STRtree` of the footprints.
+        `shapely.STRtree` of the footprints, each smaller by `MARGIN_M` all round.
     building
         Number of the building of every footprint.
     roof_m
@@ -67,7 +67,7 @@ def prisms(mission: Mission) -> Prisms:
     return Prisms(
         shapely.STRtree(shapely.buffer(polygons, -MARGIN_M, join_style="mitre")),
         np.array(with_footprint, dtype=np.intp),
-        np.array([mission.buildings[k].position_m[2] for k in with_footprint]) - MARGIN_M,
+        np.array([mission.buildings[k].position_m[2] for k in with_footprint]),
     )
 
 
@@ -116,7 +116,7 @@ def _through(
     import shapely
 
     line, footprint = obstacles.tree.query(_on_map(low_m, high_m), predicate="intersects")
-    depth_m = obstacles.roof_m[footprint] - low_m[line, 2]
+    depth_m = obstacles.roof_m[footprint] - MARGIN_M - low_m[line, 2]
     kept = depth_m > 0.0
     kept &= (exempt[line] != obstacles.building[footprint, None]).all(axis=1)
     line, footprint, depth_m = line[kept], footprint[kept], depth_m[kept]

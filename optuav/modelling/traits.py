@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import Any
 
@@ -29,6 +30,8 @@ class Traits:
         Whether they have derivatives everywhere.
     integer
         Whether some variable is binary.
+    open_below
+        Symbols of the variables without a lower bound.
     nonlinear_label, nonlinear_words
         The first constraint (or "objective") that is not affine, and why; empty if all are.
     """
@@ -37,6 +40,7 @@ class Traits:
     linear: bool
     smooth: bool
     integer: bool
+    open_below: tuple[str, ...] = ()
     nonlinear_label: str = ""
     nonlinear_words: str = ""
 
@@ -55,6 +59,11 @@ def traits(model: Model) -> Traits:
         linear=not label,
         smooth=all(_smooth(tree) for tree in model.expressions),
         integer=any(variable.binary for variable in model.variables),
+        open_below=tuple(
+            variable.symbol
+            for variable in model.variables
+            if isinstance(variable.lower, float) and variable.lower == -math.inf
+        ),
         nonlinear_label=label,
         nonlinear_words=words,
     )

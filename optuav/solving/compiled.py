@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from optuav.engines.solution import Solution, Status, stacked
+from optuav.engines.solution import Solution, Status, stacked, verify
 from optuav.errors import Fault, InputError, SolverError
 from optuav.solving.dispatch import chosen_engine
 from optuav.solving.planning import Part
@@ -76,13 +76,17 @@ class CompiledProgram:
                 raise SolverError(f"{solution.engine} met numbers that it cannot use")
             if Status.UNBOUNDED in solution.statuses:
                 return solution.only(solution.statuses.index(Status.UNBOUNDED))
-        if len(solutions) == 1 and len(solutions[0].statuses) == 1:
-            return solutions[0]
-        chosen = self.program.best(solutions)
+        chosen = self._best(solutions)
         if chosen is None:
             return solutions[0].only(0)
         number, entry = chosen
+        verify(self.program.parts[number].model, solutions[number], entry)
         return solutions[number].only(entry)
+
+    def _best(self, solutions: Sequence[Solution]) -> tuple[int, int] | None:
+        if len(solutions) == 1 and len(solutions[0].statuses) == 1:
+            return (0, 0) if solutions[0].status.has_answer else None
+        return self.program.best(solutions)
 
     def _refuse(self, values: Mapping[str, Any]) -> None:
         known = self.parameters

@@ -120,7 +120,7 @@ class Program:
         """What one more unit of every named parameter brings; empty where there is no answer.
 
         Where several itineraries tie, a change for the better may take any of them, and a change
-        for the worse has to spoil them all.
+        for the worse has to spoil them all; a figure of a single route spoils that one alone.
 
         Raises
         ------
@@ -138,15 +138,21 @@ class Program:
             for solution in solutions
             for index in np.flatnonzero(np.abs(solution.objective - best_s) <= SAME_S)
         ]
+        own = solutions[number].shadow_prices(entry)
         better = max if self.parts[number].model.sense == "maximise" else min
         worse = min if better is max else max
-        return {
-            name: ShadowPrice(
-                less=worse(each[name].less for each in tied if name in each),
-                more=better(each[name].more for each in tied if name in each),
+        prices = {}
+        for name, parameter in self.parts[number].model.parameters.items():
+            if name not in own:
+                continue
+            every = [each[name] for each in tied if name in each]
+            if np.ndim(parameter.value) and len(tied) > 1:
+                # A figure of this route alone: the routes it ties with stay as they are.
+                every = [own[name], ShadowPrice(0.0, 0.0)]
+            prices[name] = ShadowPrice(
+                less=worse(each.less for each in every), more=better(each.more for each in every)
             )
-            for name in solutions[number].shadow_prices(entry)
-        }
+        return prices
 
     def _answers(self) -> list[Solution]:
         return [answer(part.model, len(part.routes), self.question) for part in self.parts]
@@ -166,8 +172,10 @@ class Program:
         """
         from optuav.solving.compiled import CompiledProgram
 
-        asked = self.question
-        return CompiledProgram(self, replace(asked, engine=engine or asked.engine))
+        asked = replace(self.question, engine=engine or self.question.engine)
+        if asked.engine == "grid" and asked.slot_s is None:
+            asked = replace(asked, slot_s=self.worked_out.mission.limits.slot_s)
+        return CompiledProgram(self, asked)
 
     def best(self, solutions: Sequence[Solution]) -> tuple[int, int] | None:
         """Part and entry of the best answer by the tie rule; None without an answer."""
@@ -178,7 +186,8 @@ class Program:
         score, stay_s = [], []
         for part, solution in zip(self.parts, solutions, strict=True):
             score.append(solution.objective * (1.0 if part.model.sense == "maximise" else -1.0))
-            stay_s.append(sum(solution.values[name] for name in TIMES if name in solution.values))
+            stays = [solution.values[name] for name in TIMES if name in solution.values]
+            stay_s.append(sum(stays, np.zeros(len(part.routes))))
         order = np.argsort(route, kind="stable")
         mission_s = routes.flight_time_s[route] + np.concatenate(stay_s)
         winner = best(

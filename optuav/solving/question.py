@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from inspect import isabstract
 from typing import Literal
 
 from formulations.formulation import Formulation
@@ -12,13 +12,14 @@ from formulations.p1 import P1
 from formulations.p2 import P2, P2Tight
 from formulations.p3 import P3
 from formulations.p4 import P4
-from formulations.perspectives import PERSPECTIVES
+from formulations.perspectives import PAPER, PERSPECTIVES
 from optuav.engines.capabilities import ENGINES
 from optuav.errors import Fault, InputError
 from optuav.mission import Mission
 from optuav.mission.itineraries import ORDERS, Order
+from optuav.mission.quantities import Number
 from optuav.mission.routes import TRAJECTORIES, Trajectory
-from optuav.mission.words import nearest
+from optuav.mission.words import nearest, shown
 
 Problem = Literal["P1", "P2", "P2-tight", "P3", "P4"]
 PROBLEMS: Mapping[str, type[Formulation]] = {
@@ -31,6 +32,10 @@ PROBLEMS: Mapping[str, type[Formulation]] = {
 ROUTED = ("P1", "P2", "P2-tight")
 """Problems that choose among routes."""
 AUTO = "auto"
+HoverPoint = Literal["w_U", "free"]
+HOVER_POINTS: tuple[HoverPoint, ...] = ("w_U", "free")
+SLOT = Number("s", ge=1e-3, le=1e7)
+LIMIT = Number("s", gt=0.0, le=1e9)
 
 
 @dataclass(frozen=True)
@@ -57,6 +62,8 @@ class Question:
         Longest that the engine may take [s]; None for no limit.
     solver
         Solver behind the engine, where it has several; None for its own choice.
+    hover_point
+        Whether the UAV hovers at the mission's own point, w_U unless stated, or wherever is best.
     """
 
     problem: Problem | type[Formulation]
@@ -68,6 +75,7 @@ class Question:
     engine: str
     time_limit_s: float | None
     solver: str | None
+    hover_point: HoverPoint = "w_U"
 
     @property
     def problem_name(self) -> str:
@@ -91,6 +99,7 @@ def question(
     engine: str,
     time_limit_s: float | None,
     solver: str | None,
+    hover_point: str = "w_U",
 ) -> Question:
     """Check and complete the options of `optuav.solve`.
 
@@ -103,7 +112,10 @@ def question(
         *_unknown(mission, problem, trajectory, building, order, perspective, engine),
         *_out_of_range(slot_s, time_limit_s),
         *_contradictions(problem, trajectory, building, order, engine, solver),
+        *_not_among("hover_point", hover_point, HOVER_POINTS),
     ]
+    if hover_point == "free":
+        faults += _not_with_free(problem, trajectory, perspective, slot_s, engine)
     if faults:
         raise InputError(faults)
     if engine == "grid" and slot_s is None:
@@ -120,6 +132,7 @@ def question(
         engine,
         time_limit_s,
         solver,
+        hover_point,  # type: ignore[arg-type]
     )
 
 
@@ -132,7 +145,7 @@ def _unknown(
     perspective: str,
     engine: str,
 ) -> Iterator[Fault]:
-    if not (isinstance(problem, type) and issubclass(problem, Formulation)):
+    if not (isinstance(problem, type) and issubclass(problem, Formulation)) or isabstract(problem):
         yield from _not_among("problem", problem, tuple(PROBLEMS), "or a Formulation class")
     yield from _not_among("trajectory", trajectory, (None, *TRAJECTORIES))
     yield from _not_among("order", order, (None, *ORDERS))
@@ -155,13 +168,9 @@ def _not_among(
 
 
 def _out_of_range(slot_s: float | None, time_limit_s: float | None) -> Iterator[Fault]:
-    for option, value in (("slot_s", slot_s), ("time_limit_s", time_limit_s)):
-        if value is None:
-            continue
-        if isinstance(value, bool) or not isinstance(value, int | float):
-            yield Fault(option, repr(value), "a number of seconds, or nothing")
-        elif not (math.isfinite(value) and value > 0.0):
-            yield Fault(option, repr(value), "0 < x [s]")
+    for option, value, number in (("slot_s", slot_s, SLOT), ("time_limit_s", time_limit_s, LIMIT)):
+        if value is not None and not number.accepts(value):
+            yield Fault(option, shown(value), f"{number.words}, or nothing")
 
 
 def _contradictions(
@@ -182,3 +191,24 @@ def _contradictions(
         yield Fault("order", repr(order), "there is no rest to order on the direct route")
     if solver is not None and engine != "cvxpy":
         yield Fault("solver", repr(solver), "goes with the engine cvxpy")
+
+
+def _not_with_free(
+    problem: str | type[Formulation],
+    trajectory: str | None,
+    perspective: str,
+    slot_s: float | None,
+    engine: str,
+) -> Iterator[Fault]:
+    """What does not go with a free hover point."""
+    allowed: tuple[tuple[str, object, tuple[object, ...]], ...] = (
+        ("problem", problem, ("P1",)),
+        ("trajectory", trajectory, (None, "optimal", "direct", "traj1")),
+        ("perspective", perspective, PAPER),
+        ("slot_s", slot_s, (None,)),
+        ("engine", engine, (AUTO, "casadi")),
+    )
+    for option, value, choices in allowed:
+        if value not in choices:
+            words = ", ".join(str(each) for each in choices if each is not None) or "none"
+            yield Fault(option, repr(value), f"with hover_point='free': {words}")

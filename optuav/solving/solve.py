@@ -8,10 +8,11 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from formulations.formulation import Formulation
+from optuav.errors import InputError
 from optuav.mission import Mission, load
 from optuav.mission.feasibility import blocked, impossibilities
 from optuav.mission.network import Network, network
-from optuav.mission.routes import trajectory_routes
+from optuav.mission.routes import nearest_building, trajectory_routes
 from optuav.mission.sight import Numbers
 from optuav.modelling import Model
 from optuav.plan import Plan
@@ -22,6 +23,9 @@ from optuav.solving.question import Question, question
 
 if TYPE_CHECKING:
     from optuav.mission.graph import Graph
+
+MOST_REASONS = 10
+"""Blocked legs that are named one by one."""
 
 
 def formulate(
@@ -37,6 +41,7 @@ def formulate(
     graph: Graph | None = None,
     time_limit_s: float | None = None,
     solver: str | None = None,
+    hover_point: str = "w_U",
 ) -> Program:
     """Declare a problem over a mission.
 
@@ -72,6 +77,10 @@ def formulate(
         Longest that the engine may take [s], > 0; None for no limit.
     solver
         Solver behind the engine cvxpy, by CVXPY's name; HiGHS by default.
+    hover_point
+        ``"w_U"``: the UAV hovers at ``route.hover_m`` of the mission, or where that is not stated
+        at w_U of the paper; ``"free"``: wherever is best within reach of the device, for P1 in
+        continuous times and the perspectives of the paper (engine casadi, locally optimal).
 
     Raises
     ------
@@ -90,7 +99,14 @@ def formulate(
         engine,
         time_limit_s,
         solver,
+        hover_point,
     )
+    if asked.hover_point == "free":
+        from optuav.solving.free_hover import free_program
+
+        if graph is not None:
+            raise InputError("an edited graph has one hover point: give hover_point='w_U' with it")
+        return free_program(asked, asked_mission)
     worked_out = _worked_out(asked_mission, graph)
     reasons = impossibilities(worked_out)
     parts = () if reasons else _parts(asked, worked_out)
@@ -112,6 +128,7 @@ def solve(
     graph: Graph | None = None,
     time_limit_s: float | None = None,
     solver: str | None = None,
+    hover_point: str = "w_U",
 ) -> Plan:
     """Solve a problem over a mission; the arguments are those of `formulate`.
 
@@ -141,6 +158,7 @@ def solve(
         graph=graph,
         time_limit_s=time_limit_s,
         solver=solver,
+        hover_point=hover_point,
     ).solve()
 
 
@@ -206,6 +224,15 @@ def _no_route(asked: Question, worked_out: Network) -> tuple[str, ...]:
     direct = asked.problem == "P3" or asked.trajectory == "direct"
     wanted = (routes.building < 0) if direct else (routes.building >= 0)
     if asked.building is not None:
-        wanted = routes.building == _number(worked_out, asked.building)
-    found = [why for index in np.flatnonzero(wanted) for why in blocked(worked_out, int(index))]
-    return tuple(dict.fromkeys(found))
+        wanted &= routes.building == _number(worked_out, asked.building)
+    if asked.trajectory == "traj1":
+        wanted &= routes.building == nearest_building(worked_out)
+    if asked.order is not None:
+        wanted &= routes.rest_first == (asked.order == "rest-first")
+    found: dict[str, None] = {}
+    for index in np.flatnonzero(wanted & ~routes.flyable).tolist():
+        found.update(dict.fromkeys(blocked(worked_out, index)))
+        if len(found) > MOST_REASONS:
+            return (*tuple(found)[:MOST_REASONS], "and other legs are blocked as well")
+    unused = f"{asked.problem_name} declares no rest_time_s by way of a building"
+    return tuple(found) or (unused,)

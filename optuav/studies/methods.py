@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -17,10 +16,12 @@ from optuav.engines.solution import Status
 from optuav.errors import Fault, InputError, SolverError
 from optuav.mission import Mission, load
 from optuav.mission.itineraries import ORDERS
+from optuav.mission.words import shown
 from optuav.modelling import Model, evaluate
 from optuav.modelling.check import TOLERANCE
 from optuav.plan import Plan
 from optuav.solving import Program, formulate
+from optuav.solving.question import LIMIT, SLOT
 from optuav.solving.route_choice import route_choice
 from optuav.studies.bound import bound
 from optuav.studies.comparison import Cell, Comparison, Method, Row
@@ -59,11 +60,11 @@ def compare(
     mission
         A mission, the name of a shipped one, or the path of a mission file.
     slots
-        Lengths of the time slots [s], each > 0.
+        Lengths of the time slots [s], 0.001 <= x <= 1e7.
     perspective
         ``"battery"``, ``"energy"`` or ``"adjusted"``: those that are linear in the times.
     engines
-        Which engines to compare with the closed form.
+        Which engines to compare; the closed form, from which gaps are counted, is always there.
     time_limit_s
         Longest that an engine may take for one programme [s], > 0; None for no limit.
     progress
@@ -108,15 +109,11 @@ def _refuse(
     engines: Sequence[str],
     time_limit_s: float | None,
 ) -> None:
-    faults = []
-    times = [("slots", each) for each in slots]
-    times += [] if time_limit_s is None else [("time_limit_s", time_limit_s)]
-    for name, value in times:
-        is_number = isinstance(value, int | float) and not isinstance(value, bool)
-        if not (is_number and math.isfinite(value) and value > 0.0):
-            faults.append(Fault(name, repr(value), "0 < x [s]"))
-    if len(set(slots)) < len(slots):
-        faults.append(Fault("slots", repr(tuple(slots)), "each length once"))
+    faults = [Fault("slots", shown(s), SLOT.words) for s in slots if not SLOT.accepts(s)]
+    if not faults and len(set(slots)) < len(slots):
+        faults.append(Fault("slots", shown(tuple(slots)), "each length once"))
+    if time_limit_s is not None and not LIMIT.accepts(time_limit_s):
+        faults.append(Fault("time_limit_s", shown(time_limit_s), f"{LIMIT.words}, or nothing"))
     if perspective not in PAPER:
         faults.append(Fault("perspective", repr(perspective), f"one of {', '.join(PAPER)}"))
     unknown = (each for each in engines if each not in ENGINES)

@@ -50,23 +50,23 @@ def statement(program: Program, form: str = "text") -> str:
         return "\n\n".join(part.model.to_latex() for part in program.parts)
     for part in program.parts:
         need_linear(part.model)
-    number, entry = _best(program)
-    part = program.parts[number]
-    return FILES[form](part.model, part.model.row(entry), list(_remarks(program, number, entry)))
-
-
-def _best(program: Program) -> tuple[int, int]:
-    """Part and entry of the best route; of the shortest flight where none has an answer."""
     solutions = [answer(part.model, len(part.routes), program.question) for part in program.parts]
     chosen = program.best(solutions)
-    if chosen is not None:
-        return chosen
+    number, entry = chosen or _shortest(program)
+    part = program.parts[number]
+    choice = "the best" if chosen else "no route has an answer; that of the shortest flight"
+    remarks = list(_remarks(program, number, entry, choice))
+    return FILES[form](part.model, part.model.row(entry), remarks)
+
+
+def _shortest(program: Program) -> tuple[int, int]:
+    """Part and entry of the route with the shortest flight."""
     flight_s = [program.worked_out.itineraries.flight_time_s[p.routes] for p in program.parts]
     number = int(np.argmin([each.min() for each in flight_s]))
     return number, int(flight_s[number].argmin())
 
 
-def _remarks(program: Program, number: int, entry: int) -> Iterator[str]:
+def _remarks(program: Program, number: int, entry: int, choice: str) -> Iterator[str]:
     worked_out, asked = program.worked_out, program.question
     legs = worked_out.itineraries.legs[program.parts[number].routes[entry]]
     legs = legs[legs != NO_LEG]
@@ -76,4 +76,4 @@ def _remarks(program: Program, number: int, entry: int) -> Iterator[str]:
     yield f"route {route}"
     count = sum(len(part.routes) for part in program.parts)
     if count > 1:
-        yield f"the best of {count} routes, each a programme of its own"
+        yield f"{choice} of {count} routes, each a programme of its own"

@@ -43,6 +43,12 @@ def random_quantities(rng: np.random.Generator) -> Quantities:
         hover_battery_J=14.0 * packs * capacity_As,
         available_fraction=rng.uniform(0.1, 0.9),
         flow_rate_per_s=10.0 ** rng.uniform(-6.0, -3.0),
+        hover_distance_m=400.0,
+        coverage_radius_m=rng.choice([400.0, 500.0]),
+        hover_altitude_m=50.0,
+        min_altitude_m=rng.choice([30.0, 50.0]),
+        max_altitude_m=120.0,
+        end_gap_m=0.0,
         steps=(legs[0], stays[0], legs[1], stays[1], legs[2]),
     )
 

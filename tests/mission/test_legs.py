@@ -1,0 +1,117 @@
+"""The table of legs, against one leg at a time."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given
+
+import optuav
+from optuav.mission import Mission, vehicle
+from optuav.mission.legs import Legs, one_stop_legs
+from optuav.mission.network import network
+from optuav.mission.places import DESTINATION, HOVER, ORIGIN
+from optuav.physics import flight
+from tests.mission.strategies import missions
+
+
+def table_of(mission: Mission) -> Legs:
+    return network(mission).legs
+
+
+def test_legs_are_numbered_as_documented() -> None:
+    """0 and 1 are direct; 2 + 4 b to 5 + 4 b belong to building b."""
+    start, end = one_stop_legs(2)
+    b1, b2 = 3, 4
+    assert list(zip(start, end, strict=True)) == [
+        *((ORIGIN, HOVER), (HOVER, DESTINATION)),
+        *((ORIGIN, b1), (b1, HOVER), (HOVER, b1), (b1, DESTINATION)),
+        *((ORIGIN, b2), (b2, HOVER), (HOVER, b2), (b2, DESTINATION)),
+    ]
+    assert [list(each) for each in one_stop_legs(0)] == [[ORIGIN, HOVER], [HOVER, DESTINATION]]
+
+
+@given(missions("rotors"))
+def test_rotor_legs_are_those_of_the_physics_one_by_one(mission: Mission) -> None:
+    """Durations and charges of every stage, wind included, as `flight.leg` gives them."""
+    worked_out = network(mission)
+    where, table = worked_out.places.position_m, worked_out.legs
+    for leg, (start, end) in enumerate(zip(table.start, table.end, strict=True)):
+        way_m = tuple(float(each) for each in where[end] - where[start])
+        one = flight.leg(
+            vehicle.airframe(mission), vehicle.motor(mission), way_m, mission.wind.force_N
+        )
+        expected = {
+            "distance_m": math.hypot(*way_m),
+            "peak_speed_m_s": one.peak_speed_m_s,
+            "duration_s": one.loads.duration_s,
+            "charge_As": one.loads.charge_As,
+            "energy_J": one.loads.energy_J,
+        }
+        for name, value in expected.items():
+            assert getattr(table, name)[leg] == pytest.approx(value, rel=1e-12, nan_ok=True), name
+        stages = np.array(one.loads.durations_s, dtype=float)
+        assert table.durations_s[:, leg] == pytest.approx(stages, rel=1e-9, nan_ok=True)
+        assert list(table.currents_A[:, leg]) == list(one.loads.currents_A)
+
+
+@given(missions("regimes"))
+def test_regime_legs_are_trapezoids(mission: Mission) -> None:
+    """T = 2 sqrt(d/a), or d/v + v/a once the cap is reached; constant current and power."""
+    given = mission.flight
+    assert given.model == "regimes"
+    worked_out = network(mission)
+    where, table = worked_out.places.position_m, worked_out.legs
+    a, cap = given.acceleration_m_s2, given.max_speed_m_s or math.inf
+    for leg, (start, end) in enumerate(zip(table.start, table.end, strict=True)):
+        d = math.dist(where[start], where[end])
+        if math.isnan(d):
+            assert not table.flyable[leg]
+            continue
+        peak = math.sqrt(a * d)
+        duration_s = 2 * math.sqrt(d / a) if peak <= cap else d / cap + cap / a
+        assert table.duration_s[leg] == pytest.approx(duration_s, rel=1e-12)
+        assert table.peak_speed_m_s[leg] == pytest.approx(min(peak, cap), rel=1e-12)
+        assert table.charge_As[leg] == pytest.approx(duration_s * given.flight_current_A)
+        assert table.energy_J[leg] == pytest.approx(duration_s * given.flight_power_W)
+
+
+@given(missions())
+def test_a_leg_costs_the_same_there_and_back(mission: Mission) -> None:
+    """Building to hover point and back: time, charge, energy, speed, and what is in the way."""
+    table = table_of(mission)
+    there, back = slice(3, None, 4), slice(4, None, 4)
+    for name in ("duration_s", "charge_As", "energy_J", "distance_m", "peak_speed_m_s"):
+        column = getattr(table, name)
+        assert column[there] == pytest.approx(column[back], rel=1e-9, nan_ok=True), name
+    assert np.array_equal(table.crosses[there], table.crosses[back])
+    assert np.array_equal(table.flyable[there], table.flyable[back])
+
+
+def test_direct_leg_of_the_shipped_mission() -> None:
+    """SPEC 4: 37.8961 s, of it 3.1165 s turning, 3921.555 A s, 63 533 J, 154.89 m/s."""
+    table = table_of(optuav.load("paper"))
+    for leg in (0, 1):
+        assert table.duration_s[leg] == pytest.approx(37.8961, abs=5e-5)
+        assert table.durations_s[::2, leg].sum() == pytest.approx(3.1165, abs=5e-5)
+        assert table.charge_As[leg] == pytest.approx(3921.555, abs=5e-4)
+        assert table.energy_J[leg] == pytest.approx(63533, abs=0.5)
+        assert table.peak_speed_m_s[leg] == pytest.approx(154.89, abs=5e-3)
+    assert table.flyable.all(), "no one-stop leg crosses a building"
+
+
+def test_a_uav_that_cannot_fly_has_no_legs() -> None:
+    """Too heavy: every leg NaN and not flyable."""
+    table = table_of(optuav.load("paper").replace({"body.mass_kg": 5}))
+    assert not table.flyable.any()
+    assert np.isnan(table.duration_s).all()
+
+
+def test_a_leg_of_no_length_takes_nothing() -> None:
+    """Hovering over the origin: a leg all the same, of 0 s."""
+    mission = optuav.load("paper").replace({"route.origin_m": [1000, 2800, 60]})
+    table = table_of(mission.replace({"route.hover_m": [1000, 2800, 60]}))
+    assert table.flyable[0]
+    assert table.duration_s[0] == table.charge_As[0] == table.energy_J[0] == 0.0

@@ -1,0 +1,322 @@
+"""Straight lines and buildings, against an independent search along each line."""
+
+from __future__ import annotations
+
+import itertools
+import math
+from collections.abc import Sequence
+
+import numpy as np
+import pytest
+from hypothesis import assume, given
+from hypothesis import strategies as st
+
+import optuav
+from optuav.mission import Mission, sight
+from optuav.mission.legs import legs
+from optuav.mission.network import network
+from optuav.mission.places import HOVER, places
+from optuav.mission.sight import CLEAR, crossed, outline_m, prisms
+
+Point = tuple[float, float, float]
+Ring = Sequence[tuple[float, float]]
+L_SHAPE = ((0, 0), (20, 0), (20, 10), (10, 10), (10, 20), (0, 20))
+
+
+def town(*buildings: tuple[Ring | tuple[float, float] | None, Point]) -> Mission:
+    """The mission `paper` with these buildings: footprint and position; named 0, 1 and so on."""
+    stated = [
+        {"name": str(number), "position_m": place}
+        | ({} if footprint is None else {"footprint_m": [*footprint]})
+        for number, (footprint, place) in enumerate(buildings)
+    ]
+    return optuav.load("paper").replace({"buildings": stated})
+
+
+def blocker(mission: Mission, start_m: Point, end_m: Point, exempt: int = CLEAR) -> int:
+    """The building that the line from start to end crosses, the same both ways."""
+    ends_m = np.array([[start_m, end_m], [end_m, start_m]], dtype=float)
+    there, back = crossed(prisms(mission), ends_m[0], ends_m[1], np.full((2, 1), exempt))
+    assert there == back
+    return int(there)
+
+
+def is_inside(ring: Ring, x: float, y: float) -> bool:
+    """Even-odd rule: whether a ray to the east meets the ring an odd number of times."""
+    odd = False
+    for (x1, y1), (x2, y2) in zip(ring, (*ring[1:], ring[0]), strict=True):
+        if (y1 > y) != (y2 > y) and x < x1 + (y - y1) / (y2 - y1) * (x2 - x1):
+            odd = not odd
+    return odd
+
+
+def is_crossed(ring: Ring, roof_m: float, start_m: Sequence[float], end_m: Sequence[float]) -> bool:
+    """Cut the line where it meets a wall or the roof, and look at the middle of every piece."""
+    (x0, y0, z0), (x1, y1, z1) = start_m, end_m
+    u, v, w = x1 - x0, y1 - y0, z1 - z0
+    cuts = [0.0, 1.0]
+    if w:
+        cuts.append((roof_m - z0) / w)
+    for (ax, ay), (bx, by) in zip(ring, (*ring[1:], ring[0]), strict=True):
+        determinant = u * (by - ay) - v * (bx - ax)
+        if determinant:
+            cuts.append(((ax - x0) * (by - ay) - (ay - y0) * (bx - ax)) / determinant)
+    inner = sorted(cut for cut in cuts if 0.0 <= cut <= 1.0)
+    middles = [(low + high) / 2 for low, high in itertools.pairwise(inner) if high - low > 1e-9]
+    return any(z0 + s * w < roof_m and is_inside(ring, x0 + s * u, y0 + s * v) for s in middles)
+
+
+def star(rng: np.random.Generator, centre: Sequence[float], convex: bool) -> Ring:
+    """A random polygon in which every corner sees the centre; on a circle if it is convex."""
+    corners = int(rng.integers(3, 9))
+    angles = (np.arange(corners) + rng.uniform(0.0, 0.4, corners)) * 2.0 * math.pi / corners
+    radii = np.full(corners, 20.0) if convex else rng.uniform(3.0, 40.0, corners)
+    offsets = zip((radii * np.cos(angles)).tolist(), (radii * np.sin(angles)).tolist(), strict=True)
+    return [(centre[0] + x, centre[1] + y) for x, y in offsets]
+
+
+@pytest.mark.parametrize("convex", [True, False])
+@pytest.mark.parametrize(("count", "lines"), [(3, 300), (12, 300), (70, 600)])
+def test_random_lines_among_random_buildings(count: int, lines: int, convex: bool) -> None:
+    """A line is blocked if and only if the search finds a building, and by one that it finds.
+
+    With 70 buildings the lines are tried in several pieces.
+    """
+    rng = np.random.default_rng(count)
+    tops_m = rng.uniform((-100.0, -100.0, 5.0), (100.0, 100.0, 60.0), (count, 3)).tolist()
+    rings = [star(rng, top_m, convex) for top_m in tops_m]
+    mission = town(*zip(rings, map(tuple, tops_m), strict=True))
+    start_m, end_m = rng.uniform((-120.0, -120.0, 0.0), (120.0, 120.0, 80.0), (2, lines, 3))
+    start_m[: lines // 10, :2] = end_m[: lines // 10, :2]
+    exempt = rng.integers(-1, count, (lines, 2))
+    found = crossed(prisms(mission), start_m, end_m, exempt)
+    expected = [
+        {
+            number
+            for number, (ring, top_m) in enumerate(zip(rings, tops_m, strict=True))
+            if number not in without and is_crossed(ring, top_m[2], low, high)
+        }
+        for low, high, without in zip(start_m.tolist(), end_m.tolist(), exempt, strict=True)
+    ]
+    assert any(expected)
+    assert not all(expected)
+    for number, crossings in zip(found, expected, strict=True):
+        assert number in crossings if crossings else number == CLEAR
+
+
+@given(st.data())
+def test_a_line_through_a_point_deep_inside_is_blocked(data: st.DataObject) -> None:
+    """Whatever the sizes: inside by a millimetre below the roof is crossing, outside is not."""
+    size = st.floats(0.01, 1e4)
+    width_m, depth_m, roof_m = data.draw(size), data.draw(size), data.draw(size)
+    mission = town(((width_m, depth_m), (0.0, 0.0, roof_m)))
+    share = st.floats(-0.4, 0.4)
+    inside = np.array(
+        [width_m * data.draw(share), depth_m * data.draw(share), roof_m * (0.5 + data.draw(share))]
+    )
+    direction = np.array([data.draw(st.floats(-1.0, 1.0)) for _ in range(3)])
+    assume(np.hypot(*direction[:2]) > 1e-3)
+    start, end = inside - 1e5 * direction, inside + 1e5 * direction
+    assert blocker(mission, tuple(start), tuple(end)) == 0
+    outwards = np.array([*direction[:2] / np.abs(direction[:2]).max(), 0.0])
+    outside = inside + outwards * max(width_m, depth_m)
+    assert blocker(mission, tuple(outside), tuple(outside + 1e5 * outwards)) == CLEAR
+
+
+@pytest.mark.parametrize(
+    ("footprint", "start_m", "end_m"),
+    [
+        pytest.param((20, 20), (-50, 10, 5), (50, 10, 5), id="along a wall"),
+        pytest.param((20, 20), (10, 10, 0), (10, 10, 90), id="up an edge of the walls"),
+        pytest.param((20, 20), (10, 0, 0), (10, 0, 90), id="up a wall"),
+        pytest.param((20, 20), (0, 20, 5), (20, 0, 5), id="past a corner"),
+        pytest.param((20, 20), (10, 10, 5), (50, 50, 5), id="from a corner"),
+        pytest.param((20, 20), (-50, 0, 5), (-10, 0, 5), id="up to a wall"),
+        pytest.param((20, 20), (-50, 0, 30), (50, 0, 30), id="level with the roof"),
+        pytest.param((20, 20), (-50, 0, 70), (10, 0, 30), id="down to the edge of the roof"),
+        pytest.param((20, 20), (-50, 0, 70), (50, 0, 10 / 3), id="over that edge"),
+        pytest.param((20, 20), (0, 0, 30), (0, 0, 90), id="up from the roof"),
+        pytest.param(
+            ((-1, -3), (4, 2), (-9, 5)), (-6, -8, 5), (9, 7, 5), id="along a slanting wall"
+        ),
+        pytest.param(
+            ((-0.1, -0.3), (0.4, 0.7), (-0.9, 0.5)),
+            (-0.1 - 7 * 0.5, -0.3 - 7, 5),
+            (-0.1 + 3.1 * 0.5, -0.3 + 3.1, 5),
+            id="along a wall between places that floats do not meet",
+        ),
+    ],
+)
+def test_to_graze_is_not_to_cross(footprint: Ring, start_m: Point, end_m: Point) -> None:
+    """A roof at 30 m around the origin, touched from outside."""
+    assert blocker(town((footprint, (0, 0, 30))), start_m, end_m) == CLEAR
+
+
+@pytest.mark.parametrize(
+    ("start_m", "end_m"),
+    [
+        pytest.param((-50, 9.99, 5), (50, 9.99, 5), id="behind a wall"),
+        pytest.param((9.99, 9.99, 0), (9.99, 9.99, 90), id="upright"),
+        pytest.param((0, 0, 29.99), (0, 0, 90), id="out of the roof"),
+        pytest.param((-50, 0, 29.99), (50, 0, 29.99), id="under the roof"),
+        pytest.param((0, 19.98, 5), (19.98, 0, 5), id="round the wrong side of a corner"),
+        pytest.param((-1, 2, 5), (1, -2, 5), id="indoors"),
+        pytest.param((0, 0, 5), (0, 0, 5), id="a place indoors"),
+        pytest.param((-50, 0, 70), (50, 0, 3.3), id="over the edge of the roof and in before it"),
+    ],
+)
+def test_a_centimetre_inside_is_crossing(start_m: Point, end_m: Point) -> None:
+    """The counterparts of grazing, 20 m by 20 m, roof at 30 m."""
+    assert blocker(town(((20, 20), (0, 0, 30))), start_m, end_m) == 0
+
+
+def test_a_line_over_one_wing_that_grazes_the_other_is_clear() -> None:
+    """Above the roof where it is inside, below the roof only where it runs along a wall."""
+    mission = town((L_SHAPE, (5, 5, 30)))
+    assert blocker(mission, (10, -10, 60), (10, 30, 0)) == CLEAR
+    assert blocker(mission, (9.99, -10, 60), (9.99, 30, 0)) == 0
+    assert blocker(mission, (10, -10, 20), (10, 30, 0)) == 0
+    assert blocker(mission, (15, 15, 0), (12, 30, 0)) == CLEAR, "in the notch"
+
+
+def test_a_building_without_a_footprint_blocks_nothing() -> None:
+    """It has a roof to rest on and no walls."""
+    assert blocker(town((None, (0, 0, 30))), (-50, 0, 5), (50, 0, 5)) == CLEAR
+    assert blocker(town(), (-50, 0, 5), (50, 0, 5)) == CLEAR
+    numbered = town((None, (0, 0, 30)), ((20, 20), (100, 0, 30)))
+    assert blocker(numbered, (-50, 0, 5), (150, 0, 5)) == 1
+
+
+def test_nested_buildings_block_each_by_its_own_roof() -> None:
+    """A tower of 90 m within a block of 30 m: exempting one leaves the other in the way."""
+    mission = town(((60, 60), (0, 0, 30)), ((20, 20), (0, 0, 90)))
+    assert blocker(mission, (-200, 0, 60), (200, 0, 60)) == 1
+    assert blocker(mission, (-200, 20, 20), (200, 20, 20)) == 0
+    assert blocker(mission, (-200, 0, 60), (200, 0, 60), exempt=1) == CLEAR
+    assert blocker(mission, (-200, 0, 20), (200, 0, 20), exempt=1) == 0
+    assert blocker(mission, (-200, 0, 20), (200, 0, 20), exempt=0) == 1
+
+
+def test_a_clockwise_and_a_closed_outline_are_the_same_building() -> None:
+    """The order of the corners and a repeated first corner mean nothing."""
+    for ring in (L_SHAPE, L_SHAPE[::-1], (*L_SHAPE, L_SHAPE[0])):
+        mission = town((ring, (5, 5, 30)))
+        assert blocker(mission, (-50, 15, 5), (50, 15, 5)) == 0
+        assert blocker(mission, (12, -50, 5), (12, 50, 5)) == 0
+        assert blocker(mission, (15, 15, 5), (30, 15, 5)) == CLEAR
+
+
+def test_a_size_is_centred_on_the_position() -> None:
+    """Width along x, depth along y."""
+    building = town(((40, 10), (100, 200, 30))).buildings[0]
+    assert outline_m(building) == ((80, 195), (120, 195), (120, 205), (80, 205))
+
+
+def crowd(count: int, seed: int) -> Mission:
+    """Buildings that overlap in a town of 2 km by 2 km."""
+    rng = np.random.default_rng(seed)
+    places_m = np.column_stack(
+        [*rng.uniform((0, 0), (2000, 2400), (count, 2)).T, rng.uniform(10, 90, count)]
+    )
+    return town(*(((60.0, 40.0), tuple(place)) for place in places_m.tolist()))
+
+
+def test_trying_lines_a_few_at_a_time_changes_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The bound on memory cuts the work, not the answer."""
+    mission = crowd(60, 1)
+    at_once = network(mission)
+    monkeypatch.setattr(sight, "MOST_PAIRS", 600)
+    bit_by_bit = network(mission)
+    assert np.array_equal(at_once.legs.crosses, bit_by_bit.legs.crosses)
+    assert np.array_equal(at_once.places.laser_sight, bit_by_bit.places.laser_sight)
+
+
+def test_legs_and_sight_of_a_crowded_town() -> None:
+    """Every leg and every beam of 80 buildings as the search along it finds."""
+    mission = crowd(80, 2)
+    worked_out = network(mission)
+    where, table = worked_out.places, worked_out.legs
+    solids = [(outline_m(each) or (), each.position_m[2]) for each in mission.buildings]
+
+    def in_the_way(start_m: Sequence[float], end_m: Sequence[float], without: set[int]) -> set[int]:
+        return {
+            number
+            for number, (ring, roof_m) in enumerate(solids)
+            if number not in without and is_crossed(ring, roof_m, start_m, end_m)
+        }
+
+    for leg, (start, end) in enumerate(zip(table.start, table.end, strict=True)):
+        ends_m = tuple(where.position_m[start]), tuple(where.position_m[end])
+        found = in_the_way(*ends_m, {int(start) - 3, int(end) - 3})
+        assert table.crosses[leg] in (found or {CLEAR})
+        assert table.flyable[leg] == (not found)
+    assert mission.laser is not None
+    for place, position_m in enumerate(where.position_m):
+        beam = mission.laser.position_m, tuple(position_m)
+        assert where.laser_sight[place] == (not in_the_way(*beam, {place - 3}))
+    assert 0 < where.laser_sight.sum() < len(where.names)
+    assert 0 < table.flyable.sum() < len(table.flyable)
+
+
+def test_its_own_roof_never_blocks_a_place() -> None:
+    """Rising steeply from the middle of a broad roof, the way crosses the own building only."""
+    mission = town(((900, 900), (1000, 1000, 60)))
+    worked_out = network(mission)
+    assert worked_out.places.laser_sight[3]
+    to_roof, roof_to_hover = worked_out.legs.flyable[2:4]
+    assert to_roof
+    assert roof_to_hover
+    assert not worked_out.legs.flyable[0], "origin to hover passes through it"
+
+
+def test_a_laser_within_a_footprint_is_in_the_dark() -> None:
+    """It sees the roof that it stands under, which is exempt, and no other place."""
+    mission = town(((100, 100), (1000, 0, 60)), ((40, 40), (50, 300, 60)))
+    assert list(network(mission).places.laser_sight) == [False, False, False, True, False]
+    on_the_roof = mission.replace({"laser.position_m": [1000, 0, 60]})
+    assert network(on_the_roof).places.laser_sight[4]
+
+
+@pytest.mark.parametrize(
+    ("roof_m", "sees", "flies"), [(40.0, True, True), (50.0, True, True), (60.0, False, False)]
+)
+def test_hovering_over_on_or_in_a_building(roof_m: float, sees: bool, flies: bool) -> None:
+    """The hover point lies at 50 m: over a lower roof, on one as high, within a higher building.
+
+    Origin and destination are far and high, so that only the last metres can be blocked.
+    """
+    mission = town(((40, 40), (1000, 2501.015, roof_m))).replace(
+        {
+            "route.origin_m": [0, 2501, 100],
+            "route.destination_m": [2000, 2501, 100],
+            "route.hover_m": [1000, 2501, 50],
+            "laser.position_m": [1000, 0, 100],
+        }
+    )
+    worked_out = network(mission)
+    assert worked_out.places.laser_sight[HOVER] == sees
+    assert list(worked_out.legs.flyable[:2]) == [flies, flies]
+    assert worked_out.legs.flyable[2:].all(), "the building itself is at an end of these"
+
+
+def test_legs_through_buildings_are_allowed_on_request() -> None:
+    """flight.through_buildings frees the legs; the laser stays in the dark."""
+    mission = town(((200, 200), (500, 1250, 90)), ((2000, 10), (1000, 100, 90)))
+    blocked = network(mission)
+    through = network(mission.replace({"flight.through_buildings": True}))
+    assert not blocked.legs.flyable[:2].any()
+    assert through.legs.flyable.all()
+    assert (through.legs.crosses == CLEAR).all()
+    assert np.array_equal(blocked.places.laser_sight, through.places.laser_sight)
+    assert not through.places.laser_sight[HOVER]
+
+
+def test_what_is_out_of_reach_blocks_nothing() -> None:
+    """A hover point that does not exist has no sight and legs that cross nothing."""
+    mission = crowd(10, 3).replace({"limits.min_altitude_m": 600, "limits.max_altitude_m": 700})
+    obstacles = prisms(mission)
+    where = places(mission, obstacles)
+    table = legs(mission, where, obstacles)
+    assert not where.laser_sight[HOVER]
+    assert not table.flyable[(table.start == HOVER) | (table.end == HOVER)].any()
+    assert table.flyable[(table.start != HOVER) & (table.end != HOVER)].any()
