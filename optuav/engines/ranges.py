@@ -45,6 +45,8 @@ def implied_upper_bounds(
             if any(coefficient < 0.0 for coefficient in coefficients.values()):
                 continue
             least = excess.constant + sum(coefficients[name] * lower[name] for name in coefficients)
+            if math.isinf(least):
+                continue
             for name, coefficient in coefficients.items():
                 if coefficient > 0.0:
                     upper[name] = min(upper[name], lower[name] - least / coefficient)

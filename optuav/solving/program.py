@@ -14,6 +14,7 @@ from optuav.errors import InputError, SolverError
 from optuav.mission.network import Network
 from optuav.modelling import Check, check
 from optuav.plan import Plan
+from optuav.solving.against_p1 import against_p1
 from optuav.solving.dispatch import answer
 from optuav.solving.planning import TIMES, Part, plan_of, plan_without, shortfalls
 from optuav.solving.question import Question
@@ -114,7 +115,9 @@ class Program:
         number, entry = chosen
         part, solution = self.parts[number], solutions[number]
         verify(part.model, solution, entry)
-        return plan_of(self.question, self.worked_out, part, solution, entry)
+        plan = plan_of(self.question, self.worked_out, part, solution, entry)
+        more = against_p1(self.question, self.worked_out, self.parts, plan.hover_time_s)
+        return plan.model_copy(update={"notes": (*plan.notes, *more)})
 
     def shadow_prices(self) -> dict[str, ShadowPrice]:
         """What one more unit of every named parameter brings; empty where there is no answer.

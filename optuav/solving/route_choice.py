@@ -234,7 +234,7 @@ def _in_slots(declared: Callable[[], Model], slot_s: float | None) -> Iterator[t
     mission_time = _mission_time(short)
     for each, full in zip(short.variables, whole.variables, strict=True):
         bound = upper[each.name]
-        if math.isfinite(bound) and bound > full.upper:
+        if lower[each.name] <= bound < math.inf and bound > full.upper:
             each.lower = each.upper = slot_s * last_slot(bound, slot_s, begun=True)
             cut = Parameter("cut_s", "c", "s", each.upper - bound)
             short.objective = short.objective - cut

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 from collections.abc import Iterator
 
@@ -28,7 +29,7 @@ def route(worked_out: Network, index: int) -> tuple[str, ...]:
     """Names of the places of an itinerary, each leg beginning where the one before it ends."""
     names, table = worked_out.places.names, worked_out.legs
     numbers = [leg for leg in worked_out.itineraries.legs[index] if leg != NO_LEG]
-    for before, after in zip(numbers, numbers[1:], strict=False):
+    for before, after in itertools.pairwise(numbers):
         assert table.end[before] == table.start[after]
     return (names[table.start[numbers[0]]], *(names[table.end[leg]] for leg in numbers))
 
@@ -70,7 +71,7 @@ def test_one_blocked_leg_grounds_the_itineraries_that_use_it_alone() -> None:
     tower = {"name": "tower", "position_m": [25, 150, 90], "footprint_m": [10, 10]}
     stated = [*mission.to_dict()["buildings"], tower]
     routes = network(mission.replace({"buildings": stated})).itineraries
-    grounded = np.flatnonzero(~routes.flyable)
+    grounded = np.flatnonzero(~routes.flyable).tolist()
     assert [(routes.building[index], routes.order(index)) for index in grounded] == [
         (0, "rest-first")
     ]

@@ -39,12 +39,12 @@ def test_rotor_legs_are_those_of_the_physics_one_by_one(mission: Mission) -> Non
     worked_out = network(mission)
     where, table = worked_out.places.position_m, worked_out.legs
     for leg, (start, end) in enumerate(zip(table.start, table.end, strict=True)):
-        way_m = tuple(float(each) for each in where[end] - where[start])
+        x, y, z = (where[end] - where[start]).tolist()
         one = flight.leg(
-            vehicle.airframe(mission), vehicle.motor(mission), way_m, mission.wind.force_N
+            vehicle.airframe(mission), vehicle.motor(mission), (x, y, z), mission.wind.force_N
         )
         expected = {
-            "distance_m": math.hypot(*way_m),
+            "distance_m": math.hypot(x, y, z),
             "peak_speed_m_s": one.peak_speed_m_s,
             "duration_s": one.loads.duration_s,
             "charge_As": one.loads.charge_As,

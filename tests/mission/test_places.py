@@ -55,7 +55,7 @@ def test_stated_charging_replaces_the_laser_model() -> None:
 
 def test_a_weak_laser_delivers_by_distance() -> None:
     """P_0 = a1 a2 ν P_s + a2 b1 ν + b2 with ν = exp(−α d), d in km; never below 0."""
-    a1, b1, a2, b2 = 0.445, -0.75, 0.5414, -0.2313
+    a1, b1, a2, b2 = 0.34, -1.1, 0.5434, -0.2761
     for power_W in (2.0, 50.0, 300.0):
         where = places_of(weak(power_W))
         for position_m, received_W, current_A in zip(

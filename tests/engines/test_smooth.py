@@ -1,0 +1,226 @@
+"""The engine that hands smooth programmes to CasADi: local, feasible to the bit, and honest."""
+
+from __future__ import annotations
+
+import math
+
+import casadi
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from optuav.engines import closed_form, smooth
+from optuav.engines.solution import Status, verify
+from optuav.errors import InputError, SolverError
+from optuav.modelling import Model, Parameter, evaluate
+from optuav.modelling.derivative import PARTIALS
+from tests.engines.conformance import p4
+
+
+def one(upper: float = math.inf, lower: float = 0.0) -> tuple[Model, object]:
+    """A model with an unknown x."""
+    model = Model("one")
+    return model, model.variable("x", "x", unit="s", lower=lower, upper=upper)
+
+
+@pytest.mark.parametrize("ufunc", smooth.operations(), ids=lambda ufunc: ufunc.__name__)
+def test_functions_are_those_of_numpy(ufunc: np.ufunc) -> None:
+    """Every ufunc has the values of NumPy on CasADi's symbols."""
+    operation = smooth.operations()[ufunc]
+    symbols = casadi.SX.sym("x", ufunc.nin)
+    function = casadi.Function("f", [symbols], [operation(*(symbols[k] for k in range(ufunc.nin)))])
+    rng = np.random.default_rng(0)
+    for _ in range(20):
+        point = rng.uniform(0.05, 0.95, ufunc.nin)
+        assert float(function(point)) == pytest.approx(ufunc(*point), rel=1e-14)
+
+
+def test_every_function_has_a_derivative() -> None:
+    """What the engine takes has shadow prices; powers stand apart."""
+    assert smooth.operations().keys() == PARTIALS.keys() | {np.power}
+
+
+def test_unknown_function_is_refused_by_name() -> None:
+    model, x = one(upper=3.0)
+    model.maximise(np.cbrt(x))
+    with pytest.raises(InputError, match="does not know the function cbrt"):
+        smooth.solve(model, 1)
+
+
+def test_the_better_of_two_tops_is_found_from_several_starts() -> None:
+    """A single start in the middle climbs the lower one."""
+    model, x = one(upper=10.0)
+    model.maximise((x - 5.2) ** 4 - 20.0 * (x - 5.2) ** 2)
+    found = smooth.solve(model, 1)
+    assert found.status is Status.LOCALLY_OPTIMAL
+    values = [evaluate(model.objective, {"x": each}) for each in np.linspace(0.0, 10.0, 1001)]
+    assert found.objective[0] == pytest.approx(max(values))
+    assert smooth.Compiled(model).solve({}, [{"x": 5.1}]).objective[0] < max(values) - 1.0
+
+
+def test_solves_do_not_remember_each_other() -> None:
+    """A binding deadline, an infeasible one, a long one, and the first again."""
+    compiled = smooth.Compiled(p4())
+    hovers = [compiled.solve({"T": T}).objective[0] for T in (150.0, -1.0, 1e6, 150.0)]
+    by_closed_form = closed_form.solve(p4(T=1e6), 1).objective[0]
+    expected = [310 / 3, math.nan, by_closed_form, 310 / 3]
+    assert hovers == pytest.approx(expected, nan_ok=True, rel=1e-9)
+
+
+def test_many_programmes_are_solved_one_after_the_other() -> None:
+    """Arrays in the parameters; one is infeasible, one has no number."""
+    model, x = one()
+    p = Parameter("p", "p", "1", np.array([3.0, -1.0, math.nan]))
+    model.maximise(x)
+    model.subject_to("exponential", np.exp(x) - 1.0 <= p)
+    found = smooth.solve(model, 3)
+    local, infeasible, error = found.statuses
+    assert (local, infeasible) == (Status.LOCALLY_OPTIMAL, Status.INFEASIBLE)
+    assert error is Status.ERROR
+    assert found.values["x"] == pytest.approx([math.log(4.0), math.nan, math.nan], nan_ok=True)
+
+
+@pytest.mark.parametrize("scale", [1e-12, 1e-6, 1e6, 1e12])
+def test_unit_of_the_objective_changes_nothing(scale: float) -> None:
+    """IPOPT's tolerances are absolute: unscaled, it stops anywhere at slopes of 1e-12."""
+    model, x = one(upper=2.0)
+    y = model.variable("y", "y", unit="s")
+    model.maximise(scale * (x + 2.0 * np.log1p(y)))
+    model.subject_to("most", y <= 3.0)
+    found = smooth.solve(model, 1)
+    assert found.point(0) == pytest.approx({"x": 2.0, "y": 3.0}, rel=1e-8)
+    assert found.multipliers_at(0)["most"] == pytest.approx(0.5 * scale, rel=1e-6)
+
+
+@pytest.mark.parametrize("size", [1e-5, 1.0, 1e6, 1e9])
+def test_size_of_the_unknowns_changes_nothing(size: float) -> None:
+    model, x = one()
+    y = model.variable("y", "y", unit="s")
+    model.maximise(x)
+    model.subject_to("slant", x <= y)
+    model.subject_to("sum", np.hypot(x, y) <= Parameter("r", "r", "s", size * math.sqrt(2.0)))
+    assert smooth.solve(model, 1).point(0) == pytest.approx({"x": size, "y": size}, rel=1e-4)
+
+
+def test_next_to_no_room() -> None:
+    """A constraint that leaves 1e-14 s of 900 s: solved, not said to be unbounded."""
+    model, x = one(upper=900.0)
+    model.maximise(x)
+    model.subject_to("charge", 1e-3 * x <= Parameter("left", "left", "1", 1e-17))
+    found = smooth.solve(model, 1)
+    assert found.status is Status.LOCALLY_OPTIMAL
+    assert found.point(0)["x"] == pytest.approx(0.0, abs=1e-9)
+
+
+def test_unknowns_without_bounds() -> None:
+    """Starts need a place: around zero, or below the upper bound."""
+    model, x = one(lower=-math.inf)
+    y = model.variable("y", "y", unit="s", lower=-math.inf, upper=-1.0)
+    model.minimise((x - 3.0) ** 2 + (y - 7.0) ** 2)
+    assert smooth.solve(model, 1).point(0) == pytest.approx({"x": 3.0, "y": -1.0}, abs=1e-8)
+
+
+def test_earlier_preferences_go_first() -> None:
+    """Among equal answers the smallest x, among those the smallest y; also with no objective."""
+    model = Model("three")
+    x, y, z = (model.variable(name, name, unit="s", upper=2.0) for name in ("x", "y", "z"))
+    model.maximise(x + y + z)
+    model.prefer_small(x)
+    model.prefer_small(y)
+    model.subject_to("sum", x + y + z <= 3.0)
+    assert smooth.solve(model, 1).point(0) == pytest.approx({"x": 0, "y": 1, "z": 2}, abs=1e-7)
+    model.maximise(0.0)
+    x_s, y_s, _ = smooth.solve(model, 1).point(0).values()
+    assert (x_s, y_s) == pytest.approx((0.0, 0.0), abs=1e-7)
+
+
+@given(st.floats(0.1, 50.0), st.floats(0.1, 5.0), st.floats(0.5, 3.0))
+def test_known_optimum_of_a_curved_programme(P: float, c: float, power: float) -> None:
+    """max xᵃ yᵃ with x + c y = P is P/2 for x and P/(2 c) for y, whatever a."""
+    model = Model("product")
+    x, y = (model.variable(name, name, unit="s", lower=1e-6) for name in ("x", "y"))
+    model.maximise(x**power * y**power)
+    model.subject_to("budget", x + c * y == P)
+    found = smooth.solve(model, 1)
+    assert found.status is Status.LOCALLY_OPTIMAL
+    assert found.point(0) == pytest.approx({"x": P / 2, "y": P / (2 * c)}, rel=1e-5)
+
+
+def test_point_keeps_its_bounds_and_constraints() -> None:
+    """IPOPT relaxes bounds by 1e-8 of themselves unless told not to: here 1e-5 s over."""
+    for seed in range(10):
+        T = 1000.0 * np.random.default_rng(seed).random()
+        model, x = one(upper=Parameter("T", "T", "s", T))
+        model.maximise(x + 1e-3 * np.sin(x))
+        model.subject_to("charge", np.expm1(1e-6 * x) <= math.expm1(1e-6 * T))
+        found = smooth.solve(model, 1)
+        assert found.point(0)["x"] <= T
+        assert found.point(0)["x"] >= T - 1e-6
+        verify(model, found, 0)
+
+
+@pytest.mark.parametrize(
+    ("constraint", "words"),
+    [
+        pytest.param(lambda x: np.exp(x) <= 0.5, "Infeasible_Problem_Detected", id="curved"),
+        pytest.param(lambda x: x * x + 1.0 <= x, "Infeasible_Problem_Detected", id="no real root"),
+    ],
+)
+def test_infeasible_is_a_local_verdict(constraint: object, words: str) -> None:
+    """IPOPT's word is kept, and the proof is said to be local."""
+    model, x = one(upper=10.0)
+    model.maximise(x)
+    model.subject_to("impossible", constraint(x))  # type: ignore[operator]
+    found = smooth.solve(model, 1)
+    assert found.status is Status.INFEASIBLE
+    assert found.proof == "local: none of 3 starts led to a feasible point"
+    assert words in found.words[0]
+
+
+@pytest.mark.parametrize("objective", [np.square, np.sqrt, np.log1p], ids=lambda f: f.__name__)
+def test_unbounded(objective: np.ufunc) -> None:
+    """Also where the slope fades out, and IPOPT alone takes 1e13 s for an optimum."""
+    model, x = one()
+    model.maximise(objective(x))
+    found = smooth.solve(model, 1)
+    assert (found.status, found.proof) == (Status.UNBOUNDED, "local: the iterates diverge")
+
+
+def test_numbers_outside_a_function(capfd: pytest.CaptureFixture[str]) -> None:
+    """The logarithm of a negative number is an error, and CasADi does not write to the screen."""
+    model, x = one(upper=10.0)
+    model.maximise(np.log(x - 20.0))
+    assert smooth.solve(model, 1).status is Status.ERROR
+    assert capfd.readouterr() == ("", "")
+
+
+def test_trouble_without_a_verdict_is_an_error() -> None:
+    """Neither optimal nor infeasible nor unbounded: no status says so, hence an error."""
+    model, x = one(upper=2.0)
+    model.maximise(np.arcsin(x))  # its slope at the optimum, x = 1, is infinite
+    model.subject_to("most", x <= 1.0)
+    with pytest.raises(SolverError, match="found no answer and no reason why: "):
+        smooth.solve(model, 1)
+
+
+def test_settled_constraints_are_not_handed_over() -> None:
+    """One without unknowns decides by itself."""
+    model, x = one(upper=2.0)
+    model.maximise(x)
+    model.subject_to("reach", Parameter("d", "d", "m", 5.0) <= Parameter("r", "r", "m", 5.0))
+    compiled = smooth.Compiled(model)
+    assert compiled.solve({}).multipliers_at(0)["reach"] == 0.0
+    found = compiled.solve({"r": 4.0})
+    assert (found.status, found.proof) == (Status.INFEASIBLE, "evaluated")
+    assert "reach" in found.words[0]
+    assert compiled.solve({"d": math.nan}).status is Status.ERROR
+
+
+def test_time_limit() -> None:
+    """An error that says so, never an unfinished point."""
+    model = Model("slow")
+    unknowns = [model.variable(f"x{k}", f"x{k}", unit="s", upper=10.0) for k in range(3)]
+    model.maximise(sum(np.sin(7.0 * x) * np.exp(0.1 * y) for x in unknowns for y in unknowns))
+    with pytest.raises(SolverError, match="did not finish within the time limit"):
+        smooth.solve(model, 1, time_limit_s=1e-6)

@@ -1,0 +1,310 @@
+"""Where the libraries below would say something wrong: one clear error or status instead."""
+
+from __future__ import annotations
+
+import math
+import subprocess
+import sys
+from typing import Any
+
+import casadi
+import highspy
+import numpy as np
+import pytest
+
+from formulations.formulation import Formulation
+from formulations.p3 import P3
+from formulations.p4 import P4
+from optuav.cli import main
+from optuav.engines import linear, smooth
+from optuav.engines.capabilities import CAPABILITIES, ENGINES
+from optuav.engines.solution import Status
+from optuav.errors import InputError, SolverError
+from optuav.modelling import Model
+from optuav.solving import formulate, solve
+from tests.engines.conformance import p4
+from tests.engines.optimality import solved
+from tests.formulations.given import quantities
+
+CONTINUOUS = [each.name for each in CAPABILITIES if each.slots is not None]
+DIRECT_S = 688.848
+"""Δ of the direct flight of the mission ``paper``, bound by charge."""
+
+
+def slot_s(engine: str) -> float | None:
+    """Slots for the engine that takes nothing else."""
+    return 1.0 if engine == "grid" else None
+
+
+def test_highs_itself_drops_a_row_without_a_number() -> None:
+    """The trap: max x with x ≤ NaN and x ≤ 10 is "optimal" at 10."""
+    highs = highspy.Highs()
+    highs.silent()
+    highs.addVars(1, np.zeros(1), np.array([10.0]))
+    highs.changeColsCost(1, np.array([0], np.int32), np.array([-1.0]))
+    highs.addRow(-highspy.kHighsInf, math.nan, 1, np.array([0], np.int32), np.array([1.0]))
+    highs.run()
+    assert highs.getModelStatus() == highspy.HighsModelStatus.kOptimal
+    assert highs.getSolution().col_value[0] == 10.0
+
+
+@pytest.mark.parametrize("name", ["deadline_s", "min_soc", "hover_current_A", "rest_current_A"])
+@pytest.mark.parametrize("engine", ENGINES)
+def test_missing_number_is_an_error(engine: str, name: str) -> None:
+    """NaN in any place of a programme: status error, and no values to travel on."""
+    found = solved(engine, P4.model(quantities(**{name: math.nan})), slot_s(engine))
+    assert found.status is Status.ERROR
+    assert np.isnan([found.objective[0], *(values[0] for values in found.values.values())]).all()
+    with pytest.raises(SolverError, match="error"):
+        found.point(0)
+
+
+@pytest.mark.parametrize("engine", ENGINES)
+def test_missing_number_spoils_its_own_programme_only(engine: str) -> None:
+    """Of three itineraries the middle one has no flight time."""
+    given = quantities(flight_time_s=np.array([50.0, math.nan, 60.0]))
+    found = solved(engine, P4.model(given), slot_s(engine), programmes=3)
+    assert [status.has_answer for status in found.statuses] == [True, False, True]
+    assert found.statuses[1] is Status.ERROR
+
+
+@pytest.mark.parametrize("engine", ENGINES)
+def test_mission_with_a_missing_number_is_no_plan(
+    engine: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """An error of the engine, exit code 3; not a plan of the other itineraries."""
+    from optuav.solving import given
+
+    honest = given.quantities
+
+    def spoilt(*arguments: Any, **options: Any) -> Any:
+        found = honest(*arguments, **options)
+        current_A = np.array(found.rest_current_A)
+        current_A[0] = math.nan
+        object.__setattr__(found, "rest_current_A", current_A)
+        return found
+
+    monkeypatch.setattr("optuav.solving.solve.quantities", spoilt)
+    with pytest.raises(SolverError, match="numbers that it cannot use"):
+        solve("paper", engine=engine)
+    with pytest.raises(SystemExit) as exit_code:
+        main(["solve", "paper", "--engine", engine])
+    assert exit_code.value.code == 3
+
+
+def test_ipopt_itself_relaxes_bounds() -> None:
+    """The trap: with its own options it goes 1e-8 of a bound beyond it."""
+    x = casadi.SX.sym("x")
+    options = {"print_time": False, "ipopt.print_level": 0, "ipopt.sb": "yes"}
+    ipopt = casadi.nlpsol("trap", "ipopt", {"x": x, "f": -x}, options)
+    assert float(ipopt(x0=1.0, lbx=0.0, ubx=800.0)["x"]) > 800.0
+
+
+@pytest.mark.parametrize("deadline_s", [800.0, 1200.0])
+def test_ipopt_keeps_every_constraint_here(deadline_s: float) -> None:
+    """And loses no more than 1e-4 s by that."""
+    asked = {"problem": "P4", "building": "b1", "perspective": "wells"}
+    mission = "paper"
+    (first, second) = formulate(mission, **asked).parts
+    for part in (first, second):
+        found = smooth.Compiled(part.model).solve({"deadline_s": deadline_s})
+        values = part.model.row(0) | {"deadline_s": deadline_s} | found.point(0)
+        stays_s = values["hover_time_s"] + values["rest_time_s"]
+        assert stays_s <= (deadline_s - values["flight_time_s"]) * (1.0 + 1e-9)
+        drawn_As = values["flight_charge_As"] + values["hover_current_A"] * values["hover_time_s"]
+        drawn_As -= values["rest_current_A"] * values["rest_time_s"]
+        spent = drawn_As / (values["packs"] * values["capacity_As"])
+        assert spent <= 1.0 - values["min_soc"] + 1e-9
+
+
+@pytest.mark.parametrize("engine", CONTINUOUS)
+def test_infeasible_is_said_with_its_proof(engine: str) -> None:
+    """Global where a theorem says so, local where IPOPT found no way in."""
+    # 100 − 5 T' ≤ −700 needs T' ≥ 160, and 150 s are left.
+    found = solved(engine, p4(C=-700.0))
+    assert found.status is Status.INFEASIBLE
+    assert ("local" in found.proof) == (engine == "casadi")
+
+
+@pytest.mark.parametrize("engine", CONTINUOUS)
+def test_nearly_infeasible_is_decided_right(engine: str) -> None:
+    """A hair of charge on either side of the last plan: 1e-5 of what the flight draws."""
+    # Resting all 150 s brings 750: feasible from C = 100 − 750.
+    assert solved(engine, p4(C=-650.0 + 1e-3)).status.has_answer
+    assert solved(engine, p4(C=-650.0 - 1e-3)).status is Status.INFEASIBLE
+
+
+@pytest.mark.parametrize("perspective", ["battery", "energy", "adjusted"])
+@pytest.mark.parametrize("solver", ["OSQP", "SCS", "CLARABEL", "SCIPY"])
+def test_first_order_solvers_are_accurate_or_refused(solver: str, perspective: str) -> None:
+    """OSQP at its own tolerance is tenths of a second off and says optimal."""
+    exactly = solve("paper", perspective=perspective)
+    try:
+        plan = solve("paper", perspective=perspective, engine="cvxpy", solver=solver)
+    except SolverError:
+        return
+    assert plan.hover_time_s == pytest.approx(exactly.hover_time_s, abs=1e-4)
+
+
+def test_coarse_answer_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
+    """With its own settings OSQP's answer to P3 is not proved, and that is said."""
+    monkeypatch.setattr(linear, "SETTINGS", {"OSQP": {"eps_abs": 1e-3, "eps_rel": 1e-3}})
+    with pytest.raises(SolverError, match="OSQP says optimal, but its answer"):
+        linear.solve(p4(), 1, solver="OSQP")
+
+
+def test_solvers_keep_off_the_screen(capfd: pytest.CaptureFixture[str]) -> None:
+    """OSQP remarks on polishing, HiGHS on its licence: standard output is the plan's alone."""
+    for solver in ("HIGHS", "OSQP", "SCS", "CLARABEL", "SCIPY"):
+        linear.solve(p4(), 1, solver=solver)
+    linear.solve(p4(), 1, slot_s=1.0)
+    smooth.solve(p4(), 1)
+    assert capfd.readouterr() == ("", "")
+
+
+class Curved(Formulation):
+    """Longest hover with a logarithm."""
+
+    def declare(self, model: Model) -> None:
+        """State an upper bound through a NumPy function."""
+        hover = model.variable("hover_time_s", "Δ", unit="s", upper=self.time_left)
+        model.maximise(hover)
+        model.subject_to("limit", np.log1p(hover) <= 5.0)
+
+
+@pytest.mark.parametrize("engine", ["cvxpy", "closed-form"])
+def test_function_that_an_engine_cannot_take_is_named(engine: str) -> None:
+    """CVXPY raises on np.log1p of its own symbols; the constraint and other engines are named."""
+    with pytest.raises(InputError, match=f"engine {engine} .*'limit' is not: log1p.*casadi, grid"):
+        solve("paper", Curved, engine=engine)
+    assert solve("paper", Curved, engine="casadi").hover_time_s == pytest.approx(math.exp(5.0) - 1)
+
+
+def test_missing_solver_names_the_installed_ones(capsys: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(InputError, match="no solver 'GUROBO'; installed: .*HIGHS"):
+        solve("paper", engine="cvxpy", solver="GUROBO")
+    with pytest.raises(SystemExit) as exit_code:
+        main(["solve", "paper", "--engine", "cvxpy", "--solver", "GUROBO"])
+    assert exit_code.value.code == 2
+    assert "GUROBO" in capsys.readouterr().err
+
+
+def test_solver_without_a_time_limit_is_refused() -> None:
+    """Silently without a limit would be worse."""
+    with pytest.raises(InputError, match="SCIPY takes no time limit"):
+        solve("paper", engine="cvxpy", solver="SCIPY", time_limit_s=1.0)
+
+
+@pytest.mark.parametrize(
+    "options",
+    [
+        pytest.param(["--engine", "cvxpy"], id="cvxpy"),
+        pytest.param(["--engine", "cvxpy", "--slot-s", "1"], id="cvxpy in slots"),
+        pytest.param(["--engine", "casadi"], id="casadi"),
+        pytest.param(["--engine", "grid"], id="grid"),
+    ],
+)
+def test_passed_time_limit_is_exit_code_3(
+    options: list[str], capsys: pytest.CaptureFixture[str]
+) -> None:
+    """No plan is shown, proved or not."""
+    with pytest.raises(SystemExit) as exit_code:
+        main(["solve", "paper", "--time-limit-s", "1e-9", *options])
+    assert exit_code.value.code == 3
+    shown = capsys.readouterr()
+    assert shown.out == ""
+    assert "limit" in shown.err
+
+
+@pytest.mark.parametrize("engine", ENGINES)
+def test_generous_time_limit_changes_nothing(engine: str) -> None:
+    found = solve("paper", "P3", engine=engine, time_limit_s=60.0)
+    assert found.hover_time_s == pytest.approx(DIRECT_S, abs=1.0 if engine == "grid" else 1e-3)
+
+
+class Endless(Formulation):
+    """Longest hover with nothing against it."""
+
+    def declare(self, model: Model) -> None:
+        """State no limit."""
+        model.maximise(model.variable("hover_time_s", "Δ", unit="s"))
+
+
+@pytest.mark.parametrize("engine", CONTINUOUS)
+def test_unbounded_programme_is_said_to_be(engine: str) -> None:
+    """No plan with an endless hover; the status goes through to the plan."""
+    plan = solve("paper", Endless, engine=engine)
+    assert plan.status is Status.UNBOUNDED
+    assert not plan.phases
+    assert any("finite" in reason for reason in plan.reasons)
+
+
+def test_slots_without_an_end_are_refused() -> None:
+    with pytest.raises(InputError, match="an upper bound on Δ"):
+        solve("paper", Endless, engine="grid")
+
+
+@pytest.mark.parametrize("failure", ["SolverError", "ValueError"])
+def test_failure_inside_cvxpy_is_exit_code_3(
+    failure: str, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Whatever the library raises in numerical trouble."""
+    import cvxpy
+
+    kind = cvxpy.error.SolverError if failure == "SolverError" else ValueError
+
+    def fail(*arguments: Any, **options: Any) -> None:
+        raise kind("numerical trouble")
+
+    monkeypatch.setattr(cvxpy.Problem, "solve", fail)
+    with pytest.raises(SystemExit) as exit_code:
+        main(["solve", "paper", "--engine", "cvxpy"])
+    assert exit_code.value.code == 3
+    assert "cvxpy with HIGHS failed: numerical trouble" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("said", "status"),
+    [
+        ("infeasible_or_unbounded", None),
+        ("infeasible_inaccurate", SolverError),
+        ("unbounded_inaccurate", SolverError),
+        ("user_limit", SolverError),
+        ("solver_error", SolverError),
+    ],
+)
+def test_half_a_verdict_is_none(
+    said: str, status: type[Exception] | None, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Words that leave it open are followed up, or refused."""
+    import cvxpy
+
+    honest = cvxpy.Problem.status.fget
+    calls = iter([said])
+    monkeypatch.setattr(
+        cvxpy.Problem, "status", property(lambda problem: next(calls, None) or honest(problem))
+    )
+    monkeypatch.setattr(linear, "str", str, raising=False)
+    compiled = linear.Compiled(P3.model(quantities()))
+    with monkeypatch.context():
+        if status is not None:
+            calls = iter([said] * 9)
+            with pytest.raises(status, match=r"not sure|limit|failed"):
+                compiled.solve({})
+
+
+def test_highs_and_ipopt_live_in_one_process() -> None:
+    """In any order of first use; libraries have been seen to fail after one another."""
+    program = (
+        "from optuav import solve\n"
+        "for engine in {order}:\n"
+        "    print(round(solve('paper', 'P3', engine=engine).hover_time_s, 3))\n"
+    )
+    for order in (("cvxpy", "casadi"), ("casadi", "cvxpy")):
+        done = subprocess.run(
+            [sys.executable, "-c", program.format(order=order)],
+            capture_output=True,
+            text=True,
+            check=True,
+        )
+        assert done.stdout.split() == [str(DIRECT_S)] * 2

@@ -1,0 +1,377 @@
+"""`optuav.compare`: what agrees is said to agree, and what does not is found out."""
+
+from __future__ import annotations
+
+import csv
+import io
+import json
+import math
+from collections.abc import Callable
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+
+import optuav
+from formulations.algorithm1 import algorithm1, best_pair
+from optuav.engines import grid, linear, smooth
+from optuav.engines.solution import Solution, Status
+from optuav.errors import InputError, SolverError
+from optuav.studies import Cell, Comparison
+
+SLOTS_S = (1.0, 60.0)
+
+
+def two_buildings(name: str = "paper", **values: Any) -> optuav.Mission:
+    """A shipped mission with b1 and b9 alone."""
+    mission = optuav.load(name)
+    kept = [each.model_dump() for each in mission.buildings if each.name in ("b1", "b9")]
+    return mission.replace(
+        {"buildings": kept} | {k.replace("__", "."): v for k, v in values.items()}
+    )
+
+
+def cell(found: Comparison, row: str, method: str) -> Cell:
+    """The cell of a row and a method by their names."""
+    (only,) = [c for r, c in found.cells if r.name == row and c.method.name == method]
+    return only
+
+
+@pytest.fixture(scope="module")
+def paper() -> Comparison:
+    """The mission `paper` with two buildings, by every method."""
+    return optuav.compare(two_buildings(), slots=SLOTS_S)
+
+
+def test_rows_and_columns(paper: Comparison) -> None:
+    assert [row.name for row in paper.rows] == [
+        "P3",
+        "P4 b1 rest-first",
+        "P4 b1 hover-first",
+        "P4 b9 rest-first",
+        "P4 b9 hover-first",
+        "P1",
+    ]
+    assert [method.name for method in paper.methods] == [
+        "closed form",
+        "LP",
+        "CasADi wells",
+        "grid 1 s",
+        "MILP 1 s",
+        "grid 60 s",
+        "MILP 60 s",
+    ]
+    assert all(len(row.cells) == len(paper.methods) for row in paper.rows)
+
+
+def test_everything_agrees_on_the_paper(paper: Comparison) -> None:
+    assert paper.agrees
+    assert paper.disagreements == paper.failures == ()
+    assert all(cell.agrees for _, cell in paper.cells)
+
+
+@pytest.mark.parametrize(
+    ("row", "hover_time_s"),
+    [("P3", 688.848), ("P4 b1 rest-first", 719.5399), ("P1", 719.5399)],
+)
+def test_continuous_methods_find_the_check_numbers_of_the_specification(
+    paper: Comparison, row: str, hover_time_s: float
+) -> None:
+    for method in ("closed form", "LP", "CasADi wells"):
+        found = cell(paper, row, method)
+        assert found.hover_time_s == pytest.approx(hover_time_s, abs=1e-3)
+        assert abs(found.gap_s or 0.0) < 1e-6
+        assert found.largest_gap_s is None
+
+
+@pytest.mark.parametrize("order", ["rest-first", "hover-first"])
+@pytest.mark.parametrize("method", ["grid 60 s", "MILP 60 s"])
+def test_slots_are_those_of_algorithm_1_as_printed(
+    paper: Comparison, order: str, method: str
+) -> None:
+    """Its two loops over Δ and T', with the charge counted from the phases of a plan."""
+    plan = optuav.solve(two_buildings(), "P4", building="b9", order=order)
+    drawn_As = sum(-p.current_A * p.duration_s for p in plan.phases if p.kind == "flight")
+    current = {phase.kind: phase.current_A for phase in plan.phases}
+
+    def soc(hover_s: float, rest_s: float) -> float:
+        used = drawn_As - current["hover"] * hover_s - current["rest"] * rest_s
+        return 1.0 - used / 72_000.0
+
+    pair = best_pair(algorithm1(soc, 1200.0 - plan.flight_time_s, 0.05, 60.0))
+    assert pair is not None
+    found = cell(paper, f"P4 b9 {order}", method)
+    assert found.hover_time_s == pair[0]
+    assert found.gap_s == pytest.approx(plan.hover_time_s - pair[0])
+
+
+def test_bounds_are_one_slot_or_two(paper: Comparison) -> None:
+    assert cell(paper, "P3", "grid 60 s").largest_gap_s == 60.0
+    found = cell(paper, "P4 b1 rest-first", "grid 60 s")
+    assert found.largest_gap_s == 120.0
+    assert "not a whole number of slots" in found.words
+    whole = two_buildings(limits__deadline_s=1200.0 + 88.31629158105093 - 1111.683708418949 + 1000)
+    row = optuav.compare(whole, slots=(1.0,), engines=("grid",)).rows[1]
+    left_s = whole.limits.deadline_s - 88.31629158105093
+    assert row.cells[1].largest_gap_s == (1.0 if math.isclose(left_s, round(left_s)) else 2.0)
+
+
+def test_p1_is_the_best_row_in_every_column(paper: Comparison) -> None:
+    for method in paper.methods:
+        column = {row.name: cell.hover_time_s for row, cell in paper.cells if cell.method == method}
+        best = column.pop("P1")
+        assert best == pytest.approx(max(each or 0.0 for each in column.values()), abs=1e-6)
+
+
+def test_each_cell_says_how_it_knows(paper: Comparison) -> None:
+    proofs = {cell.method.engine: cell.proof for _, cell in paper.cells}
+    assert proofs["grid"] == "exhaustive"
+    assert proofs["casadi"].startswith("local")
+    assert "duality" in proofs["closed-form"]
+    assert "branch and bound" in cell(paper, "P1", "MILP 60 s").proof
+
+
+@pytest.mark.parametrize("perspective", ["energy", "adjusted"])
+def test_the_other_linear_perspectives(perspective: str) -> None:
+    """CasADi takes their own statement; no wells are behind them."""
+    found = optuav.compare(two_buildings("paper-table2"), slots=(5.0,), perspective=perspective)
+    assert found.agrees
+    assert [each.name for each in found.methods] == [
+        *("closed form", "LP", "CasADi", "grid 5 s", "MILP 5 s")
+    ]
+    slots = cell(found, "P3", "grid 5 s").hover_time_s
+    assert slots == (695.0 if perspective == "energy" else 950.0)  # Table II: 697 and 950
+
+
+def test_no_bound_is_claimed_where_resting_discharges() -> None:
+    mission = two_buildings(
+        "paper-table2",
+        flight__rest_current_A=9.0,
+        flight__charge_current_A=None,
+        flight__charge_power_W=None,
+        laser=None,
+    )
+    found = optuav.compare(mission, slots=(10.0,), engines=("grid", "cvxpy"))
+    assert found.agrees
+    in_slots = cell(found, "P4 b1 rest-first", "grid 10 s")
+    assert in_slots.largest_gap_s is None
+    assert "no bound: a longer rest can break P4.a state of charge" in in_slots.words
+    assert "The theory has no bound where a longer rest can break P4.a" in str(found)
+    assert cell(found, "P3", "grid 10 s").largest_gap_s == 10.0
+
+
+def test_where_no_slots_fit_the_whole_hover_is_lost() -> None:
+    """100 s are left of the deadline: less than a slot of hover and one of rest."""
+    mission = two_buildings(limits__deadline_s=188.3)
+    found = optuav.compare(mission, slots=(60.0,), engines=("grid", "cvxpy"))
+    assert found.agrees
+    lost = cell(found, "P4 b1 rest-first", "grid 60 s")
+    assert lost.status is Status.INFEASIBLE
+    assert lost.hover_time_s is lost.gap_s is None
+    assert lost.words.startswith("99.98")
+    assert cell(found, "P3", "grid 60 s").hover_time_s == pytest.approx(188.3 - 75.7922, abs=1e-3)
+
+
+def test_what_is_infeasible_for_all_agrees_and_says_why() -> None:
+    found = optuav.compare(two_buildings(limits__deadline_s=60), slots=(10.0,))
+    assert found.agrees
+    assert not found
+    assert {cell.status for _, cell in found.cells} == {Status.INFEASIBLE}
+    assert "the flight alone takes 75.79 s" in found.rows[-1].reasons[0]
+    assert "the flight alone takes 75.79 s" in str(found)
+
+
+def test_what_cannot_fly_has_no_cells_but_reasons() -> None:
+    found = optuav.compare(two_buildings(body__mass_kg=50), slots=(10.0,))
+    assert not found
+    assert found.agrees
+    assert all(row.cells == () and row.reasons for row in found.rows)
+    assert "P3 has no plan: the UAV cannot fly" in str(found)
+
+
+def test_a_mission_without_buildings_has_two_rows() -> None:
+    found = optuav.compare(optuav.load("paper").replace({"buildings": []}), slots=(10.0,))
+    assert [row.name for row in found.rows] == ["P3", "P1"]
+    assert found.agrees
+
+
+# Sabotage
+
+
+def later(solve: Callable[..., Solution], by_s: float) -> Callable[..., Solution]:
+    """An engine that returns a hover time that is off."""
+
+    def sabotaged(*arguments: Any, **options: Any) -> Solution:
+        found = solve(*arguments, **options)
+        values = {**found.values, "hover_time_s": found.values["hover_time_s"] + by_s}
+        return replace(found, values=values)
+
+    return sabotaged
+
+
+def p3_alone() -> optuav.Mission:
+    return optuav.load("paper").replace({"buildings": []})
+
+
+def test_an_engine_that_is_a_millisecond_off_is_found_out(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(linear, "solve", later(linear.solve, -1e-3))
+    found = optuav.compare(p3_alone(), slots=(), engines=("cvxpy",))
+    assert not found.agrees
+    assert found.disagreements[0] == "P3, LP: 0.001 s from the closed form"
+    assert "DISAGREE  P3, LP: 0.001 s from the closed form" in str(found)
+    assert "All" not in str(found)
+    assert found.to_dict()["agrees"] is False
+
+
+@pytest.mark.parametrize(("by_s", "agrees"), [(-9.0, True), (-11.0, True), (-20.0, False)])
+def test_a_grid_beyond_the_bound_is_found_out(
+    monkeypatch: pytest.MonkeyPatch, by_s: float, agrees: bool
+) -> None:
+    """P3 of `paper` loses 8.848 s to slots of 10 s; the bound is one slot more than is lost."""
+    monkeypatch.setattr(grid, "solve", later(grid.solve, by_s))
+    found = optuav.compare(p3_alone(), slots=(20.0,), engines=("grid",))
+    assert cell(found, "P3", "grid 20 s").gap_s == pytest.approx(8.848 - by_s, abs=1e-3)
+    assert cell(found, "P3", "grid 20 s").largest_gap_s == 20.0
+    assert found.agrees is agrees
+
+
+def test_slots_that_beat_continuous_times_are_found_out(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(optuav.solving.program, "verify", lambda *_: None)
+    monkeypatch.setattr(grid, "solve", later(grid.solve, 10.0))
+    found = optuav.compare(p3_alone(), slots=(10.0,), engines=("grid",))
+    assert not found.agrees
+    assert cell(found, "P3", "grid 10 s").gap_s == pytest.approx(-1.152, abs=1e-3)
+    assert "-1.15!" in str(found)
+
+
+def test_an_integer_programme_that_is_not_the_grid_is_found_out(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """Even where both are within the bound."""
+    monkeypatch.setattr(grid, "solve", later(grid.solve, -1.0))
+    found = optuav.compare(p3_alone(), slots=(10.0,), engines=("grid", "cvxpy"))
+    assert found.disagreements[0] == "P3, MILP 10 s: grid 10 s finds Δ = 679.000000 s"
+
+
+def test_a_plan_where_there_is_none_is_found_out(monkeypatch: pytest.MonkeyPatch) -> None:
+    def nothing(model: Any, programmes: int, *_: Any, **__: Any) -> Solution:
+        gone = np.full(programmes, np.nan)
+        unknowns = {each.name: gone for each in model.variables}
+        return Solution("casadi", "", [Status.INFEASIBLE] * programmes, gone, unknowns, {})
+
+    monkeypatch.setattr(smooth, "solve", nothing)
+    found = optuav.compare(p3_alone(), slots=(), engines=("casadi",))
+    assert found.disagreements[0] == "P3, CasADi wells: no plan, but one with Δ = 688.848 s"
+
+
+def test_an_engine_that_fails_is_no_disagreement(monkeypatch: pytest.MonkeyPatch) -> None:
+    def fails(*_: Any, **__: Any) -> Solution:
+        raise SolverError("it broke")
+
+    monkeypatch.setattr(smooth, "solve", fails)
+    found = optuav.compare(p3_alone(), slots=(10.0,), engines=("casadi", "grid"))
+    assert found.agrees
+    assert found.failures == ("P3, CasADi wells: it broke", "P1, CasADi wells: it broke")
+    broken = cell(found, "P3", "CasADi wells")
+    assert (broken.status, broken.agrees, broken.hover_time_s) == (Status.ERROR, None, None)
+    assert "FAILED  P3, CasADi wells: it broke" in str(found)
+
+
+def test_a_time_limit_is_handed_to_the_engines() -> None:
+    found = optuav.compare(p3_alone(), slots=(1.0,), engines=("grid",), time_limit_s=1e-9)
+    assert found.failures[0] == "P3, grid 1 s: grid did not see every cell within the time limit"
+
+
+# As data and as text
+
+
+def test_the_same_question_gives_the_same_data(paper: Comparison) -> None:
+    again = optuav.compare(two_buildings(), slots=SLOTS_S)
+    assert again == paper
+    assert json.dumps(again.to_dict()) == json.dumps(paper.to_dict())
+    assert again.to_csv() == paper.to_csv()
+
+
+def test_times_taken_are_told_only_when_asked(paper: Comparison) -> None:
+    assert "time_s" not in paper.to_dict()["rows"][0]["cells"][0]
+    assert paper.to_dict(times=True)["rows"][0]["cells"][0]["time_s"] > 0.0
+    assert "time_s" not in paper.records()[0]
+    assert paper.records(times=True)[0]["time_s"] > 0.0
+
+
+def test_data_are_plain(paper: Comparison) -> None:
+    data = paper.to_dict()
+    assert json.loads(json.dumps(data, allow_nan=False)) == data
+    assert data["kind"] == "optuav comparison"
+    assert data["mission"] == paper.mission.to_dict()
+    assert len(data["rows"]) == len(paper.rows)
+
+
+def test_a_frame_has_a_row_a_cell(paper: Comparison) -> None:
+    pytest.importorskip("pandas")
+    frame = paper.to_frame()
+    assert len(frame) == len(list(paper.cells)) == 42
+    p3 = frame[(frame.problem == "P3") & (frame.method == "grid 1 s")].iloc[0]
+    assert (p3.hover_time_s, p3.slot_s, bool(p3.agrees)) == (688.0, 1.0, True)
+
+
+def test_comma_separated_values_are_read_back(paper: Comparison) -> None:
+    rows = list(csv.DictReader(io.StringIO(paper.to_csv())))
+    assert len(rows) == 42
+    assert [float(row["hover_time_s"]) for row in rows] == [c.hover_time_s for _, c in paper.cells]
+    assert rows[0]["building"] == ""
+
+
+def test_printed_it_fits_80_columns(paper: Comparison) -> None:
+    lines = str(paper).splitlines()
+    assert max(map(len, lines)) <= 80
+    assert lines == [line.rstrip() for line in lines]
+    assert lines[-1] == "All 42 answers agree."
+    assert any(line.split() == ["P1", "719.540", "0.54", "59.54", "yes"] for line in lines)
+
+
+def test_many_slots_and_long_names_fit_80_columns() -> None:
+    mission = optuav.load("paper").replace(
+        {
+            "buildings": [
+                {"name": "the very highest [bold]roof[/] of all", "position_m": [50, 300, 60]}
+            ]
+        }
+    )
+    slots = (7.0, 10.0, 20.0, 30.0, 40.0, 50.0, 60.0, 1000.0, 12345.678)
+    text = str(optuav.compare(mission, slots=slots, engines=("grid",)))
+    assert max(map(len, text.splitlines())) <= 80
+    assert "the very highest [b" in text
+    assert all(f"{slot_s:g} s" in text for slot_s in slots)
+
+
+# Arguments
+
+
+def test_everything_wrong_is_said_at_once() -> None:
+    with pytest.raises(InputError) as caught:
+        optuav.compare(
+            "paper",
+            slots=(0.0, math.nan),
+            perspective="wells",
+            engines=("gurobi",),
+            time_limit_s=-1,
+        )
+    keys = [fault.key for fault in caught.value.faults]
+    assert keys == ["slots", "slots", "time_limit_s", "perspective", "engines"]
+
+
+def test_a_length_twice_is_refused() -> None:
+    with pytest.raises(InputError, match="each length once"):
+        optuav.compare("paper", slots=(1.0, 1))
+
+
+def test_progress_counts_every_cell() -> None:
+    told: list[tuple[int, int, str]] = []
+    found = optuav.compare(
+        p3_alone(), slots=(10.0,), engines=("grid",), progress=lambda *news: told.append(news)
+    )
+    assert [done for done, _, _ in told] == list(range(len(list(found.cells))))
+    assert {total for _, total, _ in told} == {len(told)}
+    assert [name for _, _, name in told] == ["P3", "P3", "P1", "P1"]
