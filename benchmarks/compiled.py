@@ -97,12 +97,13 @@ def _casadi(given: Mapping[str, Any]) -> Solve:
     """Two programmes for IPOPT, Δ and then T', with the starts and options of the engine."""
     import casadi
 
-    from optuav.engines.smooth import EQUAL, OPTIONS
+    from optuav.engines.smooth import ACCURACY, EQUAL, OPTIONS
 
+    options = {**OPTIONS, "ipopt.tol": ACCURACY}
     x, p, best = casadi.SX.sym("x", 2), casadi.SX.sym("p", 5), casadi.SX.sym("best")
     hover, rest = x[0] * p[4], x[1] * p[4]
     rows = casadi.vertcat(p[0] * hover - p[1] * rest - p[2], hover + rest - p[3])
-    first = casadi.nlpsol("first", "ipopt", {"x": x, "p": p, "f": -hover, "g": rows}, OPTIONS)
+    first = casadi.nlpsol("first", "ipopt", {"x": x, "p": p, "f": -hover, "g": rows}, options)
     second = casadi.nlpsol(
         "second",
         "ipopt",
@@ -112,7 +113,7 @@ def _casadi(given: Mapping[str, Any]) -> Solve:
             "f": rest,
             "g": casadi.vertcat(rows, -hover - best),
         },
-        OPTIONS,
+        options,
     )
 
     def solve(deadline_s: float, min_soc: float) -> tuple[float, float]:

@@ -51,7 +51,7 @@ def show(
 
 def _print(mission: Mission, figures: tuple[Figure, ...]) -> None:
     screen = Console(highlight=False, soft_wrap=True)
-    screen.print(f"{mission.name}  {mission.description}".rstrip(), markup=False)
+    screen.print(f"{mission.name}  {mission.description}".rstrip(), markup=False, soft_wrap=False)
     for name in type(mission).model_fields:
         section = getattr(mission, name)
         if isinstance(section, BaseModel):

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from optuav.errors import InputError
+from optuav.errors import Fault, InputError
 from optuav.modelling.traits import Traits
 
 MOST_UNKNOWNS = 2
@@ -119,8 +119,10 @@ def need(engine: str, model: Traits, slots: bool) -> None:
     Raises
     ------
     InputError
-        With the reason.
+        With the reason; also if there is no such engine.
     """
+    if engine not in ENGINES:
+        raise InputError([Fault("engine", repr(engine), f"one of {', '.join(ENGINES)}")])
     capability = next(each for each in CAPABILITIES if each.name == engine)
     why = capability.obstacle(model, slots)
     if why:

@@ -140,6 +140,7 @@ class Compiled:
         """Whether some unknown takes whole numbers only."""
         return any(self.binary) or any(self.counted)
 
+    @np.errstate(divide="ignore", invalid="ignore", over="ignore")
     def solve(self, values: Mapping[str, float]) -> Solution:
         """Solve with values of parameters that differ from the model's, by name.
 
@@ -208,15 +209,16 @@ class Compiled:
                 problem.solve(solver=self.solver, **self.options)  # type: ignore[no-untyped-call]
         except (cvxpy.error.SolverError, ValueError) as error:
             raise SolverError(f"{NAME} with {self.solver} failed: {error}") from None
-        self.words = str(problem.status)
-        if problem.status in ("user_limit", "user_limit_inaccurate"):
+        self.words = words = str(problem.status)
+        if words in ("user_limit", "user_limit_inaccurate"):
             raise SolverError(f"{NAME} with {self.solver} stopped at its limit of time or steps")
-        if problem.status == "infeasible_or_unbounded":
+        if words == "infeasible_or_unbounded":
             self.c.value = np.zeros(self.c.shape)
-            return Status.UNBOUNDED if self._run(number).has_answer else Status.INFEASIBLE
-        if problem.status not in STATUSES:
-            raise SolverError(f"{NAME} with {self.solver} is not sure: {problem.status}")
-        return STATUSES[problem.status]
+            feasible, self.words = self._run(number).has_answer, words
+            return Status.UNBOUNDED if feasible else Status.INFEASIBLE
+        if words not in STATUSES:
+            raise SolverError(f"{NAME} with {self.solver} is not sure: {words}")
+        return STATUSES[words]
 
     def _preferred(self, goals: Floats, x: Floats) -> Floats:
         """Among the points that are as good as the best, the one that later goals prefer."""

@@ -46,11 +46,12 @@ OPTIONS = {
     "show_eval_warnings": False,
     "ipopt.print_level": 0,
     "ipopt.sb": "yes",
-    "ipopt.tol": 1e-10,
     "ipopt.constr_viol_tol": 1e-11,
     "ipopt.bound_relax_factor": 0.0,
     "ipopt.diverging_iterates_tol": 1e8,
 }
+ACCURACY = 1e-10
+"""What IPOPT asks of optimality, scaled, unless a caller is content with less."""
 SOLVED = ("Solve_Succeeded", "Solved_To_Acceptable_Level")
 TOO_SLOW = ("Maximum_WallTime_Exceeded", "Maximum_CpuTime_Exceeded")
 UNBOUNDED = "Diverging_Iterates"
@@ -72,6 +73,7 @@ def operations() -> Mapping[np.ufunc, Callable[..., Any]]:
         np.positive: operator.pos,
         np.absolute: casadi.fabs,
         np.sign: casadi.sign,
+        np.heaviside: lambda a, b: (a > 0.0) + (a == 0.0) * b,
         np.square: lambda a: a * a,
         np.reciprocal: lambda a: 1.0 / a,
         np.sqrt: casadi.sqrt,
@@ -131,6 +133,8 @@ class Compiled:
         Any smooth model with continuous unknowns.
     time_limit_s
         Longest that one solve may take [s]; no limit by default.
+    accuracy
+        What IPOPT asks of optimality, scaled.
 
     Raises
     ------
@@ -138,10 +142,13 @@ class Compiled:
         If a function in the model is unknown to the engine.
     """
 
-    def __init__(self, model: Model, time_limit_s: float | None = None) -> None:
+    def __init__(
+        self, model: Model, time_limit_s: float | None = None, accuracy: float = ACCURACY
+    ) -> None:
         import casadi
 
         self.model = model
+        self.accuracy = accuracy
         self.time_limit_s = time_limit_s
         self.names = [variable.name for variable in model.variables]
         self.given = list(model.parameters)
@@ -189,12 +196,13 @@ class Compiled:
     def _solver(self, unknowns: Any, parameters: Any, cost: Any, excess: Sequence[Any]) -> Any:
         import casadi
 
-        options: dict[str, Any] = dict(OPTIONS)
+        options: dict[str, Any] = {**OPTIONS, "ipopt.tol": self.accuracy}
         if self.time_limit_s is not None:
             options["ipopt.max_wall_time"] = self.time_limit_s
         programme = {"x": unknowns, "p": parameters, "f": cost, "g": casadi.vertcat(*excess)}
         return casadi.nlpsol("programme", "ipopt", programme, options)
 
+    @np.errstate(divide="ignore", invalid="ignore", over="ignore")
     def solve(
         self, values: Mapping[str, float], starts: Sequence[Mapping[str, float]] = ()
     ) -> Solution:

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
+import numpy as np
+
 from optuav.mission.feasibility import impossibilities
 from optuav.mission.network import Network, network
 from optuav.mission.places import HOVER
@@ -54,9 +56,9 @@ def _dark(worked_out: Network) -> Iterator[str]:
     where, mission = worked_out.places, worked_out.mission
     if mission.laser is None:
         return
-    names = [
-        where.names[place] for place in (HOVER, *where.buildings) if not where.laser_sight[place]
-    ]
+    exists = np.isfinite(where.position_m).all(axis=1)
+    in_the_dark = exists & ~where.laser_sight
+    names = [where.names[place] for place in (HOVER, *where.buildings) if in_the_dark[place]]
     if names:
         shown = ", ".join(names[:10]) + (", …" if len(names) > 10 else "")
         yield f"the laser does not see {shown}: no charging there"

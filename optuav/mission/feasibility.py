@@ -50,7 +50,8 @@ def _out_of_reach(worked_out: Network) -> Iterator[str]:
         height_m = abs(limits.min_altitude_m - mission.link.device_m[2])
         yield (
             f"the device is out of reach: its link covers {radius_m:.6g} m, but hovering at "
-            f"limits.min_altitude_m = {limits.min_altitude_m:g} m means {height_m:.6g} m at least"
+            f"limits.min_altitude_m = {limits.min_altitude_m:g} m means {height_m:.6g} m at least "
+            "(link.device_m, link.transmit_power_W, limits.outage_probability)"
         )
         return
     if mission.route.hover_m is None:

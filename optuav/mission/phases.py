@@ -83,15 +83,16 @@ def phases(worked_out: Network, index: int, hover_time_s: Any, rest_time_s: Any)
     found: list[Phase] = []
     for leg in (int(number) for number in routes.legs[index] if number != NO_LEG):
         end = int(table.end[leg])
+        stages = slice(0, 1 if table.edited[leg] else None)
         found.append(
             Phase(
                 "flight",
                 int(table.start[leg]),
                 end,
                 leg,
-                tuple(table.durations_s[:, leg].tolist()),
-                tuple((-table.currents_A[:, leg]).tolist()),
-                tuple((-table.powers_W[:, leg]).tolist()),
+                tuple(table.durations_s[stages, leg].tolist()),
+                tuple((0.0 - table.currents_A[stages, leg]).tolist()),
+                tuple((0.0 - table.powers_W[stages, leg]).tolist()),
             )
         )
         if end == HOVER:

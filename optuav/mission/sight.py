@@ -18,7 +18,7 @@ Numbers = npt.NDArray[np.intp]
 
 MARGIN_M = 1e-6
 """How far walls and roofs are moved inwards [m], so that to graze a building is not to cross it."""
-MOST_PAIRS = 1 << 23
+MOST_PAIRS = 1 << 21
 """Lines that are tried at once, times buildings."""
 BUILDINGS_PASSED = 4
 """About as many buildings a piece of a line passes, where they stand evenly on the map."""
@@ -63,9 +63,11 @@ def prisms(mission: Mission) -> Prisms:
 
     outlines = [outline_m(building) for building in mission.buildings]
     with_footprint = [k for k, outline in enumerate(outlines) if outline is not None]
-    polygons = np.array([shapely.Polygon(outlines[k]) for k in with_footprint], dtype=object)
+    outer = np.array([shapely.Polygon(outlines[k]) for k in with_footprint], dtype=object)
+    inner = shapely.buffer(outer, -MARGIN_M, join_style="mitre")
+    shapely.prepare(inner)
     return Prisms(
-        shapely.STRtree(shapely.buffer(polygons, -MARGIN_M, join_style="mitre")),
+        shapely.STRtree(inner),
         np.array(with_footprint, dtype=np.intp),
         np.array([mission.buildings[k].position_m[2] for k in with_footprint]),
     )
@@ -115,18 +117,15 @@ def _through(
     """Pairs of lines and buildings that they cross; each line by its low and its high end."""
     import shapely
 
-    line, footprint = obstacles.tree.query(_on_map(low_m, high_m), predicate="intersects")
+    line, footprint = obstacles.tree.query(_on_map(low_m, high_m))
     depth_m = obstacles.roof_m[footprint] - MARGIN_M - low_m[line, 2]
     kept = depth_m > 0.0
     kept &= (exempt[line] != obstacles.building[footprint, None]).all(axis=1)
     line, footprint, depth_m = line[kept], footprint[kept], depth_m[kept]
-    rise_m = high_m[line, 2] - low_m[line, 2]
-    inside = rise_m <= depth_m
-    partly = np.flatnonzero(~inside)
-    foot_m = low_m[line[partly]]
-    share = (depth_m[partly] / rise_m[partly])[:, None]
-    below = _on_map(foot_m, foot_m + share * (high_m[line[partly]] - foot_m))
-    inside[partly] = shapely.intersects(below, obstacles.tree.geometries[footprint[partly]])
+    way_m = high_m[line] - low_m[line]
+    share = np.where(way_m[:, 2] > depth_m, depth_m / np.maximum(way_m[:, 2], depth_m), 1.0)
+    below = _on_map(low_m[line], low_m[line] + share[:, None] * way_m)
+    inside = shapely.intersects(obstacles.tree.geometries[footprint], below)
     return line[inside], obstacles.building[footprint[inside]]
 
 

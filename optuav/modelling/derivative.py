@@ -34,6 +34,7 @@ PARTIALS: Mapping[np.ufunc, Partials] = {
     np.positive: lambda value, a: (1.0,),
     np.absolute: lambda value, a: (np.sign(a),),
     np.sign: lambda value, a: (0.0,),
+    np.heaviside: lambda value, a, b: (0.0, np.where(a == 0.0, 1.0, 0.0)),
     np.square: lambda value, a: (2.0 * a,),
     np.reciprocal: lambda value, a: (-value * value,),
     np.sqrt: lambda value, a: (0.5 / value,),

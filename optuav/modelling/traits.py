@@ -12,7 +12,7 @@ from optuav.modelling.affine import NotAffineError, affine
 from optuav.modelling.expression import Leaf, Operand, Variable, fold
 from optuav.modelling.model import Model
 
-KINKED = frozenset({np.absolute, np.sign, np.maximum, np.minimum})
+KINKED = frozenset({np.absolute, np.sign, np.heaviside, np.maximum, np.minimum})
 """Functions without a derivative somewhere."""
 
 

@@ -95,7 +95,8 @@ def load_plan(path: str | Path) -> Plan:
     if not isinstance(data, dict) or data.get("kind") != KIND:
         raise InputError([Fault("", "", f'is no plan: "kind": "{KIND}" is missing', source)])
     if data.get("schema") != SCHEMA:
-        raise InputError([Fault("schema", shown(data.get("schema")), f"{SCHEMA}", source)])
+        words = f"{SCHEMA} is the only version that is read"
+        raise InputError([Fault("schema", shown(data.get("schema")), words, source)])
     return _plan(data, source)
 
 
@@ -122,6 +123,14 @@ def _plan(data: dict[str, Any], source: str) -> Plan:
         plan = Plan.model_validate({**fields, "mission": mission})
     except ValidationError as error:
         faults += [each for each in _faults(error, source) if each.key != "mission"]
+    if faults:
+        raise InputError(faults)
+    follows = to_dict(plan)
+    faults = [
+        Fault(name, shown(data[name]), f"{shown(follows[name])} is what the phases say", source)
+        for name in DERIVED
+        if name in data and data[name] != follows[name]
+    ]
     if faults:
         raise InputError(faults)
     return plan

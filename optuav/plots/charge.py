@@ -24,6 +24,7 @@ from optuav.plots.style import (
     VERMILLION,
     group_thousands,
     margins,
+    need_panels,
     page,
     printed,
     styled,
@@ -67,6 +68,7 @@ def battery(plan: Plan, axes: BatteryAxes | None = None) -> BatteryAxes:
         If there is no plan.
     """
     end_s = plan.mission_time_s
+    need_panels(axes, BatteryAxes)
     with styled():
         if axes is None:
             top, bottom = page(7.2, 4.6).subplots(2, 1, sharex=True, height_ratios=(2.2, 1.0))

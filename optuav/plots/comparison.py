@@ -16,6 +16,7 @@ from optuav.plots.style import (
     ORANGE,
     SKY,
     VERMILLION,
+    group_thousands,
     margins,
     page,
     printed,
@@ -129,7 +130,7 @@ def slot_gaps(shown: Sequence[Gap], mission: str, *, ax: Axes | None = None) -> 
                 zorder=3,
             )
         lost_s = {each.slot_s: each.gap_s for each in shown if each.kind == "P1"}
-        words = {s: f"\nP1 loses {lost_s[s]:.2f} s" for s in lost_s if len(slots_s) <= MOST_WORDS}
+        words = {s: f"\nP1 loses {lost_s[s]:.3g} s" for s in lost_s if len(slots_s) <= MOST_WORDS}
         labels = [f"{slot_s:g} s{words.get(slot_s, '')}" for slot_s in slots_s]
         ax.set_xticks(range(len(slots_s)), labels)
         ax.tick_params(axis="x", length=0.0)
@@ -160,36 +161,22 @@ def choice_bars(
     """
     groups = list(dict.fromkeys(each.trajectory for each in shown))
     series = list(dict.fromkeys(each.perspective for each in shown))
-    width = GROUP / max(2, len(series))
+    least_percent = 100.0 * min_soc
     percent = [None if each.soc is None else 100.0 * each.soc for each in shown]
     with styled():
         if axes is None:
             above, below = page(7.2, 4.6).subplots(2, 1, sharex=True, height_ratios=(1.6, 1.0))
             axes = BarAxes(above, below)
-        for ax, values, digits in (
-            (axes.hover, [each.hover_time_s for each in shown], 1),
-            (axes.charge, percent, 1),
-        ):
-            known = [value for value in values if value is not None]
-            low, high = margins(
-                [0.0, *known, *([100.0 * min_soc] if ax is axes.charge else [])], 0.14
-            )
-            ax.set_ylim(low if min(known, default=0.0) < 0.0 else 0.0, high)
-            for each, value in zip(shown, values, strict=True):
-                middle = series.index(each.perspective) - 0.5 * (len(series) - 1)
-                at = groups.index(each.trajectory) + width * middle
-                colour = COLOURS[each.perspective]
-                ax.bar(at, value or 0.0, 0.92 * width, color=colour)
-                words = "no plan" if value is None else f"{value:.{digits}f}"
-                _write(ax, words, at, value or 0.0)
-            ax.tick_params(axis="x", length=0.0)
+        _draw_bars(axes.hover, shown, [each.hover_time_s for each in shown], 0.0)
+        _draw_bars(axes.charge, shown, percent, least_percent)
+        group_thousands(*axes)
         axes.hover.set_title(
             f"{printed(mission)}: longest hover by trajectory and perspective", pad=LEGEND_PT
         )
         axes.hover.set_ylabel("hover time Δ [s]")
         axes.charge.set(ylabel="charge left\n$η_1$ [%]", xlabel="trajectory")
         axes.charge.set_xticks(range(len(groups)), groups)
-        least = axes.charge.axhline(100.0 * min_soc, color=VERMILLION, linewidth=1.0)
+        least = axes.charge.axhline(least_percent, color=VERMILLION, linewidth=1.0)
         least.set_label("least, $η_0$")
         patches = [Patch(color=COLOURS[name], label=name) for name in series]
         axes.hover.legend(
@@ -203,15 +190,29 @@ def choice_bars(
     return axes
 
 
-def _write(ax: Axes, words: str, at: float, value: float) -> None:
-    """Write a number at the end of a bar."""
-    upward = value >= 0.0
-    ax.annotate(
-        words,
-        (at, value),
-        (0.0, 2.0 if upward else -2.0),
-        textcoords="offset points",
-        ha="center",
-        va="bottom" if upward else "top",
-        fontsize=7.0,
-    )
+def _draw_bars(
+    ax: Axes, shown: Sequence[Bar], values: Sequence[float | None], level: float
+) -> None:
+    """Draw one bar a choice with its number at the end; a level is inside the axes as well."""
+    groups = list(dict.fromkeys(each.trajectory for each in shown))
+    series = list(dict.fromkeys(each.perspective for each in shown))
+    width = GROUP / max(2, len(series))
+    known = [value for value in values if value is not None]
+    low, high = margins([0.0, level, *known], 0.14)
+    ax.set_ylim(low if min(known, default=0.0) < 0.0 else 0.0, high)
+    for each, value in zip(shown, values, strict=True):
+        middle = series.index(each.perspective) - 0.5 * (len(series) - 1)
+        at, end = groups.index(each.trajectory) + width * middle, value or 0.0
+        ax.bar(at, end, 0.92 * width, color=COLOURS[each.perspective])
+        words = "no plan" if value is None else f"{value:.1f}"
+        ax.annotate(
+            words.replace("-", "\N{MINUS SIGN}"),
+            (at, end),
+            (0.0, 2.0 if end >= 0.0 else -2.0),
+            textcoords="offset points",
+            ha="center",
+            va="bottom" if end >= 0.0 else "top",
+            fontsize=7.0,
+        )
+    ax.axhline(0.0, color=BLACK, linewidth=0.5)
+    ax.tick_params(axis="x", length=0.0)

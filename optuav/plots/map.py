@@ -33,6 +33,7 @@ from optuav.plots.style import (
     SKY,
     VERMILLION,
     group_thousands,
+    need_panels,
     page,
     printed,
     styled,
@@ -149,6 +150,7 @@ def _place(mission: Mission) -> tuple[Any, ...]:
 
 def _page(shown: Scene, axes: MapAxes | None) -> tuple[MapAxes, Axes]:
     """The axes, and those that get the legend; a page of its own has the shape of the map."""
+    need_panels(axes, MapAxes)
     if axes is not None:
         return axes, axes.height
     width_m, depth_m = np.diff(extent(shown), axis=0)[0]

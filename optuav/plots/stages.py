@@ -25,6 +25,7 @@ from optuav.plots.style import (
     VERMILLION,
     group_thousands,
     margins,
+    need_panels,
     page,
     printed,
     styled,
@@ -74,6 +75,7 @@ def leg(mission: Mission, start: str, end: str, axes: LegAxes | None = None) -> 
     """
     way = _displacement(mission, start, end)
     rotors = mission.flight.model == "rotors"
+    need_panels(axes, LegAxes)
     with styled():
         if axes is None:
             figure = page(7.2, 5.0 if rotors else 3.6)

@@ -13,6 +13,8 @@ from matplotlib.figure import Figure
 from matplotlib.font_manager import FontProperties, findfont, get_font
 from matplotlib.ticker import FuncFormatter
 
+from optuav.errors import Fault, InputError
+
 BLACK = "#000000"
 ORANGE = "#E69F00"
 SKY = "#56B4E9"
@@ -95,3 +97,17 @@ def margins(
     low, high = min(values := list(values)), max(values)
     room = max(share * (high - low), 0.5 * (least - (high - low)))
     return low - room, high + room
+
+
+def need_panels(axes: object, kind: type[tuple[Any, ...]]) -> None:
+    """Refuse axes that are not the panels a picture draws on.
+
+    Raises
+    ------
+    InputError
+        Naming what is needed.
+    """
+    if axes is not None and not isinstance(axes, kind):
+        panels = ", ".join(kind._fields)  # type: ignore[attr-defined]
+        words = f"{kind.__name__}({panels}) with matplotlib axes, as the function returns it"
+        raise InputError([Fault("axes", type(axes).__name__, words)])

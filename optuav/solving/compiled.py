@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -38,6 +39,8 @@ class CompiledProgram:
     def __init__(self, program: Program, question: Question) -> None:
         if not program.parts:
             raise InputError(f"nothing to compile: {'; '.join(program.reasons)}")
+        if question.engine == "grid" and question.slot_s is None:
+            question = replace(question, slot_s=program.worked_out.mission.limits.slot_s)
         self.program = program
         self.question = question
         self._solvers = [_solver(part, question) for part in program.parts]
@@ -70,7 +73,8 @@ class CompiledProgram:
             If the engine fails, or meets numbers that it cannot use.
         """
         self._refuse(values)
-        solutions = [solver(values) for solver in self._solvers]
+        numbers = {n: np.array(v, float) if np.ndim(v) else float(v) for n, v in values.items()}
+        solutions = [solver(numbers) for solver in self._solvers]
         for solution in solutions:
             if Status.ERROR in solution.statuses:
                 raise SolverError(f"{solution.engine} met numbers that it cannot use")
@@ -119,10 +123,12 @@ class CompiledProgram:
         if isinstance(value, bool):
             return False
         try:
-            numbers = np.asarray(value, dtype=float)
-        except (TypeError, ValueError):
+            numbers = np.asarray(value)
+        except ValueError:
             return False
-        return numbers.shape in ((), (self._most,)) and bool(np.isfinite(numbers).all())
+        if numbers.dtype.kind not in "iuf" or numbers.shape not in ((), (self._most,)):
+            return False
+        return bool(np.isfinite(numbers).all())
 
 
 def _solver(part: Part, asked: Question) -> Solver:

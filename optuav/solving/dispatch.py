@@ -9,6 +9,9 @@ from optuav.modelling import Model
 from optuav.modelling.traits import traits
 from optuav.solving.question import AUTO, Question
 
+GRID = "grid"
+"""The engine of slots, and of slots only."""
+
 
 def chosen_engine(model: Model, asked: Question) -> str:
     """Name of the engine that answers a question about a model.
@@ -24,11 +27,13 @@ def chosen_engine(model: Model, asked: Question) -> str:
         need(asked.engine, found, slots)
         return asked.engine
     engines = takers(found, slots)
-    if slots and "grid" in engines:
-        return "grid"
-    if not engines:
-        raise InputError(f"no engine takes this model: {found}")
-    return engines[0]
+    if slots and GRID in engines:
+        return GRID
+    continuous = [each for each in engines if each != GRID]
+    if not continuous:
+        more = "; with slot_s, the grid does" if GRID in engines else ""
+        raise InputError(f"no engine takes this model: {found}{more}")
+    return continuous[0]
 
 
 def answer(model: Model, programmes: int, asked: Question) -> Solution:

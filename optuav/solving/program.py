@@ -95,18 +95,17 @@ class Program:
                 self.question, self.worked_out, Status.INFEASIBLE, "physics", self.reasons
             )
         solutions = self._answers()
+        asked = replace(self.question, engine=solutions[0].engine)
         statuses = {status for solution in solutions for status in solution.statuses}
         if Status.ERROR in statuses:
             raise SolverError(f"{solutions[0].engine} met numbers that it cannot use")
         if Status.UNBOUNDED in statuses:
             why = ("nothing that was stated keeps the objective finite",)
-            return plan_without(
-                self.question, self.worked_out, Status.UNBOUNDED, solutions[0].proof, why
-            )
+            return plan_without(asked, self.worked_out, Status.UNBOUNDED, solutions[0].proof, why)
         chosen = self.best(solutions)
         if chosen is None:
             return plan_without(
-                self.question,
+                asked,
                 self.worked_out,
                 Status.INFEASIBLE,
                 solutions[0].proof,

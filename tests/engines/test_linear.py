@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from optuav.engines import closed_form, linear
@@ -252,6 +252,7 @@ def test_many_unknowns(seed: int) -> None:
 SMALL = st.integers(0, 6)
 
 
+@settings(max_examples=25)
 @given(st.lists(st.tuples(SMALL, SMALL, SMALL), min_size=1, max_size=4), SMALL, SMALL)
 def test_whole_numbers_against_all_of_them(
     rows: list[tuple[int, int, int]], p: int, q: int

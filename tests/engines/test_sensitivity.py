@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -105,12 +106,14 @@ def feasible(model: Model) -> bool:
 FORMULATIONS: tuple[type[Formulation], ...] = (P3, P4, P1, P2Tight)
 
 
-def compare(rng: np.random.Generator, engine: str, kink: str) -> tuple[int, list[str]]:
-    """Prices of one random mission in all perspectives of the paper."""
+def compare(
+    rng: np.random.Generator, engine: str, kink: str, perspectives: Sequence[str] = LINEAR
+) -> tuple[int, list[str]]:
+    """Prices of one random mission."""
     count, wrong = 0, []
     drawn = at_kink(random_quantities(rng), kink)
     for formulation in FORMULATIONS:
-        for perspective in LINEAR:
+        for perspective in perspectives:
             model = formulation.model(drawn, perspective)
             if feasible(model):
                 more, bad = disagreements(model, engine)
@@ -119,14 +122,15 @@ def compare(rng: np.random.Generator, engine: str, kink: str) -> tuple[int, list
 
 
 @pytest.mark.parametrize("kink", KINKS)
-@pytest.mark.parametrize(("engine", "missions"), [("closed-form", 2), ("cvxpy", 1), ("casadi", 1)])
+@pytest.mark.parametrize(("engine", "missions"), [("closed-form", 3), ("cvxpy", 1), ("casadi", 1)])
 def test_prices_are_differences(engine: str, missions: int, kink: str) -> None:
     """Of every parameter of random P3, P4 and P2-tight, to either side."""
     rng = np.random.default_rng(KINKS.index(kink) + 1)
     for _ in range(missions):
         count = 0
         while not count:
-            count, wrong = compare(rng, engine, kink)
+            perspective = LINEAR[int(rng.integers(len(LINEAR)))]
+            count, wrong = compare(rng, engine, kink, [perspective])
         assert not wrong, wrong[0]
 
 

@@ -7,7 +7,7 @@ import math
 import casadi
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from optuav.engines import closed_form, smooth
@@ -135,6 +135,7 @@ def test_earlier_preferences_go_first() -> None:
     assert (x_s, y_s) == pytest.approx((0.0, 0.0), abs=1e-7)
 
 
+@settings(max_examples=20)
 @given(st.floats(0.1, 50.0), st.floats(0.1, 5.0), st.floats(0.5, 3.0))
 def test_known_optimum_of_a_curved_programme(P: float, c: float, power: float) -> None:
     """max xᵃ yᵃ with x + c y = P is P/2 for x and P/(2 c) for y, whatever a."""

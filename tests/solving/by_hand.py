@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from optuav.mission.graph import Graph
 
 ROUNDING = 1e-9
+SAME_S = 1e-7
 
 
 @dataclass(frozen=True)
@@ -64,7 +65,7 @@ def hovering(mission: Mission) -> Load:
     force_N = math.hypot(x, y, z - mission.body.mass_kg * mission.body.gravity_m_s2)
     motor, link = mission.rotor, mission.link
     v = math.sqrt(force_N / (4 * motor.lift_coefficient_N_s2_rad2))
-    κ = 60 / (2 * math.pi * motor.velocity_constant_rpm_V)
+    κ = 9.5493 / motor.velocity_constant_rpm_V  # the paper's digits of 60/(2π)
     torque_Nm = (
         motor.friction_torque_Nm
         + motor.drag_coefficient_Nm_s2_rad2 * v**2
@@ -92,9 +93,9 @@ def charging_A(mission: Mission, received_W: float) -> float:
 
 
 def ways(mission: Mission, graph: Graph) -> Iterator[Way]:
-    """All routes with at most one stop over the edges there are, in the order in which ties break."""
+    """All routes with at most one stop over the edges there are, in the order of ties."""
     names = [building.name for building in mission.buildings]
-    routes = [("origin", "hover", "destination")]
+    routes: list[tuple[str, ...]] = [("origin", "hover", "destination")]
     for name in names:
         routes += [
             ("origin", name, "hover", "destination"),
@@ -110,13 +111,11 @@ def ways(mission: Mission, graph: Graph) -> Iterator[Way]:
         )
         stops = [graph.nodes[name] for name in places if name in names]
         received_W = sum(float(at["received_power_W"]) for at in stops if at["laser_sight"])
-        yield Way(
-            places, time_s, charge_As, energy_J, received_W, charging_A(mission, received_W)
-        )
+        yield Way(places, time_s, charge_As, energy_J, received_W, charging_A(mission, received_W))
 
 
 def longest(mission: Mission, graph: Graph, way: Way, perspective: str) -> Stay | None:
-    """The longest hover on a route, with the shortest rest that allows it; None if there is none."""
+    """The longest hover on a route with the shortest rest for it; None if there is none."""
     a, b, c = programme(mission, graph, way, perspective)
     horizon_s = mission.limits.deadline_s - way.time_s
     rests = len(way.places) == 4
@@ -124,22 +123,21 @@ def longest(mission: Mission, graph: Graph, way: Way, perspective: str) -> Stay 
     if not rests:
         rows.append((0.0, 1.0, 0.0))
     scale = max(1.0, abs(horizon_s))
-    best: Stay | None = None
+    corners = []
     for (p, q, e), (r, s, f) in itertools.combinations(rows, 2):
         determinant = p * s - q * r
         if determinant == 0.0:
             continue
-        hover_s, rest_s = (e * s - q * f) / determinant, (p * f - e * r) / determinant
-        if not all(
-            u * hover_s + v * rest_s <= w + ROUNDING * max(abs(w), abs(u) * scale, abs(v) * scale)
+        x, y = (e * s - q * f) / determinant, (p * f - e * r) / determinant
+        if all(
+            u * x + v * y <= w + ROUNDING * max(abs(w), abs(u) * scale, abs(v) * scale)
             for u, v, w in rows
         ):
-            continue
-        if best is None or (hover_s, -rest_s) > (best.hover_s + 1e-7, -best.rest_s):
-            best = Stay(way, hover_s, rest_s)
-        elif hover_s > best.hover_s - 1e-7 and rest_s < best.rest_s - 1e-7:
-            best = Stay(way, hover_s, rest_s)
-    return best
+            corners.append((x, y))
+    if not corners:
+        return None
+    hover_s = max(x for x, _ in corners)
+    return Stay(way, hover_s, min(y for x, y in corners if x >= hover_s - SAME_S))
 
 
 def programme(

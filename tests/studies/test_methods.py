@@ -111,10 +111,11 @@ def test_bounds_are_one_slot_or_two(paper: Comparison) -> None:
     found = cell(paper, "P4 b1 rest-first", "grid 60 s")
     assert found.largest_gap_s == 120.0
     assert "not a whole number of slots" in found.words
-    whole = two_buildings(limits__deadline_s=1200.0 + 88.31629158105093 - 1111.683708418949 + 1000)
-    row = optuav.compare(whole, slots=(1.0,), engines=("grid",)).rows[1]
-    left_s = whole.limits.deadline_s - 88.31629158105093
-    assert row.cells[1].largest_gap_s == (1.0 if math.isclose(left_s, round(left_s)) else 2.0)
+    flight_s = optuav.solve(two_buildings(), "P4", building="b1", order="rest-first").flight_time_s
+    whole = two_buildings(limits__deadline_s=flight_s + 1000.0)
+    found = optuav.compare(whole, slots=(10.0,), engines=("grid",))
+    assert cell(found, "P4 b1 rest-first", "grid 10 s").largest_gap_s == 10.0
+    assert cell(found, "P4 b1 hover-first", "grid 10 s").largest_gap_s == 20.0
 
 
 def test_p1_is_the_best_row_in_every_column(paper: Comparison) -> None:

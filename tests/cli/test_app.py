@@ -1,0 +1,87 @@
+"""The application: help, commands that do not exist, and the process itself."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+
+import pytest
+
+import optuav
+from optuav.cli.app import app
+from tests.cli.run import refused, run, widest, words
+
+COMMANDS = ("solve", "compare", "formulate", "show", "validate", "new", "missions")
+
+
+def test_help_lists_every_command_and_the_exit_codes() -> None:
+    found = run("--help")
+    assert found.code == 0
+    assert widest(found.out) <= 80
+    for said in (*COMMANDS, "Exit codes: 0 yes, 1 there is no feasible plan, 2 bad input"):
+        assert said in words(found.out)
+
+
+@pytest.mark.parametrize("command", [each.callback.__name__ for each in app.registered_commands])  # type: ignore[union-attr]
+def test_every_command_has_help_in_80_columns(command: str) -> None:
+    for option in ("--help", "-h"):
+        found = run(command, option)
+        assert found.code == 0
+        assert widest(found.out) <= 80
+        assert found.out == run(command, "--help").out
+
+
+def test_without_a_command_there_is_help() -> None:
+    found = run()
+    assert found.code == 2
+    assert words(found.out) == words(run("--help").out)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        (("frobnicate",), "No such command 'frobnicate'"),
+        (("solve",), "Missing argument 'MISSION'"),
+        (("solve", "paper", "--sot-s", "1"), "No such option: --sot-s"),
+        (("solve", "paper", "--slot-s", "soon"), "Invalid value for '--slot-s'"),
+        (("solve", "paper", "paper"), "unexpected extra argument"),
+    ],
+)
+def test_what_the_shell_got_wrong_is_bad_input(arguments: tuple[str, ...], said: str) -> None:
+    assert said in words(refused(*arguments))
+
+
+def process(*arguments: str, **options: object) -> subprocess.CompletedProcess[str]:
+    command = [sys.executable, "-m", "optuav", *arguments]
+    return subprocess.run(
+        command, capture_output=True, text=True, encoding="utf-8", check=False, **options
+    )  # type: ignore[call-overload, no-any-return]
+
+
+def test_the_process_leaves_by_the_exit_code() -> None:
+    found = process("solve", "paper", "--set", "limits.deadline_s=60")
+    assert found.returncode == 1
+    assert "INFEASIBLE" in found.stdout
+    assert found.stderr == ""
+
+
+def test_a_reader_that_has_seen_enough_gets_no_traceback() -> None:
+    """As ``optuav show paper | head -1``."""
+    command = [sys.executable, "-m", "optuav", "show", "paper"]
+    with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE) as running:
+        assert running.stdout is not None
+        assert running.stderr is not None
+        running.stdout.close()
+        assert running.stderr.read() == b""
+
+
+def test_a_console_without_our_letters_gets_others() -> None:
+    """As a Windows console, or LANG=C: no UnicodeEncodeError for Δ and →."""
+    found = process("solve", "paper", "--problem", "P3", env={"PYTHONIOENCODING": "ascii"})
+    assert found.returncode == 0
+    assert "origin ? hover ? destination" in found.stdout
+
+
+def test_the_command_is_the_library() -> None:
+    """What the command shows is what Python gives."""
+    assert run("solve", "paper").out.strip() == optuav.solve("paper").summary().strip()

@@ -1,0 +1,181 @@
+"""``optuav compare``: verdicts as exit codes, tables, data and pictures."""
+
+from __future__ import annotations
+
+import csv
+import json
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+import optuav
+from optuav.cli import compare as command
+from optuav.engines import smooth
+from optuav.errors import SolverError
+from tests.cli.run import refused, run, widest, words
+
+QUICK = ("compare", "small.toml", "--engines", "grid", "--slots", "10,60")
+
+
+@pytest.fixture(autouse=True)
+def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """A folder with a mission of one building, ``small.toml``."""
+    monkeypatch.chdir(tmp_path)
+    mission = optuav.load("paper")
+    mission.replace({"buildings": [mission.buildings[0].model_dump()]}).save("small.toml")
+    return tmp_path
+
+
+def test_agreement_is_exit_code_0() -> None:
+    found = run(*QUICK)
+    assert found.code == 0
+    assert widest(found.out) <= 80
+    assert found.out.splitlines()[-1] == "All 12 answers agree."
+    assert found.out.rstrip() == str(
+        optuav.compare("small.toml", slots=(10.0, 60.0), engines=("grid",))
+    )
+
+
+def test_every_engine_by_default() -> None:
+    found = run("compare", "small.toml", "--slots", "60", "--set", "buildings=[]", "--json")
+    methods = [cell["method"] for cell in json.loads(found.out)["rows"][0]["cells"]]
+    assert methods == ["closed form", "LP", "CasADi wells", "grid 60 s", "MILP 60 s"]
+
+
+def test_disagreement_is_loud_and_exit_code_1(monkeypatch: pytest.MonkeyPatch) -> None:
+    """With an accuracy that no solver has."""
+    monkeypatch.setattr(optuav.studies.methods, "ACCURACY_S", {"cvxpy": -1.0, "closed-form": 0.0})
+    found = run("compare", "small.toml", "--engines", "cvxpy", "--slots", "60")
+    assert found.code == 1
+    assert "DISAGREE  P3, LP: " in found.out
+    assert "NO" in found.out
+    assert "agree." not in found.out
+    as_json = run("compare", "small.toml", "--engines", "cvxpy", "--slots", "60", "--json")
+    assert as_json.code == 1
+    assert json.loads(as_json.out)["agrees"] is False
+
+
+def test_an_engine_that_fails_is_exit_code_3(monkeypatch: pytest.MonkeyPatch) -> None:
+    def fails(*_: Any, **__: Any) -> None:
+        raise SolverError("it broke")
+
+    monkeypatch.setattr(smooth, "solve", fails)
+    found = run("compare", "small.toml", "--engines", "casadi", "--slots", "60")
+    assert found.code == 3
+    assert "FAILED  P3, CasADi wells: it broke" in found.out
+    assert run(*QUICK, "--time-limit-s", "1e-9").code == 3
+
+
+def test_nothing_feasible_is_exit_code_1() -> None:
+    found = run(*QUICK, "--set", "limits.deadline_s=60")
+    assert found.code == 1
+    assert "the flight alone takes 75.79 s" in words(found.out)
+    assert widest(found.out) <= 80
+
+
+def test_the_same_question_gives_the_same_output() -> None:
+    """Times taken differ from run to run and are told only when asked."""
+    assert run(*QUICK, "--json").out == run(*QUICK, "--json").out
+    assert run(*QUICK).out == run(*QUICK).out
+    assert "time" not in json.loads(run(*QUICK, "--json").out)["rows"][0]["cells"][0]
+    assert json.loads(run(*QUICK, "--json", "--times").out)["rows"][0]["cells"][0]["time_s"] > 0.0
+    timed = run(*QUICK, "--times").out
+    assert "time [s]" in timed
+    assert widest(timed) <= 80
+
+
+def test_files(folder: Path) -> None:
+    found = run(*QUICK, "--save", "all.csv")
+    assert found.out.splitlines()[-1] == "wrote all.csv"
+    with (folder / "all.csv").open(encoding="utf-8", newline="") as file:
+        rows = list(csv.DictReader(file))
+    assert len(rows) == 12
+    assert {row["agrees"] for row in rows} == {"True"}
+    as_json = run(*QUICK, "--save", "all.json", "--json")
+    assert (folder / "all.json").read_text("utf-8") == as_json.out
+
+
+def test_pictures(folder: Path) -> None:
+    pytest.importorskip("matplotlib")
+    found = run(*QUICK, "--plot", "new")
+    assert found.code == 0
+    assert sorted(path.name for path in (folder / "new").iterdir()) == ["gaps.png", "plane.png"]
+    assert found.out.count("wrote ") == 2
+    found = run("compare", "small.toml", "--by", "trajectory", "--plot", "new")
+    assert (folder / "new" / "choices.png").exists()
+
+
+def test_plans_by_perspective_and_trajectory(folder: Path) -> None:
+    found = run("compare", "paper-table2", "--by", "perspective,trajectory", "--slots", "1")
+    assert found.code == 0
+    assert widest(found.out) <= 80
+    assert found.out.rstrip() == str(optuav.compare_by("paper-table2", slot_s=1.0))
+    assert "energy direct 697.00" in words(found.out)
+    data = json.loads(run("compare", "paper", "--by", "trajectory", "--json").out)
+    assert [row["trajectory"] for row in data["rows"]] == ["direct", "traj1", "traj2", "optimal"]
+    run("compare", "paper", "--by", "perspective", "--save", "by.csv")
+    assert (folder / "by.csv").read_text("utf-8").startswith("perspective,trajectory,status")
+
+
+def test_plans_by_trajectory_where_there_are_none() -> None:
+    found = run("compare", "paper", "--by", "trajectory", "--set", "limits.deadline_s=60")
+    assert found.code == 1
+    assert "Because the flight alone takes 75.79 s" in found.out
+    assert widest(found.out) <= 80
+
+
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        (("--slots", ""), "--slots = '': numbers of seconds"),
+        (("--slots", "1,x"), "--slots = '1,x': numbers of seconds"),
+        (("--slots", "0"), "slots = 0.0"),
+        (("--slots", "1e-9"), "slots = 1e-09"),
+        (("--slots", "inf"), "slots = inf"),
+        (("--slots", "1,1.0"), "each length once"),
+        (("--engines", "grid,abacus"), "engines = 'abacus': some of closed-form, cvxpy"),
+        (("--perspective", "wells"), "perspective = 'wells': one of battery, energy, adjusted"),
+        (("--by", "problem"), "by = 'problem': some of perspective, trajectory"),
+        (("--by", "trajectory,trajectory"), "each once"),
+        (("--by", "trajectory", "--slots", "1,2"), "one length with --by"),
+        (("--by", "trajectory", "--engines", "grid"), "--engines: does not go with --by"),
+        (("--by", "trajectory", "--times"), "--times: does not go with --by"),
+        (("--by", "perspective", "--perspective", "energy"), "is varied already"),
+        (("--time-limit-s", "0"), "time_limit_s = 0.0"),
+        (("--set", "limits.min_soc=2"), "limits.min_soc = 2"),
+    ],
+)
+def test_bad_input_is_refused_in_words(arguments: tuple[str, ...], said: str) -> None:
+    assert said in refused("compare", "paper", *arguments)
+
+
+@pytest.mark.parametrize("by", [(), ("--by", "trajectory")])
+@pytest.mark.parametrize(
+    ("option", "said"),
+    [
+        (("--save", "table.txt"), "a name that ends in .csv or .json"),
+        (("--save", "no/such/folder/x.csv"), "there is no directory no/such/folder"),
+        (("--plot", "small.toml"), "is not a directory"),
+    ],
+)
+def test_places_that_cannot_be_written_to_are_refused_before_the_work(
+    by: tuple[str, ...], option: tuple[str, ...], said: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(optuav.studies, "compare", None)
+    monkeypatch.setattr(optuav.studies, "compare_by", None)
+    assert said in refused("compare", "paper", *by, *option)
+
+
+@pytest.mark.parametrize("terminal", [True, False])
+def test_a_terminal_sees_progress_and_a_pipe_does_not(
+    terminal: bool, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr(command.Console, "is_terminal", terminal)
+    with command._progress() as progress:
+        assert (progress is not None) is terminal
+        if progress is not None:
+            progress(1, 2, "P4 [bold] b1")
+    shown = capsys.readouterr()
+    assert shown.out == ""
+    assert ("P4 [bold] b1" in shown.err) is terminal

@@ -1,0 +1,77 @@
+"""``optuav formulate``: mathematics on the screen, programmes in files."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+import highspy
+import pytest
+
+import optuav
+from tests.cli.run import refused, run, widest
+
+
+def test_text_is_the_printed_program() -> None:
+    found = run("formulate", "paper", "--problem", "P4", "--building", "b1")
+    assert found.code == 0
+    assert found.out.rstrip() == str(optuav.formulate("paper", "P4", building="b1"))
+    assert "P4.b deadline" in found.out
+
+
+def test_latex() -> None:
+    found = run("formulate", "paper", "--problem", "P3", "--perspective", "energy", "--latex")
+    assert found.code == 0
+    assert found.out.startswith(r"\begin{align*}")
+    assert r"\eta" in found.out
+
+
+@pytest.mark.parametrize("form", ["lp", "mps"])
+def test_a_saved_file_is_read_to_the_same_optimum(form: str, tmp_path: Path) -> None:
+    path = tmp_path / f"p4.{form}"
+    asked = ("formulate", "paper", "--problem", "P4", "--building", "b1", f"--{form}")
+    assert run(*asked, "--save", str(path)).out.split() == ["wrote", str(path)]
+    assert path.read_text("utf-8") == run(*asked).out
+    assert widest(run(*asked).out) <= 80
+    solver = highspy.Highs()
+    solver.setOptionValue("output_flag", False)
+    solver.readModel(str(path))
+    solver.run()
+    assert solver.getInfo().objective_function_value == pytest.approx(719.5399, abs=1e-4)
+
+
+def test_settings_and_options_reach_the_programme() -> None:
+    found = run(
+        *("formulate", "paper", "--problem", "P3", "--set", "limits.deadline_s=800"),
+        *("--set", "limits.min_soc=0.2", "--lp"),
+    )
+    assert "<= 724.2077" in found.out
+    plan = optuav.solve(
+        optuav.load("paper").replace({"limits.deadline_s": 800, "limits.min_soc": 0.2}), "P3"
+    )
+    slope, side = re.findall(r"-[ \d.]+\d", found.out.partition("P3.a_state_of_charge")[2])[:2]
+    hover_s = float(side) / float(slope.replace(" ", ""))
+    assert hover_s == pytest.approx(plan.hover_time_s, rel=1e-9)
+
+
+def test_what_cannot_fly_is_an_honest_no() -> None:
+    for option in ([], ["--lp"], ["--latex"]):
+        found = run("formulate", "paper", "--set", "body.mass_kg=50", *option)
+        assert found.code == 1
+        assert found.out.startswith("nothing can be flown: the UAV cannot fly")
+        assert widest(found.out) <= 80
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (("--lp", "--mps"), "--lp, --mps: one of --latex, --lp, --mps"),
+        (("--problem", "P4"), "problem P4 needs the name of a building"),
+        (("--problem", "P3", "--building", "b1"), "problem P3 takes none"),
+        (("--perspective", "wells", "--lp"), "'P1.b state of charge' is not linear"),
+        (("--save", "no/such/folder/x.lp", "--lp"), "there is no directory"),
+        (("--set", "limits.min_soc=7"), "limits.min_soc = 7"),
+    ],
+)
+def test_bad_input_is_refused_in_words(arguments: tuple[str, ...], words: str) -> None:
+    assert words in refused("formulate", "paper", *arguments)

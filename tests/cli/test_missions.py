@@ -1,0 +1,164 @@
+"""``optuav show``, ``validate``, ``new`` and ``missions``: what speaks of missions and plans."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import pytest
+
+import optuav
+from tests.cli.run import refused, run, widest
+
+
+@pytest.fixture(autouse=True)
+def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """An empty folder to work in."""
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+# missions
+
+
+def test_missions_are_listed() -> None:
+    found = run("missions")
+    assert found.code == 0
+    assert widest(found.out) <= 80
+    assert [line.split()[0] for line in found.out.splitlines() if not line.startswith(" ")] == [
+        *("mission", "paper", "paper-table2")
+    ]
+    rows = json.loads(run("missions", "--json").out)
+    assert [row["name"] for row in rows] == list(optuav.shipped())
+
+
+# show
+
+
+@pytest.mark.parametrize("mission", ["paper", "paper-table2"])
+def test_a_mission_is_shown_with_derived_values(mission: str) -> None:
+    found = run("show", mission)
+    assert found.code == 0
+    assert widest(found.out) <= 80
+    for words in ("[limits]", "deadline_s", "[[buildings]]", "derived"):
+        assert words in found.out
+    data = json.loads(run("show", mission, "--json").out)
+    assert data["mission"]["name"] == mission
+    assert all(set(each) == {"value", "unit"} for each in data["derived"].values())
+
+
+def test_settings_change_what_is_shown() -> None:
+    data = json.loads(run("show", "paper", "--set", "limits.deadline_s=99", "--json").out)
+    assert data["mission"]["limits"]["deadline_s"] == 99
+
+
+def test_a_plan_is_shown_as_solve_shows_it() -> None:
+    run("solve", "paper", "--save", "plan.json")
+    assert run("show", "plan.json").out == run("solve", "paper").out
+    assert json.loads(run("show", "plan.json", "--json").out)["kind"] == "optuav plan"
+
+
+def test_an_infeasible_plan_is_shown() -> None:
+    run("solve", "paper", "--set", "limits.deadline_s=60", "--save", "plan.json")
+    found = run("show", "plan.json")
+    assert found.code == 0
+    assert "INFEASIBLE" in found.out
+
+
+def test_pictures_of_a_mission_and_of_a_plan(folder: Path) -> None:
+    pytest.importorskip("matplotlib")
+    assert run("show", "paper", "--plot", "mission").code == 0
+    assert [path.name for path in (folder / "mission").iterdir()] == ["map.png"]
+    run("solve", "paper", "--set", "limits.deadline_s=60", "--save", "plan.json")
+    assert "wrote plan/map.png" in run("show", "plan.json", "--plot", "plan").out
+
+
+@pytest.mark.parametrize(
+    ("content", "words"),
+    [
+        (None, "there is no such file"),
+        ("", "is not JSON"),
+        ("[1, 2", "is not JSON"),
+        ("[]", "is no plan"),
+        ("{}", "is no plan"),
+        ('{"kind": "optuav plan", "schema": 99}', "schema"),
+        ('{"kind": "optuav plan", "schema": 1}', "mission"),
+        ("[" * 100_000, "JSON"),
+        ('{"kind": "optuav plan", "schema": 1, "slot_s": NaN}', ""),
+    ],
+)
+def test_a_broken_plan_is_refused(folder: Path, content: str | None, words: str) -> None:
+    if content is not None:
+        (folder / "plan.json").write_text(content, "utf-8")
+    assert words in refused("show", "plan.json")
+
+
+def test_a_plan_takes_no_settings() -> None:
+    run("solve", "paper", "--save", "plan.json")
+    words = refused("show", "plan.json", "--set", "limits.deadline_s=1")
+    assert "goes with a mission, not with a saved plan" in words
+
+
+# validate and new
+
+
+def test_a_new_mission_is_in_order_and_has_the_values_that_it_starts_from() -> None:
+    made = run("new", "hill.toml", "--from", "paper-table2")
+    assert made.code == 0
+    assert "optuav validate hill.toml" in made.out
+    checked = run("validate", "hill.toml")
+    assert checked.code == 0
+    assert "in order" in checked.out
+    assert widest(checked.out) <= 80
+    hill, table2 = optuav.load("hill.toml"), optuav.load("paper-table2")
+    assert optuav.solve(hill).hover_time_s == optuav.solve(table2).hover_time_s
+    assert json.loads(run("validate", "hill.toml", "--json").out)["valid"] is True
+
+
+@pytest.mark.parametrize(
+    ("file", "source", "words"),
+    [
+        ("old.toml", "paper", "exists already"),
+        ("no/where.toml", "paper", "there is no directory"),
+        (".", "paper", "exists already"),
+        ("new.toml", "nowhere", "there is no such file"),
+    ],
+)
+def test_a_mission_that_cannot_be_made(folder: Path, file: str, source: str, words: str) -> None:
+    (folder / "old.toml").write_text("mine", "utf-8")
+    assert words in refused("new", file, "--from", source)
+    assert (folder / "old.toml").read_text("utf-8") == "mine"
+    assert [path.name for path in folder.iterdir()] == ["old.toml"]
+
+
+@pytest.mark.parametrize(
+    ("content", "words"),
+    [
+        (b"", "schema"),
+        (b"\xff\xfe\x00", "is not text in UTF-8"),
+        (b"schema = 1\n[limits\n", "is not TOML"),
+        (b"schema = 2\n", "schema"),
+        (b'schema = 1\nextends = "nowhere"\n', "extends"),
+        (b'schema = 1\nextends = "mission.toml"\n', "does not lead back"),
+        (b'schema = 1\nextends = "paper"\n[limits]\ndeadlin_s = 1\n', "did you mean 'deadline_s'?"),
+        (b'schema = 1\nextends = "paper"\n[limits]\nmin_soc = 2\n', "limits.min_soc = 2"),
+        (b'schema = 1\nextends = "paper"\n[[buildings]]\nname = "hover"\n', "buildings"),
+    ],
+)
+def test_a_broken_mission_is_refused(folder: Path, content: bytes, words: str) -> None:
+    (folder / "mission.toml").write_bytes(content)
+    assert words in refused("validate", "mission.toml")
+    assert words in refused("solve", "mission.toml")
+
+
+def test_a_folder_is_no_mission(folder: Path) -> None:
+    assert "is a directory, not a file" in refused("validate", str(folder))
+
+
+def test_what_is_in_order_but_cannot_fly_is_told() -> None:
+    found = run("validate", "paper", "--set", "body.mass_kg=50")
+    assert found.code == 0
+    assert "warning:" in found.out
+    assert json.loads(run("validate", "paper", "--set", "body.mass_kg=50", "--json").out)[
+        "warnings"
+    ]

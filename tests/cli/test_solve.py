@@ -1,0 +1,157 @@
+"""``optuav solve``: good, infeasible, refused and unfinished."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import pytest
+
+import optuav
+from tests.cli.run import refused, run, widest, words
+
+
+def test_a_plan() -> None:
+    found = run("solve", "paper")
+    assert found.code == 0
+    assert "Hover            719.54 s   at hover" in found.out
+    assert "Warning      the available well runs dry" in found.out
+    assert widest(found.out) <= 80
+
+
+@pytest.mark.parametrize(
+    ("options", "hover_time_s"),
+    [
+        ([], 719.5398),
+        (["--engine", "closed-form"], 719.5398),
+        (["--engine", "cvxpy"], 719.5398),
+        (["--engine", "cvxpy", "--solver", "CLARABEL"], 719.5398),
+        (["--problem", "P3"], 688.8480),
+        (["--problem", "P3", "--perspective", "energy"], 524.6284),
+        (["--problem", "P3", "--perspective", "wells"], 688.8480),
+        (["--problem", "P3", "--slot-s", "10"], 680.0),
+        (["--problem", "P3", "--slot-s", "10", "--engine", "cvxpy"], 680.0),
+        (["--problem", "P4", "--building", "b1", "--order", "hover-first"], 698.0762),
+        (["--trajectory", "traj1"], 715.0477),
+        (["--problem", "P2-tight", "--set", "limits.deadline_s=800"], 678.69),
+    ],
+)
+def test_options_reach_the_solver(options: list[str], hover_time_s: float) -> None:
+    found = run("solve", "paper", *options, "--json")
+    assert found.code == 0
+    assert json.loads(found.out)["hover_time_s"] == pytest.approx(hover_time_s, abs=5e-3)
+
+
+def test_settings_are_repeated_and_typed() -> None:
+    """Numbers, lists, text without quotes, and an optional table that is removed."""
+    found = run(
+        *("solve", "paper", "--json", "--set", "limits.deadline_s=800", "--set", "laser="),
+        *("--set", "route.hover_m=[1000, 2510, 60]", "--set", "name=short trip"),
+    )
+    assert found.code == 0
+    mission = json.loads(found.out)["mission"]
+    assert mission["limits"]["deadline_s"] == 800
+    assert mission["route"]["hover_m"] == [1000, 2510, 60]
+    assert mission["name"] == "short trip"
+    assert mission.get("laser") is None
+
+
+@pytest.mark.parametrize(
+    ("settings", "said"),
+    [
+        (["limits.deadline_s=60"], "the flight alone takes 75.79 s"),
+        (["body.mass_kg=50"], "the UAV cannot fly"),
+        (["laser=", "limits.min_soc=0.95"], "P1.b state of charge"),
+    ],
+)
+def test_infeasible_is_an_honest_no(settings: list[str], said: str) -> None:
+    asked = ("solve", "paper", *(part for each in settings for part in ("--set", each)))
+    found = run(*asked)
+    assert found.code == 1
+    assert "INFEASIBLE" in found.out
+    assert said in words(found.out)
+    assert widest(found.out) <= 80
+    as_json = run(*asked, "--json")
+    assert as_json.code == 1
+    answer = json.loads(as_json.out)
+    assert answer["status"] == "infeasible"
+    assert answer["hover_time_s"] is None
+    assert answer["reasons"]
+
+
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        (("nowhere",), "nowhere: there is no such file; shipped missions are paper, paper-table2"),
+        (("paper", "--problem", "P9"), "problem = 'P9': one of P1, P2, P2-tight, P3, P4"),
+        (("paper", "--problem", "P4"), "building: problem P4 needs the name of a building"),
+        (("paper", "--problem", "P4", "--building", "b99"), "the mission's buildings are: b1"),
+        (("paper", "--problem", "P3", "--order", "rest-first"), "no rest to order"),
+        (("paper", "--perspective", "hopeful"), "perspective = 'hopeful'"),
+        (("paper", "--engine", "ouija"), "engine = 'ouija': one of auto, closed-form, cvxpy"),
+        (("paper", "--engine", "closed-form", "--slot-s", "1"), "continuous times only"),
+        (("paper", "--engine", "cvxpy", "--perspective", "wells"), "'P1.b state of charge' is not"),
+        (("paper", "--engine", "cvxpy", "--solver", "ABACUS"), "CVXPY has no solver 'ABACUS'"),
+        (("paper", "--slot-s", "0"), "slot_s = 0.0"),
+        (("paper", "--slot-s", "nan"), "slot_s = nan"),
+        (("paper", "--slot-s", "1e-9"), "slot_s = 1e-09"),
+        (("paper", "--time-limit-s", "-1"), "time_limit_s = -1.0"),
+        (("paper", "--set", "limits.deadline_s"), "--set = 'limits.deadline_s': KEY=VALUE"),
+        (
+            ("paper", "--set", "limits.deadlin_s=1"),
+            "unknown key; did you mean 'limits.deadline_s'?",
+        ),
+        (("paper", "--set", "limits.deadline_s=soon"), "limits.deadline_s = 'soon': a number"),
+        (("paper", "--set", "limits.deadline_s=-1"), "limits.deadline_s = -1"),
+        (("paper", "--set", "wind.force_N=[nan, 0, 0]"), "wind.force_N"),
+        (("paper", "--set", f"name={'[' * 5000}"), "name"),
+        (("paper", "--save", "no/such/folder/plan.json"), "there is no directory"),
+        (("paper", "--save", "."), ".: is a directory, not a file"),
+    ],
+)
+def test_bad_input_is_refused_in_words(
+    arguments: tuple[str, ...], said: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    assert said in refused("solve", *arguments)
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_all_faults_are_listed_at_once() -> None:
+    found = refused("solve", "paper", "--problem", "P9", "--order", "up", "--slot-s", "0")
+    assert found.startswith("error: problem")
+    assert [line[:7] for line in found.splitlines()[1:]] == ["       "] * 2
+
+
+@pytest.mark.parametrize("engine", ["grid", "casadi"])
+def test_an_engine_that_does_not_finish_has_its_own_exit_code(engine: str) -> None:
+    slots = ["--slot-s", "0.01"] if engine == "grid" else []
+    found = run("solve", "paper", "--engine", engine, *slots, "--time-limit-s", "1e-6")
+    assert found.code == 3
+    assert found.out == ""
+    assert "within the time limit" in found.err
+
+
+def test_a_saved_plan_is_the_plan(tmp_path: Path) -> None:
+    path = tmp_path / "plan.json"
+    found = run("solve", "paper", "--save", str(path))
+    assert found.code == 0
+    assert f"wrote {path}" in found.out.replace("\n", "")
+    assert optuav.load_plan(path) == optuav.solve("paper")
+    as_json = run("solve", "paper", "--save", str(path), "--json")
+    assert json.loads(as_json.out) == json.loads(path.read_text("utf-8"))
+
+
+def test_pictures_go_into_a_new_directory(tmp_path: Path) -> None:
+    pytest.importorskip("matplotlib")
+    folder = tmp_path / "new" / "pictures"
+    found = run("solve", "paper", "--problem", "P3", "--plot", str(folder))
+    assert found.code == 0
+    assert sorted(path.name for path in folder.iterdir()) == ["battery.png", "leg.png", "map.png"]
+    assert found.out.count("wrote ") == 3
+
+
+def test_pictures_cannot_go_where_a_file_is(tmp_path: Path) -> None:
+    pytest.importorskip("matplotlib")
+    (tmp_path / "file").write_text("", "utf-8")
+    assert "is not a directory" in refused("solve", "paper", "--plot", str(tmp_path / "file"))

@@ -1,0 +1,105 @@
+"""Engines stand alone, and load when they are first needed."""
+
+from __future__ import annotations
+
+import ast
+import subprocess
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+import optuav.engines
+from optuav.engines.capabilities import ENGINES
+
+DIRECTORY = Path(optuav.engines.__file__).parent
+MODULES = {"closed-form": "closed_form", "cvxpy": "linear", "casadi": "smooth", "grid": "grid"}
+"""Where each engine of the table lives."""
+HEAVY = ("casadi", "cvxpy", "highspy", "matplotlib", "pandas", "scipy.stats", "scipy.optimize")
+
+
+def imported(module: Path) -> Iterator[str]:
+    """Names of all modules that a module imports, in functions too."""
+    for node in ast.walk(ast.parse(module.read_text("utf-8"))):
+        if isinstance(node, ast.Import):
+            yield from (alias.name for alias in node.names)
+        elif isinstance(node, ast.ImportFrom):
+            assert node.level == 0
+            yield from (f"{node.module}.{alias.name}" for alias in node.names)
+            yield str(node.module)
+
+
+def test_every_engine_of_the_table_has_its_module() -> None:
+    assert MODULES.keys() == set(ENGINES)
+    assert all((DIRECTORY / f"{module}.py").is_file() for module in MODULES.values())
+
+
+@pytest.mark.parametrize("module", sorted(DIRECTORY.glob("*.py")), ids=lambda path: path.stem)
+def test_modules_of_engines_import_no_engine_and_no_formulation(module: Path) -> None:
+    """Not each other, and what they share imports none of them; nor physics, missions or plans."""
+    engines = {f"optuav.engines.{name}" for name in MODULES.values()}
+    found = set(imported(module))
+    assert not found & (engines - {f"optuav.engines.{module.stem}"})
+    ours = {name.split(".")[1] for name in found if name.startswith("optuav.")}
+    assert ours <= {"engines", "modelling", "errors"}
+    assert not any(name.partition(".")[0] == "formulations" for name in found)
+
+
+@pytest.mark.parametrize("module", sorted(DIRECTORY.glob("*.py")), ids=lambda path: path.stem)
+def test_solvers_are_imported_inside_functions(module: Path) -> None:
+    """Only one engine knows a library, and only from its first call on."""
+    body = ast.parse(module.read_text("utf-8")).body
+    top = {alias.name for node in body if isinstance(node, ast.Import) for alias in node.names}
+    top |= {str(node.module) for node in body if isinstance(node, ast.ImportFrom)}
+    assert not any(name.startswith(HEAVY) for name in top)
+    libraries = {name.partition(".")[0] for name in imported(module)} & {"casadi", "cvxpy"}
+    assert libraries <= {"linear": {"cvxpy"}, "smooth": {"casadi"}}.get(module.stem, set())
+
+
+LOADED = f"import sys; print(*[name for name in {HEAVY!r} if name in sys.modules])"
+
+
+def loaded(program: str) -> set[str]:
+    """Which heavy modules a program has loaded at its end."""
+    done = subprocess.run(
+        [sys.executable, "-c", f"{program}\n{LOADED}"], capture_output=True, text=True, check=True
+    )
+    return set(done.stdout.splitlines()[-1].split())
+
+
+COMMAND = """
+from optuav.cli import main
+try:
+    main({arguments!r})
+except SystemExit as exit:
+    assert not exit.code
+"""
+
+
+@pytest.mark.parametrize(
+    "program",
+    [
+        pytest.param("import optuav", id="import"),
+        pytest.param("import optuav.cli", id="command line"),
+        pytest.param(COMMAND.format(arguments=["solve", "paper"]), id="solve"),
+        pytest.param(COMMAND.format(arguments=["solve", "paper", "--slot-s", "60"]), id="slots"),
+        pytest.param(COMMAND.format(arguments=["formulate", "paper"]), id="formulate"),
+        pytest.param(
+            "import optuav\nc = optuav.formulate('paper').compile()\nc.solve().shadow_prices()",
+            id="compile",
+        ),
+        pytest.param("import formulations.p4, optuav.engines.sensitivity", id="formulations"),
+    ],
+)
+def test_nothing_heavy_is_loaded_for(program: str) -> None:
+    """Neither solvers nor plotting nor the slow parts of scipy."""
+    assert loaded(program) == set()
+
+
+@pytest.mark.parametrize(("engine", "library"), [("cvxpy", "cvxpy"), ("casadi", "casadi")])
+def test_an_engine_loads_its_own_library(engine: str, library: str) -> None:
+    """The list above would see it."""
+    found = loaded(f"import optuav; optuav.solve('paper', 'P3', engine={engine!r})")
+    assert library in found
+    assert not found & ({"cvxpy", "casadi", "matplotlib"} - {library})

@@ -1,0 +1,53 @@
+"""Gaps and bars show their numbers, with no text on another."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import pytest
+
+pytest.importorskip("matplotlib")
+from matplotlib.figure import Figure
+
+from optuav import plots
+
+Overlaps = Callable[[Figure], list[tuple[str, str]]]
+
+
+def test_bars_are_as_high_as_their_numbers() -> None:
+    shown = [
+        plots.Bar("battery", "direct", 688.848, 0.05),
+        plots.Bar("energy", "direct", 524.628, 0.2505),
+        plots.Bar("battery", "traj1", None, None),
+        plots.Bar("energy", "traj1", 554.057, -0.1),
+    ]
+    axes = plots.choice_bars(shown, "paper", 0.05)
+    assert [bar.get_height() for bar in axes.hover.patches] == [688.848, 524.628, 0.0, 554.057]
+    assert [bar.get_height() for bar in axes.charge.patches] == [5.0, 25.05, 0.0, -10.0]
+    words = [text.get_text() for text in axes.hover.texts]
+    assert words == ["688.8", "524.6", "no plan", "554.1"]
+    assert axes.charge.texts[-1].get_text() == "−10.0"
+    assert axes.charge.get_ylim()[0] < -10.0
+    colours = [bar.get_facecolor() for bar in axes.hover.patches]
+    assert colours[0] == colours[2] != colours[1] == colours[3]
+    assert axes.hover.get_ylabel() == "hover time Δ [s]"
+
+
+@pytest.mark.parametrize("slots_s", [(1.0,), (0.001, 1e7), tuple(map(float, range(1, 13)))])
+def test_gaps_have_no_text_on_text(slots_s: tuple[float, ...], overlaps: Overlaps) -> None:
+    shown = [
+        plots.Gap(kind, slot_s, share * slot_s, largest * slot_s if largest else None)
+        for slot_s in slots_s
+        for kind, share, largest in (("P1", 1.3, 2), ("P3", 0.0, 1), ("P4 rest-first", 7.5, None))
+    ]
+    ax = plots.slot_gaps(shown, "a mission $with$ a very long name indeed")
+    assert overlaps(ax.figure) == []
+
+
+@pytest.mark.parametrize("perspectives", [("battery",), ("battery", "energy", "adjusted")])
+@pytest.mark.parametrize("trajectories", [("optimal",), ("direct", "traj1", "traj2", "optimal")])
+def test_bars_have_no_text_on_text(
+    perspectives: tuple[str, ...], trajectories: tuple[str, ...], overlaps: Overlaps
+) -> None:
+    shown = [plots.Bar(p, t, 12345.678, 1.0) for t in trajectories for p in perspectives]
+    assert overlaps(plots.choice_bars(shown, "paper", 0.05).hover.figure) == []

@@ -1,0 +1,124 @@
+"""Which engine answers which question, found from the model itself."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+from formulations.formulation import Formulation
+from optuav.engines.capabilities import CAPABILITIES, ENGINES, need, takers
+from optuav.errors import InputError
+from optuav.modelling import Model
+from optuav.modelling.traits import Traits, traits
+from optuav.solving import formulate, solve
+
+
+def chosen(problem: Any, **asked: Any) -> str:
+    return solve("paper", problem, **asked).engine
+
+
+class Kinked(Formulation):
+    """Longest hover, cut off."""
+
+    def declare(self, model: Model) -> None:
+        """State a kink."""
+        hover = model.variable("hover_time_s", "Δ", unit="s", upper=self.time_left)
+        model.maximise(np.minimum(hover, 100.0) - 0.01 * hover)
+
+
+class Binary(Formulation):
+    """Longest hover, on or off."""
+
+    def declare(self, model: Model) -> None:
+        """State a choice."""
+        hover = model.variable("hover_time_s", "Δ", unit="s", upper=self.time_left)
+        on = model.variable("on", "z", unit="1", upper=1.0, binary=True)
+        model.maximise(hover)
+        model.subject_to("on", hover <= 100.0 * on)
+
+
+class Free(Formulation):
+    """Longest hover, the unknown from below."""
+
+    def declare(self, model: Model) -> None:
+        """State an unknown without a lower bound."""
+        hover = model.variable("hover_time_s", "Δ", unit="s", lower=-np.inf, upper=100.0)
+        model.maximise(hover)
+
+
+@pytest.mark.parametrize(
+    ("problem", "asked", "engine"),
+    [
+        ("P1", {}, "closed-form"),
+        ("P1", {"slot_s": 60.0}, "grid"),
+        ("P3", {"perspective": "wells"}, "casadi"),
+        ("P3", {"perspective": "wells", "slot_s": 60.0}, "grid"),
+        (Kinked, {"engine": "grid"}, "grid"),
+        (Binary, {}, "cvxpy"),
+        (Binary, {"slot_s": 60.0}, "cvxpy"),
+        (Free, {}, "cvxpy"),
+    ],
+)
+def test_auto_takes_the_first_that_takes_the_model(
+    problem: Any, asked: dict[str, Any], engine: str
+) -> None:
+    """And the grid for slots, where it can."""
+    assert chosen(problem, **asked) == engine
+
+
+def test_model_that_no_engine_takes() -> None:
+    """A kink in continuous times; the refusal says what the model is, and what would help."""
+    with pytest.raises(InputError, match="takes this model: not smooth, 1 unknown; with slot_s"):
+        solve("paper", Kinked)
+
+
+@pytest.mark.parametrize(
+    ("problem", "asked", "why"),
+    [
+        (Kinked, {"engine": "casadi"}, "it needs derivatives; the model has kinks"),
+        (Kinked, {"engine": "cvxpy"}, "'objective' is not: minimum of the unknowns is not linear"),
+        (Binary, {"engine": "casadi"}, "it takes no binary unknowns"),
+        (Binary, {"engine": "closed-form"}, "it takes no binary unknowns"),
+        (Free, {"engine": "closed-form"}, "it needs a lower bound on Δ"),
+        (Free, {"engine": "grid"}, "it needs a lower bound on Δ"),
+        ("P1", {"engine": "closed-form", "slot_s": 1.0}, "it takes continuous times only"),
+        ("P1", {"engine": "casadi", "slot_s": 1.0}, "it takes continuous times only"),
+    ],
+)
+def test_impossible_pairs_are_refused_with_the_reason(
+    problem: Any, asked: dict[str, Any], why: str
+) -> None:
+    """And with the names of those that would do."""
+    with pytest.raises(InputError, match=why) as refusal:
+        solve("paper", problem, **asked)
+    said = str(refusal.value).rpartition("Engines that do: ")[2]
+    model = formulate("paper", problem).parts[0].model
+    slots = "slot_s" in asked or asked["engine"] == "grid"
+    assert said == (", ".join(takers(traits(model), slots)) or "none")
+
+
+@pytest.mark.parametrize("engine", ENGINES)
+@pytest.mark.parametrize("slots", [False, True])
+@pytest.mark.parametrize(
+    "model",
+    [
+        Traits(2, linear=True, smooth=True, integer=False),
+        Traits(3, linear=True, smooth=True, integer=False),
+        Traits(2, linear=True, smooth=True, integer=True),
+        Traits(2, linear=False, smooth=True, integer=False, nonlinear_label="a"),
+        Traits(2, linear=False, smooth=False, integer=False, nonlinear_label="a"),
+        Traits(1, linear=True, smooth=True, integer=False, open_below=("x",)),
+    ],
+    ids=str,
+)
+def test_table_and_refusals_agree(model: Traits, slots: bool, engine: str) -> None:
+    """An engine is among the takers just where it is not refused."""
+    (capability,) = (each for each in CAPABILITIES if each.name == engine)
+    if engine in takers(model, slots):
+        assert capability.obstacle(model, slots) == ""
+        need(engine, model, slots)
+    else:
+        with pytest.raises(InputError, match=f"engine {engine} does not take this model"):
+            need(engine, model, slots)

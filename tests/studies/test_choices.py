@@ -1,0 +1,129 @@
+"""`optuav.compare_by`: the paper's own comparison, perspectives by trajectories."""
+
+from __future__ import annotations
+
+import csv
+import io
+import json
+from typing import Any
+
+import pytest
+
+import optuav
+from optuav.errors import InputError
+from optuav.studies import Choices
+
+
+@pytest.fixture(scope="module")
+def table2() -> Choices:
+    """Perspectives by trajectories on `paper-table2`, in slots of 1 s as in the paper."""
+    return optuav.compare_by("paper-table2", slot_s=1.0)
+
+
+def hovers(found: Choices) -> dict[tuple[str, str], float | None]:
+    return {(row.perspective, row.trajectory): row.hover_time_s for row in found.rows}
+
+
+def test_every_pair_in_the_order_of_the_paper(table2: Choices) -> None:
+    pairs = [(row.perspective, row.trajectory) for row in table2.rows]
+    trajectories = ("direct", "traj1", "traj2", "optimal")
+    assert pairs == [(p, t) for p in ("battery", "energy", "adjusted") for t in trajectories]
+
+
+def test_direct_flights_are_those_of_table_2(table2: Choices) -> None:
+    """950, 697 and 950 s at T_max = 1200 s; η1 = 28.3 % belongs to 697 s."""
+    found = hovers(table2)
+    assert [found[p, "direct"] for p in ("battery", "energy", "adjusted")] == [950.0, 697.0, 950.0]
+    energy = next(row for row in table2.rows if row.perspective == "energy")
+    assert energy.soc is not None
+    assert 100.0 * energy.soc["battery"] == pytest.approx(28.3, abs=0.05)
+
+
+def test_at_800_s_the_deadline_ends_two_of_them() -> None:
+    """740.65, 697, 740.65 s."""
+    mission = optuav.load("paper-table2").replace({"limits.deadline_s": 800})
+    found = hovers(optuav.compare_by(mission, slot_s=1.0))
+    direct = [found[p, "direct"] for p in ("battery", "energy", "adjusted")]
+    assert direct == pytest.approx([740.65, 697.0, 740.65], abs=0.005)
+
+
+def test_every_plan_is_the_one_that_solve_finds(table2: Choices) -> None:
+    for row in table2.rows:
+        plan = optuav.solve(
+            "paper-table2", perspective=row.perspective, trajectory=row.trajectory, slot_s=1.0
+        )
+        assert row.hover_time_s == plan.hover_time_s
+        assert row.mission_time_s == plan.mission_time_s
+        assert row.soc == plan.soc
+        assert row.route == plan.route
+        assert row.runs_dry_s == plan.runs_dry_s
+
+
+@pytest.mark.parametrize(
+    ("by", "options", "pairs"),
+    [
+        (("perspective",), {}, 3),
+        (("trajectory",), {"perspective": "energy"}, 4),
+        (("trajectory", "perspective"), {}, 12),
+    ],
+)
+def test_one_choice_alone_keeps_the_other(
+    by: tuple[str, ...], options: dict[str, Any], pairs: int
+) -> None:
+    found = optuav.compare_by("paper", by, **options)
+    assert len(found.rows) == pairs
+    if by == ("perspective",):
+        assert {row.trajectory for row in found.rows} == {"optimal"}
+    if by == ("trajectory",):
+        assert {row.perspective for row in found.rows} == {"energy"}
+        assert found.rows[0].hover_time_s == pytest.approx(524.628, abs=1e-3)
+
+
+@pytest.mark.parametrize(
+    ("by", "perspective", "words"),
+    [
+        (("problem",), "battery", "some of perspective, trajectory"),
+        ((), "battery", "at least one of"),
+        (("trajectory", "trajectory"), "battery", "each once"),
+        (("trajectory",), "wells", "one of battery, energy, adjusted"),
+        (("perspective",), "energy", "is varied already"),
+    ],
+)
+def test_what_cannot_be_varied_is_refused(
+    by: tuple[str, ...], perspective: str, words: str
+) -> None:
+    with pytest.raises(InputError, match=words):
+        optuav.compare_by("paper", by, perspective=perspective)
+
+
+def test_where_there_is_no_plan_the_table_says_why() -> None:
+    mission = optuav.load("paper").replace({"limits.deadline_s": 60})
+    found = optuav.compare_by(mission, ("trajectory",))
+    assert [row.hover_time_s for row in found.rows] == [None] * 4
+    assert str(found).count("none") == 12
+    assert "Because the flight alone takes 75.79 s" in str(found)
+    assert found.records()[0]["soc_battery"] is None
+
+
+def test_data_are_plain_and_the_same_again(table2: Choices) -> None:
+    data = table2.to_dict()
+    assert json.loads(json.dumps(data, allow_nan=False)) == data
+    assert optuav.compare_by("paper-table2", slot_s=1.0) == table2
+    rows = list(csv.DictReader(io.StringIO(table2.to_csv())))
+    assert [float(row["hover_time_s"]) for row in rows] == [r.hover_time_s for r in table2.rows]
+    assert rows[1]["route"] == "origin > b9 > hover > destination"
+
+
+def test_a_frame_has_a_row_a_plan(table2: Choices) -> None:
+    pytest.importorskip("pandas")
+    frame = table2.to_frame()
+    assert frame.pivot(index="perspective", columns="trajectory", values="hover_time_s").shape == (
+        (3, 4)
+    )
+
+
+def test_printed_it_fits_80_columns(table2: Choices) -> None:
+    lines = str(table2).splitlines()
+    assert max(map(len, lines)) <= 80
+    assert lines[0] == "paper-table2: longest hover by perspective and trajectory, slots of 1 s"
+    assert lines[3].split()[:6] == ["battery", "direct", "950.00", "0.00", "1009.35", "5.09"]

@@ -1,0 +1,84 @@
+"""A program in writing: which of several routes a file holds, and that it says so."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import highspy
+import pytest
+
+import optuav
+from optuav.errors import InputError, NoPlanError
+from optuav.studies import statement
+
+
+def optimum(text: str, path: Path) -> float:
+    """What HiGHS makes of a file."""
+    path.write_text(text, "utf-8")
+    solver = highspy.Highs()
+    solver.setOptionValue("output_flag", False)
+    solver.readModel(str(path))
+    solver.run()
+    assert solver.getModelStatus() == highspy.HighsModelStatus.kOptimal
+    return float(solver.getInfo().objective_function_value)
+
+
+def test_text_and_latex_are_the_programs_own() -> None:
+    program = optuav.formulate("paper", "P1")
+    assert statement(program) == str(program)
+    latex = statement(program, "latex")
+    assert latex.count(r"\begin{align*}") == len(program.parts) == 2
+
+
+@pytest.mark.parametrize("form", ["lp", "mps"])
+@pytest.mark.parametrize("perspective", ["battery", "energy", "adjusted"])
+def test_a_file_holds_the_route_that_solve_takes(
+    form: str, perspective: str, tmp_path: Path
+) -> None:
+    """21 routes for P1, 2 orders for P4; its optimum is that of the plan."""
+    for problem, building, count in (("P1", None, 21), ("P4", "b3", 2), ("P3", None, 1)):
+        program = optuav.formulate("paper", problem, building=building, perspective=perspective)
+        plan = program.solve()
+        text = statement(program, form)
+        assert optimum(text, tmp_path / f"file.{form}") == pytest.approx(
+            plan.hover_time_s, rel=1e-9
+        )
+        assert f"route {' -> '.join(plan.route)}" in text
+        said = f"the best of {count} routes, each a programme of its own"
+        assert (said in text) is (count > 1)
+        assert f"mission paper, perspective {perspective}" in text
+
+
+@pytest.mark.parametrize("problem", ["P2", "P2-tight"])
+def test_the_shortest_flight_and_rest(problem: str, tmp_path: Path) -> None:
+    mission = optuav.load("paper").replace({"limits.deadline_s": 800})
+    program = optuav.formulate(mission, problem)
+    plan = program.solve()
+    shortest_s = plan.flight_time_s + plan.rest_time_s
+    found = optimum(statement(program, "lp"), tmp_path / "file.lp")
+    assert found == pytest.approx(shortest_s, rel=1e-9)
+    if problem == "P2-tight":
+        assert 800.0 - found == pytest.approx(678.69, abs=0.005)
+
+
+def test_where_no_route_has_an_answer_the_shortest_flight_is_told() -> None:
+    mission = optuav.load("paper").replace({"limits.deadline_s": 60})
+    text = statement(optuav.formulate(mission, "P1"), "lp")
+    assert "route origin -> hover -> destination" in text
+    assert "no route has an answer; that of the shortest flight of 21 routes" in text
+
+
+def test_what_is_not_linear_is_refused_before_anything_is_solved() -> None:
+    with pytest.raises(InputError, match=r"'P1\.b state of charge' is not linear"):
+        statement(optuav.formulate("paper", "P1", perspective="wells"), "mps")
+
+
+def test_where_nothing_flies_there_is_nothing_to_state() -> None:
+    program = optuav.formulate(optuav.load("paper").replace({"body.mass_kg": 50}), "P1")
+    with pytest.raises(NoPlanError, match="nothing can be flown: the UAV cannot fly"):
+        statement(program, "lp")
+
+
+def test_an_unknown_form_is_refused() -> None:
+    with pytest.raises(InputError, match="one of text, latex, lp, mps"):
+        statement(optuav.formulate("paper", "P3"), "nl")
