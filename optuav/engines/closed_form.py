@@ -68,7 +68,9 @@ def solve(model: Model, programmes: int, values: Mapping[str, Any] | None = None
         if np.isneginf(evaluate(variable.lower, values or {})).any():
             raise ValueError(f"{NAME} needs a lower bound on {variable.symbol}")
     form = linear_form(model, values or {}, programmes)
-    bases = _bases(len(form.labels), unknowns)
+    # A row without unknowns is feasible or not, whatever the point: it meets no other row.
+    meeting = np.flatnonzero((form.normals != 0.0).any(axis=(1, 2)))
+    bases = _bases(meeting.tolist(), unknowns)
     chunk = 1 + NUMBERS_AT_ONCE // (len(bases) * len(form.labels))
     parts = [
         _solve_vertices(
@@ -167,9 +169,9 @@ def _largest(among: Booleans, value: Floats) -> Booleans:
     return among & within
 
 
-def _bases(rows: int, unknowns: int) -> Bases:
+def _bases(rows: list[int], unknowns: int) -> Bases:
     """Row numbers that define the candidates: single rows, or all pairs, the bounds first."""
-    return list(itertools.combinations(reversed(range(rows)), unknowns))
+    return list(itertools.combinations(reversed(rows), unknowns))
 
 
 def _intersections(a: Floats, b: Floats, direction: Floats, bases: Bases) -> tuple[Floats, Floats]:
