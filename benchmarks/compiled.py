@@ -80,9 +80,10 @@ def _cvxpy(given: Mapping[str, Any]) -> Solve:
     ]
     problem = cvxpy.Problem(cvxpy.Maximize(hover), rows)
 
+    parameter["hover_A"].value = given["hover_current_A"]
+    parameter["rest_A"].value = given["rest_current_A"]
+
     def solve(deadline_s: float, min_soc: float) -> tuple[float, float]:
-        parameter["hover_A"].value = given["hover_current_A"]
-        parameter["rest_A"].value = given["rest_current_A"]
         charge_As, left_s = _limits(given, deadline_s, min_soc)
         parameter["charge_As"].value, parameter["left_s"].value = charge_As, left_s
         problem.solve(solver="HIGHS")

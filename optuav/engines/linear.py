@@ -166,7 +166,9 @@ class Compiled:
         a = np.where(finite[:, None], a / size[:, None], 0.0)
         b = np.where(finite, b / size, 1.0)
         c = c / worth[:, None]
-        self.a.value, self.b.value, self.c.value = a, b, c[0]
+        _set(self.a, a)
+        _set(self.b, b)
+        _set(self.c, c[0])
         status = self._run(0)
         if not status.has_answer:
             return self._unanswered(status, self.words)
@@ -213,7 +215,7 @@ class Compiled:
         if words in ("user_limit", "user_limit_inaccurate"):
             raise SolverError(f"{NAME} with {self.solver} stopped at its limit of time or steps")
         if words == "infeasible_or_unbounded":
-            self.c.value = np.zeros(self.c.shape)
+            _set(self.c, np.zeros(self.c.shape))
             feasible, self.words = self._run(number).has_answer, words
             return Status.UNBOUNDED if feasible else Status.INFEASIBLE
         if words not in STATUSES:
@@ -226,7 +228,9 @@ class Compiled:
         for number, goal in enumerate(goals[1:]):
             reached = float(goals[number] @ x)
             kept[number], floors[number] = goals[number], reached - EQUAL * max(1.0, abs(reached))
-            self.kept.value, self.floors.value, self.c.value = kept.copy(), floors.copy(), goal
+            _set(self.kept, kept.copy())
+            _set(self.floors, floors.copy())
+            _set(self.c, goal)
             if not self._run(1).has_answer:
                 break
             x = np.asarray(self.x.value, dtype=float)
@@ -324,6 +328,12 @@ def _solvers_of_whole_numbers() -> list[str]:
     return list(INSTALLED_MI_SOLVERS)
 
 
+def _set(parameter: Any, values: Floats) -> None:
+    """Give a CVXPY parameter its values, unless it has them: its checks take longer."""
+    if parameter.value is None or not np.array_equal(parameter.value, values):
+        parameter.value = values
+
+
 def _sizes(rows: Floats) -> Floats:
     """Largest coefficient of every row; 1 where there is none."""
     largest = np.abs(rows).max(axis=1, initial=0.0)
@@ -335,7 +345,8 @@ def _may_differ(a: Floats, weights: Floats | None) -> bool:
     if weights is None:
         return True
     heavy = a[weights > TIGHT * max(1.0, float(weights.max(initial=0.0)))]
-    return bool(np.linalg.matrix_rank(heavy) < a.shape[1]) if len(heavy) else True
+    unknowns = a.shape[1]
+    return len(heavy) < unknowns or bool(np.linalg.matrix_rank(heavy) < unknowns)
 
 
 def solve(

@@ -84,8 +84,9 @@ class CompiledProgram:
         if chosen is None:
             return solutions[0].only(0)
         number, entry = chosen
-        verify(self.program.parts[number].model, solutions[number], entry)
-        return solutions[number].only(entry)
+        solution = solutions[number]
+        verify(self.program.parts[number].model, solution, entry)
+        return solution if len(solution.statuses) == 1 else solution.only(entry)
 
     def _best(self, solutions: Sequence[Solution]) -> tuple[int, int] | None:
         if len(solutions) == 1 and len(solutions[0].statuses) == 1:

@@ -35,7 +35,7 @@ HOSTILE: tuple[Any, ...] = (
         "infeasible",
         "nowhere",
     ),
-    *("\\0", "\\x1b[31m", "x" * 3000, "line\\nbreak", "\\ud800", "建物", [{}] * 3, 1e-320, "hover"),
+    *("\0", "\x1b[31m", "x" * 3000, "line\nbreak", "\ud800", "建物", [{}] * 3, 1e-320, "hover"),
 )
 
 
@@ -216,13 +216,26 @@ def test_the_phases_decide_not_what_is_repeated_for_the_reader(tmp_path: Path) -
         load(spoilt(hover_time_s=1e9), tmp_path)
 
 
-def places_in(value: Any, path: tuple[Any, ...] = ()) -> Iterator[tuple[Any, ...]]:
-    """Paths of all values in nested data."""
-    yield path
-    if isinstance(value, dict | list):
-        items = value.items() if isinstance(value, dict) else enumerate(value)
-        for key, item in items:
-            yield from places_in(item, (*path, key))
+def paths(value: Any, above: tuple[Any, ...] = ()) -> Iterator[tuple[Any, ...]]:
+    """Paths of all values within nested data."""
+    items: Any = value.items() if isinstance(value, dict) else ()
+    items = enumerate(value) if isinstance(value, list) else items
+    for key, item in items:
+        yield (*above, key)
+        yield from paths(item, (*above, key))
+
+
+def attempt(content: str | bytes, directory: Path) -> None:
+    """Read a file: clear faults, or a plan that answers everything."""
+    faults: tuple[optuav.Fault, ...] = ()
+    try:
+        plan = load(content, directory)
+    except InputError as error:
+        faults = error.faults
+    if faults:
+        assert all(str(fault).isprintable() for fault in faults)
+    else:
+        use(plan)
 
 
 @given(data=st.data())
@@ -232,7 +245,7 @@ def test_a_damaged_file_is_refused_or_read(
     """Values replaced, left out or doubled: an InputError, or a plan that answers everything."""
     document = json.loads(TEXTS[data.draw(st.sampled_from(list(TEXTS)))])
     for _ in range(data.draw(st.integers(1, 3))):
-        *above, key = data.draw(st.sampled_from([path for path in places_in(document) if path]))
+        *above, key = data.draw(st.sampled_from(list(paths(document))))
         parent = document
         for each in above:
             parent = parent[each]
@@ -243,13 +256,7 @@ def test_a_damaged_file_is_refused_or_read(
                 parent.append(parent[key])
             case _:
                 parent[key] = data.draw(st.sampled_from(HOSTILE))
-    try:
-        plan = load(json.dumps(document), tmp_path_factory.getbasetemp())
-    except InputError as error:
-        if not all(str(fault).isprintable() for fault in error.faults):
-            raise AssertionError("a fault cannot be printed") from error
-        return
-    use(plan)
+    attempt(json.dumps(document), tmp_path_factory.getbasetemp())
 
 
 @given(data=st.data())
@@ -262,11 +269,7 @@ def test_damaged_bytes_are_refused_or_read(
     end = start + data.draw(st.sampled_from([0, 1, 2, 7, 100]))
     instead = st.sampled_from([b"", content[start:end] * 2, b"9", b"-", b"e9", b'"', b"}", b"]"])
     content = content[:start] + data.draw(instead | st.binary(max_size=3)) + content[end:]
-    try:
-        plan = load(content, tmp_path_factory.getbasetemp())
-    except InputError:
-        return
-    use(plan)
+    attempt(content, tmp_path_factory.getbasetemp())
 
 
 def test_saving_where_nothing_can_be_written(tmp_path: Path) -> None:
@@ -280,9 +283,9 @@ def test_saving_where_nothing_can_be_written(tmp_path: Path) -> None:
 
 
 def test_a_plan_of_a_large_mission_survives(tmp_path: Path) -> None:
-    """3000 buildings with outlines of 12 corners."""
+    """1000 buildings with outlines of 12 corners."""
     ring = [[100 * math.cos(k), 100 * math.sin(k)] for k in [k * math.pi / 6 for k in range(12)]]
-    stated = [{"name": f"n{k}", "position_m": [0, 0, 1], "footprint_m": ring} for k in range(3000)]
+    stated = [{"name": f"n{k}", "position_m": [0, 0, 1], "footprint_m": ring} for k in range(1000)]
     plan = optuav.solve(
         optuav.load("paper").replace({"buildings": stated, "flight.through_buildings": True}), "P3"
     )

@@ -61,14 +61,15 @@ def test_changed_parameters_are_changed_missions(engine: str, asked: dict[str, A
 @pytest.mark.parametrize("engine", ["closed-form", "cvxpy", "casadi"])
 def test_every_named_parameter_may_change(engine: str) -> None:
     """The issue's list at least: and each moves Δ as its shadow price says."""
-    compiled = formulate("paper", **P4).compile(engine)
+    program = formulate("paper", **P4)
+    compiled, given = program.compile(engine), program.parts[0].model.row(0)
     needed = {"deadline_s", "min_soc", "capacity_As", "rest_current_A", "hover_current_A",
               "flight_time_s", "flight_charge_As"}  # fmt: skip
     assert needed <= set(compiled.parameters)
     base = compiled.solve()
     prices = base.shadow_prices()
     for name in compiled.parameters:
-        value = base.given_at(0)[name]
+        value = given[name]
         step = 1e-4 * value
         moved = compiled.solve(**{name: value + step}).objective[0] - base.objective[0]
         assert moved == pytest.approx(step * prices[name].more, rel=1e-2, abs=1e-5), name
