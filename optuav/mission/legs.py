@@ -79,9 +79,32 @@ def one_stop_legs(buildings: int) -> tuple[Numbers, Numbers]:
     )
 
 
+def all_pairs(places: int) -> tuple[Numbers, Numbers]:
+    """Starts and ends of the legs between any two places, both ways, ordered by start and end."""
+    start, end = np.divmod(np.arange(places * places), places)
+    apart = start != end
+    return start[apart], end[apart]
+
+
 def legs(mission: Mission, where: Places, obstacles: Prisms) -> Legs:
-    """The table of legs of a mission."""
-    start, end = one_stop_legs(len(mission.buildings))
+    """The table of the legs that itineraries with at most one building use."""
+    return legs_between(mission, where, obstacles, *one_stop_legs(len(mission.buildings)))
+
+
+def legs_between(
+    mission: Mission, where: Places, obstacles: Prisms, start: Numbers, end: Numbers
+) -> Legs:
+    """A table of legs, as `one_stop_legs` or `all_pairs` name them by their places.
+
+    Parameters
+    ----------
+    mission
+        Any valid mission.
+    where, obstacles
+        Its places, and its buildings as `optuav.mission.sight.prisms`.
+    start, end
+        Numbers of places (leg,), different in every leg.
+    """
     from_m, to_m = where.position_m[start], where.position_m[end]
     x, y, z = np.moveaxis(to_m - from_m, -1, 0)
     distance_m = norm((x, y, z))

@@ -10,9 +10,10 @@ from hypothesis import given
 
 import optuav
 from optuav.mission import Mission, vehicle
-from optuav.mission.legs import Legs, one_stop_legs
+from optuav.mission.legs import Legs, all_pairs, legs_between, one_stop_legs
 from optuav.mission.network import network
 from optuav.mission.places import DESTINATION, HOVER, ORIGIN
+from optuav.mission.sight import prisms
 from optuav.physics import flight
 from tests.mission.strategies import missions
 
@@ -31,6 +32,47 @@ def test_legs_are_numbered_as_documented() -> None:
         *((ORIGIN, b2), (b2, HOVER), (HOVER, b2), (b2, DESTINATION)),
     ]
     assert [list(each) for each in one_stop_legs(0)] == [[ORIGIN, HOVER], [HOVER, DESTINATION]]
+
+
+def test_all_pairs_lead_from_everywhere_to_everywhere_else() -> None:
+    """Ordered by start and end, no leg from a place to itself."""
+    start, end = all_pairs(3)
+    assert list(zip(start, end, strict=True)) == [(0, 1), (0, 2), (1, 0), (1, 2), (2, 0), (2, 1)]
+
+
+@given(missions())
+def test_the_table_of_all_pairs_holds_the_one_stop_legs(mission: Mission) -> None:
+    """The same figures, sight included, wherever both tables have a leg."""
+    worked_out = network(mission)
+    where, some = worked_out.places, worked_out.legs
+    every = legs_between(mission, where, prisms(mission), *all_pairs(len(where.names)))
+    number = {pair: k for k, pair in enumerate(zip(every.start, every.end, strict=True))}
+    for leg, pair in enumerate(zip(some.start, some.end, strict=True)):
+        same = number[pair]
+        assert every.flyable[same] == some.flyable[leg]
+        for name in ("duration_s", "charge_As", "energy_J", "distance_m", "peak_speed_m_s"):
+            one, other = getattr(every, name)[same], getattr(some, name)[leg]
+            assert one == pytest.approx(other, rel=1e-12, nan_ok=True), name
+
+
+def test_a_building_between_two_others_blocks_their_leg() -> None:
+    """Three 60 m roofs in a line: the outer two do not see each other, their neighbours do."""
+    rows = [
+        {"name": f"n{k}", "position_m": [100.0 * k, 500.0, 60.0], "footprint_m": [40.0, 40.0]}
+        for k in range(3)
+    ]
+    rows[1]["position_m"] = [100.0, 500.0, 90.0]
+    mission = optuav.load("paper").replace({"buildings": rows})
+    where = network(mission).places
+    table = legs_between(mission, where, prisms(mission), *all_pairs(len(where.names)))
+    flyable = {
+        (where.names[a], where.names[b]): bool(free)
+        for a, b, free in zip(table.start, table.end, table.flyable, strict=True)
+    }
+    assert not flyable["n0", "n2"]
+    assert not flyable["n2", "n0"]
+    assert flyable["n0", "n1"]
+    assert flyable["n1", "n2"]
 
 
 @given(missions("rotors"))
