@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from enum import StrEnum
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -14,25 +13,10 @@ import numpy.typing as npt
 from optuav.errors import SolverError
 from optuav.modelling.check import check
 from optuav.modelling.model import Model
+from optuav.status import Status as Status  # noqa: PLC0414
 
 Floats = npt.NDArray[np.float64]
 Booleans = npt.NDArray[np.bool_]
-
-
-class Status(StrEnum):
-    """What is known of a programme as it was stated; one list for all engines."""
-
-    OPTIMAL = "optimal"
-    LOCALLY_OPTIMAL = "locally_optimal"
-    FEASIBLE = "feasible"
-    INFEASIBLE = "infeasible"
-    UNBOUNDED = "unbounded"
-    ERROR = "error"
-
-    @property
-    def has_answer(self) -> bool:
-        """Whether values belong to it."""
-        return self in (Status.OPTIMAL, Status.LOCALLY_OPTIMAL, Status.FEASIBLE)
 
 
 class ShadowPrice(NamedTuple):

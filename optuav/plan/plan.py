@@ -8,12 +8,12 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal, Self
 
 from pydantic import BaseModel, ConfigDict, Field, StrictBool, StrictStr, model_validator
 
-from optuav.engines.solution import Status
 from optuav.errors import NoPlanError
 from optuav.mission import Mission, vehicle
 from optuav.mission.places import ENDS
 from optuav.physics import battery
 from optuav.physics.quantity import Quantity
+from optuav.status import Status
 
 if TYPE_CHECKING:
     import pandas

@@ -1,0 +1,1 @@
+"""An independent judge: a plan simulated again from its mission."""
