@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from fractions import Fraction
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -60,28 +61,28 @@ class Exact(NamedTuple):
     rest_s: Fraction
 
 
-def exact(given: Quantities, perspective: str, *, rests: bool) -> Exact | None:
-    """P3 or P4 in exact arithmetic, for resting that does not discharge.
+def exact(given: Mapping[str, Any], perspective: str, *, rests: bool) -> Exact | None:
+    """P3 or P4 in exact arithmetic, from the numbers of one itinerary.
 
     With charge q to spend, a a second of hovering, r back a second of resting and τ time, Δ needs
     r T' ≥ a Δ − q and leaves T' ≤ τ − Δ: Δ = min(τ, (q + r τ)/(a + r)), or τ if Δ brings more than
-    it takes.
+    it takes. A rest that discharges is no help: r = 0.
     """
-    g = {name: Fraction(float(value)) for name, value in vars(given).items() if _number(value)}
-    B = g["packs"] * g["capacity_As"]
-    E0, share = B * g["nominal_voltage_V"], 1 - g["min_soc"]
+    g = {name: Fraction(float(value)) for name, value in given.items() if _number(value)}
+    B, share = g["packs"] * g["capacity_As"], 1 - g["min_soc"]
+    E0 = B * g.get("nominal_voltage_V", Fraction(0))
     if perspective == "battery":
         q, a = share * B - g["flight_charge_As"], g["hover_current_A"]
-        r = g["rest_current_A"]
+        r = g.get("rest_current_A", Fraction(0))
     elif perspective == "energy":
         q, a = share * E0 - g["flight_energy_J"], g["hover_power_W"] - g["hover_received_W"]
-        r = g["rest_received_W"]
+        r = g.get("rest_received_W", Fraction(0))
     else:
         q = share - g["flight_energy_J"] / g["flight_battery_J"]
         a = g["hover_power_W"] / g["hover_battery_J"] - g["hover_received_W"] / E0
-        r = g["rest_received_W"] / E0
+        r = g.get("rest_received_W", Fraction(0)) / E0
     τ = g["deadline_s"] - g["flight_time_s"]
-    r = r if rests else Fraction(0)
+    r = max(r, Fraction(0)) if rests else Fraction(0)
     if a + r <= 0:
         return Exact(τ, Fraction(0)) if τ >= 0 and a * τ <= q else None
     hover = min(τ, (q + r * τ) / (a + r))
@@ -92,4 +93,4 @@ def exact(given: Quantities, perspective: str, *, rests: bool) -> Exact | None:
 
 
 def _number(value: object) -> bool:
-    return isinstance(value, float) and math.isfinite(value)
+    return isinstance(value, float | np.ndarray) and np.ndim(value) == 0 and math.isfinite(value)
