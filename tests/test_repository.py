@@ -49,7 +49,8 @@ def test_wheel_holds_every_file_of_the_package(wheel: set[str], package: str) ->
 
 
 def test_wheel_holds_the_shipped_missions(wheel: set[str]) -> None:
-    assert {f"optuav/mission/shipped/{name}.toml" for name in ("paper", "paper-table2")} <= wheel
+    names = ("paper", "paper-table2", "matrice350")
+    assert {f"optuav/mission/shipped/{name}.toml" for name in names} <= wheel
 
 
 def test_wheel_holds_nothing_else(wheel: set[str]) -> None:

@@ -44,10 +44,10 @@ def _deadline(worked_out: Network) -> Iterator[str]:
 
 def _charging(mission: Mission) -> Iterator[str]:
     given = mission.battery
-    recommended_A = given.capacity_As / SECONDS_PER_HOUR
+    recommended_A = given.packs * given.capacity_As / SECONDS_PER_HOUR
     if given.charge_current_A > recommended_A:
         yield (
-            f"battery.charge_current_A = {given.charge_current_A:g} A is above 1 C of a pack, "
+            f"battery.charge_current_A = {given.charge_current_A:g} A is above 1 C of the battery, "
             f"{recommended_A:g} A"
         )
 

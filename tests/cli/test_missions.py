@@ -26,7 +26,7 @@ def test_missions_are_listed() -> None:
     assert found.code == 0
     assert widest(found.out) <= 80
     assert [line.split()[0] for line in found.out.splitlines() if not line.startswith(" ")] == [
-        *("mission", "paper", "paper-table2")
+        *("mission", "matrice350", "paper", "paper-table2")
     ]
     rows = json.loads(run("missions", "--json").out)
     assert [row["name"] for row in rows] == list(optuav.shipped())
@@ -35,7 +35,7 @@ def test_missions_are_listed() -> None:
 # show
 
 
-@pytest.mark.parametrize("mission", ["paper", "paper-table2"])
+@pytest.mark.parametrize("mission", ["paper", "paper-table2", "matrice350"])
 def test_a_mission_is_shown_with_derived_values(mission: str) -> None:
     found = run("show", mission)
     assert found.code == 0

@@ -82,7 +82,7 @@ def test_infeasible_is_an_honest_no(settings: list[str], said: str) -> None:
 @pytest.mark.parametrize(
     ("arguments", "said"),
     [
-        (("nowhere",), "nowhere: there is no such file; shipped missions are paper, paper-table2"),
+        (("nowhere",), "nowhere: there is no such file; shipped missions are matrice350"),
         (("paper", "--problem", "P9"), "problem = 'P9': one of P1, P2, P2-tight, P3, P4"),
         (("paper", "--problem", "P4"), "building: problem P4 needs the name of a building"),
         (("paper", "--problem", "P4", "--building", "b99"), "the mission's buildings are: b1"),

@@ -18,8 +18,15 @@ PAPER = optuav.load("paper")
 
 
 def test_the_shipped_missions_need_none() -> None:
-    """10 A are exactly 1 C of a pack of 36 000 A s."""
+    """But one, where a building really stands in the beam."""
     assert advice(PAPER) == advice(optuav.load("paper-table2")) == ()
+    (warning,) = advice(optuav.load("matrice350"))
+    assert warning == "the laser does not see b12: no charging there"
+
+
+def test_packs_that_are_used_as_one_are_charged_as_one() -> None:
+    """20 A are exactly 1 C of two packs of 36 000 A s."""
+    assert advice(PAPER.replace({"battery.charge_current_A": 20})) == ()
 
 
 @pytest.mark.parametrize(
@@ -27,8 +34,8 @@ def test_the_shipped_missions_need_none() -> None:
     [
         ({"limits.deadline_s": 75}, "limits.deadline_s = 75 s is shorter than the flight alone"),
         ({"limits.deadline_s": 75}, "75.79 s"),
-        ({"battery.charge_current_A": 10.1}, "battery.charge_current_A = 10.1 A is above 1 C"),
-        ({"battery.capacity_As": 35000}, "9.72222 A"),
+        ({"battery.charge_current_A": 20.1}, "battery.charge_current_A = 20.1 A is above 1 C"),
+        ({"battery.packs": 1, "battery.capacity_As": 35000}, "9.72222 A"),
         ({"body.mass_kg": 2}, "the UAV cannot fly"),
         ({"link.device_m": [1000, 3000, 600]}, "out of reach"),
         ({"route.hover_m": [1000, 2000, 50]}, "P1.a outage"),
@@ -44,7 +51,7 @@ def test_advice_names_the_key_and_the_figure(changes: dict[str, Any], words: str
 def test_advice_tells_everything_at_once() -> None:
     """Physics, battery and sight do not hide each other."""
     mission = PAPER.replace(
-        {"body.mass_kg": 2, "battery.charge_current_A": 11, "laser.position_m": [50, 300, 1]}
+        {"body.mass_kg": 2, "battery.charge_current_A": 21, "laser.position_m": [50, 300, 1]}
     )
     assert [text.split()[0] for text in advice(mission)] == [
         "the",

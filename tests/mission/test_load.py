@@ -49,7 +49,7 @@ def keys(error: InputError) -> list[str]:
 
 
 def test_shipped_missions() -> None:
-    assert shipped() == ("paper", "paper-table2")
+    assert shipped() == ("matrice350", "paper", "paper-table2")
     assert [load(name).name for name in shipped()] == list(shipped())
 
 

@@ -31,7 +31,7 @@ def test_a_template_is_the_mission_with_another_name(
     assert again == mission.replace({"name": name, "description": ""})
 
 
-@pytest.mark.parametrize("name", ["paper", "paper-table2"])
+@pytest.mark.parametrize("name", ["paper", "paper-table2", "matrice350"])
 def test_every_key_is_explained(name: str) -> None:
     """Each key of each table stands under its description, those that are not set as comments."""
     mission = optuav.load(name)

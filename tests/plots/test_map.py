@@ -84,7 +84,7 @@ def test_odd_missions_are_drawn_without_texts_on_each_other(
 
 
 @pytest.mark.parametrize("picture", ["map", "trajectories"])
-@pytest.mark.parametrize("name", ["paper", "paper-table2"])
+@pytest.mark.parametrize("name", ["paper", "paper-table2", "matrice350"])
 def test_shipped_missions_are_drawn_without_texts_on_each_other(
     name: str, picture: str, overlaps: Callable[[Figure], list[tuple[str, str]]]
 ) -> None:
