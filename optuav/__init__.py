@@ -15,6 +15,7 @@ if TYPE_CHECKING:
     from optuav.errors import NoPlanError as NoPlanError
     from optuav.errors import OptuavError as OptuavError
     from optuav.errors import SolverError as SolverError
+    from optuav.judge import replay as replay
     from optuav.mission import Mission as Mission
     from optuav.mission import json_schema as json_schema
     from optuav.mission import load as load
@@ -38,6 +39,7 @@ HOMES = {
     "NoPlanError": "optuav.errors",
     "OptuavError": "optuav.errors",
     "SolverError": "optuav.errors",
+    "replay": "optuav.judge",
     "Mission": "optuav.mission",
     "json_schema": "optuav.mission",
     "load": "optuav.mission",

@@ -1,1 +1,6 @@
-"""An independent judge: a plan simulated again from its mission."""
+"""An independent judge: a plan simulated again from its mission, and the verdict."""
+
+from optuav.judge.itinerary import Itinerary, Stop
+from optuav.judge.replay import Replay, replay
+
+__all__ = ["Itinerary", "Replay", "Stop", "replay"]

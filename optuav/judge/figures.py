@@ -1,0 +1,92 @@
+"""Whether the figures that a plan states are those of the simulation."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+
+from optuav.judge.limits import TOLERANCE
+from optuav.judge.phases import Phase
+from optuav.mission import vehicle
+from optuav.physics.battery import Wells
+from optuav.plan import Phase as Planned
+from optuav.plan import Plan
+from optuav.plan.trace import Event
+
+Compared = tuple[str, float, float, str, float]
+"""Name of a figure, as stated, as simulated, its unit, and the scale of its tolerance."""
+
+
+def mismatches(
+    plan: Plan,
+    phases: Sequence[Phase],
+    levels: Sequence[tuple[Wells, ...]],
+    soc: Mapping[str, float],
+) -> Iterator[Event]:
+    """Figures of a plan that are not those of its simulation.
+
+    Parameters
+    ----------
+    plan
+        As it states itself.
+    phases
+        The same phases, worked out again.
+    levels
+        Wells of the packs at the end of every phase [A s].
+    soc
+        State of charge at the end by perspective [-].
+    """
+    capacity_As = float(vehicle.pool(plan.mission).capacity_As)
+    for number, (stated, found, wells) in enumerate(zip(plan.phases, phases, levels, strict=True)):
+        here = f"phases[{number}]"
+        for figure in (
+            *_motion(stated, found),
+            *_loads(stated, found),
+            *_charges(stated, wells, capacity_As),
+        ):
+            yield from _mismatch(here, found.start_s, figure)
+        for name, many, few in (
+            ("stages", len(stated.stages), len(found.stages)),
+            ("available_As", len(stated.available_As), len(wells)),
+        ):
+            if many != few:
+                words = f"{here}.{name}: the plan has {many}, the simulation {few}"
+                yield Event("mismatch", found.start_s, words, many, few)
+    for name, stated_soc in (plan.soc or {}).items():
+        if name in soc:
+            figure = (name, stated_soc, soc[name], "-", 1.0)
+            yield from _mismatch("soc", phases[-1].end_s, figure)
+
+
+def _motion(stated: Planned, found: Phase) -> Iterator[Compared]:
+    for name, unit in (("start_s", "s"), ("distance_m", "m"), ("peak_speed_m_s", "m/s")):
+        yield name, getattr(stated, name), getattr(found, name), unit, 0.0
+
+
+def _loads(stated: Planned, found: Phase) -> Iterator[Compared]:
+    for k, (mine, theirs) in enumerate(zip(stated.stages, found.stages, strict=False)):
+        A, W = (sum(pair) for pair in zip(theirs.drawn, theirs.received, strict=True))
+        for name, unit, scale in (
+            ("duration_s", "s", 0.0),
+            ("current_A", "A", A),
+            ("power_W", "W", W),
+        ):
+            here = f"stages[{k}].{name}"
+            yield here, getattr(mine, name), getattr(theirs, name), unit, scale
+
+
+def _charges(stated: Planned, wells: Sequence[Wells], capacity_As: float) -> Iterator[Compared]:
+    for name in ("available_As", "bound_As"):
+        for pack, (mine, theirs) in enumerate(zip(getattr(stated, name), wells, strict=False)):
+            yield f"{name}[{pack}]", mine, float(getattr(theirs, name)), "A s", capacity_As
+
+
+def _mismatch(here: str, time_s: float, figure: Compared) -> Iterator[Event]:
+    name, stated, found, unit, scale = figure
+    if not same(stated, found, scale):
+        words = f"{here}.{name}: the plan says {stated:.10g} {unit}, it is {found:.10g} {unit}"
+        yield Event("mismatch", time_s, words.replace(" -", ""), stated, found, unit)
+
+
+def same(stated: float, found: float, scale: float = 0.0) -> bool:
+    """Whether two figures differ by no more than the tolerance, of the scale or of the figure."""
+    return abs(stated - found) <= TOLERANCE * max(scale, abs(found))

@@ -1,0 +1,173 @@
+"""What a plan must keep to: the limits of the mission, held against a simulation."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+
+import numpy as np
+
+from optuav.judge.itinerary import Move
+from optuav.judge.phases import Phase, Place, Site
+from optuav.judge.wells import Follower
+from optuav.mission import Mission, vehicle
+from optuav.mission.sight import CLEAR
+from optuav.physics import flight, link
+from optuav.physics.battery import Battery, Wells
+from optuav.plan.trace import Event
+
+TOLERANCE = 1e-6
+"""Share of the capacity, of a limit or of a figure by which it may be missed [-]."""
+
+
+def impossible(site: Site, moves: Sequence[Move]) -> Iterator[Event]:
+    """Why some moves cannot be simulated at all."""
+    mission = site.mission
+    if mission.flight.model == "rotors":
+        why = flight.impossible(
+            vehicle.airframe(mission), vehicle.motor(mission), mission.wind.force_N
+        )
+        if why is not None:
+            yield Event("impossible", 0.0, f"the UAV cannot fly: {why}")
+    names = dict.fromkeys(name for move in moves for name in (move.start_place, move.end_place))
+    for name in names:
+        if math.isnan(site.place(name).position_m[0]):
+            words = f"there is no place {name}: the device is out of reach at limits.min_altitude_m"
+            yield Event("impossible", 0.0, words)
+
+
+def kept(mission: Mission, phases: Sequence[Phase], soc: float) -> Iterator[Event]:
+    """What breaks a limit of the mission other than those of the wells, and what to know."""
+    yield from _ends(phases)
+    for phase in phases:
+        if phase.kind == "flight":
+            yield from _leg(mission, phase)
+        elif phase.duration_s > 0.0:
+            yield from _stay(mission, phase)
+    yield from _fastest(mission, phases)
+    end_s, deadline_s = phases[-1].end_s, mission.limits.deadline_s
+    if end_s > deadline_s * (1.0 + TOLERANCE):
+        words = f"the deadline passes before the mission ends at {end_s:.2f} s"
+        yield Event("deadline", deadline_s, words, end_s, deadline_s, "s")
+    least = mission.limits.min_soc
+    if soc < least - TOLERANCE:
+        words = f"the state of charge at the end is {100 * soc:.4g} %"
+        yield Event("state of charge", end_s, words, soc, least, "-")
+
+
+def _ends(phases: Sequence[Phase]) -> Iterator[Event]:
+    for place, due, time_s, verb in (
+        (phases[0].start, "origin", 0.0, "begins"),
+        (phases[-1].end, "destination", phases[-1].end_s, "ends"),
+    ):
+        if place.name != due:
+            yield Event("ends", time_s, f"the mission {verb} at {place.name}, not at the {due}")
+
+
+def _leg(mission: Mission, phase: Phase) -> Iterator[Event]:
+    way = f"{phase.start.name} → {phase.end.name}"
+    if phase.stated:
+        words = f"the leg {way} has figures that the user stated; they are taken as they are"
+        yield Event("stated", phase.start_s, words, violation=False)
+    if phase.crosses != CLEAR:
+        building = mission.buildings[phase.crosses].name
+        words = f"the leg {way} runs through building {building}"
+        yield Event("building", phase.start_s, words)
+
+
+def _stay(mission: Mission, phase: Phase) -> Iterator[Event]:
+    place, start_s = phase.end, phase.start_s
+    if phase.kind == "hover":
+        yield from _altitude(mission, place, start_s)
+        yield from _coverage(mission, place, start_s)
+    elif place.building == CLEAR and place.position_m[2] > 0.0:
+        words = f"there is no roof to rest on at {place.name}"
+        yield Event("no roof", start_s, words, place.position_m[2], 0.0, "m")
+    if mission.laser is not None and not place.sight and not phase.stated:
+        words = f"no sight of the laser at {place.name}: nothing charges the battery there"
+        yield Event("no sight", start_s, words, violation=False)
+
+
+def _altitude(mission: Mission, place: Place, start_s: float) -> Iterator[Event]:
+    z, limits = place.position_m[2], mission.limits
+    low, high = limits.min_altitude_m, limits.max_altitude_m
+    if low * (1.0 - TOLERANCE) <= z <= high * (1.0 + TOLERANCE):
+        return
+    words = f"hovering at {place.name} leaves the altitude band [{low:g}, {high:g}] m"
+    yield Event("altitude", start_s, words, z, low if z < low else high, "m")
+
+
+def _coverage(mission: Mission, place: Place, start_s: float) -> Iterator[Event]:
+    distance_m = math.dist(place.position_m, mission.link.device_m)
+    radius_m = vehicle.coverage_radius_m(mission)
+    if distance_m <= radius_m * (1.0 + TOLERANCE):
+        return
+    outage = float(link.outage_probability(vehicle.channel(mission), distance_m))
+    words = f"hovering at {place.name} is out of coverage of the device (outage {outage:.3g})"
+    yield Event("coverage", start_s, words, distance_m, radius_m, "m")
+
+
+def _fastest(mission: Mission, phases: Sequence[Phase]) -> Iterator[Event]:
+    legs = [phase for phase in phases if phase.kind == "flight"]
+    if not legs:
+        return
+    leg = max(legs, key=lambda each: each.peak_speed_m_s)
+    words = f"the peak speed is reached on the leg {leg.start.name} → {leg.end.name}"
+    peak_s = leg.start_s + _speeding_up_s(mission, leg)
+    yield Event("peak speed", peak_s, words, leg.peak_speed_m_s, None, "m/s", violation=False)
+
+
+def _speeding_up_s(mission: Mission, leg: Phase) -> float:
+    """How long after its start a leg reaches its peak speed [s]; 0 where nobody knows."""
+    if leg.stated:
+        return 0.0
+    if mission.flight.model == "regimes":
+        return leg.peak_speed_m_s / mission.flight.acceleration_m_s2
+    return sum(stage.duration_s for stage in leg.stages[:2])
+
+
+def wells_kept(
+    pool: Battery, phases: Sequence[Phase], levels: Sequence[Wells], follower: Follower
+) -> Iterator[Event]:
+    """When the available well first runs dry and is first driven past full, if ever.
+
+    y1 leaves its bounds within a stage only if it is outside at the end of the stage, so the ends
+    tell whether it does, and the stage that ends outside first is searched for the moment.
+
+    Parameters
+    ----------
+    pool
+        A battery, whose wells are followed.
+    phases
+        Of the plan.
+    levels
+        Its wells at the start of every stage, and at the end of the last [A s].
+    follower
+        How to find the moment.
+    """
+    stages = [stage for phase in phases for stage in phase.stages]
+    available_As = np.array([float(each.available_As) for each in levels])
+    full_As = float(pool.full.available_As)
+    slack_As = TOLERANCE * float(pool.capacity_As)
+    for kind, beyond, limit_As, worst_As, moment_s, words in (
+        ("empty", available_As < -slack_As, 0.0, available_As.min(), follower.empty_s, RUNS_DRY),
+        (
+            "full",
+            available_As > full_As + slack_As,
+            full_As,
+            available_As.max(),
+            follower.full_s,
+            PAST_FULL,
+        ),
+    ):
+        if not beyond.any():
+            continue
+        k = int(beyond.argmax()) - 1
+        stage = stages[k]
+        passed_s = moment_s(pool, levels[k], stage.current_A, stage.duration_s)
+        time_s = stage.start_s + min(passed_s, stage.duration_s)
+        yield Event(kind, time_s, words, float(worst_As), limit_As, "A s")
+
+
+RUNS_DRY = "the available well runs dry"
+PAST_FULL = "charging drives the available well past full"

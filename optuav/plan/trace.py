@@ -1,0 +1,149 @@
+"""What a simulation of a plan hands on: a table over time, and what happened at which moment."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import numpy.typing as npt
+
+if TYPE_CHECKING:
+    import pandas
+
+Floats = npt.NDArray[np.float64]
+Texts = npt.NDArray[np.str_]
+
+
+@dataclass(frozen=True)
+class Event:
+    """Something that happens on the way, or that a plan gets wrong.
+
+    Parameters
+    ----------
+    kind
+        ``"empty"``, ``"full"``, ``"deadline"``, ``"state of charge"``, ``"altitude"``,
+        ``"coverage"``, ``"building"``, ``"ends"``, ``"no roof"``, ``"impossible"`` or
+        ``"mismatch"``, which no plan to be flown may have; ``"no sight"``, ``"peak speed"`` or
+        ``"stated"`` to be known.
+    time_s
+        When, counted from take-off [s].
+    words
+        What happens, for a person.
+    value, limit
+        The figure and the limit it breaks; None where there is none.
+    unit
+        Of both.
+    violation
+        Whether it keeps the plan from being flown as it stands.
+    """
+
+    kind: str
+    time_s: float
+    words: str
+    value: float | None = None
+    limit: float | None = None
+    unit: str = ""
+    violation: bool = True
+
+    def __str__(self) -> str:
+        return f"{self.time_s:10.2f} s  {self.words}"
+
+
+@dataclass(frozen=True)
+class Trace:
+    """A mission over time, as arrays with one entry a moment; both ends of every stage are there.
+
+    Parameters
+    ----------
+    time_s
+        Since take-off [s], never falling; two equal moments part a stage from the next.
+    position_m
+        (moment, 3) [m].
+    speed_m_s
+        Along the path [m/s]: the rate of change of the position.
+    pitch_rad, roll_rad
+        Attitude [rad]; NaN where the flight model has none.
+    kind, stage
+        What the UAV does: ``"flight"``, ``"hover"``, ``"rest"``; and the stage of a leg.
+    phase
+        Number of the phase, from 0.
+    start_place, end_place
+        Names of places.
+    current_A, power_W
+        Net, into the battery [A], [W].
+    received_power_W
+        What the laser delivers [W].
+    voltage_V
+        At which the current is drawn [V]; the nominal voltage where none is.
+    available_As, bound_As
+        (moment, pack) charge in the wells [A s]; pooled packs count as one.
+    soc
+        State of charge by perspective [-].
+    """
+
+    time_s: Floats
+    position_m: Floats
+    speed_m_s: Floats
+    pitch_rad: Floats
+    roll_rad: Floats
+    kind: Texts
+    stage: Texts
+    phase: npt.NDArray[np.intp]
+    start_place: Texts
+    end_place: Texts
+    current_A: Floats
+    power_W: Floats
+    received_power_W: Floats
+    voltage_V: Floats
+    available_As: Floats
+    bound_As: Floats
+    soc: Mapping[str, Floats]
+
+    def __len__(self) -> int:
+        return len(self.time_s)
+
+    def to_frame(self) -> pandas.DataFrame:
+        """One row a moment; needs pandas (``pip install optuav[frame]``).
+
+        Returns
+        -------
+        Columns as the fields, vectors by component: ``x_m``, ``y_m``, ``z_m``, the wells summed
+        over the packs as ``available_As`` and ``bound_As``, where there are several also
+        ``available_1_As`` and so on, and ``soc_battery``, ``soc_energy``, ``soc_adjusted``.
+
+        Raises
+        ------
+        ModuleNotFoundError
+            If pandas is not installed.
+        """
+        import pandas
+
+        columns: dict[str, Any] = {"time_s": self.time_s}
+        columns |= dict(zip(("x_m", "y_m", "z_m"), self.position_m.T, strict=True))
+        for name in ALIKE:
+            columns[name] = getattr(self, name)
+        for name, wells in (("available", self.available_As), ("bound", self.bound_As)):
+            columns[f"{name}_As"] = wells.sum(axis=1)
+            if wells.shape[1] > 1:
+                columns |= {f"{name}_{k}_As": well for k, well in enumerate(wells.T, start=1)}
+        columns |= {f"soc_{name}": level for name, level in self.soc.items()}
+        return pandas.DataFrame(columns)
+
+
+ALIKE = (
+    "speed_m_s",
+    "pitch_rad",
+    "roll_rad",
+    "kind",
+    "stage",
+    "phase",
+    "start_place",
+    "end_place",
+    "current_A",
+    "power_W",
+    "received_power_W",
+    "voltage_V",
+)
+"""Fields of a trace that are columns of its table as they are."""

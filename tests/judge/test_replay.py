@@ -1,0 +1,274 @@
+"""Replay: plans against the simulation, the simulation against SciPy and physics by hand."""
+
+from __future__ import annotations
+
+import itertools
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+import optuav
+from optuav import InputError, Mission, NoPlanError
+from optuav.judge import Itinerary, Replay, Stop
+from tests.mission.strategies import missions
+from tests.plan.made import INFEASIBLE, available_by_integration, feasible, plans
+
+LEVEL = 1e-6
+"""Share of the capacity to which charges agree."""
+WELLS = {"empty", "full"}
+
+
+def kinds(replayed: Replay) -> set[str]:
+    """What is wrong, by kind."""
+    return {event.kind for event in replayed.violations}
+
+
+def judged(mission: Mission, *stops: tuple[str, str, float]) -> Replay:
+    """The replay of stops (kind, at, duration) over a mission."""
+    return optuav.replay(Itinerary(mission, tuple(Stop(at, kind, s) for kind, at, s in stops)))
+
+
+def test_direct_runs_dry_at_660_s() -> None:
+    """SPEC: `paper` direct hovers 688.85 s, but its available well is empty at 660.26 s."""
+    replayed = optuav.replay(plans()["direct"])
+    assert not replayed.flyable
+    assert kinds(replayed) == {"empty"}
+    assert replayed.time_s("hover") == pytest.approx(688.848, abs=5e-4)
+    assert replayed.first_s("empty") == pytest.approx(660.26, abs=0.005)
+
+
+def test_one_rest_runs_dry_and_is_overcharged() -> None:
+    """SPEC: the best single rest is dry at 1095.5 s and holds 104 % of y1 after resting."""
+    replayed = optuav.replay(plans()["optimal"])
+    assert kinds(replayed) == WELLS
+    assert replayed.first_s("empty") == pytest.approx(1095.5, abs=0.005)
+    (full,) = (event for event in replayed.events if event.kind == "full")
+    assert full.value is not None
+    assert full.value / (0.8 * 72_000) == pytest.approx(1.04, abs=0.005)
+
+
+def test_the_longest_flyable_hover_is_on_the_edge() -> None:
+    """SPEC: P3 under `available` is 577.524 s; a hundredth of a second more is dry."""
+    paper = optuav.load("paper")
+    assert judged(paper, ("hover", "hover", 577.523)).flyable
+    assert kinds(judged(paper, ("hover", "hover", 577.535))) == {"empty"}
+
+
+def test_two_rests_of_the_specification_can_be_flown() -> None:
+    """SPEC 3: rest b9 231.8 s, hover 605.456 s, rest b10 254.2 s in 1200 s; no longer hover."""
+    paper = optuav.load("paper")
+    stops = [("rest", "b9", 231.8), ("hover", "hover", 605.4), ("rest", "b10", 254.2)]
+    replayed = judged(paper, *stops)
+    assert replayed.flyable, replayed.violations
+    assert [phase.end.name for phase in replayed.phases if phase.kind == "flight"] == [
+        *("b9", "hover", "b10", "destination")
+    ]
+    stops[1] = ("hover", "hover", 606.0)
+    assert not judged(paper, *stops).flyable
+
+
+@pytest.mark.parametrize("name", feasible())
+def test_plans_agree_with_their_simulation(name: str) -> None:
+    """No figure of any of our plans differs, and only the wells are out of bounds."""
+    plan = plans()[name]
+    replayed = optuav.replay(plan)
+    assert kinds(replayed) <= WELLS
+    assert replayed.flyable == (plan.runs_dry_s is None and plan.overfull_s is None)
+    assert plan.soc == pytest.approx(replayed.soc, abs=LEVEL)
+    assert replayed.mission_time_s == pytest.approx(plan.mission_time_s, rel=1e-9)
+
+
+@pytest.mark.parametrize("name", feasible())
+def test_both_methods_agree(name: str) -> None:
+    """The closed form with halving, and SciPy's integration with events."""
+    exact, integrated = (optuav.replay(plans()[name], method=m) for m in ("exact", "solve_ivp"))
+    capacity_As = 72_000.0
+    for mine, theirs in zip(exact.levels, integrated.levels, strict=True):
+        assert np.allclose(mine, theirs, rtol=0.0, atol=LEVEL * capacity_As)
+    assert [event.kind for event in exact.events] == [event.kind for event in integrated.events]
+    for mine_event, their_event in zip(exact.events, integrated.events, strict=True):
+        assert mine_event.time_s == pytest.approx(their_event.time_s, abs=1e-6)
+    assert np.allclose(exact.trace.available_As, integrated.trace.available_As, atol=0.072)
+
+
+@given(missions(), st.sampled_from(["direct", "optimal", "traj2"]))
+def test_random_plans_agree_with_their_simulation(mission: Mission, trajectory: str) -> None:
+    """Whatever the mission: figures agree, the wells alone may be out of bounds."""
+    plan = optuav.solve(mission, trajectory=trajectory)
+    if not plan:
+        return
+    replayed = optuav.replay(plan)
+    assert kinds(replayed) <= WELLS, replayed.violations
+    assert (replayed.first_s("empty") is not None) == (plan.runs_dry_s is not None)
+    assert (replayed.first_s("full") is not None) == (plan.overfull_s is not None)
+
+
+@given(missions())
+def test_moments_of_random_plans_against_a_dense_grid(mission: Mission) -> None:
+    """SciPy's integration at 200 points a stage finds no violation where replay sees none."""
+    plan = optuav.solve(mission)
+    if not plan:
+        return
+    replayed = optuav.replay(plan)
+    given = mission.battery
+    B = given.packs * given.capacity_As
+    samples = list(available_by_integration(plan))
+    y1 = np.concatenate([available for _, available in samples])
+    assert (y1.min() < -2 * LEVEL * B) <= ("empty" in kinds(replayed))
+    assert (y1.max() > (given.available_fraction + 2 * LEVEL) * B) <= ("full" in kinds(replayed))
+    empty_s = replayed.first_s("empty")
+    if empty_s is not None:
+        time_s = np.concatenate([moments for moments, _ in samples])
+        assert (y1[time_s < empty_s - 1e-3] > -2 * LEVEL * B).all()
+
+
+@pytest.mark.parametrize("name", [*feasible()[:3], "table 2", "wind", "edited"])
+def test_table_is_one_motion(name: str) -> None:
+    """It starts at the origin, ends at the destination, and its speed is that of its position."""
+    plan = plans()[name]
+    table = optuav.replay(plan).trace
+    route = plan.mission.route
+    assert np.allclose(table.position_m[0], route.origin_m)
+    assert np.allclose(table.position_m[-1], route.destination_m, atol=1e-5)
+    assert (np.diff(table.time_s) >= 0.0).all()
+    moved_m = np.linalg.norm(np.diff(table.position_m, axis=0), axis=1)
+    mean_m_s = 0.5 * (table.speed_m_s[1:] + table.speed_m_s[:-1])
+    within = np.diff(table.time_s) > 0.0
+    smooth = within & (table.stage[1:] == table.stage[:-1])
+    if name == "edited":  # the length of the leg is the user's own
+        smooth &= table.phase[1:] > 0
+    # Where a leg of constant load turns from speeding up to braking, the trapezium cuts a corner.
+    corner_m = 2.0 if plan.mission.flight.model == "regimes" else 1e-3
+    assert abs(moved_m - mean_m_s * np.diff(table.time_s))[smooth].max() < corner_m
+    assert moved_m[~within].max() < 1e-5
+    if name != "edited":
+        assert table.speed_m_s.max() == pytest.approx(plan.peak_speed_m_s, rel=2e-2)
+
+
+@pytest.mark.parametrize("name", ["optimal", "table 2", "edited"])
+def test_table_balances(name: str) -> None:
+    """Charge is the integral of the current, and the energy perspective that of the power."""
+    plan = plans()[name]
+    table = optuav.replay(plan).trace
+    given = plan.mission.battery
+    B = given.packs * given.capacity_As
+    step_s = np.diff(table.time_s)
+    left_As = table.available_As.sum(axis=1) + table.bound_As.sum(axis=1)
+    gained_As = (table.current_A[:-1] * step_s).sum()
+    assert left_As[-1] - left_As[0] == pytest.approx(gained_As, abs=LEVEL * B)
+    assert table.soc["battery"] == pytest.approx(left_As / B)
+    gained_J = (table.power_W[:-1] * step_s).sum() / (B * given.nominal_voltage_V)
+    assert table.soc["energy"][-1] == pytest.approx(1.0 + gained_J, abs=LEVEL)
+    assert plan.soc == pytest.approx({name: soc[-1] for name, soc in table.soc.items()}, abs=LEVEL)
+
+
+def test_voltage_is_that_of_the_rotors() -> None:
+    """SPEC: 14.11 V in hover, 16.35 V at full speed; resting draws nothing."""
+    table = optuav.replay(plans()["optimal"]).trace
+    paper = optuav.load("paper")
+    hover = table.voltage_V[table.kind == "hover"]
+    radio_A, radio_W = 5.0 / paper.link.transmit_voltage_V, 5.0
+    assert paper.link.transmit_power_W == radio_W
+    expected_V = (1310.994 + radio_W) / (4 * 23.2276 + radio_A)
+    assert hover == pytest.approx(expected_V, rel=1e-5)
+    assert table.voltage_V[table.stage == "brake"] == pytest.approx(16.3456, abs=5e-5)
+    assert table.voltage_V[table.kind == "rest"] == pytest.approx(11.1)
+
+
+def test_table_is_worked_out_when_asked_for() -> None:
+    """The verdict alone stays cheap."""
+    replayed = optuav.replay(plans()["direct"])
+    assert "trace" not in vars(replayed)
+    assert len(replayed.trace) == len(replayed.to_frame())
+    assert "trace" in vars(replayed)
+
+
+def test_breaking_the_limits_is_told() -> None:
+    """Deadline, state of charge, altitude, coverage, roof and building, each with its figures."""
+    paper = optuav.load("paper")
+    late = judged(paper, ("hover", "hover", 300.0), ("rest", "b9", 1000.0))
+    (deadline,) = late.violations
+    assert (deadline.kind, deadline.time_s, deadline.limit) == ("deadline", 1200.0, 1200.0)
+    assert deadline.value == late.mission_time_s
+
+    greedy = judged(paper.replace({"limits.min_soc": 0.4}), ("hover", "hover", 500.0))
+    (least,) = greedy.violations
+    assert (least.kind, least.limit) == ("state of charge", 0.4)
+    assert least.value == greedy.soc["battery"]
+
+    astray = judged(paper, ("hover", "b1", 10.0), ("rest", "origin", 10.0))
+    coverage, roof = astray.violations
+    assert (coverage.kind, roof.kind) == ("coverage", "no roof")
+    assert coverage.limit == pytest.approx(501.4836, abs=5e-5)
+    assert coverage.value == pytest.approx(np.linalg.norm([950, 2700, 60]))
+
+    low = paper.replace({"limits.min_altitude_m": 60, "route.hover_m": [1000, 2700, 55]})
+    (altitude,) = judged(low, ("hover", "hover", 10.0)).violations
+    assert (altitude.kind, altitude.value, altitude.limit) == ("altitude", 55.0, 60.0)
+
+
+WALL = {"name": "wall", "position_m": [500, 1250, 90], "footprint_m": [300, 300]}
+
+
+def test_a_building_in_the_way_is_told_unless_the_mission_allows_it() -> None:
+    """A wall across the direct way from the origin to the hover point."""
+    paper = optuav.load("paper")
+    walled = paper.replace({"buildings": [WALL]})
+    (blocked,) = judged(walled, ("hover", "hover", 10.0)).violations
+    assert (blocked.kind, blocked.time_s) == ("building", 0.0)
+    assert "wall" in blocked.words
+    assert judged(
+        walled.replace({"flight.through_buildings": True}), ("hover", "hover", 10.0)
+    ).flyable
+    assert judged(walled, ("rest", "wall", 1.0), ("hover", "hover", 1.0)).flyable
+
+
+def test_a_place_without_sight_does_not_charge() -> None:
+    """Nobody is told that he may not rest there, only that it is of no use."""
+    paper = optuav.load("paper")
+    screen = {"name": "screen", "position_m": [900, 100, 90], "footprint_m": [100, 20]}
+    mission = paper.replace({"buildings": [*paper.to_dict()["buildings"], screen]})
+    hidden = judged(mission, ("rest", "b5", 100.0), ("hover", "hover", 10.0))
+    seen = judged(paper, ("rest", "b5", 100.0), ("hover", "hover", 10.0))
+    assert hidden.flyable
+    assert [each.kind for each in hidden.events if each.kind == "no sight"] == ["no sight"]
+    assert seen.first_s("no sight") is None
+    gained_As = (seen.soc["battery"] - hidden.soc["battery"]) * 72_000
+    assert gained_As == pytest.approx(1000.0)
+
+
+def test_what_cannot_be_simulated_is_told() -> None:
+    """Too heavy to fly, or nothing within reach of the device."""
+    paper = optuav.load("paper")
+    for keys in ({"body.mass_kg": 2.0}, {"link.device_m": [1000, 3000, 900]}):
+        replayed = judged(paper.replace(keys), ("hover", "hover", 10.0))
+        assert kinds(replayed) == {"impossible"}
+        assert replayed.phases == ()
+        with pytest.raises(NoPlanError):
+            _ = replayed.trace
+
+
+def test_ends_of_the_mission_are_kept() -> None:
+    """A plan edited so that it leaves out its last leg."""
+    plan = plans()["flyable"]
+    cut = plan.model_copy(update={"phases": plan.phases[:-1], "soc": {}})
+    assert kinds(optuav.replay(cut)) == {"ends"}
+
+
+@pytest.mark.parametrize("name", INFEASIBLE)
+def test_there_is_nothing_to_replay_without_a_plan(name: str) -> None:
+    with pytest.raises(NoPlanError):
+        optuav.replay(plans()[name])
+
+
+def test_unknown_methods_are_refused() -> None:
+    with pytest.raises(InputError, match="one of exact, solve_ivp"):
+        optuav.replay(plans()["direct"], method="euler")  # type: ignore[arg-type]
+
+
+def test_events_are_in_order_of_time() -> None:
+    for name in feasible():
+        events = optuav.replay(plans()[name]).events
+        assert all(a.time_s <= b.time_s for a, b in itertools.pairwise(events))
