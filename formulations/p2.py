@@ -10,9 +10,10 @@ class P2(Formulation):
     """P2: shortest flight and rest, the hover time free."""
 
     def declare(self, model: Model) -> None:
-        """State (P2) as printed: its objective holds no Δ, so that any feasible Δ is optimal."""
+        """State (P2) as printed: any feasible Δ is optimal, and the shortest mission preferred."""
         hover, rest = self.hover_and_rest(model, "P2.d hover time")
         model.minimise(self.flight_time_s + (0.0 if rest is None else rest))
+        model.prefer_small(hover)
         model.subject_to("P2.a outage", self.hover_distance_m <= self.coverage_radius_m, unit="m")
         model.subject_to("P2.b state of charge", self.soc_end(hover, rest) >= self.min_soc)
         model.subject_to("P2.c ends", self.end_gap_m <= 0.0, unit="m")

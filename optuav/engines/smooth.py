@@ -38,6 +38,8 @@ LEAST = 1e-3
 """Least reach by which an unknown is scaled, where the constraints leave it next to none."""
 EQUAL = 1e-10
 """Relative loss of the objective that the preferences may use up."""
+AT_BOUND = 1e-9
+"""Relative distance from a bound that is as good as none."""
 STEEP = 100.0
 """Largest slope of an objective as IPOPT sees it; its tolerances are absolute."""
 OPTIONS = {
@@ -297,6 +299,10 @@ class Compiled:
 
     def _point(self, answer: Any, data: _Data) -> dict[str, float]:
         found = np.clip(np.asarray(answer["x"]).ravel() * data.scale, data.lower, data.upper)
+        for bound in (data.lower, data.upper):
+            # An interior point stops short of a bound that it was on its way to.
+            reach = AT_BOUND * np.maximum(1.0, np.abs(bound))
+            found = np.where(np.isfinite(bound) & (np.abs(found - bound) <= reach), bound, found)
         return dict(zip(self.names, found.tolist(), strict=True))
 
     def _feasible(self, parameters: Mapping[str, Any], point: Mapping[str, float]) -> bool:

@@ -6,7 +6,8 @@ import textwrap
 from collections.abc import Iterator, Sequence
 from typing import TypeAlias
 
-from optuav.modelling.expression import Let, fold
+from optuav.modelling.affine import NotAffineError, affine
+from optuav.modelling.expression import Let, Operand, fold
 from optuav.modelling.model import Model
 from optuav.modelling.notation import Latex, Notation, Text
 
@@ -61,7 +62,7 @@ def latex(model: Model) -> str:
 
 def _statement(model: Model, notation: Notation) -> Iterator[tuple[str, list[Line]]]:
     """What is sought, and over which unknowns."""
-    goals = [notation.write(each) for each in (model.objective, *model.preferences)]
+    goals = [notation.write(each) for each in _goals(model)]
     yield model.sense, [(f",{notation.words(' then smallest ')}".join(goals), "")]
     yield (
         "over",
@@ -74,6 +75,27 @@ def _statement(model: Model, notation: Notation) -> Iterator[tuple[str, list[Lin
             for each in model.variables
         ],
     )
+
+
+def _goals(model: Model) -> list[Operand]:
+    """What is sought first, then among equals; not what an earlier goal has settled already."""
+    goals: list[Operand] = []
+    settled: set[str] = set()
+    for goal in (model.objective, *model.preferences):
+        unknown = _only_unknown(goal)
+        if unknown not in settled:
+            goals.append(goal)
+        settled |= {unknown} if unknown else set()
+    return goals
+
+
+def _only_unknown(goal: Operand) -> str:
+    """Name of the unknown that an affine goal in a single unknown settles; else nothing."""
+    try:
+        names = [*affine(goal, {}).coefficients]
+    except NotAffineError:
+        return ""
+    return names[0] if len(names) == 1 else ""
 
 
 def _conditions(model: Model, notation: Notation) -> Iterator[tuple[str, list[Line]]]:

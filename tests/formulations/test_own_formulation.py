@@ -72,7 +72,7 @@ def answered(model: Model, engine: str, slot_s: float = 5.0) -> Solution:
 PAGE = """\
 Least rest for a wanted hover time
 
-minimise   T', then smallest T'
+minimise   T'
 over       Δ ∈ [0, ∞) s
            T' ∈ [0, ∞) s
 subject to

@@ -253,6 +253,21 @@ def test_page_of_text() -> None:
     assert max(map(len, page.splitlines())) <= WIDTH
 
 
+def test_goal_that_an_earlier_one_settles_is_not_printed() -> None:
+    """Smallest x says nothing after smallest p + 2 x; it does after smallest x² or x + y."""
+    for objective, page in (
+        (lambda x, y: Parameter("p", "p", "1", 1.0) + 2.0 * x, "p + 2·x, then smallest y"),
+        (lambda x, y: x**2, "x², then smallest x, then smallest y"),
+        (lambda x, y: x + y, "x + y, then smallest x, then smallest y"),
+    ):
+        model = Model("Goals")
+        x, y = (model.variable(name, name, unit="1") for name in "xy")
+        model.minimise(objective(x, y))
+        for each in (x, y, -x):
+            model.prefer_small(each)
+        assert text(model).splitlines()[2] == f"minimise   {page}"
+
+
 def test_programme_of_numbers_alone_prints() -> None:
     """Nothing to seek, nothing to keep: no empty headings."""
     model = Model("Nothing")

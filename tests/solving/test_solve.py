@@ -77,6 +77,16 @@ def test_the_optimum_is_the_one_worked_out_by_hand(mission: Mission, perspective
     within(mission, plan, perspective)
 
 
+@pytest.mark.parametrize("engine", ["closed-form", "cvxpy", "casadi", "grid"])
+@pytest.mark.parametrize("trajectory", ["optimal", "traj1"])
+def test_p2_as_printed_prefers_the_shortest_mission(engine: str, trajectory: str) -> None:
+    """Any Δ is optimal; every engine returns the one of the shortest mission, 0, and says so."""
+    plan = optuav.solve("paper", "P2", engine=engine, trajectory=trajectory)
+    assert plan.hover_time_s == pytest.approx(0.0, abs=1e-9)
+    assert plan.rest_time_s == pytest.approx(0.0, abs=1e-9)
+    assert any("holds no Δ" in note for note in plan.notes)
+
+
 @given(missions(), perspective_names)
 def test_p2_takes_the_shortest_way_that_is_feasible(mission: Mission, perspective: str) -> None:
     """min T_fl + T', Δ free: the least rest that the charge for flying needs."""
