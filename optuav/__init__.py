@@ -30,6 +30,7 @@ if TYPE_CHECKING:
     from optuav.solving.route_choice import route_choice as route_choice
     from optuav.studies import compare as compare
     from optuav.studies import compare_by as compare_by
+    from optuav.studies.ledger import ledger as ledger
 
     __version__: str
 
@@ -55,6 +56,7 @@ HOMES = {
     "explain": "optuav.diagnosis",
     "compare": "optuav.studies",
     "compare_by": "optuav.studies",
+    "ledger": "optuav.studies.ledger",
 }
 """Where each public name is defined."""
 

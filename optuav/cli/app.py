@@ -13,7 +13,7 @@ from collections.abc import Sequence
 import typer
 from rich.console import Console
 
-from optuav.cli import compare, explain, formulate, missions, new, show, solve, validate
+from optuav.cli import compare, explain, formulate, ledger, missions, new, show, solve, validate
 from optuav.errors import InputError, SolverError
 
 BAD_INPUT, ENGINE_FAILED = 2, 3
@@ -32,6 +32,7 @@ for command in (
     solve.solve,
     explain.explain,
     compare.compare,
+    ledger.ledger,
     formulate.formulate,
     show.show,
     validate.validate,

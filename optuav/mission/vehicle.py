@@ -72,12 +72,15 @@ def hover_point_m(mission: Mission) -> Vector:
     )
 
 
-def hover_load(mission: Mission) -> Load:
-    """Drawn while hovering, radio included; NaN where the UAV cannot hold its place."""
+def hover_load(mission: Mission, wind_N: Vector | None = None) -> Load:
+    """Drawn while hovering, radio included; NaN where the UAV cannot hold its place.
+
+    Another wind than the mission's [N] has no meaning for regime loads.
+    """
     given = mission.flight
     if given.model == "regimes":
         return Load(given.hover_current_A, given.hover_power_W)
-    force_N = airframe(mission).external_force_N(mission.wind.force_N)
+    force_N = airframe(mission).external_force_N(mission.wind.force_N if wind_N is None else wind_N)
     speed = rotor.hover_speed(motor(mission), force_N)
     radio = mission.link
     return Load(
@@ -120,6 +123,18 @@ def attenuation_per_km(mission: Mission) -> float:
     return float(laser.attenuation(given.wavelength_nm, given.visibility_km))
 
 
+def conversion(mission: Mission) -> laser.Conversion:
+    """Fits of emitter and receiver; the mission has a laser."""
+    given = mission.laser
+    assert given is not None
+    return laser.Conversion(
+        given.emitter_slope,
+        given.emitter_offset_W,
+        given.receiver_slope,
+        given.receiver_offset_W,
+    )
+
+
 def charging(mission: Mission, distance_m: Quantity) -> Load:
     """Current into the battery and power received in clear sight of the laser, by distance [m]."""
     given, stated = mission.laser, mission.flight
@@ -129,12 +144,7 @@ def charging(mission: Mission, distance_m: Quantity) -> Load:
         return Load(stated.charge_current_A, stated.charge_power_W)
     voltage_V = mission.battery.nominal_voltage_V
     power_W = laser.received_power(
-        laser.Conversion(
-            given.emitter_slope,
-            given.emitter_offset_W,
-            given.receiver_slope,
-            given.receiver_offset_W,
-        ),
+        conversion(mission),
         given.power_W,
         attenuation_per_km(mission),
         distance_m,
