@@ -16,13 +16,16 @@ References
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
 from optuav.physics.quantity import TINY, Quantity
+
+if TYPE_CHECKING:
+    from optuav.physics.packs import Schedule
 
 HALVINGS = 100
 """Of a time, until its ends are neighbouring floats even where it is near 0."""
@@ -194,3 +197,62 @@ def _crossing(
         low, high = np.where(beyond, low, middle), np.where(beyond, middle, high)
     # A current of TINY takes longer than the range of floats.
     return np.where(direction * current <= TINY, np.inf, low)[()]
+
+
+def lifetime(
+    load: Sequence[tuple[float, float]],
+    *,
+    capacity_As: float,
+    available_fraction: float,
+    flow_rate_per_s: float,
+    packs: int = 1,
+    schedule: Schedule = "pooled",
+    period_s: float | None = None,
+) -> float:
+    """How long full packs carry a load that is repeated for ever [s]; ``inf`` if for ever.
+
+    Mind the sign: here a positive current **discharges**, as is usual for loads, while in the rest
+    of this module I > 0 charges.
+
+    Parameters
+    ----------
+    load
+        Pairs of current [A] and duration [s], > 0. A current > 0 is a job, carried by one pack; 0
+        is idle; < 0 charges the pack with the least y1, and what full packs do not take is lost.
+    capacity_As
+        Of **one** pack [A s], > 0; ``"pooled"`` makes one battery of `packs` times as much.
+    available_fraction
+        ω [-], in (0, 1).
+    flow_rate_per_s
+        k_F [1/s], ≥ 0; not k' = k_F/(ω(1−ω)).
+    packs
+        How many, 1 to 1000.
+    schedule
+        ``"pooled"``, ``"sequential"`` (the first until it is empty, then the next),
+        ``"round-robin"`` (the next at each job), ``"alternating"`` (the next every `period_s`) or
+        ``"most-available"`` (the one with the largest y1 at each job's start, the first of equals).
+        A pack seen empty is not used again; another takes over in the middle of the job.
+    period_s
+        Of ``"alternating"``, and of no other schedule [s], ≥ 1e-3.
+
+    Returns
+    -------
+    First moment at which no pack is left to carry the load [s].
+
+    Raises
+    ------
+    InputError
+        With everything that is wrong.
+    SolverError
+        If a million jobs do not tell; it takes very small loads, or jobs that nearly recharge what
+        they draw, under ``"alternating"`` or ``"most-available"``.
+
+    References
+    ----------
+    [3]_ has the test loads.
+    """
+    from optuav.physics import lifetimes
+
+    return lifetimes.lifetime(
+        load, capacity_As, available_fraction, flow_rate_per_s, packs, schedule, period_s
+    )
