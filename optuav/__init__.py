@@ -15,6 +15,8 @@ if TYPE_CHECKING:
     from optuav.errors import NoPlanError as NoPlanError
     from optuav.errors import OptuavError as OptuavError
     from optuav.errors import SolverError as SolverError
+    from optuav.judge import Itinerary as Itinerary
+    from optuav.judge import audit as audit
     from optuav.judge import replay as replay
     from optuav.mission import Mission as Mission
     from optuav.mission import json_schema as json_schema
@@ -40,6 +42,8 @@ HOMES = {
     "NoPlanError": "optuav.errors",
     "OptuavError": "optuav.errors",
     "SolverError": "optuav.errors",
+    "Itinerary": "optuav.judge",
+    "audit": "optuav.judge",
     "replay": "optuav.judge",
     "Mission": "optuav.mission",
     "json_schema": "optuav.mission",

@@ -1,7 +1,7 @@
 """The application: its commands, and how errors become exit codes.
 
-Exit codes: 0 yes; 1 an honest no (there is no feasible plan); 2 bad input; 3 an engine failed or
-did not prove its answer in time.
+Exit codes: 0 yes; 1 an honest no (there is no feasible plan, or it cannot be flown); 2 bad input;
+3 an engine failed or did not prove its answer in time.
 """
 
 from __future__ import annotations
@@ -13,7 +13,18 @@ from collections.abc import Sequence
 import typer
 from rich.console import Console
 
-from optuav.cli import compare, explain, formulate, ledger, missions, new, show, solve, validate
+from optuav.cli import (
+    audit,
+    compare,
+    explain,
+    formulate,
+    ledger,
+    missions,
+    new,
+    show,
+    solve,
+    validate,
+)
 from optuav.errors import InputError, SolverError
 
 BAD_INPUT, ENGINE_FAILED = 2, 3
@@ -21,7 +32,7 @@ BAD_INPUT, ENGINE_FAILED = 2, 3
 app = typer.Typer(
     name="optuav",
     help="Missions of laser-charged drones: modelled, solved with proof, and checked.",
-    epilog="Exit codes: 0 yes, 1 there is no feasible plan, 2 bad input, "
+    epilog="Exit codes: 0 yes, 1 there is no feasible plan or it cannot be flown, 2 bad input, "
     "3 an engine failed or did not prove its answer in time.",
     no_args_is_help=True,
     add_completion=False,
@@ -31,6 +42,7 @@ app = typer.Typer(
 for command in (
     solve.solve,
     explain.explain,
+    audit.audit,
     compare.compare,
     ledger.ledger,
     formulate.formulate,

@@ -12,6 +12,9 @@ from optuav.plan import Phase as Planned
 from optuav.plan import Plan
 from optuav.plan.trace import Event
 
+MISMATCH = "mismatch"
+"""Kind of the event that a figure is not what it should be."""
+
 Compared = tuple[str, float, float, str, float]
 """Name of a figure, as stated, as simulated, its unit, and the scale of its tolerance."""
 
@@ -50,7 +53,7 @@ def mismatches(
         ):
             if many != few:
                 words = f"{here}.{name}: the plan has {many}, the simulation {few}"
-                yield Event("mismatch", found.start_s, words, many, few)
+                yield Event(MISMATCH, found.start_s, words, many, few)
     for name, stated_soc in (plan.soc or {}).items():
         if name in soc:
             figure = (name, stated_soc, soc[name], "-", 1.0)
@@ -84,7 +87,7 @@ def _mismatch(here: str, time_s: float, figure: Compared) -> Iterator[Event]:
     name, stated, found, unit, scale = figure
     if not same(stated, found, scale):
         words = f"{here}.{name}: the plan says {stated:.10g} {unit}, it is {found:.10g} {unit}"
-        yield Event("mismatch", time_s, words.replace(" -", ""), stated, found, unit)
+        yield Event(MISMATCH, time_s, words.replace(" -", ""), stated, found, unit)
 
 
 def same(stated: float, found: float, scale: float = 0.0) -> bool:

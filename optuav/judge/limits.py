@@ -40,6 +40,10 @@ def kept(mission: Mission, phases: Sequence[Phase], soc: float) -> Iterator[Even
     """What breaks a limit of the mission other than those of the wells, and what to know."""
     yield from _ends(phases)
     for phase in phases:
+        if phase.stated:
+            where = "to" if phase.kind == "flight" else "at"
+            words = f"the {phase.kind} {where} {phase.end.name} has figures that the user stated"
+            yield Event("stated", phase.start_s, words, violation=False)
         if phase.kind == "flight":
             yield from _leg(mission, phase)
         elif phase.duration_s > 0.0:
@@ -47,12 +51,12 @@ def kept(mission: Mission, phases: Sequence[Phase], soc: float) -> Iterator[Even
     yield from _fastest(mission, phases)
     end_s, deadline_s = phases[-1].end_s, mission.limits.deadline_s
     if end_s > deadline_s * (1.0 + TOLERANCE):
-        words = f"the deadline passes before the mission ends at {end_s:.2f} s"
+        words = "the deadline passes before the mission ends"
         yield Event("deadline", deadline_s, words, end_s, deadline_s, "s")
     least = mission.limits.min_soc
     if soc < least - TOLERANCE:
-        words = f"the state of charge at the end is {100 * soc:.4g} %"
-        yield Event("state of charge", end_s, words, soc, least, "-")
+        words = "too little charge is left at the end"
+        yield Event("state of charge", end_s, words, soc, least)
 
 
 def _ends(phases: Sequence[Phase]) -> Iterator[Event]:
@@ -66,9 +70,6 @@ def _ends(phases: Sequence[Phase]) -> Iterator[Event]:
 
 def _leg(mission: Mission, phase: Phase) -> Iterator[Event]:
     way = f"{phase.start.name} → {phase.end.name}"
-    if phase.stated:
-        words = f"the leg {way} has figures that the user stated; they are taken as they are"
-        yield Event("stated", phase.start_s, words, violation=False)
     if phase.crosses != CLEAR:
         building = mission.buildings[phase.crosses].name
         words = f"the leg {way} runs through building {building}"
@@ -93,7 +94,7 @@ def _altitude(mission: Mission, place: Place, start_s: float) -> Iterator[Event]
     low, high = limits.min_altitude_m, limits.max_altitude_m
     if low * (1.0 - TOLERANCE) <= z <= high * (1.0 + TOLERANCE):
         return
-    words = f"hovering at {place.name} leaves the altitude band [{low:g}, {high:g}] m"
+    words = f"hovering at {place.name} leaves the altitude band"
     yield Event("altitude", start_s, words, z, low if z < low else high, "m")
 
 

@@ -125,13 +125,20 @@ def _read(source: str | Path, directory: Path) -> _File:
         path = directory / source
         name = label(path)
     hint = nearest(str(source), shipped()) or f"; shipped missions are {', '.join(shipped())}"
-    document = _parse(read_text(path, LARGEST_FILE, hint=hint), path)
+    document = parse(read_text(path, LARGEST_FILE, hint=hint), path)
     faults = Statement(document, {(): name}).faults(format_breaches(document))
     document.pop("schema", None)
     return _File(path, name, document, document.pop("extends", None), faults)
 
 
-def _parse(text: str, path: Path) -> dict[str, Any]:
+def parse(text: str, path: Path) -> dict[str, Any]:
+    """The tables of a TOML file.
+
+    Raises
+    ------
+    InputError
+        If its text is no TOML, or so nested that it would take too long.
+    """
     if _DEEP_KEY.search(text):
         raise refusal(path, "has a dotted name of more than 32 parts")
     try:

@@ -86,6 +86,31 @@ def load_plan(path: str | Path) -> Plan:
     InputError
         With everything that is wrong with the file.
     """
+    plan, data = read_plan(path)
+    follows = to_dict(plan)
+    faults = [
+        Fault(
+            name,
+            shown(data[name]),
+            f"{shown(follows[name])} is what the phases say",
+            label(Path(path)),
+        )
+        for name in DERIVED
+        if name in data and data[name] != follows[name]
+    ]
+    if faults:
+        raise InputError(faults)
+    return plan
+
+
+def read_plan(path: str | Path) -> tuple[Plan, dict[str, Any]]:
+    """Read a plan and the data of its file, whose repeated figures may contradict the plan.
+
+    Raises
+    ------
+    InputError
+        With everything that keeps the file from being a plan.
+    """
     source = label(Path(path))
     text = read_text(Path(path), LARGEST_BYTES)
     try:
@@ -97,7 +122,7 @@ def load_plan(path: str | Path) -> Plan:
     if data.get("schema") != SCHEMA:
         words = f"{SCHEMA} is the only version that is read"
         raise InputError([Fault("schema", shown(data.get("schema")), words, source)])
-    return _plan(data, source)
+    return _plan(data, source), data
 
 
 def _no_constant(name: str) -> float:
@@ -122,21 +147,14 @@ def _plan(data: dict[str, Any], source: str) -> Plan:
     try:
         plan = Plan.model_validate({**fields, "mission": mission})
     except ValidationError as error:
-        faults += [each for each in _faults(error, source) if each.key != "mission"]
-    if faults:
-        raise InputError(faults)
-    follows = to_dict(plan)
-    faults = [
-        Fault(name, shown(data[name]), f"{shown(follows[name])} is what the phases say", source)
-        for name in DERIVED
-        if name in data and data[name] != follows[name]
-    ]
+        faults += [each for each in record_faults(error, source) if each.key != "mission"]
     if faults:
         raise InputError(faults)
     return plan
 
 
-def _faults(error: ValidationError, source: str) -> Iterator[Fault]:
+def record_faults(error: ValidationError, source: str) -> Iterator[Fault]:
+    """What is wrong with a record, by dotted key and in our words."""
     for detail in error.errors(include_url=False):
         key = ".".join(str(part) for part in detail["loc"])
         value = "" if detail["type"] == "missing" or not key else shown(detail["input"])

@@ -48,7 +48,17 @@ class Event:
     violation: bool = True
 
     def __str__(self) -> str:
-        return f"{self.time_s:10.2f} s  {self.words}"
+        return f"{self.time_s:10.2f} s  {self.words}{self.figures}"
+
+    @property
+    def figures(self) -> str:
+        """Value and limit in words; empty where there is no limit."""
+        if self.value is None or self.kind == "mismatch":
+            return ""
+        if self.limit is None:
+            return f": {self.value:.6g} {self.unit}"
+        sense = "at least" if self.value < self.limit else "at most"
+        return f": {self.value:.6g}, {sense} {self.limit:.6g} {self.unit}".rstrip()
 
 
 @dataclass(frozen=True)

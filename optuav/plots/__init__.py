@@ -22,9 +22,12 @@ if TYPE_CHECKING:
     from optuav.plots.constraints import plane as plane
     from optuav.plots.files import save_map as save_map
     from optuav.plots.files import save_pictures as save_pictures
+    from optuav.plots.files import save_profile as save_profile
     from optuav.plots.map import MapAxes as MapAxes
     from optuav.plots.map import mission_map as mission_map
     from optuav.plots.map import trajectories as trajectories
+    from optuav.plots.profile import ProfileAxes as ProfileAxes
+    from optuav.plots.profile import profile as profile
     from optuav.plots.stages import LegAxes as LegAxes
     from optuav.plots.stages import leg as leg
 
@@ -35,13 +38,16 @@ HOMES = {
     "Gap": "optuav.plots.comparison",
     "LegAxes": "optuav.plots.stages",
     "MapAxes": "optuav.plots.map",
+    "ProfileAxes": "optuav.plots.profile",
     "battery": "optuav.plots.charge",
     "choice_bars": "optuav.plots.comparison",
     "leg": "optuav.plots.stages",
     "mission_map": "optuav.plots.map",
     "plane": "optuav.plots.constraints",
+    "profile": "optuav.plots.profile",
     "save_map": "optuav.plots.files",
     "save_pictures": "optuav.plots.files",
+    "save_profile": "optuav.plots.files",
     "slot_gaps": "optuav.plots.comparison",
     "trajectories": "optuav.plots.map",
 }

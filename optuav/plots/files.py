@@ -14,6 +14,8 @@ from optuav.plan import Phase, Plan
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
+    from optuav.plots.profile import Replayed
+
 
 def save_pictures(plan: Plan, directory: str | Path) -> list[Path]:
     """Write the pictures of a plan as PNG files.
@@ -47,6 +49,29 @@ def save_map(mission: Mission, directory: str | Path) -> list[Path]:
 
     drawn = mission_map(mission).plan.get_figure(root=True)
     return save_figures([("map.png", drawn)], Path(directory))
+
+
+def save_profile(replayed: Replayed, path: str | Path) -> Path:
+    """Write altitude, speed and power over a simulated plan as a PNG file.
+
+    Parameters
+    ----------
+    replayed
+        From `optuav.replay`.
+    path
+        The file; what is there is replaced, whole or not at all.
+
+    Raises
+    ------
+    InputError
+        If matplotlib is missing, or the file cannot be written.
+    NoPlanError
+        If nothing is flown.
+    """
+    from optuav.plots import profile
+
+    write_bytes(Path(path), _png(profile(replayed).power.get_figure(root=True)))
+    return Path(path)
 
 
 def save_figures(figures: Iterable[tuple[str, Figure | None]], folder: Path) -> list[Path]:

@@ -1,0 +1,65 @@
+"""``optuav audit``: the verdict on a saved plan or on somebody else's itinerary."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Annotated
+
+import typer
+from rich.console import Console
+from rich.text import Text
+
+from optuav.cli.options import JsonOption
+
+NO = 1
+STYLES = {
+    "FLYABLE:": "bold green",
+    "NOT": "bold red",
+    "Violated": "bold",
+    "Contradicted": "bold",
+    "To": "bold",
+}
+
+
+def audit(
+    plan: Annotated[
+        str,
+        typer.Argument(
+            metavar="FILE",
+            help="A saved plan (.json), or an itinerary (.toml): schema, mission and [[stops]] "
+            'with at, kind = "rest" or "hover", and duration_s.',
+        ),
+    ],
+    as_json: JsonOption = False,
+    plot: Annotated[
+        Path | None,
+        typer.Option(
+            "--plot",
+            metavar="FILE",
+            help="Write altitude, speed and power over time as PNG (needs matplotlib).",
+        ),
+    ] = None,
+) -> None:
+    """Simulate a plan from its mission, and say whether it can be flown.
+
+    Exit code 1 if it cannot, 2 if the file cannot be read.
+    """
+    from optuav.judge import audit as judge
+
+    judged = judge(plan)
+    written = []
+    if plot is not None and judged.replay is not None and judged.replay.phases:
+        from optuav.plots import save_profile
+
+        written.append(save_profile(judged.replay, plot))
+    if as_json:
+        typer.echo(json.dumps(judged.to_dict(), indent=2, ensure_ascii=False))
+    else:
+        screen = Console(highlight=False, soft_wrap=True)
+        for line in str(judged).splitlines():
+            screen.print(Text(line, style=STYLES.get(line.partition(" ")[0], "")))
+        for path in written:
+            screen.print(f"wrote {path}", style="dim")
+    if not judged:
+        raise typer.Exit(NO)

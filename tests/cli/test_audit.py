@@ -1,0 +1,79 @@
+"""``optuav audit``: exit codes, words, JSON and the picture."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import pytest
+
+import optuav
+from tests.cli.run import WIDTH, refused, run, widest
+
+STAY = '[[stops]]\nat = "hover"\nkind = "hover"\nduration_s = {}\n'
+
+
+@pytest.fixture
+def itinerary(tmp_path: Path) -> Path:
+    """An itinerary that can be flown."""
+    path = tmp_path / "mine.toml"
+    path.write_text('schema = 1\nmission = "paper"\n' + STAY.format(500), "utf-8")
+    return path
+
+
+def test_yes(itinerary: Path) -> None:
+    found = run("audit", str(itinerary))
+    assert found.code == 0
+    assert found.out.startswith("FLYABLE")
+    assert "Tolerance  1e-06 of the capacity" in found.out
+
+
+def test_no_with_time_value_and_limit(itinerary: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    itinerary.write_text('schema = 1\nmission = "paper"\n' + STAY.format(650), "utf-8")
+    monkeypatch.chdir(itinerary.parent)
+    found = run("audit", itinerary.name)
+    assert found.code == 1
+    assert "660.26 s  the available well runs dry: -" in found.out
+    assert "at least 0 A s" in found.out
+    assert widest(found.out) <= WIDTH
+
+
+def test_saved_plans_and_json(tmp_path: Path) -> None:
+    saved = tmp_path / "plan.json"
+    optuav.solve("paper", trajectory="direct").save(saved)
+    found = run("audit", str(saved), "--json")
+    answer = json.loads(found.out)
+    assert (found.code, answer["flyable"]) == (1, False)
+    (dry,) = [event for event in answer["events"] if event["violation"]]
+    assert (dry["kind"], dry["limit"], dry["unit"]) == ("empty", 0.0, "A s")
+    assert dry["time_s"] == pytest.approx(660.26, abs=0.005)
+
+
+def test_a_spoiled_figure_is_a_no(tmp_path: Path) -> None:
+    """It is readable, and `load_plan` would refuse it."""
+    saved = tmp_path / "plan.json"
+    optuav.solve("paper", "P3", perspective="energy").save(saved)
+    assert run("audit", str(saved)).code == 0
+    data = json.loads(saved.read_text("utf-8"))
+    data["hover_time_s"] += 1.0
+    saved.write_text(json.dumps(data), "utf-8")
+    found = run("audit", str(saved))
+    assert found.code == 1
+    assert "hover_time_s: the file says 525.628" in found.out
+
+
+def test_unreadable_files_are_refused(itinerary: Path, tmp_path: Path) -> None:
+    assert "there is no such file" in refused("audit", str(tmp_path / "none.json"))
+    itinerary.write_text("schema = 1\n", "utf-8")
+    told = refused("audit", str(itinerary))
+    assert "mission: field required" in told
+    assert "stops: field required" in told
+
+
+def test_picture(itinerary: Path, tmp_path: Path) -> None:
+    pytest.importorskip("matplotlib")
+    target = tmp_path / "profile.png"
+    found = run("audit", str(itinerary), "--plot", str(target))
+    assert found.code == 0
+    assert target.read_bytes().startswith(b"\x89PNG")
+    assert f"wrote {target}" in found.out

@@ -1,0 +1,251 @@
+"""Audit: plans with one number spoiled, itineraries of others, and files that are neither."""
+
+from __future__ import annotations
+
+import copy
+import json
+from collections.abc import Iterator
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+
+import optuav
+from optuav import InputError, Mission, Plan
+from optuav.judge import Audit, Itinerary, Stop
+from tests.mission.strategies import missions
+from tests.plan.made import INFEASIBLE, feasible, plans
+
+TOLERANCE = 1e-6
+SPOILT = 10.0
+"""By how many tolerances a number is spoiled at least."""
+ASKED = ("schema", "slot_s", "mission")
+"""What a plan's file has in numbers that are no figures of the plan."""
+
+Way = tuple[str | int, ...]
+
+
+def numbers(data: Any, way: Way = ()) -> Iterator[tuple[Way, float]]:
+    """Every number of plain data, and the way to it."""
+    if isinstance(data, dict):
+        for key, value in data.items():
+            if way or key not in ASKED:
+                yield from numbers(value, (*way, key))
+    elif isinstance(data, list):
+        for place, value in enumerate(data):
+            yield from numbers(value, (*way, place))
+    elif isinstance(data, int | float) and not isinstance(data, bool):
+        yield way, float(data)
+
+
+def tolerance(data: dict[str, Any], way: Way, value: float) -> float:
+    """By how much a figure may be off: charge by a share of the capacity, others of themselves.
+
+    How long a stay takes is not a figure but the plan itself, and shows in what follows from it: in
+    moments, which may be off by a share of the mission time.
+    """
+    battery = data["mission"]["battery"]
+    if {"available_As", "bound_As"} & set(way):
+        return TOLERANCE * battery["packs"] * battery["capacity_As"]
+    if way[0] == "soc":
+        return TOLERANCE * max(1.0, abs(value))
+    if way[-1] == "duration_s":
+        return TOLERANCE * data["mission_time_s"]
+    if way[-1] in ("current_A", "power_W"):
+        # Drawn and received cancel in part; neither is more than a few times these.
+        return TOLERANCE * max(abs(value), {"current_A": 400.0, "power_W": 10_000.0}[way[-1]])
+    return TOLERANCE * abs(value)
+
+
+def spoiled(data: dict[str, Any], way: Way, value: float) -> dict[str, Any]:
+    """The data with another number in one place."""
+    other = copy.deepcopy(data)
+    inner: Any = other
+    for part in way[:-1]:
+        inner = inner[part]
+    inner[way[-1]] = value
+    return other
+
+
+def caught(data: dict[str, Any], path: Path) -> bool:
+    """Whether the audit of a file refuses it or finds figures that contradict each other."""
+    path.write_text(json.dumps(data), "utf-8")
+    try:
+        return any(event.kind == "mismatch" for event in optuav.audit(path).violations)
+    except InputError:
+        return True
+
+
+@cache
+def data_of(name: str) -> dict[str, Any]:
+    return plans()[name].to_dict()
+
+
+@pytest.fixture(scope="module")
+def path(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return tmp_path_factory.mktemp("audit") / "plan.json"
+
+
+@pytest.mark.campaign
+@given(
+    st.data(),
+    st.one_of(
+        st.sampled_from([name for name in feasible() if name != "edited"]).map(data_of),
+        missions().map(optuav.solve).filter(bool).map(Plan.to_dict),
+    ),
+    st.floats(SPOILT, 1e6),
+    st.sampled_from([-1.0, 1.0]),
+)
+@settings(suppress_health_check=[HealthCheck.filter_too_much, HealthCheck.too_slow])
+def test_one_spoiled_number_is_caught(
+    path: Path, draw: st.DataObject, data: dict[str, Any], times: float, sign: float
+) -> None:
+    """Whichever number of a plan's file it is, however large or small."""
+    way, value = draw.draw(st.sampled_from(list(numbers(data))))
+    change = sign * times * tolerance(data, way, value) or sign * times * 1e-3
+    assert caught(spoiled(data, way, value + change), path), (way, value, value + change)
+
+
+@pytest.mark.parametrize("name", ["optimal", "table 2"])
+def test_every_spoiled_number_of_a_plan_is_caught(name: str, path: Path) -> None:
+    """By a hundredth of itself, one after the other."""
+    data = data_of(name)
+    for way, value in numbers(data):
+        assert caught(spoiled(data, way, value * 1.01 or 0.01), path), way
+
+
+def test_times_of_an_edited_leg_are_compared_with_what_follows(path: Path) -> None:
+    """The user's own figures are taken as they are, but the moments and wells follow from them."""
+    data = data_of("edited")
+    for figure in ("duration_s", "current_A", "power_W"):
+        way = ("phases", 0, "stages", 0, figure)
+        value = dict(numbers(data))[way]
+        assert caught(spoiled(data, way, 1.01 * value), path), figure
+
+
+@pytest.mark.parametrize("name", feasible())
+def test_our_own_files_contradict_nothing(name: str, tmp_path: Path) -> None:
+    plan = plans()[name]
+    plan.save(tmp_path / "plan.json")
+    judged = optuav.audit(tmp_path / "plan.json")
+    assert judged.flyable == (plan.runs_dry_s is None and plan.overfull_s is None)
+    assert judged.events == optuav.audit(plan).events
+
+
+@pytest.mark.parametrize("name", INFEASIBLE)
+def test_no_plan_is_not_flyable(name: str, tmp_path: Path) -> None:
+    plan = plans()[name]
+    plan.save(tmp_path / "plan.json")
+    judged = optuav.audit(tmp_path / "plan.json")
+    (event,) = judged.violations
+    assert event.kind == "no plan"
+    assert plan.reasons[0] in str(judged)
+    assert judged.to_dict()["route"] == []
+
+
+def itinerary(tmp_path: Path, text: str) -> Path:
+    """A file in a directory of its own."""
+    path = tmp_path / "itinerary.toml"
+    path.write_text(text, "utf-8")
+    return path
+
+
+STOPS = """
+[[stops]]
+at = "b9"
+kind = "rest"
+duration_s = 231.8
+
+[[stops]]
+at = "hover"
+kind = "hover"
+duration_s = 605.4
+
+[[stops]]
+at = "b10"
+kind = "rest"
+duration_s = 254
+"""
+
+
+def test_an_itinerary_of_somebody_else(tmp_path: Path) -> None:
+    """Two rests that fit, and then a deadline into which they do not."""
+    written = itinerary(tmp_path, f'schema = 1\nmission = "paper"\n{STOPS}')
+    judged = optuav.audit(written)
+    assert judged
+    assert isinstance(judged.subject, Itinerary)
+    assert judged.subject.stops[1] == Stop("hover", "hover", 605.4)
+    assert "1e-06 of the capacity (0.072 A s)" in str(judged)
+
+    optuav.load("paper").replace({"limits.deadline_s": 1100}).save(tmp_path / "mine.toml")
+    nearby = itinerary(tmp_path, f'schema = 1\nmission = "mine.toml"\n{STOPS}')
+    (late,) = optuav.audit(nearby).violations
+    assert (late.kind, late.time_s) == ("deadline", 1100.0)
+    assert late.value == pytest.approx(1091.2 + 108.5, abs=0.1)
+
+
+def test_all_faults_of_an_itinerary_are_told_at_once(tmp_path: Path) -> None:
+    written = itinerary(
+        tmp_path,
+        'schema = 2\nmission = "paper"\npilot = "me"\n'
+        '[[stops]]\nat = "b99"\nkind = "sleep"\nduration_s = -1\n'
+        "[[stops]]\nat = 3\nduration_s = true\n",
+    )
+    with pytest.raises(InputError) as raised:
+        optuav.audit(written)
+    assert {fault.key for fault in raised.value.faults} == {
+        "schema",
+        "pilot",
+        "stops.0.at",
+        "stops.0.kind",
+        "stops.0.duration_s",
+        "stops.1.at",
+        "stops.1.kind",
+        "stops.1.duration_s",
+    }
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "",
+        "nonsense",
+        "{",
+        "{}",
+        '{"kind": "optuav plan", "schema": 1}',
+        'schema = 1\nmission = "paper"',
+        'schema = 1\nmission = "nowhere.toml"\nstops = []',
+        'schema = 1\nmission = ""\nstops = []',
+        'schema = 1\nmission = "paper"\nstops = 1',
+        'schema = 1\nmission = "paper"\n[[stops]]\nat = "b1"\nkind = "rest"\nduration_s = nan',
+        'schema = 1\nmission = "paper"\n[[stops]]\nat = "b1"\nkind = "rest"\nduration_s = inf',
+    ],
+)
+def test_what_is_no_plan_is_refused(text: str, tmp_path: Path) -> None:
+    with pytest.raises(InputError):
+        optuav.audit(itinerary(tmp_path, text))
+
+
+def test_no_stops_at_all_is_a_flight(tmp_path: Path) -> None:
+    judged = optuav.audit(itinerary(tmp_path, 'schema = 1\nmission = "paper"\nstops = []'))
+    assert judged
+    assert judged.to_dict()["route"] == ["origin", "destination"]
+
+
+@given(missions(), st.data())
+def test_any_itinerary_gets_a_verdict(mission: Mission, data: st.DataObject) -> None:
+    """Whatever the stops: no error, every violation with a moment of the mission, plain data."""
+    names = ["origin", "hover", "destination", *(each.name for each in mission.buildings)]
+    stop = st.builds(
+        Stop, st.sampled_from(names), st.sampled_from(["rest", "hover"]), st.floats(0.0, 2000.0)
+    )
+    stops = data.draw(st.lists(stop, max_size=6))
+    judged: Audit = optuav.audit(Itinerary(mission, tuple(stops)))
+    plain = json.loads(json.dumps(judged.to_dict(), allow_nan=False))
+    assert plain["flyable"] == bool(judged)
+    assert str(judged).startswith("FLYABLE" if judged else "NOT FLYABLE")
+    end_s = plain.get("mission_time_s", 0.0)
+    assert all(0.0 <= event["time_s"] <= end_s * (1 + 1e-9) for event in plain["events"])
