@@ -22,6 +22,7 @@ if TYPE_CHECKING:
     from optuav.mission import json_schema as json_schema
     from optuav.mission import load as load
     from optuav.mission import shipped as shipped
+    from optuav.mission.datasheet import Datasheet as Datasheet
     from optuav.mission.graph import graph as graph
     from optuav.mission.graph import validate_graph as validate_graph
     from optuav.plan import Plan as Plan
@@ -49,6 +50,7 @@ HOMES = {
     "json_schema": "optuav.mission",
     "load": "optuav.mission",
     "shipped": "optuav.mission",
+    "Datasheet": "optuav.mission.datasheet",
     "graph": "optuav.mission.graph",
     "validate_graph": "optuav.mission.graph",
     "Plan": "optuav.plan",

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from typing import Any
 
 import tomli_w
@@ -12,7 +12,7 @@ from optuav.mission.schema import Mission
 from optuav.mission.sections import Building
 
 
-def template(mission: Mission, name: str) -> str:
+def template(mission: Mission, name: str, remarks: Sequence[str] = ()) -> str:
     """A mission as a TOML file in which every key is explained.
 
     Parameters
@@ -21,6 +21,8 @@ def template(mission: Mission, name: str) -> str:
         Whose values to start from.
     name
         Name of the new mission.
+    remarks
+        Lines about its values, for the head of the file.
 
     Returns
     -------
@@ -29,6 +31,7 @@ def template(mission: Mission, name: str) -> str:
     lines = [
         "# A mission for optuav. Change what differs in yours; `optuav validate` checks the file.",
         "# Lengths in metres, ground at z = 0; every key carries its unit as a suffix.",
+        *(f"# {remark}" for remark in remarks),
         "",
         f"schema = {mission.to_dict()['schema']}",
         *_entry("name", name),

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 import json
 from pathlib import Path
 
@@ -162,3 +163,52 @@ def test_what_is_in_order_but_cannot_fly_is_told() -> None:
     assert json.loads(run("validate", "paper", "--set", "body.mass_kg=50", "--json").out)[
         "warnings"
     ]
+
+
+SHEET = (
+    *("--mass-kg", "4", "--packs", "2", "--cells", "10", "--capacity-mAh", "6000"),
+    *("--hover-min", "36", "--cruise-speed-m-s", "10"),
+)
+
+
+def test_a_mission_from_a_datasheet_validates_and_solves() -> None:
+    """Its head tells what it was made of."""
+    assert run("new", "mine.toml", "--from", "regimes", *SHEET).code == 0
+    assert run("validate", "mine.toml").code == 0
+    assert run("solve", "mine.toml").code == 0
+    text = Path("mine.toml").read_text("utf-8")
+    assert "# hover_min = 36\n" in text
+    assert "# reserve_percent = 20\n" in text
+    mission = optuav.load("mine.toml")
+    assert mission.flight.model == "regimes"
+    assert mission.flight.hover_current_A == pytest.approx(20.0)
+
+
+def test_a_terminal_is_asked_for_what_is_missing(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A wrong answer is asked for again; an empty one takes the default."""
+    typed = "\n".join(["many", "-1", "", "2", "10", "6000", "36", "", "10", "", ""]) + "\n"
+    terminal = io.StringIO(typed)
+    monkeypatch.setattr(terminal, "isatty", lambda: True)
+    monkeypatch.setattr("sys.stdin", terminal)
+    made = run("new", "asked.toml", "--from", "regimes", "--mass-kg", "4")
+    assert made.code == 0
+    assert made.out.count("What it carries on top") == 3
+    assert "0 <= x <= 1000 [kg]" in made.out
+    assert run("new", "stated.toml", "--from", "regimes", *SHEET).code == 0
+    asked, stated = (Path(f"{name}.toml").read_text("utf-8") for name in ("asked", "stated"))
+    assert asked.replace('"asked"', '"stated"').replace("# cruise_min = 36\n", "") == stated
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (("--from", "regimes", *SHEET[2:]), "mass_kg: is missing; a number"),
+        (("--from", "regimes", *SHEET, "--payload-kg", "-1"), "payload_kg = -1.0: a number"),
+        (("--from", "regimes", *SHEET, "--laser-power-W", "nan"), "laser_power_W = nan: a number"),
+        (SHEET[:2], "mass_kg = 4: goes with --from regimes"),
+    ],
+)
+def test_a_datasheet_that_is_refused(arguments: tuple[str, ...], words: str) -> None:
+    """In words, and nothing is written."""
+    assert words in refused("new", "mine.toml", *arguments)
+    assert not Path("mine.toml").exists()

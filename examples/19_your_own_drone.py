@@ -1,0 +1,117 @@
+# %% [markdown]
+# # Your own drone
+#
+# A datasheet tells a mass, a battery and a flight time. That is enough for a mission: what empties
+# a battery in a known time is a current. This page goes from ten numbers to a plan, and asks
+# whether a laser would be worth the weight of its receiver.
+#
+# **Learning intentions.** After this page you can
+#
+# - turn a flight time into a current and a power, and scale both with the payload;
+# - tell which numbers of a mission come from the datasheet, and which were assumed;
+# - weigh a receiver against what its laser brings;
+# - say from which received power on a drone stays up for ever.
+
+# %%
+import math
+
+import optuav
+
+sheet = optuav.Datasheet(
+    mass_kg=3.77,
+    packs=2,
+    cells=7,
+    capacity_mAh=5880,
+    hover_min=36,
+    cruise_min=41,
+    cruise_speed_m_s=10,
+    reserve_percent=20,
+    payload_kg=0.25,
+    laser_power_W=5000,
+)
+mission = sheet.mission()
+plan = optuav.solve(mission)
+print(plan.summary())
+
+assert plan
+
+# %% [markdown]
+# ## What a flight time tells
+#
+# Two packs of 5.88 Ah in 36 minutes are 19.6 A, without payload. Rotors push air down: lifting a
+# weight W takes a power proportional to W^1.5, so the payload counts more than its mass.
+
+# %%
+bare_A = 2 * 5.88 / (36 / 60)
+loaded_A = bare_A * (1 + 0.25 / 3.77) ** 1.5
+print(f"hover: {bare_A:.2f} A bare, {loaded_A:.2f} A with the payload")
+print(f"mission: {mission.flight.hover_current_A} A, {mission.flight.hover_power_W} W")
+
+assert math.isclose(mission.flight.hover_current_A, loaded_A, rel_tol=1e-4)
+assert math.isclose(sheet.load_factor, loaded_A / bare_A)
+
+# %% [markdown]
+# The datasheet knows nothing of the rest. Places, link, wells of the battery and acceleration are
+# those of the shipped mission; `optuav new FILE --from regimes` writes a file in which each can be
+# replaced, with the assumptions at its head.
+
+# %%
+shipped = optuav.load("matrice350")
+same = [
+    name
+    for name in ("route", "link", "wind", "buildings")
+    if getattr(mission, name) == getattr(shipped, name)
+]
+print("not from the datasheet:", ", ".join(same))
+
+assert same == ["route", "link", "wind", "buildings"]
+assert mission.battery.available_fraction == shipped.battery.available_fraction
+
+# %% [markdown]
+# ## Is the laser worth its receiver?
+#
+# Compare with the drone that leaves both at home. A light receiver pays at once; a heavy one first
+# has to lift itself. Somewhere between is the mass that the laser just carries.
+
+
+# %%
+def hover_s(payload_kg: float, laser_power_W: float) -> float:
+    changed = sheet.model_copy(update={"payload_kg": payload_kg, "laser_power_W": laser_power_W})
+    patient = changed.mission().replace({"limits.deadline_s": 7200})
+    return optuav.solve(patient, "P3").hover_time_s
+
+
+without_s = hover_s(0.0, 0.0)
+print(f"without receiver and laser: {without_s / 60:.1f} min")
+low_kg, high_kg = 0.0, 10.0
+while high_kg - low_kg > 1e-6:
+    middle_kg = 0.5 * (low_kg + high_kg)
+    worth = hover_s(middle_kg, 5000) > without_s
+    low_kg, high_kg = (middle_kg, high_kg) if worth else (low_kg, middle_kg)
+print(f"the laser carries a receiver of {low_kg:.2f} kg, and no more")
+
+assert hover_s(0.25, 5000) > without_s > hover_s(0.25, 0.0)
+assert math.isclose(hover_s(low_kg, 5000), without_s, rel_tol=1e-4)
+
+# %% [markdown]
+# ## For ever
+#
+# Net of what it receives, the hover current falls to nothing where the received power is that of
+# the hover. From there on only the deadline ends the flight. The receiver has to feed the motors
+# then: what it may deliver is no longer what the packs may be charged with.
+
+# %%
+direct = mission.replace({"battery.charge_current_A": 30, "limits.deadline_s": 1e6})
+received_W = optuav.graph(direct).nodes["hover"]["received_power_W"]
+needed_W = direct.laser.power_W * direct.flight.hover_power_W / received_W
+print(f"received {received_W:.0f} W of {direct.flight.hover_power_W:.0f} W")
+print(f"the laser would have to draw {needed_W:.0f} W, not {direct.laser.power_W:.0f} W")
+hours = {}
+for share in (0.9, 0.99, 1.01):
+    plan = optuav.solve(direct.replace({"laser.power_W": share * needed_W}), "P3")
+    hours[share] = plan.hover_time_s / 3600
+    print(f"{share:.0%} of that: {hours[share]:.1f} h")
+
+assert math.isclose(hours[0.99] / hours[0.9], 10, rel_tol=1e-3)
+assert plan.binding == ("P3.b hover time",)
+assert math.isclose(plan.mission_time_s, 1e6)
