@@ -6,8 +6,10 @@ from abc import ABC, abstractmethod
 from dataclasses import dataclass, replace
 from typing import Any
 
-from formulations.perspectives import PERSPECTIVES
-from formulations.quantities import QUANTITIES, Quantities, symbol_for
+from formulations.available import well_limits
+from formulations.perspectives import AVAILABLE, PERSPECTIVES
+from formulations.quantities import QUANTITIES, Quantities, steps_for, symbol_for
+from optuav.errors import InputError
 from optuav.modelling import Model
 
 
@@ -57,14 +59,34 @@ class Formulation(Quantities, ABC):
             return without.soc_end(hover, 0.0)
         return PERSPECTIVES[self.perspective](self, hover, rest)
 
+    def keep_wells(self, model: Model, label: str, hover: Any, rest: Any = None) -> None:
+        """State that the battery never runs dry nor is overcharged; in `available` only."""
+        if self.perspective != AVAILABLE:
+            return
+        for moment, relation in well_limits(self, hover, rest):
+            model.subject_to(f"{label} {moment}", relation)
+
     @classmethod
     def model(cls, given: Quantities, perspective: str = "battery", **more: Any) -> Model:
-        """The declared model, its parameters at the given values; further fields as they are."""
+        """The declared model, its parameters at the given values; further fields as they are.
+
+        Raises
+        ------
+        InputError
+            If the perspective is `available` and the formulation does not call `keep_wells`.
+        """
         symbols: dict[str, Any] = {
             each.name: symbol_for(each, getattr(given, each.name)) for each in QUANTITIES
         }
         declared = Model((cls.__doc__ or cls.__name__).strip().splitlines()[0].rstrip("."))
-        kept: dict[str, Any] = {"steps": given.steps, "rests": given.rests}
+        kept: dict[str, Any] = {"steps": steps_for(given.steps), "rests": given.rests}
         symbolic = cls(**symbols, **kept, perspective=perspective, **more)
         symbolic.declare(declared)
+        if perspective == AVAILABLE and not any(
+            "not dry" in each.label for each in declared.constraints
+        ):
+            raise InputError(
+                f"{cls.__name__} does not say when the battery must not run dry: call "
+                "self.keep_wells(model, label, hover, rest) in declare, or take another perspective"
+            )
         return declared

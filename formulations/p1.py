@@ -15,6 +15,7 @@ class P1(Formulation):
         model.maximise(hover)
         model.subject_to("P1.a outage", self.hover_distance_m <= self.coverage_radius_m, unit="m")
         model.subject_to("P1.b state of charge", self.soc_end(hover, rest) >= self.min_soc)
+        self.keep_wells(model, "P1.b", hover, rest)
         model.subject_to("P1.c ends", self.end_gap_m <= 0.0, unit="m")
         self.keep_deadline(model, "P1.d hover time", hover, rest)
         model.subject_to("P1.e altitude", self.hover_altitude_m >= self.min_altitude_m, unit="m")

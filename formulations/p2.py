@@ -16,6 +16,7 @@ class P2(Formulation):
         model.prefer_small(hover)
         model.subject_to("P2.a outage", self.hover_distance_m <= self.coverage_radius_m, unit="m")
         model.subject_to("P2.b state of charge", self.soc_end(hover, rest) >= self.min_soc)
+        self.keep_wells(model, "P2.b", hover, rest)
         model.subject_to("P2.c ends", self.end_gap_m <= 0.0, unit="m")
         self.keep_deadline(model, "P2.d hover time", hover, rest)
         model.subject_to("P2.e altitude", self.hover_altitude_m >= self.min_altitude_m, unit="m")

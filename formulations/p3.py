@@ -16,3 +16,4 @@ class P3(Formulation):
         )
         model.maximise(hover)
         model.subject_to("P3.a state of charge", self.soc_end(hover) >= self.min_soc)
+        self.keep_wells(model, "P3.a", hover)

@@ -16,4 +16,5 @@ class P4(Formulation):
         model.maximise(hover)
         model.prefer_small(rest)
         model.subject_to("P4.a state of charge", self.soc_end(hover, rest) >= self.min_soc)
+        self.keep_wells(model, "P4.a", hover, rest)
         model.subject_to("P4.b deadline", hover + rest <= self.time_left, unit="s")

@@ -41,9 +41,13 @@ def adjusted(given: Quantities, hover: Any, rest: Any) -> Any:
 PAPER: tuple[str, ...] = ("battery", "energy", "adjusted")
 """The perspectives of the paper."""
 
+AVAILABLE = "available"
+"""Charge balance as in `battery`, and a battery that never runs dry nor is overcharged."""
+
 PERSPECTIVES: Mapping[str, Perspective] = {
     "battery": battery,
     "energy": energy,
     "adjusted": adjusted,
     "wells": wells,
+    AVAILABLE: battery,
 }

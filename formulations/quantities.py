@@ -7,7 +7,10 @@ from collections.abc import Sequence
 from dataclasses import Field, dataclass, field, fields
 from typing import Any
 
+import numpy as np
+
 from optuav.modelling import Parameter
+from optuav.physics.battery import Phase
 
 
 def _quantity(symbol: str, unit: str, key: str = "", *, needed: bool = True) -> Any:
@@ -50,7 +53,7 @@ class Quantities:
         By how much the route misses w_0 and w_F [m].
     steps
         What happens on the way: a `battery.Phase` for every stage of a leg, ``"hover"`` and
-        ``"rest"`` for the stays. Read by the perspective `wells` alone.
+        ``"rest"`` for the stays. Read by the perspectives `wells` and `available` alone.
     rests
         Whether the route goes by way of a building, so that there is a rest time.
     """
@@ -101,6 +104,23 @@ def symbol_for(quantity: Field[Any], value: Any) -> Parameter:
     """The parameter that stands for a quantity in a model."""
     meta = quantity.metadata
     return Parameter(quantity.name, meta["symbol"], meta["unit"], value, meta["key"])
+
+
+def steps_for(steps: Sequence[Any]) -> tuple[Any, ...]:
+    """Steps of a model: figures that differ between its itineraries become symbols."""
+    return tuple(
+        step
+        if isinstance(step, str)
+        else Phase(
+            _figure(f"step_{number}_current_A", f"I_{number}", "A", step.current_A),
+            _figure(f"step_{number}_duration_s", f"t_{number}", "s", step.duration_s),
+        )
+        for number, step in enumerate(steps, start=1)
+    )
+
+
+def _figure(name: str, symbol: str, unit: str, value: Any) -> Any:
+    return Parameter(name, symbol, unit, value, varies=False) if np.ndim(value) else value
 
 
 QUANTITIES = tuple(each for each in fields(Quantities) if each.metadata)

@@ -6,6 +6,7 @@ whatever the wells do; but smooth in Δ and T', for engines that take such model
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from typing import Any
 
 from formulations.quantities import Quantities
@@ -13,18 +14,29 @@ from optuav.modelling import Expression, Let
 from optuav.physics import battery
 
 
-def wells(given: Quantities, hover: Any, rest: Any) -> Any:
-    """(y1 + y2)/B after the steps of the itinerary, from a full battery."""
-    pool = battery.Battery(given.battery_As, given.available_fraction, given.flow_rate_per_s)
+def pool(given: Quantities) -> battery.Battery:
+    """All packs as one battery."""
+    return battery.Battery(given.battery_As, given.available_fraction, given.flow_rate_per_s)
+
+
+def levels(given: Quantities, hover: Any, rest: Any) -> Iterator[tuple[Any, battery.Wells]]:
+    """Every step of the itinerary with the wells after it, from a full battery."""
+    whole = pool(given)
     stays = {
         "hover": battery.Phase(-given.hover_current_A, hover),
         "rest": battery.Phase(given.rest_current_A, rest),
     }
-    level = pool.full
+    level = whole.full
     for number, step in enumerate(given.steps, start=1):
         phase = stays[step] if isinstance(step, str) else step
-        level = _named(battery.step(pool, level, phase), number)
-    return battery.state_of_charge(pool, level)
+        level = _named(battery.step(whole, level, phase), number)
+        yield step, level
+
+
+def wells(given: Quantities, hover: Any, rest: Any) -> Any:
+    """(y1 + y2)/B after the steps of the itinerary, from a full battery."""
+    *_, (_, last) = levels(given, hover, rest)
+    return battery.state_of_charge(pool(given), last)
 
 
 def _named(level: battery.Wells, number: int) -> battery.Wells:

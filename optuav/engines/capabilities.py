@@ -30,6 +30,9 @@ class Capability:
         Whether it needs derivatives.
     needs_lower_bounds
         Whether every unknown needs a lower bound.
+    needs_levelling
+        Whether it needs the longest of at most two times as objective, and as constraints what
+        phases of constant current give.
     gives
         What its answer is worth, in words.
     """
@@ -42,6 +45,7 @@ class Capability:
     needs_smooth: bool
     needs_lower_bounds: bool
     gives: str
+    needs_levelling: bool = False
 
     def obstacle(self, model: Traits, slots: bool) -> str:
         """Why the engine does not take a model, in words; empty if it does."""
@@ -56,6 +60,11 @@ class Capability:
             return f"it needs a lower bound on {', '.join(model.open_below)}"
         if model.integer and not self.integer:
             return "it takes no binary unknowns"
+        if self.needs_levelling and not model.longest:
+            return "it looks for the largest of at most two unknowns from 0, and for nothing else"
+        if self.needs_levelling and model.unlevelled_label:
+            where, why = model.unlevelled_label, model.unlevelled_words
+            return f"{where!r} is not what phases of constant current give: {why}"
         if slots and self.slots is False:
             return "it takes continuous times only"
         return ""
@@ -81,6 +90,17 @@ CAPABILITIES = (
         needs_smooth=False,
         needs_lower_bounds=False,
         gives="global, with multipliers; binary unknowns and slots by branch and bound",
+    ),
+    Capability(
+        "bracket",
+        nonlinear=True,
+        integer=False,
+        slots=False,
+        most_unknowns=MOST_UNKNOWNS,
+        needs_smooth=True,
+        needs_lower_bounds=True,
+        needs_levelling=True,
+        gives="a feasible time and proof that none is longer, through both wells",
     ),
     Capability(
         "casadi",

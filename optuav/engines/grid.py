@@ -32,6 +32,8 @@ NAME = "grid"
 PROOF = "exhaustive"
 MOST_UNKNOWNS = 2
 CELLS_AT_ONCE = 1 << 17
+CURVED_CELLS_AT_ONCE = 1 << 14
+"""The same where constraints are not linear, as every step on the way to them is kept."""
 MOST_SLOTS = 1 << 24
 """Most slots that an unknown may run through, so that they fit in memory."""
 EQUAL = 1e-9
@@ -113,8 +115,8 @@ def axes(model: Model, parameters: Values, slot_s: float) -> list[Floats]:
     return [slot_s * np.arange(first, last + 1, dtype=float) for first, last in ranges]
 
 
-Test = Callable[[Mapping[str, Floats]], Any]
-"""Which of the points satisfy a constraint."""
+Test = Callable[[Mapping[str, Floats], dict[int, Any]], Any]
+"""Which of the points satisfy a constraint; the tests of the same points share what they found."""
 
 
 def tests(model: Model, parameters: Values) -> list[Test]:
@@ -127,31 +129,31 @@ def _test(relation: Relation, parameters: Values) -> Test:
     try:
         left, right = affine(relation.left, parameters), affine(relation.right, parameters)
     except NotAffineError:
-        return lambda points: _holds(relation, {**parameters, **points})
+        return lambda points, done: _holds(relation, {**parameters, **points}, done)
     if relation.sense == "==":
-        return lambda points: _holds(relation, {**parameters, **points})
+        return lambda points, done: _holds(relation, {**parameters, **points}, done)
     sign = 1.0 if relation.sense == "<=" else -1.0
     form = left.plus(right, -1.0).times(sign)
     limit = TOLERANCE * max(1.0, abs(right.constant)) - form.constant
 
-    def compare(points: Mapping[str, Floats]) -> Any:
+    def compare(points: Mapping[str, Floats], done: dict[int, Any]) -> Any:
         *outer, last = (form.coefficients.get(name, 0.0) * x for name, x in points.items())
         return sum(outer) <= limit - last
 
     return compare
 
 
-def _holds(relation: Relation, values: Values) -> Any:
-    return holding(
-        relation.sense, evaluate(relation.left, values), evaluate(relation.right, values)
-    )
+def _holds(relation: Relation, values: Values, done: dict[int, Any]) -> Any:
+    sides = (evaluate(side, values, done) for side in (relation.left, relation.right))
+    return holding(relation.sense, *sides)
 
 
 def cells(constraints: Sequence[Test], points: Mapping[str, Floats]) -> Booleans:
     """Which cells satisfy every constraint; the axes broadcast against each other."""
     holds: Any = np.True_
+    done: dict[int, Any] = {}
     for satisfied in constraints:
-        holds = holds & satisfied(points)
+        holds = holds & satisfied(points, done)
     shape = np.broadcast_shapes(*(np.shape(each) for each in points.values()))
     return np.broadcast_to(holds, shape)
 
@@ -164,9 +166,10 @@ def _blocks(model: Model, parameters: Values, slot_s: float) -> Iterator[dict[st
     """
     *outer, last = axes(model, parameters, slot_s)
     names = [variable.name for variable in model.variables]
+    most = CELLS_AT_ONCE if _is_linear(model, parameters) else CURVED_CELLS_AT_ONCE
     if not outer:
-        for begin in range(0, len(last), CELLS_AT_ONCE):
-            yield {names[0]: last[begin : begin + CELLS_AT_ONCE]}
+        for begin in range(0, len(last), most):
+            yield {names[0]: last[begin : begin + most]}
         return
     lower = lower_bounds(model, parameters)
     begin = 0
@@ -174,9 +177,19 @@ def _blocks(model: Model, parameters: Values, slot_s: float) -> Iterator[dict[st
         lower[names[1]] = float(last[begin])
         farthest = implied_upper_bounds(model, parameters, lower)[names[0]]
         width = int(np.searchsorted(outer[0], farthest + TOLERANCE * max(1.0, farthest), "right"))
-        step = max(1, CELLS_AT_ONCE // max(1, width))
+        step = max(1, most // max(1, width))
         yield {names[0]: outer[0][:width], names[1]: last[begin : begin + step, None]}
         begin += step
+
+
+def _is_linear(model: Model, parameters: Values) -> bool:
+    try:
+        for each in model.constraints:
+            affine(each.relation.left, parameters)
+            affine(each.relation.right, parameters)
+    except NotAffineError:
+        return False
+    return True
 
 
 def _best_cell(

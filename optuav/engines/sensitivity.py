@@ -132,12 +132,14 @@ def _rates(model: Model, values: Point, multipliers: Mapping[str, Any]) -> dict[
     objective = slope(model.objective, values)
     sign = 1.0 if model.sense == "maximise" else -1.0
     rates: dict[str, Any] = {name: objective.by.get(name, 0.0) for name in model.parameters}
-    for constraint in relations(model):
+    done: dict[int, Any] = {}
+    stated = list(relations(model))  # kept, so that no two nodes share an identity
+    for constraint in stated:
         weight = multipliers.get(constraint.label, 0.0)
         if not np.any(weight):
             continue
         relation = constraint.relation
-        left, right = slope(relation.left, values), slope(relation.right, values)
+        left, right = (slope(side, values, done) for side in (relation.left, relation.right))
         if not (left.by.keys() | right.by.keys()) & rates.keys():
             continue
         # Both bounds of an unknown share a label: the weight belongs to the one that is met.
@@ -214,6 +216,26 @@ def _one_sided(model: Model, parameters: Point, points: list[Point]) -> dict[str
     return prices
 
 
+def local_multipliers(model: Model, values: Point) -> dict[str, float]:
+    """Multipliers ≥ 0 of the constraints at a locally optimal point, by label.
+
+    One of them where there are several; empty where the point is not stationary.
+    """
+    names = [variable.name for variable in model.variables]
+    active = _active(model, values)
+    normals = np.array([[float(row.by.get(n, 0.0)) for n in names] for row in active.rows.values()])
+    sign = 1.0 if model.sense == "maximise" else -1.0
+    goal = sign * np.array([float(active.objective.by.get(name, 0.0)) for name in names])
+    stated = list(relations(model))
+    weights = next(_basic_multipliers(normals.reshape(-1, len(names)), goal), np.empty(0))
+    found: dict[str, float] = {}
+    for (number, turn), weight in zip(active.rows, weights, strict=False):
+        relation = stated[number].relation
+        signed = turn * float(weight) if relation.sense == "==" else float(weight)
+        found[stated[number].label] = found.get(stated[number].label, 0.0) + signed
+    return found
+
+
 @dataclass(frozen=True)
 class _Active:
     """Slopes at a point: of the objective, and of the constraints that hold with equality."""
@@ -224,9 +246,11 @@ class _Active:
 
 def _active(model: Model, values: Point) -> _Active:
     rows: dict[tuple[int, float], Slope] = {}
-    for number, constraint in enumerate(relations(model)):
+    done: dict[int, Any] = {}
+    stated = list(relations(model))  # kept, so that no two nodes share an identity
+    for number, constraint in enumerate(stated):
         relation = constraint.relation
-        left, right = slope(relation.left, values), slope(relation.right, values)
+        left, right = (slope(side, values, done) for side in (relation.left, relation.right))
         if abs(left.value - right.value) > ACTIVE * max(1.0, abs(float(right.value))):
             continue
         for turn in {"<=": (1.0,), ">=": (-1.0,), "==": (1.0, -1.0)}[relation.sense]:

@@ -153,7 +153,7 @@ class Compiled:
         self.accuracy = accuracy
         self.time_limit_s = time_limit_s
         self.names = [variable.name for variable in model.variables]
-        self.given = list(model.parameters)
+        self.given = list(model.given)
         self.base = model.row(0)
         unknowns = casadi.SX.sym("x", len(self.names))
         scales = casadi.SX.sym("s", len(self.names))

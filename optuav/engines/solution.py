@@ -63,6 +63,8 @@ class Solution:
         That of an equality has the sign of what one more unit of its right side brings.
     regular
         Whether point and multipliers are known to be the only optimal ones, one a programme.
+    beyond
+        What the objective is known not to exceed, one a programme; from engines that bracket it.
     words
         What the engine itself said, one a programme.
     model, given
@@ -77,6 +79,7 @@ class Solution:
     binding: Mapping[str, Booleans]
     multipliers: Mapping[str, Floats] = field(default_factory=dict)
     regular: Booleans | None = None
+    beyond: Floats | None = None
     words: Sequence[str] = ()
     model: Model | None = None
     given: Mapping[str, Any] = field(default_factory=dict)
@@ -105,6 +108,7 @@ class Solution:
             binding={label: each[one] for label, each in self.binding.items()},
             multipliers={label: each[one] for label, each in self.multipliers.items()},
             regular=None if self.regular is None else self.regular[one],
+            beyond=None if self.beyond is None else self.beyond[one],
             words=self.words[one],
             given={**(self.model.row(index) if self.model else {}), **self.given_at(index)},
         )

@@ -86,9 +86,11 @@ def check(model: Model, point: Mapping[str, Any]) -> tuple[Check, ...]:
         arrays that broadcast.
     """
     rows = []
-    for constraint in relations(model):
-        left = evaluate(constraint.relation.left, point)
-        right = evaluate(constraint.relation.right, point)
+    done: dict[int, Any] = {}
+    stated = list(relations(model))  # kept, so that no two nodes share an identity
+    for constraint in stated:
+        left = evaluate(constraint.relation.left, point, done)
+        right = evaluate(constraint.relation.right, point, done)
         sense = constraint.relation.sense
         rows.append(
             Check(

@@ -58,7 +58,9 @@ PARTIALS: Mapping[np.ufunc, Partials] = {
 """Partial derivatives by argument, from the value and the arguments; powers stand apart."""
 
 
-def slope(expression: Operand, values: Mapping[str, Any]) -> Slope:
+def slope(
+    expression: Operand, values: Mapping[str, Any], done: dict[int, Any] | None = None
+) -> Slope:
     """Value of an expression and its derivatives with respect to every leaf in it.
 
     Parameters
@@ -68,6 +70,8 @@ def slope(expression: Operand, values: Mapping[str, Any]) -> Slope:
     values
         Values of the variables by name, and of parameters that differ from their own; numbers or
         arrays that broadcast.
+    done
+        As of `fold`, for trees that share nodes.
 
     Raises
     ------
@@ -79,7 +83,7 @@ def slope(expression: Operand, values: Mapping[str, Any]) -> Slope:
         own = isinstance(node, Parameter) and node.name not in values
         return Slope(node.value if own else values[node.name], {node.name: 1.0})  # type: ignore[union-attr]
 
-    found = fold(expression, leaf, _apply)
+    found = fold(expression, leaf, _apply, done=done)
     return found if isinstance(found, Slope) else Slope(found, {})
 
 

@@ -109,9 +109,21 @@ class Parameter(Expression):
         A number, or an array with one entry a programme.
     key
         The mission's key it comes from, ``""`` if it is derived.
+    varies
+        Whether it is to be told to a reader and changed by name; else it is one of many numbers,
+        such as the duration of a stage, that differ between programmes.
     """
 
-    def __init__(self, name: str, symbol: str, unit: str, value: Any, key: str = "") -> None:
+    def __init__(
+        self,
+        name: str,
+        symbol: str,
+        unit: str,
+        value: Any,
+        key: str = "",
+        varies: bool = True,
+    ) -> None:
+        self.varies = varies
         self.name = name
         self.symbol = symbol
         self.unit = unit
@@ -163,6 +175,7 @@ def fold(
     leaf: Callable[[Leaf], Result],
     call: Callable[[np.ufunc, tuple[Any, ...]], Result],
     let: Callable[[Let, Result], Result] | None = None,
+    done: dict[int, Any] | None = None,
 ) -> Any:
     """Walk a tree bottom-up, every node once.
 
@@ -174,8 +187,10 @@ def fold(
         What a variable or parameter, and what a ufunc on folded arguments, becomes.
     let
         What a named quantity becomes; by default what it stands for.
+    done
+        What nodes became, by identity: hand the same one to the walks of trees that share nodes.
     """
-    done: dict[int, Any] = {}
+    done = {} if done is None else done
 
     def value(node: Operand) -> Any:
         if isinstance(node, Call):
@@ -206,7 +221,9 @@ def _operands(node: Operand) -> tuple[Operand, ...]:
     return (node.expression,) if isinstance(node, Let) else ()
 
 
-def evaluate(expression: Operand, values: Mapping[str, Any]) -> Any:
+def evaluate(
+    expression: Operand, values: Mapping[str, Any], done: dict[int, Any] | None = None
+) -> Any:
     """Value of an expression with numbers or arrays in place of its leaves.
 
     Parameters
@@ -215,6 +232,8 @@ def evaluate(expression: Operand, values: Mapping[str, Any]) -> Any:
         The tree.
     values
         By name; a parameter that is not named keeps its own value.
+    done
+        As of `fold`, for trees that share nodes.
 
     Raises
     ------
@@ -227,7 +246,7 @@ def evaluate(expression: Operand, values: Mapping[str, Any]) -> Any:
             return node.value
         return values[node.name]
 
-    return fold(expression, leaf, lambda ufunc, arguments: ufunc(*arguments))
+    return fold(expression, leaf, lambda ufunc, arguments: ufunc(*arguments), done=done)
 
 
 def leaves(*expressions: Operand) -> Iterator[Leaf]:
@@ -239,6 +258,7 @@ def leaves(*expressions: Operand) -> Iterator[Leaf]:
         if known is not node:
             raise ValueError(f"two different symbols are called {node.name!r}")
 
+    done: dict[int, Any] = {}
     for expression in expressions:
-        fold(expression, leaf, lambda ufunc, arguments: None)
+        fold(expression, leaf, lambda ufunc, arguments: None, done=done)
     yield from found.values()

@@ -130,17 +130,22 @@ class Model:
         return trees
 
     @property
-    def parameters(self) -> dict[str, Parameter]:
-        """The parameters that occur in the model, by name."""
+    def given(self) -> dict[str, Parameter]:
+        """Everything that occurs in the model and has a value, by name."""
         return {
             leaf.name: leaf for leaf in leaves(*self.expressions) if isinstance(leaf, Parameter)
         }
+
+    @property
+    def parameters(self) -> dict[str, Parameter]:
+        """The named parameters that occur in the model: what a reader may change."""
+        return {name: each for name, each in self.given.items() if each.varies}
 
     def row(self, index: int) -> dict[str, Any]:
         """Values of all parameters for one of several programmes that are declared as one."""
         return {
             name: parameter.value[index] if getattr(parameter.value, "ndim", 0) else parameter.value
-            for name, parameter in self.parameters.items()
+            for name, parameter in self.given.items()
         }
 
     def __str__(self) -> str:

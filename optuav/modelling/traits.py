@@ -9,7 +9,8 @@ from typing import Any
 import numpy as np
 
 from optuav.modelling.affine import NotAffineError, affine
-from optuav.modelling.expression import Leaf, Operand, Variable, fold
+from optuav.modelling.exponential import NotExponentialError, exponential
+from optuav.modelling.expression import Leaf, Variable, fold
 from optuav.modelling.model import Model
 
 KINKED = frozenset({np.absolute, np.sign, np.heaviside, np.maximum, np.minimum})
@@ -34,6 +35,11 @@ class Traits:
         Symbols of the variables without a lower bound.
     nonlinear_label, nonlinear_words
         The first constraint (or "objective") that is not affine, and why; empty if all are.
+    longest
+        Whether it looks for the largest of at most two unknowns, both from 0, of equals the
+        smallest other.
+    unlevelled_label, unlevelled_words
+        The first constraint that is no form of times and levellings, and why; empty if all are.
     """
 
     unknowns: int
@@ -43,6 +49,9 @@ class Traits:
     open_below: tuple[str, ...] = ()
     nonlinear_label: str = ""
     nonlinear_words: str = ""
+    longest: bool = False
+    unlevelled_label: str = ""
+    unlevelled_words: str = ""
 
     def __str__(self) -> str:
         kind = "linear" if self.linear else "smooth" if self.smooth else "not smooth"
@@ -54,10 +63,12 @@ class Traits:
 def traits(model: Model) -> Traits:
     """Properties of a model, found by walking its trees."""
     label, words = _first_nonlinear(model)
+    longest = _longest(model)
+    form, why = _first_unlevelled(model) if longest else ("", "")
     return Traits(
         unknowns=len(model.variables),
         linear=not label,
-        smooth=all(_smooth(tree) for tree in model.expressions),
+        smooth=_smooth(model),
         integer=any(variable.binary for variable in model.variables),
         open_below=tuple(
             variable.symbol
@@ -66,7 +77,32 @@ def traits(model: Model) -> Traits:
         ),
         nonlinear_label=label,
         nonlinear_words=words,
+        longest=longest,
+        unlevelled_label=form,
+        unlevelled_words=why,
     )
+
+
+def _longest(model: Model) -> bool:
+    others = [each for each in model.variables if each is not model.objective]
+    return (
+        model.sense == "maximise"
+        and len(others) < len(model.variables) <= 2
+        and all(any(each is other for other in others) for each in model.preferences)
+        and all(isinstance(each.lower, float) and each.lower == 0.0 for each in model.variables)
+        and not any(each.binary for each in model.variables)
+    )
+
+
+def _first_unlevelled(model: Model) -> tuple[str, str]:
+    done: dict[int, Any] = {}
+    for constraint in model.constraints:
+        for side in (constraint.relation.left, constraint.relation.right):
+            try:
+                exponential(side, {}, done)
+            except NotExponentialError as error:
+                return constraint.label, str(error)
+    return "", ""
 
 
 def _first_nonlinear(model: Model) -> tuple[str, str]:
@@ -85,9 +121,10 @@ def _first_nonlinear(model: Model) -> tuple[str, str]:
     return "", ""
 
 
-def _smooth(expression: Operand) -> bool:
+def _smooth(model: Model) -> bool:
     """Whether no kinked function stands over a variable."""
     kinks = []
+    done: dict[int, Any] = {}
 
     def leaf(node: Leaf) -> bool:
         return isinstance(node, Variable)
@@ -98,5 +135,6 @@ def _smooth(expression: Operand) -> bool:
             kinks.append(ufunc)
         return varies
 
-    fold(expression, leaf, call)
+    for tree in model.expressions:
+        fold(tree, leaf, call, done=done)
     return not kinks

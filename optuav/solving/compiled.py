@@ -139,6 +139,10 @@ def _solver(part: Part, asked: Question) -> Solver:
         from optuav.engines import closed_form
 
         return lambda values: closed_form.solve(part.model, count, values)
+    if engine == "bracket":
+        from optuav.engines import bracket
+
+        return lambda values: bracket.solve(part.model, count, values)
     if engine == "grid":
         from optuav.engines import grid
 

@@ -56,6 +56,10 @@ def answer(model: Model, programmes: int, asked: Question) -> Solution:
 
         solver = asked.solver or linear.DEFAULT_SOLVER
         return linear.solve(model, programmes, asked.slot_s, asked.time_limit_s, solver)
+    if engine == "bracket":
+        from optuav.engines import bracket
+
+        return bracket.solve(model, programmes)
     if engine == "casadi":
         from optuav.engines import smooth
 

@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 
 from formulations.quantities import Quantities
 from optuav.mission import vehicle
 from optuav.mission.itineraries import NO_LEG
 from optuav.mission.network import Network
-from optuav.mission.phases import hover_net, phases, rest_net
-from optuav.mission.places import HOVER
+from optuav.mission.phases import hover_net, rest_net
+from optuav.mission.places import FIRST_BUILDING, HOVER
 from optuav.mission.sight import Numbers, Points
 from optuav.physics.battery import Phase
 
@@ -23,7 +25,7 @@ def quantities(worked_out: Network, which: Numbers, *, rests: bool = True) -> Qu
         Places, legs and itineraries.
     which
         Numbers of itineraries; all of them direct, or all by way of a building. The steps on the
-        way are told for a single itinerary only.
+        way are told where all stay in the same order.
     rests
         Whether a rest on the building may be chosen.
     """
@@ -62,7 +64,7 @@ def quantities(worked_out: Network, which: Numbers, *, rests: bool = True) -> Qu
         min_altitude_m=limits.min_altitude_m,
         max_altitude_m=limits.max_altitude_m,
         end_gap_m=_end_gap_m(worked_out, which),
-        steps=_steps(worked_out, int(which[0])) if len(which) == 1 else (),
+        steps=_steps(worked_out, which, rests),
         rests=rests,
     )
 
@@ -78,13 +80,34 @@ def _end_gap_m(worked_out: Network, which: Numbers) -> Points:
     return gap_m
 
 
-def _steps(worked_out: Network, index: int) -> tuple[Phase | str, ...]:
-    """Stages of the legs of an itinerary as phases of constant current, and its stays by name."""
-    return tuple(
-        stage
-        for each in phases(worked_out, index, 0.0, 0.0)
-        for stage in (each.stages if each.kind == "flight" else (each.kind,))
-    )
+def _steps(worked_out: Network, which: Numbers, rests: bool) -> tuple[Phase | str, ...]:
+    """Stages of the legs as phases of constant current, and the stays by name.
+
+    Figures are numbers for a single itinerary, else arrays with one entry each; none where the
+    itineraries stay in different orders.
+    """
+    table, routes = worked_out.legs, worked_out.itineraries
+    if len(np.unique(routes.rest_first[which])) > 1:
+        return ()
+    legs, ends = routes.legs[which].T, table.end[routes.legs[which[0]]]
+    found: list[Phase | str] = []
+    for leg, end in zip(legs, ends.tolist(), strict=True):
+        if (leg == NO_LEG).all():
+            continue
+        for current_A, duration_s in zip(
+            table.currents_A[:, leg], table.durations_s[:, leg], strict=True
+        ):
+            if duration_s.any():
+                found.append(Phase(_figures(-current_A), _figures(duration_s)))
+        if end == HOVER:
+            found.append("hover")
+        elif end >= FIRST_BUILDING and rests:
+            found.append("rest")
+    return tuple(found)
+
+
+def _figures(values: Points) -> Any:
+    return values if len(values) > 1 else float(values[0])
 
 
 def _battery_energy(

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from formulations.formulation import Formulation
+from formulations.perspectives import PAPER
 from optuav.mission import Mission, load
 from optuav.mission.feasibility import blocked, impossibilities
 from optuav.mission.network import Network, network
@@ -175,17 +176,18 @@ def _parts(asked: Question, worked_out: Network) -> tuple[Part, ...]:
     return tuple(
         Part(formulated, which)
         for group, rests in groups
-        for which in _together(asked, group)
+        for which in _together(asked, worked_out, group)
         for formulated in (_model(asked, worked_out, which, rests),)
         if rests == _has_rest(formulated) or asked.problem == "P3"
     )
 
 
-def _together(asked: Question, group: Numbers) -> list[Numbers]:
-    """Itineraries that one declaration serves: through the wells, each has steps of its own."""
-    if not len(group):
-        return []
-    return list(group[:, None]) if asked.perspective == "wells" else [group]
+def _together(asked: Question, worked_out: Network, group: Numbers) -> list[Numbers]:
+    """Itineraries that one declaration serves: through the wells, the order of stays matters."""
+    if asked.perspective in PAPER:
+        return [group] if len(group) else []
+    rest_first = worked_out.itineraries.rest_first[group]
+    return [each for each in (group[rest_first], group[~rest_first]) if len(each)]
 
 
 def _model(asked: Question, worked_out: Network, which: Numbers, rests: bool) -> Model:

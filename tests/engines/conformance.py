@@ -59,11 +59,13 @@ class Case:
 
     @property
     def engines(self) -> tuple[str, ...]:
-        """Names of the engines that take the problem; the grid where there are slots."""
+        """Names of the engines that take the problem.
+
+        The grid only where there are slots; bracket not where nothing bounds the times.
+        """
         slots = self.slot_s is not None
-        return tuple(
-            name for name in takers(traits(self.build()), slots) if slots or name != "grid"
-        )
+        unfit = {"grid" if not slots else "", "bracket" if self.status is Status.UNBOUNDED else ""}
+        return tuple(name for name in takers(traits(self.build()), slots) if name not in unfit)
 
 
 def number(name: str, value: float, unit: str = "s") -> Parameter:

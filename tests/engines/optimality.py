@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from optuav.engines import closed_form, grid, linear, smooth
+from optuav.engines import bracket, closed_form, grid, linear, smooth
 from optuav.engines.solution import Solution
 from optuav.modelling import Model, Relation, evaluate
 
@@ -20,6 +20,8 @@ def solved(engine: str, model: Model, slot_s: float | None = None, programmes: i
         return linear.solve(model, programmes, slot_s)
     if engine == smooth.NAME:
         return smooth.solve(model, programmes)
+    if engine == bracket.NAME:
+        return bracket.solve(model, programmes)
     assert engine == grid.NAME
     assert slot_s is not None
     return grid.solve(model, programmes, slot_s)

@@ -10,7 +10,7 @@ from optuav.errors import SolverError
 from tests.engines.conformance import CASES, Case
 from tests.engines.optimality import residuals, solved
 
-TOLERANCE = {"closed-form": 1e-11, "cvxpy": 1e-8, "casadi": 2e-7, "grid": 1e-11}
+TOLERANCE = {"closed-form": 1e-11, "cvxpy": 1e-8, "bracket": 2e-7, "casadi": 2e-7, "grid": 1e-11}
 """Of values and multipliers, relative to max(1, size)."""
 PAIRS = [(case, engine) for case in CASES for engine in case.engines]
 every_pair = pytest.mark.parametrize(

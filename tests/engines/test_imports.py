@@ -14,7 +14,13 @@ import optuav.engines
 from optuav.engines.capabilities import ENGINES
 
 DIRECTORY = Path(optuav.engines.__file__).parent
-MODULES = {"closed-form": "closed_form", "cvxpy": "linear", "casadi": "smooth", "grid": "grid"}
+MODULES = {
+    "closed-form": "closed_form",
+    "cvxpy": "linear",
+    "casadi": "smooth",
+    "grid": "grid",
+    "bracket": "bracket",
+}
 """Where each engine of the table lives."""
 HEAVY = ("casadi", "cvxpy", "highspy", "matplotlib", "pandas", "scipy.stats", "scipy.optimize")
 

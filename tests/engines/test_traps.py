@@ -232,7 +232,13 @@ class Endless(Formulation):
         model.maximise(model.variable("hover_time_s", "Δ", unit="s"))
 
 
-@pytest.mark.parametrize("engine", CONTINUOUS)
+def test_bracket_needs_bounded_times() -> None:
+    """It sweeps from the longest time that there can be, and says so where there is none."""
+    with pytest.raises(InputError, match="needs a linear constraint that bounds hover_time_s"):
+        solve("paper", Endless, engine="bracket")
+
+
+@pytest.mark.parametrize("engine", [name for name in CONTINUOUS if name != "bracket"])
 def test_unbounded_programme_is_said_to_be(engine: str) -> None:
     """No plan with an endless hover; the status goes through to the plan."""
     plan = solve("paper", Endless, engine=engine)

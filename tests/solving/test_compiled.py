@@ -18,7 +18,7 @@ from optuav.mission import Mission, load
 from optuav.modelling import Model
 from optuav.solving import formulate
 
-TOLERANCE_S = {"closed-form": 1e-9, "cvxpy": 1e-6, "casadi": 1e-4, "grid": 1e-9}
+TOLERANCE_S = {"closed-form": 1e-9, "cvxpy": 1e-6, "bracket": 1e-6, "casadi": 1e-4, "grid": 1e-9}
 P4 = {"problem": "P4", "building": "b1", "order": "rest-first"}
 
 
@@ -167,7 +167,7 @@ def test_nothing_that_can_be_flown_is_refused_with_reasons() -> None:
 
 def test_engines_that_do_not_take_it_are_refused_with_those_that_do() -> None:
     program = formulate("paper", perspective="wells", **P4)
-    with pytest.raises(InputError, match=r"closed-form .* Engines that do: casadi, grid"):
+    with pytest.raises(InputError, match=r"closed-form .* Engines that do: bracket, casadi, grid"):
         program.compile("closed-form")
     with pytest.raises(InputError, match="engine = 'simplex': one of closed-form, cvxpy"):
         program.compile("simplex")

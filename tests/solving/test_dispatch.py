@@ -53,7 +53,7 @@ class Free(Formulation):
     [
         ("P1", {}, "closed-form"),
         ("P1", {"slot_s": 60.0}, "grid"),
-        ("P3", {"perspective": "wells"}, "casadi"),
+        ("P3", {"perspective": "wells"}, "bracket"),
         ("P3", {"perspective": "wells", "slot_s": 60.0}, "grid"),
         (Kinked, {"engine": "grid"}, "grid"),
         (Binary, {}, "cvxpy"),

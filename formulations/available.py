@@ -1,0 +1,35 @@
+"""A battery that can deliver: the available well never empty and never past full.
+
+y1 ≥ 0 and y1 ≤ ωB at every moment hold if they hold at the end of every stretch of constant
+current: while one discharges, y1 is least at an end of it and stays below ωB; while one charges,
+y1 stays above 0 and is largest at an end. A leg is as many stretches as it has stages, and only
+charges in the stays.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any
+
+from formulations.quantities import Quantities
+from formulations.wells import levels
+from optuav.modelling import Relation
+
+
+def well_limits(given: Quantities, hover: Any, rest: Any) -> Iterator[tuple[str, Relation]]:
+    """What keeps y1/B within 0 and ω, with the moment of each, in order.
+
+    Parameters
+    ----------
+    given
+        Quantities of the itinerary, with its steps.
+    hover, rest
+        Δ and T' [s]; the latter None where the itinerary does not rest.
+    """
+    for number, (step, level) in enumerate(levels(given, hover, rest), start=1):
+        share = level.available_As / given.battery_As
+        stay = step if isinstance(step, str) else ""
+        after = f"after the {stay}" if stay else f"after step {number}"
+        yield f"not dry {after}", Relation(share, ">=", 0.0)
+        if stay:
+            yield f"not past full {after}", Relation(share, "<=", given.available_fraction)

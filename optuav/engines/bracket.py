@@ -1,0 +1,141 @@
+"""The longest time that nonlinear constraints of battery wells admit, bracketed: a proof.
+
+Takes models that look for the largest of at most two times, with constraints of the form that
+phases of constant current give (see `exponential_form`), linear ones among them. The answer comes
+with a time beyond which there is none; how, is told in `bracketing`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from optuav.engines.bracketing import largest
+from optuav.engines.exponential_form import rows_of, stated_forms
+from optuav.engines.sensitivity import local_multipliers
+from optuav.engines.solution import Booleans, Floats, Solution, Status
+from optuav.errors import InputError
+from optuav.modelling.check import check, relations
+from optuav.modelling.exponential import CONSTANT, Exponential, Monomial
+from optuav.modelling.model import Model
+
+NAME = "bracket"
+PROOF = "bracketed: a feasible time, and proof that none is longer"
+TIGHT = 1e-7
+"""Slack below which a constraint counts as binding, relative to max(1, |right side|)."""
+TIED_S = 1e-6
+"""Answers this close to the best get multipliers too [s]."""
+
+STATUSES = np.array(
+    [Status.OPTIMAL, Status.FEASIBLE, Status.INFEASIBLE, Status.ERROR], dtype=object
+)
+OPTIMAL, FEASIBLE, INFEASIBLE, ERROR = range(4)
+
+
+def solve(model: Model, programmes: int, values: Mapping[str, Any] | None = None) -> Solution:
+    """Bracket the longest time for every entry of the parameters.
+
+    Parameters
+    ----------
+    model
+        The objective is one unknown, to be maximised; at most one other; both from 0.
+    programmes
+        Number of entries of those parameters that are arrays, at least 1.
+    values
+        Values of parameters that differ from the model's, by name.
+
+    Returns
+    -------
+    A `Solution` whose `beyond` tells what no answer exceeds. Status feasible where that is farther
+    than `bracketing.WIDTH_S` from the answer; error where not even that is known, or a number is
+    NaN.
+
+    Raises
+    ------
+    InputError
+        If no linear constraint bounds an unknown.
+    NotExponentialError
+        If a constraint has another form.
+    """
+    given = values or {}
+    first, *second = sorted(
+        (each.name for each in model.variables), key=model.objective.name.__ne__
+    )
+    forms, sizes = stated_forms(model, given)
+    tops = [_top(forms, name, programmes) for name in (first, *second)]
+    for name, top in zip((first, *second), tops, strict=True):
+        if np.isinf(top).any():
+            raise InputError(f"engine {NAME} needs a linear constraint that bounds {name}")
+    usable = ~np.isnan(tops).any(axis=0)
+    x_top, y_top = (np.where(usable, each, 0.0) for each in (*tops, np.zeros(programmes))[:2])
+    reach_s = np.maximum(x_top, y_top)
+    rows = rows_of(forms, sizes, first, second[0] if second else None, programmes, reach_s)
+    usable &= rows.usable
+    found = largest(rows, x_top, y_top)
+    codes = np.select(
+        [~usable, np.isneginf(found.beyond), np.isnan(found.x), ~found.proved],
+        [ERROR, INFEASIBLE, ERROR, FEASIBLE],
+        OPTIMAL,
+    )
+    answered = (codes == OPTIMAL) | (codes == FEASIBLE)
+    points = {
+        name: np.where(answered, each, np.nan)
+        for name, each in zip((first, *second), (found.x, found.y), strict=False)
+    }
+    return Solution(
+        engine=NAME,
+        proof=PROOF,
+        statuses=STATUSES[codes].tolist(),
+        objective=points[first] + 0.0,
+        values={each.name: points[each.name] for each in model.variables},
+        binding=_binding(model, {**given, **points}, answered),
+        multipliers=_multipliers(model, given, points),
+        beyond=np.where(usable, found.beyond, np.nan),
+        words=[""] * programmes,
+        model=model,
+        given=given,
+    )
+
+
+def _top(forms: Sequence[Exponential], name: str, programmes: int) -> Floats:
+    """Longest that a time can be [s], by the constraints that are linear and only shorten times."""
+    own: Monomial = frozenset({(name, "time")})
+    top = np.full(programmes, np.inf)
+    for form in forms:
+        slopes = {each: c for each, c in form.terms.items() if each != CONSTANT}
+        if (
+            own in slopes
+            and not form.rates_per_s
+            and all(np.all(c <= 0.0) for c in slopes.values())
+        ):
+            least = np.maximum(form.terms.get(CONSTANT, 0.0), 0.0)
+            with np.errstate(divide="ignore", invalid="ignore"):
+                top = np.minimum(top, np.where(slopes[own] < 0.0, least / -slopes[own], np.inf))
+    return top
+
+
+def _binding(model: Model, values: Mapping[str, Any], answered: Booleans) -> dict[str, Booleans]:
+    """Which constraints hold with equality, by label."""
+    found: dict[str, Booleans] = {}
+    for row in check(model, values):
+        tight = answered & (np.abs(row.slack) <= TIGHT * np.maximum(1.0, np.abs(row.right)))
+        found[row.label] = found[row.label] | tight if row.label in found else tight
+    return found
+
+
+def _multipliers(
+    model: Model, given: Mapping[str, Any], points: Mapping[str, Floats]
+) -> dict[str, Floats]:
+    """Multipliers of the best answers, by label; NaN elsewhere."""
+    objective = points[model.objective.name]
+    found = {each.label: np.full(len(objective), np.nan) for each in relations(model)}
+    if np.isnan(objective).all():
+        return found
+    for index in np.flatnonzero(objective >= np.nanmax(objective) - TIED_S).tolist():
+        stated = {n: v[index] if np.ndim(v) else v for n, v in {**given, **points}.items()}
+        weights = local_multipliers(model, {**model.row(index), **stated})
+        for label, values in found.items():
+            values[index] = weights.get(label, 0.0)
+    return found

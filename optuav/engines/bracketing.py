@@ -1,0 +1,185 @@
+"""Largest x for which some y makes all rows hold, between a point and a proof.
+
+Where the rows allow it, the largest y that the falling rows admit is best for every x, and the
+rows hold up to some x and nowhere beyond: both ends of an interval around it are evaluated.
+Rows that do not fit are left out first; if what is found satisfies them, nothing was lost, for
+leaving out rows only adds points. Otherwise x is swept downwards from there in boxes, each shown to
+hold no point at all, until a point is met.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import NamedTuple
+
+import numpy as np
+
+from optuav.engines.exponential_form import Numbers, Rows, Section, falling
+from optuav.engines.solution import Booleans, Floats
+
+WIDTH_S = 1e-8
+"""Largest distance between a point that holds and one beyond which none does [s]."""
+MOST_STEPS = 100
+"""Of root finding; each second one halves the interval."""
+MOST_BOXES = 4000
+"""That a sweep tries before it gives up."""
+SMALLEST_BOX_S = 1e-10
+
+
+class Interval(NamedTuple):
+    """What is known of the largest x, one entry a programme.
+
+    Parameters
+    ----------
+    x, y
+        A point at which all rows hold, y as small as x admits; NaN without one.
+    beyond
+        No point has a larger x than this [s]; −inf where there is none at all.
+    """
+
+    x: Floats
+    y: Floats
+    beyond: Floats
+
+    @property
+    def proved(self) -> Booleans:
+        """Where the two are close enough, or there is proof that no point exists."""
+        close: Booleans = (self.beyond - self.x <= 10.0 * WIDTH_S) | np.isneginf(self.beyond)
+        return close
+
+
+def largest(rows: Rows, x_top: Floats, y_top: Floats) -> Interval:
+    """Bracket the largest x of every programme.
+
+    Without y, the points where a row ceases to hold are all found, and tried from the largest.
+
+    Parameters
+    ----------
+    rows
+        Rows that have to hold.
+    x_top, y_top
+        Beyond these the rows do not hold [s], one a programme.
+    """
+    if not y_top.any():
+        x = Section(rows.a, rows.b, rows.c, rows.rate_x_per_s).largest(x_top)
+        return Interval(x, np.where(np.isnan(x), x, 0.0), np.where(np.isnan(x), -np.inf, x))
+    falls, up, down = falling(rows, x_top, y_top)
+    x, beyond = _monotone(rows, x_top, y_top, falls & up, falls & down & ~up)
+    y = np.full_like(x, np.nan)
+    here = np.flatnonzero(np.isfinite(x))
+    y[here] = Section.at_x(rows.take(here), x[here]).smallest(y_top[here])
+    open_ = np.flatnonzero(np.isnan(y) & ~np.isneginf(beyond))
+    if len(open_):
+        swept = _sweep(rows.take(open_), y_top[open_], beyond[open_])
+        x[open_], y[open_], beyond[open_] = swept
+    return Interval(np.where(np.isnan(y), np.nan, x), y, beyond)
+
+
+def _monotone(
+    rows: Rows, x_top: Floats, y_top: Floats, helped: Booleans, harmed: Booleans
+) -> tuple[Floats, Floats]:
+    """Largest x under the rows that y only helps, and those that it only harms, told by mask.
+
+    All of them fall with x, and so does the largest y. Returns a point and what no point is
+    beyond, one a programme; NaN and −inf where no x holds.
+    """
+    starts, slopes = _ceilings(rows, y_top, harmed)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        ends = np.where(slopes > 0.0, starts / slopes, np.inf)
+    end = np.minimum(x_top, ends.min(axis=0))
+    helping = helped.any(axis=1)
+    kept, ignored = rows.keep(helping), np.where(helped[helping], 0.0, np.inf)
+
+    def margin(x: Floats, which: Numbers) -> Floats:
+        y = np.maximum((starts[:, which] - slopes[:, which] * x).min(axis=0), 0.0)
+        found: Floats = (kept.take(which).at(x, y) + ignored[:, which]).min(axis=0, initial=np.inf)
+        return found
+
+    everywhere = np.arange(len(end))
+    low, high = np.zeros_like(end), np.maximum(end, 0.0)
+    at_low, at_high = margin(low, everywhere), margin(high, everywhere)
+    impossible = (starts < 0.0).any(axis=0) | (end < 0.0) | (at_low < 0.0)
+    low = np.where(at_high >= 0.0, high, low)
+    open_ = np.flatnonzero(~impossible & (at_high < 0.0))
+    low[open_], high[open_] = _root(margin, open_, high[open_], at_low[open_], at_high[open_])
+    return np.where(impossible, np.nan, low), np.where(impossible, -np.inf, high)
+
+
+def _ceilings(rows: Rows, y_top: Floats, harmed: Booleans) -> tuple[Floats, Floats]:
+    """Lines start − slope x above which y harms a row, (line, programme); slopes are ≥ 0.
+
+    Rows that harm but give no line are not among them.
+    """
+    straight = harmed & (rows.c == 0.0) & (rows.e == 0.0) & (rows.f == 0.0) & (rows.d < 0.0)
+    fixed = harmed & (rows.b == 0.0) & (rows.c == 0.0) & (rows.f == 0.0) & ~straight
+    starts, slopes = [y_top[None]], [np.zeros_like(y_top)[None]]
+    which = straight.any(axis=1)
+    a, b = rows.a[which], rows.b[which]
+    d = np.where(straight[which], rows.d[which], -1.0)
+    starts.append(np.where(straight[which], a / -d, np.inf))
+    slopes.append(np.where(straight[which], b / d, 0.0))
+    which = fixed.any(axis=1)
+    section = Section(rows.a[which], rows.d[which], rows.e[which], rows.rate_y_per_s)
+    starts.append(np.where(fixed[which], section.ceilings(y_top), np.inf))
+    slopes.append(np.zeros(section.a.shape))
+    return np.concatenate(starts), np.concatenate(slopes)
+
+
+def _root(
+    margin: Callable[[Floats, Numbers], Floats],
+    which: Numbers,
+    high: Floats,
+    at_low: Floats,
+    at_high: Floats,
+) -> tuple[Floats, Floats]:
+    """Where a falling margin changes sign between 0 and high: neighbours at most `WIDTH_S` apart.
+
+    Secants, moved a little towards the farther end so that both ends close in; every third step
+    halves.
+    """
+    low = np.zeros_like(high)
+    for step in range(MOST_STEPS):
+        wide = np.flatnonzero(high - low > WIDTH_S)
+        if not len(wide):
+            break
+        left, right = low[wide], high[wide]
+        share = 0.5 if step % 3 == 2 else at_low[wide] / (at_low[wide] - at_high[wide])
+        middle = left + share * (right - left)
+        nudge = np.where(middle - left < right - middle, 0.4, -0.4) * WIDTH_S
+        middle = np.clip(middle + nudge, left, right)
+        value = margin(middle, which[wide])
+        holds = value >= 0.0
+        low[wide], high[wide] = np.where(holds, middle, left), np.where(holds, right, middle)
+        at_low[wide] = np.where(holds, value, at_low[wide])
+        at_high[wide] = np.where(holds, at_high[wide], value)
+    return low, high
+
+
+def _sweep(rows: Rows, y_top: Floats, beyond: Floats) -> tuple[Floats, Floats, Floats]:
+    """Sweep x down from what no point is beyond, until a point is met; x, y and beyond.
+
+    A box of x is dropped if even the rows at their largest over the box leave no y. The boxes
+    double as long as they can be dropped, and halve when they cannot.
+    """
+    beyond = beyond.copy()
+    x, y = np.full_like(beyond, np.nan), np.full_like(beyond, np.nan)
+    size = 0.125 * beyond
+    open_ = np.flatnonzero(beyond >= 0.0)
+    for _ in range(MOST_BOXES):
+        if not len(open_):
+            break
+        here, top, high = rows.take(open_), y_top[open_], beyond[open_]
+        floor = np.where(np.isnan(x[open_]), 0.0, x[open_])
+        low = np.maximum(high - size[open_], floor)
+        empty = np.isnan(Section.over_x(here, low, high).smallest(top))
+        beyond[open_] = np.where(empty, low, high)
+        beyond[open_[empty & (low == 0.0)]] = -np.inf
+        size[open_] *= np.where(empty, 2.0, 0.5)
+        for tried in (high, 0.5 * (low + high), low):
+            found = Section.at_x(here, tried).smallest(top)
+            better = ~empty & ~np.isnan(found) & ~(x[open_] >= tried)
+            x[open_[better]], y[open_[better]] = tried[better], found[better]
+        close = beyond[open_] - x[open_] <= WIDTH_S
+        stuck = (size[open_] < SMALLEST_BOX_S) & ~empty
+        open_ = open_[~(close | stuck | np.isneginf(beyond[open_]))]
+    return x, y, beyond

@@ -1,0 +1,300 @@
+"""Rows g(x, y) ≥ 0 in two times and how wells level out in them, for many programmes at once.
+
+With V = (1 − exp(−kx))/k and W = (1 − exp(−ky))/k a row is g = a + b x + c V + d y + e W + f V W:
+what phases of constant current do to the wells of a battery, and what a deadline does to the
+times. In x alone and in y alone, g turns at most once; so it has at most two roots.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, fields, replace
+from typing import Any, TypeAlias
+
+import numpy as np
+import numpy.typing as npt
+
+from optuav.engines.solution import Booleans, Floats
+from optuav.modelling.check import relations
+from optuav.modelling.exponential import (
+    CONSTANT,
+    Exponential,
+    Factor,
+    Monomial,
+    NotExponentialError,
+    exponential,
+)
+from optuav.modelling.model import Model
+
+Numbers: TypeAlias = npt.NDArray[np.intp]
+
+ROUNDING = 1e-12
+"""Share of the sum of a row's terms by which it may fall short of 0, for rounding."""
+TINY = 1e-200
+"""Stands in for a rate of 0: a quotient by it keeps its limit."""
+HALVINGS = 60
+"""Of a time, to a billionth of a billionth."""
+
+
+@dataclass(frozen=True)
+class Rows:
+    """Coefficients of rows; all but the last two (row, programme).
+
+    Parameters
+    ----------
+    a, b, c, d, e, f
+        Of 1, x, V, y, W and V W; a holds the allowance for rounding.
+    rate_x_per_s, rate_y_per_s
+        k of the two times, one a programme [1/s].
+    """
+
+    a: Floats
+    b: Floats
+    c: Floats
+    d: Floats
+    e: Floats
+    f: Floats
+    rate_x_per_s: Floats
+    rate_y_per_s: Floats
+
+    @property
+    def usable(self) -> Booleans:
+        """Programmes without a NaN among their coefficients."""
+        found = ~np.isnan([getattr(self, each.name) for each in fields(self)[:6]]).any(axis=(0, 1))
+        return np.asarray(found)
+
+    def take(self, which: Any) -> Rows:
+        """The rows of some programmes."""
+        return Rows(**{each.name: getattr(self, each.name)[..., which] for each in fields(self)})
+
+    def keep(self, rows: Any) -> Rows:
+        """Some of the rows of all programmes."""
+        kept = {each.name: getattr(self, each.name)[rows] for each in fields(self)[:6]}
+        return replace(self, **kept)
+
+    def at(self, x: Floats, y: Floats) -> Floats:
+        """g at a point of each programme."""
+        return Section.at_x(self, x).at(y)
+
+
+@dataclass(frozen=True)
+class Section:
+    """Rows in y alone: a + d y + e W ≥ 0, the first three (row, programme)."""
+
+    a: Floats
+    d: Floats
+    e: Floats
+    rate_per_s: Floats
+
+    @classmethod
+    def at_x(cls, rows: Rows, x: Floats) -> Section:
+        """The rows at one x of each programme."""
+        V = levelled(rows.rate_x_per_s, x)
+        return cls(rows.a + rows.b * x + rows.c * V, rows.d, rows.e + rows.f * V, rows.rate_y_per_s)
+
+    @classmethod
+    def over_x(cls, rows: Rows, low: Floats, high: Floats) -> Section:
+        """Rows that hold wherever the rows hold for some x from low to high.
+
+        The part without y is taken where it is largest, at an end or where its slope vanishes; the
+        weight of W, which is monotone in x, at an end.
+        """
+        rate = rows.rate_x_per_s
+        V_low, V_high = levelled(rate, low), levelled(rate, high)
+        level = np.maximum(rows.b * low + rows.c * V_low, rows.b * high + rows.c * V_high)
+        turn = np.clip(_turn(rows.b, rows.c, rate), low, high)
+        level = np.fmax(level, rows.b * turn + rows.c * levelled(rate, turn))
+        weight = rows.e + np.maximum(rows.f * V_low, rows.f * V_high)
+        return cls(rows.a + level, rows.d, weight, rows.rate_y_per_s)
+
+    def at(self, y: Floats) -> Floats:
+        """Values at one y of each programme, or of each row."""
+        return self.a + self.d * y + self.e * levelled(self.rate_per_s, y)
+
+    def smallest(self, top: Floats) -> Floats:
+        """Smallest y from 0 to top at which all rows hold, one a programme; NaN if there is none.
+
+        It is 0 or a point at which some row begins to hold. All such points are found, by halving
+        on either side of the row's turning point, and tried.
+        """
+        zero = np.zeros_like(top)
+        turn = self._turn_below(top)
+        points = [(np.arange(len(top)), zero)]
+        for low, high in ((zero + 0.0 * turn, turn), (turn, top + 0.0 * turn)):
+            row, programme = np.nonzero((self.at(low) < 0.0) & (self.at(high) >= 0.0))
+            ends = low[row, programme], high[row, programme]
+            points.append((programme, self._edges(row, programme, *ends)))
+        found = np.full(len(top), np.inf)
+        np.minimum.at(found, *self._holding(points))
+        return np.where(np.isfinite(found), found, np.nan)
+
+    def largest(self, top: Floats) -> Floats:
+        """Largest y from 0 to top at which all rows hold, one a programme; NaN if there is none.
+
+        It is the top or a point at which some row ceases to hold.
+        """
+        zero = np.zeros_like(top)
+        turn = self._turn_below(top)
+        points = [(np.arange(len(top)), top)]
+        for low, high in ((zero + 0.0 * turn, turn), (turn, top + 0.0 * turn)):
+            row, programme = np.nonzero((self.at(low) >= 0.0) & (self.at(high) < 0.0))
+            ends = high[row, programme], low[row, programme]
+            points.append((programme, self._edges(row, programme, *ends)))
+        found = np.full(len(top), -np.inf)
+        np.maximum.at(found, *self._holding(points))
+        return np.where(np.isfinite(found), found, np.nan)
+
+    def _turn_below(self, top: Floats) -> Floats:
+        """Where each row turns between 0 and top, else top (row, programme)."""
+        turn = _turn(self.d, self.e, self.rate_per_s)
+        return np.where((turn > 0.0) & (turn < top), turn, top)
+
+    def _holding(self, points: list[tuple[Numbers, Floats]]) -> tuple[Numbers, Floats]:
+        """Those of some points, each with its programme, at which all rows hold."""
+        where, y = (np.concatenate(each) for each in zip(*points, strict=True))
+        tried = Section(
+            self.a[:, where], self.d[:, where], self.e[:, where], self.rate_per_s[where]
+        )
+        holds = (tried.at(y) >= 0.0).all(axis=0)
+        return where[holds], y[holds]
+
+    def ceilings(self, top: Floats) -> Floats:
+        """Largest y to top up to which each falling row holds (row, programme); −1 if none."""
+        zero = np.zeros(self.a.shape)
+        far, never = self.at(zero + top) >= 0.0, self.at(zero) < 0.0
+        row, programme = np.nonzero(~far & ~never)
+        found = np.where(never, -1.0, zero + top)
+        found[row, programme] = self._edges(row, programme, top[programme], np.zeros(len(row)))
+        return found
+
+    def _edges(self, row: Numbers, programme: Numbers, fails: Floats, holds: Floats) -> Floats:
+        """The last point that holds, of single rows, from one that holds to one that fails."""
+        a, d, e = self.a[row, programme], self.d[row, programme], self.e[row, programme]
+        rate = self.rate_per_s[programme]
+        for _ in range(HALVINGS):
+            middle = 0.5 * (fails + holds)
+            good = a + d * middle + e * levelled(rate, middle) >= 0.0
+            fails, holds = np.where(good, fails, middle), np.where(good, middle, holds)
+        return holds
+
+
+def levelled(rate_per_s: Floats, time_s: Floats) -> Floats:
+    """(1 − exp(−kt))/k [s], t itself where k = 0."""
+    rate = np.where(rate_per_s == 0.0, TINY, rate_per_s)
+    found: Floats = -np.expm1(-rate * time_s) / rate
+    return found
+
+
+@np.errstate(divide="ignore", invalid="ignore", over="ignore")
+def _turn(slope: Floats, weight: Floats, rate_per_s: Floats) -> Floats:
+    """Where slope · t + weight · (1 − exp(−kt))/k turns [s]; NaN or infinite if nowhere."""
+    found: Floats = -np.log(-slope / weight) / rate_per_s
+    return found
+
+
+def falling(rows: Rows, x_top: Floats, y_top: Floats) -> tuple[Booleans, Booleans, Booleans]:
+    """Which rows never rise with x, never fall with y, never rise with y, for x, y up to the tops.
+
+    Each slope is affine in the decay of its own time and in the levelling of the other, so that
+    its extremes lie in the corners.
+    """
+    along_x, along_y = [], []
+    for x in (np.zeros_like(x_top), x_top):
+        for y in (np.zeros_like(y_top), y_top):
+            V, W = levelled(rows.rate_x_per_s, x), levelled(rows.rate_y_per_s, y)
+            for decay in (1.0, np.exp(-rows.rate_x_per_s * x_top)):
+                along_x.append(rows.b + decay * (rows.c + rows.f * W))
+            for decay in (1.0, np.exp(-rows.rate_y_per_s * y_top)):
+                along_y.append(rows.d + decay * (rows.e + rows.f * V))
+    return (
+        np.max(along_x, axis=0) <= 0.0,
+        np.min(along_y, axis=0) >= 0.0,
+        np.max(along_y, axis=0) <= 0.0,
+    )
+
+
+def rows_of(
+    forms: Sequence[Exponential],
+    sizes: Sequence[Any],
+    x: str,
+    y: str | None,
+    programmes: int,
+    reach_s: Any,
+) -> Rows:
+    """Rows from forms in the unknowns x and y, which is None if there is none.
+
+    Parameters
+    ----------
+    forms, sizes
+        What has to be ≥ 0, and the size of what they are a difference of.
+    x, y
+        Names of the unknowns.
+    programmes
+        Number of entries of coefficients that are arrays.
+    reach_s
+        Largest value of either unknown [s], to weigh terms by: a number or one a programme.
+
+    Raises
+    ------
+    NotExponentialError
+        If a form holds another product than X Y.
+    """
+    rates: dict[str, Any] = {}
+    for form in forms:
+        rates |= form.rates_per_s
+    kx, ky = (
+        np.broadcast_to(np.asarray(rates.get(name or "", 0.0), dtype=float), programmes)
+        for name in (x, y)
+    )
+    reach = np.broadcast_to(np.asarray(reach_s, dtype=float), programmes)
+    V, W = levelled(kx, reach), levelled(ky, reach)
+    monomials = {CONSTANT: np.ones(programmes), _monomial((x, "time")): reach}
+    monomials[_monomial((x, "levelling"))] = V
+    if y is not None:
+        monomials |= {_monomial((y, "time")): reach, _monomial((y, "levelling")): W}
+        monomials[_monomial((x, "levelling"), (y, "levelling"))] = V * W
+    table = np.zeros((6, len(forms), programmes))
+    for place, monomial in enumerate(monomials):
+        for row, form in enumerate(forms):
+            if monomial in form.terms:
+                table[place, row] = form.terms[monomial]
+    most = np.stack(list(monomials.values()))
+    size = (np.abs(table[: len(most)]) * most[:, None]).sum(axis=0)
+    for row, form in enumerate(forms):
+        for monomial in form.terms.keys() - monomials.keys():
+            if np.any(np.abs(form.terms[monomial]) * reach**2 > ROUNDING * size[row]):
+                words = " times ".join(f"{kind} of {name}" for name, kind in sorted(monomial))
+                raise NotExponentialError(f"it holds {words}")
+    table[0] += ROUNDING * (size + np.array([np.broadcast_to(each, programmes) for each in sizes]))
+    a, b, c, d, e, f = table
+    return Rows(a, b, c, d, e, f, kx, ky)
+
+
+def _monomial(*factors: Factor) -> Monomial:
+    return frozenset(factors)
+
+
+def stated_forms(model: Model, values: Mapping[str, Any]) -> tuple[list[Exponential], list[Any]]:
+    """Every constraint of a model as a form that has to be ≥ 0, and the size of its sides.
+
+    Raises
+    ------
+    NotExponentialError
+        If a constraint has no such form, with its label.
+    """
+    forms, sizes = [], []
+    done: dict[int, Any] = {}
+    stated = list(relations(model))  # kept, so that no two nodes share an identity
+    for each in stated:
+        try:
+            left, right = (
+                exponential(side, values, done)
+                for side in (each.relation.left, each.relation.right)
+            )
+        except NotExponentialError as error:
+            raise NotExponentialError(f"{each.label!r}: {error}") from error
+        margin: Exponential = left - right
+        for form in {"<=": [-margin], ">=": [margin], "==": [margin, -margin]}[each.relation.sense]:
+            forms.append(form)
+            sizes.append(np.abs(right.terms.get(CONSTANT, 0.0)))
+    return forms, sizes

@@ -1,0 +1,160 @@
+"""Forms of times and of what levels out with them: products of 1, t and (1 − exp(−kt))/k.
+
+What phases of constant current do to the wells of a battery has this form in their durations, each
+product with one factor a duration at most. It is found by walking a tree, or by handing `unknown`
+to the physics instead of a number; coefficients may be arrays over programmes. The integral
+(1 − exp(−kt))/k stands for the decay, as it keeps its digits where k is next to nothing.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any, Literal, TypeAlias
+
+import numpy as np
+from numpy.lib.mixins import NDArrayOperatorsMixin
+
+from optuav.modelling.expression import Leaf, Operand, Parameter, fold
+
+Factor: TypeAlias = tuple[str, Literal["time", "levelling"]]
+Monomial: TypeAlias = frozenset[Factor]
+"""Factors t and (1 − exp(−kt))/k of different unknowns t."""
+
+CONSTANT: Monomial = frozenset()
+
+
+class NotExponentialError(ValueError):
+    """The expression is no form of times and levellings."""
+
+
+class Exponential(NDArrayOperatorsMixin):
+    """Σ coefficient · monomial; it answers to Python's operators and to NumPy's ufuncs.
+
+    Parameters
+    ----------
+    terms
+        Coefficients by monomial: numbers or arrays over programmes.
+    rates_per_s
+        k by name of the unknown that levels out [1/s].
+    """
+
+    def __init__(
+        self, terms: Mapping[Monomial, Any], rates_per_s: Mapping[str, Any] | None = None
+    ) -> None:
+        self.terms = terms
+        self.rates_per_s = rates_per_s or {}
+
+    def __array_ufunc__(self, ufunc: np.ufunc, method: str, *inputs: Any, **options: Any) -> Any:
+        if method != "__call__" or options:
+            return NotImplemented
+        return _apply(ufunc, inputs)
+
+
+def unknown(name: str) -> Exponential:
+    """The form of an unknown itself."""
+    return Exponential({frozenset({(name, "time")}): 1.0})
+
+
+def exponential(
+    expression: Operand, values: Mapping[str, Any], done: dict[int, Any] | None = None
+) -> Exponential:
+    """The form of an expression.
+
+    Parameters
+    ----------
+    expression
+        The tree.
+    values
+        Values of parameters by name; one that is not named keeps its own.
+    done
+        As of `fold`, for trees that share nodes.
+
+    Raises
+    ------
+    NotExponentialError
+        If it has none: an unknown multiplies itself, stands in a divisor or in another function,
+        or levels out at two rates.
+    """
+
+    def leaf(node: Leaf) -> Any:
+        if isinstance(node, Parameter):
+            return values.get(node.name, node.value)
+        return unknown(node.name)
+
+    return _form(fold(expression, leaf, _called, done=done))
+
+
+def _called(ufunc: np.ufunc, operands: tuple[Any, ...]) -> Any:
+    if any(isinstance(each, Exponential) for each in operands):
+        return _apply(ufunc, operands)
+    return ufunc(*operands)
+
+
+def _form(operand: Any) -> Exponential:
+    return operand if isinstance(operand, Exponential) else Exponential({CONSTANT: operand})
+
+
+def _apply(ufunc: np.ufunc, operands: tuple[Any, ...]) -> Exponential:
+    if ufunc in (np.add, np.subtract):
+        return _sum(_form(operands[0]), _form(operands[1]), 1.0 if ufunc is np.add else -1.0)
+    if ufunc is np.negative:
+        return _times(operands[0], -1.0)
+    if ufunc is np.multiply:
+        left, right = operands
+        if isinstance(left, Exponential) and isinstance(right, Exponential):
+            return _product(left, right)
+        return _times(left, right) if isinstance(left, Exponential) else _times(right, left)
+    if ufunc is np.divide and not isinstance(operands[1], Exponential):
+        return _times(operands[0], 1.0 / operands[1])
+    if ufunc is np.expm1:
+        return _lost(operands[0])
+    if ufunc is np.exp:
+        return _sum(Exponential({CONSTANT: 1.0}), _lost(operands[0]), 1.0)
+    raise NotExponentialError(f"{ufunc.__name__} of the unknowns is no levelling")
+
+
+def _sum(left: Exponential, right: Exponential, factor: float) -> Exponential:
+    terms = dict(left.terms)
+    for monomial, coefficient in right.terms.items():
+        more = coefficient if factor == 1.0 else factor * coefficient
+        terms[monomial] = terms[monomial] + more if monomial in terms else more
+    return Exponential(terms, _rates(left, right))
+
+
+def _times(form: Exponential, factor: Any) -> Exponential:
+    return Exponential({each: c * factor for each, c in form.terms.items()}, form.rates_per_s)
+
+
+def _product(left: Exponential, right: Exponential) -> Exponential:
+    terms: dict[Monomial, Any] = {}
+    for one, a in left.terms.items():
+        for other, b in right.terms.items():
+            if {name for name, _ in one} & {name for name, _ in other}:
+                raise NotExponentialError("an unknown multiplies itself")
+            both = one | other
+            terms[both] = terms[both] + a * b if both in terms else a * b
+    return Exponential(terms, _rates(left, right))
+
+
+def _lost(form: Exponential) -> Exponential:
+    """exp(−kt) − 1 for an unknown t."""
+    moving = {each: c for each, c in form.terms.items() if each != CONSTANT or np.any(c)}
+    if len(moving) != 1:
+        raise NotExponentialError("exp of a sum")
+    ((monomial, coefficient),) = moving.items()
+    ((name, kind), *others) = monomial
+    if others or kind != "time":
+        raise NotExponentialError("exp of a product of unknowns")
+    return Exponential({frozenset({(name, "levelling")}): coefficient}, {name: -coefficient})
+
+
+def _rates(left: Exponential, right: Exponential) -> Mapping[str, Any]:
+    if not left.rates_per_s or left.rates_per_s is right.rates_per_s:
+        return right.rates_per_s
+    if not right.rates_per_s:
+        return left.rates_per_s
+    for name in left.rates_per_s.keys() & right.rates_per_s.keys():
+        one, other = left.rates_per_s[name], right.rates_per_s[name]
+        if one is not other and not np.array_equal(one, other):
+            raise NotExponentialError(f"{name} levels out at two rates")
+    return {**left.rates_per_s, **right.rates_per_s}
