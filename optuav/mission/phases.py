@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any, Literal
 
 from optuav.mission import vehicle
 from optuav.mission.itineraries import NO_LEG
+from optuav.mission.legs import Legs
 from optuav.mission.network import Network
 from optuav.mission.places import FIRST_BUILDING, HOVER
 from optuav.physics import battery
@@ -78,10 +80,31 @@ def phases(worked_out: Network, index: int, hover_time_s: Any, rest_time_s: Any)
     hover_time_s, rest_time_s
         Δ and T' [s].
     """
-    routes = worked_out.itineraries
-    table = worked_out.legs
+    routes, table = worked_out.itineraries, worked_out.legs
+    legs = [int(number) for number in routes.legs[index] if number != NO_LEG]
+    stays_s = [hover_time_s if table.end[leg] == HOVER else rest_time_s for leg in legs[:-1]]
+    return phases_along(worked_out, table, legs, stays_s)
+
+
+def phases_along(
+    worked_out: Network, table: Legs, legs: Sequence[int], stays_s: Sequence[Any]
+) -> list[Phase]:
+    """Phases of any way over the places, in order.
+
+    Parameters
+    ----------
+    worked_out
+        The mission's places.
+    table
+        Legs between them.
+    legs
+        Numbers of the legs flown, in the table.
+    stays_s
+        Durations of the stays between them [s], may be symbols: a hover at the hover point, a rest
+        on a building.
+    """
     found: list[Phase] = []
-    for leg in (int(number) for number in routes.legs[index] if number != NO_LEG):
+    for leg, stay_s in zip(legs, [*stays_s, None], strict=True):
         end = int(table.end[leg])
         stages = slice(0, 1 if table.edited[leg] else None)
         found.append(
@@ -96,10 +119,10 @@ def phases(worked_out: Network, index: int, hover_time_s: Any, rest_time_s: Any)
             )
         )
         if end == HOVER:
-            found.append(_stay("hover", end, hover_time_s, hover_net(worked_out)))
+            found.append(_stay("hover", end, stay_s, hover_net(worked_out)))
         elif end >= FIRST_BUILDING:
             net = rest_net(worked_out, end - FIRST_BUILDING)
-            found.append(_stay("rest", end, rest_time_s, net))
+            found.append(_stay("rest", end, stay_s, net))
     return found
 
 

@@ -82,7 +82,7 @@ class Phase(NamedTuple):
     duration_s: Quantity
 
 
-def _levelling(battery: Battery, duration_s: Quantity) -> tuple[Quantity, Quantity]:
+def levelling(battery: Battery, duration_s: Quantity) -> tuple[Quantity, Quantity]:
     """exp(−k't) [-] and its integral (1 − exp(−k't))/k' [s], accurate for small and large k't."""
     rate = np.maximum(battery.rate_per_s, TINY)
     lost = -np.expm1(-rate * duration_s)
@@ -102,7 +102,7 @@ def step(battery: Battery, wells: Wells, phase: Phase) -> Wells:
         Current [A], > 0 while charging, and duration [s], ≥ 0.
     """
     current_A, duration_s = phase
-    remaining, integral_s = _levelling(battery, duration_s)
+    remaining, integral_s = levelling(battery, duration_s)
     share = battery.available_fraction
     total = wells.total_As + current_A * duration_s
     tilt = (wells.available_As - share * wells.total_As) * remaining

@@ -9,8 +9,10 @@ import numpy as np
 
 from formulations.perspectives import PAPER, PERSPECTIVES
 from optuav.engines.solution import Solution, Status
+from optuav.mission import phases as mission_phases
 from optuav.mission import vehicle
 from optuav.mission.itineraries import NO_LEG
+from optuav.mission.legs import Legs
 from optuav.mission.network import Network
 from optuav.mission.one_stop import in_words, one_stop_is_enough
 from optuav.mission.phases import phases
@@ -88,8 +90,15 @@ def planned_phases(
 ) -> tuple[Phase, ...]:
     """Phases of a plan with the wells at their ends, the packs pooled."""
     found = phases(worked_out, route, hover_time_s, rest_time_s)
+    return with_wells(worked_out, worked_out.legs, found)
+
+
+def with_wells(
+    worked_out: Network, table: Legs, found: Sequence[mission_phases.Phase]
+) -> tuple[Phase, ...]:
+    """Phases of the mission over a table of legs as those of a plan, the packs pooled."""
     ends = wells_at_ends(vehicle.pool(worked_out.mission), [each.stages for each in found])
-    table, names = worked_out.legs, worked_out.places.names
+    names = worked_out.places.names
     start_s, planned = 0.0, []
     for each, wells in zip(found, ends, strict=True):
         flown = each.leg != NO_LEG

@@ -1,0 +1,99 @@
+"""Boxes: a sequence of stops with an interval for the duration of each stay."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, fields, replace
+
+import numpy as np
+
+from optuav.search.terrain import Booleans, Floats, Numbers
+
+Pattern = tuple[bool, ...]
+"""Kinds of the stops in order: True for a hover, False for a rest."""
+
+
+@dataclass(frozen=True)
+class Boxes:
+    """Boxes of one pattern, as arrays with one column a box.
+
+    Parameters
+    ----------
+    pattern
+        Kinds of the stops.
+    places
+        Numbers of the places, both ends included (stop + 2, box).
+    rank
+        Number of the sequence in the order in which ties are broken (box,).
+    low_s, high_s
+        Shortest and longest stay (stop, box) [s].
+    promise
+        How far the box is from being ruled out (box,) [A s].
+    pulled
+        Whether something pulls the stay from the corner of long rests and short hovers
+        (stop, box): the deadline, the hover time to reach, or a full battery.
+    """
+
+    pattern: Pattern
+    places: Numbers
+    rank: Numbers
+    low_s: Floats
+    high_s: Floats
+    promise: Floats
+    pulled: Booleans
+
+    def __len__(self) -> int:
+        return len(self.rank)
+
+    @property
+    def hovers(self) -> list[int]:
+        """Numbers of the stops that are hovers."""
+        return [k for k, hover in enumerate(self.pattern) if hover]
+
+    @property
+    def rests(self) -> list[int]:
+        """Numbers of the stops that are rests."""
+        return [k for k, hover in enumerate(self.pattern) if not hover]
+
+    def take(self, which: Booleans | Numbers | slice) -> Boxes:
+        """Some of the boxes."""
+        return replace(
+            self,
+            places=self.places[:, which],
+            rank=self.rank[which],
+            low_s=self.low_s[:, which],
+            high_s=self.high_s[:, which],
+            promise=self.promise[which],
+            pulled=self.pulled[:, which],
+        )
+
+    def pieces(self, size: int) -> Iterator[Boxes]:
+        """The boxes in groups of at most so many."""
+        for first in range(0, len(self), size):
+            yield self.take(slice(first, first + size))
+
+    def halves(self) -> Boxes:
+        """Every box cut in two where it is widest, of the stays that something pulls."""
+        width_s = self.high_s - self.low_s
+        widest = np.argmax(np.where(self.pulled, width_s, 0.0), axis=0)
+        column = np.arange(len(self))
+        middle_s = self.low_s[widest, column] + 0.5 * width_s[widest, column]
+        low_s, high_s = self.low_s.copy(), self.high_s.copy()
+        high_s[widest, column] = middle_s
+        low_s[widest, column] = middle_s
+        twice = self.take(np.tile(column, 2))
+        return replace(
+            twice,
+            low_s=np.concatenate([self.low_s, low_s], axis=1),
+            high_s=np.concatenate([high_s, self.high_s], axis=1),
+        )
+
+
+def joined(groups: Sequence[Boxes]) -> Boxes:
+    """Boxes of one pattern as one group; at least one group is needed."""
+    columns = {
+        each.name: np.concatenate([getattr(boxes, each.name) for boxes in groups], axis=-1)
+        for each in fields(Boxes)
+        if each.name != "pattern"
+    }
+    return Boxes(groups[0].pattern, **columns)

@@ -1,0 +1,182 @@
+"""Branch and bound over sequences of stops and the durations of their stays."""
+
+from __future__ import annotations
+
+import time
+from collections import deque
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from optuav.search.bound import Bound
+from optuav.search.boxes import Boxes, joined
+from optuav.search.incumbent import Incumbent
+from optuav.search.sequences import patterns, sequences
+from optuav.search.terrain import Terrain
+from optuav.search.trial import Stops, Trial
+
+TIE_S = 5e-7
+"""Hover times that differ by no more tie [s]; what is proved leaves a gap of twice that."""
+BEAM, BEAM_LEVELS = 256, 14
+"""Boxes that are followed down, and how far, for a good plan to begin with."""
+MOST_BOXES = 1_000_000
+"""Boxes that are looked at where no time limit is given: some ten seconds."""
+AT_ONCE = 1 << 14
+"""Boxes that are looked at together."""
+GAP_HALVINGS = 20
+"""Of the gap that a search leaves which ended early."""
+
+Progress = Callable[[float, int, int], None]
+"""Told the best hover time so far [s], and how many boxes have been looked at and are open."""
+
+
+@dataclass(frozen=True)
+class Found:
+    """What a search found.
+
+    Parameters
+    ----------
+    stops
+        The best plan; None if there is none.
+    bound_s
+        No plan hovers longer [s]; −inf where it is proved that there is no plan.
+    examined
+        Boxes that were looked at.
+    ended
+        Why the search ended early, in words; empty if it came to its end.
+    """
+
+    stops: Stops | None
+    bound_s: float
+    examined: int
+    ended: str
+
+
+def search(
+    terrain: Terrain,
+    rests: int,
+    hovers: int,
+    *,
+    time_limit_s: float | None = None,
+    progress: Progress | None = None,
+) -> Found:
+    """The plan of the longest hover time with at most so many rests and hovers.
+
+    The durations of every sequence of stops are cut into boxes, until none is left that can hold a
+    plan better than the best by more than a tie (`optuav.search.bound` has the rules). Among plans
+    that tie, the one with the fewest stops is returned, then the buildings that stand first, then
+    resting early; and its rests, one after another, as short as its hover time admits.
+
+    Parameters
+    ----------
+    terrain
+        Legs and stays.
+    rests, hovers
+        Most rests, ≥ 0, and hovers, ≥ 1, in any order; places may be visited again.
+    time_limit_s
+        Longest search [s]; without one, a search ends after about `MOST_BOXES` boxes. It ends at
+        an interruption (Ctrl-C), too.
+    progress
+        Told how far the search is.
+    """
+    return _Search(terrain, rests, hovers, time_limit_s, progress).run()
+
+
+class _EarlyEnd(Exception):  # noqa: N818
+    """The search has to end; the text says why."""
+
+
+class _Search:
+    def __init__(
+        self,
+        terrain: Terrain,
+        rests: int,
+        hovers: int,
+        time_limit_s: float | None,
+        progress: Progress | None,
+    ) -> None:
+        self.terrain = terrain
+        self.patterns = tuple(patterns(rests, hovers))
+        self.time_limit_s = np.inf if time_limit_s is None else time_limit_s
+        self.most_boxes = MOST_BOXES if time_limit_s is None else np.inf
+        self.progress = progress
+        self.started_s = time.monotonic()
+        self.bound, self.incumbent = Bound.over(terrain), Incumbent(Trial.over(terrain), TIE_S)
+        self.open: deque[Boxes] = deque()
+        self.examined = 0
+
+    def run(self) -> Found:
+        ended, begun = "", False
+        try:
+            self._find_a_good_plan()
+            self._begin()
+            begun = True
+            self._divide()
+        except _EarlyEnd as reason:
+            ended = str(reason)
+        except KeyboardInterrupt:
+            ended = "interrupted"
+        bound_s = self._bound_s() if begun else self.terrain.longest_stay_s
+        best = self.incumbent.best
+        if best is not None:
+            best = self.incumbent.trial.with_short_rests(best)
+        return Found(best, bound_s, self.examined, ended)
+
+    def _find_a_good_plan(self) -> None:
+        """Follow the most promising boxes of every pattern down."""
+        for pattern in self.patterns:
+            for roots in sequences(self.terrain, pattern):
+                boxes = self._looked_at(roots)
+                for _ in range(BEAM_LEVELS):
+                    boxes = boxes.take(np.argsort(-boxes.promise, kind="stable")[:BEAM])
+                    if not len(boxes):
+                        break
+                    boxes = self._looked_at(boxes.halves())
+
+    def _begin(self) -> None:
+        """Look at every sequence, and keep what may hold a better plan."""
+        for pattern in self.patterns:
+            kept = [self._looked_at(roots) for roots in sequences(self.terrain, pattern)]
+            if kept:
+                self._keep(joined(kept))
+
+    def _divide(self) -> None:
+        """Cut the open boxes until none is left, the largest first."""
+        budget = self.examined + self.most_boxes
+        while self.open:
+            if self.examined > budget:
+                raise _EarlyEnd(f"ended after {self.examined} boxes")
+            self._keep(self._looked_at(self.open[0].halves()))
+            self.open.popleft()
+
+    def _keep(self, boxes: Boxes) -> None:
+        self.open.extend(boxes.pieces(AT_ONCE))
+
+    def _looked_at(self, boxes: Boxes) -> Boxes:
+        """What is left of some boxes; a plan found in them may become the best."""
+        if time.monotonic() - self.started_s > self.time_limit_s:
+            raise _EarlyEnd(f"ended after {self.time_limit_s:g} s")
+        self.examined += len(boxes)
+        left = self.bound.possible(boxes, self.incumbent.to_beat_s(boxes))
+        if len(left):
+            self.incumbent.improve(left)
+        if self.progress is not None:
+            best_s = max(self.incumbent.longest_s, 0.0)
+            self.progress(best_s, self.examined, sum(map(len, self.open)))
+        return left
+
+    def _bound_s(self) -> float:
+        """Hover time that no plan exceeds [s], by halving over what the open boxes let through."""
+        low_s, high_s = self.incumbent.longest_s + TIE_S, self.terrain.longest_stay_s
+        if not self.open:
+            return low_s
+        low_s, left = max(low_s, 0.0), list(self.open)
+        for _ in range(GAP_HALVINGS):
+            middle_s = 0.5 * (low_s + high_s)
+            passed = [self.bound.possible(boxes, np.full(len(boxes), middle_s)) for boxes in left]
+            if any(map(len, passed)):
+                low_s, left = middle_s, [boxes for boxes in passed if len(boxes)]
+            else:
+                high_s = middle_s
+        return high_s

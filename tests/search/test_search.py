@@ -1,0 +1,176 @@
+"""The search over stops, against the specification and against trying everything."""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Iterator
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+import optuav
+from optuav.mission import Mission
+from optuav.mission.network import network
+from optuav.physics import battery
+from optuav.search.branch import TIE_S, Found, search
+from optuav.search.sequences import patterns
+from optuav.search.terrain import Terrain
+from optuav.solving.several_stops import all_legs, terrain
+
+
+def terrain_of(mission: Mission) -> Terrain:
+    worked_out = network(mission)
+    return terrain(worked_out, all_legs(worked_out))
+
+
+def names(mission: Mission, found: Found) -> list[str]:
+    assert found.stops is not None
+    return [network(mission).places.names[place] for place in found.stops.places]
+
+
+@pytest.mark.parametrize(
+    ("deadline_s", "rests", "hovers", "way", "stays_s"),
+    [
+        (1200, 1, 1, "hover b9", (597.270, None)),
+        (1200, 2, 1, "b9 hover b10", (231.8, 605.456, 254.2)),
+        (1200, 1, 2, "hover b9 hover", (597.27, 481.86, 1.71)),
+        (2400, 1, 2, "hover b9 hover", (597.27, 1538, 145.56)),
+    ],
+)
+def test_check_numbers_of_the_specification(
+    deadline_s: float, rests: int, hovers: int, way: str, stays_s: tuple[float | None, ...]
+) -> None:
+    """SPEC 3: 597.270, 605.456, 598.976 and 742.834 s, where and for how long, with proof."""
+    mission = optuav.load("paper").replace({"limits.deadline_s": deadline_s})
+    found = search(terrain_of(mission), rests, hovers)
+    assert found.stops is not None
+    assert not found.ended
+    assert found.stops.hover_s <= found.bound_s <= found.stops.hover_s + 2.0 * TIE_S
+    assert names(mission, found) == ["origin", *way.split(), "destination"]
+    for stay_s, expected_s in zip(found.stops.stays_s, stays_s, strict=True):
+        if expected_s is not None:
+            decimals = len(str(expected_s).partition(".")[2])
+            assert stay_s == pytest.approx(expected_s, abs=0.51 * 10.0**-decimals)
+    total_s = {(1, 1): 597.270, (2, 1): 605.456, (1, 2): 598.976 if deadline_s < 2000 else 742.834}
+    assert found.stops.hover_s == pytest.approx(total_s[rests, hovers], abs=5e-4)
+
+
+def test_a_single_hover_without_rest_is_p3() -> None:
+    """SPEC 4: 577.524 s."""
+    found = search(terrain_of(optuav.load("paper")), 0, 1)
+    assert found.stops is not None
+    assert found.stops.hover_s == pytest.approx(577.524, abs=5e-4)
+
+
+def test_patterns_are_all_orders_without_hovers_in_a_row() -> None:
+    """Short ones first, and resting early first among them."""
+    shown = ["".join("H" if hover else "r" for hover in each) for each in patterns(2, 2)]
+    assert shown == [
+        *("H", "rH", "Hr", "rrH", "rHr", "Hrr", "HrH", "rHrH", "HrrH", "HrHr"),
+    ]
+
+
+class Simulated:
+    """A mission of few places, flown second by second through `battery.step`."""
+
+    def __init__(self, known: Terrain) -> None:
+        self.known = known
+
+    def lowest_and_fullest(self, places: list[int], stays_s: list[float]) -> Iterator[float]:
+        """Margins of a plan that must not be negative [A s]."""
+        known, pool = self.known, self.known.battery
+        wells = pool.full
+        for stop, (start, end) in enumerate(itertools.pairwise(places)):
+            steps = list(
+                zip(
+                    -known.stage_currents_A[:, start, end],
+                    known.stage_durations_s[:, start, end],
+                    strict=True,
+                )
+            )
+            if stop < len(stays_s):
+                steps.append((known.stay_current_A[end], stays_s[stop]))
+            for current_A, duration_s in steps:
+                for _ in range(4):
+                    wells = battery.step(pool, wells, battery.Phase(current_A, duration_s / 4))
+                    yield float(wells.available_As)
+                    yield float(pool.full.available_As - wells.available_As)
+        yield float(wells.total_As) - known.least_charge_As
+
+    def holds(self, places: list[int], stays_s: list[float]) -> bool:
+        known = self.known
+        flight_s = sum(known.duration_s[way] for way in itertools.pairwise(places))
+        if flight_s + sum(stays_s) > known.deadline_s:
+            return False
+        return min(self.lowest_and_fullest(places, stays_s)) >= -1e-6
+
+
+def tried_all(known: Terrain, rests: int, hovers: int, step_s: float) -> float:
+    """Longest hover of all plans whose stays are multiples of a step [s]; −inf without one."""
+    simulated, longest_s = Simulated(known), -np.inf
+    buildings = range(3, len(known.duration_s))
+    for pattern in patterns(rests, hovers):
+        choices = [[1] if hover else buildings for hover in pattern]
+        for stops in itertools.product(*choices):
+            places = [0, *stops, 2]
+            flight_s = sum(known.duration_s[way] for way in itertools.pairwise(places))
+            if not flight_s <= known.deadline_s:
+                continue
+            slots = np.arange(0.0, known.deadline_s - flight_s + 1e-9, step_s).tolist()
+            for stays_s in itertools.product(slots, repeat=len(pattern)):
+                hover_s = sum(t for t, hover in zip(stays_s, pattern, strict=True) if hover)
+                if hover_s > longest_s and simulated.holds(places, list(stays_s)):
+                    longest_s = hover_s
+    return longest_s
+
+
+small = st.fixed_dictionaries(
+    {
+        "limits.deadline_s": st.sampled_from([300.0, 600.0]),
+        "limits.min_soc": st.sampled_from([0.05, 0.5, 0.9]),
+        "battery.charge_current_A": st.sampled_from([0.0, 6.0, 60.0, 150.0]),
+        "battery.available_fraction": st.sampled_from([0.09, 0.3, 0.8]),
+        "battery.flow_rate_per_s": st.sampled_from([0.0, 4.5e-5, 3e-4, 1e-2]),
+        "battery.capacity_As": st.sampled_from([9000.0, 15000.0]),
+        "laser.power_W": st.just(20000.0),
+    }
+)
+
+
+@settings(max_examples=8, deadline=None)
+@given(small, st.sampled_from([(1, 1), (2, 1), (1, 2)]))
+def test_no_plan_of_a_grid_hovers_longer(keys: dict[str, float], most: tuple[int, int]) -> None:
+    """All sequences and all multiples of 60 s, simulated: none beats the bound, and the plan that
+    was found holds in the same simulation. Charging past full and dry wells included."""
+    mission = optuav.load("paper")
+    mission = mission.replace({**keys, "buildings": mission.buildings[7:9]})
+    known = terrain_of(mission)
+    found = search(known, *most)
+    assert tried_all(known, *most, step_s=60.0) <= found.bound_s
+    if found.stops is not None:
+        stops = found.stops
+        assert Simulated(known).holds(stops.places.tolist(), stops.stays_s.tolist())
+        assert found.bound_s >= stops.hover_s
+        hovered_s = stops.stays_s[stops.places[1:-1] == 1].sum()
+        assert hovered_s == pytest.approx(stops.hover_s, abs=1e-9)
+        if not found.ended:
+            assert found.bound_s <= stops.hover_s + 2.0 * TIE_S
+
+
+def test_a_fine_grid_comes_as_close_as_its_step() -> None:
+    """One building, rests before and after hovering: multiples of 5 s come within two steps."""
+    mission = optuav.load("paper")
+    mission = mission.replace(
+        {
+            "buildings": mission.buildings[8:9],
+            "battery.capacity_As": 7000.0,
+            "limits.deadline_s": 240.0,
+        }
+    )
+    known = terrain_of(mission)
+    found = search(known, 2, 1)
+    assert found.stops is not None
+    grid_s = tried_all(known, 2, 1, step_s=5.0)
+    assert found.stops.hover_s - 10.0 <= grid_s <= found.bound_s
