@@ -66,7 +66,8 @@ def slot_ranges(model: Model, parameters: Values, slot_s: float) -> dict[str, tu
     """First and last slot of every unknown that is not binary, counted from 0.
 
     Where the last slot is cut short by the unknown's own upper bound it counts; where a constraint
-    between unknowns ends the range, whole slots only.
+    between unknowns ends the range, whole slots only. Where no slot is left, the last one is the
+    one before the first.
 
     Raises
     ------
@@ -84,5 +85,5 @@ def slot_ranges(model: Model, parameters: Values, slot_s: float) -> dict[str, tu
                 raise InputError(f"whole slots need {word} bound on {variable.symbol}")
         first = max(variable.first_slot, -last_slot(-least, slot_s, begun=False))
         last = last_slot(bound, slot_s, begun=bound == own[variable.name] >= least)
-        ranges[variable.name] = (first, last)
+        ranges[variable.name] = (first, max(last, first - 1))
     return ranges

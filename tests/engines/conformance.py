@@ -456,6 +456,11 @@ CASES = (
     Case("P4 infeasible by time", lambda: p4(T=-1.0), Status.INFEASIBLE),
     # 100 − 5 T' ≤ −700 needs T' ≥ 160 > 150.
     Case("P4 infeasible by charge", lambda: p4(C=-700.0), Status.INFEASIBLE),
+    Case(
+        "P4 infeasible with a rest that costs next to nothing",
+        lambda: p4(C=99.0, R=-1e-211),
+        Status.INFEASIBLE,
+    ),
     # 10·120 − 5 T' ≤ 800 needs T' ≥ 80 > 150 − 120.
     Case("P4 infeasible by three together", apart, Status.INFEASIBLE),
     Case("unbounded, one unknown", lambda: open_end(1), Status.UNBOUNDED),
@@ -519,6 +524,13 @@ CASES = (
         slot_s=1.0,
     ),
     Case("P4 in slots, no room for two", lambda: p4(T=1.9), Status.INFEASIBLE, slot_s=1.0),
+    # T' ≤ (99 − 100)/10⁻²¹¹: no slot, however many.
+    Case(
+        "P4 in slots, infeasible with a rest that costs next to nothing",
+        lambda: p4(C=99.0, R=-1e-211),
+        Status.INFEASIBLE,
+        slot_s=1.0,
+    ),
     # The last slot is cut short by the bound, affordable whole: 151·10 ≤ 9000 − 100.
     Case(
         "P3 in slots, bounded by the deadline",

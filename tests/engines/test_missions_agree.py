@@ -122,9 +122,6 @@ def test_engines_agree_on_whole_missions(
         for engine, tolerance_s in WITHIN_S.items()
         for what in differences(by(program, engine).solve(), truth, tolerance_s)
     ]
-    if asked["perspective"] == "battery" and len(program.parts[0].routes) == 1:
-        wells = formulate(mission, **asked | {"perspective": "wells", "engine": "casadi"})
-        wrong += differences(wells.solve(), truth, WITHIN_S["casadi"])
     searched = by(program, "grid", slot_s=slot_s).solve()
     wrong += differences_in_slots(program, searched, truth, slot_s)
     assert not wrong, "\n".join(wrong)
