@@ -25,6 +25,7 @@ def pictures() -> Iterator[tuple[str, Axes]]:
     program = optuav.formulate("paper", "P4", building="b1", order="rest-first")
     (part,) = program.parts
     yield "plane", plots.plane(part.model, part.model.row(0), [program.solve()])
+    yield "profile", plots.profile(optuav.replay(plan)).speed
     yield "leg", plots.leg(plan.mission, "origin", "hover").speed
 
 

@@ -56,7 +56,7 @@ def mismatches(
                 yield Event(MISMATCH, found.start_s, words, many, few)
     for name, stated_soc in (plan.soc or {}).items():
         if name in soc:
-            figure = (name, stated_soc, soc[name], "-", 1.0)
+            figure = (name, stated_soc, soc[name], "", 1.0)
             yield from _mismatch("soc", phases[-1].end_s, figure)
 
 
@@ -86,8 +86,8 @@ def _charges(stated: Planned, wells: Sequence[Wells], capacity_As: float) -> Ite
 def _mismatch(here: str, time_s: float, figure: Compared) -> Iterator[Event]:
     name, stated, found, unit, scale = figure
     if not same(stated, found, scale):
-        words = f"{here}.{name}: the plan says {stated:.10g} {unit}, it is {found:.10g} {unit}"
-        yield Event(MISMATCH, time_s, words.replace(" -", ""), stated, found, unit)
+        words = f"{here}.{name}: the plan says {stated:.10g}, it is {found:.10g} {unit}".rstrip()
+        yield Event(MISMATCH, time_s, words, stated, found, unit)
 
 
 def same(stated: float, found: float, scale: float = 0.0) -> bool:

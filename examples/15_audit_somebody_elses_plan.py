@@ -1,0 +1,119 @@
+# %% [markdown]
+# # Audit somebody else's plan
+#
+# A plan arrives: where to rest, where to hover, for how long. Can the battery deliver it? A judge
+# must not trust the plan's figures, nor share the code that found them. So it simulates anew.
+#
+# **Learning intentions.** After this page you can
+#
+# - audit an itinerary, and read a violated limit: when, by how much, against what;
+# - check the judge itself, by a second method;
+# - say why an empty battery may still hold charge, and find a figure that was changed.
+
+# %%
+import json
+import math
+import tempfile
+from pathlib import Path
+
+import numpy as np
+
+import optuav
+from optuav.judge import Stop
+
+folder = tempfile.TemporaryDirectory()
+theirs = Path(folder.name, "theirs.toml")
+theirs.write_text("""
+schema = 1
+mission = "paper"
+stops = [
+    { at = "b9", kind = "rest", duration_s = 231.8 },
+    { at = "hover", kind = "hover", duration_s = 660 },
+    { at = "b10", kind = "rest", duration_s = 254.2 },
+]
+""")
+
+# %% [markdown]
+# ## The verdict
+#
+# `optuav audit theirs.toml` prints the same. The legs between the stops are worked out.
+
+# %%
+verdict = optuav.audit(theirs)
+print(verdict)
+
+dry, late = verdict.violations
+assert (dry.kind, late.kind) == ("empty", "deadline")
+assert late.value > late.limit == verdict.subject.mission.limits.deadline_s
+
+# %% [markdown]
+# ## Who judges the judge?
+#
+# The simulation uses the closed form of the battery model. SciPy's `solve_ivp` with an event knows
+# nothing of closed forms. Both should tell the same moment.
+
+# %%
+exact = optuav.replay(verdict.subject)
+integrated = optuav.replay(verdict.subject, method="solve_ivp")
+moments_s = [each.first_s("empty") for each in (exact, integrated)]
+print("empty at", ", ".join(f"{moment_s:.6f} s" for moment_s in moments_s))
+
+assert math.isclose(*moments_s, abs_tol=1e-5)
+assert dry.time_s == moments_s[0]
+
+# %% [markdown]
+# ## Empty, with charge left
+#
+# Coulomb counting still sees the bound charge; by nominal energy the battery was empty long before.
+# Neither knows the well that feeds the rotors. `exact.to_frame()` gives the whole table to pandas.
+
+# %%
+trace = exact.trace
+at_dry = {name: float(np.interp(dry.time_s, trace.time_s, soc)) for name, soc in trace.soc.items()}
+print({name: f"{100 * soc:.1f} %" for name, soc in at_dry.items()})
+
+assert at_dry["battery"] > 0.1
+assert at_dry["energy"] < 0.0
+
+# %% [markdown]
+# ## What could be flown
+#
+# Keep the rests and shorten the hover, until the judge agrees. Each question is one simulation.
+
+# %%
+before, hover, after = verdict.subject.stops
+
+
+def flyable(hover_s):
+    stops = (before, Stop("hover", "hover", hover_s), after)
+    return optuav.replay(optuav.Itinerary(verdict.subject.mission, stops)).flyable
+
+
+short_s, long_s = 0.0, hover.duration_s  # flyable, and not
+while long_s - short_s > 1e-3:
+    middle_s = 0.5 * (short_s + long_s)
+    short_s, long_s = (middle_s, long_s) if flyable(middle_s) else (short_s, middle_s)
+print(f"{short_s:.2f} s of hover can be flown, {long_s:.2f} s cannot")
+
+assert 605.0 < short_s < 606.0
+
+# %% [markdown]
+# ## A figure that was changed
+#
+# A saved plan states many figures, and each is compared with the simulation. `optuav.load_plan`
+# refuses a file that contradicts itself; the audit reads it, and says where.
+
+# %%
+saved = Path(folder.name, "plan.json")
+optuav.solve("paper", "P3", perspective="energy").save(saved)
+assert optuav.audit(saved)
+
+data = json.loads(saved.read_text("utf-8"))
+data["phases"][1]["stages"][0]["current_A"] += 5.0
+saved.write_text(json.dumps(data), "utf-8")
+(spoiled,) = optuav.audit(saved).violations
+print(spoiled)
+
+assert spoiled.kind == "mismatch"
+
+folder.cleanup()
