@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from optuav.errors import Fault, InputError
 from optuav.modelling.expression import Sense, evaluate
 from optuav.modelling.model import Constraint, Model
 
@@ -82,9 +83,17 @@ def check(model: Model, point: Mapping[str, Any]) -> tuple[Check, ...]:
     model
         The declaration.
     point
-        Values of the variables by name, and of parameters that differ from the model's; numbers or
-        arrays that broadcast.
+        Values of the variables by name, and of parameters that differ from the model's; numbers, or
+        arrays or lists of numbers that broadcast.
+
+    Raises
+    ------
+    InputError
+        If a value is no number or array of numbers, or the arrays do not broadcast.
+    KeyError
+        If a variable has no value.
     """
+    point = _numbers(point)
     rows = []
     done: dict[int, Any] = {}
     stated = list(relations(model))  # kept, so that no two nodes share an identity
@@ -105,3 +114,30 @@ def check(model: Model, point: Mapping[str, Any]) -> tuple[Check, ...]:
             )
         )
     return tuple(rows)
+
+
+def _numbers(point: Mapping[str, Any]) -> dict[str, Any]:
+    """The values of a point as numbers and arrays."""
+    found: dict[str, Any] = {}
+    faults = []
+    for name, value in point.items():
+        try:
+            found[name] = value if isinstance(value, float) else _number(value)
+        except (TypeError, ValueError):
+            faults.append(Fault(name, repr(value), "a number or an array of numbers"))
+    shapes = {name: np.shape(value) for name, value in found.items() if np.ndim(value)}
+    try:
+        np.broadcast_shapes(*shapes.values())
+    except ValueError:
+        told = ", ".join(f"{name} {shape}" for name, shape in shapes.items())
+        faults.append(Fault("point", told, "arrays whose shapes broadcast"))
+    if faults:
+        raise InputError(faults)
+    return found
+
+
+def _number(value: Any) -> Any:
+    numbers = np.asarray(value)
+    if numbers.dtype.kind not in "biuf":
+        raise TypeError
+    return numbers.astype(float)[()]

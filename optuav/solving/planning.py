@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -18,7 +18,10 @@ from optuav.mission.one_stop import in_words, one_stop_is_enough
 from optuav.mission.phases import phases
 from optuav.mission.sight import Numbers
 from optuav.modelling import Model, check, evaluate
+from optuav.modelling.expression import Variable, leaves
+from optuav.modelling.traits import traits
 from optuav.plan.plan import Phase, Plan, Stage, wells_at_ends
+from optuav.solving.dispatch import answer
 from optuav.solving.given import quantities
 from optuav.solving.question import AUTO, Question
 
@@ -165,6 +168,8 @@ def shortfalls(asked: Question, worked_out: Network, parts: Sequence[Part]) -> t
             f"the flight alone takes {shortest_s:.2f} s, "
             f"longer than limits.deadline_s = {deadline_s:g} s",
         )
+    if asked.slot_s is not None and _feasible_without_slots(asked, parts):
+        return tuple(_between_slots(asked.slot_s, part.model, part.model.row(entry)))
     parameters = part.model.row(entry)
     least = {each.name: evaluate(each.lower, parameters) for each in part.model.variables}
     times = ", ".join(f"{each.symbol} = {least[each.name]:g}" for each in part.model.variables)
@@ -174,6 +179,30 @@ def shortfalls(asked: Question, worked_out: Network, parts: Sequence[Part]) -> t
         for row in check(part.model, {**parameters, **least})
         if not row.satisfied
     ]
-    if violated or asked.slot_s is None:
-        return tuple(violated) or ("no times satisfy all constraints together",)
-    return (f"no whole slots of {asked.slot_s:g} s satisfy all constraints together",)
+    return tuple(violated) or ("no times satisfy all constraints together",)
+
+
+def _feasible_without_slots(asked: Question, parts: Sequence[Part]) -> bool:
+    """Whether times that are no whole slots would do; told of linear models only."""
+    continuous = replace(asked, slot_s=None, engine=AUTO, solver=None)
+    return any(
+        status.has_answer
+        for part in parts
+        if traits(part.model).linear
+        for status in answer(part.model, len(part.routes), continuous).statuses
+    )
+
+
+def _between_slots(slot_s: float, model: Model, parameters: Mapping[str, float]) -> Iterator[str]:
+    """Words on a programme that has times, but none in whole slots."""
+    yield (
+        f"no whole slots of {slot_s:g} s satisfy all constraints together; without slots there "
+        "are times that do"
+    )
+    for constraint in model.constraints:
+        relation = constraint.relation
+        if relation.sense == "==" and not any(
+            isinstance(leaf, Variable) for leaf in leaves(relation.right)
+        ):
+            right = float(evaluate(relation.right, parameters))
+            yield f"{constraint.label}: exactly {right:.6g} {constraint.unit} are asked for"

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from optuav.errors import InputError
 from optuav.modelling import Check, Model, Parameter, check
 
 
@@ -92,6 +93,25 @@ def test_many_points_and_programmes_at_once() -> None:
     row = check(model, {"x": np.array([0.0, 2.0, 4.0])[:, None]})[0]
     np.testing.assert_array_equal(row.slack, [[1.0, 3.0], [-1.0, 1.0], [-3.0, -1.0]])
     np.testing.assert_array_equal(row.satisfied, [[True, True], [False, True], [False, False]])
+
+
+def test_points_may_be_lists() -> None:
+    """Of whatever numbers; as the arrays that they stand for."""
+    row = check(one_constraint("<="), {"x": [900, 1100.0]})[0]
+    np.testing.assert_array_equal(row.slack, [100.0, -100.0])
+
+
+@pytest.mark.parametrize("value", ["900", None, [1.0, "x"], [[1.0], [1.0, 2.0]], {}], ids=repr)
+def test_what_is_no_number_is_refused_by_name(value: Any) -> None:
+    with pytest.raises(InputError, match=r"^x = "):
+        check(one_constraint("<="), {"x": value})
+
+
+def test_arrays_that_do_not_fit_are_refused_with_their_shapes() -> None:
+    model = one_constraint("<=")
+    model.subject_to("more", model.variable("y", "y", unit="s") <= 1.0)
+    with pytest.raises(InputError, match=r"x \(2,\), y \(3,\)"):
+        check(model, {"x": [1.0, 2.0], "y": [1.0, 2.0, 3.0]})
 
 
 def test_parameters_may_be_given_other_values() -> None:

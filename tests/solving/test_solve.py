@@ -87,6 +87,21 @@ def test_p2_as_printed_prefers_the_shortest_mission(engine: str, trajectory: str
     assert any("holds no Δ" in note for note in plan.notes)
 
 
+def test_p2_tight_in_slots_says_that_the_slots_are_in_the_way() -> None:
+    """1200 s − 75.79 s of flight are no whole slots, and a mission without slots has a plan."""
+    plan = optuav.solve("paper", "P2-tight", slot_s=1.0)
+    assert plan.status == "infeasible"
+    assert plan.reasons == (
+        "no whole slots of 1 s satisfy all constraints together; without slots there are times "
+        "that do",
+        "P2.d deadline tight: exactly 1124.21 s are asked for",
+    )
+    no_charge = optuav.load("paper").replace({"battery.capacity_As": 1000})
+    plan = optuav.solve(no_charge, "P3", slot_s=1.0)
+    assert plan.reasons
+    assert plan.reasons[0].startswith("P3.a state of charge")
+
+
 @given(missions(), perspective_names)
 def test_p2_takes_the_shortest_way_that_is_feasible(mission: Mission, perspective: str) -> None:
     """min T_fl + T', Δ free: the least rest that the charge for flying needs."""
