@@ -25,6 +25,7 @@ DISPLACED: dict[str, dict[str, frozenset[str]]] = {
         "flow_rate_per_min": frozenset({"flow_rate_per_s"}),
         "packs": _ENERGIES,
         "capacity_As": _ENERGIES,
+        "schedule": frozenset({"period_s"}),
     },
     "laser": {
         "visibility_km": frozenset({"attenuation_per_km"}),

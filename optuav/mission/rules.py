@@ -6,7 +6,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
 from optuav.mission.faults import Breach
-from optuav.mission.sections import Laser, RegimeFlight
+from optuav.mission.sections import Battery, Laser, RegimeFlight
 from optuav.mission.words import allowed, table
 
 RESERVED_NAMES = ("origin", "hover", "destination")
@@ -30,6 +30,7 @@ def rules(stated: Mapping[str, Any], sound: Mapping[str, Any]) -> Iterator[Breac
         Where a rule is broken; one whose values are not sound is not judged.
     """
     yield from _limits(_section(sound, "limits"))
+    yield from _battery(_section(stated, "battery"), _section(sound, "battery"))
     if isinstance(stated.get("laser"), dict):
         yield from _laser(stated["laser"])
     if isinstance(stated.get("flight", {}), dict):
@@ -47,6 +48,17 @@ def _limits(limits: Mapping[str, Any]) -> Iterator[Breach]:
     low, high = limits.get("min_altitude_m"), limits.get("max_altitude_m")
     if low is not None and high is not None and low > high:
         yield Breach(("limits", "max_altitude_m"), f"a number, x >= min_altitude_m = {low:g} [m]")
+
+
+def _battery(stated: Mapping[str, Any], sound: Mapping[str, Any]) -> Iterator[Breach]:
+    if "schedule" in stated and "schedule" not in sound:
+        return
+    if sound.get("schedule", "pooled") != "alternating":
+        if "period_s" in stated:
+            yield Breach(("battery", "period_s"), 'goes with schedule = "alternating" only')
+    elif "period_s" not in stated:
+        words = f'{allowed(Battery, "period_s")}, needed by schedule = "alternating"'
+        yield Breach(("battery", "period_s"), f"is missing; {words}")
 
 
 def _laser(laser: Mapping[str, Any]) -> Iterator[Breach]:

@@ -54,6 +54,7 @@ from optuav.mission.quantities import (
     Voltage,
     Wavelength,
 )
+from optuav.physics.schedules import SCHEDULES, Schedule
 
 SCHEMA = 1
 """Version of the format of a mission file."""
@@ -117,11 +118,14 @@ class Limits(Section):
     """Highest hover point z_max [m]."""
 
 
+_SCHEDULE = Allowed(f"one of {', '.join(map(repr, SCHEDULES))}".replace("'", '"'))
+
+
 class Battery(Section):
     """The battery packs, each two wells of charge (kinetic battery model)."""
 
     packs: Count
-    """Number of packs, used as one [-]."""
+    """Number of packs N [-]."""
     capacity_As: Charge
     """Capacity of one pack [A s]."""
     nominal_voltage_V: Voltage
@@ -132,6 +136,10 @@ class Battery(Section):
     """Rate k_F at which charge flows between the wells [1/s]; or state flow_rate_per_min."""
     charge_current_A: Current
     """Largest charging current I_ch [A]."""
+    schedule: Annotated[Schedule, _SCHEDULE] = "pooled"
+    """Which pack carries a flight, a hover or a rest: all as one, or one while another charges."""
+    period_s: Slot | None = None
+    """Time after which schedule = "alternating" changes the pack [s]."""
     flight_energy_J: Energy | None = None
     """Energy E_1 of the full battery in flight [J]; without it derived from the loads."""
     hover_energy_J: Energy | None = None

@@ -25,7 +25,7 @@ import numpy as np
 from optuav.physics.quantity import TINY, Quantity
 
 if TYPE_CHECKING:
-    from optuav.physics.packs import Schedule
+    from optuav.physics.schedules import Schedule
 
 HALVINGS = 100
 """Of a time, until its ends are neighbouring floats even where it is near 0."""

@@ -28,8 +28,9 @@ from numpy.typing import NDArray
 
 from optuav.errors import Fault, InputError, SolverError
 from optuav.physics.battery import Battery, Phase, Wells, step
-from optuav.physics.packs import SCHEDULES, Load, Packs
+from optuav.physics.packs import Load, Packs
 from optuav.physics.quantity import TINY
+from optuav.physics.schedules import SCHEDULES
 
 Numbers: TypeAlias = NDArray[np.float64]
 
@@ -157,16 +158,16 @@ def _followed(packs: Packs, jobs: list[Load], *, may_last: bool, repeats: bool) 
             _skip(packs, jobs)
         lowest_As.append(math.inf)
         for job in jobs * turns:
-            for stretch in packs.job([job]):
-                if may_last:
-                    level_As = stretch.wells.available_As[packs.in_service].min(initial=math.inf)
-                    lowest_As[-1] = min(lowest_As[-1], float(level_As))
-            if packs.exhausted:
-                return float(packs.clock_s)
+            packs.job([job])
+            if packs.exhausted[0]:
+                return float(packs.clock_s[0])
+            if may_last:
+                level_As = float(packs.wells.available_As[packs.in_service].min())
+                lowest_As[-1] = min(lowest_As[-1], level_As)
         if may_last and _settled(packs, lowest_As):
             return math.inf
     raise SolverError(
-        f"after {MOST_JOBS} jobs, {packs.clock_s:.6g} s, the packs still carry the load, and "
+        f"after {MOST_JOBS} jobs, {packs.clock_s[0]:.6g} s, the packs still carry the load, and "
         "whether they always will is not decided"
     )
 
@@ -177,7 +178,7 @@ def _settled(packs: Packs, lowest_As: Sequence[float]) -> bool:
     if rounds < FEWEST_ROUNDS or rounds & (rounds - 1):
         return False
     memory_s = FORGOTTEN / rate if (rate := float(packs.pack.rate_per_s)) > 0.0 else 0.0
-    if packs.clock_s / 2.0 < max(memory_s, 4.0 * packs.count * (packs.period_s or 0.0)):
+    if packs.clock_s[0] / 2.0 < max(memory_s, 4.0 * packs.count * (packs.period_s or 0.0)):
         return False
     before, now = lowest_As[rounds // 4 : rounds // 2], lowest_As[rounds // 2 :]
     least_As: float = min(before) - SAME * packs.pack.capacity_As
@@ -188,20 +189,19 @@ def _skip(packs: Packs, jobs: Sequence[Load]) -> None:
     """Pass all rounds in which no pack is seen empty; every pack in service takes its turn once."""
     phases, carrier = [], packs.carrier
     for job in list(jobs) * int(packs.in_service.sum()):
-        currents_A = np.zeros(packs.count)
         if job.draw_A > 0.0:
             carrier = packs.next_carrier(carrier)
-            currents_A[carrier] = -job.draw_A
+        currents_A = -job.draw_A * (np.arange(packs.count) == carrier)
         phases.append(Phase(currents_A, job.duration_s))
     one = _Round(packs.pack, phases)
-    start = packs.wells
+    start = Wells(*(well[0] for well in packs.wells))
     passed, failed = 0, 1 + int(start.total_As.sum() / -one.total_As[-1].sum())
     while failed - passed > 1:
         middle = (passed + failed) // 2
-        levels_As = one.available_As(one.after(start, middle - 1))[:, packs.in_service]
+        levels_As = one.available_As(one.after(start, middle - 1))[:, packs.in_service[0]]
         passed, failed = (middle, failed) if (levels_As >= 0.0).all() else (passed, middle)
-    packs.wells = one.after(start, passed)
-    packs.clock_s += passed * one.ends_s[-1]
+    packs.wells = Wells(*(well[None] for well in one.after(start, passed)))
+    packs.clock_s = packs.clock_s + passed * one.ends_s[-1]
 
 
 def _returns(pack: Battery, load: Sequence[tuple[float, float]]) -> bool:

@@ -9,30 +9,26 @@ A single pack has no other beside it: it carries and is charged at once.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator
-from dataclasses import dataclass, field
-from typing import Literal, NamedTuple, TypeAlias, get_args
+from collections.abc import Callable, Iterable, Sequence
+from copy import copy
+from dataclasses import dataclass
+from typing import NamedTuple, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 
 from optuav.physics.battery import Battery, Phase, Wells, step, time_to_empty, time_to_full
 from optuav.physics.quantity import Quantity
-
-Schedule: TypeAlias = Literal[
-    "pooled", "sequential", "round-robin", "alternating", "most-available"
-]
-
-SCHEDULES: tuple[Schedule, ...] = get_args(Schedule)
-"""Names of the schedules, the default first."""
+from optuav.physics.schedules import Schedule
 
 ROUNDING = 1e-12
 """Share of the capacity by which rounding may carry a well past its limit [-]."""
 
 NOBODY = -1
 
-Currents: TypeAlias = NDArray[np.float64]
-Crossing: TypeAlias = Callable[[Battery, Wells, float], Quantity]
+Numbers: TypeAlias = NDArray[np.float64]
+Indices: TypeAlias = NDArray[np.intp]
+Marks: TypeAlias = NDArray[np.bool_]
 
 
 class Load(NamedTuple):
@@ -45,58 +41,45 @@ class Load(NamedTuple):
     charge_A
         What the charger offers meanwhile [A], ≥ 0.
     duration_s
-        For how long [s], ≥ 0.
+        For how long [s], ≥ 0; a number, or one for each course.
     """
 
     draw_A: float
     charge_A: float
-    duration_s: float
+    duration_s: float | Numbers
 
 
 class Stretch(NamedTuple):
-    """A stretch of time in which no pack changes its part.
+    """A stretch of time in which no pack changes its part; one entry a course.
 
     Parameters
     ----------
     start_s, duration_s
-        When, counted from the first job, and for how long [s]; the duration is > 0.
+        When, counted from the first job, and for how long [s]; 0 where a course stands still.
     carrier, served
         Numbers of the packs that carry the load and are charged; −1 for nobody.
+    emptied, filled
+        Whether it ends because the carrier is empty, or because the pack that is served is full.
     currents_A
-        Into every pack [A], positive while charging; the mean where a full pack takes ever less.
+        (course, pack): into every pack [A], positive while charging; the mean where a full pack
+        takes ever less.
     wells
-        Of every pack at the end [A s].
+        (course, pack): at its end [A s].
     """
 
-    start_s: float
-    duration_s: float
-    carrier: int
-    served: int
-    currents_A: Currents
+    start_s: Numbers
+    duration_s: Numbers
+    carrier: Indices
+    served: Indices
+    emptied: Marks
+    filled: Marks
+    currents_A: Numbers
     wells: Wells
-
-
-class Event(NamedTuple):
-    """A pack seen empty, or found full by the charger.
-
-    Parameters
-    ----------
-    at_s
-        When, counted from the first job [s].
-    pack
-        Its number.
-    what
-        ``"empty"`` or ``"full"``.
-    """
-
-    at_s: float
-    pack: int
-    what: Literal["empty", "full"]
 
 
 @dataclass
 class Packs:
-    """Equal packs, full at first, that carry one job after the other.
+    """Equal packs, full at first, that carry one job after the other, in several courses at once.
 
     Parameters
     ----------
@@ -117,135 +100,173 @@ class Packs:
     count: int
     schedule: Schedule = "pooled"
     period_s: float | None = None
-    clock_s: float = field(default=0.0, init=False)
-    carrier: int = field(default=NOBODY, init=False)
-    events: list[Event] = field(default_factory=list, init=False)
-    _filled: list[int] = field(default_factory=list, init=False)
 
     def __post_init__(self) -> None:
         if self.schedule == "pooled":
             whole = self.count * self.pack.capacity_As
             self.pack = Battery(whole, self.pack.available_fraction, self.pack.flow_rate_per_s)
             self.count = 1
-        self.wells = Wells(*(np.full(self.count, float(well)) for well in self.pack.full))
-        self.in_service = np.ones(self.count, dtype=bool)
+        self._top = Wells(*map(float, self.pack.full))
+        self.wells = Wells(*(np.full((1, self.count), well) for well in self._top))
+        self.in_service: Marks = np.ones((1, self.count), dtype=bool)
+        self.carrier: Indices = np.array([NOBODY])
+        self.clock_s: Numbers = np.array([0.0])
+        self._courses = np.arange(1)
 
     @property
-    def exhausted(self) -> bool:
-        """Whether every pack was seen empty."""
-        return not self.in_service.any()
+    def exhausted(self) -> Marks:
+        """Whether every pack was seen empty, which ends a course; its clock tells when [s]."""
+        none: Marks = ~np.any(self.in_service, axis=1)
+        return none
 
-    def job(self, stages: Iterable[Load]) -> Iterator[Stretch]:
-        """Carry a job through its stages; it ends early when no pack is left to carry it."""
-        begun = False
-        for draw_A, charge_A, duration_s in stages:
-            left_s, self._filled = duration_s, []
-            while left_s > 0.0 and not self.exhausted:
-                longest_s, carrier = left_s, NOBODY
-                if draw_A > 0.0:
-                    longest_s = min(left_s, self._turn_left_s())
-                    self._take_over(begun)
-                    begun, carrier = True, self.carrier
-                served = self._served(carrier) if charge_A > 0.0 else NOBODY
-                stretch = self._stretch(carrier, served, Load(draw_A, charge_A, longest_s))
-                left_s -= stretch.duration_s
-                if stretch.duration_s > 0.0:
-                    yield stretch
+    def take(self, courses: Indices | Sequence[int]) -> Packs:
+        """Some courses, each as often as it is named; they go on from here on their own."""
+        found = copy(self)
+        found.wells = Wells(*(well[courses] for well in self.wells))
+        found.in_service, found.carrier = self.in_service[courses], self.carrier[courses]
+        found.clock_s, found._courses = self.clock_s[courses], np.arange(len(courses))
+        return found
 
-    def _take_over(self, begun: bool) -> None:
-        """Change the carrier at the start of a job, when it is empty, or when its turn is over."""
-        by_the_clock = self.schedule == "alternating"
-        if begun and self.in_service[self.carrier] and not by_the_clock:
-            return
-        chosen = self.next_carrier(self.carrier)
-        if chosen != self.carrier:
-            self.carrier, self._filled = chosen, []
+    def job(self, stages: Iterable[Load]) -> list[Stretch]:
+        """Carry a job through its stages; a course ends early when no pack is left to carry it."""
+        found: list[Stretch] = []
+        waiting = np.ones_like(self.exhausted)
+        for load in stages:
+            left_s = np.zeros_like(self.clock_s) + load.duration_s
+            filled = np.zeros_like(self.in_service)
+            last = served = carrier = np.full_like(self.carrier, NOBODY)
+            while (going := (left_s > 0.0) & ~self.exhausted).any():
+                longest_s = np.where(going, left_s, 0.0)
+                if load.draw_A > 0.0:
+                    carrier = np.where(going, self._carriers(waiting), self.carrier)
+                    filled[carrier != self.carrier] = False
+                    self.carrier, waiting = carrier, waiting & ~going
+                    longest_s = np.minimum(longest_s, self._turn_left_s())
+                if load.charge_A > 0.0:
+                    served = self._served(carrier, filled, last)
+                stretch = self._stretch(load, longest_s, carrier, served, filled)
+                last = np.where(stretch.filled, served, last)
+                filled[self._courses[stretch.filled], served[stretch.filled]] = True
+                left_s = left_s - stretch.duration_s
+                found.append(stretch)
+        return found
 
-    def next_carrier(self, before: int) -> int:
-        """Number of the pack that carries on after another one, by the schedule."""
+    def next_carrier(self, before: Indices) -> Indices:
+        """Numbers of the packs that carry on after others, by the schedule."""
         if self.schedule == "round-robin":
             return self._following(before)
         if self.schedule == "alternating":
-            return self._following(self._turn() % self.count - 1)
+            return self._following(self._turn().astype(np.intp) % self.count - 1)
         if self.schedule == "most-available":
-            return int(np.argmax(np.where(self.in_service, self.wells.available_As, -np.inf)))
-        return int(np.argmax(self.in_service))
+            chosen: Indices = np.where(self.in_service, self.wells.available_As, -np.inf).argmax(
+                axis=1
+            )
+            return chosen
+        first: Indices = self.in_service.argmax(axis=1)
+        return first
 
-    def _following(self, before: int) -> int:
-        """The next pack in service, by number and round again."""
-        numbers = (np.arange(self.count) + before + 1) % self.count
-        return int(numbers[self.in_service[numbers]][0])
+    def _following(self, before: Indices) -> Indices:
+        """The next packs in service, by number and round again."""
+        steps = (np.arange(self.count) - before[:, None] - 1) % self.count
+        nearest: Indices = np.where(self.in_service, steps, self.count).argmin(axis=1)
+        return nearest
 
-    def _turn(self) -> int:
+    def _carriers(self, waiting: Marks) -> Indices:
+        """Who carries: another at the start of a job, after an empty one, and when a turn ends."""
+        if self.count == 1:
+            return np.zeros_like(self.carrier)
+        stays = ~waiting & self.in_service[self._courses, self.carrier]
+        if self.schedule == "alternating":
+            stays[:] = False
+        return np.where(stays, self.carrier, self.next_carrier(self.carrier))
+
+    def _turn(self) -> Numbers:
+        """Which turn of the clock it is."""
         assert self.period_s is not None
-        return int(self.clock_s / self.period_s)
+        turn: Numbers = np.floor(self.clock_s / self.period_s)
+        return turn
 
-    def _turn_left_s(self) -> float:
-        """How long the carrier stays by the clock [s]."""
-        if self.schedule != "alternating":
+    def _turn_left_s(self) -> Numbers | float:
+        """How long carriers stay by the clock [s]."""
+        if self.schedule != "alternating" or self.count == 1:
             return np.inf
         assert self.period_s is not None
-        left_s = (self._turn() + 1) * self.period_s - self.clock_s
-        return max(left_s, float(np.spacing(self.clock_s)))
+        left_s = (self._turn() + 1.0) * self.period_s - self.clock_s
+        longest_s: Numbers = np.maximum(left_s, np.spacing(self.clock_s))
+        return longest_s
 
-    def _served(self, carrier: int) -> int:
-        """Who is charged: the emptiest idle pack, and the one filled last when all are full."""
-        idle = self.in_service.copy()
-        if self.count > 1 and carrier != NOBODY:
-            idle[carrier] = False
-        if not idle.any():
-            return NOBODY
-        idle[self._filled] = False
-        if not idle.any():
-            return self._filled[-1]
-        return int(np.argmin(np.where(idle, self.wells.available_As, np.inf)))
+    def _served(self, carrier: Indices, filled: Marks, last: Indices) -> Indices:
+        """Who is charged: the emptiest idle pack, and the one filled last where all are full."""
+        if self.count == 1:
+            return np.zeros_like(carrier)
+        idle = self.in_service & (np.arange(self.count) != carrier[:, None])
+        accepts = idle & ~filled
+        emptiest = np.where(accepts, self.wells.available_As, np.inf).argmin(axis=1)
+        topped = np.where(idle[self._courses, last], last, NOBODY)
+        return np.where(accepts.any(axis=1), emptiest, topped)
 
-    def _stretch(self, carrier: int, served: int, load: Load) -> Stretch:
-        """Go on until a pack is empty or full, for the duration of the load at most."""
-        currents_A = np.zeros(self.count)
-        if carrier != NOBODY:
-            currents_A[carrier] -= load.draw_A
-        if served != NOBODY:
-            currents_A[served] += load.charge_A
-        full = served if served in self._filled and currents_A[served] > 0.0 else NOBODY
-        length_s, end = load.duration_s, self._after(currents_A, load.duration_s, full)
-        top_As, slack_As = self.pack.full.available_As, ROUNDING * self.pack.capacity_As
-        first: Event | None = None
-        if carrier != NOBODY and end.available_As[carrier] < -slack_As:
-            length_s = min(length_s, self._moment_s(time_to_empty, carrier, currents_A))
-            first = Event(self.clock_s + length_s, carrier, "empty")
-        if served != NOBODY and end.available_As[served] > top_As + slack_As:
-            full_s = self._moment_s(time_to_full, served, currents_A)
-            if full_s < length_s:
-                length_s, first = full_s, Event(self.clock_s + full_s, served, "full")
-        if first is not None:
-            self.events.append(first)
+    def _stretch(
+        self,
+        load: Load,
+        longest_s: Numbers,
+        carrier: Indices,
+        served: Indices,
+        filled: Marks,
+    ) -> Stretch:
+        """Go on until a pack is empty or full, for a time at most [s]."""
+        packs = np.arange(self.count)
+        carries, is_served = packs == carrier[:, None], packs == served[:, None]
+        currents_A = load.charge_A * is_served - load.draw_A * carries
+        full = filled & is_served & (currents_A > 0.0)
+        before, length_s, slack_As = self.wells, longest_s, ROUNDING * self.pack.capacity_As
+        end = self._after(currents_A, length_s, full)
+        emptied = (carries & (end.available_As < -slack_As)).any(axis=1)
+        length_s = self._until(time_to_empty, emptied, carrier, currents_A, length_s)
+        over = (is_served & (end.available_As > self._top.available_As + slack_As)).any(axis=1)
+        full_s = self._until(time_to_full, over, served, currents_A, longest_s)
+        over &= full_s < np.where(emptied, length_s, np.inf)
+        emptied, length_s = emptied & ~over, np.where(over, full_s, length_s)
+        if emptied.any() or over.any():
             end = self._after(currents_A, length_s, full)
-            if first.what == "empty":
-                self.in_service[carrier] = False
-            else:
-                self._filled.append(served)
-        if full != NOBODY and length_s > 0.0:
-            gained_As = end.total_As[full] - self.wells.total_As[full]
-            currents_A[full] = gained_As / length_s
-        stretch = Stretch(self.clock_s, length_s, carrier, served, currents_A, end)
+            self.in_service = self.in_service & ~(emptied[:, None] & carries)
+        if full.any():
+            gained_As = np.where(full, end.total_As - before.total_As, 0.0)
+            mean_A = gained_As / np.where(length_s > 0.0, length_s, 1.0)[:, None]
+            currents_A = np.where(full, mean_A, currents_A)
+        stretch = Stretch(self.clock_s, length_s, carrier, served, emptied, over, currents_A, end)
         self.wells, self.clock_s = end, self.clock_s + length_s
         return stretch
 
-    def _moment_s(self, crossing: Crossing, number: int, currents_A: Currents) -> float:
-        wells = Wells(*(float(well[number]) for well in self.wells))
-        return float(crossing(self.pack, wells, float(currents_A[number])))
+    def _until(
+        self,
+        crossing: Callable[[Battery, Wells, Numbers], Quantity],
+        where: Marks,
+        number: Indices,
+        currents_A: Numbers,
+        longest_s: Numbers,
+    ) -> Numbers:
+        """When a well of one pack of some courses reaches its limit, at most a time [s]."""
+        if not where.any():
+            return longest_s
+        chosen = self._courses[where], number[where]
+        wells = Wells(*(well[chosen] for well in self.wells))
+        length_s = longest_s.copy()
+        moment_s = crossing(self.pack, wells, currents_A[chosen])
+        length_s[where] = np.minimum(moment_s, length_s[where])
+        return length_s
 
-    def _after(self, currents_A: Currents, duration_s: float, full: int) -> Wells:
-        """Wells after constant currents, but for one full pack that is kept full.
+    def _after(self, currents_A: Numbers, duration_s: Numbers, full: Marks) -> Wells:
+        """Wells after constant currents, but for full packs that are kept full.
 
-        At y1 = ωB that pack takes I = ωk'((1−ω)B − y2), so that y2 nears (1−ω)B at the rate ωk'.
+        At y1 = ωB those take I = ωk'((1−ω)B − y2), so that y2 nears (1−ω)B at the rate ωk'.
         """
-        end = step(self.pack, self.wells, Phase(currents_A, duration_s))
-        if full != NOBODY:
-            top = self.pack.full
-            missing_As = top.bound_As - self.wells.bound_As[full]
-            rate = self.pack.available_fraction * self.pack.rate_per_s
-            end.available_As[full] = top.available_As
-            end.bound_As[full] = top.bound_As - missing_As * np.exp(-rate * duration_s)
-        return end
+        passed_s = duration_s[:, None]
+        end = step(self.pack, self.wells, Phase(currents_A, passed_s))
+        if not full.any():
+            return end
+        rate = self.pack.available_fraction * self.pack.rate_per_s
+        missing_As = (self._top.bound_As - self.wells.bound_As) * np.exp(-rate * passed_s)
+        return Wells(
+            np.where(full, self._top.available_As, end.available_As),
+            np.where(full, self._top.bound_As - missing_As, end.bound_As),
+        )

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal, Self
 
@@ -10,6 +10,7 @@ from pydantic import BaseModel, ConfigDict, Field, StrictBool, StrictStr, model_
 
 from optuav.errors import NoPlanError
 from optuav.mission import Mission, vehicle
+from optuav.mission.flown import fly
 from optuav.mission.places import ENDS
 from optuav.physics import battery
 from optuav.physics.quantity import Quantity
@@ -252,12 +253,19 @@ class Plan(Record):
 
     @property
     def runs_dry_s(self) -> float | None:
-        """When the available well of the pooled battery is empty [s]; None if it never is."""
+        """When the available well is empty, or no pack is left to fly on [s]; None if never."""
+        if self.mission.battery.schedule != "pooled":
+            return fly(self.mission, self._net()).ended_s
         return self._first_passing(battery.time_to_empty, lambda level, full: level < -ROUNDING)
 
     @property
     def overfull_s(self) -> float | None:
-        """When charging first drives the available well past full [s]; None if it never does."""
+        """When charging first drives the available well past full [s]; None if it never does.
+
+        Under a schedule other than ``"pooled"`` a full pack takes no more than it can hold.
+        """
+        if self.mission.battery.schedule != "pooled":
+            return None
         return self._first_passing(
             battery.time_to_full, lambda level, full: level > full + ROUNDING
         )
@@ -267,9 +275,9 @@ class Plan(Record):
         """What keeps the plan from being flown as it stands, in words; empty if nothing does."""
         found = []
         if self.runs_dry_s is not None:
-            found.append(
-                f"the available well runs dry at {self.runs_dry_s:.2f} s: this plan cannot be flown"
-            )
+            pooled = self.mission.battery.schedule == "pooled"
+            what = "the available well runs dry" if pooled else "no pack is left to fly on"
+            found.append(f"{what} at {self.runs_dry_s:.2f} s: this plan cannot be flown")
         if self.overfull_s is not None:
             found.append(
                 f"charging drives the available well past full at {self.overfull_s:.2f} s: "
@@ -285,6 +293,14 @@ class Plan(Record):
 
     def _time(self, kind: Kind) -> float:
         return sum((each.duration_s for each in self._existing() if each.kind == kind), 0.0)
+
+    def _net(self) -> Iterator[tuple[Kind, list[battery.Phase]]]:
+        """Kind and stages of every phase, as the packs see them."""
+        for phase in self._existing():
+            yield (
+                phase.kind,
+                [battery.Phase(stage.current_A, stage.duration_s) for stage in phase.stages],
+            )
 
     def _first_passing(
         self,
@@ -327,11 +343,18 @@ class Plan(Record):
 
 
 def wells_at_ends(
-    pool: battery.Battery, stages: Iterable[Iterable[battery.Phase]]
+    mission: Mission, phases: Iterable[tuple[Kind, Sequence[battery.Phase]]]
 ) -> list[battery.Wells]:
-    """Wells [A s] at the end of every phase, each a list of stages, from a full battery."""
+    """Wells [A s] at the end of every phase, a kind and stages, from full packs.
+
+    Pooled packs are one battery that takes what it is given, past full too; under another schedule
+    there is an entry a pack.
+    """
+    if mission.battery.schedule != "pooled":
+        return fly(mission, phases).wells
+    pool = vehicle.pool(mission)
     wells, ends = pool.full, []
-    for phase in stages:
-        wells = battery.after(pool, wells, phase)
+    for _, stages in phases:
+        wells = battery.after(pool, wells, stages)
         ends.append(wells)
     return ends

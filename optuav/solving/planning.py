@@ -10,7 +10,6 @@ import numpy as np
 from formulations.perspectives import PAPER, PERSPECTIVES
 from optuav.engines.solution import Solution, Status
 from optuav.mission import phases as mission_phases
-from optuav.mission import vehicle
 from optuav.mission.itineraries import NO_LEG
 from optuav.mission.legs import Legs
 from optuav.mission.network import Network
@@ -91,7 +90,7 @@ def plan_without(
 def planned_phases(
     worked_out: Network, route: int, hover_time_s: float, rest_time_s: float
 ) -> tuple[Phase, ...]:
-    """Phases of a plan with the wells at their ends, the packs pooled."""
+    """Phases of a plan with the wells of its packs at their ends."""
     found = phases(worked_out, route, hover_time_s, rest_time_s)
     return with_wells(worked_out, worked_out.legs, found)
 
@@ -99,8 +98,11 @@ def planned_phases(
 def with_wells(
     worked_out: Network, table: Legs, found: Sequence[mission_phases.Phase]
 ) -> tuple[Phase, ...]:
-    """Phases of the mission over a table of legs as those of a plan, the packs pooled."""
-    ends = wells_at_ends(vehicle.pool(worked_out.mission), [each.stages for each in found])
+    """Phases of the mission over a table of legs as those of a plan, with the wells of its packs.
+
+    Pooled packs count as one.
+    """
+    ends = wells_at_ends(worked_out.mission, [(each.kind, each.stages) for each in found])
     names = worked_out.places.names
     start_s, planned = 0.0, []
     for each, wells in zip(found, ends, strict=True):
@@ -120,8 +122,8 @@ def with_wells(
                 distance_m=float(table.distance_m[each.leg]) if flown else 0.0,
                 peak_speed_m_s=float(table.peak_speed_m_s[each.leg]) if flown else 0.0,
                 edited=bool(table.edited[each.leg]) if flown else False,
-                available_As=(float(wells.available_As),),
-                bound_As=(float(wells.bound_As),),
+                available_As=tuple(np.atleast_1d(wells.available_As).tolist()),
+                bound_As=tuple(np.atleast_1d(wells.bound_As).tolist()),
             )
         )
         start_s = planned[-1].end_s

@@ -73,6 +73,8 @@ def test_paper_has_the_printed_parameters(paper: Mission) -> None:
         "available_fraction": 0.8,
         "flow_rate_per_s": 4.5e-5,
         "charge_current_A": 10,
+        "schedule": "pooled",
+        "period_s": None,
         "flight_energy_J": None,
         "hover_energy_J": None,
     }
