@@ -62,13 +62,16 @@ def prisms(mission: Mission) -> Prisms:
     import shapely
 
     outlines = [outline_m(building) for building in mission.buildings]
-    with_footprint = [k for k, outline in enumerate(outlines) if outline is not None]
-    outer = np.array([shapely.Polygon(outlines[k]) for k in with_footprint], dtype=object)
-    inner = shapely.buffer(outer, -MARGIN_M, join_style="mitre")
+    sides = np.array([len(outline or ()) for outline in outlines], dtype=np.intp)
+    (with_footprint,) = np.nonzero(sides)
+    corners = np.array([corner for outline in outlines for corner in outline or ()])
+    ring = np.repeat(np.arange(len(with_footprint)), sides[with_footprint])
+    outer = shapely.polygons(shapely.linearrings(corners.reshape(-1, 2), indices=ring))
+    inner: Any = shapely.buffer(outer, -MARGIN_M, join_style="mitre")
     shapely.prepare(inner)
     return Prisms(
         shapely.STRtree(inner),
-        np.array(with_footprint, dtype=np.intp),
+        with_footprint,
         np.array([mission.buildings[k].position_m[2] for k in with_footprint]),
     )
 
