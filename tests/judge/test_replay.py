@@ -124,6 +124,20 @@ def test_moments_of_random_plans_against_a_dense_grid(mission: Mission) -> None:
         assert (y1[time_s < empty_s - 1e-3] > -2 * LEVEL * B).all()
 
 
+@given(missions(), st.data())
+def test_both_methods_agree_on_any_itinerary(mission: Mission, data: st.DataObject) -> None:
+    """Well beyond empty and full too: the same events at the same moments."""
+    names = ["hover", *(each.name for each in mission.buildings)]
+    kind = st.sampled_from(["rest", "hover"])
+    stop = st.builds(Stop, st.sampled_from(names), kind, st.floats(1.0, 900.0))
+    itinerary = Itinerary(mission, tuple(data.draw(st.lists(stop, max_size=4))))
+    exact, integrated = (optuav.replay(itinerary, method=m) for m in ("exact", "solve_ivp"))
+    assert [event.kind for event in exact.events] == [event.kind for event in integrated.events]
+    for mine, theirs in zip(exact.events, integrated.events, strict=True):
+        assert mine.time_s == pytest.approx(theirs.time_s, rel=1e-6, abs=1e-4)
+    assert exact.soc == pytest.approx(integrated.soc, abs=LEVEL)
+
+
 @pytest.mark.parametrize("name", [*feasible()[:3], "table 2", "wind", "edited"])
 def test_table_is_one_motion(name: str) -> None:
     """It starts at the origin, ends at the destination, and its speed is that of its position."""
