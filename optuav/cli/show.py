@@ -20,6 +20,8 @@ from optuav.mission import Mission
 from optuav.mission.derived import BuildingFigures, Figure, building_figures, derived
 from optuav.plan import load_plan
 
+NO = 1
+
 
 def show(
     mission: MissionArgument,
@@ -27,11 +29,17 @@ def show(
     as_json: JsonOption = False,
     plot: PlotOption = None,
 ) -> None:
-    """Show a mission with units and derived values, or a saved plan (a .json file)."""
+    """Show a mission with units and derived values, or a saved plan (a .json file).
+
+    Exit code 1 if the saved answer is that there is no feasible plan.
+    """
     if Path(mission).suffix == ".json":
         if settings:
             raise InputError([Fault("--set", "", "goes with a mission, not with a saved plan")])
-        deliver(load_plan(mission), as_json=as_json, save=None, plot=plot)
+        plan = load_plan(mission)
+        deliver(plan, as_json=as_json, save=None, plot=plot)
+        if not plan:
+            raise typer.Exit(NO)
         return
     shown = mission_of(mission, settings)
     figures = derived(shown)

@@ -9,10 +9,12 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from formulations.algorithm2 import SAME_S, best
+from optuav.engines.capabilities import ENGINES, takers
 from optuav.engines.solution import ShadowPrice, Solution, Status, verify
 from optuav.errors import InputError, SolverError
 from optuav.mission.network import Network
 from optuav.modelling import Check, check
+from optuav.modelling.traits import Traits, traits
 from optuav.plan import Plan
 from optuav.solving.against_p1 import against_p1
 from optuav.solving.dispatch import answer
@@ -48,6 +50,18 @@ class Program:
         if not self.parts:
             return "nothing can be flown: " + "; ".join(self.reasons)
         return "\n\n".join(str(part.model) for part in self.parts)
+
+    @property
+    def traits(self) -> tuple[Traits, ...]:
+        """What each declared model is, found from its trees: linear, smooth, integer."""
+        return tuple(traits(part.model) for part in self.parts)
+
+    @property
+    def engines(self) -> tuple[str, ...]:
+        """Names of the engines that take every declared model, in slots if they were asked for."""
+        slots = self.question.slot_s is not None
+        able = [takers(each, slots) for each in self.traits]
+        return tuple(name for name in ENGINES if able and all(name in each for each in able))
 
     def to_latex(self) -> str:
         """The declared models as LaTeX ``align*`` environments (package amsmath)."""
@@ -117,6 +131,20 @@ class Program:
         plan = plan_of(self.question, self.worked_out, part, solution, entry)
         more = against_p1(self.question, self.worked_out, self.parts, plan.hover_time_s)
         return plan.model_copy(update={"notes": (*plan.notes, *more)})
+
+    def solution(self) -> Solution:
+        """The engine's whole answer for the best itinerary: status, proof, values, multipliers.
+
+        Its fields have one entry; `solve` makes a plan of it.
+
+        Raises
+        ------
+        InputError
+            If nothing can be flown.
+        SolverError
+            As `solve`.
+        """
+        return self.compile().solve()
 
     def shadow_prices(self) -> dict[str, ShadowPrice]:
         """What one more unit of every named parameter brings; empty where there is no answer.

@@ -74,10 +74,11 @@ class RouteChoice:
     def __str__(self) -> str:
         if not self.plan:
             return self.plan.summary()
+        gap_s = round(self.gap_s or 0.0, 3) + 0.0  # no −0 for what rounding leaves
         lines = [
             f"Route     {' → '.join(self.plan.route)}",
             f"Hover     {self.plan.hover_time_s:.3f} s",
-            f"Relaxed   {self.relaxation_s:.3f} s ({self.form}), gap {self.gap_s:.3f} s",
+            f"Relaxed   {self.relaxation_s:.3f} s ({self.form}), gap {gap_s:.3f} s",
             f"Proof     {self.proof}",
             *(f"Note      {note}" for note in self.notes),
         ]

@@ -9,17 +9,19 @@ import numpy as np
 
 from formulations.formulation import Formulation
 from formulations.perspectives import PAPER
+from optuav.engines.capabilities import need
 from optuav.mission import Mission, load
 from optuav.mission.feasibility import blocked, impossibilities
 from optuav.mission.network import Network, network
 from optuav.mission.routes import nearest_building, trajectory_routes
 from optuav.mission.sight import Numbers
 from optuav.modelling import Model
+from optuav.modelling.traits import traits
 from optuav.plan import Plan
 from optuav.solving.given import quantities
 from optuav.solving.planning import Part
 from optuav.solving.program import Program
-from optuav.solving.question import Question, question
+from optuav.solving.question import AUTO, Question, question
 
 if TYPE_CHECKING:
     from optuav.mission.graph import Graph
@@ -80,7 +82,8 @@ def formulate(
     Raises
     ------
     InputError
-        If an option does not exist or contradicts another, or the graph is out of order.
+        If an option does not exist or contradicts another, the engine does not take the problem,
+        or the graph is out of order.
     """
     asked_mission = mission if isinstance(mission, Mission) else load(mission)
     asked = question(
@@ -100,6 +103,9 @@ def formulate(
     parts = () if reasons else _parts(asked, worked_out)
     if not parts and not reasons:
         reasons = _no_route(asked, worked_out)
+    if asked.engine != AUTO:
+        for part in parts:
+            need(asked.engine, traits(part.model), asked.slot_s is not None)
     return Program(asked, worked_out, parts, reasons)
 
 

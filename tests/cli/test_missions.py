@@ -62,7 +62,7 @@ def test_a_plan_is_shown_as_solve_shows_it() -> None:
 def test_an_infeasible_plan_is_shown() -> None:
     run("solve", "paper", "--set", "limits.deadline_s=60", "--save", "plan.json")
     found = run("show", "plan.json")
-    assert found.code == 0
+    assert found.code == 1
     assert "INFEASIBLE" in found.out
 
 

@@ -10,6 +10,7 @@ import pytest
 from formulations.formulation import Formulation
 from optuav.engines.capabilities import CAPABILITIES, ENGINES, need, takers
 from optuav.errors import InputError
+from optuav.mission import load
 from optuav.modelling import Model
 from optuav.modelling.traits import Traits, traits
 from optuav.solving import formulate, solve
@@ -122,3 +123,38 @@ def test_table_and_refusals_agree(model: Traits, slots: bool, engine: str) -> No
     else:
         with pytest.raises(InputError, match=f"engine {engine} does not take this model"):
             need(engine, model, slots)
+
+
+def test_formulate_refuses_an_engine_that_does_not_take_the_problem() -> None:
+    """Before anything is solved, and with those that do."""
+    with pytest.raises(InputError, match=r"closed-form does not take.*cvxpy, grid"):
+        formulate("paper", slot_s=1.0, engine="closed-form")
+    with pytest.raises(InputError, match="cvxpy does not take"):
+        formulate("paper", "P3", perspective="wells", engine="cvxpy")
+
+
+def test_a_program_tells_what_it_is_and_who_takes_it() -> None:
+    """Found from its trees, of every declared model; the engines that take all of them."""
+    program = formulate("paper")
+    assert [each.unknowns for each in program.traits] == [1, 2]
+    assert all(each.linear and each.smooth and not each.integer for each in program.traits)
+    assert {"closed-form", "cvxpy", "casadi", "grid"} <= set(program.engines)
+    assert "closed-form" not in formulate("paper", slot_s=1.0).engines
+    wells = formulate("paper", "P3", perspective="wells")
+    assert not any(each.linear for each in wells.traits)
+    assert "casadi" in wells.engines
+    assert "cvxpy" not in wells.engines
+    nothing = formulate(load("paper").replace({"body.mass_kg": 2.5}))
+    assert (nothing.traits, nothing.engines) == ((), ())
+
+
+def test_a_program_gives_the_whole_solution_too() -> None:
+    """Of the best itinerary: the values and prices of the plan, with the multipliers."""
+    program = formulate("paper", "P3")
+    solution, plan = program.solution(), program.solve()
+    assert solution.status is plan.status
+    assert solution.point(0) == {"hover_time_s": plan.hover_time_s}
+    assert solution.multipliers_at(0)["P3.a state of charge"] > 0.0
+    assert solution.shadow_prices() == program.shadow_prices()
+    late = formulate(load("paper").replace({"limits.deadline_s": 60}), "P3").solution()
+    assert late.status == "infeasible"
