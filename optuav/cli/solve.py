@@ -43,6 +43,9 @@ def solve(
     time_limit_s: Annotated[
         float | None, typer.Option("--time-limit-s", help="Longest search in seconds.")
     ] = None,
+    hover_point: Annotated[
+        str, typer.Option("--hover-point", help="w_U, or free: wherever hovering is longest.")
+    ] = "w_U",
     settings: SetOption = None,
     as_json: JsonOption = False,
     save: SaveOption = None,
@@ -60,6 +63,7 @@ def solve(
         engine=engine,
         time_limit_s=time_limit_s,
         solver=solver,
+        hover_point=hover_point,
     )
     from optuav.cli.output import deliver
 

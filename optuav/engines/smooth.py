@@ -54,6 +54,7 @@ OPTIONS = {
 }
 ACCURACY = 1e-10
 """What IPOPT asks of optimality, scaled, unless a caller is content with less."""
+ITERATIONS = 3000
 SOLVED = ("Solve_Succeeded", "Solved_To_Acceptable_Level")
 TOO_SLOW = ("Maximum_WallTime_Exceeded", "Maximum_CpuTime_Exceeded")
 UNBOUNDED = "Diverging_Iterates"
@@ -137,6 +138,8 @@ class Compiled:
         Longest that one solve may take [s]; no limit by default.
     accuracy
         What IPOPT asks of optimality, scaled.
+    iterations
+        Most that IPOPT may take from a start.
 
     Raises
     ------
@@ -145,12 +148,17 @@ class Compiled:
     """
 
     def __init__(
-        self, model: Model, time_limit_s: float | None = None, accuracy: float = ACCURACY
+        self,
+        model: Model,
+        time_limit_s: float | None = None,
+        accuracy: float = ACCURACY,
+        iterations: int = ITERATIONS,
     ) -> None:
         import casadi
 
         self.model = model
         self.accuracy = accuracy
+        self.iterations = iterations
         self.time_limit_s = time_limit_s
         self.names = [variable.name for variable in model.variables]
         self.given = list(model.given)
@@ -199,6 +207,7 @@ class Compiled:
         import casadi
 
         options: dict[str, Any] = {**OPTIONS, "ipopt.tol": self.accuracy}
+        options["ipopt.max_iter"] = self.iterations
         if self.time_limit_s is not None:
             options["ipopt.max_wall_time"] = self.time_limit_s
         programme = {"x": unknowns, "p": parameters, "f": cost, "g": casadi.vertcat(*excess)}

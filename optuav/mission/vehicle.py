@@ -113,6 +113,14 @@ def leg_loads(mission: Mission, displacement_m: Vector) -> tuple[flight.Loads, Q
     return leg.loads, leg.peak_speed_m_s
 
 
+def turns_rad(mission: Mission, displacement_m: Vector) -> tuple[Quantity, ...]:
+    """Angles of the turns on a leg [rad]; none where the flight model knows no turns."""
+    if mission.flight.model == "regimes":
+        return ()
+    leg = flight.leg(airframe(mission), motor(mission), displacement_m, mission.wind.force_N)
+    return leg.turns_rad
+
+
 def attenuation_per_km(mission: Mission) -> float:
     """α [1/km] as stated, or from the visibility."""
     given = mission.laser

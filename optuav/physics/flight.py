@@ -164,6 +164,16 @@ class Leg:
         return self.acceleration_m_s2 * self.loads.durations_s[1]
 
     @property
+    def turns_rad(self) -> tuple[Quantity, ...]:
+        """Angles of the six turning movements [rad], signed: pitch and roll of stages 1, 3, 5."""
+        attitudes = itertools.pairwise((LEVEL, self.cruise, self.brake, LEVEL))
+        return tuple(
+            angle
+            for start, end in attitudes
+            for angle in (end.pitch_rad - start.pitch_rad, end.roll_rad - start.roll_rad)
+        )
+
+    @property
     def switching_times_s(self) -> tuple[Quantity, ...]:
         """τ1…τ14 [s] at which the control input changes, pitch before roll ([1]_, appendix D).
 

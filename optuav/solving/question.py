@@ -12,7 +12,7 @@ from formulations.p1 import P1
 from formulations.p2 import P2, P2Tight
 from formulations.p3 import P3
 from formulations.p4 import P4
-from formulations.perspectives import PERSPECTIVES
+from formulations.perspectives import PAPER, PERSPECTIVES
 from optuav.engines.capabilities import ENGINES
 from optuav.errors import Fault, InputError
 from optuav.mission import Mission
@@ -32,6 +32,8 @@ PROBLEMS: Mapping[str, type[Formulation]] = {
 ROUTED = ("P1", "P2", "P2-tight")
 """Problems that choose among routes."""
 AUTO = "auto"
+HoverPoint = Literal["w_U", "free"]
+HOVER_POINTS: tuple[HoverPoint, ...] = ("w_U", "free")
 SLOT = Number("s", ge=1e-3, le=1e7)
 LIMIT = Number("s", gt=0.0, le=1e9)
 
@@ -60,6 +62,8 @@ class Question:
         Longest that the engine may take [s]; None for no limit.
     solver
         Solver behind the engine, where it has several; None for its own choice.
+    hover_point
+        Whether the UAV hovers at the mission's own point, w_U unless stated, or wherever is best.
     """
 
     problem: Problem | type[Formulation]
@@ -71,6 +75,7 @@ class Question:
     engine: str
     time_limit_s: float | None
     solver: str | None
+    hover_point: HoverPoint = "w_U"
 
     @property
     def problem_name(self) -> str:
@@ -94,6 +99,7 @@ def question(
     engine: str,
     time_limit_s: float | None,
     solver: str | None,
+    hover_point: str = "w_U",
 ) -> Question:
     """Check and complete the options of `optuav.solve`.
 
@@ -106,7 +112,10 @@ def question(
         *_unknown(mission, problem, trajectory, building, order, perspective, engine),
         *_out_of_range(slot_s, time_limit_s),
         *_contradictions(problem, trajectory, building, order, engine, solver),
+        *_not_among("hover_point", hover_point, HOVER_POINTS),
     ]
+    if hover_point == "free":
+        faults += _not_with_free(problem, trajectory, perspective, slot_s, engine)
     if faults:
         raise InputError(faults)
     if engine == "grid" and slot_s is None:
@@ -123,6 +132,7 @@ def question(
         engine,
         time_limit_s,
         solver,
+        hover_point,  # type: ignore[arg-type]
     )
 
 
@@ -181,3 +191,24 @@ def _contradictions(
         yield Fault("order", repr(order), "there is no rest to order on the direct route")
     if solver is not None and engine != "cvxpy":
         yield Fault("solver", repr(solver), "goes with the engine cvxpy")
+
+
+def _not_with_free(
+    problem: str | type[Formulation],
+    trajectory: str | None,
+    perspective: str,
+    slot_s: float | None,
+    engine: str,
+) -> Iterator[Fault]:
+    """What does not go with a free hover point."""
+    allowed: tuple[tuple[str, object, tuple[object, ...]], ...] = (
+        ("problem", problem, ("P1",)),
+        ("trajectory", trajectory, (None, "optimal", "direct", "traj1")),
+        ("perspective", perspective, PAPER),
+        ("slot_s", slot_s, (None,)),
+        ("engine", engine, (AUTO, "casadi")),
+    )
+    for option, value, choices in allowed:
+        if value not in choices:
+            words = ", ".join(str(each) for each in choices if each is not None) or "none"
+            yield Fault(option, repr(value), f"with hover_point='free': {words}")

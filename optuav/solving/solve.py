@@ -10,6 +10,7 @@ import numpy as np
 from formulations.formulation import Formulation
 from formulations.perspectives import PAPER
 from optuav.engines.capabilities import need
+from optuav.errors import InputError
 from optuav.mission import Mission, load
 from optuav.mission.feasibility import blocked, impossibilities
 from optuav.mission.network import Network, network
@@ -43,6 +44,7 @@ def formulate(
     graph: Graph | None = None,
     time_limit_s: float | None = None,
     solver: str | None = None,
+    hover_point: str = "w_U",
 ) -> Program:
     """Declare a problem over a mission.
 
@@ -78,6 +80,10 @@ def formulate(
         Longest that the engine may take [s], > 0; None for no limit.
     solver
         Solver behind the engine cvxpy, by CVXPY's name; HiGHS by default.
+    hover_point
+        ``"w_U"``: the UAV hovers at ``route.hover_m`` of the mission, or where that is not stated
+        at w_U of the paper; ``"free"``: wherever is best within reach of the device, for P1 in
+        continuous times and the perspectives of the paper (engine casadi, locally optimal).
 
     Raises
     ------
@@ -97,7 +103,14 @@ def formulate(
         engine,
         time_limit_s,
         solver,
+        hover_point,
     )
+    if asked.hover_point == "free":
+        from optuav.solving.free_hover import free_program
+
+        if graph is not None:
+            raise InputError("an edited graph has one hover point: give hover_point='w_U' with it")
+        return free_program(asked, asked_mission)
     worked_out = _worked_out(asked_mission, graph)
     reasons = impossibilities(worked_out)
     parts = () if reasons else _parts(asked, worked_out)
@@ -122,6 +135,7 @@ def solve(
     graph: Graph | None = None,
     time_limit_s: float | None = None,
     solver: str | None = None,
+    hover_point: str = "w_U",
 ) -> Plan:
     """Solve a problem over a mission; the arguments are those of `formulate`.
 
@@ -151,6 +165,7 @@ def solve(
         graph=graph,
         time_limit_s=time_limit_s,
         solver=solver,
+        hover_point=hover_point,
     ).solve()
 
 

@@ -1,0 +1,538 @@
+"""(P1) with the hover point free: where to hover as well as where to rest and how long.
+
+A turn of a leg costs time that has a cusp where the turn vanishes, the charging jumps where a
+building hides the laser, and no leg may cross a building. So the hover times of all itineraries are
+tried all over the region, and on the surfaces on which a turn vanishes, with the real geometry.
+From the best of these points IPOPT solves `P1Free` in the cell around them: the same turns vanish,
+and what is in sight stays in sight. The points found are judged as any other hover point is.
+"""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass, field
+from typing import Any, NamedTuple, NoReturn
+
+import numpy as np
+
+from formulations.algorithm2 import best
+from formulations.p1_free import AXES, HOVER_POINT, Cell, Side
+from optuav.engines.solution import Booleans, Floats, ShadowPrice, Status
+from optuav.errors import InputError, SolverError
+from optuav.mission import Mission, sight, vehicle
+from optuav.mission.clearance import clear_sides
+from optuav.mission.network import Network
+from optuav.mission.places import FIRST_BUILDING
+from optuav.mission.sight import CLEAR, Numbers, Points, crossed, prisms
+from optuav.modelling import Parameter
+from optuav.physics.quantity import TINY, Vector
+from optuav.plan import Plan
+from optuav.solving.hover_region import Region, region
+from optuav.solving.open_routes import OpenRoutes, open_routes
+from optuav.solving.planning import Part
+from optuav.solving.program import Program
+from optuav.solving.question import Question
+
+SAMPLES = (60, 12, 4)
+"""Angles, radii and heights of the points that are tried."""
+PROMISING_S = 2.0
+"""Itineraries and starts that are worse than the best by more than this lead nowhere [s]."""
+MOST_ROUTES, MOST_STARTS, STARTS_A_CELL, MOST_MOVED, MOST_JUDGED = 6, 32, 2, 60, 6
+"""Itineraries looked at closely, starts of IPOPT, and in a cell, points moved to where a turn
+vanishes, and points found that are judged."""
+APART = 0.1
+"""Distance of the starts in a cell from each other, as a share of the coverage radius."""
+CELL, MOST_CELLS = 0.2, 8
+"""How far a cell reaches from its start, as a share of the coverage radius; cells in a row."""
+BOX = 7
+"""Points along an edge of a cell."""
+MOST_SIDES = 6
+"""Planes that cut a cell."""
+EVERYWHERE = Side((0.0, 0.0, 0.0), -1.0)
+LASER = -1
+"""In place of the number of a place."""
+STEPS, STEP_M = 8, 1e-3
+"""Newton's method to where turns vanish: steps, and the width of differences [m]."""
+AT_BOUND_M, WITHIN_M = 1e-6, 1e-7
+"""How near a bound of the region counts as at it, and how far beyond as rounding [m]."""
+BESIDE_M = 0.1
+"""How far from the start IPOPT begins [m], as derivatives do not exist where a turn vanishes."""
+LOOSE_RAD = 1e-5
+"""Turns that are smaller at the start vanish with others: their signs are not kept [rad]."""
+ACCURACY, ITERATIONS = 1e-9, 200
+"""What IPOPT asks of optimality, and its most iterations."""
+ZERO_RAD = 1e-7
+"""A turn that has vanished but for rounding [rad]."""
+SAME_S = 1e-5
+"""A gain that is none [s]."""
+CLOSE_S = 1e-3
+"""Points that are worse than the best by more than this are not judged [s]."""
+PROOF = "local: hover points all over the region, and IPOPT from the best of them"
+
+
+class Found(NamedTuple):
+    """A hover point of an itinerary, and what it gives.
+
+    Parameters
+    ----------
+    routes, entry
+        The itinerary.
+    straight
+        Turns that vanish there, by number.
+    point_m
+        Where the UAV hovers (3,) [m].
+    hover_s
+        Δ [s].
+    """
+
+    routes: OpenRoutes
+    entry: int
+    straight: tuple[int, ...]
+    point_m: Points
+    hover_s: float
+
+
+@dataclass
+class Search:
+    """The search for the best hover point.
+
+    Parameters
+    ----------
+    asked, worked_out
+        The question, and the mission.
+    where
+        Where the UAV may hover.
+    """
+
+    asked: Question
+    worked_out: Network
+    where: Region
+    compiled: dict[tuple[int, tuple[int, ...]], Any] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        self.mission = self.worked_out.mission
+        self.obstacles = prisms(self.mission)
+        self.latest = time.monotonic() + (self.asked.time_limit_s or math.inf)
+
+    def best(self, groups: tuple[OpenRoutes, ...]) -> list[Found]:
+        """The best points found, the best first, those that are next to as good among them."""
+        climbed: list[Found] = []
+        for start in self._starts(groups):
+            if not climbed or start.hover_s > max(each.hover_s for each in climbed) - PROMISING_S:
+                climbed.append(self._climbed(start))
+        ends = _ordered(climbed)
+        straightened = [better for end in ends[:MOST_JUDGED] for better in self._straightened(end)]
+        found = _ordered([*ends, *straightened])
+        return [each for each in found if each.hover_s >= found[0].hover_s - CLOSE_S][:MOST_JUDGED]
+
+    # What is in the way.
+
+    def _hidden(self, place: int, points_m: Points) -> Numbers:
+        """A building between a place, or the laser, and each point (k, 3) [m]; −1 for none."""
+        if place == LASER and self.mission.laser is None:
+            return np.full(len(points_m), CLEAR)
+        from_m = np.broadcast_to(self._position_m(place), points_m.shape)
+        exempt = np.full((len(points_m), 1), place - FIRST_BUILDING)
+        return crossed(self.obstacles, from_m, points_m, exempt)
+
+    def _position_m(self, place: int) -> Points:
+        if place == LASER:
+            assert self.mission.laser is not None
+            return np.array(self.mission.laser.position_m)
+        where: Points = self.worked_out.places.position_m[place]
+        return where
+
+    def _lit(self, points_m: Points) -> Booleans:
+        if self.mission.laser is None:
+            return np.zeros(len(points_m), bool)
+        clear: Booleans = self._hidden(LASER, points_m) == CLEAR
+        return clear
+
+    def _hover_s(self, routes: OpenRoutes, entry: Numbers, points_m: Points) -> Floats:
+        """Δ [s] of itineraries (r,) at points (k, 3) [m], shape (r, k); −∞ where none is."""
+        self._in_time()
+        which, point = (each.ravel() for each in np.indices((len(entry), len(points_m))))
+        lit = self._lit(points_m)
+        times = routes.times_s(self.asked.perspective, entry[which], points_m[point], lit[point])
+        found = np.nan_to_num(times["hover_time_s"], nan=-np.inf).reshape(len(entry), -1)
+        around = routes.around[entry]
+        for place in [] if self.mission.flight.through_buildings else np.unique(around).tolist():
+            blocked = self._hidden(place, points_m) != CLEAR
+            found[(around == place).any(axis=1)[:, None] & blocked] = -np.inf
+        return found
+
+    def _in_time(self) -> None:
+        if time.monotonic() > self.latest:
+            raise SolverError("casadi did not finish within the time limit")
+
+    # Where to start.
+
+    def _starts(self, groups: tuple[OpenRoutes, ...]) -> list[Found]:
+        """The best points of every cell that are apart, the best cells first."""
+        points_m = np.concatenate([self._known_m(), self.where.spread(*SAMPLES)])
+        sampled = [
+            (routes, self._hover_s(routes, np.arange(len(routes.index)), points_m))
+            for routes in groups
+        ]
+        top_s = max(float(hover_s.max()) for _, hover_s in sampled) - PROMISING_S
+        promising = sorted(
+            (-float(hover_s[entry].max()), number, entry)
+            for number, (_, hover_s) in enumerate(sampled)
+            for entry in range(len(hover_s))
+            if hover_s[entry].max() > top_s
+        )
+        starts: list[Found] = []
+        for _, number, entry in promising[:MOST_ROUTES]:
+            routes, hover_s = sampled[number]
+            starts += self._apart(routes, entry, (), points_m, hover_s[entry])
+            best_m = points_m[np.argsort(-hover_s[entry])[:MOST_MOVED]]
+            for turn, on_m in self._surfaces(routes, entry, best_m):
+                on_s = self._hover_s(routes, np.array([entry]), on_m)[0]
+                starts += self._apart(routes, entry, (turn,), on_m, on_s)
+        return [each for each in _ordered(starts) if each.hover_s > top_s][:MOST_STARTS]
+
+    def _known_m(self) -> Points:
+        """w_U and the places of the mission, as far as they are in the region."""
+        w_U_m = vehicle.hover_point_m(self.mission.replace({"route.hover_m": None}))
+        points_m = np.vstack([w_U_m, self.worked_out.places.position_m])
+        points_m = points_m[np.isfinite(points_m).all(axis=1)]
+        inside_m = self.where.inside(points_m)
+        return inside_m[np.abs(inside_m - points_m).max(axis=1) < WITHIN_M]
+
+    def _apart(
+        self,
+        routes: OpenRoutes,
+        entry: int,
+        straight: tuple[int, ...],
+        points_m: Points,
+        hover_s: Floats,
+    ) -> Iterator[Found]:
+        """The best of some points in sight of the laser and of those out of sight, a few each."""
+        lit = self._lit(points_m)
+        for sight_is in (True, False):
+            chosen: list[Points] = []
+            for k in np.argsort(-hover_s, kind="stable"):
+                if lit[k] != sight_is or not np.isfinite(hover_s[k]):
+                    continue
+                away_m = [float(np.linalg.norm(points_m[k] - each)) for each in chosen]
+                if min(away_m, default=math.inf) > APART * self.where.radius_m:
+                    chosen.append(points_m[k])
+                    yield Found(routes, entry, straight, points_m[k], float(hover_s[k]))
+                if len(chosen) == STARTS_A_CELL:
+                    break
+
+    # Turns that vanish.
+
+    def _surfaces(
+        self, routes: OpenRoutes, entry: int, points_m: Points, straight: tuple[int, ...] = ()
+    ) -> Iterator[tuple[int, Points]]:
+        """Turns that vanish somewhere, and points moved there; one of those that vanish at once."""
+        free = routes.taken(entry)
+        seen: list[int] = list(straight)
+        turns = len(free.turns_at(tuple(points_m[0])))
+        for turn in range(turns):
+            if turn in seen:
+                continue
+            on_m = self._onto(routes, entry, points_m, (*straight, turn))
+            if not len(on_m):
+                continue
+            angles = np.abs(free.turns_at(tuple(on_m.T)))
+            seen += np.flatnonzero((angles < ZERO_RAD).all(axis=1)).tolist()
+            yield turn, on_m
+
+    def _onto(
+        self, routes: OpenRoutes, entry: int, points_m: Points, straight: tuple[int, ...]
+    ) -> Points:
+        """Points (k, 3) [m] moved to where turns vanish, inside the region; those that arrive.
+
+        Newton's method; a bound of the region at which or beyond which a point is counts as well.
+        """
+        free = routes.taken(entry)
+
+        def excess(points: Points) -> Points:
+            turns = free.turns_at(tuple(np.moveaxis(points, -1, 0)))
+            kept = [np.asarray(turns[number])[..., None] for number in straight]
+            return np.concatenate([*kept, self.where.beyond_m(points)], axis=-1)
+
+        shifts = STEP_M * np.concatenate([np.eye(3), -np.eye(3)])[:, None]
+        for _ in range(STEPS):
+            now, sides = excess(points_m), excess(points_m + shifts)
+            slopes = np.moveaxis(sides[:3] - sides[3:], 0, -1) / (2.0 * STEP_M)
+            idle = now[:, len(straight) :] < -AT_BOUND_M
+            now[:, len(straight) :][idle] = 0.0
+            slopes[:, len(straight) :][idle] = 0.0
+            step_m = (np.linalg.pinv(slopes) @ now[..., None])[..., 0]
+            length_m = np.linalg.norm(step_m, axis=1, keepdims=True)
+            points_m = points_m - step_m * np.minimum(1.0, self.where.radius_m / (length_m + TINY))
+        left = excess(points_m)
+        turned = np.abs(left[:, : len(straight)]).max(axis=1, initial=0.0)
+        beyond_m = left[:, len(straight) :].max(axis=1)
+        moved: Points = points_m[(turned < ZERO_RAD) & (beyond_m < WITHIN_M)]
+        return moved
+
+    def _straightened(self, end: Found) -> Iterator[Found]:
+        """What one more vanishing turn makes better, as long as there is one."""
+        entry = np.array([end.entry])
+        better = [
+            Found(end.routes, end.entry, (*end.straight, turn), on_m[0], hover_s)
+            for turn, on_m in self._surfaces(end.routes, end.entry, end.point_m[None], end.straight)
+            if (hover_s := float(self._hover_s(end.routes, entry, on_m)[0, 0])) > end.hover_s
+        ]
+        for start in better:
+            found = self._climbed(start)
+            yield found
+            yield from self._straightened(found)
+
+    # IPOPT in a cell.
+
+    def _climbed(self, start: Found) -> Found:
+        """Where IPOPT leads from a start, cell by cell, as long as it gets better."""
+        for _ in range(MOST_CELLS):
+            lit = bool(self._lit(start.point_m[None])[0])
+            end = self._best_around(start, start, lit, (), self._box(start))
+            if end.hover_s <= start.hover_s + SAME_S:
+                break
+            start = end
+        return start
+
+    def _best_around(
+        self, start: Found, best: Found, lit: bool, sides: tuple[Side, ...], box_m: Points
+    ) -> Found:
+        """The best of a point known and of those around a start, cut to half-spaces.
+
+        IPOPT leaves aside what stands in the way. Where its best point is hidden by a building, the
+        cell is cut past that building in every way that leaves points of the box around the start
+        inside; the laser may also go unseen.
+        """
+        point_m = self._solved(start, lit, sides)
+        if point_m is None:
+            return best
+        routes, entry = start.routes, np.array([start.entry])
+        times = routes.times_s(self.asked.perspective, entry, point_m[None], np.array([lit]))
+        if not times["hover_time_s"][0] > best.hover_s:
+            return best
+        hidden = next(self._hidden_from(start, lit, point_m), None)
+        if hidden is None:
+            hover_s = float(self._hover_s(routes, entry, point_m[None])[0, 0])
+            return max(
+                best,
+                start._replace(point_m=point_m, hover_s=hover_s),
+                key=lambda each: each.hover_s,
+            )
+        place, building = hidden
+        for side, depths_m in self._past(place, building, box_m):
+            left_m = box_m[depths_m > -2.0 * CELL * self.where.radius_m / BOX]
+            if len(left_m) and len(sides) < MOST_SIDES and side not in sides:
+                best = self._best_around(start, best, lit, (*sides, side), left_m)
+        return self._best_around(start, best, False, sides, box_m) if place == LASER else best
+
+    def _box(self, start: Found) -> Points:
+        """Points (k, 3) [m] all over the cell of a start."""
+        reach_m = CELL * self.where.radius_m * np.linspace(-1.0, 1.0, BOX)
+        steps_m = np.stack(np.meshgrid(reach_m, reach_m, reach_m), axis=-1).reshape(-1, 3)
+        points_m = np.unique(self.where.inside(start.point_m + steps_m), axis=0)
+        if start.straight:
+            points_m = self._onto(start.routes, start.entry, points_m, start.straight)
+        return np.vstack([start.point_m, points_m])
+
+    def _hidden_from(self, start: Found, lit: bool, point_m: Points) -> Iterator[tuple[int, int]]:
+        """Places that do not see a point for a building, of those that have to."""
+        legs = [] if self.mission.flight.through_buildings else start.routes.around[start.entry]
+        for place in [*legs, *[LASER] * lit]:
+            building = int(self._hidden(int(place), point_m[None])[0])
+            if building != CLEAR:
+                yield int(place), building
+
+    def _past(self, place: int, building: int, points_m: Points) -> Iterator[tuple[Side, Points]]:
+        """Half-spaces in which a building does not hide a place, and how deep points are inside."""
+        stated = self.mission.buildings[building]
+        outline_m = np.array(sight.outline_m(stated))
+        for side in clear_sides(outline_m, stated.position_m[2], self._position_m(place)):
+            x, y, z = side.normal.tolist()
+            yield Side((x, y, z), side.least_m), side.depth_m(points_m)
+
+    def _solved(self, start: Found, lit: bool, sides: Sequence[Side]) -> Points | None:
+        """Where IPOPT ends in a cell (3,) [m], what stands in the way left aside."""
+        self._in_time()
+        model, engine = self._engine(start.routes, start.straight)
+        values = {**model.row(start.entry), "laser_sight": float(lit)}
+        turns = start.routes.taken(start.entry).turns_at(tuple(start.point_m))
+        for number, turn in enumerate(turns):
+            values[_sign_name(number)] = float(np.sign(turn)) if abs(turn) > LOOSE_RAD else 0.0
+        for axis, coordinate_m in zip(AXES, start.point_m.tolist(), strict=True):
+            values[f"least_{axis}_m"] = coordinate_m - CELL * self.where.radius_m
+            values[f"most_{axis}_m"] = coordinate_m + CELL * self.where.radius_m
+        for number in range(MOST_SIDES):
+            (x, y, z), least_m = (*sides, *[EVERYWHERE] * MOST_SIDES)[number]
+            values |= dict(zip(_side_names(number), (x, y, z, least_m), strict=True))
+        times = start.routes.times_s(
+            self.asked.perspective, np.array([start.entry]), start.point_m[None], np.array([lit])
+        )
+        begin = {name: float(each[0]) for name, each in times.items()}
+        begin |= dict(zip(HOVER_POINT, (start.point_m + BESIDE_M).tolist(), strict=True))
+        try:
+            solution = engine.solve(values, [begin])
+        except SolverError:
+            self._in_time()
+            return None
+        if not solution.status.has_answer:
+            return None
+        point_m = np.array([[solution.point(0)[name] for name in HOVER_POINT]])
+        found = self._onto(start.routes, start.entry, point_m, start.straight)
+        return found[0] if len(found) else None
+
+    def _engine(self, routes: OpenRoutes, straight: tuple[int, ...]) -> Any:
+        """A model of a cell and IPOPT for it; the itinerary and the sides are parameters."""
+        from optuav.engines import smooth
+
+        key = (id(routes), straight)
+        if key not in self.compiled:
+            given = [
+                [Parameter(name, name, "1", 0.0) for name in _side_names(number)]
+                for number in range(MOST_SIDES)
+            ]
+            sides = [Side((x, y, z), least_m) for x, y, z, least_m in given]
+            turns = len(routes.taken(0).turns_at((0.0, 0.0, 0.0)))
+            signs = [Parameter(_sign_name(number), "σ", "1", 0.0) for number in range(turns)]
+            x, y, z, u, v, w = (
+                Parameter(f"{which}_{axis}_m", f"{which}_{axis}", "m", 0.0)
+                for which in ("least", "most")
+                for axis in AXES
+            )
+            cell = Cell(straight, signs, sides, (x, y, z), (u, v, w))
+            model = routes.model(self.asked.perspective, cell)
+            model.preferences = []
+            limit_s = self.asked.time_limit_s
+            self.compiled[key] = model, smooth.Compiled(model, limit_s, ACCURACY, ITERATIONS)
+        return self.compiled[key]
+
+
+def _ordered(found: Iterable[Found]) -> list[Found]:
+    return sorted(found, key=lambda each: -each.hover_s)
+
+
+def _sign_name(number: int) -> str:
+    return f"sign_{number}"
+
+
+def _side_names(number: int) -> tuple[str, str, str, str]:
+    return (f"n_x_{number}", f"n_y_{number}", f"n_z_{number}", f"least_{number}_m")
+
+
+@dataclass(frozen=True)
+class FreeProgram(Program):
+    """A program whose hover point is unknown: print it, check points, or solve it.
+
+    Parameters
+    ----------
+    own
+        The program with the hover point of the mission itself.
+    routes
+        The itineraries with their hover point open, one entry a part.
+    """
+
+    own: Program
+    routes: tuple[OpenRoutes, ...]
+
+    def solve(self) -> Plan:
+        """The best plan found; locally optimal, and never worse than hovering at w_U.
+
+        Raises
+        ------
+        SolverError
+            If the time limit passes.
+        """
+        own = self.own.solve()
+        if not self.parts:
+            return own
+        search = Search(self.question, self.worked_out, region(own.mission))
+        points_m = [
+            (each.routes.index[each.entry], each.point_m) for each in search.best(self.routes)
+        ]
+        points_m.sort(key=lambda each: int(each[0]))
+        plans = [own, *(self._plan_at(tuple(point_m.tolist())) for _, point_m in points_m)]
+        if own.mission.route.hover_m is not None:
+            plans.append(self._plan_at(None))
+        plans = [plan for plan in plans if plan]
+        if not plans:
+            return own.model_copy(
+                update={"reasons": ("no hover point was found that has a plan", *own.reasons)}
+            )
+        chosen = best(
+            [plan.hover_time_s for plan in plans],
+            [plan.mission_time_s for plan in plans],
+            [len(plan.route) - 3 for plan in plans],
+        )
+        assert chosen is not None
+        plan = plans[chosen]
+        told = {"engine": "casadi", "proof": PROOF, "status": Status.LOCALLY_OPTIMAL}
+        return plan.model_copy(update={**told, "notes": (_gain(plan, own), *plan.notes)})
+
+    def _plan_at(self, hover_m: Vector | None) -> Plan:
+        """The best plan with a given hover point; None for w_U."""
+        from optuav.solving.solve import formulate
+
+        asked = self.question
+        return formulate(
+            self.worked_out.mission.replace({"route.hover_m": hover_m}),
+            trajectory=asked.trajectory,
+            order=asked.order,
+            perspective=asked.perspective,
+        ).solve()
+
+    def shadow_prices(self) -> dict[str, ShadowPrice]:
+        """Refused: a free hover point has no prices of its own.
+
+        Raises
+        ------
+        InputError
+            Always; the plan's mission, which states the point found, has shadow prices.
+        """
+        self._refuse("shadow prices")
+
+    def compile(self, engine: str | None = None) -> NoReturn:
+        """Refused: what is in sight of the hover point is no part of the models.
+
+        Raises
+        ------
+        InputError
+            Always.
+        """
+        self._refuse("compile")
+
+    def _refuse(self, what: str) -> NoReturn:
+        raise InputError(
+            f"{what}: not with hover_point = 'free'; ask it of the mission of the plan that was "
+            "found, whose route.hover_m is the point"
+        )
+
+
+def _gain(plan: Plan, own: Plan) -> str:
+    """By how much a plan is better than that of the mission's own hover point, in words."""
+    hover_m = plan.mission.route.hover_m
+    name = "w_U" if own.mission.route.hover_m is None else "route.hover_m"
+    if plan is own:
+        return f"hover point free: none was found that is better than {name}"
+    point = "w_U" if hover_m is None else "({:.3f}, {:.3f}, {:.3f}) m".format(*hover_m)
+    if not own:
+        return f"hover point free: {point}; at {name} there is no plan"
+    more_s = plan.hover_time_s - own.hover_time_s
+    return f"hover point free: {point} gives {more_s:.4f} s more than {name}"
+
+
+def free_program(asked: Question, mission: Mission) -> FreeProgram:
+    """Declare (P1) with the hover point free: a part for the direct route, one with a rest."""
+    from optuav.solving.solve import formulate
+
+    own = formulate(
+        mission, trajectory=asked.trajectory, order=asked.order, perspective=asked.perspective
+    )
+    where = region(mission)
+    if where.low_m > where.high_m or np.isnan(vehicle.hover_load(mission).current_A):
+        return FreeProgram(asked, own.worked_out, (), own.reasons, own, ())
+    routes = open_routes(asked, own.worked_out)
+    parts = tuple(Part(each.model(asked.perspective), each.index) for each in routes)
+    reasons = own.reasons if not parts else ()
+    return FreeProgram(asked, own.worked_out, parts, reasons, own, routes)
