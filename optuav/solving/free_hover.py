@@ -199,7 +199,8 @@ class Search:
         points_m = np.vstack([w_U_m, self.worked_out.places.position_m])
         points_m = points_m[np.isfinite(points_m).all(axis=1)]
         inside_m = self.where.inside(points_m)
-        return inside_m[np.abs(inside_m - points_m).max(axis=1) < WITHIN_M]
+        kept: Points = inside_m[np.abs(inside_m - points_m).max(axis=1) < WITHIN_M]
+        return kept
 
     def _apart(
         self,

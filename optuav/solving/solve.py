@@ -10,12 +10,13 @@ import numpy as np
 from formulations.formulation import Formulation
 from formulations.perspectives import PAPER
 from optuav.engines.capabilities import need
-from optuav.errors import InputError
+from optuav.errors import Fault, InputError
 from optuav.mission import Mission, load
 from optuav.mission.feasibility import blocked, impossibilities
 from optuav.mission.network import Network, network
 from optuav.mission.routes import nearest_building, trajectory_routes
 from optuav.mission.sight import Numbers
+from optuav.mission.words import shown
 from optuav.modelling import Model
 from optuav.modelling.traits import traits
 from optuav.plan import Plan
@@ -109,7 +110,8 @@ def formulate(
         from optuav.solving.free_hover import free_program
 
         if graph is not None:
-            raise InputError("an edited graph has one hover point: give hover_point='w_U' with it")
+            words = "with hover_point='free': none, its legs lead to one hover point"
+            raise InputError([Fault("graph", shown(graph), words)])
         return free_program(asked, asked_mission)
     worked_out = _worked_out(asked_mission, graph)
     reasons = impossibilities(worked_out)

@@ -33,6 +33,7 @@ def test_a_plan() -> None:
         (["--problem", "P3", "--slot-s", "10", "--engine", "cvxpy"], 680.0),
         (["--problem", "P4", "--building", "b1", "--order", "hover-first"], 698.0762),
         (["--trajectory", "traj1"], 715.0477),
+        (["--trajectory", "direct", "--hover-point", "free"], 688.8480),
         (["--problem", "P2-tight", "--set", "limits.deadline_s=800"], 678.69),
     ],
 )
@@ -95,6 +96,7 @@ def test_infeasible_is_an_honest_no(settings: list[str], said: str) -> None:
         (("paper", "--slot-s", "0"), "slot_s = 0.0"),
         (("paper", "--slot-s", "nan"), "slot_s = nan"),
         (("paper", "--slot-s", "1e-9"), "slot_s = 1e-09"),
+        (("paper", "--hover-point", "fre"), "hover_point = 'fre': one of w_U, free"),
         (("paper", "--time-limit-s", "-1"), "time_limit_s = -1.0"),
         (("paper", "--set", "limits.deadline_s"), "--set = 'limits.deadline_s': KEY=VALUE"),
         (

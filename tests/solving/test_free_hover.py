@@ -1,23 +1,140 @@
-"""The hover point as an unknown: never worse than w_U, and where the mission allows it."""
+"""The hover point as an unknown: never worse than w_U, and as good as the best of many points."""
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
+import pytest
+from hypothesis import given, settings
 
 import optuav
+from optuav import InputError, Mission
 from optuav.mission import vehicle
+from tests.mission.strategies import missions
+from tests.solving.dense import best_s
+
+PAPER = optuav.load("paper")
+SCREEN = {"name": "s", "position_m": [1000, 2400, 120], "footprint_m": [120, 120]}
+VARIANTS: dict[str, dict[str, Any]] = {
+    "paper": {},
+    "short": {"limits.deadline_s": 800.0},
+    "windy": {"limits.deadline_s": 800.0, "wind.force_N": [0.0, -3.0, 0.0]},
+    "screened": {"limits.deadline_s": 800.0, "buildings": [SCREEN]},
+}
 
 
-def test_a_free_hover_point_is_never_worse_and_is_covered() -> None:
-    """On `paper` the gain is thousandths of a second; the point keeps ball and altitude band."""
-    mission = optuav.load("paper")
-    plan = optuav.solve(mission, hover_point="free")
-    assert plan.status == "locally_optimal"
-    assert plan.hover_time_s >= optuav.solve(mission).hover_time_s - 1e-9
-    point_m = plan.mission.route.hover_m
-    assert point_m is not None
-    distance_m = np.linalg.norm(np.subtract(point_m, mission.link.device_m))
-    assert distance_m <= vehicle.coverage_radius_m(mission) * (1 + 1e-9)
-    assert mission.limits.min_altitude_m <= point_m[2] <= mission.limits.max_altitude_m
-    again = optuav.solve(plan.mission)
-    assert abs(again.hover_time_s - plan.hover_time_s) < 1e-6
+def never_worse(mission: Mission, **options: Any) -> optuav.Plan:
+    """The plan with the hover point free, held against w_U and against the rules of hovering."""
+    at_w_U = optuav.solve(mission.replace({"route.hover_m": None}), **options)
+    plan = optuav.solve(mission, hover_point="free", **options)
+    if at_w_U:
+        assert plan.hover_time_s >= at_w_U.hover_time_s - 1e-9
+    if plan:
+        assert plan.status == "locally_optimal"
+        assert plan.proof.startswith("local")
+        x, y, z = optuav.graph(plan.mission).nodes["hover"]["position_m"]
+        distance_m = np.linalg.norm(np.subtract((x, y, z), mission.link.device_m))
+        assert distance_m <= vehicle.coverage_radius_m(mission) * (1 + 1e-9)
+        assert mission.limits.min_altitude_m <= z <= mission.limits.max_altitude_m
+        again = optuav.solve(plan.mission, **options)
+        assert again.hover_time_s == pytest.approx(plan.hover_time_s, abs=1e-9)
+        assert again.route == plan.route
+    return plan
+
+
+@pytest.mark.parametrize("name", VARIANTS)
+def test_as_good_as_a_dense_sampling(name: str) -> None:
+    """Within 0.01 s of points all over the ball, searched closely, by formulas of their own."""
+    mission = PAPER.replace(VARIANTS[name])
+    plan = never_worse(mission)
+    assert plan.hover_time_s > best_s(mission, fineness=41, close=1) - 0.01
+
+
+def test_where_w_U_is_best_the_plan_hovers_there() -> None:
+    """At 800 s nothing is gained: the plan is the one of w_U, and says so."""
+    mission = PAPER.replace({"limits.deadline_s": 800.0})
+    plan = optuav.solve(mission, hover_point="free", trajectory="direct")
+    at_w_U = optuav.solve(mission, trajectory="direct")
+    assert plan.mission.route.hover_m is None
+    assert plan.phases == at_w_U.phases
+    assert plan.notes[0] == "hover point free: none was found that is better than w_U"
+
+
+def test_a_stated_hover_point_is_set_free() -> None:
+    mission = PAPER.replace({"route.hover_m": [1000, 2700, 80], "limits.deadline_s": 800.0})
+    plan = never_worse(mission, trajectory="direct")
+    assert "more than route.hover_m" in plan.notes[0]
+
+
+@pytest.mark.parametrize(
+    ("changes", "perspective"),
+    [({"laser": None}, "battery"), ({"flight.through_buildings": True}, "energy")],
+)
+def test_variants(changes: dict[str, Any], perspective: str) -> None:
+    """Without a laser, and by the other perspectives."""
+    never_worse(PAPER.replace(changes), trajectory="direct", perspective=perspective)
+
+
+def test_loads_by_regime() -> None:
+    never_worse(optuav.load("paper-table2"), trajectory="traj1", perspective="adjusted")
+
+
+@settings(max_examples=4)
+@given(missions(most_buildings=2))
+def test_random_missions(mission: Mission) -> None:
+    """Never worse than w_U, whatever the mission."""
+    never_worse(mission)
+
+
+@pytest.mark.soak
+@settings(max_examples=100)
+@given(missions(most_buildings=4))
+def test_soak_random_missions(mission: Mission) -> None:
+    """As before, a hundred times."""
+    never_worse(mission)
+
+
+def test_out_of_reach_is_told() -> None:
+    plan = optuav.solve(
+        PAPER.replace({"limits.min_altitude_m": 600.0, "limits.max_altitude_m": 700.0}),
+        hover_point="free",
+    )
+    assert not plan
+    assert "out of reach" in plan.reasons[0]
+
+
+def test_too_short_a_deadline_is_told() -> None:
+    plan = optuav.solve(PAPER.replace({"limits.deadline_s": 60.0}), hover_point="free")
+    assert not plan
+    assert "longer than limits.deadline_s" in " ".join(plan.reasons)
+
+
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [
+        ({"problem": "P4", "building": "b1"}, "problem = 'P4': with hover_point='free': P1"),
+        ({"trajectory": "traj2"}, "trajectory = 'traj2'"),
+        ({"perspective": "wells"}, "perspective = 'wells'"),
+        ({"slot_s": 1.0}, "slot_s = 1.0"),
+        ({"engine": "grid"}, "engine = 'grid'"),
+        ({"graph": optuav.graph(PAPER)}, "graph"),
+        ({"hover_point": "anywhere"}, "one of w_U, free"),
+    ],
+)
+def test_contradictions_are_refused_by_name(options: dict[str, Any], words: str) -> None:
+    with pytest.raises(InputError, match=words):
+        optuav.formulate(PAPER, **{"hover_point": "free", **options})
+
+
+def test_the_program_is_printed_and_checked() -> None:
+    """The declaration holds for any point; what needs one hover point is refused."""
+    program = optuav.formulate(PAPER, hover_point="free")
+    assert "hover point free" in str(program)
+    point = {"hover_x_m": 1000.0, "hover_y_m": 2501.0, "hover_z_m": 50.0, "hover_time_s": 600.0}
+    outage = {row.label: row for row in program.check(point)}["P1.a outage"]
+    assert outage.left == pytest.approx(np.hypot(499.0, 50.0))
+    assert not outage.satisfied if outage.left > outage.right else outage.satisfied
+    for ask in (program.shadow_prices, program.compile):
+        with pytest.raises(InputError, match=r"route\.hover_m"):
+            ask()
