@@ -28,8 +28,11 @@ def levels(given: Quantities, hover: Any, rest: Any) -> Iterator[tuple[Any, batt
     }
     level = whole.full
     for number, step in enumerate(given.steps, start=1):
-        phase = stays[step] if isinstance(step, str) else step
-        level = _named(battery.step(whole, level, phase), number)
+        if isinstance(step, battery.Stretch):
+            level = battery.along(whole, level, step)
+        else:
+            phase = stays[step] if isinstance(step, str) else step
+            level = _named(battery.step(whole, level, phase), number)
         yield step, level
 
 

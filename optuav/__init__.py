@@ -30,6 +30,7 @@ if TYPE_CHECKING:
     from optuav.solving import Program as Program
     from optuav.solving import formulate as formulate
     from optuav.solving import solve as solve
+    from optuav.solving.hovers import longest_hovers as longest_hovers
     from optuav.solving.route_choice import route_choice as route_choice
     from optuav.studies import compare as compare
     from optuav.studies import compare_by as compare_by
@@ -58,6 +59,7 @@ HOMES = {
     "Program": "optuav.solving",
     "formulate": "optuav.solving",
     "solve": "optuav.solving",
+    "longest_hovers": "optuav.solving.hovers",
     "route_choice": "optuav.solving.route_choice",
     "explain": "optuav.diagnosis",
     "compare": "optuav.studies",

@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from optuav.engines.bracketing import largest
+from optuav.engines.bracketing import largest, shortest
 from optuav.engines.exponential_form import rows_of, stated_forms
 from optuav.engines.sensitivity import local_multipliers
 from optuav.engines.solution import Booleans, Floats, Solution, Status
@@ -80,6 +80,7 @@ def solve(model: Model, programmes: int, values: Mapping[str, Any] | None = None
         OPTIMAL,
     )
     answered = (codes == OPTIMAL) | (codes == FEASIBLE)
+    found = found._replace(y=shortest(rows, np.where(answered, found.x, np.nan), y_top))
     points = {
         name: np.where(answered, each, np.nan)
         for name, each in zip((first, *second), (found.x, found.y), strict=False)

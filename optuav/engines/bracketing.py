@@ -9,18 +9,16 @@ hold no point at all, until a point is met.
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
-from optuav.engines.exponential_form import Numbers, Rows, Section, falling
+from optuav.engines.exponential_form import Rows, Section, falling, may_fail
+from optuav.engines.sign_changes import close_in
 from optuav.engines.solution import Booleans, Floats
 
 WIDTH_S = 1e-8
 """Largest distance between a point that holds and one beyond which none does [s]."""
-MOST_STEPS = 100
-"""Of root finding; each second one halves the interval."""
 MOST_BOXES = 4000
 """That a sweep tries before it gives up."""
 SMALLEST_BOX_S = 1e-10
@@ -32,7 +30,7 @@ class Interval(NamedTuple):
     Parameters
     ----------
     x, y
-        A point at which all rows hold, y as small as x admits; NaN without one.
+        A point at which all rows hold; NaN without one.
     beyond
         No point has a larger x than this [s]; −inf where there is none at all.
     """
@@ -62,25 +60,35 @@ def largest(rows: Rows, x_top: Floats, y_top: Floats) -> Interval:
     """
     if not y_top.any():
         x = Section(rows.a, rows.b, rows.c, rows.rate_x_per_s).largest(x_top)
-        return Interval(x, np.where(np.isnan(x), x, 0.0), np.where(np.isnan(x), -np.inf, x))
+        beyond = np.where(np.isnan(x), -np.inf, np.minimum(x + WIDTH_S, x_top))
+        return Interval(x, np.where(np.isnan(x), x, 0.0), beyond)
+    rows = rows.keep(may_fail(rows, x_top, y_top))
     falls, up, down = falling(rows, x_top, y_top)
-    x, beyond = _monotone(rows, x_top, y_top, falls & up, falls & down & ~up)
-    y = np.full_like(x, np.nan)
-    here = np.flatnonzero(np.isfinite(x))
-    y[here] = Section.at_x(rows.take(here), x[here]).smallest(y_top[here])
-    open_ = np.flatnonzero(np.isnan(y) & ~np.isneginf(beyond))
-    if len(open_):
-        swept = _sweep(rows.take(open_), y_top[open_], beyond[open_])
-        x[open_], y[open_], beyond[open_] = swept
+    x, y, beyond = _monotone(rows, x_top, y_top, falls & up, falls & down & ~up)
+    lost = np.flatnonzero(~((rows.at(x, y) >= 0.0).all(axis=0) | np.isneginf(beyond)))
+    if len(lost):
+        left = rows.take(lost)
+        y[lost] = Section.at_x(left, x[lost]).smallest(y_top[lost])
+        lost = lost[np.isnan(y[lost])]
+    if len(lost):
+        x[lost], y[lost], beyond[lost] = _sweep(rows.take(lost), y_top[lost], beyond[lost])
     return Interval(np.where(np.isnan(y), np.nan, x), y, beyond)
+
+
+def shortest(rows: Rows, x: Floats, y_top: Floats) -> Floats:
+    """Smallest y at which all rows hold, for the x of each programme; NaN for a NaN."""
+    found = np.full_like(x, np.nan)
+    here = np.flatnonzero(~np.isnan(x))
+    found[here] = Section.at_x(rows.take(here), x[here]).smallest(y_top[here])
+    return found
 
 
 def _monotone(
     rows: Rows, x_top: Floats, y_top: Floats, helped: Booleans, harmed: Booleans
-) -> tuple[Floats, Floats]:
+) -> tuple[Floats, Floats, Floats]:
     """Largest x under the rows that y only helps, and those that it only harms, told by mask.
 
-    All of them fall with x, and so does the largest y. Returns a point and what no point is
+    All of them fall with x, and so does the largest y. Returns a point (x, y) and what no point is
     beyond, one a programme; NaN and −inf where no x holds.
     """
     starts, slopes = _ceilings(rows, y_top, harmed)
@@ -90,19 +98,26 @@ def _monotone(
     helping = helped.any(axis=1)
     kept, ignored = rows.keep(helping), np.where(helped[helping], 0.0, np.inf)
 
-    def margin(x: Floats, which: Numbers) -> Floats:
-        y = np.maximum((starts[:, which] - slopes[:, which] * x).min(axis=0), 0.0)
-        found: Floats = (kept.take(which).at(x, y) + ignored[:, which]).min(axis=0, initial=np.inf)
+    def ceiling(x: Floats, which: Any) -> Floats:
+        found: Floats = np.maximum((starts[:, which] - slopes[:, which] * x).min(axis=0), 0.0)
         return found
 
-    everywhere = np.arange(len(end))
+    def margin(x: Floats, which: Any) -> Floats:
+        values = kept.take(which).at(x, ceiling(x, which)) + ignored[:, which]
+        found: Floats = values.min(axis=0, initial=np.inf)
+        return found
+
+    everywhere = slice(None)
     low, high = np.zeros_like(end), np.maximum(end, 0.0)
-    at_low, at_high = margin(low, everywhere), margin(high, everywhere)
-    impossible = (starts < 0.0).any(axis=0) | (end < 0.0) | (at_low < 0.0)
-    low = np.where(at_high >= 0.0, high, low)
-    open_ = np.flatnonzero(~impossible & (at_high < 0.0))
-    low[open_], high[open_] = _root(margin, open_, high[open_], at_low[open_], at_high[open_])
-    return np.where(impossible, np.nan, low), np.where(impossible, -np.inf, high)
+    impossible = (starts < 0.0).any(axis=0) | (end < 0.0) | (margin(low, everywhere) < 0.0)
+    whole = margin(high, everywhere) >= 0.0
+    low = np.where(whole, high, low)
+    open_ = np.flatnonzero(~impossible & ~whole)
+    low[open_], high[open_] = close_in(
+        lambda x, which: margin(x, open_[which]), low[open_], high[open_], WIDTH_S
+    )
+    low = np.where(impossible, np.nan, low)
+    return low, ceiling(low, everywhere), np.where(impossible, -np.inf, high)
 
 
 def _ceilings(rows: Rows, y_top: Floats, harmed: Booleans) -> tuple[Floats, Floats]:
@@ -123,36 +138,6 @@ def _ceilings(rows: Rows, y_top: Floats, harmed: Booleans) -> tuple[Floats, Floa
     starts.append(np.where(fixed[which], section.ceilings(y_top), np.inf))
     slopes.append(np.zeros(section.a.shape))
     return np.concatenate(starts), np.concatenate(slopes)
-
-
-def _root(
-    margin: Callable[[Floats, Numbers], Floats],
-    which: Numbers,
-    high: Floats,
-    at_low: Floats,
-    at_high: Floats,
-) -> tuple[Floats, Floats]:
-    """Where a falling margin changes sign between 0 and high: neighbours at most `WIDTH_S` apart.
-
-    Secants, moved a little towards the farther end so that both ends close in; every third step
-    halves.
-    """
-    low = np.zeros_like(high)
-    for step in range(MOST_STEPS):
-        wide = np.flatnonzero(high - low > WIDTH_S)
-        if not len(wide):
-            break
-        left, right = low[wide], high[wide]
-        share = 0.5 if step % 3 == 2 else at_low[wide] / (at_low[wide] - at_high[wide])
-        middle = left + share * (right - left)
-        nudge = np.where(middle - left < right - middle, 0.4, -0.4) * WIDTH_S
-        middle = np.clip(middle + nudge, left, right)
-        value = margin(middle, which[wide])
-        holds = value >= 0.0
-        low[wide], high[wide] = np.where(holds, middle, left), np.where(holds, right, middle)
-        at_low[wide] = np.where(holds, value, at_low[wide])
-        at_high[wide] = np.where(holds, at_high[wide], value)
-    return low, high
 
 
 def _sweep(rows: Rows, y_top: Floats, beyond: Floats) -> tuple[Floats, Floats, Floats]:

@@ -9,11 +9,11 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, fields, replace
-from typing import Any, TypeAlias
+from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
+from optuav.engines.sign_changes import Numbers, close_in
 from optuav.engines.solution import Booleans, Floats
 from optuav.modelling.check import TOLERANCE, relations
 from optuav.modelling.exponential import (
@@ -26,14 +26,12 @@ from optuav.modelling.exponential import (
 )
 from optuav.modelling.model import Model
 
-Numbers: TypeAlias = npt.NDArray[np.intp]
-
 ROUNDING = 1e-12
 """Share of the sum of a row's terms by which it may fall short of 0, for rounding."""
 TINY = 1e-200
 """Stands in for a rate of 0: a quotient by it keeps its limit."""
-HALVINGS = 60
-"""Of a time, to a billionth of a billionth."""
+WIDTH_S = 1e-11
+"""To which the ends of what rows admit are found [s]."""
 
 
 @dataclass(frozen=True)
@@ -114,8 +112,8 @@ class Section:
     def smallest(self, top: Floats) -> Floats:
         """Smallest y from 0 to top at which all rows hold, one a programme; NaN if there is none.
 
-        It is 0 or a point at which some row begins to hold. All such points are found, by halving
-        on either side of the row's turning point, and tried.
+        It is 0 or a point at which some row begins to hold. All such points are found, on
+        either side of the row's turning point, and tried.
         """
         zero = np.zeros_like(top)
         turn = self._turn_below(top)
@@ -171,11 +169,12 @@ class Section:
         """The last point that holds, of single rows, from one that holds to one that fails."""
         a, d, e = self.a[row, programme], self.d[row, programme], self.e[row, programme]
         rate = self.rate_per_s[programme]
-        for _ in range(HALVINGS):
-            middle = 0.5 * (fails + holds)
-            good = a + d * middle + e * levelled(rate, middle) >= 0.0
-            fails, holds = np.where(good, fails, middle), np.where(good, middle, holds)
-        return holds
+
+        def margin(y: Floats, which: Any) -> Floats:
+            found: Floats = a[which] + d[which] * y + e[which] * levelled(rate[which], y)
+            return found
+
+        return close_in(margin, holds, fails, WIDTH_S)[0]
 
 
 def levelled(rate_per_s: Floats, time_s: Floats) -> Floats:
@@ -192,25 +191,39 @@ def _turn(slope: Floats, weight: Floats, rate_per_s: Floats) -> Floats:
     return found
 
 
+def may_fail(rows: Rows, x_top: Floats, y_top: Floats) -> Booleans:
+    """Which rows fall below 0 for some x, y up to the tops, as far as their terms tell one by one.
+
+    One a row, over all programmes.
+    """
+    V, W = levelled(rows.rate_x_per_s, x_top), levelled(rows.rate_y_per_s, y_top)
+    least = rows.a.copy()
+    for weight, most in (
+        (rows.b, x_top),
+        (rows.c, V),
+        (rows.d, y_top),
+        (rows.e, W),
+        (rows.f, V * W),
+    ):
+        least += np.minimum(weight, 0.0) * most
+    return np.asarray((least < 0.0).any(axis=1))
+
+
 def falling(rows: Rows, x_top: Floats, y_top: Floats) -> tuple[Booleans, Booleans, Booleans]:
     """Which rows never rise with x, never fall with y, never rise with y, for x, y up to the tops.
 
-    Each slope is affine in the decay of its own time and in the levelling of the other, so that
-    its extremes lie in the corners.
+    A slope is affine in the decay of its own time and in the levelling of the other, so that its
+    extremes lie in the corners.
     """
-    along_x, along_y = [], []
-    for x in (np.zeros_like(x_top), x_top):
-        for y in (np.zeros_like(y_top), y_top):
-            V, W = levelled(rows.rate_x_per_s, x), levelled(rows.rate_y_per_s, y)
-            for decay in (1.0, np.exp(-rows.rate_x_per_s * x_top)):
-                along_x.append(rows.b + decay * (rows.c + rows.f * W))
-            for decay in (1.0, np.exp(-rows.rate_y_per_s * y_top)):
-                along_y.append(rows.d + decay * (rows.e + rows.f * V))
-    return (
-        np.max(along_x, axis=0) <= 0.0,
-        np.min(along_y, axis=0) >= 0.0,
-        np.max(along_y, axis=0) <= 0.0,
-    )
+    kx, ky = rows.rate_x_per_s, rows.rate_y_per_s
+    X, Y = np.exp(-kx * x_top), np.exp(-ky * y_top)
+    by_y, by_x = rows.f * levelled(ky, y_top), rows.f * levelled(kx, x_top)
+    most = rows.c + np.maximum(by_y, 0.0)
+    falls = rows.b + np.maximum(most, most * X) <= 0.0
+    most, least = rows.e + np.maximum(by_x, 0.0), rows.e + np.minimum(by_x, 0.0)
+    rises_with_y = rows.d + np.minimum(least, least * Y) >= 0.0
+    falls_with_y = rows.d + np.maximum(most, most * Y) <= 0.0
+    return falls, rises_with_y, falls_with_y
 
 
 def rows_of(

@@ -101,13 +101,54 @@ def step(battery: Battery, wells: Wells, phase: Phase) -> Wells:
     phase
         Current [A], > 0 while charging, and duration [s], ≥ 0.
     """
+    return along(battery, wells, _stretch(battery, phase))
+
+
+class Stretch(NamedTuple):
+    """What several phases do to the wells together: an affine map of y and z = y1 − ωy.
+
+    y becomes y + charge, z becomes z · remaining + tilt.
+    """
+
+    charge_As: Quantity
+    remaining: Quantity
+    tilt_As: Quantity
+
+
+def compose(battery: Battery, phases: Iterable[Phase]) -> Stretch:
+    """Phases of constant current as one `Stretch`; figures may be arrays."""
+    whole = Stretch(0.0, 1.0, 0.0)
+    for phase in phases:
+        part = _stretch(battery, phase)
+        whole = Stretch(
+            whole.charge_As + part.charge_As,
+            whole.remaining * part.remaining,
+            whole.tilt_As * part.remaining + part.tilt_As,
+        )
+    return whole
+
+
+def _stretch(battery: Battery, phase: Phase) -> Stretch:
     current_A, duration_s = phase
     remaining, integral_s = levelling(battery, duration_s)
+    tilt_As = (1.0 - battery.available_fraction) * current_A * integral_s
+    return Stretch(current_A * duration_s, remaining, tilt_As)
+
+
+def along(battery: Battery, wells: Wells, stretch: Stretch) -> Wells:
+    """Wells [A s] after a `Stretch`, the same as after its phases one by one."""
     share = battery.available_fraction
-    total = wells.total_As + current_A * duration_s
-    tilt = (wells.available_As - share * wells.total_As) * remaining
-    tilt = tilt + (1.0 - share) * current_A * integral_s
+    total = wells.total_As + stretch.charge_As
+    tilt = (wells.available_As - share * wells.total_As) * stretch.remaining + stretch.tilt_As
     return Wells(share * total + tilt, (1.0 - share) * total - tilt)
+
+
+def falls_throughout(battery: Battery, current_A: Quantity) -> Quantity:
+    """Whether y1 falls all along a phase of this current [A], wherever the wells stand in range.
+
+    dy1/dt ≤ I + k_F B, since y2 ≤ (1−ω)B and y1 ≥ 0.
+    """
+    return current_A + battery.flow_rate_per_s * battery.capacity_As <= 0.0
 
 
 def after(battery: Battery, wells: Wells, phases: Iterable[Phase]) -> Wells:
