@@ -53,7 +53,8 @@ class Quantities:
         By how much the route misses w_0 and w_F [m].
     steps
         What happens on the way: a `battery.Phase` for every stage of a leg, or a `battery.Stretch`
-        for several, ``"hover"`` and ``"rest"`` for the stays. Read by the perspectives `wells` and `available` alone.
+        for several, ``"hover"`` and ``"rest"`` for the stays. Read by the perspectives `wells` and
+        `available` alone.
     rests
         Whether the route goes by way of a building, so that there is a rest time.
     """

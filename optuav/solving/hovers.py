@@ -127,7 +127,7 @@ def _shape(legs: Sequence[Leg], stays: str, figures: Mapping[str, Floats]) -> tu
     if stays not in STAYS:
         faults.append(Fault("stays", repr(stays), f"one of {', '.join(STAYS)}"))
     elif len(legs) != len(STAYS[stays]) + 1:
-        faults.append(Fault("legs", len(legs), f"{len(STAYS[stays]) + 1} go with {stays!r}"))
+        faults.append(Fault("legs", f"{len(legs)} legs", f"{len(STAYS[stays]) + 1} go with {stays!r}"))
     every = dict(figures)
     for number, leg in enumerate(legs, start=1):
         for stage, phase in enumerate(leg, start=1):
@@ -154,13 +154,14 @@ def _bracket(
     phases = [phase for leg in legs for phase in leg]
     flight_s = sum(phase.duration_s for phase in phases)
     charge_As = -sum(phase.current_A * phase.duration_s for phase in phases)
+    unused: dict[str, Any] = dict.fromkeys(UNUSED, np.nan)
     given = Quantities(
         packs=1.0,
         flight_time_s=flight_s,
         flight_charge_As=charge_As,
         rests="rest" in stays,
         **figures,
-        **dict.fromkeys(UNUSED, np.nan),
+        **unused,
     )
     given = _with_steps(given, legs, stays)
     hover, rest = unknown("hover"), unknown("rest") if given.rests else None
