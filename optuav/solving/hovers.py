@@ -127,7 +127,8 @@ def _shape(legs: Sequence[Leg], stays: str, figures: Mapping[str, Floats]) -> tu
     if stays not in STAYS:
         faults.append(Fault("stays", repr(stays), f"one of {', '.join(STAYS)}"))
     elif len(legs) != len(STAYS[stays]) + 1:
-        faults.append(Fault("legs", f"{len(legs)} legs", f"{len(STAYS[stays]) + 1} go with {stays!r}"))
+        needed = len(STAYS[stays]) + 1
+        faults.append(Fault("legs", f"{len(legs)} legs", f"{needed} go with {stays!r}"))
     every = dict(figures)
     for number, leg in enumerate(legs, start=1):
         for stage, phase in enumerate(leg, start=1):
