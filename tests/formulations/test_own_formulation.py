@@ -227,9 +227,8 @@ def test_compiled_and_solved_again(engine: str) -> None:
 
 
 def test_an_engine_that_does_not_take_it_names_those_that_do() -> None:
-    program = optuav.formulate(MISSION, SmallestBattery, building="b1", engine="closed-form")
     with pytest.raises(optuav.InputError, match="Engines that do: cvxpy, casadi"):
-        program.solve()
+        optuav.formulate(MISSION, SmallestBattery, building="b1", engine="closed-form")
     assert optuav.solve(BARE, SmallestBattery, engine="closed-form").route == (
         "origin",
         "hover",
