@@ -9,6 +9,11 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from optuav.calibration import Fit as Fit
+    from optuav.calibration import fit_kibam as fit_kibam
+    from optuav.calibration import fit_regimes as fit_regimes
+    from optuav.calibration import fit_rotor as fit_rotor
+    from optuav.calibration import fit_table as fit_table
     from optuav.diagnosis import explain as explain
     from optuav.errors import Fault as Fault
     from optuav.errors import InputError as InputError
@@ -61,6 +66,11 @@ HOMES = {
     "solve": "optuav.solving",
     "longest_hovers": "optuav.solving.hovers",
     "route_choice": "optuav.solving.route_choice",
+    "Fit": "optuav.calibration",
+    "fit_kibam": "optuav.calibration",
+    "fit_regimes": "optuav.calibration",
+    "fit_rotor": "optuav.calibration",
+    "fit_table": "optuav.calibration",
     "explain": "optuav.diagnosis",
     "compare": "optuav.studies",
     "compare_by": "optuav.studies",

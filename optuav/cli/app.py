@@ -16,6 +16,7 @@ from rich.console import Console
 
 from optuav.cli import (
     audit,
+    calibrate,
     compare,
     explain,
     formulate,
@@ -67,6 +68,7 @@ for command in (
     compare.compare,
     ledger.ledger,
     formulate.formulate,
+    calibrate.calibrate,
     show.show,
     validate.validate,
     new.new,

@@ -20,9 +20,12 @@ if TYPE_CHECKING:
     from optuav.plots.comparison import choice_bars as choice_bars
     from optuav.plots.comparison import slot_gaps as slot_gaps
     from optuav.plots.constraints import plane as plane
+    from optuav.plots.files import save_fit as save_fit
     from optuav.plots.files import save_map as save_map
     from optuav.plots.files import save_pictures as save_pictures
     from optuav.plots.files import save_profile as save_profile
+    from optuav.plots.fitted import FitAxes as FitAxes
+    from optuav.plots.fitted import fit as fit
     from optuav.plots.map import MapAxes as MapAxes
     from optuav.plots.map import mission_map as mission_map
     from optuav.plots.map import trajectories as trajectories
@@ -35,16 +38,19 @@ HOMES = {
     "Bar": "optuav.plots.comparison",
     "BarAxes": "optuav.plots.comparison",
     "BatteryAxes": "optuav.plots.charge",
+    "FitAxes": "optuav.plots.fitted",
     "Gap": "optuav.plots.comparison",
     "LegAxes": "optuav.plots.stages",
     "MapAxes": "optuav.plots.map",
     "ProfileAxes": "optuav.plots.profile",
     "battery": "optuav.plots.charge",
     "choice_bars": "optuav.plots.comparison",
+    "fit": "optuav.plots.fitted",
     "leg": "optuav.plots.stages",
     "mission_map": "optuav.plots.map",
     "plane": "optuav.plots.constraints",
     "profile": "optuav.plots.profile",
+    "save_fit": "optuav.plots.files",
     "save_map": "optuav.plots.files",
     "save_pictures": "optuav.plots.files",
     "save_profile": "optuav.plots.files",

@@ -7,6 +7,7 @@ from collections.abc import Iterable, Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from optuav.calibration.fit import Fit
 from optuav.mission import Mission
 from optuav.mission.files import make_directory, write_bytes
 from optuav.plan import Phase, Plan
@@ -72,6 +73,15 @@ def save_profile(replayed: Replayed, path: str | Path) -> Path:
 
     write_bytes(Path(path), _png(profile(replayed).power.get_figure(root=True)))
     return Path(path)
+
+
+def save_fit(found: Fit, directory: str | Path) -> list[Path]:
+    """Write the picture of a calibration as ``fit.png``, if it rests on observations."""
+    from optuav.plots import fit
+
+    if not found.panels:
+        return []
+    return save_figures([("fit.png", fit(found)[0].values.get_figure(root=True))], Path(directory))
 
 
 def save_figures(figures: Iterable[tuple[str, Figure | None]], folder: Path) -> list[Path]:

@@ -1,0 +1,9 @@
+"""Parameters of a mission from data: battery, loads by regime, rotor, and tables of results."""
+
+from optuav.calibration.fit import Fit, Panel, Value
+from optuav.calibration.kibam import fit_kibam
+from optuav.calibration.regimes import fit_regimes
+from optuav.calibration.rotor import fit_rotor
+from optuav.calibration.table import fit_table
+
+__all__ = ["Fit", "Panel", "Value", "fit_kibam", "fit_regimes", "fit_rotor", "fit_table"]

@@ -1,0 +1,224 @@
+"""Constants of a rotor from a bench test, or from the data of propeller and motor.
+
+A bench test at steady speeds gives thrust ϱ v², current (T_f + D_f v + κ0 v²)/κ and voltage
+R i + κ v, κ = 9.5493/κ_V. Each quantity is weighed by what the fit leaves over of it. Data sheets
+give the coefficients of the propeller of radius r, ϱ = C_T ρ A r² and κ0 = C_Q ρ A r³ with
+A = π r², and of the motor κ_V, R and the current I_0 that it draws without a load, T_f = κ I_0.
+
+References
+----------
+.. [1] F. Morbidi, R. Cano, D. Lara, "Minimum-energy path generation for a quadrotor UAV",
+   IEEE ICRA 2016.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Iterator
+from pathlib import Path
+
+import numpy as np
+
+from optuav.calibration.data import Column, Points, Table, headings_of, read, together
+from optuav.calibration.estimation import Unknown, estimate
+from optuav.calibration.fit import Fit, Panel, Value, unclear, values_of
+from optuav.errors import Fault, InputError
+from optuav.physics import rotor
+
+BENCH = (
+    Column("speed", "rotor speed"),
+    Column("thrust", "force"),
+    Column("current", "current"),
+    Column("voltage", "voltage"),
+)
+SHEET = (
+    Column("thrust_coefficient", "number"),
+    Column("torque_coefficient", "number"),
+    Column("radius", "length"),
+    Column("air_density", "density"),
+    Column("velocity_constant", "velocity constant", needed=False),
+    Column("resistance", "resistance", needed=False),
+    Column("no_load_current", "current", needed=False),
+)
+LEAST_POINTS = 6
+KEYS = (
+    "lift_coefficient_N_s2_rad2",
+    "velocity_constant_rpm_V",
+    "resistance_ohm",
+    "friction_torque_Nm",
+    "viscous_damping_Nm_s_rad",
+    "drag_coefficient_Nm_s2_rad2",
+)
+"""Of [rotor], found on a bench."""
+QUANTITIES = (("thrust", "N"), ("current", "A"), ("voltage", "V"))
+ROUNDS = 3
+"""Fits, each weighed by what the one before left over."""
+TYPICAL = (0.1, 0.01, 0.3)
+"""Where the fit starts: shares of the voltage lost in the winding, of the torque in friction and in
+damping."""
+
+
+def fit_rotor(files: Iterable[str | Path]) -> Fit:
+    """Find the constants of a rotor.
+
+    Parameters
+    ----------
+    files
+        Bench tests of one rotor at steady speeds, as CSV: ``speed_rad_s`` (or ``speed_rpm``),
+        ``thrust_N`` (or ``thrust_g``), ``current_A``, ``voltage_V`` across the motor. Or one file
+        with a single line of data of propeller and motor: ``thrust_coefficient``,
+        ``torque_coefficient``, ``radius_m``, ``air_density_kg_m3`` and, if known,
+        ``velocity_constant_rpm_V``, ``resistance_ohm``, ``no_load_current_A``.
+
+    Returns
+    -------
+    Fit
+        Keys of [rotor]. Steady speeds do not tell the inertia, data sheets not the largest speed
+        and the damping: the mission keeps its own.
+
+    Raises
+    ------
+    InputError
+        With every fault of the files.
+    """
+    paths = [Path(file) for file in files]
+    tables = together(paths, _table)
+    sheets = [table for table in tables if "radius" in table.numbers]
+    if not sheets:
+        return _from_bench(paths, tables)
+    if len(tables) > 1:
+        words = "bench tests, or one file of propeller and motor data, not both"
+        raise InputError([Fault("", "", words, sheets[0].source)])
+    return _from_sheet(paths[0], sheets[0])
+
+
+def _table(path: Path) -> Table:
+    sheet = {heading for column in SHEET[:4] for heading in column.headings}
+    if sheet & set(headings_of(path)):
+        table = read(path, SHEET)
+        faults = list(_not_positive(table, *table.numbers))
+        if len(table.lines) > 1:
+            faults.append(
+                Fault("", f"{len(table.lines)} lines", "a single propeller", table.source)
+            )
+    else:
+        table = read(path, BENCH, LEAST_POINTS)
+        faults = list(_not_positive(table, *table.numbers))
+        speeds = len(set(table.numbers["speed"].tolist()))
+        if speeds < LEAST_POINTS:
+            words = f"at least {LEAST_POINTS} different speeds; there are {speeds}"
+            faults.append(Fault("", "", words, table.source))
+    if faults:
+        raise InputError(faults)
+    return table
+
+
+def _not_positive(table: Table, *names: str) -> Iterator[Fault]:
+    for name in names:
+        for row in np.flatnonzero(table.numbers[name] <= 0.0):
+            yield table.fault(int(row), name, float(table.numbers[name][row]), "above 0")
+
+
+def _from_sheet(path: Path, table: Table) -> Fit:
+    given = {name: float(values[0]) for name, values in table.numbers.items()}
+    radius_m = given["radius"]
+    disc_kg_m = given["air_density"] * math.pi * radius_m**2
+    found = {
+        KEYS[0]: (given["thrust_coefficient"] * disc_kg_m * radius_m**2, "C_T ρ A r²"),
+        KEYS[5]: (given["torque_coefficient"] * disc_kg_m * radius_m**3, "C_Q ρ A r³"),
+    }
+    warnings = []
+    if "velocity_constant" in given:
+        found[KEYS[1]] = (given["velocity_constant"], "as stated")
+    if "resistance" in given:
+        found[KEYS[2]] = (given["resistance"], "as stated")
+    if {"velocity_constant", "no_load_current"} <= given.keys():
+        torque_constant_Nm_A = rotor.RPM_PER_RAD_S / given["velocity_constant"]
+        found[KEYS[3]] = (torque_constant_Nm_A * given["no_load_current"], "9.5493/κ_V I_0")
+    elif "no_load_current" in given:
+        warnings.append("the friction torque needs velocity_constant_rpm_V as well")
+    return Fit(
+        kind="rotor",
+        sources=(str(path),),
+        data="data of a propeller and its motor",
+        values=tuple(Value(f"rotor.{key}", *each) for key, each in found.items()),
+        panels=(),
+        warnings=tuple(warnings),
+    )
+
+
+def _from_bench(paths: list[Path], tables: list[Table]) -> Fit:
+    measured = {
+        name: np.concatenate([table.numbers[name] for table in tables])
+        for name in ("speed", "thrust", "current", "voltage")
+    }
+    speed = measured["speed"]
+    weights = {name: 1.0 / float(np.max(measured[name])) for name, _ in QUANTITIES}
+
+    def residuals(values: Points) -> Points:
+        model = _model(values, speed)
+        return np.concatenate(
+            [weights[name] * (model[name] - measured[name]) for name, _ in QUANTITIES]
+        )
+
+    keys = tuple(f"rotor.{key}" for key in KEYS)
+    unknowns = [Unknown(key) for key in keys]
+    starts = [_start(measured)]
+    for last in range(ROUNDS):
+        found = estimate(unknowns, residuals, starts, bootstrap=False)
+        starts = [tuple(found.values.tolist())]
+        if last < ROUNDS - 1:
+            parts = np.split(found.residuals, len(QUANTITIES))
+            for (name, _), part in zip(QUANTITIES, parts, strict=True):
+                left = float(np.sqrt(np.mean((part / weights[name]) ** 2)))
+                weights[name] = 1.0 / max(left, 1e-9 * float(np.max(measured[name])))
+    fitted = _model(found.values, speed)
+    order = np.argsort(speed)
+    fastest = Value("rotor.max_speed_rad_s", float(np.max(speed)), "fastest point of the bench")
+    return Fit(
+        kind="rotor",
+        sources=tuple(map(str, paths)),
+        data=f"{len(speed)} points of a bench test at steady speed",
+        values=(*values_of(found, keys, f"fitted to {len(speed)} points"), fastest),
+        panels=tuple(
+            Panel(
+                name,
+                unit,
+                tuple(measured[name][order].tolist()),
+                tuple(fitted[name][order].tolist()),
+                at=tuple(speed[order].tolist()),
+                at_words="speed of the rotor $v$ [rad/s]",
+            )
+            for name, unit in QUANTITIES
+        ),
+        warnings=unclear(found),
+    )
+
+
+def _model(values: Points, speed_rad_s: Points) -> dict[str, Points]:
+    """Thrust [N], current [A] and voltage [V] at steady speeds."""
+    motor = rotor.Motor(
+        **dict(zip(KEYS, values, strict=True)), inertia_kg_m2=0.0, max_speed_rad_s=math.inf
+    )
+    return {
+        "thrust": motor.lift_coefficient_N_s2_rad2 * speed_rad_s**2,
+        "current": rotor.current(motor, speed_rad_s),
+        "voltage": rotor.voltage(motor, speed_rad_s),
+    }
+
+
+def _start(measured: dict[str, Points]) -> tuple[float, ...]:
+    """Values of a usual motor that fit the fastest point."""
+    fastest = int(np.argmax(measured["speed"]))
+    v, thrust, i, e = (float(measured[name][fastest]) for name in measured)
+    lost, friction, damping = TYPICAL
+    torque_constant = (1.0 - lost) * e / v
+    torque = torque_constant * i
+    return (
+        thrust / v**2,
+        rotor.RPM_PER_RAD_S / torque_constant,
+        lost * e / i,
+        friction * torque,
+        damping * torque / v,
+        (1.0 - friction - damping) * torque / v**2,
+    )

@@ -1,0 +1,200 @@
+"""Keys of a mission from the paper's results table, as `paper-table2` was recovered."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+import pytest
+
+import optuav
+from optuav.errors import InputError
+
+FILE = Path(__file__).parents[2] / "examples" / "data" / "paper_table2.toml"
+SPECIFIED = {
+    "flight.acceleration_m_s2": "12.2349",
+    "flight.flight_current_A": "93.658",
+    "flight.flight_power_W": "1443.05",
+    "flight.hover_current_A": "72.073",
+    "flight.hover_power_W": "1032.82",
+    "flight.charge_current_A": "5.992",
+    "flight.charge_power_W": "66.515",
+}
+"""What the specification says was fitted, to its digits."""
+
+
+@pytest.fixture(scope="module")
+def found() -> optuav.Fit:
+    return optuav.fit_table([FILE])
+
+
+def test_recovers_the_specified_loads(found: optuav.Fit) -> None:
+    """Every fitted number to the digits that are stated."""
+    for key, stated in SPECIFIED.items():
+        digits = len(stated.partition(".")[2])
+        assert f"{found.changes[key]:.{digits}f}" == stated, key
+
+
+def test_agrees_with_the_shipped_mission(found: optuav.Fit) -> None:
+    """`paper` with the fragment is `paper-table2`, up to the digits that it was written with."""
+    mission, shipped = optuav.load("paper").replace(found.changes), optuav.load("paper-table2")
+    for key, value in shipped.flight.model_dump().items():
+        own = getattr(mission.flight, key)
+        assert own == (pytest.approx(value, rel=1e-4) if isinstance(value, float) else value), key
+    assert mission.battery == shipped.battery
+
+
+def test_predicts_the_cells_that_were_not_fitted(found: optuav.Fit) -> None:
+    """Voltages and η3; and η2 = -0.27 where the paper prints -12.79."""
+    cells = {
+        (panel.quantity, name): (fitted, fits)
+        for panel in found.panels
+        for name, fitted, fits in zip(panel.names, panel.fitted, panel.in_fit, strict=True)
+    }
+    for quantity, name, value in (
+        ("battery", "800 s, battery", 24.30),
+        ("energy", "800 s, battery", -0.27),
+        ("adjusted", "800 s, battery", 24.3),
+        ("adjusted", "1200 s, energy", 28.3),
+        ("adjusted", "1200 s, battery", 5.1),
+        ("hover voltage", "text", 14.330),
+        ("flight voltage", "text", 15.41),
+    ):
+        fitted, fits = cells[quantity, name]
+        digits = len(str(value).partition(".")[2])
+        assert (round(fitted, digits), fits) == (value, False), (quantity, name)
+
+
+def test_what_is_fitted_is_met(found: optuav.Fit) -> None:
+    """Six free keys and eight numbers, of which three are the same: nothing is left over."""
+    count = 0
+    for panel in found.panels:
+        for observed, fitted, fits in zip(panel.observed, panel.fitted, panel.in_fit, strict=True):
+            if fits:
+                count += 1
+                assert fitted == pytest.approx(observed, abs=1e-6)
+    assert count == 8
+
+
+def test_intervals_follow_from_the_rounding(found: optuav.Fit) -> None:
+    """T = 4 sqrt(d/a): the acceleration is as sure as three flight times rounded to 0.01 s."""
+    value = next(each for each in found.values if each.key == "flight.acceleration_m_s2")
+    deviation = 0.01 / 12.0**0.5 / 3.0**0.5
+    reach = 2.0 * 1.959964 * deviation / 59.35 * 12.2349
+    assert value.interval is not None
+    assert value.interval.high - value.value == pytest.approx(reach, rel=1e-3)
+
+
+def test_fragment_is_a_mission(found: optuav.Fit, tmp_path: Path) -> None:
+    file = tmp_path / "recovered.toml"
+    file.write_text(found.to_toml(file=file), "utf-8")
+    plan = optuav.solve(optuav.load(file), "P3", slot_s=1)
+    assert plan.hover_time_s == 950.0
+
+
+def test_free_keys_that_nothing_tells_are_named(tmp_path: Path) -> None:
+    """Without the crossing of the figure, hover and charging current cannot be told apart."""
+    text = re.sub(r'\[\[rows\]\]\nname = "39 000.*?\n\n', "", FILE.read_text("utf-8"), flags=re.S)
+    file = tmp_path / "table.toml"
+    file.write_text(text, "utf-8")
+    found = optuav.fit_table([file])
+    (warning,) = found.warnings
+    assert "hover_current_A" in warning
+    assert "charge_current_A" in warning
+    assert "acceleration_m_s2" not in warning
+    assert "flight.hover_current_A" not in found.changes
+    assert "flight.charge_power_W" not in found.changes
+    assert "# hover_current_A = " in found.to_toml()
+
+
+def test_all_faults_of_a_statement_at_once(tmp_path: Path) -> None:
+    file = tmp_path / "table.toml"
+    file.write_text(
+        """
+mision = "paper"
+[known]
+flight.model = "regimes"
+[free]
+flight.acceleration_m_s2 = -1
+flight.flight_curent_A = 3
+[tied]
+flight.charge_power_W = 3
+[resolution]
+flight_time = 1
+[[rows]]
+given = { hover_time_s = -5, laser = 3, rest_time_s = 4 }
+fit = { battery_percent = "much", flight_time_s = 3 }
+""",
+        "utf-8",
+    )
+    with pytest.raises(InputError) as caught:
+        optuav.fit_table([file])
+    text = "\n".join(map(str, caught.value.faults))
+    for words in (
+        "mision: unknown key; did you mean 'mission'?",
+        "free.flight.acceleration_m_s2 = -1: a number above 0",
+        "flight.flight_curent_A",
+        "tied.flight.charge_power_W = 3: a list",
+        "resolution.flight_time: unknown quantity; did you mean 'flight_time_s'?",
+        "hover_time_s = -5: 0 or above",
+        "laser = 3: true or false",
+        "given.building: where it rested",
+        "fit.battery_percent = 'much': a finite number",
+        "resolution.flight_time_s: the step",
+    ):
+        assert words in text, words
+
+
+@pytest.mark.parametrize(
+    ("given", "words"),
+    [
+        ('building = "b99", rest_time_s = 3', "a building of the mission"),
+        ("battery.capacity = 3", "unknown key"),
+    ],
+)
+def test_rows_that_the_mission_does_not_know(given: str, words: str, tmp_path: Path) -> None:
+    file = tmp_path / "table.toml"
+    file.write_text(
+        f"""
+[free]
+body.mass_kg = 1
+[resolution]
+battery_percent = 0.1
+[[rows]]
+given = {{ hover_time_s = 5, {given} }}
+fit = {{ battery_percent = 90 }}
+""",
+        "utf-8",
+    )
+    with pytest.raises(InputError, match=words):
+        optuav.fit_table([file])
+
+
+def test_rests_and_other_keys_may_be_free(tmp_path: Path) -> None:
+    """The mass of a rotor mission, from what a plan with a rest leaves in its battery."""
+    mission = optuav.load("paper").replace({"body.mass_kg": 1.35})
+    plan = optuav.solve(mission, "P4", building="b1", order="rest-first")
+    assert plan.soc is not None
+    file = tmp_path / "table.toml"
+    file.write_text(
+        f"""
+[free]
+body.mass_kg = 1.2
+[resolution]
+battery_percent = 1e-6
+energy_percent = 1
+adjusted_percent = 1
+[[rows]]
+given.hover_time_s = {plan.hover_time_s!r}
+given.rest_time_s = {plan.rest_time_s!r}
+given.building = "b1"
+fit.battery_percent = {100.0 * plan.soc["battery"]!r}
+check.energy_percent = {100.0 * plan.soc["energy"]!r}
+check.adjusted_percent = {100.0 * plan.soc["adjusted"]!r}
+""",
+        "utf-8",
+    )
+    found = optuav.fit_table([file])
+    assert found.changes["body.mass_kg"] == pytest.approx(1.35, rel=1e-6)
+    for panel in found.panels:
+        assert panel.fitted == pytest.approx(panel.observed, abs=1e-4), panel.quantity
