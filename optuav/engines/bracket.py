@@ -80,7 +80,7 @@ def solve(model: Model, programmes: int, values: Mapping[str, Any] | None = None
         OPTIMAL,
     )
     answered = (codes == OPTIMAL) | (codes == FEASIBLE)
-    found = found._replace(y=shortest(rows, np.where(answered, found.x, np.nan), y_top))
+    found = found._replace(y=shortest(rows, found, y_top))
     points = {
         name: np.where(answered, each, np.nan)
         for name, each in zip((first, *second), (found.x, found.y), strict=False)

@@ -75,12 +75,16 @@ def largest(rows: Rows, x_top: Floats, y_top: Floats) -> Interval:
     return Interval(np.where(np.isnan(y), np.nan, x), y, beyond)
 
 
-def shortest(rows: Rows, x: Floats, y_top: Floats) -> Floats:
-    """Smallest y at which all rows hold, for the x of each programme; NaN for a NaN."""
-    found = np.full_like(x, np.nan)
-    here = np.flatnonzero(~np.isnan(x))
-    found[here] = Section.at_x(rows.take(here), x[here]).smallest(y_top[here])
-    return found
+def shortest(rows: Rows, found: Interval, y_top: Floats) -> Floats:
+    """Smallest y at which all rows hold, for the x of each programme; NaN without one.
+
+    Where rounding hides it, as where x leaves no room, it is the y that is known to hold.
+    """
+    y = found.y.copy()
+    here = np.flatnonzero(~np.isnan(found.x))
+    smallest = Section.at_x(rows.take(here), found.x[here]).smallest(y_top[here])
+    y[here] = np.fmin(smallest, y[here])
+    return y
 
 
 def _monotone(

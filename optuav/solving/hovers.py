@@ -182,7 +182,7 @@ def _bracket(
     rows = rows_of(forms, sizes, "hover", "rest" if given.rests else None, count, x_top)
     y_top = x_top if given.rests else np.zeros(count)
     found = largest(rows, x_top, y_top)
-    rest_s = shortest(rows, found.x, y_top) if shortest_rest else found.y
+    rest_s = shortest(rows, found, y_top) if shortest_rest else found.y
     return np.stack([found.x, rest_s, found.beyond])
 
 

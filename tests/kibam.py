@@ -1,0 +1,48 @@
+"""The kinetic battery model again, for tests only: the differential equations of [1], (11)-(12).
+
+Solved through the eigenvalues 0 and −k' of the two wells, by another formula than the package's.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+import numpy.typing as npt
+
+Floats = npt.NDArray[np.float64]
+
+
+class Kibam:
+    """Both wells, y1 and y2 [A s], from full; arrays of missions side by side."""
+
+    def __init__(self, capacity_As: float, share: float, flow_per_s: float) -> None:
+        self.capacity_As, self.share, self.flow_per_s = capacity_As, share, flow_per_s
+        self.y1, self.y2 = np.array(share * capacity_As), np.array((1 - share) * capacity_As)
+        self.least = self.y1 / capacity_As
+        self.most = self.y1 / capacity_As
+
+    def spend(self, current_A: float, time_s: Floats | float, samples: int = 1) -> None:
+        """A stretch of constant current, > 0 while charging; y1 is looked at after equal parts."""
+        for _ in range(samples):
+            self._step(current_A, np.asarray(time_s, dtype=float) / samples)
+            level = self.y1 / self.capacity_As
+            self.least, self.most = np.minimum(self.least, level), np.maximum(self.most, level)
+
+    def _step(self, current_A: float, time_s: Floats) -> None:
+        c, k = self.share, self.flow_per_s
+        rate = k / c + k / (1 - c)
+        # Height difference of the wells: dh/dt = I/c − rate·h.
+        difference = self.y1 / c - self.y2 / (1 - c)
+        if rate * np.max(time_s, initial=0.0) < 1e-9:
+            after = difference + (current_A / c - rate * difference) * time_s
+        else:
+            settled = current_A / (c * rate)
+            after = settled + (difference - settled) * np.exp(-rate * time_s)
+        total = self.y1 + self.y2 + current_A * time_s
+        self.y1 = c * total + c * (1 - c) * after
+        self.y2 = total - self.y1
+
+    @property
+    def soc(self) -> Floats:
+        """(y1 + y2)/B."""
+        found: Floats = (self.y1 + self.y2) / self.capacity_As
+        return found
