@@ -7,11 +7,11 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
-from optuav.judge.figures import MISMATCH, same
+from optuav.judge.figures import MISMATCH
 from optuav.judge.itinerary import Itinerary
-from optuav.judge.limits import TOLERANCE
 from optuav.judge.reading import read
 from optuav.judge.replay import Replay, replay
+from optuav.judge.tolerance import TOLERANCE, same
 from optuav.mission import vehicle
 from optuav.mission.files import label
 from optuav.mission.words import printable, shown

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 
-from optuav.judge.limits import TOLERANCE
 from optuav.judge.phases import Phase
+from optuav.judge.tolerance import same
 from optuav.mission import vehicle
 from optuav.physics.battery import Wells
 from optuav.plan import Phase as Planned
@@ -22,7 +22,7 @@ Compared = tuple[str, float, float, str, float]
 def mismatches(
     plan: Plan,
     phases: Sequence[Phase],
-    levels: Sequence[tuple[Wells, ...]],
+    ends: Sequence[tuple[Wells, ...]],
     soc: Mapping[str, float],
 ) -> Iterator[Event]:
     """Figures of a plan that are not those of its simulation.
@@ -33,13 +33,13 @@ def mismatches(
         As it states itself.
     phases
         The same phases, worked out again.
-    levels
+    ends
         Wells of the packs at the end of every phase [A s].
     soc
         State of charge at the end by perspective [-].
     """
     capacity_As = float(vehicle.pool(plan.mission).capacity_As)
-    for number, (stated, found, wells) in enumerate(zip(plan.phases, phases, levels, strict=True)):
+    for number, (stated, found, wells) in enumerate(zip(plan.phases, phases, ends, strict=True)):
         here = f"phases[{number}]"
         for figure in (
             *_motion(stated, found),
@@ -88,8 +88,3 @@ def _mismatch(here: str, time_s: float, figure: Compared) -> Iterator[Event]:
     if not same(stated, found, scale):
         words = f"{here}.{name}: the plan says {stated:.10g}, it is {found:.10g} {unit}".rstrip()
         yield Event(MISMATCH, time_s, words, stated, found, unit)
-
-
-def same(stated: float, found: float, scale: float = 0.0) -> bool:
-    """Whether two figures differ by no more than the tolerance, of the scale or of the figure."""
-    return abs(stated - found) <= TOLERANCE * max(scale, abs(found))

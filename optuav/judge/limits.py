@@ -1,23 +1,17 @@
-"""What a plan must keep to: the limits of the mission, held against a simulation."""
+"""What a plan must keep to beside the battery: limits of the mission, held against a simulation."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
 
-import numpy as np
-
 from optuav.judge.itinerary import Move
 from optuav.judge.phases import Phase, Place, Site
-from optuav.judge.wells import Follower
+from optuav.judge.tolerance import TOLERANCE
 from optuav.mission import Mission, vehicle
 from optuav.mission.sight import CLEAR
 from optuav.physics import flight, link
-from optuav.physics.battery import Battery, Wells
 from optuav.plan.trace import Event
-
-TOLERANCE = 1e-6
-"""Share of the capacity, of a limit or of a figure by which it may be missed [-]."""
 
 
 def impossible(site: Site, moves: Sequence[Move]) -> Iterator[Event]:
@@ -125,50 +119,3 @@ def _speeding_up_s(mission: Mission, leg: Phase) -> float:
     if mission.flight.model == "regimes":
         return leg.peak_speed_m_s / mission.flight.acceleration_m_s2
     return sum(stage.duration_s for stage in leg.stages[:2])
-
-
-def wells_kept(
-    pool: Battery, phases: Sequence[Phase], levels: Sequence[Wells], follower: Follower
-) -> Iterator[Event]:
-    """When the available well first runs dry and is first driven past full, if ever.
-
-    y1 leaves its bounds within a stage only if it is outside at the end of the stage, so the ends
-    tell whether it does, and the stage that ends outside first is searched for the moment.
-
-    Parameters
-    ----------
-    pool
-        A battery, whose wells are followed.
-    phases
-        Of the plan.
-    levels
-        Its wells at the start of every stage, and at the end of the last [A s].
-    follower
-        How to find the moment.
-    """
-    stages = [stage for phase in phases for stage in phase.stages]
-    available_As = np.array([float(each.available_As) for each in levels])
-    full_As = float(pool.full.available_As)
-    slack_As = TOLERANCE * float(pool.capacity_As)
-    for kind, beyond, limit_As, worst_As, moment_s, words in (
-        ("empty", available_As < -slack_As, 0.0, available_As.min(), follower.empty_s, RUNS_DRY),
-        (
-            "full",
-            available_As > full_As + slack_As,
-            full_As,
-            available_As.max(),
-            follower.full_s,
-            PAST_FULL,
-        ),
-    ):
-        if not beyond.any():
-            continue
-        k = int(beyond.argmax()) - 1
-        stage = stages[k]
-        passed_s = moment_s(pool, levels[k], stage.current_A, stage.duration_s)
-        time_s = stage.start_s + min(passed_s, stage.duration_s)
-        yield Event(kind, time_s, words, float(worst_As), limit_As, "A s")
-
-
-RUNS_DRY = "the available well runs dry"
-PAST_FULL = "charging drives the available well past full"

@@ -9,14 +9,15 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from optuav.errors import Fault, InputError
+from optuav.errors import Fault, InputError, NoPlanError
 from optuav.judge import table
+from optuav.judge.course import Course, pooled, scheduled
 from optuav.judge.figures import mismatches
 from optuav.judge.itinerary import Itinerary, moves
 from optuav.judge.ledger import ledger, states_of_charge
-from optuav.judge.limits import impossible, kept, wells_kept
+from optuav.judge.limits import impossible, kept
 from optuav.judge.phases import Phase, Site, phases
-from optuav.judge.wells import FOLLOWERS, Follower, Method
+from optuav.judge.wells import FOLLOWERS, Method
 from optuav.mission import Mission, vehicle
 from optuav.physics.battery import Wells
 from optuav.plan import Plan
@@ -38,8 +39,8 @@ class Replay:
         How the wells were followed.
     phases
         The phases as they will be; empty where the mission cannot be flown at all.
-    levels
-        Wells of every pack [A s] at the start of every stage, and at the end of the last.
+    course
+        What the phases do to the packs; None where the mission cannot be flown at all.
     soc
         State of charge at the end by perspective [-].
     events
@@ -49,7 +50,7 @@ class Replay:
     subject: Plan | Itinerary
     method: Method
     phases: tuple[Phase, ...]
-    levels: tuple[tuple[Wells, ...], ...]
+    course: Course | None
     soc: Mapping[str, float]
     events: tuple[Event, ...]
 
@@ -84,7 +85,9 @@ class Replay:
     @cached_property
     def trace(self) -> Trace:
         """The mission over time: position, speed, currents, wells; worked out when asked for."""
-        return table.trace(self.mission, self.phases, self.levels, FOLLOWERS[self.method])
+        if self.course is None:
+            raise NoPlanError("there is no table: nothing is flown")
+        return table.trace(self.mission, self.phases, self.course, FOLLOWERS[self.method])
 
     def to_frame(self) -> pandas.DataFrame:
         """The mission over time, one row a moment; needs pandas."""
@@ -104,7 +107,7 @@ def replay(plan: Plan | Itinerary, *, method: Method = "exact") -> Replay:
         A plan, or an itinerary.
     method
         ``"exact"``, the closed form of the battery model; or ``"solve_ivp"``, its differential
-        equations integrated by SciPy.
+        equations integrated by SciPy (packs used as one only).
 
     Returns
     -------
@@ -114,7 +117,7 @@ def replay(plan: Plan | Itinerary, *, method: Method = "exact") -> Replay:
     Raises
     ------
     InputError
-        If there is no such method.
+        If there is no such method, or it does not go with the schedule of the packs.
     NoPlanError
         If there is no plan to simulate.
     """
@@ -125,32 +128,24 @@ def replay(plan: Plan | Itinerary, *, method: Method = "exact") -> Replay:
     site, asked = Site(plan.mission), moves(plan)
     events = list(impossible(site, asked))
     if events:
-        return Replay(plan, method, (), (), {}, tuple(events))
-    follower, pool = FOLLOWERS[method], vehicle.pool(plan.mission)
+        return Replay(plan, method, (), None, {}, tuple(events))
     flown = phases(site, asked)
-    levels = _levels(plan.mission, flown, follower)
-    soc = _soc_at_end(plan.mission, flown, levels[-1])
-    events += wells_kept(pool, flown, [packs[0] for packs in levels], follower)
-    events += kept(plan.mission, flown, soc["battery"])
+    course = _course(plan.mission, flown, method)
+    soc = _soc_at_end(plan.mission, flown, course.ends[-1])
+    events = [*course.events, *kept(plan.mission, flown, soc["battery"])]
     if isinstance(plan, Plan):
-        ends = np.cumsum([len(phase.stages) for phase in flown])
-        events += mismatches(plan, flown, [levels[end] for end in ends], soc)
+        events += mismatches(plan, flown, course.ends, soc)
     events.sort(key=lambda event: event.time_s)
-    return Replay(plan, method, flown, levels, soc, tuple(events))
+    return Replay(plan, method, flown, course, soc, tuple(events))
 
 
-def _levels(
-    mission: Mission, flown: tuple[Phase, ...], follower: Follower
-) -> tuple[tuple[Wells, ...], ...]:
-    """Wells of the packs at the ends of all stages; packs used as one count as one."""
-    pool = vehicle.pool(mission)
-    wells = pool.full
-    levels = [(wells,)]
-    for stage in (stage for phase in flown for stage in phase.stages):
-        after = follower.at(pool, wells, stage.current_A, np.array([0.0, stage.duration_s]))
-        wells = Wells(float(after.available_As[-1]), float(after.bound_As[-1]))
-        levels.append((wells,))
-    return tuple(levels)
+def _course(mission: Mission, flown: tuple[Phase, ...], method: Method) -> Course:
+    if mission.battery.schedule == "pooled":
+        return pooled(mission, flown, FOLLOWERS[method])
+    if method != "exact":
+        words = f'exact: {method} goes with battery.schedule = "pooled" only'
+        raise InputError([Fault("method", repr(method), words)])
+    return scheduled(mission, flown)
 
 
 def _soc_at_end(

@@ -2,30 +2,26 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
 
 from optuav.errors import NoPlanError
-from optuav.judge.ledger import PERSPECTIVES, ledger, states_of_charge
+from optuav.judge.course import Course, Stretch
+from optuav.judge.ledger import PERSPECTIVES, Ledger, ledger, states_of_charge
 from optuav.judge.motion import motion
 from optuav.judge.phases import Phase, Stage
 from optuav.judge.wells import Follower
-from optuav.mission import Mission, vehicle
-from optuav.physics.battery import Wells
-from optuav.plan.trace import Trace
+from optuav.mission import Mission
+from optuav.physics.battery import Battery
+from optuav.plan.trace import Floats, Trace
 
 POINTS = 65
-"""Moments of a stage, its ends among them."""
+"""Moments of a stretch, its ends among them."""
 
 
-def trace(
-    mission: Mission,
-    phases: Sequence[Phase],
-    levels: Sequence[tuple[Wells, ...]],
-    follower: Follower,
-) -> Trace:
+def trace(mission: Mission, phases: Sequence[Phase], course: Course, follower: Follower) -> Trace:
     """Work out the table.
 
     Parameters
@@ -34,10 +30,10 @@ def trace(
         In which the phases are flown.
     phases
         In order.
-    levels
-        Wells of every pack [A s] at the start of every stage, and at the end of the last.
+    course
+        What they do to the packs.
     follower
-        How the wells are followed in between.
+        How the wells are followed within a stretch.
 
     Raises
     ------
@@ -46,51 +42,66 @@ def trace(
     """
     if not any(phase.duration_s for phase in phases):
         raise NoPlanError("there is no table: nothing is flown")
-    pool, book = vehicle.pool(mission), ledger(mission, phases)
-    pieces: list[dict[str, Any]] = []
-    for number, (place, phase, stage, begun_s) in enumerate(_stages(phases)):
-        if stage.duration_s == 0.0:
-            continue
-        passed_s = np.linspace(0.0, stage.duration_s, POINTS)
-        # At its very end the next stage of a leg begins.
-        last_s = np.nextafter(begun_s + stage.duration_s, 0.0)
-        wells = [follower.at(pool, pack, stage.current_A, passed_s) for pack in levels[number]]
-        available_As = np.stack([pack.available_As for pack in wells], axis=1)
-        bound_As = np.stack([pack.bound_As for pack in wells], axis=1)
-        share = (available_As + bound_As).sum(axis=1) / pool.capacity_As
-        drawn = stage.drawn
-        constant = {
-            "kind": phase.kind,
-            "stage": stage.name,
-            "phase": place,
-            "start_place": phase.start.name,
-            "end_place": phase.end.name,
-            "current_A": stage.current_A,
-            "power_W": stage.power_W,
-            "received_power_W": float(stage.received.power_W),
-            "voltage_V": drawn.power_W / drawn.current_A
-            if drawn.current_A
-            else mission.battery.nominal_voltage_V,
-        }
-        pieces.append(
-            {
-                "time_s": stage.start_s + passed_s,
-                **motion(mission, phase, np.linspace(begun_s, last_s, POINTS))._asdict(),
-                **{name: np.full(POINTS, value) for name, value in constant.items()},
-                "available_As": available_As,
-                "bound_As": bound_As,
-                **states_of_charge(book, book.at(number, passed_s), share),
-            }
-        )
+    book = ledger(mission, phases)
+    stages = [stage for phase in phases for stage in phase.stages]
+    pieces = [
+        _piece(mission, phases[each.phase], stages[each.stage], each, course.pack, book, follower)
+        for each in course.stretches
+        if each.duration_s > 0.0
+    ]
     columns = {name: np.concatenate([piece[name] for piece in pieces]) for name in pieces[0]}
     soc = {name: columns.pop(name) for name in PERSPECTIVES}
     return Trace(**columns, soc=soc)
 
 
-def _stages(phases: Sequence[Phase]) -> Iterator[tuple[int, Phase, Stage, float]]:
-    """Every stage with its phase, the number of that, and when in it the stage begins [s]."""
-    for place, phase in enumerate(phases):
-        begun_s = 0.0
-        for stage in phase.stages:
-            yield place, phase, stage, begun_s
-            begun_s += stage.duration_s
+def _piece(
+    mission: Mission,
+    phase: Phase,
+    stage: Stage,
+    stretch: Stretch,
+    pack: Battery,
+    book: Ledger,
+    follower: Follower,
+) -> dict[str, Any]:
+    """The rows of a stretch."""
+    passed_s = np.linspace(0.0, stretch.duration_s, POINTS)
+    wells = [
+        follower.at(pack, before, current_A, passed_s)
+        for before, current_A in zip(stretch.before, stretch.currents_A, strict=True)
+    ]
+    available_As = np.stack([each.available_As for each in wells], axis=1)
+    bound_As = np.stack([each.bound_As for each in wells], axis=1)
+    share = (available_As + bound_As).sum(axis=1) / (len(wells) * pack.capacity_As)
+    energies_J = book.at(stretch.stage, stretch.start_s - stage.start_s + passed_s)
+    drawn_A, drawn_W = stage.drawn
+    constant = {
+        "kind": phase.kind,
+        "stage": stage.name,
+        "phase": stretch.phase,
+        "start_place": phase.start.name,
+        "end_place": phase.end.name,
+        "current_A": sum(stretch.currents_A),
+        "power_W": stage.power_W,
+        "received_power_W": float(stage.received.power_W),
+        "voltage_V": drawn_W / drawn_A if drawn_A else mission.battery.nominal_voltage_V,
+    }
+    return {
+        "time_s": stretch.start_s + passed_s,
+        **motion(mission, phase, _since_phase(phase, stage, stretch))._asdict(),
+        **{name: np.full(POINTS, value) for name, value in constant.items()},
+        "available_As": available_As,
+        "bound_As": bound_As,
+        **states_of_charge(book, energies_J, share),
+    }
+
+
+def _since_phase(phase: Phase, stage: Stage, stretch: Stretch) -> Floats:
+    """Moments of a stretch since its phase began [s]: at the end of a stage the next one begins."""
+    begun_s = 0.0
+    for each in phase.stages:
+        if each is stage:
+            break
+        begun_s += each.duration_s
+    last_s = np.nextafter(begun_s + stage.duration_s, 0.0)
+    start_s = begun_s + (stretch.start_s - stage.start_s)
+    return np.clip(start_s + np.linspace(0.0, stretch.duration_s, POINTS), begun_s, last_s)
