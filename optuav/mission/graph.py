@@ -281,4 +281,11 @@ def _edited_places(computed: Network, view: Graph) -> Places:
         if stated_W != power[place]:
             power[place] = stated_W
             current[place] = stated_W / computed.mission.battery.nominal_voltage_V
-    return replace(where, laser_sight=sight, received_power_W=power, charge_current_A=current)
+    edited = (sight != where.laser_sight) | (power != where.received_power_W)
+    return replace(
+        where,
+        laser_sight=sight,
+        received_power_W=power,
+        charge_current_A=current,
+        edited=edited,
+    )

@@ -29,6 +29,8 @@ class Places:
         Whether the laser is in clear sight.
     received_power_W, charge_current_A
         What charges there [W], [A]; 0 without sight.
+    edited
+        Whether sight or power were stated by the user rather than computed.
     """
 
     names: tuple[str, ...]
@@ -36,6 +38,7 @@ class Places:
     laser_sight: npt.NDArray[np.bool_]
     received_power_W: Points
     charge_current_A: Points
+    edited: npt.NDArray[np.bool_]
 
     @property
     def buildings(self) -> Numbers:
@@ -52,7 +55,7 @@ def places(mission: Mission, obstacles: Prisms) -> Places:
     count = len(names)
     if mission.laser is None:
         dark = np.zeros(count)
-        return Places(names, position_m, np.zeros(count, bool), dark, dark)
+        return Places(names, position_m, np.zeros(count, bool), dark, dark, np.zeros(count, bool))
     laser_m = np.array(mission.laser.position_m)
     sight = np.isfinite(position_m).all(axis=1)
     seen = np.flatnonzero(sight)
@@ -67,4 +70,5 @@ def places(mission: Mission, obstacles: Prisms) -> Places:
         sight,
         np.where(sight, load.power_W, 0.0),
         np.where(sight, load.current_A, 0.0),
+        np.zeros(count, bool),
     )

@@ -25,8 +25,8 @@ class Event:
     kind
         ``"empty"``, ``"full"``, ``"deadline"``, ``"state of charge"``, ``"altitude"``,
         ``"coverage"``, ``"building"``, ``"ends"``, ``"no roof"``, ``"impossible"`` or
-        ``"mismatch"``, which no plan to be flown may have; ``"no sight"``, ``"peak speed"`` or
-        ``"stated"`` to be known.
+        ``"mismatch"``, which no plan to be flown may have; ``"no sight"``, ``"peak speed"``,
+        ``"stated"``, ``"pack empty"`` or ``"pack full"`` to be known.
     time_s
         When, counted from take-off [s].
     words

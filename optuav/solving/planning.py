@@ -103,7 +103,7 @@ def with_wells(
     Pooled packs count as one.
     """
     ends = wells_at_ends(worked_out.mission, [(each.kind, each.stages) for each in found])
-    names = worked_out.places.names
+    where, names = worked_out.places, worked_out.places.names
     start_s, planned = 0.0, []
     for each, wells in zip(found, ends, strict=True):
         flown = each.leg != NO_LEG
@@ -121,7 +121,7 @@ def with_wells(
                 ),
                 distance_m=float(table.distance_m[each.leg]) if flown else 0.0,
                 peak_speed_m_s=float(table.peak_speed_m_s[each.leg]) if flown else 0.0,
-                edited=bool(table.edited[each.leg]) if flown else False,
+                edited=bool(table.edited[each.leg] if flown else where.edited[each.end_place]),
                 available_As=tuple(np.atleast_1d(wells.available_As).tolist()),
                 bound_As=tuple(np.atleast_1d(wells.bound_As).tolist()),
             )
@@ -150,8 +150,11 @@ def _notes(
             note += "; with T' > 0, as (P4) is printed, this limit is approached but not attained"
         yield note
     legs = worked_out.itineraries.legs[route]
-    if worked_out.legs.edited[legs[legs != NO_LEG]].any():
+    flown = legs[legs != NO_LEG]
+    if worked_out.legs.edited[flown].any():
         yield "some legs have figures from the graph, not from the flight model"
+    if worked_out.places.edited[worked_out.legs.end[flown]].any():
+        yield "some places have sight or power of the laser from the graph, not from the mission"
     if asked.problem == "P1" and asked.trajectory == "optimal":
         shortcuts = one_stop_is_enough(worked_out)
         if shortcuts:

@@ -266,6 +266,25 @@ def test_what_cannot_be_simulated_is_told() -> None:
             _ = replayed.trace
 
 
+def test_power_that_the_user_stated_is_taken_as_it_is() -> None:
+    """Edited sight and power are the user's, as the figures of edited legs are."""
+    paper = optuav.load("paper").replace({"limits.min_soc": 0.5})
+    view = optuav.graph(paper)
+    view.nodes["b3"]["received_power_W"] = 55.5
+    view.nodes["hover"]["laser_sight"] = False
+    plan = optuav.solve(paper, "P4", building="b3", order="hover-first", graph=view)
+    replayed = optuav.replay(plan)
+    assert replayed.flyable, replayed.violations
+    assert [each.words for each in replayed.events if each.kind == "stated"] == [
+        "the hover at hover has figures that the user stated",
+        "the rest at b3 has figures that the user stated",
+    ]
+    table = replayed.trace
+    assert table.received_power_W[table.kind == "rest"] == pytest.approx(55.5)
+    assert table.received_power_W[table.kind == "hover"] == pytest.approx(0.0, abs=1e-9)
+    assert plan.soc == pytest.approx(replayed.soc, abs=LEVEL)
+
+
 def test_ends_of_the_mission_are_kept() -> None:
     """A plan edited so that it leaves out its last leg."""
     plan = plans()["flyable"]
