@@ -83,7 +83,7 @@ def _of_program(program: Program) -> Asked:
 
 def _of_plan(plan: Plan) -> Asked:
     if any(phase.edited for phase in plan.phases):
-        raise InputError("the plan has figures from an edited graph: explain its mission with graph=")
+        raise InputError("the plan is over an edited graph: explain its mission with graph=")
     if plan.problem not in PROBLEMS:
         raise InputError(
             f"the plan's problem {plan.problem} is a formulation of one's own, which its file does "
