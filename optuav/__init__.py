@@ -40,6 +40,7 @@ if TYPE_CHECKING:
     from optuav.studies import compare as compare
     from optuav.studies import compare_by as compare_by
     from optuav.studies.ledger import ledger as ledger
+    from optuav.studies.reproduce import reproduce as reproduce
 
     __version__: str
 
@@ -75,6 +76,7 @@ HOMES = {
     "compare": "optuav.studies",
     "compare_by": "optuav.studies",
     "ledger": "optuav.studies.ledger",
+    "reproduce": "optuav.studies.reproduce",
 }
 """Where each public name is defined."""
 

@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Iterable, Iterator
-from contextlib import contextmanager
+from collections.abc import Iterable
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -12,6 +11,7 @@ import typer
 from rich.console import Console, RenderableType
 
 from optuav.cli.options import JsonOption, MissionArgument, PlotOption, SetOption, mission_of
+from optuav.cli.progress import progress
 from optuav.errors import Fault, InputError
 from optuav.mission.files import label, make_directory, refusal, write_text
 
@@ -82,9 +82,9 @@ def compare(
         return
     options: dict[str, Any] = {} if engines is None else {"engines": _names(engines)}
     options |= {} if lengths is None else {"slots": lengths}
-    with _progress() as progress:
+    with progress() as told:
         found = studies.compare(
-            asked, perspective=perspective, time_limit_s=time_limit_s, progress=progress, **options
+            asked, perspective=perspective, time_limit_s=time_limit_s, progress=told, **options
         )
     pictures = found.save_pictures(plot) if plot is not None else []
     _deliver(
@@ -138,23 +138,6 @@ def _numbers(text: str) -> list[float]:
     except ValueError:
         words = "numbers of seconds with commas between them, as in 0.5,1,60"
         raise InputError([Fault("--slots", repr(text), words)]) from None
-
-
-@contextmanager
-def _progress() -> Iterator[Callable[[int, int, str], None] | None]:
-    """A bar on a terminal that is gone when the work is done; nothing elsewhere."""
-    screen = Console(stderr=True)
-    if not screen.is_terminal:
-        yield None
-        return
-    from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
-
-    columns = (BarColumn(), TimeElapsedColumn(), TextColumn("{task.description}", markup=False))
-    with Progress(*columns, console=screen, transient=True) as bar:
-        task = bar.add_task("")
-        yield lambda done, total, name: bar.update(
-            task, completed=done, total=total, description=name
-        )
 
 
 def _deliver(

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 from optuav.errors import InputError
 
 if TYPE_CHECKING:
+    from optuav.plots.cells import table as table
     from optuav.plots.charge import BatteryAxes as BatteryAxes
     from optuav.plots.charge import battery as battery
     from optuav.plots.comparison import Bar as Bar
@@ -26,9 +27,16 @@ if TYPE_CHECKING:
     from optuav.plots.files import save_profile as save_profile
     from optuav.plots.fitted import FitAxes as FitAxes
     from optuav.plots.fitted import fit as fit
+    from optuav.plots.levels import tanks as tanks
+    from optuav.plots.lines import Line as Line
+    from optuav.plots.lines import Mark as Mark
+    from optuav.plots.lines import curves as curves
     from optuav.plots.map import MapAxes as MapAxes
     from optuav.plots.map import mission_map as mission_map
     from optuav.plots.map import trajectories as trajectories
+    from optuav.plots.perspectives import charge_bars as charge_bars
+    from optuav.plots.perspectives import hover_bars as hover_bars
+    from optuav.plots.plain_bars import bars as bars
     from optuav.plots.profile import ProfileAxes as ProfileAxes
     from optuav.plots.profile import profile as profile
     from optuav.plots.stages import LegAxes as LegAxes
@@ -41,11 +49,17 @@ HOMES = {
     "FitAxes": "optuav.plots.fitted",
     "Gap": "optuav.plots.comparison",
     "LegAxes": "optuav.plots.stages",
+    "Line": "optuav.plots.lines",
     "MapAxes": "optuav.plots.map",
     "ProfileAxes": "optuav.plots.profile",
+    "Mark": "optuav.plots.lines",
+    "bars": "optuav.plots.plain_bars",
     "battery": "optuav.plots.charge",
+    "charge_bars": "optuav.plots.perspectives",
     "choice_bars": "optuav.plots.comparison",
     "fit": "optuav.plots.fitted",
+    "curves": "optuav.plots.lines",
+    "hover_bars": "optuav.plots.perspectives",
     "leg": "optuav.plots.stages",
     "mission_map": "optuav.plots.map",
     "plane": "optuav.plots.constraints",
@@ -55,6 +69,8 @@ HOMES = {
     "save_pictures": "optuav.plots.files",
     "save_profile": "optuav.plots.files",
     "slot_gaps": "optuav.plots.comparison",
+    "table": "optuav.plots.cells",
+    "tanks": "optuav.plots.levels",
     "trajectories": "optuav.plots.map",
 }
 """Where each public name is defined."""

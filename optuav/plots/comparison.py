@@ -8,6 +8,7 @@ from typing import NamedTuple
 from matplotlib.axes import Axes
 from matplotlib.patches import Patch
 
+from optuav.plots.grouped import draw_groups
 from optuav.plots.labels import settle
 from optuav.plots.style import (
     BLACK,
@@ -30,7 +31,7 @@ LOOKS = {
     "P1": ("*", GREEN),
 }
 """Marker and colour of every kind of programme, in the order in which they stand side by side."""
-COLOURS = {"battery": BLUE, "energy": ORANGE, "adjusted": SKY}
+COLOURS = {"battery": BLUE, "energy": ORANGE, "adjusted": SKY, "available": GREEN}
 BOUNDS = {1: "at most 1 slot:\nwhole horizon,\nor no rest", 2: "less than\n2 slots"}
 """What the theory says, by number of slots."""
 BESIDE = 0.12
@@ -39,8 +40,6 @@ MOST_WORDS = 8
 """Most lengths of slots below which there is room for the loss of P1 in seconds."""
 LEGEND_PT = 20.0
 """Room for a legend between axes and title [pt]."""
-GROUP = 0.8
-"""Share of the way to the next group that the bars of one take up."""
 
 
 class Gap(NamedTuple):
@@ -167,15 +166,18 @@ def choice_bars(
         if axes is None:
             above, below = page(7.2, 4.6).subplots(2, 1, sharex=True, height_ratios=(1.6, 1.0))
             axes = BarAxes(above, below)
-        _draw_bars(axes.hover, shown, [each.hover_time_s for each in shown], 0.0)
-        _draw_bars(axes.charge, shown, percent, least_percent)
+        keys = [(each.trajectory, each.perspective) for each in shown]
+        colours = {name: COLOURS[name] for name in series}
+        hovers_s = [each.hover_time_s for each in shown]
+        draw_groups(axes.hover, groups, colours, dict(zip(keys, hovers_s, strict=True)))
+        percents = dict(zip(keys, percent, strict=True))
+        draw_groups(axes.charge, groups, colours, percents, least_percent)
         group_thousands(*axes)
         axes.hover.set_title(
             f"{printed(mission)}: longest hover by trajectory and perspective", pad=LEGEND_PT
         )
         axes.hover.set_ylabel("hover time Δ [s]")
         axes.charge.set(ylabel="charge left\n$η_1$ [%]", xlabel="trajectory")
-        axes.charge.set_xticks(range(len(groups)), groups)
         least = axes.charge.axhline(least_percent, color=VERMILLION, linewidth=1.0)
         least.set_label("least, $η_0$")
         patches = [Patch(color=COLOURS[name], label=name) for name in series]
@@ -188,31 +190,3 @@ def choice_bars(
         )
         settle(axes.hover)
     return axes
-
-
-def _draw_bars(
-    ax: Axes, shown: Sequence[Bar], values: Sequence[float | None], level: float
-) -> None:
-    """Draw one bar a choice with its number at the end; a level is inside the axes as well."""
-    groups = list(dict.fromkeys(each.trajectory for each in shown))
-    series = list(dict.fromkeys(each.perspective for each in shown))
-    width = GROUP / max(2, len(series))
-    known = [value for value in values if value is not None]
-    low, high = margins([0.0, level, *known], 0.14)
-    ax.set_ylim(low if min(known, default=0.0) < 0.0 else 0.0, high)
-    for each, value in zip(shown, values, strict=True):
-        middle = series.index(each.perspective) - 0.5 * (len(series) - 1)
-        at, end = groups.index(each.trajectory) + width * middle, value or 0.0
-        ax.bar(at, end, 0.92 * width, color=COLOURS[each.perspective])
-        words = "no plan" if value is None else f"{value:.1f}"
-        ax.annotate(
-            words.replace("-", "\N{MINUS SIGN}"),
-            (at, end),
-            (0.0, 2.0 if end >= 0.0 else -2.0),
-            textcoords="offset points",
-            ha="center",
-            va="bottom" if end >= 0.0 else "top",
-            fontsize=7.0,
-        )
-    ax.axhline(0.0, color=BLACK, linewidth=0.5)
-    ax.tick_params(axis="x", length=0.0)

@@ -71,7 +71,7 @@ def save_profile(replayed: Replayed, path: str | Path) -> Path:
     """
     from optuav.plots import profile
 
-    write_bytes(Path(path), _png(profile(replayed).power.get_figure(root=True)))
+    write_bytes(Path(path), png(profile(replayed).power.get_figure(root=True)))
     return Path(path)
 
 
@@ -87,7 +87,7 @@ def save_fit(found: Fit, directory: str | Path) -> list[Path]:
 def save_figures(figures: Iterable[tuple[str, Figure | None]], folder: Path) -> list[Path]:
     """Write figures under the given names, all drawn before the first is written."""
     make_directory(folder)
-    pictures = {name: _png(figure) for name, figure in figures}
+    pictures = {name: png(figure) for name, figure in figures}
     for name, content in pictures.items():
         write_bytes(folder / name, content)
     return [folder / name for name in pictures]
@@ -111,13 +111,23 @@ def modelled_leg(plan: Plan) -> Phase | None:
     return next((each for each in legs if each.duration_s > 0.0 and not each.edited), None)
 
 
-def _png(figure: Figure | None) -> bytes:
+def png(figure: Figure | None) -> bytes:
+    """A figure as PNG; the same figure gives the same bytes."""
+    return _file(figure, "png", {"Software": None})
+
+
+def svg(figure: Figure | None) -> bytes:
+    """A figure as SVG; the same figure gives the same bytes."""
+    return _file(figure, "svg", {"Date": None, "Creator": None})
+
+
+def _file(figure: Figure | None, form: str, metadata: dict[str, None]) -> bytes:
+    """By default matplotlib signs files with its version, and SVG with the date."""
     from optuav.plots.style import styled
 
     assert figure is not None
     content = io.BytesIO()
     figure.set_layout_engine("none")  # the picture is laid out already
     with styled():
-        # By default matplotlib signs the file with its version.
-        figure.savefig(content, format="png", dpi=figure.dpi, metadata={"Software": None})
+        figure.savefig(content, format=form, dpi=figure.dpi, metadata=metadata)
     return content.getvalue()

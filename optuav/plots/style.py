@@ -49,6 +49,7 @@ RC: dict[str, Any] = {
     "legend.frameon": False,
     "lines.linewidth": 1.4,
     "hatch.linewidth": 0.5,
+    "svg.hashsalt": "optuav",
 }
 
 DOTS_PER_INCH = 200

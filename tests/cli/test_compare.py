@@ -10,7 +10,6 @@ from typing import Any
 import pytest
 
 import optuav
-from optuav.cli import compare as command
 from optuav.engines import smooth
 from optuav.errors import SolverError
 from tests.cli.run import refused, run, widest, words
@@ -165,17 +164,3 @@ def test_places_that_cannot_be_written_to_are_refused_before_the_work(
     monkeypatch.setattr(optuav.studies, "compare", None)
     monkeypatch.setattr(optuav.studies, "compare_by", None)
     assert said in refused("compare", "paper", *by, *option)
-
-
-@pytest.mark.parametrize("terminal", [True, False])
-def test_a_terminal_sees_progress_and_a_pipe_does_not(
-    terminal: bool, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
-    monkeypatch.setattr(command.Console, "is_terminal", terminal)
-    with command._progress() as progress:
-        assert (progress is not None) is terminal
-        if progress is not None:
-            progress(1, 2, "P4 [bold] b1")
-    shown = capsys.readouterr()
-    assert shown.out == ""
-    assert ("P4 [bold] b1" in shown.err) is terminal

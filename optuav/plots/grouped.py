@@ -1,0 +1,57 @@
+"""Bars in groups, each with its number at the end."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+from matplotlib.axes import Axes
+
+from optuav.plots.style import BLACK, margins
+
+GROUP = 0.8
+"""Share of the way to the next group that the bars of one take up."""
+
+
+def draw_groups(
+    ax: Axes,
+    groups: Sequence[str],
+    colours: Mapping[str, str],
+    values: Mapping[tuple[str, str], float | None],
+    level: float = 0.0,
+) -> None:
+    """Draw one bar a value.
+
+    Parameters
+    ----------
+    ax
+        Where to draw.
+    groups
+        Names along the axis.
+    colours
+        Colour of every bar of a group, by its name, in order.
+    values
+        By names of group and bar; None where there is none.
+    level
+        A value that is inside the axes as well.
+    """
+    width = GROUP / max(2, len(colours))
+    known = [value for value in values.values() if value is not None]
+    low, high = margins([0.0, level, *known], 0.14)
+    ax.set_ylim(low if min(known, default=0.0) < 0.0 else 0.0, high)
+    for (group, name), value in values.items():
+        middle = list(colours).index(name) - 0.5 * (len(colours) - 1)
+        at, end = groups.index(group) + width * middle, value or 0.0
+        ax.bar(at, end, 0.92 * width, color=colours[name])
+        words = "no plan" if value is None else f"{value:.1f}"
+        ax.annotate(
+            words.replace("-", "\N{MINUS SIGN}"),
+            (at, end),
+            (0.0, 2.0 if end >= 0.0 else -2.0),
+            textcoords="offset points",
+            ha="center",
+            va="bottom" if end >= 0.0 else "top",
+            fontsize=7.0,
+        )
+    ax.set_xticks(range(len(groups)), groups)
+    ax.axhline(0.0, color=BLACK, linewidth=0.5)
+    ax.tick_params(axis="x", length=0.0)

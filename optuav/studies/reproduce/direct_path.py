@@ -1,0 +1,126 @@
+"""Table II: the direct path in every perspective."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from formulations.perspectives import PAPER
+from optuav import plots
+from optuav.mission import Mission
+from optuav.plan import Plan
+from optuav.solving import solve
+from optuav.studies.ledger import Verdict
+from optuav.studies.ledger.scenario import papers
+from optuav.studies.ledger.statement import Entry, agrees
+from optuav.studies.ledger.table2 import statements
+from optuav.studies.reproduce.exhibit import Exhibit, caption, is_papers, percent
+from optuav.studies.reproduce.perspectives import deadlines_s, perspectives_shown
+
+HEAD = ("direct path", "Δ [s]", "T [s]", "η1 [%]", "η2 [%]", "η3 [%]")
+WIDTHS = (2.6, 1.0, 1.0, 1.0, 1.0, 1.0)
+
+
+def direct_path(mission: Mission) -> Iterator[Exhibit]:
+    """The table as it comes out for a mission, in slots of one second as in the paper."""
+    plans = [
+        solve(
+            mission.replace({"limits.deadline_s": deadline_s}),
+            "P3",
+            perspective=perspective,
+            slot_s=mission.limits.slot_s,
+        )
+        for deadline_s in deadlines_s(mission)
+        for perspective in perspectives_shown(*PAPER)
+    ]
+    found = [plan for plan in plans if plan]
+    if not found:
+        return
+    rows = [_row(plan) for plan in found]
+    yield Exhibit(
+        f"direct-path.{mission.name}",
+        caption(
+            mission,
+            "Perspectives on the direct path",
+            "Table II",
+            f"slots of {mission.limits.slot_s:g} s",
+        ),
+        plots.table(HEAD, rows, title=f"{mission.name}: the direct path", widths=WIDTHS),
+        [
+            {
+                "deadline_s": plan.mission.limits.deadline_s,
+                "perspective": plan.perspective,
+                "hover_time_s": plan.hover_time_s,
+                "mission_time_s": plan.mission_time_s,
+                **{
+                    f"eta{number}_percent": percent((plan.soc or {})[name])
+                    for number, name in enumerate(PAPER, start=1)
+                },
+                "runs_dry_s": plan.runs_dry_s,
+            }
+            for plan in found
+        ],
+        tuple(_dry(found)),
+    )
+    if is_papers(mission):
+        yield _beside_the_paper(mission)
+
+
+def _row(plan: Plan) -> tuple[str, ...]:
+    soc = plan.soc or {}
+    return (
+        f"{plan.mission.limits.deadline_s:g} s, {plan.perspective}",
+        f"{plan.hover_time_s:.2f}",
+        f"{plan.mission_time_s:.2f}",
+        *(f"{100.0 * soc[name]:.2f}".replace("-", "\N{MINUS SIGN}") for name in PAPER),
+    )
+
+
+def _dry(plans: list[Plan]) -> Iterator[str]:
+    dry = [plan for plan in plans if plan.runs_dry_s is not None]
+    if dry:
+        yield (
+            f"In {len(dry)} of {len(plans)} rows the available well runs dry before the end: "
+            "such a plan cannot be flown."
+        )
+
+
+def _beside_the_paper(mission: Mission) -> Exhibit:
+    """The paper's cells, each with ours below it."""
+    both = papers()
+    told = [each for each in statements() if not each.given]
+    entries = [Entry(each, *(each.compute(scenario) for scenario in both)) for each in told]
+    by_printed = mission.name == "paper"
+    ours = [entry.printed if by_printed else entry.recovered for entry in entries]
+    rows, marked = [], {}
+    for number in range(len(entries) // 5):
+        cells = slice(5 * number, 5 * number + 5)
+        row, values = entries[cells], ours[cells]
+        name = row[0].statement.how.removeprefix("(P3), ").removesuffix(", slots of 1 s")
+        rows.append((f"paper: {name}", *(each.statement.stated for each in row)))
+        pairs = list(zip(row, values, strict=True))
+        rows.append(("   ours", *(each.shown(value) for each, value in pairs)))
+        for column, (each, value) in enumerate(pairs, start=1):
+            if each.verdict is Verdict.CONTRADICTS:
+                marked[2 * number, column] = "contradicts other cells of the table"
+            if not agrees(each.statement, value):
+                marked[2 * number + 1, column] = "other digits than the paper's"
+    return Exhibit(
+        f"table2.{mission.name}",
+        f"Table II of the paper, and every cell by {mission.name}; η at the row's Δ in whole slots",
+        plots.table(
+            HEAD,
+            [tuple(cell.replace("-", "\N{MINUS SIGN}") for cell in row) for row in rows],
+            title=f"Table II, and the same cells by {mission.name}",
+            widths=WIDTHS,
+            marked=marked,
+        ),
+        [
+            {
+                "cell": each.statement.name,
+                "paper": each.statement.stated,
+                "ours": value,
+                "verdict": each.verdict.value,
+            }
+            for each, value in zip(entries, ours, strict=True)
+        ],
+    )

@@ -1,0 +1,77 @@
+"""What a study shows: a picture, the numbers in it, and what they say."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+from optuav.mission import Mission
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+
+@dataclass(frozen=True)
+class Exhibit:
+    """A picture with its data.
+
+    Parameters
+    ----------
+    name
+        Short and unique: name of its files.
+    caption
+        What is shown, with its place in the paper.
+    axes
+        One of the axes of the picture.
+    records
+        The numbers in it, one flat record a row.
+    findings
+        What they say, in sentences.
+    """
+
+    name: str
+    caption: str
+    axes: Axes
+    records: Sequence[dict[str, Any]]
+    findings: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
+class Study:
+    """A figure or table of the paper, made anew for a mission.
+
+    Parameters
+    ----------
+    name
+        Name for ``--only``.
+    title
+        Heading in the report.
+    make
+        Its exhibits for a mission; none where it says nothing of it.
+    """
+
+    name: str
+    title: str
+    make: Callable[[Mission], Iterator[Exhibit]]
+
+
+def is_papers(mission: Mission) -> bool:
+    """Whether a mission is one of the paper's, which the paper's own numbers belong to."""
+    return mission.name in ("paper", "paper-table2")
+
+
+def caption(mission: Mission, words: str, place: str, *details: str) -> str:
+    """What is shown, where the paper has it if the mission is the paper's, and for what."""
+    of_paper = f" ({place} of the paper)" if is_papers(mission) and place else ""
+    return f"{words}{of_paper}: {', '.join((mission.name, *details))}"
+
+
+def deadline(mission: Mission) -> str:
+    """The deadline in words."""
+    return f"T_max = {mission.limits.deadline_s:g} s"
+
+
+def percent(share: float | None) -> float | None:
+    """A share in percent."""
+    return None if share is None else 100.0 * share

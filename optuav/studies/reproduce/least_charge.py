@@ -1,0 +1,98 @@
+"""Fig. 7: hover time against the charge that must be left, for several rotor speeds."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping
+from typing import Any
+
+from optuav import plots
+from optuav.mission import Mission
+from optuav.solving import solve
+from optuav.studies.curves.settings import LEAST_SOC
+from optuav.studies.reproduce.exhibit import Exhibit, caption, deadline, is_papers
+from optuav.studies.reproduce.perspectives import perspectives_shown
+
+SPEED_SHARES = (0.95, 1.0, 1.05, 1.1)
+"""Rotor speeds over the mission's v_max; the paper's are not in its text."""
+
+
+def least_charge(mission: Mission) -> Iterator[Exhibit]:
+    """One curve a rotor speed; regime loads know none and have a single curve."""
+    for perspective in perspectives_shown("battery"):
+        records: list[dict[str, Any]] = [
+            {
+                "max_speed_rad_s": speed,
+                "min_soc_percent": 100.0 * least,
+                "hover_time_s": plan.hover_time_s if plan else math.nan,
+                "route": " > ".join(plan.route) if plan else "",
+            }
+            for speed, changes in _speeds(mission).items()
+            for least in _least(mission)
+            for plan in (
+                solve(
+                    mission.replace({**changes, "limits.min_soc": least}), perspective=perspective
+                ),
+            )
+        ]
+        if not any(math.isfinite(each["hover_time_s"]) for each in records):
+            continue
+        curves: dict[float, list[dict[str, Any]]] = {}
+        for each in records:
+            curves.setdefault(each["max_speed_rad_s"], []).append(each)
+        lines = [
+            plots.Line(
+                f"$v_{{max}}$ = {speed:g} rad/s" if speed else "loads by regime",
+                [each["min_soc_percent"] for each in curve],
+                [each["hover_time_s"] for each in curve],
+                "o",
+            )
+            for speed, curve in curves.items()
+        ]
+        yield Exhibit(
+            f"least-charge.{mission.name}.{perspective}",
+            caption(
+                mission,
+                "Maximal hover time against the charge that must be left",
+                "Fig. 7",
+                f"perspective {perspective}",
+                deadline(mission),
+            ),
+            plots.curves(
+                lines,
+                title=f"{mission.name}: hover time and charge left, {perspective}",
+                x_label="charge that must be left $η_0$ [%]",
+                y_label="hover time Δ [s]",
+            ),
+            records,
+            tuple(_falls(mission, records)),
+        )
+
+
+def _speeds(mission: Mission) -> Mapping[float, dict[str, float]]:
+    if mission.flight.model != "rotors" or mission.rotor is None:
+        return {0.0: {}}
+    own = mission.rotor.max_speed_rad_s
+    return {round(share * own, 6): {"rotor.max_speed_rad_s": share * own} for share in SPEED_SHARES}
+
+
+def _least(mission: Mission) -> tuple[float, ...]:
+    if is_papers(mission):
+        return LEAST_SOC
+    own = mission.limits.min_soc
+    return tuple(each for each in (own, own + 0.05, own + 0.1) if each < 1.0)
+
+
+def _falls(mission: Mission, records: list[dict[str, Any]]) -> Iterator[str]:
+    own = mission.rotor.max_speed_rad_s if mission.flight.model == "rotors" and mission.rotor else 0
+    hovers = [
+        (each["min_soc_percent"], each["hover_time_s"])
+        for each in records
+        if math.isclose(each["max_speed_rad_s"], own, abs_tol=1e-6)
+    ]
+    first = hovers[0][1]
+    falls = ", ".join(
+        f"{100.0 * (1.0 - hover_s / first):.2f} % at η0 = {least:g} %"
+        for least, hover_s in hovers[1:]
+    )
+    yield f"From η0 = {hovers[0][0]:g} % on, Δ = {first:.2f} s falls by {falls}."

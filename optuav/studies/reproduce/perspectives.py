@@ -1,0 +1,101 @@
+"""Figs. 3 to 6: hover time and charge left by perspective and trajectory."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+
+from formulations.perspectives import PAPER, PERSPECTIVES
+from optuav import plots
+from optuav.mission import Mission
+from optuav.plots.comparison import Bar
+from optuav.solving import solve
+from optuav.studies.curves.settings import DEADLINES_S
+from optuav.studies.reproduce.exhibit import Exhibit, caption, deadline, is_papers, percent
+
+TRAJECTORIES = ("direct", "traj1", "traj2", "optimal")
+OURS = "available"
+FIGURES = {800.0: ("Fig. 3", "Fig. 4"), 1200.0: ("Fig. 5", "Fig. 6")}
+
+
+def perspectives_shown(*papers: str) -> Sequence[str]:
+    """The paper's perspectives, and ours, in which the available well must last."""
+    return (*papers, OURS) if OURS in PERSPECTIVES else papers
+
+
+def deadlines_s(mission: Mission) -> Sequence[float]:
+    """The paper's deadlines for its missions, a mission's own otherwise [s]."""
+    return DEADLINES_S if is_papers(mission) else (mission.limits.deadline_s,)
+
+
+def by_perspective(mission: Mission) -> Iterator[Exhibit]:
+    """Two pictures a deadline, as in the paper: hover time, and charge left."""
+    for deadline_s in deadlines_s(mission):
+        asked = mission.replace({"limits.deadline_s": deadline_s})
+        plans = [
+            (perspective, name, solve(asked, trajectory=name, perspective=perspective))
+            for perspective in perspectives_shown(*PAPER)
+            for name in TRAJECTORIES
+        ]
+        shown = [
+            Bar(perspective, name, plan.hover_time_s, (plan.soc or {})["battery"])
+            if plan
+            else Bar(perspective, name, None, None)
+            for perspective, name, plan in plans
+        ]
+        records = [
+            {
+                "perspective": perspective,
+                "trajectory": name,
+                "hover_time_s": plan.hover_time_s,
+                "rest_time_s": plan.rest_time_s,
+                "mission_time_s": plan.mission_time_s,
+                "eta1_percent": percent((plan.soc or {})["battery"]),
+                "route": " > ".join(plan.route),
+                "runs_dry_s": plan.runs_dry_s,
+            }
+            for perspective, name, plan in plans
+            if plan
+        ]
+        heading = f"{mission.name}, T_max = {deadline_s:g} s"
+        hover, charge = FIGURES.get(deadline_s, ("", ""))
+        name = f"{mission.name}.{deadline_s:g}s"
+        yield Exhibit(
+            f"hover-time.{name}",
+            caption(
+                asked, "Maximal hover time by perspective and trajectory", hover, deadline(asked)
+            ),
+            plots.hover_bars(shown, f"Hover time: {heading.replace('T_max', '$T_{max}$')}"),
+            records,
+            tuple(_findings(shown)),
+        )
+        yield Exhibit(
+            f"charge-left.{name}",
+            caption(
+                asked,
+                "Charge left at the end by perspective and trajectory",
+                charge,
+                deadline(asked),
+            ),
+            plots.charge_bars(
+                shown,
+                f"Charge left: {heading.replace('T_max', '$T_{max}$')}",
+                mission.limits.min_soc,
+            ),
+            records,
+        )
+
+
+def _findings(shown: Sequence[Bar]) -> Iterator[str]:
+    for perspective in dict.fromkeys(each.perspective for each in shown):
+        own = {
+            each.trajectory: each.hover_time_s
+            for each in shown
+            if each.perspective == perspective and each.hover_time_s is not None
+        }
+        if "optimal" in own:
+            best = [
+                name
+                for name, hover_s in own.items()
+                if name != "optimal" and hover_s >= own["optimal"] - 1e-6
+            ]
+            yield f"{perspective}: {own['optimal']:.2f} s by {' and '.join(best) or 'no other'}."

@@ -1,0 +1,161 @@
+"""The report: studies with their pictures, Table II and its fit, and the whole ledger."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+
+from optuav.mission import Mission
+from optuav.studies.ledger import Ledger, Verdict, table2
+from optuav.studies.reproduce.document import Block, Heading, Listing, Paragraph, Picture, Table
+from optuav.studies.reproduce.exhibit import Exhibit, Study
+from optuav.studies.reproduce.misprints import all_misprints
+
+PAPER = (
+    'W. Jaafar, H. Yanikomeroglu, "Dynamics of Laser-Charged UAVs: A Battery Perspective", IEEE '
+    "Internet of Things Journal, 2021 (arXiv:2008.13316)"
+)
+COLUMNS = ("place", "what", "stated", "unit", "by printed", "by recovered", "verdict", "why")
+
+
+def title(missions: Sequence[Mission], entries: Ledger | None) -> str:
+    """Of the report."""
+    if entries is not None:
+        return "The paper, reproduced"
+    return f"The paper's studies for {', '.join(mission.name for mission in missions)}"
+
+
+def blocks(
+    missions: Sequence[Mission],
+    made: Mapping[Study, Sequence[Exhibit]],
+    entries: Ledger | None,
+) -> Iterator[Block]:
+    """The report.
+
+    Parameters
+    ----------
+    missions
+        What it is about.
+    made
+        The studies with their exhibits, in order.
+    entries
+        The ledger; None where it was not asked for.
+    """
+    yield Heading(title(missions, entries), 1)
+    yield Paragraph(
+        f"Everything here was computed by optuav from the missions "
+        f"{', '.join(mission.name for mission in missions)}. The paper: {PAPER}."
+    )
+    if entries is not None:
+        yield from _in_short(entries)
+    for study, exhibits in made.items():
+        if not exhibits:
+            continue
+        yield Heading(study.title)
+        for exhibit in exhibits:
+            yield Picture(exhibit.name, exhibit.caption)
+            if exhibit.findings:
+                yield Listing(exhibit.findings)
+            if exhibit.name == "misprints.paper":
+                yield _misprints(missions)
+    if entries is not None:
+        yield from _fit(entries)
+        yield from _whole(entries)
+
+
+def _in_short(entries: Ledger) -> Iterator[Block]:
+    yield Paragraph(
+        "Two missions stand for the paper. `paper` has its printed parameters; they do not give "
+        "the flight times and voltages that the paper reports. `paper-table2` has loads recovered "
+        "from the paper's own results."
+    )
+    yield Heading("In short")
+    yield Table(
+        ("verdict", "numbers of the paper"),
+        [(verdict.value, str(count)) for verdict, count in entries.counts.items()]
+        + [("all", str(len(entries.entries)))],
+    )
+
+
+def _misprints(missions: Sequence[Mission]) -> Block:
+    paper = next(mission for mission in missions if mission.name == "paper")
+    return Table(("where", "printed", "right", "effect"), [tuple(e) for e in all_misprints(paper)])
+
+
+def _fit(entries: Ledger) -> Iterator[Block]:
+    cells = entries.cells_of_table2()
+    if not cells:
+        return
+    counts = {
+        verdict: sum(cell.verdict is verdict for cell in cells)
+        for verdict in (Verdict.FITTED, Verdict.RECOVERED, Verdict.WITHIN, Verdict.CONTRADICTS)
+    }
+    matched = sum(counts.values()) - counts[Verdict.CONTRADICTS]
+    yield Heading("Table II and the fit behind it")
+    yield Paragraph(
+        f"Of the {len(cells)} cells of Table II {matched} match by `paper-table2` and "
+        f"{counts[Verdict.CONTRADICTS]} cannot. {counts[Verdict.FITTED]} of them were used in the "
+        f"fit, {matched - counts[Verdict.FITTED]} are predicted: {counts[Verdict.RECOVERED]} to "
+        f"every printed digit, and {counts[Verdict.WITHIN]} at the edge of a digit, where other "
+        "loads that fit as well show the printed one."
+    )
+    yield Paragraph(
+        f"The fit has {len(table2.FREE_PARAMETERS)} free parameters and {table2.FIT_NUMBERS} "
+        "different numbers to meet, so it must meet them; only what was not fitted tests it. E_1 "
+        "and E_2 are the paper's."
+    )
+    yield Table(("free parameters", "data"), list(_side_by_side()))
+    yield Paragraph(
+        "The adjusted perspective counts joules against E_1 in flight and E_2 in hover, which are "
+        "the capacity times the voltage at which each draws its charge: the voltage cancels, and "
+        "η3 is η1 by construction. The cells of η3 test only that 15.4 V and 14.33 V are the "
+        "voltages of the fitted loads."
+    )
+    loads = "exists" if table2.loads_exist(table2.consistent_cells()) else "does not exist"
+    yield Paragraph(
+        f"A set of loads that shows every digit of all {matched} cells, of both voltages and of "
+        f"the crossing at 39 000 A s at once {loads} (linear programming over the loads; on one "
+        "path every η is a straight line in Δ). With any of the other four cells none does:"
+    )
+    yield Table(
+        ("cell", "printed", "by paper-table2", "why it cannot be matched"),
+        [
+            (
+                f"{cell.statement.place}, {cell.statement.what}",
+                f"{cell.statement.stated} %",
+                f"{cell.shown(cell.recovered)} %",
+                cell.reason,
+            )
+            for cell in cells
+            if cell.verdict is Verdict.CONTRADICTS
+        ],
+    )
+
+
+def _side_by_side() -> Iterator[tuple[str, str]]:
+    data = [*table2.FIT_DATA, *[""] * (len(table2.FREE_PARAMETERS) - len(table2.FIT_DATA))]
+    yield from zip(table2.FREE_PARAMETERS, data, strict=True)
+
+
+def _whole(entries: Ledger) -> Iterator[Block]:
+    yield Heading("The ledger")
+    yield Paragraph(
+        "Every number that the paper states. A value matches if it shows the printed digits, and "
+        "not otherwise; limits of an interval are cut, not rounded. `optuav ledger NAME` computes "
+        "one again; names and commands stand in data/ledger.csv."
+    )
+    yield Table(
+        COLUMNS,
+        [
+            (
+                entry.statement.place,
+                entry.statement.what,
+                entry.statement.stated,
+                entry.statement.unit,
+                entry.shown(entry.printed),
+                entry.shown(entry.recovered),
+                entry.verdict.value,
+                entry.reason,
+            )
+            for entry in entries.entries
+        ],
+    )

@@ -1,0 +1,143 @@
+"""`reproduce`: all studies, computed first and then written."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from pathlib import Path
+
+from optuav.errors import Fault, InputError
+from optuav.mission import Mission, load
+from optuav.mission.files import make_directory, write_bytes
+from optuav.mission.words import nearest
+from optuav.plots.files import png, svg
+from optuav.studies.comparison import as_csv
+from optuav.studies.ledger import Ledger, ledger
+from optuav.studies.reproduce.battery_size import battery_size
+from optuav.studies.reproduce.charging import charging
+from optuav.studies.reproduce.direct_path import direct_path
+from optuav.studies.reproduce.document import markdown, page
+from optuav.studies.reproduce.exhibit import Exhibit, Study
+from optuav.studies.reproduce.least_charge import least_charge
+from optuav.studies.reproduce.misprints import misprints
+from optuav.studies.reproduce.omissions import overcharges, peak_speed, runs_dry, second_problem
+from optuav.studies.reproduce.perspectives import by_perspective
+from optuav.studies.reproduce.report import blocks, title
+from optuav.studies.reproduce.system import system
+from optuav.studies.reproduce.wells import wells
+from optuav.studies.reproduce.wind import wind
+
+Progress = Callable[[int, int, str], None]
+
+STUDIES = (
+    Study("system", "System and trajectories", system),
+    Study("wells", "The wells of the battery", wells),
+    Study("direct-path", "Table II: the direct path", direct_path),
+    Study("perspectives", "Perspectives and trajectories", by_perspective),
+    Study("least-charge", "Hover time and the charge that must be left", least_charge),
+    Study("battery-size", "Hover time and battery size", battery_size),
+    Study("wind", "Hover against wind", wind),
+    Study("charging", "Charging from afar", charging),
+    Study("runs-dry", "Left out: the available well runs dry", runs_dry),
+    Study("overcharges", "Left out: resting first overcharges", overcharges),
+    Study("second-problem", "Left out: (P2) as printed", second_problem),
+    Study("peak-speed", "Left out: no drag, no largest speed", peak_speed),
+    Study("misprints", "Left out: misprints", misprints),
+)
+LEDGER = "ledger"
+NAMES = (*(study.name for study in STUDIES), LEDGER)
+
+
+def reproduce(
+    directory: str | Path = "reproduced",
+    *,
+    only: Sequence[str] = (),
+    mission: Mission | str | Path | None = None,
+    progress: Progress | None = None,
+) -> list[Path]:
+    """Make every table and figure of the paper anew, and write a report.
+
+    Parameters
+    ----------
+    directory
+        Where to write: ``report.html``, which needs no other file, and ``report.md``; ``figures/``
+        with PNG and SVG, ``data/`` with CSV. Made if it is missing; files of these names are
+        replaced, once all is computed. The same call writes the same bytes.
+    only
+        Names of studies; all by default. ``"ledger"`` is the ledger of the paper's numbers.
+    mission
+        A mission of your own to make the studies for, without the ledger; the paper's two missions
+        by default.
+    progress
+        Called with the number of steps done, of all, and the name of the next.
+
+    Returns
+    -------
+    The files that were written.
+
+    Raises
+    ------
+    InputError
+        If there is no such study, matplotlib is missing, or the directory cannot be made or
+        written to. Every file is written whole or not at all.
+    """
+    missions = _missions(mission)
+    chosen = _chosen(only)
+    with_ledger = mission is None and (not only or LEDGER in only)
+    make_directory(Path(directory))
+    files = dict(_files(missions, chosen, with_ledger, progress))
+    for name in ("figures", "data"):
+        make_directory(Path(directory) / name)
+    for name, content in files.items():
+        write_bytes(Path(directory) / name, content)
+    return [Path(directory) / name for name in files]
+
+
+def _missions(mission: Mission | str | Path | None) -> tuple[Mission, ...]:
+    if mission is None:
+        return load("paper"), load("paper-table2")
+    return (mission if isinstance(mission, Mission) else load(mission),)
+
+
+def _chosen(only: Sequence[str]) -> tuple[Study, ...]:
+    faults = [
+        Fault("only", repr(name), f"one of {', '.join(NAMES)}{nearest(name, NAMES)}")
+        for name in only
+        if name not in NAMES
+    ]
+    if faults:
+        raise InputError(faults)
+    return tuple(study for study in STUDIES if not only or study.name in only)
+
+
+def _files(
+    missions: Sequence[Mission],
+    chosen: Sequence[Study],
+    with_ledger: bool,
+    progress: Progress | None,
+) -> Iterator[tuple[str, bytes]]:
+    """Every file by its name in the directory."""
+    made: dict[Study, list[Exhibit]] = {}
+    pictures: dict[str, bytes] = {}
+    steps = len(chosen) * len(missions) + 1
+    for number, study in enumerate(chosen):
+        made[study] = []
+        for place, mission in enumerate(missions):
+            if progress is not None:
+                progress(number * len(missions) + place, steps, f"{study.name} of {mission.name}")
+            for exhibit in study.make(mission):
+                made[study].append(exhibit)
+                figure = exhibit.axes.get_figure(root=True)
+                assert figure is not None
+                pictures[exhibit.name] = png(figure)
+                yield f"figures/{exhibit.name}.png", pictures[exhibit.name]
+                yield f"figures/{exhibit.name}.svg", svg(figure)
+                yield f"data/{exhibit.name}.csv", as_csv(exhibit.records).encode()
+    entries: Ledger | None = None
+    if with_ledger:
+        if progress is not None:
+            progress(steps - 1, steps, LEDGER)
+        entries = ledger()
+        yield "data/ledger.csv", entries.to_csv().encode()
+    report = list(blocks(missions, made, entries))
+    yield "report.md", markdown(report).encode()
+    yield "report.html", page(title(missions, entries), report, pictures).encode()

@@ -1,0 +1,44 @@
+"""Fig. 1: the two wells of the battery, filled as the best plan leaves them."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from optuav import plots
+from optuav.mission import Mission
+from optuav.plots.levels import moments
+from optuav.solving import solve
+from optuav.studies.reproduce.exhibit import Exhibit, caption, percent
+from optuav.studies.reproduce.perspectives import perspectives_shown
+
+
+def wells(mission: Mission) -> Iterator[Exhibit]:
+    """The wells at the end of every phase of the optimal plan."""
+    for perspective in perspectives_shown("battery"):
+        plan = solve(mission, perspective=perspective)
+        if not plan:
+            continue
+        levels = moments(plan)
+        yield Exhibit(
+            f"wells.{mission.name}.{perspective}",
+            caption(
+                mission,
+                "The wells of the kinetic battery over the optimal plan",
+                "Fig. 1",
+                f"perspective {perspective}",
+            ),
+            plots.tanks(plan)[0],
+            [
+                {
+                    "moment": each.words,
+                    "available_percent_of_full": percent(each.available),
+                    "bound_percent_of_full": percent(each.bound),
+                }
+                for each in levels
+            ],
+            (
+                f"The available well ends at {100.0 * levels[-1].available:.1f} % of its full "
+                f"charge, the bound well at {100.0 * levels[-1].bound:.1f} %.",
+                *plan.warnings,
+            ),
+        )

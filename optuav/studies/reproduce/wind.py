@@ -1,0 +1,53 @@
+"""Fig. 9: energy of a hover against wind."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from optuav import plots
+from optuav.mission import Mission
+from optuav.studies.curves.settings import HOVER_S
+from optuav.studies.curves.wind import AXES, calmest_N, hover_energy, limits_N
+from optuav.studies.reproduce.exhibit import Exhibit, caption
+
+
+def wind(mission: Mission) -> Iterator[Exhibit]:
+    """Curves along x, y and z; regime loads do not know wind."""
+    if mission.flight.model != "rotors":
+        return
+    curves = {axis: hover_energy(mission, along, HOVER_S) for axis, along in AXES.items()}
+    limits = {axis: limits_N(mission, along) for axis, along in AXES.items()}
+    level, up = limits["x"], limits["z"]
+    yield Exhibit(
+        f"wind.{mission.name}",
+        caption(
+            mission,
+            f"Energy of {HOVER_S:g} s of hover, radio included, against wind",
+            "Fig. 9",
+        ),
+        plots.curves(
+            [
+                plots.Line(f"wind along ${axis}$", curve.force_N, curve.energy_J / 1000.0)
+                for axis, curve in curves.items()
+            ],
+            title=f"{mission.name}: energy of {HOVER_S:g} s of hover against wind",
+            x_label="wind force $F_w$ [N]",
+            y_label="hover and radio energy $E_{hv}$ [kJ]",
+            marks=[
+                plots.Mark(level[0], f"{level[0]:.2f} N".replace("-", "\N{MINUS SIGN}")),
+                plots.Mark(up[0], f"{up[0]:.2f} N".replace("-", "\N{MINUS SIGN}")),
+                plots.Mark(level[1], f"{level[1]:.2f} N"),
+                plots.Mark(up[1], f"{up[1]:.2f} N"),
+            ],
+        ),
+        [
+            {"axis": axis, "wind_N": float(force_N), "energy_J": float(energy_J)}
+            for axis, curve in curves.items()
+            for force_N, energy_J in zip(curve.force_N, curve.energy_J, strict=True)
+        ],
+        (
+            f"Level wind is held up to {level[1]:.4f} N, wind along z from {up[0]:.4f} to "
+            f"{up[1]:.4f} N; the energy is least at {calmest_N(curves['x']):g} N level and at "
+            f"{calmest_N(curves['z']):g} N upwards, where the wind carries the weight.",
+        ),
+    )

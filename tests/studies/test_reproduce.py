@@ -1,0 +1,250 @@
+"""`optuav.reproduce`: the same bytes twice, a page without other files, and right figures."""
+
+from __future__ import annotations
+
+import csv
+import html.parser
+import io
+import re
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+matplotlib = pytest.importorskip("matplotlib")
+
+import optuav  # noqa: E402
+from optuav.errors import InputError  # noqa: E402
+from optuav.studies.curves import battery_size, charging, wind  # noqa: E402
+from optuav.studies.reproduce import NAMES, STUDIES  # noqa: E402
+from optuav.studies.reproduce.document import Heading, Paragraph, Table, markdown, page  # noqa: E402
+from optuav.studies.reproduce.exhibit import Exhibit  # noqa: E402
+from tests.cli.run import refused, run  # noqa: E402
+
+QUICK = ("direct-path", "wind", "charging", "misprints")
+
+
+def small(**values: Any) -> optuav.Mission:
+    mission = optuav.load("paper")
+    kept = [each.model_dump() for each in mission.buildings if each.name in ("b1", "b9")]
+    return mission.replace({"buildings": kept, "name": "small"} | values)
+
+
+def exhibits(study: str, mission: optuav.Mission | str) -> dict[str, Exhibit]:
+    (found,) = (each for each in STUDIES if each.name == study)
+    asked = mission if isinstance(mission, optuav.Mission) else optuav.load(mission)
+    return {each.name: each for each in found.make(asked)}
+
+
+def contents(folder: Path) -> dict[str, bytes]:
+    return {
+        path.relative_to(folder).as_posix(): path.read_bytes()
+        for path in folder.rglob("*")
+        if path.is_file()
+    }
+
+
+class Sources(html.parser.HTMLParser):
+    """What a page loads."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.found: list[str] = []
+
+    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+        self.found += [value or "" for name, value in attrs if name in ("src", "href", "srcset")]
+
+
+@pytest.fixture(scope="module")
+def written(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder = tmp_path_factory.mktemp("reproduced")
+    optuav.reproduce(folder, only=(*QUICK, "ledger"))
+    return folder
+
+
+def test_the_same_call_writes_the_same_bytes(written: Path, tmp_path: Path) -> None:
+    again = optuav.reproduce(tmp_path, only=(*QUICK, "ledger"))
+    assert contents(tmp_path) == contents(written)
+    assert {path.relative_to(tmp_path).as_posix() for path in again} == contents(written).keys()
+
+
+def test_every_picture_comes_as_png_svg_and_csv(written: Path) -> None:
+    names = {path.stem for path in (written / "figures").glob("*.png")}
+    assert names == {path.stem for path in (written / "figures").glob("*.svg")}
+    assert names | {"ledger"} == {path.stem for path in (written / "data").glob("*.csv")}
+    assert {"wind.paper", "table2.paper-table2", "signs.paper-table2"} <= names
+
+
+def test_the_page_needs_no_other_file(written: Path) -> None:
+    sources = Sources()
+    text = (written / "report.html").read_text("utf-8")
+    sources.feed(text)
+    assert sources.found
+    assert all(each.startswith("data:image/png;base64,") for each in sources.found)
+    assert "url(" not in text
+    assert "@import" not in text
+
+
+def test_the_markdown_leads_to_the_files(written: Path) -> None:
+    links = re.findall(r"\]\(([^)]+)\)", (written / "report.md").read_text("utf-8"))
+    assert links
+    assert [each for each in links if not (written / each).is_file()] == []
+
+
+def test_the_report_counts_the_fit(written: Path) -> None:
+    """26 of 30 cells, 12 of them fitted; 6 parameters for 6 numbers."""
+    text = (written / "report.md").read_text("utf-8")
+    assert "Of the 30 cells of Table II 26 match by `paper-table2` and 4 cannot" in text
+    assert "12 of them were used in the fit, 14 are predicted" in text
+    assert "6 free parameters and 6 different numbers" in text
+    assert "by construction" in text
+
+
+def test_a_mission_of_ones_own(tmp_path: Path) -> None:
+    """All studies, without the paper's numbers and figures."""
+    files = optuav.reproduce(tmp_path, mission=small())
+    names = {path.name for path in files}
+    assert {"report.html", "wind.small.png", "hover-time.small.1200s.csv"} <= names
+    assert not any("ledger" in name or "misprints" in name for name in names)
+    assert "of the paper" not in (tmp_path / "report.md").read_text("utf-8").partition("##")[2]
+
+
+def test_a_mission_without_laser_wind_or_roofs(tmp_path: Path) -> None:
+    """Regime loads know no wind, and without laser there is no charging to draw."""
+    bare = battery_size.without_laser(optuav.load("paper-table2")).replace({"buildings": []})
+    studies = ("wind", "charging", "battery-size", "overcharges", "perspectives")
+    names = {path.stem for path in optuav.reproduce(tmp_path, mission=bare, only=studies)}
+    assert not any(name.startswith(("wind", "harvest", "battery-size", "overch")) for name in names)
+    assert any(name.startswith("hover-time") for name in names)
+
+
+def test_a_mission_that_cannot_be_flown_gets_a_report(tmp_path: Path) -> None:
+    optuav.reproduce(tmp_path, mission=small(**{"limits.deadline_s": 20.0}))
+    assert (tmp_path / "report.html").is_file()
+
+
+def test_nothing_is_written_where_a_study_fails(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def fails(_: object) -> None:
+        raise ZeroDivisionError
+
+    monkeypatch.setattr("optuav.studies.reproduce.run.svg", fails)
+    with pytest.raises(ZeroDivisionError):
+        optuav.reproduce(tmp_path / "out", only=("wind",))
+    assert contents(tmp_path) == {}
+
+
+def test_unknown_studies_are_named() -> None:
+    with pytest.raises(InputError, match=r"wint.*did you mean .wind"):
+        optuav.reproduce(only=("wint",))
+
+
+def test_progress_is_told_to_the_end(tmp_path: Path) -> None:
+    told: list[tuple[int, int, str]] = []
+    optuav.reproduce(tmp_path, only=("wind",), progress=lambda *step: told.append(step))
+    assert [name for _, _, name in told] == ["wind of paper", "wind of paper-table2"]
+    assert all(done < steps for done, steps, _ in told)
+
+
+def test_command_line(tmp_path: Path) -> None:
+    ran = run("reproduce", "--out", str(tmp_path / "out"), "--only", "wind", "--mission", "paper")
+    assert ran.code == 0
+    assert "report.html" in ran.out
+    assert (tmp_path / "out" / "figures" / "wind.paper.svg").is_file()
+    assert "one of" in refused("reproduce", "--only", "nothing", "--out", str(tmp_path))
+    assert "nosuch" in refused("reproduce", "--mission", "nosuch", "--out", str(tmp_path))
+
+
+def test_names_are_those_of_the_studies() -> None:
+    assert (*(study.name for study in STUDIES), "ledger") == NAMES
+
+
+# The studies
+
+
+def test_bars_stand_for_the_plans() -> None:
+    """Perspectives are the groups and trajectories the bars, as in the paper's figures."""
+    shown = exhibits("perspectives", small())["hover-time.small.1200s"]
+    labels = [text.get_text() for text in shown.axes.get_xticklabels()]
+    assert labels[:3] == ["Battery Persp.", "Ener. Persp.", "Adj. Ener. Persp."]
+    heights = [patch.get_height() for patch in shown.axes.patches]
+    assert heights == pytest.approx([each["hover_time_s"] for each in shown.records])
+    assert heights[:4] == pytest.approx([688.848, 715.048, 719.540, 719.540], abs=1e-3)
+    assert shown.axes.get_ylabel() == "hover time Δ [s]"
+
+
+def test_curves_of_battery_size_cross_at_the_marks() -> None:
+    """39 162 and 46 194 A s: where the direct path is as good, and where the deadline ends it."""
+    shown = exhibits("battery-size", "paper-table2")["battery-size.paper-table2.battery"]
+    assert "39162 A s" in shown.findings[0]
+    assert "46194 A s" in shown.findings[1]
+    marked = [line.get_xdata()[0] for line in shown.axes.lines if len(line.get_xdata()) == 2]
+    assert marked == pytest.approx([39162.2, 46194.0], abs=0.1)
+
+
+def test_hover_time_falls_with_the_charge_left() -> None:
+    (shown,) = (
+        each
+        for name, each in exhibits("least-charge", "paper-table2").items()
+        if name.endswith("battery")
+    )
+    hovers = [each["hover_time_s"] for each in shown.records]
+    assert hovers == pytest.approx([955.276, 905.326, 855.377], abs=1e-3)
+    assert "5.23 %" in shown.findings[0]
+    assert "10.46 %" in shown.findings[0]
+
+
+def test_energy_against_wind_is_even_along_x_and_least_at_the_weight_along_z() -> None:
+    mission = optuav.load("paper")
+    along_x = wind.hover_energy(mission, wind.AXES["x"], 100.0)
+    assert along_x.energy_J == pytest.approx(along_x.energy_J[::-1], rel=1e-9)
+    calm = along_x.energy_J[along_x.force_N == 0.0]
+    assert calm == pytest.approx([100.0 * (1310.994 + 5.0)], rel=1e-6)
+    along_z = wind.hover_energy(mission, wind.AXES["z"], 100.0)
+    assert wind.calmest_N(along_z) == pytest.approx(12.74)
+    assert wind.limits_N(mission, wind.AXES["z"]) == pytest.approx((-4.4758, 29.9558), abs=1e-4)
+
+
+def test_harvest_by_hand() -> None:
+    """At 1 km and 1000 W, by the numbers of Table I."""
+    import math
+
+    import numpy as np
+
+    found = charging.harvest(optuav.load("paper"), 1000.0, np.array([1000.0]), 100.0)
+    share = math.exp(-0.1019)
+    power_W = 0.34 * 0.5434 * share * 1000.0 + 0.5434 * -1.1 * share - 0.2761
+    assert found.energy_J == pytest.approx([100.0 * power_W])
+    assert found.efficiency == pytest.approx([power_W / 1000.0])
+
+
+def test_left_out_has_its_numbers() -> None:
+    """Check numbers of the model: empty wells, overcharging, and 154.89 m/s."""
+    (dry,) = exhibits("runs-dry", "paper").values()
+    assert "It is empty at 660.2" in dry.findings[1]
+    (over,) = exhibits("overcharges", "paper").values()
+    assert "104.3 %" in over.findings[0]
+    (fast,) = exhibits("peak-speed", "paper").values()
+    assert "154.89 m/s" in fast.findings[0]
+    (second,) = exhibits("second-problem", "paper").values()
+    found = {each["problem"]: each["hover_time_s"] for each in second.records}
+    assert (found["P1"], found["P2-tight"]) == pytest.approx((688.848, 678.686), abs=1e-3)
+
+
+def test_csv_holds_the_numbers_of_the_picture(written: Path) -> None:
+    text = (written / "data" / "wind.paper.csv").read_text("utf-8")
+    rows = list(csv.DictReader(io.StringIO(text)))
+    assert {row["axis"] for row in rows} == {"x", "y", "z"}
+    assert max(float(row["wind_N"]) for row in rows) == pytest.approx(29.9558, abs=1e-4)
+
+
+# The document
+
+
+def test_texts_are_escaped() -> None:
+    blocks = [Heading("a < b", 1), Paragraph("x_1 & y"), Table(("a|b",), [("<i>",)])]
+    shown = page("<t>", blocks, {})
+    assert "<i>" not in shown
+    assert "a &lt; b" in shown
+    assert markdown(blocks) == "# a < b\n\nx\\_1 & y\n\n| a\\|b |\n| --- |\n| <i> |\n"
