@@ -12,9 +12,9 @@ import numpy as np
 from optuav.errors import Fault, InputError, NoPlanError
 from optuav.judge import table
 from optuav.judge.course import Course, pooled, scheduled
+from optuav.judge.energies import energies, states_of_charge
 from optuav.judge.figures import mismatches
 from optuav.judge.itinerary import Itinerary, moves
-from optuav.judge.ledger import ledger, states_of_charge
 from optuav.judge.limits import impossible, kept
 from optuav.judge.phases import Phase, Site, phases
 from optuav.judge.wells import FOLLOWERS, Method
@@ -97,9 +97,9 @@ class Replay:
 def replay(plan: Plan | Itinerary, *, method: Method = "exact") -> Replay:
     """Simulate a plan from its mission.
 
-    Of the plan only the places, their order and the times of the stays are taken, and the figures
-    of legs that the user stated in a graph. Legs, loads, sight, received power and both wells are
-    worked out again, and every figure that the plan states is compared with them.
+    Of the plan only the places, their order and the times of the stays are taken, and what the user
+    stated in a graph: figures of legs, sight and power at places. All else is worked out again, and
+    every figure that the plan states is compared with it.
 
     Parameters
     ----------
@@ -151,8 +151,8 @@ def _course(mission: Mission, flown: tuple[Phase, ...], method: Method) -> Cours
 def _soc_at_end(
     mission: Mission, flown: tuple[Phase, ...], end: tuple[Wells, ...]
 ) -> dict[str, float]:
-    book = ledger(mission, flown)
+    told = energies(mission, flown)
     left_As = sum(float(pack.total_As) for pack in end)
     share: Floats = np.array([left_As / float(vehicle.pool(mission).capacity_As)])
-    found = states_of_charge(book, book.starts_J[-1:], share)
+    found = states_of_charge(told.batteries_J, told.starts_J[-1:], share)
     return {name: float(level[0]) for name, level in found.items()}

@@ -9,7 +9,7 @@ import numpy as np
 
 from optuav.errors import NoPlanError
 from optuav.judge.course import Course, Stretch
-from optuav.judge.ledger import PERSPECTIVES, Ledger, ledger, states_of_charge
+from optuav.judge.energies import PERSPECTIVES, Energies, energies, states_of_charge
 from optuav.judge.motion import motion
 from optuav.judge.phases import Phase, Stage
 from optuav.judge.wells import Follower
@@ -42,10 +42,10 @@ def trace(mission: Mission, phases: Sequence[Phase], course: Course, follower: F
     """
     if not any(phase.duration_s for phase in phases):
         raise NoPlanError("there is no table: nothing is flown")
-    book = ledger(mission, phases)
+    told = energies(mission, phases)
     stages = [stage for phase in phases for stage in phase.stages]
     pieces = [
-        _piece(mission, phases[each.phase], stages[each.stage], each, course.pack, book, follower)
+        _piece(mission, phases[each.phase], stages[each.stage], each, course.pack, told, follower)
         for each in course.stretches
         if each.duration_s > 0.0
     ]
@@ -60,7 +60,7 @@ def _piece(
     stage: Stage,
     stretch: Stretch,
     pack: Battery,
-    book: Ledger,
+    told: Energies,
     follower: Follower,
 ) -> dict[str, Any]:
     """The rows of a stretch."""
@@ -72,7 +72,7 @@ def _piece(
     available_As = np.stack([each.available_As for each in wells], axis=1)
     bound_As = np.stack([each.bound_As for each in wells], axis=1)
     share = (available_As + bound_As).sum(axis=1) / (len(wells) * pack.capacity_As)
-    energies_J = book.at(stretch.stage, stretch.start_s - stage.start_s + passed_s)
+    energies_J = told.at(stretch.stage, stretch.start_s - stage.start_s + passed_s)
     drawn_A, drawn_W = stage.drawn
     constant = {
         "kind": phase.kind,
@@ -91,7 +91,7 @@ def _piece(
         **{name: np.full(POINTS, value) for name, value in constant.items()},
         "available_As": available_As,
         "bound_As": bound_As,
-        **states_of_charge(book, energies_J, share),
+        **states_of_charge(told.batteries_J, energies_J, share),
     }
 
 

@@ -16,7 +16,7 @@ PERSPECTIVES = ("battery", "energy", "adjusted")
 
 
 @dataclass(frozen=True)
-class Ledger:
+class Energies:
     """What was drawn in flight, drawn in hover, and gained otherwise, stage by stage.
 
     Parameters
@@ -41,8 +41,8 @@ class Ledger:
         return energies_J
 
 
-def ledger(mission: Mission, phases: Sequence[Phase]) -> Ledger:
-    """The ledger of the phases of a plan."""
+def energies(mission: Mission, phases: Sequence[Phase]) -> Energies:
+    """Energies over the phases of a plan."""
     stages = [(phase.kind, stage) for phase in phases for stage in phase.stages]
     gains_W = np.array(
         [_gains_W(kind, stage.drawn[1], stage.received[1]) for kind, stage in stages]
@@ -58,7 +58,7 @@ def ledger(mission: Mission, phases: Sequence[Phase]) -> Ledger:
     E_0 = B * given.nominal_voltage_V
     E_1 = given.flight_energy_J or (B * starts_J[-1, 0] / flown_As if flown_As else E_0)
     E_2 = given.hover_energy_J or (B * hover.power_W / hover.current_A if hover.current_A else E_0)
-    return Ledger(gains_W, starts_J, (float(E_1), float(E_2), E_0))
+    return Energies(gains_W, starts_J, (float(E_1), float(E_2), E_0))
 
 
 def _gains_W(kind: str, drawn_W: float, received_W: float) -> tuple[float, float, float]:
@@ -67,20 +67,22 @@ def _gains_W(kind: str, drawn_W: float, received_W: float) -> tuple[float, float
     return (0.0, drawn_W, received_W) if kind == "hover" else (0.0, 0.0, received_W - drawn_W)
 
 
-def states_of_charge(book: Ledger, energies_J: Floats, share: Floats) -> dict[str, Floats]:
+def states_of_charge(
+    batteries_J: tuple[float, float, float], energies_J: Floats, share: Floats
+) -> dict[str, Floats]:
     """State of charge by perspective [-].
 
     Parameters
     ----------
-    book
-        The ledger of the plan.
+    batteries_J
+        E_1, E_2 and E_0 [J].
     energies_J
-        (moment, 3) as `Ledger.at` has them [J].
+        (moment, 3) as `Energies.at` has them [J].
     share
         (y1 + y2)/B over all packs [-].
     """
     flight_J, hover_J, gained_J = np.moveaxis(energies_J, -1, 0)
-    E_1, E_2, E_0 = book.batteries_J
+    E_1, E_2, E_0 = batteries_J
     return {
         "battery": share,
         "energy": 1.0 - (flight_J + hover_J - gained_J) / E_0,
