@@ -9,8 +9,8 @@ from rich.console import Console
 
 
 @contextmanager
-def progress() -> Iterator[Callable[[int, int, str], None] | None]:
-    """What to tell of steps done, of all, and the next; None where there is no terminal.
+def progress() -> Iterator[Callable[[int, int | None, str], None] | None]:
+    """What to tell of steps done, of all where that is known, and the next; None off a terminal.
 
     The bar is gone when the work is done.
     """
@@ -22,7 +22,7 @@ def progress() -> Iterator[Callable[[int, int, str], None] | None]:
 
     columns = (BarColumn(), TimeElapsedColumn(), TextColumn("{task.description}", markup=False))
     with Progress(*columns, console=screen, transient=True) as bar:
-        task = bar.add_task("")
+        task = bar.add_task("", total=None)
         yield lambda done, total, name: bar.update(
             task, completed=done, total=total, description=name
         )

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from contextlib import nullcontext
 from typing import Annotated
 
 import typer
@@ -15,8 +16,10 @@ from optuav.cli.options import (
     SetOption,
     mission_of,
 )
+from optuav.cli.progress import progress
+from optuav.status import Status
 
-NO = 1
+NO, NOT_PROVED = 1, 3
 
 
 def solve(
@@ -30,7 +33,7 @@ def solve(
         str | None, typer.Option(help="rest-first or hover-first; the better by default.")
     ] = None,
     perspective: Annotated[
-        str, typer.Option(help="battery, energy, adjusted or wells: how charge is counted.")
+        str, typer.Option(help="battery, energy, adjusted, wells or available.")
     ] = "battery",
     slot_s: Annotated[
         float | None,
@@ -46,27 +49,44 @@ def solve(
     hover_point: Annotated[
         str, typer.Option("--hover-point", help="w_U, or free: wherever hovering is longest.")
     ] = "w_U",
+    stops: Annotated[
+        int, typer.Option(help="Most rests, in any order over all buildings; with P1.")
+    ] = 1,
+    hovers: Annotated[int, typer.Option(help="Most pieces in which to hover; with P1.")] = 1,
     settings: SetOption = None,
     as_json: JsonOption = False,
     save: SaveOption = None,
     plot: PlotOption = None,
 ) -> None:
     """Find the longest hover for a mission, and show the plan."""
-    plan = optuav.solve(
-        mission_of(mission, settings),
-        problem,
-        trajectory=trajectory,
-        building=building,
-        order=order,
-        perspective=perspective,
-        slot_s=slot_s,
-        engine=engine,
-        time_limit_s=time_limit_s,
-        solver=solver,
-        hover_point=hover_point,
-    )
+    asked = mission_of(mission, settings)
+    with progress() if (stops, hovers) != (1, 1) else nullcontext() as tell:
+
+        def told(best_s: float, examined: int, left: int) -> None:
+            words = f"hover {best_s:.3f} s so far, {examined} boxes looked at, {left} open"
+            if tell is not None:
+                tell(examined, None, words)
+
+        plan = optuav.solve(
+            asked,
+            problem,
+            trajectory=trajectory,
+            building=building,
+            order=order,
+            perspective=perspective,
+            slot_s=slot_s,
+            engine=engine,
+            time_limit_s=time_limit_s,
+            solver=solver,
+            hover_point=hover_point,
+            stops=stops,
+            hovers=hovers,
+            progress=told,
+        )
     from optuav.cli.output import deliver
 
     deliver(plan, as_json=as_json, save=save, plot=plot)
     if not plan:
         raise typer.Exit(NO)
+    if plan.status is Status.FEASIBLE:
+        raise typer.Exit(NOT_PROVED)

@@ -16,7 +16,7 @@ or that crosses a building has no edge. Where nothing is in reach of the device 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from numbers import Real
 from typing import TYPE_CHECKING, Any
@@ -25,10 +25,11 @@ import numpy as np
 
 from optuav.errors import Fault, InputError
 from optuav.mission.itineraries import itineraries
+from optuav.mission.legs import Legs
 from optuav.mission.network import Network, network
 from optuav.mission.places import DESTINATION, ENDS, HOVER, ORIGIN, Places
 from optuav.mission.schema import Mission
-from optuav.mission.sight import Points
+from optuav.mission.sight import Booleans, Points
 from optuav.mission.words import shown
 
 if TYPE_CHECKING:
@@ -211,17 +212,39 @@ def edited_network(mission: Mission, view: Graph) -> Network:
     if faults:
         raise InputError(faults)
     where = _edited_places(computed, view)
-    table = computed.legs
-    names = where.names
+    table = edited_legs(computed.legs, where.names, view)
+    return Network(mission, where, table, itineraries(table, where))
+
+
+def edited_legs(
+    table: Legs, names: Sequence[str], view: Graph, needed: Booleans | None = None
+) -> Legs:
+    """A table of legs with the figures of the edges of a graph that is in order.
+
+    Parameters
+    ----------
+    table
+        Legs as computed.
+    names
+        Of the places.
+    view
+        The graph.
+    needed
+        Whether a leg without an edge is forbidden (leg,), all by default; the others stay as they
+        were computed.
+    """
     columns = {name: getattr(table, name).copy() for name in ("distance_m", "peak_speed_m_s")}
     stages = {
         name: getattr(table, name).copy() for name in ("durations_s", "currents_A", "powers_W")
     }
-    flyable, edited = np.zeros_like(table.flyable), np.zeros_like(table.edited)
+    flyable, edited = table.flyable.copy(), np.zeros_like(table.edited)
+    flyable[slice(None) if needed is None else needed] = False
     figures = np.stack([getattr(table, name) for name in EDGE_FIGURES])
-    for leg, (start, end) in enumerate(zip(table.start, table.end, strict=True)):
-        data = view.get_edge_data(names[start], names[end])
-        if data is None:
+    number = {way: leg for leg, way in enumerate(zip(table.start, table.end, strict=True))}
+    place = {name: k for k, name in enumerate(names)}
+    for start, end, data in view.edges(data=True):
+        leg = number.get((place[start], place[end]))
+        if leg is None:
             continue
         flyable[leg] = True
         stated = [float(data[name]) for name in EDGE_FIGURES]
@@ -234,8 +257,7 @@ def edited_network(mission: Mission, view: Graph) -> Network:
             stages[name][:, leg] = total / duration_s if duration_s > 0.0 else 0.0
         stages["durations_s"][:, leg] = 0.0
         stages["durations_s"][0, leg] = duration_s
-    table = replace(table, **columns, **stages, flyable=flyable, edited=edited)
-    return Network(mission, where, table, itineraries(table, where))
+    return replace(table, **columns, **stages, flyable=flyable, edited=edited)
 
 
 def _strangers(where: Places, view: Graph) -> Iterator[Fault]:

@@ -82,7 +82,9 @@ def phases(worked_out: Network, index: int, hover_time_s: Any, rest_time_s: Any)
     """
     routes, table = worked_out.itineraries, worked_out.legs
     legs = [int(number) for number in routes.legs[index] if number != NO_LEG]
-    stays_s = [hover_time_s if table.end[leg] == HOVER else rest_time_s for leg in legs[:-1]]
+    times_s = {HOVER: hover_time_s, FIRST_BUILDING + int(routes.building[index]): rest_time_s}
+    # Places are passed by where they do not serve, or have served.
+    stays_s = [times_s.pop(int(table.end[leg]), 0.0) for leg in legs[:-1]]
     return phases_along(worked_out, table, legs, stays_s)
 
 

@@ -15,6 +15,7 @@ from optuav.mission.sections import Building
 
 Points = npt.NDArray[np.float64]
 Numbers = npt.NDArray[np.intp]
+Booleans = npt.NDArray[np.bool_]
 
 MARGIN_M = 1e-6
 """How far walls and roofs are moved inwards [m], so that to graze a building is not to cross it."""

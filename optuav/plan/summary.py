@@ -111,6 +111,9 @@ def _deadline(plan: Plan) -> str:
 
 def _where(plan: Plan, kind: str) -> str:
     stops = [stop for stop in plan.stops if stop.kind == kind]
+    served = [stop for stop in stops if stop.duration_s]
+    if len(served) > 1:
+        return ", ".join(f"{stop.duration_s:.2f} s at {stop.at}" for stop in served)
     return ", ".join(
         f"at {stop.at}, from {stop.start_s:.2f} s" if stop.duration_s else f"passes by {stop.at}"
         for stop in stops

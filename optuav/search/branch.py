@@ -116,7 +116,7 @@ class _Search:
         except _EarlyEnd as reason:
             ended = str(reason)
         except KeyboardInterrupt:
-            ended = "interrupted"
+            ended = "was interrupted"
         bound_s = self._bound_s() if begun else self.terrain.longest_stay_s
         best = self.incumbent.best
         if best is not None:

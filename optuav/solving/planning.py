@@ -8,10 +8,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from formulations.perspectives import PAPER, PERSPECTIVES
+from formulations.quantities import Quantities
 from optuav.engines.solution import Solution, Status
 from optuav.mission import phases as mission_phases
 from optuav.mission.itineraries import NO_LEG
-from optuav.mission.legs import Legs
 from optuav.mission.network import Network
 from optuav.mission.one_stop import in_words, one_stop_is_enough
 from optuav.mission.phases import phases
@@ -64,7 +64,7 @@ def plan_of(
         binding=solution.binding_labels(entry),
         notes=tuple(_notes(asked, worked_out, part, route, times)),
         phases=planned_phases(worked_out, route, **times),
-        soc=_states_of_charge(worked_out, part.routes[entry : entry + 1], **times),
+        soc=states_of_charge(quantities(worked_out, part.routes[entry : entry + 1]), **times),
     )
 
 
@@ -92,18 +92,13 @@ def planned_phases(
 ) -> tuple[Phase, ...]:
     """Phases of a plan with the wells of its packs at their ends."""
     found = phases(worked_out, route, hover_time_s, rest_time_s)
-    return with_wells(worked_out, worked_out.legs, found)
+    return with_wells(worked_out, found)
 
 
-def with_wells(
-    worked_out: Network, table: Legs, found: Sequence[mission_phases.Phase]
-) -> tuple[Phase, ...]:
-    """Phases of the mission over a table of legs as those of a plan, with the wells of its packs.
-
-    Pooled packs count as one.
-    """
+def with_wells(worked_out: Network, found: Sequence[mission_phases.Phase]) -> tuple[Phase, ...]:
+    """Phases of a mission as those of a plan: with the wells of its packs, pooled ones as one."""
     ends = wells_at_ends(worked_out.mission, [(each.kind, each.stages) for each in found])
-    where, names = worked_out.places, worked_out.places.names
+    where, table, names = worked_out.places, worked_out.legs, worked_out.places.names
     start_s, planned = 0.0, []
     for each, wells in zip(found, ends, strict=True):
         flown = each.leg != NO_LEG
@@ -130,10 +125,10 @@ def with_wells(
     return tuple(planned)
 
 
-def _states_of_charge(
-    worked_out: Network, route: Numbers, hover_time_s: float, rest_time_s: float
+def states_of_charge(
+    given: Quantities, hover_time_s: float, rest_time_s: float
 ) -> dict[str, float]:
-    given = quantities(worked_out, route)
+    """State of charge at the end [-] by the perspectives of the paper, for one itinerary."""
     return {
         name: float(np.squeeze(PERSPECTIVES[name](given, hover_time_s, rest_time_s)))
         for name in PAPER
@@ -155,7 +150,8 @@ def _notes(
         yield "some legs have figures from the graph, not from the flight model"
     if worked_out.places.edited[worked_out.legs.end[flown]].any():
         yield "some places have sight or power of the laser from the graph, not from the mission"
-    if asked.problem == "P1" and asked.trajectory == "optimal":
+    one_stop = (asked.stops, asked.hovers) == (1, 1)
+    if asked.problem == "P1" and asked.trajectory == "optimal" and one_stop:
         shortcuts = one_stop_is_enough(worked_out)
         if shortcuts:
             yield in_words(shortcuts)

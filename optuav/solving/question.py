@@ -64,6 +64,8 @@ class Question:
         Solver behind the engine, where it has several; None for its own choice.
     hover_point
         Whether the UAV hovers at the mission's own point, w_U unless stated, or wherever is best.
+    stops, hovers
+        Most rests and hovers.
     """
 
     problem: Problem | type[Formulation]
@@ -76,6 +78,8 @@ class Question:
     time_limit_s: float | None
     solver: str | None
     hover_point: HoverPoint = "w_U"
+    stops: int = 1
+    hovers: int = 1
 
     @property
     def problem_name(self) -> str:

@@ -27,6 +27,7 @@ from optuav.solving.question import AUTO, Question, question
 
 if TYPE_CHECKING:
     from optuav.mission.graph import Graph
+    from optuav.search.branch import Progress
 
 MOST_REASONS = 10
 """Blocked legs that are named one by one."""
@@ -138,8 +139,21 @@ def solve(
     time_limit_s: float | None = None,
     solver: str | None = None,
     hover_point: str = "w_U",
+    stops: int = 1,
+    hovers: int = 1,
+    progress: Progress | None = None,
 ) -> Plan:
-    """Solve a problem over a mission; the arguments are those of `formulate`.
+    """Solve a problem over a mission; the other arguments are those of `formulate`.
+
+    Parameters
+    ----------
+    stops, hovers
+        Most rests, and pieces in which the UAV may hover, in any order over all places, for P1 with
+        the trajectory optimal; places may be visited again. In the perspectives of the paper one of
+        each is enough, under `available` it is not.
+    progress
+        Told how far the search over several stops is: the best hover time so far [s], and how many
+        boxes of durations it has looked at and has open.
 
     Returns
     -------
@@ -155,7 +169,7 @@ def solve(
     SolverError
         If the engine fails or does not prove its answer in time.
     """
-    return formulate(
+    program = formulate(
         mission,
         problem,
         trajectory=trajectory,
@@ -168,7 +182,12 @@ def solve(
         time_limit_s=time_limit_s,
         solver=solver,
         hover_point=hover_point,
-    ).solve()
+    )
+    if (stops, hovers) == (1, 1):
+        return program.solve()
+    from optuav.solving.several_stops import several_stops
+
+    return several_stops(program, stops, hovers, graph, progress)
 
 
 def _worked_out(mission: Mission, graph: Graph | None) -> Network:

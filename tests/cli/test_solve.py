@@ -157,3 +157,14 @@ def test_pictures_cannot_go_where_a_file_is(tmp_path: Path) -> None:
     pytest.importorskip("matplotlib")
     (tmp_path / "file").write_text("", "utf-8")
     assert "is not a directory" in refused("solve", "paper", "--plot", str(tmp_path / "file"))
+
+
+def test_several_stops() -> None:
+    """SPEC 3: 605.456 s; numbers out of range are refused together."""
+    found = run("solve", "paper", "--perspective", "available", "--stops", "2")
+    assert found.code == 0
+    assert "231.82 s at b9, 254.21 s at b10" in found.out
+    assert widest(found.out) <= 80
+    told = refused("solve", "paper", "--stops", "-1", "--hovers", "0")
+    assert "stops = -1" in told
+    assert "hovers = 0" in told

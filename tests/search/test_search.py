@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Iterator
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -22,7 +23,7 @@ from optuav.solving.several_stops import all_legs, terrain
 
 def terrain_of(mission: Mission) -> Terrain:
     worked_out = network(mission)
-    return terrain(worked_out, all_legs(worked_out))
+    return terrain(replace(worked_out, legs=all_legs(worked_out)))
 
 
 def names(mission: Mission, found: Found) -> list[str]:
@@ -174,3 +175,12 @@ def test_a_fine_grid_comes_as_close_as_its_step() -> None:
     assert found.stops is not None
     grid_s = tried_all(known, 2, 1, step_s=5.0)
     assert found.stops.hover_s - 10.0 <= grid_s <= found.bound_s
+
+
+def test_a_terrain_is_the_mission_in_arrays() -> None:
+    """No leg where none can be flown, currents net into the battery, charge to be left."""
+    known = terrain_of(optuav.load("paper"))
+    assert known.duration_s[0, 1] == pytest.approx(37.8961, abs=5e-5)
+    assert np.isinf(known.duration_s.diagonal()).all()
+    assert known.stay_current_A[1] == pytest.approx(-87.91, abs=5e-3)
+    assert known.least_charge_As == pytest.approx(3600.0)

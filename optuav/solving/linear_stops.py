@@ -1,0 +1,121 @@
+"""Several stops in the linear perspectives, where one rest and one hover are enough.
+
+There the state of charge at the end is linear in the total times of flying, hovering and resting.
+Take any plan, its best building among those it rests on, and one visit to the hover point and to
+that building; leave all other stops out, hover and rest for the total times there. The battery ends
+with no less charge: resting charges at least as well. And if every leg between origin, hover point,
+building and destination takes no more time, charge and energy than any way around, the flight costs
+no more. So no plan is better than the best with one rest and one hover.
+
+Edited graphs and buildings in the way may break that condition. Then all sequences are compared,
+each by its own linear programme with the rest on its best building: the same argument without the
+shortening of the flight.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import replace
+
+import numpy as np
+
+from optuav.errors import SolverError
+from optuav.mission.network import Network
+from optuav.mission.phases import rest_net
+from optuav.mission.places import DESTINATION, FIRST_BUILDING, HOVER, ORIGIN
+from optuav.mission.sight import Booleans, Numbers
+from optuav.plan import Plan
+from optuav.search.sequences import patterns, sequences
+from optuav.solving.given import quantities
+from optuav.solving.planning import Part
+from optuav.solving.program import Program
+from optuav.solving.several_stops import terrain, ways
+
+MOST_SEQUENCES = 1 << 20
+"""Sequences that are compared at most."""
+TOLERANCE = 1e-9
+"""Relative; a way around that takes less by rounding alone is none shorter."""
+FIGURES = ("duration_s", "charge_As", "energy_J")
+
+
+def linear_stops(program: Program, everywhere: Network, rests: int, hovers: int) -> Plan:
+    """The best plan with at most so many rests and hovers in a linear perspective.
+
+    Parameters
+    ----------
+    program
+        (P1) with one rest and one hover.
+    everywhere
+        The same mission with the legs between any two places.
+    rests, hovers
+        Most rests and hovers.
+
+    Raises
+    ------
+    SolverError
+        If one stop may not be enough, and there are too many sequences to compare.
+    """
+    if rests and not roundabouts(everywhere).any():
+        plan = program.solve()
+        note = "one rest and one hover are enough: no way around is shorter than a leg"
+        return plan.model_copy(update={"notes": (*plan.notes, note)})
+    return _compared(program, everywhere, rests, hovers).solve()
+
+
+def roundabouts(everywhere: Network) -> Booleans:
+    """Whether a way around takes less than a leg in time, charge or energy (figure, leg).
+
+    Only the legs between origin, hover point, buildings and destination are looked at that a plan
+    with one rest and one hover flies; one that is not there is longer than any way.
+    """
+    table, places = everywhere.legs, len(everywhere.places.names)
+    start, end = table.start, table.end
+    one_stop = (start != DESTINATION) & (end != ORIGIN) & ((start == HOVER) | (end == HOVER))
+    one_stop |= (start == ORIGIN) & (end >= FIRST_BUILDING)
+    one_stop |= (start >= FIRST_BUILDING) & (end == DESTINATION)
+    ways_there = table.flyable & (end != ORIGIN) & (start != DESTINATION)
+    found = np.zeros((len(FIGURES), len(start)), bool)
+    for row, name in enumerate(FIGURES):
+        figure = np.asarray(getattr(table, name))
+        direct = np.full((places, places), np.inf)
+        direct[start[ways_there], end[ways_there]] = figure[ways_there]
+        around = direct
+        for via in range(places):
+            around = np.minimum(around, around[:, via, None] + around[via])
+        longest = around[start, end] * (1.0 + TOLERANCE)
+        found[row] = one_stop & (direct[start, end] > longest)
+    return found
+
+
+def _compared(program: Program, everywhere: Network, rests: int, hovers: int) -> Program:
+    """The programmes of all sequences, each with a rest on its best building."""
+    known = terrain(everywhere)
+    net = rest_net(everywhere, np.arange(len(known.duration_s) - FIRST_BUILDING))
+    gain = net.current_A if program.question.perspective == "battery" else net.power_W
+    worth = np.concatenate([np.full(FIRST_BUILDING, -np.inf), gain])
+    columns: list[Numbers] = []
+    count = 0
+    for pattern in patterns(rests, hovers):
+        for boxes in sequences(known, pattern):
+            rows = np.full((rests + hovers + 2, len(boxes)), -1, dtype=np.intp)
+            rows[: len(boxes.places)] = boxes.places
+            columns.append(rows)
+            count += len(boxes)
+            if count > MOST_SEQUENCES:
+                raise SolverError(
+                    f"more than {MOST_SEQUENCES} sequences of stops: ask for fewer stops or hovers"
+                )
+    places = np.concatenate(columns, axis=1)
+    best = np.take_along_axis(places, worth[places].argmax(axis=0)[None], axis=0)[0]
+    building = np.where(best >= FIRST_BUILDING, best - FIRST_BUILDING, -1)
+    worked_out = replace(everywhere, itineraries=ways(everywhere, places, building))
+    return replace(program, worked_out=worked_out, parts=tuple(_parts(program, worked_out)))
+
+
+def _parts(program: Program, worked_out: Network) -> Iterator[Part]:
+    asked, building = program.question, worked_out.itineraries.building
+    for rests in (False, True):
+        which = np.flatnonzero((building >= 0) == rests)
+        if len(which):
+            given = quantities(worked_out, which, rests=rests)
+            yield Part(asked.formulation.model(given, asked.perspective), which)
