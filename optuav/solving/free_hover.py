@@ -46,6 +46,7 @@ APART = 0.1
 """Distance of the starts in a cell from each other, as a share of the coverage radius."""
 CELL, MOST_CELLS = 0.2, 8
 """How far a cell reaches from its start, as a share of the coverage radius; cells in a row."""
+CELL_OF_LEG, LEAST_M, NEAR = 0.5, 0.5, 7
 BOX = 7
 """Points along an edge of a cell."""
 MOST_SIDES = 6
@@ -172,6 +173,7 @@ class Search:
     def _starts(self, groups: tuple[OpenRoutes, ...]) -> list[Found]:
         """The best points of every cell that are apart, the best cells first."""
         points_m = np.concatenate([self._known_m(), self.where.spread(*SAMPLES)])
+        points_m = np.concatenate([points_m, *map(self._near, self.worked_out.places.position_m)])
         sampled = [
             (routes, self._hover_s(routes, np.arange(len(routes.index)), points_m))
             for routes in groups
@@ -201,6 +203,16 @@ class Search:
         inside_m = self.where.inside(points_m)
         kept: Points = inside_m[np.abs(inside_m - points_m).max(axis=1) < WITHIN_M]
         return kept
+
+    def _near(self, place_m: Points) -> Points:
+        """Points of the region (k, 3) [m] around a place, ever closer: short legs save most."""
+        reach_m = CELL * self.where.radius_m * 0.5 ** np.arange(NEAR)
+        angles = np.linspace(0.0, 2.0 * np.pi, 24, endpoint=False)
+        slopes = np.linspace(-0.5 * np.pi, 0.5 * np.pi, 9)
+        r, φ, θ = (each.ravel() for each in np.meshgrid(reach_m, angles, slopes))
+        way_m = np.column_stack([np.cos(θ) * np.cos(φ), np.cos(θ) * np.sin(φ), np.sin(θ)])
+        points_m: Points = place_m + r[:, None] * way_m
+        return points_m[(self.where.beyond_m(points_m) <= 0.0).all(axis=1)]
 
     def _apart(
         self,
@@ -324,14 +336,20 @@ class Search:
             )
         place, building = hidden
         for side, depths_m in self._past(place, building, box_m):
-            left_m = box_m[depths_m > -2.0 * CELL * self.where.radius_m / BOX]
+            left_m = box_m[depths_m > -2.0 * self._reach_m(start) / BOX]
             if len(left_m) and len(sides) < MOST_SIDES and side not in sides:
                 best = self._best_around(start, best, lit, (*sides, side), left_m)
         return self._best_around(start, best, False, sides, box_m) if place == LASER else best
 
+    def _reach_m(self, start: Found) -> float:
+        """How far the cell of a start reaches [m]: not to where a leg has no length."""
+        ends_m = self.worked_out.places.position_m[start.routes.around[start.entry]]
+        nearest_m = float(np.linalg.norm(ends_m - start.point_m, axis=1).min())
+        return min(CELL * self.where.radius_m, max(CELL_OF_LEG * nearest_m, LEAST_M))
+
     def _box(self, start: Found) -> Points:
         """Points (k, 3) [m] all over the cell of a start."""
-        reach_m = CELL * self.where.radius_m * np.linspace(-1.0, 1.0, BOX)
+        reach_m = self._reach_m(start) * np.linspace(-1.0, 1.0, BOX)
         steps_m = np.stack(np.meshgrid(reach_m, reach_m, reach_m), axis=-1).reshape(-1, 3)
         points_m = np.unique(self.where.inside(start.point_m + steps_m), axis=0)
         if start.straight:
@@ -363,8 +381,8 @@ class Search:
         for number, turn in enumerate(turns):
             values[_sign_name(number)] = float(np.sign(turn)) if abs(turn) > LOOSE_RAD else 0.0
         for axis, coordinate_m in zip(AXES, start.point_m.tolist(), strict=True):
-            values[f"least_{axis}_m"] = coordinate_m - CELL * self.where.radius_m
-            values[f"most_{axis}_m"] = coordinate_m + CELL * self.where.radius_m
+            values[f"least_{axis}_m"] = coordinate_m - self._reach_m(start)
+            values[f"most_{axis}_m"] = coordinate_m + self._reach_m(start)
         for number in range(MOST_SIDES):
             (x, y, z), least_m = (*sides, *[EVERYWHERE] * MOST_SIDES)[number]
             values |= dict(zip(_side_names(number), (x, y, z, least_m), strict=True))
