@@ -138,3 +138,37 @@ def test_the_program_is_printed_and_checked() -> None:
     for ask in (program.shadow_prices, program.compile):
         with pytest.raises(InputError, match=r"route\.hover_m"):
             ask()
+
+
+def town(seed: int) -> Mission:
+    """The UAV of `paper` in a town of its own, many buildings near the device, wind or none."""
+    random = np.random.default_rng(seed)
+    x, y = random.uniform(0.0, 2000.0), random.uniform(500.0, 3000.0)
+    around = ([x - 700.0, y - 900.0], [x + 700.0, y])
+    buildings = [
+        {
+            "name": f"b{number}",
+            "position_m": [*random.uniform(*around), random.uniform(20.0, 150.0)],
+            "footprint_m": random.uniform(20.0, 200.0, 2).tolist(),
+        }
+        for number in range(random.integers(0, 5))
+    ]
+    return PAPER.replace(
+        {
+            "link.device_m": [x, y, random.uniform(0.0, 20.0)],
+            "laser.position_m": [*random.uniform(0.0, 2000.0, 2), random.uniform(5.0, 80.0)],
+            "limits.deadline_s": random.uniform(700.0, 1500.0),
+            "buildings": buildings,
+            "wind.force_N": random.choice([0.0, 3.0]) * random.uniform(-1.0, 1.0, 3),
+        }
+    )
+
+
+@pytest.mark.parametrize(
+    "seed", [1, *(pytest.param(seed, marks=pytest.mark.soak) for seed in range(2, 60))]
+)
+def test_towns(seed: int) -> None:
+    """Where lines of sight are cut and legs are short, as good as a dense sampling too."""
+    mission = town(seed)
+    plan = never_worse(mission)
+    assert (plan.hover_time_s if plan else -np.inf) >= best_s(mission, 81, close=1) - 0.01
