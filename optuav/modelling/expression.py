@@ -29,6 +29,7 @@ class Expression(NDArrayOperatorsMixin):
     """A node of the tree; it answers to Python's operators and to NumPy's ufuncs."""
 
     __hash__ = object.__hash__
+    order: list[Operand] | None = None
 
     def __array_ufunc__(
         self, ufunc: np.ufunc, method: str, *inputs: Operand, **options: Any
@@ -202,17 +203,39 @@ def fold(
             return leaf(node)
         return node
 
+    for node in _order(expression) if not done else _upwards(expression, done):
+        done[id(node)] = value(node)
+    return done[id(expression)]
+
+
+def _order(expression: Operand) -> list[Operand]:
+    """Nodes of a tree, each after its operands; found once, as a tree never changes."""
+    if not isinstance(expression, Expression):
+        return [expression]
+    if expression.order is None:
+        expression.order = _upwards(expression, {})
+    return expression.order
+
+
+def _upwards(expression: Operand, done: Mapping[int, Any]) -> list[Operand]:
+    """Nodes of a tree that are not done, each after its operands."""
+    found: list[Operand] = []
+    seen: set[int] = set()
     waiting = [expression]
     while waiting:  # no recursion: a sum over a thousand phases is a deep tree
         node = waiting[-1]
-        below = [] if id(node) in done else [n for n in _operands(node) if id(n) not in done]
+        known = id(node) in seen or id(node) in done
+        below = (
+            [] if known else [n for n in _operands(node) if id(n) not in seen and id(n) not in done]
+        )
         if below:
             waiting += reversed(below)
         else:
             waiting.pop()
-            if id(node) not in done:
-                done[id(node)] = value(node)
-    return done[id(expression)]
+            if not known:
+                seen.add(id(node))
+                found.append(node)
+    return found
 
 
 def _operands(node: Operand) -> tuple[Operand, ...]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import operator
 import sys
 from dataclasses import dataclass
 from pathlib import Path
@@ -57,6 +58,8 @@ class Model:
         self.sense: Literal["maximise", "minimise"] = "maximise"
         self.objective: Operand = 0.0
         self.preferences: list[Operand] = []
+        # The trees that were walked last, and the parameters found: a declared model stays as it is.
+        self._walked: tuple[list[Operand], dict[str, Parameter]] = [], {}
 
     def variable(
         self,
@@ -132,9 +135,12 @@ class Model:
     @property
     def given(self) -> dict[str, Parameter]:
         """Everything that occurs in the model and has a value, by name."""
-        return {
-            leaf.name: leaf for leaf in leaves(*self.expressions) if isinstance(leaf, Parameter)
-        }
+        trees = self.expressions
+        walked, found = self._walked
+        if len(trees) != len(walked) or any(map(operator.is_not, trees, walked)):
+            found = {leaf.name: leaf for leaf in leaves(*trees) if isinstance(leaf, Parameter)}
+            self._walked = trees, found
+        return dict(found)
 
     @property
     def parameters(self) -> dict[str, Parameter]:
