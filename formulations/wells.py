@@ -9,14 +9,10 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import Any
 
+from formulations.pool import pool
 from formulations.quantities import Quantities
 from optuav.modelling import Expression, Let
 from optuav.physics import battery
-
-
-def pool(given: Quantities) -> battery.Battery:
-    """All packs as one battery."""
-    return battery.Battery(given.battery_As, given.available_fraction, given.flow_rate_per_s)
 
 
 def levels(given: Quantities, hover: Any, rest: Any) -> Iterator[tuple[Any, battery.Wells]]:
@@ -32,7 +28,8 @@ def levels(given: Quantities, hover: Any, rest: Any) -> Iterator[tuple[Any, batt
             level = battery.along(whole, level, step)
         else:
             phase = stays[step] if isinstance(step, str) else step
-            level = _named(battery.step(whole, level, phase), number)
+            words = "" if isinstance(step, str) else "by eqs (15)-(16), a stage of flight"
+        level = _named(battery.step(whole, level, phase), number, words)
         yield step, level
 
 
@@ -42,11 +39,11 @@ def wells(given: Quantities, hover: Any, rest: Any) -> Any:
     return battery.state_of_charge(pool(given), last)
 
 
-def _named(level: battery.Wells, number: int) -> battery.Wells:
+def _named(level: battery.Wells, number: int, words: str) -> battery.Wells:
     """Names for the wells after a step, else each step would multiply the printed problem."""
     if not isinstance(level.available_As, Expression):
         return level
     return battery.Wells(
-        Let(f"available after step {number}", f"y1_{number}", "A s", level.available_As),
-        Let(f"bound after step {number}", f"y2_{number}", "A s", level.bound_As),
+        Let(f"available after step {number}", f"y1_{number}", "A s", level.available_As, words),
+        Let(f"bound after step {number}", f"y2_{number}", "A s", level.bound_As, words),
     )

@@ -58,7 +58,7 @@ class Model:
         self.sense: Literal["maximise", "minimise"] = "maximise"
         self.objective: Operand = 0.0
         self.preferences: list[Operand] = []
-        # The trees that were walked last, and the parameters found: a declared model stays as it is.
+        # The trees that were walked last and the parameters in them: most models stay as declared.
         self._walked: tuple[list[Operand], dict[str, Parameter]] = [], {}
 
     def variable(

@@ -28,6 +28,10 @@ LEAST, MOST = 1e-4, 10.0**DIGITS
 """Numbers between these are written without a power of ten."""
 
 
+GUARD = 1e-100
+"""max(x, g) with a positive g below this is written as x."""
+
+
 class Written(NamedTuple):
     """An expression in writing, and how tightly it holds together."""
 
@@ -98,10 +102,16 @@ class Notation(ABC):
         written = fold(
             expression,
             leaf=lambda node: Written(self.symbol(node.symbol), ATOM),
-            call=lambda ufunc, arguments: self._apply(ufunc, [*map(self._operand, arguments)]),
+            call=self._call,
             let=lambda node, _: Written(self.symbol(node.symbol), ATOM),
         )
         return written.text if isinstance(written, Written) else self.number(written).text
+
+    def _call(self, ufunc: np.ufunc, arguments: tuple[Any, ...]) -> Written:
+        first, *rest = map(self._operand, arguments)
+        if ufunc is np.maximum and _is_guard(arguments[1]):
+            return first
+        return self._apply(ufunc, [first, *rest])
 
     def number(self, value: Any) -> Written:
         """A number; an array of different numbers as its size and range."""
@@ -186,6 +196,13 @@ class Notation(ABC):
 
     def _negative(self, written: Written) -> Written:
         return Written(f"{self.minus}{self.at_least(PRODUCT, written)}", SIGN)
+
+
+def _is_guard(operand: Any) -> bool:
+    """Whether a number does nothing but keep a divisor from being 0: no part of the mathematics."""
+    return not isinstance(operand, Written) and bool(
+        np.all((np.asarray(operand) > 0.0) & (np.asarray(operand) < GUARD))
+    )
 
 
 SUPERSCRIPTS = str.maketrans("−0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")

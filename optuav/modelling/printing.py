@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import textwrap
 from collections.abc import Iterator, Sequence
-from typing import TypeAlias
+from typing import Any, NamedTuple, TypeAlias
+
+import numpy as np
 
 from optuav.modelling.affine import NotAffineError, affine
 from optuav.modelling.expression import Let, Operand, fold
@@ -120,17 +122,42 @@ def _meaning(named: Let, notation: Notation) -> str:
     return notation.words(named.words) if named.words else notation.write(named.expression)
 
 
+class Spoken(NamedTuple):
+    """Named quantities below a node, by identity: those to print, and those only told in words."""
+
+    printed: dict[int, Let]
+    in_words: dict[int, Let]
+
+
 def _named_quantities(model: Model) -> list[Let]:
-    """The named quantities that occur in a model, each after those that it is made of."""
-    found: dict[int, Let] = {}
-    for expression in model.expressions:
-        fold(
-            expression,
-            leaf=lambda node: None,
-            call=lambda ufunc, arguments: None,
-            let=lambda node, _: found.setdefault(id(node), node),
-        )
-    return [*found.values()]
+    """The named quantities that the page speaks of, each after those that it is made of.
+
+    Of a chain of quantities told in words only the last is.
+    """
+    done: dict[int, Any] = {}
+    leaf = Spoken({}, {})
+    walked = [
+        fold(expression, lambda node: leaf, _spoken_together, _spoken, done)
+        for expression in model.expressions
+    ]
+    whole = _spoken_together(np.add, tuple(walked))
+    return [*(whole.printed | whole.in_words).values()]
+
+
+def _spoken_together(ufunc: np.ufunc, arguments: tuple[Any, ...]) -> Spoken:
+    found = Spoken({}, {})
+    for each in arguments:
+        if isinstance(each, Spoken):
+            found.printed.update(each.printed)
+            found.in_words.update(each.in_words)
+    return found
+
+
+def _spoken(named: Let, below: Any) -> Spoken:
+    found = below if isinstance(below, Spoken) else Spoken({}, {})
+    if named.words:
+        return Spoken(found.printed, {id(named): named})
+    return Spoken(found.printed | found.in_words | {id(named): named}, {})
 
 
 def _columns(rows: Sequence[tuple[str, ...]], indent: str) -> list[str]:

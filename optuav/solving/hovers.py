@@ -10,8 +10,8 @@ import numpy as np
 
 from formulations.available import well_limits
 from formulations.perspectives import AVAILABLE, PERSPECTIVES
+from formulations.pool import pool
 from formulations.quantities import Quantities
-from formulations.wells import pool
 from optuav.engines.bracketing import WIDTH_S, largest, shortest
 from optuav.engines.exponential_form import rows_of
 from optuav.engines.solution import Booleans, Floats

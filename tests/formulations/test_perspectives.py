@@ -6,6 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+import optuav
 from formulations.perspectives import PERSPECTIVES, adjusted, battery
 from tests.formulations.given import quantities
 
@@ -53,3 +54,18 @@ def test_adjusted_is_battery_where_energies_are_charges_at_a_voltage(
     assert adjusted(given, hover_s, rest_s) == pytest.approx(
         battery(given, hover_s, rest_s), abs=1e-9
     )
+
+
+@pytest.mark.parametrize(("problem", "stays"), [("P3", 1), ("P4", 2)])
+def test_both_wells_print_on_a_page(problem: str, stays: int) -> None:
+    """The rate k' has a name, the stays are written out, stages of flight are told in words."""
+    asked = {"building": "b1", "order": "rest-first"} if problem == "P4" else {}
+    (part,) = optuav.formulate("paper", problem, perspective="wells", **asked).parts
+    page = str(part.model)
+    assert len(page.splitlines()) <= 40
+    assert page.count("k' = k_F / (ω·(1 − ω))") == 1
+    assert page.count("k_F /") == 1
+    assert "max(" not in page
+    assert page.count("a stage of flight") == 2 * (stays + 1)
+    for unknown in ("Δ", "T'")[:stays]:
+        assert f"exp(−k'·{unknown})" in page

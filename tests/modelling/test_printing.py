@@ -62,6 +62,8 @@ def written(expression: Any) -> str:
         (np.arcsin(X), "arcsin(x)"),
         (np.arctan2(X, Y + 1.0), "atan2(x, y + 1)"),
         (np.maximum(X, -1.0), "max(x, −1)"),
+        (np.maximum(X, 1e-200), "x"),
+        (np.maximum(X, 0.0), "max(x, 0)"),
         (np.minimum(X, Y), "min(x, y)"),
         (np.sign(X), "sgn(x)"),
         (np.hypot(X, Y), "hypot(x, y)"),
@@ -266,6 +268,24 @@ def test_goal_that_an_earlier_one_settles_is_not_printed() -> None:
         for each in (x, y, -x):
             model.prefer_small(each)
         assert text(model).splitlines()[2] == f"minimise   {page}"
+
+
+def test_of_a_chain_told_in_words_the_last_is_printed() -> None:
+    """And whatever on its way is written out, with the link that it speaks of."""
+    model = Model("Chain")
+    x = model.variable("x", "x", unit="1")
+    first = model.let("first", 2.0 * x, symbol="a", words="by rule")
+    second = model.let("second", first + 1.0, symbol="b", words="by rule")
+    third = model.let("third", second * x, symbol="c")
+    fourth = model.let("fourth", third + 1.0, symbol="d", words="by rule")
+    fifth = model.let("fifth", fourth + 1.0, symbol="e", words="by rule")
+    model.subject_to("limit", fifth <= 1.0)
+    assert text(model).splitlines()[-4:] == [
+        "with",
+        "  second  b = by rule",
+        "  third   c = b·x",
+        "  fifth   e = by rule",
+    ]
 
 
 def test_programme_of_numbers_alone_prints() -> None:
