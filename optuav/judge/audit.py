@@ -17,6 +17,7 @@ from optuav.mission.files import label
 from optuav.mission.words import printable, shown
 from optuav.plan import Plan
 from optuav.plan.file import DERIVED, to_dict
+from optuav.plan.plan import LARGEST
 from optuav.plan.trace import Event
 
 MOST_SHOWN = 20
@@ -129,7 +130,9 @@ def _contradictions(here: str, stated: Any, follows: Any, time_s: float) -> Iter
 
 
 def _number(value: Any) -> bool:
-    return isinstance(value, int | float) and not isinstance(value, bool)
+    """Whether it can be computed with; JSON has integers that no float holds."""
+    is_number = isinstance(value, int | float) and not isinstance(value, bool)
+    return is_number and abs(value) <= LARGEST
 
 
 def _route(replayed: Replay | None) -> list[str]:

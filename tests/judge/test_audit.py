@@ -60,8 +60,8 @@ def tolerance(data: dict[str, Any], way: Way, value: float) -> float:
     return TOLERANCE * abs(value)
 
 
-def spoiled(data: dict[str, Any], way: Way, value: float) -> dict[str, Any]:
-    """The data with another number in one place."""
+def spoiled(data: dict[str, Any], way: Way, value: object) -> dict[str, Any]:
+    """The data with another value in one place."""
     other = copy.deepcopy(data)
     inner: Any = other
     for part in way[:-1]:
@@ -107,6 +107,14 @@ def test_one_spoiled_number_is_caught(
     way, value = draw.draw(st.sampled_from(list(numbers(data))))
     change = sign * times * tolerance(data, way, value) or sign * times * 1e-3
     assert caught(spoiled(data, way, value + change), path), (way, value, value + change)
+
+
+@pytest.mark.parametrize("odd", [-1.0, 1e99, 10**400, "much", {}])
+def test_odd_values_are_caught(odd: object, path: Path) -> None:
+    """In every place where a plan's file has a number; never an error that is not ours."""
+    data = data_of("direct")
+    for way, _ in numbers(data):
+        assert caught(spoiled(data, way, odd), path), way
 
 
 @pytest.mark.parametrize("name", ["optimal", "table 2"])
