@@ -152,8 +152,8 @@ def read(path: Path, columns: Sequence[Column], least: int = 1) -> Table:
     for line, row in rows:
         where = f"{source}, line {line}"
         if len(row) != len(headings):
-            words = f"as many cells as the header: {len(headings)}"
-            faults.append(Fault("", f"{len(row)} cells", words, where))
+            words = f"as many as in the header, {len(headings)}"
+            faults.append(Fault("cells", f"{len(row)}", words, where))
             continue
         lines.append(line)
         for name, (place, column, size) in places.items():
@@ -239,7 +239,7 @@ def _places(
                 else f"a column that is known{nearest(heading, known)}; "
                 f"known are {', '.join(known)}"
             )
-            faults.append(Fault("", f"column {shown(heading)}", words, where))
+            faults.append(Fault("column", shown(heading), words, where))
         elif column.name in found:
             faults.append(Fault(heading, "", f"a second column of {column.name}", where))
         else:

@@ -38,6 +38,8 @@ LOGIT = 13.8
 """Largest size of the logit of a share: 1e-6 from 0 and 1."""
 LOGARITHM = (-35.0, 20.7)
 """Range of the logarithm of a positive value: 1e-15 to 1e9."""
+CLOSE = {"trf": 1e-12, "lm": 1e-6}
+"""Tolerance of the fit itself, and of the refits of the bootstrap."""
 BLIND = 1e-6
 """Singular value of the Jacobian, over the largest, below which the data say nothing."""
 TIE = 1e-6
@@ -149,10 +151,11 @@ class _Found(NamedTuple):
 
 
 def _fit(residuals: Residuals, start: Points, method: Literal["trf", "lm"] = "trf") -> _Found:
-    """Steps of the method "trf" keep out of directions in which the data are blind."""
+    """Steps of "trf" keep out of directions in which the data are blind; "lm" is fast."""
     from scipy.optimize import least_squares
 
-    answer = least_squares(residuals, start, method=method, xtol=1e-12, ftol=1e-12, gtol=1e-12)
+    close = CLOSE[method]
+    answer = least_squares(residuals, start, method=method, xtol=close, ftol=close, gtol=close)
     way = float(np.linalg.norm(answer.x - start))
     return _Found(answer.x, answer.fun, np.asarray(answer.jac), way)
 

@@ -66,7 +66,7 @@ EARLIER = 1e-6
 """Share of the lifetime for the difference quotient of a sensitivity."""
 LEAST_SENSITIVITY = 1e-3
 """Below it the available well would not run dry but fill up."""
-SHARES = (0.1, 0.3, 0.5, 0.7, 0.9)
+SHARES = (0.1, 0.4, 0.8)
 RATES = (0.1, 1.0, 10.0)
 """Where the fit starts: ω, and k' times the typical lifetime."""
 

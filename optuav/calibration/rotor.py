@@ -99,7 +99,7 @@ def _table(path: Path) -> Table:
         faults = list(_not_positive(table, *table.numbers))
         if len(table.lines) > 1:
             faults.append(
-                Fault("", f"{len(table.lines)} lines", "a single propeller", table.source)
+                Fault("lines", f"{len(table.lines)}", "1: a single propeller", table.source)
             )
     else:
         table = read(path, BENCH, LEAST_POINTS)

@@ -1,0 +1,112 @@
+"""Files of measurements: units in the header, and clear words for what is wrong."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from optuav.calibration.data import Column, check_record, read, together
+from optuav.errors import InputError
+
+COLUMNS = (
+    Column("time", "time"),
+    Column("current", "current"),
+    Column("speed", "rotor speed", needed=False),
+    Column("phase", "text", needed=False),
+    Column("duration", "time", needed=False, blanks=True),
+)
+
+
+@pytest.fixture
+def file(tmp_path: Path) -> Path:
+    return tmp_path / "log.csv"
+
+
+def faults(file: Path, text: str, least: int = 1) -> list[str]:
+    file.write_text(text, "utf-8")
+    with pytest.raises(InputError) as caught:
+        check_record(read(file, COLUMNS, least))
+    return [str(fault).replace(str(file), "log.csv") for fault in caught.value.faults]
+
+
+def test_units_of_the_header_become_si(file: Path) -> None:
+    """Minutes, milliamperes and turns; remarks and empty lines do not count."""
+    file.write_text(
+        "# a remark\ntime_min, current_mA,speed_rpm,phase\n1,500,60,hover\n\n2,5e2,0,rest\n"
+    )
+    table = read(file, COLUMNS)
+    assert table.numbers["time"].tolist() == [60.0, 120.0]
+    assert table.numbers["current"].tolist() == [0.5, 0.5]
+    assert table.numbers["speed"][0] == pytest.approx(2.0 * math.pi)
+    assert table.texts["phase"] == ("hover", "rest")
+    assert table.lines == (3, 5)
+
+
+def test_a_blank_is_no_number_where_blanks_are_allowed(file: Path) -> None:
+    file.write_text("time_s,current_A,duration_s\n0,1,\n1,1,2\n")
+    assert np.isnan(read(file, COLUMNS).numbers["duration"][0])
+
+
+def test_all_faults_are_told_at_once(file: Path) -> None:
+    """Gap, NaN, text, infinity and a short line, each with its line."""
+    text = "time_s,current_A\n0,1\n1,\n2,nan\n3,much\n4,inf\n5\n"
+    assert faults(file, text) == [
+        "log.csv, line 3: current_A = an empty cell: a finite number, as current_A",
+        "log.csv, line 4: current_A = nan: a finite number, as current_A",
+        "log.csv, line 5: current_A = much: a finite number, as current_A",
+        "log.csv, line 6: current_A = inf: a finite number, as current_A",
+        "log.csv, line 7: cells = 1: as many as in the header, 2",
+    ]
+
+
+@pytest.mark.parametrize(
+    ("header", "words"),
+    [
+        (
+            "time_s,current_V",
+            "column = 'current_V': a unit that belongs to it, current_A or current_mA",
+        ),
+        ("time_s,current", "column = 'current': a unit that belongs to it"),
+        ("time,current_A", "column = 'time': a unit that belongs to it, time_s or time_ms"),
+        ("time_s,curent_A", "did you mean 'current_A'?"),
+        ("time_s,current_A,current_mA", "a second column of current"),
+        ("time_s,phase", "there is no column current_A or current_mA"),
+        ("time_s;current_A", "column = 'time_s;current_A'"),
+    ],
+)
+def test_headers_that_do_not_do(header: str, words: str, file: Path) -> None:
+    cells = ",".join(["1"] * (header.count(",") + 1))
+    assert any(words in fault for fault in faults(file, f"{header}\n{cells}\n"))
+
+
+def test_too_few_lines_and_empty_files(file: Path) -> None:
+    assert "at least 5 lines" in faults(file, "time_s,current_A\n0,1\n1,1\n", least=5)[0]
+    assert "a header and lines" in faults(file, "# nothing\n")[0]
+
+
+def test_clocks_and_gaps_of_a_record(file: Path) -> None:
+    """A step of more than ten usual ones is a gap; the clock must move on."""
+    rows = "".join(f"{time_s},1\n" for time_s in (0, 1, 2, 3, 20, 21, 21, 20, 22, 23))
+    found = faults(file, f"time_s,current_A\n{rows}")
+    assert [fault.partition(": ")[0] for fault in found] == [
+        f"log.csv, line {n}" for n in (8, 9, 6)
+    ]
+    assert "no gap of more than 10 usual steps of 1 s; here are 17 s" in found[2]
+
+
+def test_faults_of_several_files_come_together(tmp_path: Path) -> None:
+    for name in ("a", "b"):
+        (tmp_path / f"{name}.csv").write_text("time_s\n1\n")
+    paths = [tmp_path / name for name in ("a.csv", "b.csv", "missing.csv")]
+    with pytest.raises(InputError) as caught:
+        together(paths, lambda path: read(path, COLUMNS))
+    assert len(caught.value.faults) == 3
+    assert "there is no such file" in str(caught.value.faults[-1])
+
+
+def test_no_file_at_all() -> None:
+    with pytest.raises(InputError, match="no file"):
+        together([], lambda path: read(path, COLUMNS))

@@ -1,0 +1,104 @@
+"""Constants of a rotor from a bench test and from data sheets."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+import optuav
+from optuav.errors import InputError
+
+DATA = Path(__file__).parents[2] / "examples" / "data"
+
+
+def test_propeller_and_motor_give_the_specified_constants(tmp_path: Path) -> None:
+    """κ_b = C_T ρ A r² is 3.8305e-6, κ_τ = C_Q ρ A r³ is κ0 of the paper's Table I."""
+    found = optuav.fit_rotor([DATA / "propeller.csv"])
+    rotor = optuav.load("paper").rotor
+    assert rotor is not None
+    for key, digits in (("lift_coefficient_N_s2_rad2", 5), ("drag_coefficient_Nm_s2_rad2", 5)):
+        value = found.changes[f"rotor.{key}"]
+        assert f"{value:.{digits - 1}e}" == f"{getattr(rotor, key):.{digits - 1}e}", key
+    assert found.changes["rotor.resistance_ohm"] == 0.2
+    assert found.panels == ()
+
+
+def test_friction_from_the_current_without_a_load(tmp_path: Path) -> None:
+    """κ_T = 9.5493/920 N m/A times 0.5 A."""
+    file = tmp_path / "motor.csv"
+    head, row = (DATA / "propeller.csv").read_text("utf-8").splitlines()[2:]
+    file.write_text(f"{head},no_load_current_A\n{row},0.5\n")
+    found = optuav.fit_rotor([file])
+    assert found.changes["rotor.friction_torque_Nm"] == pytest.approx(0.5 * 9.5493 / 920, rel=1e-6)
+
+
+def test_bench_finds_the_rotor_it_was_made_from() -> None:
+    """The truth is inside every interval, but for one in twenty."""
+    found = optuav.fit_rotor([DATA / "bench.csv"])
+    rotor = optuav.load("paper").rotor
+    inside = 0
+    for each in found.values[:-1]:
+        assert each.interval is not None
+        true = getattr(rotor, each.key.removeprefix("rotor."))
+        assert each.value == pytest.approx(true, rel=0.05)
+        inside += each.interval.low <= true <= each.interval.high
+    assert inside >= 5
+    assert found.values[-1].key == "rotor.max_speed_rad_s"
+    assert found.values[-1].value == pytest.approx(1060.0, rel=1e-3)
+    assert [panel.quantity for panel in found.panels] == ["thrust", "current", "voltage"]
+
+
+def test_exact_bench_gives_the_exact_rotor(tmp_path: Path) -> None:
+    """Values from the formulas of the paper, written down here."""
+    torque, friction, damping, drag, lift, winding = 9.5493 / 700, 0.02, 1e-4, 3e-8, 5e-6, 0.1
+    lines = ["speed_rad_s,thrust_N,current_A,voltage_V"]
+    for v in range(200, 1001, 50):
+        current = (friction + damping * v + drag * v**2) / torque
+        lines.append(f"{v},{lift * v**2!r},{current!r},{winding * current + torque * v!r}")
+    file = tmp_path / "bench.csv"
+    file.write_text("\n".join(lines))
+    changes = optuav.fit_rotor([file]).changes
+    for key, true in {
+        "lift_coefficient_N_s2_rad2": lift,
+        "velocity_constant_rpm_V": 700.0,
+        "resistance_ohm": winding,
+        "friction_torque_Nm": friction,
+        "viscous_damping_Nm_s_rad": damping,
+        "drag_coefficient_Nm_s2_rad2": drag,
+    }.items():
+        assert changes[f"rotor.{key}"] == pytest.approx(true, rel=1e-4), key
+
+
+def test_a_narrow_range_of_speeds_tells_too_little(tmp_path: Path) -> None:
+    """What cannot be told is named and not stated."""
+    head, *rows = (DATA / "bench.csv").read_text("utf-8").splitlines()[2:]
+    file = tmp_path / "narrow.csv"
+    noisy = [row for row in rows if 6000 < float(row.partition(",")[0]) < 9100]
+    file.write_text("\n".join([head, *noisy]))
+    with pytest.raises(InputError, match="different speeds"):
+        optuav.fit_rotor([file])
+    speeds = ("500", "501", "502", "503", "504", "505")
+    lines = [f"{v},0.96,{14 + 0.05 * (-1) ** int(v)},8.0" for v in speeds]
+    file.write_text("\n".join(["speed_rad_s,thrust_N,current_A,voltage_V", *lines]))
+    found = optuav.fit_rotor([file])
+    assert "drag_coefficient_Nm_s2_rad2" in found.warnings[0]
+    assert "rotor.drag_coefficient_Nm_s2_rad2" not in found.changes
+    assert found.changes["rotor.lift_coefficient_N_s2_rad2"] == pytest.approx(
+        0.96 / 502.5**2, rel=0.01
+    )
+
+
+def test_bench_and_sheet_do_not_mix() -> None:
+    with pytest.raises(InputError, match="not both"):
+        optuav.fit_rotor([DATA / "bench.csv", DATA / "propeller.csv"])
+
+
+def test_values_that_cannot_be(tmp_path: Path) -> None:
+    """Every line is named."""
+    file = tmp_path / "bench.csv"
+    rows = "".join(f"{100 + n},1,{-1 if n in (2, 4) else 1},1\n" for n in range(8))
+    file.write_text(f"speed_rad_s,thrust_N,current_A,voltage_V\n{rows}")
+    with pytest.raises(InputError) as caught:
+        optuav.fit_rotor([file])
+    assert [fault.source.rpartition(" ")[2] for fault in caught.value.faults] == ["4", "6"]
