@@ -14,6 +14,7 @@ import optuav
 from optuav import plots
 
 PICTURES = Path(__file__).parent / "pictures"
+DATA = Path(__file__).parents[1] / "examples" / "data"
 DOTS_PER_INCH = 110
 
 
@@ -27,6 +28,8 @@ def pictures() -> Iterator[tuple[str, Axes]]:
     yield "plane", plots.plane(part.model, part.model.row(0), [program.solve()])
     yield "profile", plots.profile(optuav.replay(plan)).speed
     yield "leg", plots.leg(plan.mission, "origin", "hover").speed
+    logged = optuav.fit_regimes([DATA / "flight_log.csv"])
+    yield "fit", plots.fit(logged)[0].values
 
 
 def draw(directory: Path = PICTURES) -> None:

@@ -31,8 +31,9 @@ COMMAND = re.compile(r"^\$ (.*\n)((?:(?!\$ ).*\n)*)", re.MULTILINE)
 class Reader:
     """Somebody who follows a page: what they have run, and what they have seen.
 
-    A block in ``toml`` is a file, its name in the first line; ``python`` and ``text`` are a script
-    and what it prints; ``console`` has commands with what they print; ``sh`` commands that succeed.
+    A block in ``toml`` or ``csv`` is a file, its name in the first line; ``python`` and ``text``
+    are a script and what it prints; ``console`` has commands with what they print; ``sh`` commands
+    that succeed.
     """
 
     def __init__(self) -> None:
@@ -50,6 +51,8 @@ class Reader:
         name = body.partition("\n")[0].removeprefix("# ")
         Path(name).write_text(body, "utf-8")
         return body
+
+    csv = toml
 
     def python(self, body: str) -> str:
         printed = StringIO()

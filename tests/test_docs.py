@@ -69,7 +69,7 @@ def test_page_shows_what_it_prints(page: Path) -> None:
 
 def test_every_block_of_a_page_is_run() -> None:
     """Its language is one that the script runs; a block without one shows a formula."""
-    known = {"toml", "python", "text", "console", "sh", ""}
+    known = {"toml", "csv", "python", "text", "console", "sh", ""}
     opened = [line for page in PAGES for line in FENCE.findall(page.read_text("utf-8"))]
     assert {line.strip() for line in opened} <= known
     assert len(opened) > 40

@@ -133,8 +133,9 @@ class Fit:
         base = self.extends if extends is None else extends
         if base not in shipped():
             base = Path(os.path.relpath(base, Path(file).parent)).as_posix()
+        names = [Path(source).name for source in self.sources]
         lines = [
-            f"# By optuav calibrate {self.kind} from {', '.join(self.sources)}:",
+            f"# By optuav calibrate {self.kind} from {', '.join(names)}:",
             f"# {self.data}.",
             *(f"# Warning: {words}" for words in self.warnings),
             "",

@@ -58,6 +58,8 @@ RECORD = (Column("time", "time"), Column("current", "current"))
 """Of a record, whose last line is the moment of cut-off."""
 LEAST_OBSERVATIONS = 3
 LEAST_SAMPLES = 3
+SCATTER = 0.02
+"""Relative scatter of lifetimes where there are too few to tell."""
 MOST_PIECES = 200_000
 """Most pieces of constant current that a load may have until the battery is empty."""
 ALIKE = 1e-3
@@ -150,7 +152,10 @@ def fit_kibam(files: Iterable[str | Path]) -> Fit:
         return left
 
     unknowns = (Unknown(KEYS[0]), Unknown(KEYS[1], "share"), Unknown(KEYS[2]))
-    found = estimate(unknowns, residuals, _starts(observations, asked))
+    few = len(observations) == LEAST_OBSERVATIONS
+    found = estimate(
+        unknowns, residuals, _starts(observations, asked), spread=SCATTER if few else None
+    )
     values = values_of(found, KEYS, f"fitted to {len(observations)} discharges")
     capacity_As, share, rate = (each.value for each in values)
     fitted_s = tuple(
@@ -160,6 +165,11 @@ def fit_kibam(files: Iterable[str | Path]) -> Fit:
         for each in observations
     )
     warnings = [*unclear(found), *_why_unclear(observations, bool(found.undetermined))]
+    if few:
+        warnings.append(
+            f"{LEAST_OBSERVATIONS} discharges for as many parameters leave nothing over: the "
+            f"intervals take lifetimes to scatter by {SCATTER:.0%}"
+        )
     return Fit(
         kind="kibam",
         sources=tuple(map(str, paths)),

@@ -109,14 +109,15 @@ def _draw_names(axes: FitAxes, panel: Panel) -> None:
     values = np.concatenate([observed, fitted])
     if positive and np.max(values) > DECADE * np.min(values):
         axes.values.set_xscale("log")
-        axes.values.xaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
+        wide = np.max(values) > DECADE**3 * np.min(values)
+        axes.values.xaxis.set_major_locator(LogLocator(subs=(1.0,) if wide else (1.0, 2.0, 5.0)))
         axes.values.xaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:.10g}"))
         axes.values.xaxis.set_minor_formatter(NullFormatter())
     else:
-        axes.values.set_xlim(margins(values, 0.08, 0.02 * float(np.max(np.abs(values)))))
+        axes.values.set_xlim(margins(values, 0.08, 0.02 * float(np.max(np.abs(values))) or 1.0))
     axes.residuals.xaxis.set_major_locator(MaxNLocator(4))
     axes.residuals.axvline(0.0, color=BLACK, linewidth=0.5)
-    least = 1e-3 * float(np.max(np.abs(observed)))
+    least = 1e-3 * float(np.max(np.abs(observed))) or 1.0
     reach = 1.15 * max(float(np.max(np.abs(left))), least)
     axes.residuals.set_xlim(-reach, reach)
     axes.values.set_xlabel(f"{panel.quantity} [{panel.unit}]")

@@ -126,7 +126,9 @@ def test_records_of_current_say_the_same(tmp_path: Path) -> None:
     found = optuav.fit_kibam(files)
     for key, value in by_key(found).items():
         assert value.value == pytest.approx(truth()[key], rel=1e-5), key
-        assert value.interval is None
+        assert value.interval is not None
+        assert value.bootstrap is None
+    assert "scatter by 2%" in found.warnings[-1]
     assert found.panels[0].names == ("CL500", "ILs250", "ILl500")
 
 

@@ -1,0 +1,99 @@
+"""``optuav calibrate`` shows values, writes a mission and a picture, and refuses bad data."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import pytest
+
+import optuav
+from tests.cli.run import refused, run, widest
+
+DATA = Path(__file__).parents[2] / "examples" / "data"
+EXAMPLES = {
+    "kibam": "lifetimes.csv",
+    "regimes": "flight_log.csv",
+    "rotor": "bench.csv",
+    "table": "paper_table2.toml",
+}
+
+
+@pytest.mark.parametrize("kind", EXAMPLES)
+def test_values_mission_and_picture(kind: str, tmp_path: Path) -> None:
+    """Each kind: a table of 80 columns, a mission that loads and has the values, a picture."""
+    pytest.importorskip("matplotlib")
+    file = tmp_path / "new.toml"
+    ran = run(
+        "calibrate", kind, str(DATA / EXAMPLES[kind]), "--save", str(file), "--plot", str(tmp_path)
+    )
+    assert ran.code == 0
+    table = ran.out.partition("\noptuav solve")[0]
+    assert widest(table) <= 80
+    assert "…" not in table
+    assert (tmp_path / "fit.png").stat().st_size > 10_000
+    mission = optuav.load(file)
+    settings = ran.out.partition("optuav solve MISSION ")[2].splitlines()[0].split("--set ")[1:]
+    for setting in settings:
+        key, _, value = setting.strip().partition("=")
+        section, _, name = key.partition(".")
+        own = getattr(getattr(mission, section), name)
+        assert str(own) == value or own == float(value), key
+    assert len(settings) >= 3
+
+
+def test_settings_that_are_printed_can_be_used() -> None:
+    """`optuav solve MISSION --set ...` as the command tells it."""
+    out = run("calibrate", "table", str(DATA / "paper_table2.toml")).out
+    command = out.partition("optuav solve MISSION ")[2].splitlines()[0].split()
+    ran = run("solve", "paper", "--problem", "P3", "--slot-s", "1", *command)
+    assert "Hover            950.00 s" in ran.out
+
+
+def test_extends_another_mission(tmp_path: Path) -> None:
+    """A path is told relative to the file that is written."""
+    (tmp_path / "below").mkdir()
+    base, file = tmp_path / "base.toml", tmp_path / "below" / "new.toml"
+    base.write_text('schema = 1\nextends = "paper"\nlimits.deadline_s = 777\n')
+    ran = run(
+        "calibrate",
+        "rotor",
+        str(DATA / "propeller.csv"),
+        *("--extends", str(base), "--save", str(file)),
+    )
+    assert ran.code == 0
+    assert 'extends = "../base.toml"' in file.read_text("utf-8")
+    assert optuav.load(file).limits.deadline_s == 777
+
+
+def test_json_has_everything() -> None:
+    told = json.loads(run("calibrate", "rotor", str(DATA / "bench.csv"), "--json").out)
+    assert told["kind"] == "rotor"
+    assert len(told["values"]) == 7
+    assert len(told["panels"][0]["observed"]) == 28
+
+
+def test_data_that_tell_too_little_are_an_answer(tmp_path: Path) -> None:
+    """A warning, no settings, exit code 0, and a mission file that changes nothing."""
+    data, file = tmp_path / "one.csv", tmp_path / "new.toml"
+    data.write_text("load,current_A,lifetime_s\na,1,100\nb,1,101\nc,1,99\n")
+    ran = run("calibrate", "kibam", str(data), "--save", str(file))
+    assert ran.code == 0
+    assert "not determined" in ran.out
+    assert "warning: the data cannot tell" in ran.out
+    assert "--set" not in ran.out
+    assert optuav.load(file).battery == optuav.load("paper").battery
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (("kibam", "missing.csv"), "there is no such file"),
+        (("rotor", str(DATA / "bench.csv"), "--extends", "papper"), "did you mean 'paper'"),
+        (("table", str(DATA / "lifetimes.csv")), "is not TOML"),
+        (("table", str(DATA / "paper_table2.toml"), "b.toml"), "one file"),
+        (("regimes", str(DATA / "bench.csv")), "there is no column time_s"),
+    ],
+)
+def test_bad_input_leaves_by_2(arguments: tuple[str, ...], words: str) -> None:
+    assert words in refused("calibrate", *arguments)

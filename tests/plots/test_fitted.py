@@ -1,0 +1,105 @@
+"""Pictures of calibrations show what was observed and what is left over; no text on another."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+pytest.importorskip("matplotlib")
+from matplotlib.figure import Figure
+
+import optuav
+from optuav import plots
+from optuav.calibration import Fit, Panel
+from optuav.errors import InputError
+
+DATA = Path(__file__).parents[2] / "examples" / "data"
+
+Overlaps = Callable[[Figure], list[tuple[str, str]]]
+
+
+def fit(*panels: Panel) -> Fit:
+    return Fit("kibam", ("a file $with$ a very long name indeed.csv",), "a few", (), panels)
+
+
+def named(observed: tuple[float, ...], fitted: tuple[float, ...]) -> Panel:
+    names = tuple(f"load {number}" for number in range(len(observed)))
+    return Panel("lifetime", "s", observed, fitted, names=names)
+
+
+def test_named_observations_and_what_is_left_over() -> None:
+    """Rings at the observed values, dots at the fitted ones, bars of their difference."""
+    (axes,) = plots.fit(fit(named((100.0, 120.0, 130.0), (101.0, 118.0, 130.0))))
+    rings, dots, *_ = axes.values.lines
+    assert rings.get_xdata().tolist() == [100.0, 120.0, 130.0]
+    assert dots.get_xdata().tolist() == [101.0, 118.0, 130.0]
+    assert [bar.get_width() for bar in axes.residuals.patches] == [1.0, -2.0, 0.0]
+    assert [text.get_text() for text in axes.values.get_yticklabels()] == [
+        "load 0",
+        "load 1",
+        "load 2",
+    ]
+    assert axes.values.get_xlabel() == "lifetime [s]"
+
+
+def test_predictions_have_a_colour_of_their_own() -> None:
+    panel = Panel("battery", "%", (1.0, 2.0), (1.0, 3.0), names=("a", "b"), fits=(True, False))
+    (axes,) = plots.fit(fit(panel))
+    colours = [line.get_color() for line in axes.values.lines[1:3]]
+    assert colours[0] != colours[1]
+    legend = axes.values.get_legend()
+    assert legend is not None
+    assert [text.get_text() for text in legend.get_texts()] == ["observed", "fitted", "predicted"]
+
+
+def test_the_line_of_means_breaks_between_phases() -> None:
+    """From one regime to the next there is no load in between."""
+    panel = Panel(
+        "current",
+        "A",
+        (1.0, 1.0, 5.0, 5.0, 1.0),
+        (1.0, 1.0, 5.0, 5.0, 1.0),
+        at=(0.0, 1.0, 2.0, 3.0, 4.0),
+        at_words="time [s]",
+        groups=("rest", "rest", "hover", "hover", "rest"),
+    )
+    (axes,) = plots.fit(fit(panel))
+    lines = [line for line in axes.values.lines if line.get_linestyle() == "-"]
+    assert [line.get_ydata().tolist() for line in lines] == [[1.0, 1.0], [5.0, 5.0], [1.0]]
+
+
+@pytest.mark.parametrize(
+    "found",
+    [
+        fit(named((1.0, 1e6), (2.0, 1e6))),
+        fit(named((59.35,), (59.35,))),
+        fit(named(tuple(np.linspace(5.0, 50.0, 30)), tuple(np.linspace(5.0, 52.0, 30)))),
+        fit(named((-12.79, 5.01), (-0.27, 5.01)), named((0.0,), (0.0,))),
+    ],
+)
+def test_no_text_on_text(found: Fit, overlaps: Overlaps) -> None:
+    figure = plots.fit(found)[0].values.get_figure(root=True)
+    assert isinstance(figure, Figure)
+    assert overlaps(figure) == []
+
+
+@pytest.mark.parametrize(
+    ("calibrate", "name"),
+    [(optuav.fit_regimes, "flight_log.csv"), (optuav.fit_rotor, "bench.csv")],
+)
+def test_examples_have_no_text_on_text(
+    calibrate: Callable[[list[Path]], Fit], name: str, overlaps: Overlaps
+) -> None:
+    figure = plots.fit(calibrate([DATA / name]))[0].values.get_figure(root=True)
+    assert isinstance(figure, Figure)
+    assert overlaps(figure) == []
+
+
+def test_nothing_to_draw_is_told() -> None:
+    with pytest.raises(InputError, match="nothing to draw"):
+        plots.fit(optuav.fit_rotor([DATA / "propeller.csv"]))
+    with pytest.raises(InputError, match="1 pairs of axes"):
+        plots.fit(fit(named((1.0,), (1.0,))), ())
