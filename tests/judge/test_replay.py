@@ -32,7 +32,7 @@ def judged(mission: Mission, *stops: tuple[str, str, float]) -> Replay:
 
 def test_direct_runs_dry_at_660_s() -> None:
     """SPEC: `paper` direct hovers 688.85 s, but its available well is empty at 660.26 s."""
-    replayed = optuav.replay(plans()["direct"])
+    replayed = optuav.replay(optuav.solve("paper", "P3", perspective="battery"))
     assert not replayed.flyable
     assert kinds(replayed) == {"empty"}
     assert replayed.time_s("hover") == pytest.approx(688.848, abs=5e-4)
@@ -41,12 +41,20 @@ def test_direct_runs_dry_at_660_s() -> None:
 
 def test_one_rest_runs_dry_and_is_overcharged() -> None:
     """SPEC: the best single rest is dry at 1095.5 s and holds 104 % of y1 after resting."""
-    replayed = optuav.replay(plans()["optimal"])
+    replayed = optuav.replay(optuav.solve("paper", perspective="battery"))
     assert kinds(replayed) == WELLS
     assert replayed.first_s("empty") == pytest.approx(1095.5, abs=0.005)
     (full,) = (event for event in replayed.events if event.kind == "full")
     assert full.value is not None
     assert full.value / (0.8 * 72_000) == pytest.approx(1.04, abs=0.005)
+
+
+def test_answers_of_the_perspective_available_can_be_flown() -> None:
+    """On `paper` and where charging is strong, with the battery empty at some moment."""
+    for keys in ({}, {"battery.charge_current_A": 150.0, "laser.power_W": 15_000.0}):
+        mission = optuav.load("paper").replace(keys)
+        replayed = optuav.replay(optuav.solve(mission, perspective="available"))
+        assert replayed.flyable, replayed.violations
 
 
 def test_the_longest_flyable_hover_is_on_the_edge() -> None:
