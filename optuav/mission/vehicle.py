@@ -53,9 +53,9 @@ def channel(mission: Mission) -> link.Channel:
     )
 
 
-def coverage_radius_m(mission: Mission) -> float:
+def coverage_radius_m(mission: Mission) -> Quantity:
     """d_max [m] of the mission's outage limit."""
-    return float(link.coverage_radius(channel(mission), mission.limits.outage_probability))
+    return link.coverage_radius(channel(mission), mission.limits.outage_probability)
 
 
 def hover_point_m(mission: Mission) -> Vector:
@@ -121,14 +121,14 @@ def turns_rad(mission: Mission, displacement_m: Vector) -> tuple[Quantity, ...]:
     return leg.turns_rad
 
 
-def attenuation_per_km(mission: Mission) -> float:
+def attenuation_per_km(mission: Mission) -> Quantity:
     """α [1/km] as stated, or from the visibility."""
     given = mission.laser
     assert given is not None
     if given.attenuation_per_km is not None:
         return given.attenuation_per_km
     assert given.visibility_km is not None
-    return float(laser.attenuation(given.wavelength_nm, given.visibility_km))
+    return laser.attenuation(given.wavelength_nm, given.visibility_km)
 
 
 def conversion(mission: Mission) -> laser.Conversion:

@@ -13,21 +13,19 @@ References
 
 from __future__ import annotations
 
-import cmath
-import math
 from dataclasses import dataclass
 
 import numpy as np
 from scipy import special
 
-from optuav.physics.quantity import TINY, Quantity
-
-Point = tuple[float, float, float]
+from optuav.physics.quantity import TINY, Quantity, Vector, one_where_not_negative
 
 DEGREES_OF_FREEDOM = 2.0
 
-HALVINGS = 60
-"""Of an angle of at most π, until its ends are neighbouring floats."""
+ROUNDING_RAD = 1e-15
+"""An angle that moves by no more is found."""
+MOST_STEPS = 100
+"""Halvings alone, where Newton's steps lead nowhere, need some fifty for an angle of at most π."""
 
 
 @dataclass(frozen=True)
@@ -48,16 +46,16 @@ class Channel:
         β [-], > 0.
     """
 
-    noise_power_W: float
-    transmit_power_W: float
-    rice_factor: float
-    snr_threshold_dB: float
-    path_loss_exponent: float
+    noise_power_W: Quantity
+    transmit_power_W: Quantity
+    rice_factor: Quantity
+    snr_threshold_dB: Quantity
+    path_loss_exponent: Quantity
 
     @property
-    def snr_threshold(self) -> float:
+    def snr_threshold(self) -> Quantity:
         """γ_th as a ratio [-]."""
-        return float(10.0 ** (self.snr_threshold_dB / 10.0))
+        return 10.0 ** (self.snr_threshold_dB / 10.0)
 
 
 def outage_probability(channel: Channel, distance_m: Quantity) -> Quantity:
@@ -74,7 +72,7 @@ def coverage_radius(channel: Channel, outage_limit: Quantity) -> Quantity:
     return (largest / _squared_argument_at_1_m(channel)) ** (1.0 / channel.path_loss_exponent)
 
 
-def _squared_argument_at_1_m(channel: Channel) -> float:
+def _squared_argument_at_1_m(channel: Channel) -> Quantity:
     """2 γ_th (1+K) N0/P_u, the second argument of Q1, squared, at d = 1 m."""
     return (
         2.0
@@ -86,18 +84,18 @@ def _squared_argument_at_1_m(channel: Channel) -> float:
 
 
 def hover_point(
-    origin_m: Point,
-    destination_m: Point,
-    device_m: Point,
-    radius_m: float,
-    altitude_m: float,
-    preferred_m: Point,
-) -> Point:
+    origin_m: Vector,
+    destination_m: Vector,
+    device_m: Vector,
+    radius_m: Quantity,
+    altitude_m: Quantity,
+    preferred_m: Vector,
+) -> Vector:
     """Where the direct route touches the coverage of the device: w_U of [1]_.
 
     Of all points in the coverage ball at the given altitude, the one that makes the way origin →
     point → destination shortest. Where a whole stretch of the straight line is covered, the point
-    of that stretch nearest to the preferred one.
+    of that stretch nearest to the preferred one. Every argument may be an array.
 
     Parameters
     ----------
@@ -116,86 +114,91 @@ def hover_point(
     -------
     (x, y, z) [m]; NaN where the ball does not reach up or down to the altitude.
     """
-    squared_disc_radius = radius_m**2 - (altitude_m - device_m[2]) ** 2
-    if not squared_disc_radius >= 0.0:
-        return (math.nan, math.nan, math.nan)
-    disc_radius_m = math.sqrt(squared_disc_radius)
+    height_m = altitude_m - device_m[2]
+    disc_radius_m = np.sqrt(one_where_not_negative(squared := radius_m**2 - height_m**2) * squared)
     start, end, centre, preferred = (
-        complex(x, y) for x, y, _ in (origin_m, destination_m, device_m, preferred_m)
+        np.asarray(x) + 1j * np.asarray(y)
+        for x, y, _ in (origin_m, destination_m, device_m, preferred_m)
     )
-    start_height_m = abs(origin_m[2] - altitude_m)
-    end_height_m = abs(destination_m[2] - altitude_m)
-    if start_height_m + end_height_m > 0.0:
-        # Mirrored at the altitude, the shortest way is a straight line through one point of it.
-        share = start_height_m / (start_height_m + end_height_m)
-        shortest = (start + share * (end - start),) * 2
-    else:
-        shortest = (start, end)
-    stretch = _covered_stretch(*shortest, centre, disc_radius_m)
-    if stretch is not None:
-        point = _nearest_on_segment(*stretch, preferred)
-    else:
-        point = _nearest_on_rim(
-            ((start, start_height_m), (end, end_height_m)), shortest[0], centre, disc_radius_m
-        )
-    return (point.real, point.imag, altitude_m)
+    start_height_m = np.abs(origin_m[2] - altitude_m)
+    end_height_m = np.abs(destination_m[2] - altitude_m)
+    heights_m = start_height_m + end_height_m
+    # Mirrored at the altitude, the shortest way is a straight line through one point of it.
+    share = start_height_m / np.where(heights_m > 0.0, heights_m, 1.0)
+    single = start + share * (end - start)
+    low = np.where(heights_m > 0.0, single, start)
+    high = np.where(heights_m > 0.0, single, end)
+    covered, first, last = _covered_stretch(low, high, centre, disc_radius_m)
+    point = _nearest_on_segment(first, last, preferred)
+    if not np.all(covered):
+        ends = ((start, start_height_m), (end, end_height_m))
+        rim = _nearest_on_rim(ends, low, centre, disc_radius_m)
+        point = np.where(covered, point, rim)
+    return (point.real[()], point.imag[()], (altitude_m + 0.0 * point.real)[()])
 
 
-# Below, a point of the map is a complex number x + iy.
+# Below, a point of the map is a complex number x + iy, or an array of them.
 
 
-def _dot(left: complex, right: complex) -> float:
+def _dot(left: Quantity, right: Quantity) -> Quantity:
     return left.real * right.real + left.imag * right.imag
 
 
 def _covered_stretch(
-    low: complex, high: complex, centre: complex, radius_m: float
-) -> tuple[complex, complex] | None:
-    """Part of the segment low-high inside a disc, by its ends; None where there is none."""
+    low: Quantity, high: Quantity, centre: Quantity, radius_m: Quantity
+) -> tuple[Quantity, Quantity, Quantity]:
+    """Whether a part of the segment low-high is inside a disc, and that part by its ends."""
     along, offset = high - low, low - centre
     a, b, c = _dot(along, along), _dot(along, offset), _dot(offset, offset) - radius_m**2
-    if a == 0.0:
-        return (low, high) if c <= 0.0 else None
+    divisor = np.where(a > 0.0, a, 1.0)
     # b² − a c without its cancelling, which a line that touches the disc would feel.
     squared_half = a * radius_m**2 - _dot(1j * along, offset) ** 2
-    if squared_half < 0.0:
-        return None
-    entry = max(0.0, (-b - math.sqrt(squared_half)) / a)
-    leave = min(1.0, (-b + math.sqrt(squared_half)) / a)
-    return (low + entry * along, low + leave * along) if entry <= leave else None
+    half = np.sqrt(np.maximum(squared_half, 0.0))
+    entry = np.maximum(0.0, (-b - half) / divisor)
+    leave = np.minimum(1.0, (-b + half) / divisor)
+    covered = np.where(a > 0.0, (squared_half >= 0.0) & (entry <= leave), c <= 0.0)
+    return covered, low + entry * along, low + leave * along
 
 
-def _nearest_on_segment(low: complex, high: complex, point: complex) -> complex:
+def _nearest_on_segment(low: Quantity, high: Quantity, point: Quantity) -> Quantity:
     """Point of a segment nearest to another point."""
     along = high - low
     squared_length = _dot(along, along)
-    if squared_length == 0.0:
-        return low
-    return low + min(1.0, max(0.0, _dot(point - low, along) / squared_length)) * along
+    share = _dot(point - low, along) / np.where(squared_length > 0.0, squared_length, 1.0)
+    return low + np.clip(share, 0.0, 1.0) * along
 
 
 def _nearest_on_rim(
-    ends: tuple[tuple[complex, float], tuple[complex, float]],
-    shortest: complex,
-    centre: complex,
-    radius_m: float,
-) -> complex:
+    ends: tuple[tuple[Quantity, Quantity], tuple[Quantity, Quantity]],
+    shortest: Quantity,
+    centre: Quantity,
+    radius_m: Quantity,
+) -> Quantity:
     """Point of a circle with the least sum of distances to two ends, each with its height.
 
     The sum is convex, and `shortest`, where it is least, lies outside the circle. The best point
     of the circle is in sight of that one, or some point inside would be better still. Along the
     arc in sight the sum falls before the best point and rises after it: elsewhere on the arc, the
     half-plane in which its gradient lets the sum only rise holds all of the arc on that side.
+    Newton's steps find it, kept within what is left of the arc.
     """
     away = shortest - centre
-    half_arc = math.acos(min(1.0, radius_m / abs(away)))
-    low, high = cmath.phase(away) - half_arc, cmath.phase(away) + half_arc
-    for _ in range(HALVINGS):
-        middle = 0.5 * (low + high)
-        outward = cmath.rect(1.0, middle)
-        slope = 0.0
+    half_arc = np.arccos(np.minimum(1.0, radius_m / np.maximum(np.abs(away), TINY)))
+    low, high = np.angle(away) - half_arc, np.angle(away) + half_arc
+    angle = 0.5 * (low + high)
+    for _ in range(MOST_STEPS):
+        outward = np.exp(1j * angle)
+        slope, bend = 0.0, 0.0
         for foot, height_m in ends:
             way = centre + radius_m * outward - foot
-            slope += _dot(way, 1j * outward) / max(math.hypot(abs(way), height_m), TINY)
-        low, high = (middle, high) if slope < 0.0 else (low, middle)
-    return centre + cmath.rect(radius_m, 0.5 * (low + high))
+            distance_m = np.maximum(np.hypot(np.abs(way), height_m), TINY)
+            along = _dot(way, 1j * outward) / distance_m
+            slope = slope + along
+            bend = bend + (radius_m * (1.0 - along**2) - _dot(way, outward)) / distance_m
+        falls = slope < 0.0
+        low, high = np.where(falls, angle, low), np.where(falls, high, angle)
+        before, angle = angle, angle - slope / np.where(bend > 0.0, bend, np.nan)
+        angle = np.where((angle >= low) & (angle <= high), angle, 0.5 * (low + high))
+        if not np.any(np.abs(angle - before) > ROUNDING_RAD):
+            break
+    return centre + radius_m * np.exp(1j * angle)
