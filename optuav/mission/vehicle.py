@@ -58,15 +58,18 @@ def coverage_radius_m(mission: Mission) -> Quantity:
     return link.coverage_radius(channel(mission), mission.limits.outage_probability)
 
 
-def hover_point_m(mission: Mission) -> Vector:
-    """Where the mission hovers [m]: `route.hover_m`, or w_U; NaN where nothing is in reach."""
+def hover_point_m(mission: Mission, radius_m: Quantity | None = None) -> Vector:
+    """Where the mission hovers [m]: `route.hover_m`, or w_U; NaN where nothing is in reach.
+
+    The coverage radius [m] may be handed over where it is known.
+    """
     if mission.route.hover_m is not None:
         return mission.route.hover_m
     return link.hover_point(
         mission.route.origin_m,
         mission.route.destination_m,
         mission.link.device_m,
-        coverage_radius_m(mission),
+        coverage_radius_m(mission) if radius_m is None else radius_m,
         mission.limits.min_altitude_m,
         mission.laser.position_m if mission.laser else mission.route.origin_m,
     )

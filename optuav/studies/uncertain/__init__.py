@@ -1,0 +1,1 @@
+"""What is uncertain, and what follows for the hover time."""
