@@ -61,7 +61,7 @@ def compare(
 
     Exit code 1 if they do not or there is no feasible plan, 3 if an engine failed.
     """
-    _make_ready(save, plot)
+    make_ready(save, plot)
     lengths = None if slots is None else _numbers(slots)
     asked = mission_of(mission, settings)
     from optuav import studies
@@ -101,7 +101,7 @@ def compare(
         raise typer.Exit(NO)
 
 
-def _make_ready(save: Path | None, plot: Path | None) -> None:
+def make_ready(save: Path | None, plot: Path | None) -> None:
     """Refuse places that cannot be written to before the work begins."""
     if save is not None:
         if save.suffix not in (".csv", ".json"):

@@ -41,6 +41,9 @@ if TYPE_CHECKING:
     from optuav.plots.profile import profile as profile
     from optuav.plots.stages import LegAxes as LegAxes
     from optuav.plots.stages import leg as leg
+    from optuav.plots.uncertainty import Swing as Swing
+    from optuav.plots.uncertainty import hover_times as hover_times
+    from optuav.plots.uncertainty import tornado as tornado
 
 HOMES = {
     "Bar": "optuav.plots.comparison",
@@ -51,15 +54,17 @@ HOMES = {
     "LegAxes": "optuav.plots.stages",
     "Line": "optuav.plots.lines",
     "MapAxes": "optuav.plots.map",
-    "ProfileAxes": "optuav.plots.profile",
     "Mark": "optuav.plots.lines",
+    "ProfileAxes": "optuav.plots.profile",
+    "Swing": "optuav.plots.uncertainty",
     "bars": "optuav.plots.plain_bars",
     "battery": "optuav.plots.charge",
     "charge_bars": "optuav.plots.perspectives",
     "choice_bars": "optuav.plots.comparison",
-    "fit": "optuav.plots.fitted",
     "curves": "optuav.plots.lines",
+    "fit": "optuav.plots.fitted",
     "hover_bars": "optuav.plots.perspectives",
+    "hover_times": "optuav.plots.uncertainty",
     "leg": "optuav.plots.stages",
     "mission_map": "optuav.plots.map",
     "plane": "optuav.plots.constraints",
@@ -71,6 +76,7 @@ HOMES = {
     "slot_gaps": "optuav.plots.comparison",
     "table": "optuav.plots.cells",
     "tanks": "optuav.plots.levels",
+    "tornado": "optuav.plots.uncertainty",
     "trajectories": "optuav.plots.map",
 }
 """Where each public name is defined."""

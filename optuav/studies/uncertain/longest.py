@@ -50,7 +50,9 @@ def longest(ensemble: Ensemble, perspective: str) -> Longest:
     return Longest(best_s, np.where(np.isnan(best_s), NO_ROUTE, winner))
 
 
-def _solved(ensemble: Ensemble, variants: Numbers, itineraries: Numbers, perspective: str) -> Points:
+def _solved(
+    ensemble: Ensemble, variants: Numbers, itineraries: Numbers, perspective: str
+) -> Points:
     rests = bool(ensemble.base.worked_out.itineraries.building[itineraries[0]] >= 0)
     nonlinear = perspective == AVAILABLE
     given = ensemble.quantities(variants, itineraries, rests=rests, steps=nonlinear)

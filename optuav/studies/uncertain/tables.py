@@ -1,0 +1,74 @@
+"""What matters most, as tables of at most 80 columns."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from rich.console import RenderableType
+from rich.table import Table
+from rich.text import Text
+
+from optuav.studies.uncertain.effects import Effect
+from optuav.studies.uncertain.study import Chances, Sensitivity
+
+MOST_ROWS = 24
+MOVES_S = 5e-3
+"""Effects below this count as none [s]."""
+MOST_ROUTES = 4
+
+
+def sensitivity_tables(found: Sensitivity) -> Iterator[RenderableType]:
+    """Effects of single keys, then what follows from all that is uncertain."""
+    yield Text(f"{found.mission.name}: what matters most, {found.perspective}", style="bold")
+    yield ""
+    moving = [each for each in found.effects if each.swing_s(found.hover_time_s) > MOVES_S]
+    yield f"Longest hover {found.hover_time_s:.2f} s; one key at a time, everything else held:"
+    yield _effects(found, moving[:MOST_ROWS])
+    if len(moving) > MOST_ROWS:
+        yield Text(f"and {len(moving) - MOST_ROWS} more with smaller effects")
+    idle = [each.key for each in found.effects if each not in moving]
+    if idle:
+        yield Text(f"No effect: {', '.join(idle)}")
+    if found.chances is not None:
+        yield ""
+        yield from _chances(found, found.chances)
+
+
+def _effects(found: Sensitivity, shown: list[Effect]) -> Table:
+    table = Table(box=None, pad_edge=False, padding=(0, 2, 0, 0), header_style="")
+    table.add_column("key", no_wrap=True)
+    for name in ("from", "to", "Δ from [s]", "Δ to [s]", "% by 1 %", "exact"):
+        table.add_column(Text(name), justify="right", no_wrap=True)
+    for each in shown:
+        table.add_row(
+            Text(each.key + ("+" if each.along else "")),
+            f"{each.low:.4g}",
+            f"{each.high:.4g}",
+            *("none" if s is None else f"{s:.2f}" for s in (each.hover_low_s, each.hover_high_s)),
+            *("–" if e is None else f"{e:+.3f}" for e in (each.elasticity, each.exact_elasticity)),
+        )
+    return table
+
+
+def _chances(found: Sensitivity, chances: Chances) -> Iterator[RenderableType]:
+    how = "as stated" if chances.stated else "within 10 %, as nothing was stated"
+    yield Text(
+        f"{len(chances.uncertain)} keys at once, {how}: {chances.samples} samples, "
+        f"seed {chances.seed}",
+        style="bold",
+    )
+    quantiles = ", ".join(f"{share:.0%} {s:.1f}" for share, s in chances.quantiles_s.items())
+    yield Text(f"Hover      mean {chances.mean_s:.1f} s; quantiles [s] {quantiles}")
+    routes = list(chances.routes.items())
+    words = [f"{name} {share:.1%}" for name, share in routes[:MOST_ROUTES]]
+    if len(routes) > MOST_ROUTES:
+        words.append(f"others {sum(share for _, share in routes[MOST_ROUTES:]):.1%}")
+    if chances.no_plan:
+        words.append(f"no plan {chances.no_plan:.1%}")
+    yield Text(f"Best       {', '.join(words)}")
+    if chances.kept is not None and chances.flyable is not None:
+        yield Text(
+            f"Fixed plan of {found.plan_hover_time_s:.2f} s of hover: can be flown in {chances.flyable:.1%}"
+        )
+        kept = ", ".join(f"{name} {share:.1%}" for name, share in chances.kept.items())
+        yield Text(f"  keeps {kept}")
