@@ -239,3 +239,22 @@ def test_device_out_of_reach_of_the_altitude() -> None:
         assert link.hover_point(*each, DEVICE_M, 50.0, 50.0, LASER_M) == (1000.0, 3000.0, 50.0)
     below = link.hover_point(*ends, (5.0, 6.0, 100.0), 50.0, 50.0, LASER_M)
     assert below == (5.0, 6.0, 50.0)
+
+
+def test_many_hover_points_at_once_are_those_of_each_alone() -> None:
+    """Rim, covered stretch, ends at the hover altitude and out of reach, side by side."""
+    draw = np.random.default_rng(0)
+    ends = draw.uniform(-1000.0, 1000.0, (2, 3, 200))
+    ends[:, 2, ::2] = 50.0
+    device = (draw.uniform(-500, 500, 200), draw.uniform(-500, 500, 200), np.zeros(200))
+    radius = draw.uniform(40.0, 600.0, 200)
+    found = np.stack(
+        link.hover_point(tuple(ends[0]), tuple(ends[1]), device, radius, 50.0, LASER_M)
+    )
+    for k in range(200):
+        centre = tuple(float(each[k]) for each in device)
+        alone = link.hover_point(
+            tuple(ends[0, :, k]), tuple(ends[1, :, k]), centre, radius[k], 50.0, LASER_M
+        )
+        np.testing.assert_allclose(found[:2, k], alone[:2], atol=1e-9)
+        assert np.isnan(found[0, k]) == (radius[k] < 50.0)

@@ -120,7 +120,7 @@ class Ensemble:
     @cached_property
     def flyable_legs(self) -> Booleans:
         """Whether a leg can be flown and crosses no building (variant or 1, leg)."""
-        can_be_flown = np.isfinite(_table(self._loads.duration_s))
+        can_be_flown: Booleans = np.isfinite(_table(self._loads.duration_s))
         if self.mission.flight.through_buildings:
             return can_be_flown
         ends = np.sort(np.stack(self._start_end, axis=1), axis=1)
@@ -139,7 +139,7 @@ class Ensemble:
         exempt = np.maximum(np.arange(places) - FIRST_BUILDING, CLEAR)[:, None]
         lamp_m, place_m = np.broadcast_arrays(laser_m, self.position_m)
         sight = clear(self.base.obstacles, lamp_m, place_m, exempt)
-        distance_m = norm(tuple(np.moveaxis(place_m - lamp_m, -1, 0)))  # type: ignore[arg-type]
+        distance_m = norm(tuple(np.moveaxis(place_m - lamp_m, -1, 0)))
         load = vehicle.charging(self.mission, distance_m)
         return vehicle.Load(*(np.where(sight, _table(each), 0.0) for each in load))
 
@@ -281,7 +281,8 @@ class Ensemble:
         """Sums over the legs of itineraries."""
         table = _table(per_leg)
         padded = np.concatenate([table, np.zeros((len(table), 1))], axis=1)
-        total: Table = sum(padded[:, legs] for legs in self._routes.legs.T)
+        first, *others = (padded[:, legs] for legs in self._routes.legs.T)
+        total: Table = sum(others, first)
         return total
 
     def _resting(self, received: Table, drawn: Any) -> Table:

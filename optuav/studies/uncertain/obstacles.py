@@ -30,7 +30,7 @@ def clear(obstacles: Prisms, start_m: Points, end_m: Points, exempt: Numbers) ->
     (variant, line)
     """
     ends_m = np.concatenate([start_m, end_m], axis=2)
-    free = np.isfinite(ends_m).all(axis=2)
+    free: Booleans = np.asarray(np.isfinite(ends_m).all(axis=2))
     still = (ends_m == ends_m[:1]).all(axis=(0, 2))
     free[:, still] = _crossing_none(obstacles, ends_m[0, still], exempt[still])
     for line in np.flatnonzero(free.any(axis=0) & ~still).tolist():
@@ -67,6 +67,6 @@ def _may_cross(obstacles: Prisms, low: Points, high: Points, exempt: Numbers) ->
 
 def _crossing_none(obstacles: Prisms, ends_m: Points, exempt: Numbers) -> Booleans:
     known = np.isfinite(ends_m).all(axis=1)
-    free = known.copy()
+    free: Booleans = np.asarray(known).copy()
     free[known] = crossed(obstacles, ends_m[known, :3], ends_m[known, 3:], exempt[known]) == CLEAR
     return free

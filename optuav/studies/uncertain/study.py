@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -114,8 +113,8 @@ class Sensitivity:
     chances: Chances | None
 
     def __str__(self) -> str:
-        from optuav.studies.uncertain.tables import sensitivity_tables
         from optuav.studies.tables import as_text
+        from optuav.studies.uncertain.tables import sensitivity_tables
 
         return as_text(sensitivity_tables(self))
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 
 from rich.console import RenderableType
@@ -15,6 +16,7 @@ MOST_ROWS = 24
 MOVES_S = 5e-3
 """Effects below this count as none [s]."""
 MOST_ROUTES = 4
+LONGEST_KEY = 34
 
 
 def sensitivity_tables(found: Sensitivity) -> Iterator[RenderableType]:
@@ -35,19 +37,26 @@ def sensitivity_tables(found: Sensitivity) -> Iterator[RenderableType]:
 
 
 def _effects(found: Sensitivity, shown: list[Effect]) -> Table:
-    table = Table(box=None, pad_edge=False, padding=(0, 2, 0, 0), header_style="")
-    table.add_column("key", no_wrap=True)
-    for name in ("from", "to", "Δ from [s]", "Δ to [s]", "% by 1 %", "exact"):
+    table = Table(box=None, pad_edge=False, padding=(0, 1, 0, 0), header_style="")
+    table.add_column("key", no_wrap=True, max_width=LONGEST_KEY)
+    for name in ("range", "Δ low", "Δ high", "% by 1 %", "exact"):
         table.add_column(Text(name), justify="right", no_wrap=True)
     for each in shown:
         table.add_row(
             Text(each.key + ("+" if each.along else "")),
-            f"{each.low:.4g}",
-            f"{each.high:.4g}",
+            _range(each),
             *("none" if s is None else f"{s:.2f}" for s in (each.hover_low_s, each.hover_high_s)),
             *("–" if e is None else f"{e:+.3f}" for e in (each.elasticity, each.exact_elasticity)),
         )
     return table
+
+
+def _range(effect: Effect) -> str:
+    """The range as percent of the value where it is even, else by its ends."""
+    below, above = effect.now - effect.low, effect.high - effect.now
+    if effect.now and math.isclose(below, above, rel_tol=1e-9):
+        return f"±{100.0 * abs(above / effect.now):.3g} %"
+    return f"{effect.low:.4g} to {effect.high:.4g}"
 
 
 def _chances(found: Sensitivity, chances: Chances) -> Iterator[RenderableType]:
@@ -67,8 +76,8 @@ def _chances(found: Sensitivity, chances: Chances) -> Iterator[RenderableType]:
         words.append(f"no plan {chances.no_plan:.1%}")
     yield Text(f"Best       {', '.join(words)}")
     if chances.kept is not None and chances.flyable is not None:
-        yield Text(
-            f"Fixed plan of {found.plan_hover_time_s:.2f} s of hover: can be flown in {chances.flyable:.1%}"
-        )
         kept = ", ".join(f"{name} {share:.1%}" for name, share in chances.kept.items())
-        yield Text(f"  keeps {kept}")
+        yield Text(
+            f"Fixed plan {found.plan_hover_time_s:.2f} s of hover, can be flown in "
+            f"{chances.flyable:.1%} of the samples; it keeps {kept}"
+        )

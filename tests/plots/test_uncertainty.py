@@ -1,0 +1,72 @@
+"""The tornado, and how hover times are spread."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+from matplotlib.figure import Figure
+
+import optuav
+from optuav import plots
+
+
+def swing(key: str, low_s: float | None, high_s: float | None) -> plots.Swing:
+    return plots.Swing(key, 0.9, 1.1, low_s, high_s)
+
+
+def test_bars_reach_from_the_hover_time_to_the_ends() -> None:
+    """One to either side a key, the largest at the top; a lost plan reaches the edge."""
+    shown = [
+        swing("a.big", 80.0, 125.0),
+        swing("b.lost", None, 101.0),
+        swing("c.none", 100.0, 100.0),
+    ]
+    ax = plots.tornado(shown, 100.0, "mine")
+    assert [label.get_text() for label in ax.get_yticklabels()] == ["a.big", "b.lost"]
+    bars = [bar for bar in ax.patches if bar.get_width()]
+    ends = sorted(bar.get_x() + bar.get_width() for bar in bars)
+    assert ends == pytest.approx([ax.get_xlim()[0], 80.0, 101.0, 125.0])
+    assert {bar.get_x() for bar in bars} == {100.0}
+
+
+def test_many_keys_are_cut_and_counted() -> None:
+    shown = [swing(f"table.key{k}", 100.0 - 1.0 / (k + 1), 101.0) for k in range(30)]
+    ax = plots.tornado(shown, 100.0, "mine")
+    assert len(ax.get_yticklabels()) == 20
+    assert "10 more keys" in ax.get_xlabel()
+
+
+def test_a_mission_that_nothing_moves_can_be_drawn() -> None:
+    assert plots.tornado([], 100.0, "mine").get_yticklabels() == []
+    assert plots.tornado([swing("a.key", None, None)], 0.0, "mine") is not None
+
+
+def test_hover_times_are_shares_of_all_samples() -> None:
+    """Also of those without a plan, which have no bar."""
+    times_s = np.concatenate([np.linspace(100.0, 200.0, 75), np.zeros(25)])
+    ax = plots.hover_times(times_s, "mine", fixed_s=150.0)
+    assert sum(bar.get_height() for bar in ax.patches[:60]) == pytest.approx(75.0)
+    assert "no plan in 25" in ax.get_title(loc="left")
+    assert plots.hover_times(np.zeros(5), "mine") is not None
+    assert plots.hover_times(np.full(5, 3.0), "mine") is not None
+
+
+@pytest.mark.parametrize("name", ["paper", "matrice350"])
+def test_no_text_lies_on_another(
+    name: str, overlaps: Callable[[Figure], list[tuple[str, str]]]
+) -> None:
+    found = optuav.sensitivity(name, samples=500)
+    assert found.chances is not None
+    bars = [
+        plots.Swing(each.key, each.low, each.high, each.hover_low_s, each.hover_high_s)
+        for each in found.effects
+    ]
+    for ax in (
+        plots.tornado(bars, found.hover_time_s, name),
+        plots.hover_times(found.chances.hover_times_s, name, fixed_s=found.plan_hover_time_s),
+    ):
+        figure = ax.get_figure(root=True)
+        assert figure is not None
+        assert overlaps(figure) == []

@@ -1,0 +1,251 @@
+"""What matters most: single keys against hand calculations, samples against single missions."""
+
+from __future__ import annotations
+
+import json
+from typing import Any
+
+import numpy as np
+import pytest
+
+import optuav
+from optuav.errors import InputError
+from optuav.studies.uncertain.ensemble import Base
+from optuav.studies.uncertain.fixed_plan import FixedPlan
+from optuav.studies.uncertain.spread import drawn, spreads
+from optuav.studies.uncertain.study import Sensitivity, _chances
+
+SIZE = {"battery": {"capacity_As": {"percent": 10}}, "limits": {"min_soc": {"percent": 50}}}
+
+
+def effect(found: Sensitivity, key: str) -> Any:
+    return next(each for each in found.effects if each.key == key)
+
+
+@pytest.fixture(scope="module")
+def direct() -> Sensitivity:
+    """`paper-table2` with time to spare and no laser: hovers until the charge is used."""
+    mission = optuav.load("paper-table2").replace(
+        {
+            "laser": None,
+            "flight.charge_current_A": None,
+            "flight.charge_power_W": None,
+            "limits.deadline_s": 5000,
+        }
+    )
+    return optuav.sensitivity(mission, {})
+
+
+def test_elasticities_of_a_direct_flight_by_hand(direct: Sensitivity) -> None:
+    """Δ = ((1 − η0) B − I_fl T_fl)/I_hv, with B = 72 000 As and the recovered loads."""
+    usable_As, flight_As, hover_A = 0.95 * 72000, 93.658 * 59.35, 72.073
+    hover_s = (usable_As - flight_As) / hover_A
+    assert direct.hover_time_s == pytest.approx(hover_s, rel=1e-4)
+    size = effect(direct, "battery.capacity_As")
+    assert size.exact_elasticity == pytest.approx(usable_As / (hover_A * hover_s), rel=1e-4)
+    assert size.elasticity == pytest.approx(size.exact_elasticity, rel=1e-9)
+    assert size.hover_low_s == pytest.approx((0.9 * usable_As - flight_As) / hover_A, rel=1e-4)
+    load = effect(direct, "flight.hover_current_A")
+    assert load.exact_elasticity == pytest.approx(-1.0, abs=1e-6)
+    assert load.elasticity == pytest.approx(-1.0 / 0.99, rel=1e-6)  # mean of 1/1.1 and 1/0.9
+    assert effect(direct, "limits.deadline_s").exact_elasticity == 0.0
+
+
+def test_measured_and_exact_agree_where_nothing_bends(direct: Sensitivity) -> None:
+    """Within a tenth of the value, to a fifth of the elasticity at worst; most far closer."""
+    for each in direct.effects:
+        rates = (each.elasticity, each.exact_elasticity)
+        if None not in rates and abs(each.exact_elasticity) > 0.01:
+            assert each.elasticity == pytest.approx(each.exact_elasticity, rel=0.2), each.key
+
+
+def test_a_kink_has_no_elasticity() -> None:
+    """Where charge and deadline end the hover together, more time brings nothing, less costs."""
+    mission = optuav.load("paper-table2").replace(
+        {
+            "laser": None,
+            "flight.charge_current_A": None,
+            "flight.charge_power_W": None,
+            "limits.deadline_s": 5000,
+        }
+    )
+    plan = optuav.solve(mission)
+    both = mission.replace({"limits.deadline_s": plan.mission_time_s})
+    found = effect(optuav.sensitivity(both, {}), "limits.deadline_s")
+    assert found.exact_elasticity is None
+    assert found.hover_high_s == pytest.approx(plan.hover_time_s)
+    assert found.hover_low_s == pytest.approx(plan.hover_time_s - 0.1 * plan.mission_time_s)
+
+
+def test_single_keys_are_what_solving_again_tells() -> None:
+    """On `paper`, with the laser, the link and the rotors."""
+    mission = optuav.load("paper")
+    found = optuav.sensitivity(mission, {})
+    keys = ("body.mass_kg", "rotor.max_speed_rad_s", "link.path_loss_exponent", "limits.min_soc")
+    for key in (*keys, "laser.wavelength_nm", "limits.min_altitude_m"):
+        each = effect(found, key)
+        more: dict[str, Any] = {}
+        if key == "laser.wavelength_nm" and mission.laser is not None:
+            fits = ("emitter_slope", "emitter_offset_W", "receiver_slope", "receiver_offset_W")
+            more = {f"laser.{name}": getattr(mission.laser, name) for name in fits}
+        for value, hover_s in ((each.low, each.hover_low_s), (each.high, each.hover_high_s)):
+            plan = optuav.solve(mission.replace({key: value, **more}))
+            assert hover_s == pytest.approx(plan.hover_time_s, abs=1e-5), key
+
+
+def test_the_largest_effect_comes_first_and_a_lost_plan_is_the_largest() -> None:
+    """A device 300 m nearer puts b9 and b10 in the way of all routes of `paper`."""
+    found = optuav.sensitivity("paper", {})
+    first = found.effects[0]
+    assert (first.key, first.hover_low_s) == ("link.device_m[1]", None)
+    assert not optuav.solve(optuav.load("paper").replace({"link.device_m": [1000, 2700, 0]}))
+    swings = [each.swing_s(found.hover_time_s) for each in found.effects]
+    assert swings == sorted(swings, reverse=True)
+
+
+def test_samples_do_not_depend_on_how_many_are_worked_out_at_once() -> None:
+    """To the last bit, hover times and shares alike; and the first are those of a longer run."""
+    mission = optuav.load("paper")
+    base, spread = (
+        Base(mission),
+        spreads(
+            mission,
+            {"body": {"mass_kg": {"percent": 8}}, **SIZE, "link": {"rice_factor": {"percent": 5}}},
+        ),
+    )
+    plan = FixedPlan.of(optuav.solve(mission), mission)
+
+    def chances(samples: int, at_once: int) -> Any:
+        return _chances(base, spread, "battery", plan, samples, 3, stated=True, at_once=at_once)
+
+    whole = chances(300, 1000)
+    for at_once in (7, 64, 300):
+        again = chances(300, at_once)
+        assert again == whole
+        assert (again.hover_times_s == whole.hover_times_s).all()
+    assert (chances(100, 1000).hover_times_s == whole.hover_times_s[:100]).all()
+
+
+def test_the_same_seed_gives_the_same_result() -> None:
+    one, two, other = (optuav.sensitivity("paper", SIZE, samples=200, seed=s) for s in (1, 1, 2))
+    assert one == two
+    assert one.to_dict() == two.to_dict()
+    assert one.chances is not None
+    assert other.chances is not None
+    assert one.chances.mean_s != other.chances.mean_s
+
+
+def test_quantiles_of_a_single_uniform_key_by_hand() -> None:
+    """Capacity alone, all charge used: hover time is uniform too, between its ends."""
+    mission = optuav.load("paper-table2").replace(
+        {
+            "limits.deadline_s": 5000,
+            "laser": None,
+            "flight.charge_current_A": None,
+            "flight.charge_power_W": None,
+        }
+    )
+    stated = {"battery": {"capacity_As": {"percent": 10}}}
+    found = optuav.sensitivity(mission, stated, samples=20_000)
+    assert found.chances is not None
+    hover_s, swing_s = found.hover_time_s, 0.1 * 0.95 * 72000 / 72.073
+    for share, value_s in found.chances.quantiles_s.items():
+        assert value_s == pytest.approx(hover_s + (2 * share - 1) * swing_s, abs=0.02 * swing_s)
+    assert found.chances.routes == {"direct": 1.0}
+    # The plan uses all charge: half of the samples have more. But it runs dry in all of them.
+    assert found.chances.kept is not None
+    assert found.chances.kept["charge left"] == pytest.approx(0.5, abs=0.02)
+    assert found.chances.kept["never dry"] == found.chances.flyable == 0.0
+
+
+def test_without_a_statement_all_that_is_measured_is_uncertain() -> None:
+    """Nothing of what is chosen; no whole number, no 0."""
+    chances = optuav.sensitivity("matrice350", samples=10).chances
+    assert chances is not None
+    assert not chances.stated
+    assert {key.partition(".")[0] for key in chances.uncertain} == {
+        *("battery", "laser", "link", "flight")
+    }
+    assert {"battery.packs", "laser.emitter_offset_W"}.isdisjoint(chances.uncertain)
+
+
+def test_a_mission_without_a_plan_is_said_to_have_none() -> None:
+    mission = optuav.load("paper").replace({"limits.deadline_s": 60})
+    found = optuav.sensitivity(mission, {"limits": {"min_soc": {"percent": 10}}}, samples=50)
+    assert found.hover_time_s == 0.0
+    assert found.plan_hover_time_s is None
+    assert found.chances is not None
+    assert found.chances.no_plan == 1.0
+    assert found.chances.flyable is None
+    assert "no plan 100.0%" in str(found)
+
+
+# The plan that is held fixed
+
+
+def test_a_plan_that_the_battery_cannot_deliver_is_never_flyable() -> None:
+    """The optimum of `paper` runs dry and is charged past full; that of `matrice350` is neither."""
+    for name, expected in (("paper", False), ("matrice350", True)):
+        mission = optuav.load(name)
+        kept = FixedPlan.of(optuav.solve(mission), mission).kept(
+            {"battery.capacity_As": np.array([mission.battery.capacity_As])}
+        )
+        assert kept["never dry"][0] == expected
+        assert kept["never past full"][0] == expected
+        for condition in ("legs and thrust", "link", "charge left", "deadline"):
+            assert kept[condition][0], condition
+
+
+def test_a_fixed_plan_is_flyable_where_the_replay_says_so() -> None:
+    """Sample by sample, with another battery, air, load and speed; both verdicts occur."""
+    mission = optuav.load("matrice350").replace({"limits.deadline_s": 3100})
+    plan = optuav.solve(mission.replace({"limits.deadline_s": 3000, "limits.min_soc": 0.23}))
+    stated = {
+        "battery": {"capacity_As": {"percent": 6}, "flow_rate_per_s": {"percent": 50}},
+        "flight": {"hover_current_A": {"percent": 3}, "max_speed_m_s": {"percent": 20}},
+        "laser": {"visibility_km": {"percent": 30}},
+    }
+    columns = drawn(spreads(mission, stated), 5, 0, 40)
+    kept = FixedPlan.of(plan, mission).kept(columns)
+    flyable = np.logical_and.reduce(list(kept.values()))
+    where = [float(each) for each in optuav.graph(mission).nodes["hover"]["position_m"]]
+    for number in range(40):
+        values = {key: float(column[number]) for key, column in columns.items()}
+        changed = mission.replace({**values, "route.hover_m": where})
+        replayed = optuav.replay(plan.model_copy(update={"mission": changed}))
+        limits = {event.kind for event in replayed.violations}
+        assert flyable[number] == (not limits - {"mismatch"}), limits
+    assert 0.2 < flyable.mean() < 0.8
+
+
+def test_a_plan_over_other_places_is_refused() -> None:
+    plan = optuav.solve("paper")
+    with pytest.raises(InputError, match="a plan over the places of this mission"):
+        FixedPlan.of(plan, optuav.load("paper").replace({"buildings.b1.name": "tower"}))
+
+
+# What it looks like
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        ({"samples": 0}, "samples = 0: a whole number"),
+        ({"samples": 1.5}, "samples = 1.5: a whole number"),
+        ({"seed": -1}, "seed = -1: a whole number"),
+        ({"perspective": "wells"}, "perspective = 'wells': one of battery"),
+        ({"uncertainty": {"body": {"mass": {"percent": 1}}}}, "did you mean 'body.mass_kg'"),
+    ],
+)
+def test_arguments_that_are_refused(arguments: dict[str, Any], words: str) -> None:
+    with pytest.raises(InputError) as caught:
+        optuav.sensitivity("paper", **arguments)
+    assert words in str(caught.value)
+
+
+def test_data_can_be_written_and_tables_fit_a_screen() -> None:
+    found = optuav.sensitivity("matrice350", samples=20)
+    data = json.loads(json.dumps(found.to_dict(), allow_nan=False))
+    assert data["kind"] == "optuav sensitivity"
+    assert len(data["effects"]) == len(found.effects) == len(found.to_csv().splitlines()) - 1
+    assert max(map(len, str(found).splitlines())) <= 80

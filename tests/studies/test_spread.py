@@ -1,0 +1,147 @@
+"""What is uncertain: read in words, drawn from what was stated."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import optuav
+from optuav.errors import InputError
+from optuav.studies.uncertain.spread import drawn, read_spreads, spreads
+
+PAPER = optuav.load("paper")
+
+
+def one(form: dict[str, Any]) -> Any:
+    (found,) = spreads(PAPER, {"body": {"mass_kg": form}})
+    return found
+
+
+def test_quantiles_of_the_distributions() -> None:
+    """By hand: a quarter of the way; sqrt(1/8) and sqrt(1/2) of a triangle; one deviation."""
+    share = np.array([0.125, 0.25, 0.5])
+    even = one({"low": 1.0, "high": 2.0})
+    assert even.at(share) == pytest.approx([1.125, 1.25, 1.5])
+    leaning = one({"low": 1.0, "likely": 1.5, "high": 2.0})
+    assert leaning.at(share) == pytest.approx([1.25, 1 + math.sqrt(0.125), 1.5])
+    normal = one({"deviation": 0.1})
+    assert normal.at(np.array([0.5, 0.8413447460685429])) == pytest.approx([1.3, 1.4])
+    percent = one({"percent": 10})
+    assert (percent.low, percent.high) == pytest.approx((1.17, 1.43))
+
+
+def test_a_triangle_may_lean_on_an_end() -> None:
+    """The most likely value at an end: a density that falls from it."""
+    assert one({"low": 1.0, "likely": 1.0, "high": 2.0}).at(np.array([0.75])) == pytest.approx(
+        [1.5]
+    )
+    assert one({"low": 1.0, "likely": 2.0, "high": 2.0}).at(np.array([0.25])) == pytest.approx(
+        [1.5]
+    )
+
+
+def test_a_normal_distribution_keeps_to_what_is_allowed() -> None:
+    """A share of the capacity is above 0 and below 1, however wide its spread."""
+    (found,) = spreads(PAPER, {"battery": {"available_fraction": {"deviation": 5.0}}})
+    values = found.at(np.linspace(0.0, 1.0, 101))
+    assert values.min() >= 1e-6
+    assert values.max() <= 0.999999
+    assert (np.diff(values) > 0).all()
+
+
+def test_draws_do_not_depend_on_how_many_are_drawn_at_once_or_beside_them() -> None:
+    both = spreads(
+        PAPER, {"body": {"mass_kg": {"percent": 5}}, "limits": {"min_soc": {"percent": 9}}}
+    )
+    whole = drawn(both, 7, 0, 100)
+    parts = [drawn(both[:1], 7, first, 25)["body.mass_kg"] for first in (0, 25, 50, 75)]
+    assert (np.concatenate(parts) == whole["body.mass_kg"]).all()
+    assert (drawn(both, 8, 0, 100)["body.mass_kg"] != whole["body.mass_kg"]).all()
+
+
+def test_draws_follow_the_distribution_and_one_another_not() -> None:
+    """Mean and spread of a uniform distribution to 1 %, correlation below 1 %."""
+    both = spreads(
+        PAPER, {"body": {"mass_kg": {"percent": 5}}, "limits": {"min_soc": {"percent": 9}}}
+    )
+    mass, soc = drawn(both, 0, 0, 100_000).values()
+    assert mass.mean() == pytest.approx(1.3, rel=1e-3)
+    assert mass.std() == pytest.approx(0.13 / math.sqrt(12), rel=1e-2)
+    assert abs(np.corrcoef(mass, soc)[0, 1]) < 0.01
+
+
+def test_keys_along_change_by_the_same_factor() -> None:
+    mission = optuav.load("matrice350")
+    form = {"low": 1000, "high": 1150, "along": ["flight.hover_current_A"]}
+    found = drawn(spreads(mission, {"flight": {"hover_power_W": form}}), 0, 0, 50)
+    factor = found["flight.hover_power_W"] / 1103.5
+    assert found["flight.hover_current_A"] == pytest.approx(24.65 * factor)
+
+
+@pytest.mark.parametrize(
+    ("document", "key", "words"),
+    [
+        ({"body": {"mass_kg": 3}}, "body.mass_kg", "a table such as"),
+        ({"body": {"mass_kg": {"low": 1}}}, "body.mass_kg", "a table such as"),
+        ({"body": {"mass_kg": {"low": 1, "high": math.nan}}}, "body.mass_kg", "a table such as"),
+        ({"body": {"mass_kg": {"low": True, "high": 2}}}, "body.mass_kg", "a table such as"),
+        ({"body": {"mass_kg": {"low": 2, "high": 1}}}, "body.mass_kg", "low < high"),
+        ({"body": {"mass_kg": {"low": 1, "likely": 3, "high": 2}}}, "body.mass_kg", "low < high"),
+        ({"body": {"mass_kg": {"low": -1, "high": 2}}}, "body.mass_kg", "within 1e-06"),
+        ({"body": {"mass_kg": {"percent": 200}}}, "body.mass_kg", "low < high"),
+        ({"body": {"mass_kg": {"deviation": 0}}}, "body.mass_kg.deviation", "above 0"),
+        ({"body": {"mas_kg": {"percent": 1}}}, "body.mas_kg", "did you mean 'body.mass_kg'"),
+        ({"battery": {"packs": {"percent": 1}}}, "battery.packs", "whole number"),
+        ({"laser": {"visibility_km": {"percent": 1}}}, "laser.visibility_km", "does not state it"),
+        ({"buildings": {"b1": {}}}, "buildings.b1", "stay where they are"),
+        ({"body": 3}, "body", "unknown key"),
+        (
+            {"body": {"mass_kg": {"percent": 1, "along": ["body.mass"]}}},
+            "body.mass",
+            "did you mean 'body.mass_kg'",
+        ),
+        (
+            {"body": {"mass_kg": {"percent": 1, "along": "body.mass_kg"}}},
+            "body.mass_kg.along",
+            "a list of keys",
+        ),
+        (
+            {"body": {"mass_kg": {"percent": 1, "along": ["body.mass_kg"]}}},
+            "body.mass_kg",
+            "varies once",
+        ),
+        (
+            {"wind": {"force_N[0]": {"low": 0, "high": 1, "along": ["body.mass_kg"]}}},
+            "wind.force_N[0].along",
+            "nothing goes along with 0",
+        ),
+    ],
+)
+def test_what_cannot_be_spread_is_refused(document: Any, key: str, words: str) -> None:
+    with pytest.raises(InputError) as caught:
+        spreads(PAPER, document)
+    (fault,) = caught.value.faults
+    assert fault.key == key
+    assert words in fault.allowed
+
+
+def test_a_file_tells_all_its_faults_at_once(tmp_path: Path) -> None:
+    path = tmp_path / "sure.toml"
+    path.write_text("[body]\nmass_kg = 3\n[battery]\npacks = { percent = 3 }\n", "utf-8")
+    with pytest.raises(InputError) as caught:
+        read_spreads(PAPER, path)
+    assert [fault.key for fault in caught.value.faults] == ["body.mass_kg", "battery.packs"]
+    assert all(fault.source.endswith("sure.toml") for fault in caught.value.faults)
+
+
+@pytest.mark.parametrize("content", [b"[body", b"\xff", None])
+def test_a_file_that_cannot_be_read_is_refused(tmp_path: Path, content: bytes | None) -> None:
+    path = tmp_path / "sure.toml"
+    if content is not None:
+        path.write_bytes(content)
+    with pytest.raises(InputError, match=r"sure\.toml"):
+        read_spreads(PAPER, path)
