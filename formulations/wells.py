@@ -25,11 +25,12 @@ def levels(given: Quantities, hover: Any, rest: Any) -> Iterator[tuple[Any, batt
     level = whole.full
     for number, step in enumerate(given.steps, start=1):
         if isinstance(step, battery.Stretch):
-            level = battery.along(whole, level, step)
+            level, words = battery.along(whole, level, step), ""
         else:
             phase = stays[step] if isinstance(step, str) else step
+            level = battery.step(whole, level, phase)
             words = "" if isinstance(step, str) else "by eqs (15)-(16), a stage of flight"
-        level = _named(battery.step(whole, level, phase), number, words)
+        level = _named(level, number, words)
         yield step, level
 
 
