@@ -6,7 +6,7 @@ VENV ?= .venv
 BIN := $(VENV)/bin
 PIP := $(BIN)/python -m pip --disable-pip-version-check
 
-.PHONY: run test lint bench soak pins clean
+.PHONY: run test lint bench bench-modellers soak pins clean
 
 run: $(VENV)/run.stamp
 	$(BIN)/optuav solve paper --plot plan-paper
@@ -24,6 +24,9 @@ lint: $(VENV)/dev.stamp
 bench: $(VENV)/dev.stamp
 	$(BIN)/python -m benchmarks
 
+bench-modellers: $(VENV)-bench/installed.stamp
+	$(VENV)-bench/bin/python -m benchmarks modellers
+
 soak: $(VENV)/dev.stamp
 	$(BIN)/python -m pytest -n 2 -m "soak or campaign" --hypothesis-profile=soak
 
@@ -36,7 +39,7 @@ pins:
 	rm -rf $(VENV)-pins
 
 clean:
-	rm -rf $(VENV) .hypothesis .import_linter_cache .mypy_cache .pytest_cache .ruff_cache build dist plan-paper plan-matrice350 reproduced
+	rm -rf $(VENV) $(VENV)-bench .hypothesis .import_linter_cache .mypy_cache .pytest_cache .ruff_cache build dist plan-paper plan-matrice350 reproduced
 
 $(VENV)/created.stamp:
 	@$(PYTHON) -c "import sys; v = sys.version_info[:2]; sys.exit(not (3, 11) <= v <= (3, 13) and '$(PYTHON) is Python %d.%d' % v)" || { \
@@ -52,3 +55,9 @@ $(VENV)/dev.stamp: pyproject.toml requirements-dev.txt | $(VENV)/created.stamp
 	$(PIP) install --quiet --requirement requirements-dev.txt
 	$(PIP) install --quiet --no-build-isolation --no-deps --editable .
 	touch $@ $(VENV)/run.stamp
+
+# The modellers that the closed form is measured against are in no other environment.
+$(VENV)-bench/installed.stamp: benchmarks/requirements.txt pyproject.toml requirements-dev.txt
+	$(MAKE) $(VENV)-bench/dev.stamp VENV=$(VENV)-bench
+	$(VENV)-bench/bin/python -m pip install --quiet --requirement benchmarks/requirements.txt
+	touch $@

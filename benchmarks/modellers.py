@@ -1,6 +1,7 @@
 """All itineraries at once by the closed form, against modelling libraries one by one.
 
 Pyomo and linopy are in ``benchmarks/requirements.txt`` only; without them their rows are left out.
+``make bench-modellers`` runs all rows in an environment of their own.
 """
 
 from __future__ import annotations

@@ -274,3 +274,20 @@ def test_whole_numbers_against_all_of_them(
     value, minus_x, minus_y = max(pairs)
     found = linear.solve(model, 1, 1.0)
     assert (found.objective[0], found.point(0)) == (value, {"x": -minus_x, "y": -minus_y})
+
+
+@pytest.mark.parametrize("slot_s", [None, 1.0])
+def test_every_preference_counts(slot_s: float | None) -> None:
+    """Of x + y + z + w ≤ 25 and 0 to 10 each: x first, then y, then z, nothing left for w."""
+    model = Model("Several preferences")
+    names = ("x", "y", "z", "w")
+    x, *others = (model.variable(name, name, unit="s", upper=10.0) for name in names)
+    model.maximise(x)
+    for each in others:
+        model.prefer_small(-each)
+    room = Parameter("room", "room", "s", 25.0)
+    model.subject_to("room", sum(others, x) <= room)
+    compiled = linear.Compiled(model, slot_s)
+    for room_s, expected in ((25.0, [10.0, 10.0, 5.0, 0.0]), (37.0, [10.0, 10.0, 10.0, 7.0])):
+        point = compiled.solve({"room": room_s}).point(0)
+        assert [point[name] for name in names] == pytest.approx(expected, abs=1e-6)
