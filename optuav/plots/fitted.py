@@ -117,7 +117,7 @@ def _draw_names(axes: FitAxes, panel: Panel) -> None:
         axes.values.set_xlim(margins(values, 0.08, 0.02 * float(np.max(np.abs(values))) or 1.0))
     axes.residuals.xaxis.set_major_locator(MaxNLocator(4))
     axes.residuals.axvline(0.0, color=BLACK, linewidth=0.5)
-    least = 1e-3 * float(np.max(np.abs(observed))) or 1.0
+    least = 1e-4 * float(np.max(np.abs(observed))) or 1.0
     reach = 1.15 * max(float(np.max(np.abs(left))), least)
     axes.residuals.set_xlim(-reach, reach)
     axes.values.set_xlabel(f"{panel.quantity} [{panel.unit}]")
