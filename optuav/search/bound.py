@@ -18,13 +18,18 @@ within 0 ≤ y1 ≤ ωB can have. They are
    and add s_H (a knapsack of fractions), and no stay is further from the corner than its own loss
    allows, which cuts the box. The same holds for y at the end, where the derivative is I_i.
 
+4. *Sums of limits.* A sum of limits with weights ≥ 0 is a limit, and traded like one. Two kinds are
+   useful: those that level the prices of early and late stays, and those in which a rest's price
+   in a limit on y1 ≥ 0 cancels against y1 ≤ ωB.
+
 "More charge is better" is used nowhere: near full it is false, as charging at constant current
 may then pass y1 = ωB.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+import itertools
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from typing import Any, NamedTuple
 
@@ -115,7 +120,11 @@ class Bound:
         near_s, far_s = width_s.copy(), width_s.copy()
         promise = np.full(len(boxes), np.inf)
         rounding_As = ROUNDING * self.terrain.battery.capacity_As
-        for limit in self._limits(boxes, legs, low_s, high_s):
+        limits = [*self._limits(boxes, legs, low_s, high_s)]
+        sums = _levelled(limits, boxes)
+        if overfull.any():
+            sums += _against_full(limits, boxes.rests, width_s)
+        for limit in (*limits, *sums):
             needs_s = (less_hover_s, none_s) if limit.full else (more_hover_s, less_rest_s)
             moves_s = far_s if limit.full else near_s
             groups = [(g, need_s) for g, need_s in zip((hovers, rests), needs_s, strict=True) if g]
@@ -270,6 +279,56 @@ class Bound:
             yield Limit(room_As, prices(stop + 1), full=True)
         price_A = np.where(hover[:, None], -current_A, current_A)
         yield Limit(total - self.terrain.least_charge_As, price_A, full=False)
+
+
+def _sum(one: Limit, other: Limit, weight: Floats) -> Limit:
+    """A limit that follows from two with the same corner; the other counts with a weight ≥ 0."""
+    return Limit(
+        one.value_As + weight * other.value_As, one.price_A + weight * other.price_A, one.full
+    )
+
+
+def _weight(dear_A: Floats, price_A: Floats) -> Floats:
+    """How often a price goes into another, 0 where either is none."""
+    return np.maximum(dear_A, 0.0) * (price_A > TINY) / np.maximum(price_A, TINY)
+
+
+def _levelled(limits: Sequence[Limit], boxes: Boxes) -> list[Limit]:
+    """Sums of limits that make it as dear to leave the corner early as late.
+
+    A limit in the midst of a mission puts no price on what comes later, and the ones at the end a
+    lower price on what came earlier, so each alone lets stays be traded where another forbids it.
+    """
+    found = []
+    arrivals = [each for each in limits if not each.full]
+    for hovering, stays in ((False, boxes.rests), (True, boxes.hovers)):
+        parted = [pair for pair in itertools.pairwise(stays) if pair[1] > pair[0] + 1]
+        for last in arrivals[-2:] if parted else ():
+            level = last
+            for early, late in reversed(parted):
+                between = arrivals[early + 1 if hovering else late]
+                dearer_A = level.price_A[late] - level.price_A[early]
+                level = _sum(level, between, _weight(dearer_A, between.price_A[early]))
+            found.append(level)
+    return found
+
+
+def _against_full(limits: Sequence[Limit], rests: Sequence[int], width_s: Floats) -> list[Limit]:
+    """Sums of a limit y1 ≤ ωB after a rest and a later one, in which the price of the rest cancels.
+
+    Seen from the corner of long rests, y1 ≤ ωB has prices < 0: what leaving that corner gains.
+    """
+    found = []
+    for number, limit in enumerate(limits):
+        stay = number // 2
+        if not limit.full or stay not in rests:
+            continue
+        missed_As = (limit.price_A * width_s).sum(axis=0)
+        near = Limit(limit.value_As - missed_As, -limit.price_A, full=False)
+        for later in limits[number + 1 :]:
+            if not later.full:
+                found.append(_sum(later, near, _weight(later.price_A[stay], limit.price_A[stay])))
+    return found
 
 
 def _in_time(boxes: Boxes, time_left_s: Floats, hover_s: Floats) -> tuple[Floats, Floats, Booleans]:

@@ -15,9 +15,12 @@ import optuav
 from optuav.mission import Mission
 from optuav.mission.network import network
 from optuav.physics import battery
+from optuav.search.bound import Bound
+from optuav.search.boxes import Pattern
 from optuav.search.branch import TIE_S, Found, search
-from optuav.search.sequences import patterns
+from optuav.search.sequences import patterns, sequences
 from optuav.search.terrain import Terrain
+from optuav.search.trial import Trial
 from optuav.solving.several_stops import all_legs, terrain
 
 
@@ -184,3 +187,34 @@ def test_a_terrain_is_the_mission_in_arrays() -> None:
     assert np.isinf(known.duration_s.diagonal()).all()
     assert known.stay_current_A[1] == pytest.approx(-87.91, abs=5e-3)
     assert known.least_charge_As == pytest.approx(3600.0)
+
+
+@settings(max_examples=60, deadline=None)
+@given(small, st.sampled_from([*patterns(2, 2)]), st.integers(0, 2**32 - 1))
+def test_no_rule_drops_a_plan(keys: dict[str, float], pattern: Pattern, seed: int) -> None:
+    """Random plans that the wells bear, in random boxes around them: asked for no more than their
+    own hover time, every box is kept, and cut so that it still holds the plan."""
+    known = terrain_of(optuav.load("paper").replace({**keys, "limits.deadline_s": 1200.0}))
+    chance = np.random.default_rng(seed)
+    (roots, *_) = sequences(known, pattern)
+    roots = roots.take(chance.integers(0, len(roots), 400))
+    longest_s = roots.high_s * chance.choice([0.0, 0.1, 0.6, 1.0], roots.high_s.shape)
+    stays_s = longest_s * chance.random(roots.high_s.shape)
+    flight_s = known.duration_s[roots.places[:-1], roots.places[1:]].sum(axis=0)
+    bears = Trial.over(known).slack(roots.places, stays_s) >= 0.0
+    bears &= flight_s + stays_s.sum(axis=0) <= known.deadline_s
+    wide_s = 10.0 ** chance.uniform(-6.0, 2.5, (2, *stays_s.shape))
+    boxes = replace(
+        roots,
+        rank=np.arange(len(roots)),
+        low_s=np.maximum(stays_s - wide_s[0], 0.0),
+        high_s=stays_s + wide_s[1],
+    ).take(bears)
+    held_s, hovers = stays_s[:, bears], boxes.hovers
+    shares = chance.choice([0.5, 0.99, 1.0], len(boxes))
+    left = Bound.over(known).possible(boxes, held_s[hovers].sum(axis=0) * shares - 1e-9)
+    assert len(left) == len(boxes)
+    order = left.rank.searchsorted(np.flatnonzero(bears))
+    rounding_s = 1e-6
+    assert (left.low_s[:, order] <= held_s + rounding_s).all()
+    assert (left.high_s[:, order] >= held_s - rounding_s).all()
