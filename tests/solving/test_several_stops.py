@@ -48,6 +48,17 @@ def test_hovering_in_two_pieces_counts_both() -> None:
     assert "597.27 s at hover, 1.71 s at hover" in plan.summary()
 
 
+def test_without_rests_and_with_one_that_is_enough() -> None:
+    """SPEC 4: 577.524 s direct; hovering in pieces brings nothing there. Where the search comes
+    down to one rest and one hover, the plan is the one of a single stop, ties included."""
+    for hovers in (1, 2):
+        plan = available(PAPER, stops=0, hovers=hovers)
+        assert plan.route == ("origin", "hover", "destination")
+        assert plan.hover_time_s == pytest.approx(577.524, abs=5e-4)
+    rich = PAPER.replace({"battery.flow_rate_per_s": 0.01})
+    assert available(rich, stops=2).phases == available(rich).phases
+
+
 def test_states_of_charge_count_every_stay() -> None:
     """The battery's from the wells at the end, the energy's from the phases one by one."""
     plan = available(PAPER, stops=2, hovers=2)
@@ -223,3 +234,16 @@ def test_broken_triangles_are_compared_sequence_by_sequence(
         assert all(legs.has_edge(*way) for way in itertools.pairwise(plan.route))
         assert plan.soc is not None
         assert plan.soc["battery"] >= mission.limits.min_soc - 1e-9
+
+
+def test_an_edge_between_buildings_replaces_the_leg(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A way from b1 to b9 that takes next to nothing is a way around that pays, and is told."""
+    mission = PAPER.replace({"buildings": [PAPER.buildings[k] for k in (0, 8, 9)]})
+    legs = optuav.graph(mission)
+    free = {"duration_s": 0.1, "charge_As": 0.0, "energy_J": 0.0}
+    legs.add_edge("b1", "b9", **{**legs.edges["b1", "hover"], **free})
+    monkeypatch.setattr(branch, "MOST_BOXES", 20_000)
+    plan = available(mission, stops=3, graph=legs)
+    assert plan.route[:4] == ("origin", "b1", "b9", "hover")
+    assert plan.hover_time_s > 610.0
+    assert "figures from the graph" in plan.notes[-1]

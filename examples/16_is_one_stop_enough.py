@@ -1,0 +1,107 @@
+# %% [markdown]
+# # Is one stop enough?
+#
+# The paper rests once and hovers in one piece, and says that more stops never pay. As long as only
+# the total charge counts, that is a theorem. Once the battery may not run dry it is wrong.
+#
+# **Learning intentions.** After this page you can
+#
+# - say why one rest is enough in the perspectives of the paper, and what the proof needs;
+# - find the best plan with several rests, or hovering in pieces, and read its proof;
+# - explain from the two wells why a second rest brings hover time.
+
+# %%
+import itertools
+import math
+
+import optuav
+from optuav.physics.battery import Wells, state_of_charge
+
+mission = optuav.load("paper")
+
+# %% [markdown]
+# ## By total charge, one is enough
+#
+# The charge at the end is linear in the times. So move all rest to the building that charges best,
+# leave the other stops out, and the flight becomes no longer: legs obey the triangle inequality.
+
+# %%
+for perspective in ("battery", "energy", "adjusted"):
+    one = optuav.solve(mission, perspective=perspective)
+    more = optuav.solve(mission, perspective=perspective, stops=3, hovers=2)
+    print(f"{perspective:<10}{one.hover_time_s:8.3f} s, with more stops {more.hover_time_s:8.3f} s")
+    assert more.phases == one.phases
+print(more.notes[-1])
+
+# %% [markdown]
+# ## A road that breaks the theorem
+#
+# The proof needs the triangle inequality. Say a tail wind makes origin → b1 → b9 quicker than the
+# straight leg to b9. Then all sequences of stops are compared, each by a linear programme.
+
+# %%
+legs = optuav.graph(mission)
+legs.add_edge("b1", "b9", **{**legs.edges["b1", "hover"], "duration_s": 4.0, "charge_As": 50.0})
+legs.add_edge("b9", "hover", **{**legs.edges["b9", "hover"], "duration_s": 4.0, "charge_As": 50.0})
+windy = [optuav.solve(mission, perspective="battery", graph=legs, stops=most) for most in (1, 2)]
+for plan in windy:
+    print(f"{plan.hover_time_s:8.3f} s by {' → '.join(plan.route)}")
+assert windy[1].hover_time_s > windy[0].hover_time_s + 1.0
+assert windy[1].route[1:3] == ("b1", "b9")
+
+# %% [markdown]
+# ## By the available well, it is not
+#
+# Under `available` the well that feeds the rotors may never run dry. Rests before and after
+# hovering do different things: the first refills what the flight out took, the second lets bound
+# charge flow over for the flight home. One rest can only do one of the two.
+
+# %%
+plans = {
+    (stops, hovers): optuav.solve(mission, perspective="available", stops=stops, hovers=hovers)
+    for stops, hovers in itertools.product((0, 1, 2), (1, 2))
+}
+for (stops, hovers), plan in plans.items():
+    stays = ", ".join(f"{stop.kind} {stop.at} {stop.duration_s:.2f} s" for stop in plan.stops)
+    print(f"rests {stops}, hovers {hovers}: {plan.hover_time_s:8.3f} s  ({stays})")
+
+assert math.isclose(plans[0, 1].hover_time_s, 577.524, abs_tol=1e-3)
+assert math.isclose(plans[1, 1].hover_time_s, 597.270, abs_tol=1e-3)
+assert math.isclose(plans[2, 1].hover_time_s, 605.456, abs_tol=1e-3)
+assert math.isclose(plans[1, 2].hover_time_s, 598.976, abs_tol=1e-3)
+
+# %% [markdown]
+# ## What the well does meanwhile
+#
+# Twice the plan with two rests comes down with an empty well: on b10, and at the end. The rest
+# between adds what the laser delivers, and what flows over from the bound well meanwhile.
+
+# %%
+best = plans[2, 1]
+print(best.proof)
+for phase in best.phases:
+    wells = Wells(phase.available_As[0], phase.bound_As[0])
+    print(f"{phase.kind:<7}{phase.end_place:<12} y1 {wells.available_As:9.1f} A s")
+arrival, rest = (
+    next(each for each in best.phases if (each.kind, each.end_place) == (kind, "b10"))
+    for kind in ("flight", "rest")
+)
+charged_As = rest.current_A * rest.duration_s
+flowed_As = rest.available_As[0] - arrival.available_As[0] - charged_As
+print(f"on b10 {charged_As:.0f} A s from the laser, {flowed_As:.0f} A s from the bound well")
+assert abs(arrival.available_As[0]) < 1.0
+assert flowed_As > 0.0
+assert state_of_charge(optuav.mission.vehicle.pool(mission), wells) > 0.17
+
+# %% [markdown]
+# ## With more time, hover twice
+#
+# At 2400 s the best is to hover until the well is dry, rest for 1538 s, and hover again. No more
+# rest before the first hover would help: the battery is full then.
+
+# %%
+longer = mission.replace({"limits.deadline_s": 2400.0})
+split = optuav.solve(longer, perspective="available", hovers=2)
+print(split.summary())
+assert math.isclose(split.hover_time_s, 742.834, abs_tol=1e-3)
+assert optuav.audit(split).flyable
