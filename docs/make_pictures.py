@@ -27,6 +27,12 @@ def pictures() -> Iterator[tuple[str, Axes]]:
     (part,) = program.parts
     yield "plane", plots.plane(part.model, part.model.row(0), [program.solve()])
     yield "profile", plots.profile(optuav.replay(plan)).speed
+    found = optuav.sensitivity("paper", {})
+    swings = [
+        plots.Swing(each.key, each.low, each.high, each.hover_low_s, each.hover_high_s)
+        for each in found.effects
+    ]
+    yield "tornado", plots.tornado(swings, found.hover_time_s, "paper")
     yield "leg", plots.leg(plan.mission, "origin", "hover").speed
     logged = optuav.fit_regimes([DATA / "flight_log.csv"])
     yield "fit", plots.fit(logged)[0].values

@@ -113,7 +113,7 @@ def _bar(
             linewidth=0.5,
         )
         ax.annotate(
-            f" {value:.4g}: no plan",
+            f" {_value(value)}: no plan",
             (left, row),
             va="center",
             ha="left",
@@ -125,7 +125,7 @@ def _bar(
     if abs(end_s - hover_time_s) > MOVES_S:
         right = end_s > hover_time_s
         ax.annotate(
-            f"{value:.4g}",
+            _value(value),
             (end_s, row),
             (2.0 if right else -2.0, 0.0),
             textcoords="offset points",
@@ -180,6 +180,12 @@ def hover_times(
 
 def _swing_s(swing: Swing, hover_time_s: float) -> float:
     return max(abs((end or 0.0) - hover_time_s) for end in swing[3:])
+
+
+def _value(value: float) -> str:
+    """A number in four digits, without an exponent where it is short enough."""
+    text = f"{value:.0f}" if 1e4 <= abs(value) < 1e6 else f"{value:.4g}"
+    return text.replace("-", "\N{MINUS SIGN}")
 
 
 def _short(key: str) -> str:

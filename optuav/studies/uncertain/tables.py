@@ -56,7 +56,9 @@ def _range(effect: Effect) -> str:
     below, above = effect.now - effect.low, effect.high - effect.now
     if effect.now and math.isclose(below, above, rel_tol=1e-9):
         return f"±{100.0 * abs(above / effect.now):.3g} %"
-    return f"{effect.low:.4g} to {effect.high:.4g}"
+    return " to ".join(
+        f"{end:.0f}" if 1e4 <= abs(end) < 1e6 else f"{end:.4g}" for end in (effect.low, effect.high)
+    )
 
 
 def _chances(found: Sensitivity, chances: Chances) -> Iterator[RenderableType]:

@@ -1,0 +1,111 @@
+# %% [markdown]
+# # What matters most?
+#
+# Every number of a mission is known to some digits only. Which of them are worth measuring better?
+# And what becomes of a plan when all of them are a little wrong at once?
+#
+# **Learning intentions.** After this page you can
+#
+# - read an elasticity, and get it from a shadow price with pencil and paper;
+# - tell what a tornado chart shows from what it hides;
+# - draw samples from stated uncertainties, and read quantiles of the hover time;
+# - give a plan the margin that it needs to be flown.
+
+# %%
+import math
+
+import numpy as np
+
+import optuav
+
+mission = optuav.load("matrice350")
+stated = {
+    "battery": {"capacity_As": {"low": 19000, "likely": 21000, "high": 21168}},
+    "flight": {"hover_current_A": {"low": 21.65, "likely": 24.65, "high": 25.69}},
+    "laser": {
+        "visibility_km": {"low": 3, "likely": 10, "high": 23},
+        "receiver_slope": {"low": 0.15, "likely": 0.2, "high": 0.25},
+    },
+}
+found = optuav.sensitivity(mission, stated)
+print(found)
+
+# %% [markdown]
+# ## An elasticity by hand
+#
+# The shadow price of the capacity of a pack is in seconds of hover per ampere-second. Times the
+# capacity over the hover time, it is percent per percent.
+
+# %%
+prices = optuav.formulate(mission).shadow_prices()
+by_key = {each.key: each for each in found.effects}
+size = by_key["battery.capacity_As"]
+price = prices["capacity_As"].more
+by_hand = price * mission.battery.capacity_As / found.hover_time_s
+print(f"{price:.5f} s per As, {by_hand:.4f} % by %; the table has {size.exact_elasticity:.4f}")
+
+assert math.isclose(by_hand, size.exact_elasticity, rel_tol=1e-6)
+
+# %% [markdown]
+# Where a key is a factor of another, their elasticities are the same: what the laser draws, what of
+# it becomes light, and what of that becomes electricity. Their ranges need not be.
+
+# %%
+factors = [by_key[f"laser.{name}"] for name in ("power_W", "emitter_slope", "receiver_slope")]
+for each in factors:
+    swing_s = each.swing_s(found.hover_time_s)
+    print(f"{each.key:24}{each.exact_elasticity:8.4f}, swing {swing_s:6.1f} s")
+rates = [each.exact_elasticity for each in factors]
+
+assert np.allclose(rates, rates[0], rtol=1e-6)
+assert factors[2].swing_s(found.hover_time_s) > factors[0].swing_s(found.hover_time_s)
+
+# %% [markdown]
+# ## What the tornado hides
+#
+# Some keys move nothing, as the wells of the battery: charge balance does not see them. They decide
+# whether the plan can be flown at all.
+
+# %%
+wells = by_key["battery.flow_rate_per_s"]
+slow = mission.replace({"battery.flow_rate_per_s": 1e-5, "battery.available_fraction": 0.8})
+plan = optuav.solve(slow)
+print("effect of k_F:", wells.swing_s(found.hover_time_s), "s; with slow wells:", *plan.warnings)
+
+assert wells.swing_s(found.hover_time_s) == 0.0
+assert plan.runs_dry_s is not None
+assert optuav.solve(slow, perspective="available").hover_time_s < plan.hover_time_s
+
+# %% [markdown]
+# ## Everything at once
+#
+# Ranges that are lopsided move the median away from the hover of the mission as it stands. And the
+# best plan, which spends the last coulomb, is lost in about half of the samples.
+
+# %%
+chances = found.chances
+for share, hover_s in chances.quantiles_s.items():
+    print(f"{share:4.0%} of the samples hover less than {hover_s:7.1f} s")
+print(f"as it stands {found.hover_time_s:.1f} s; that plan can be flown in {chances.flyable:.1%}")
+
+assert len(chances.hover_times_s) == chances.samples
+assert np.isclose(np.mean(chances.hover_times_s < chances.quantiles_s[0.25]), 0.25, atol=1e-3)
+assert chances.flyable <= min(chances.kept.values())
+
+# %% [markdown]
+# ## A margin
+#
+# Plan for more charge left than is asked, and count on what is asked. How much hover is it worth?
+
+# %%
+flyable = []
+for reserve in (0.2, 0.25, 0.3, 0.35):
+    plan = optuav.solve(mission.replace({"limits.min_soc": reserve}))
+    held = optuav.sensitivity(mission, stated, plan=plan).chances.flyable
+    flyable.append(held)
+    print(f"planned to keep {reserve:.0%}: hover {plan.hover_time_s:7.1f} s, flown in {held:.1%}")
+
+assert flyable == sorted(flyable)
+assert flyable[-1] > flyable[0] + 0.2
+again = optuav.sensitivity(mission, stated, plan=plan)
+assert again.chances.flyable == flyable[-1]  # the same seed, the same samples
