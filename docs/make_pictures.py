@@ -12,6 +12,7 @@ from matplotlib.axes import Axes
 
 import optuav
 from optuav import plots
+from optuav.studies.reproduce.perspectives import by_perspective
 
 PICTURES = Path(__file__).parent / "pictures"
 DATA = Path(__file__).parents[1] / "examples" / "data"
@@ -36,6 +37,12 @@ def pictures() -> Iterator[tuple[str, Axes]]:
     yield "leg", plots.leg(plan.mission, "origin", "hover").speed
     logged = optuav.fit_regimes([DATA / "flight_log.csv"])
     yield "fit", plots.fit(logged)[0].values
+    (bars,) = (
+        each.axes
+        for each in by_perspective(optuav.load("paper-table2"))
+        if each.name == "hover-time.paper-table2.1200s"
+    )
+    yield "perspectives", bars
 
 
 def draw(directory: Path = PICTURES) -> None:

@@ -243,8 +243,9 @@ def test_csv_holds_the_numbers_of_the_picture(written: Path) -> None:
 
 
 def test_texts_are_escaped() -> None:
-    blocks = [Heading("a < b", 1), Paragraph("x_1 & y"), Table(("a|b",), [("<i>",)])]
+    blocks = [Heading("a < b", 1), Paragraph("x_1 & `y_2`"), Table(("a|b",), [("<i>",)])]
     shown = page("<t>", blocks, {})
     assert "<i>" not in shown
     assert "a &lt; b" in shown
-    assert markdown(blocks) == "# a < b\n\nx\\_1 & y\n\n| a\\|b |\n| --- |\n| <i> |\n"
+    assert "<code>y_2</code>" in shown
+    assert markdown(blocks) == "# a < b\n\nx\\_1 & `y_2`\n\n| a\\|b |\n| --- |\n| <i> |\n"

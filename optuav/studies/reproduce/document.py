@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import base64
 import html
+import re
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TypeAlias
@@ -49,13 +50,14 @@ class Picture:
 
 Block: TypeAlias = Heading | Paragraph | Listing | Table | Picture
 
+CODE = re.compile("`([^`]*)`")
 STYLE = """
 body { font: 15px/1.5 "DejaVu Sans", "Segoe UI", Arial, sans-serif; color: #222; margin: 2em auto;
   max-width: 62em; padding: 0 1.2em; }
 h1 { font-size: 1.7em; } h2 { border-bottom: 1px solid #ccc; margin-top: 2.2em; font-size: 1.3em; }
 h3 { font-size: 1.05em; margin-top: 1.6em; }
 figure { margin: 1.2em 0; } figcaption { color: #555; font-size: .9em; }
-img { max-width: 100%; height: auto; }
+img { max-width: min(100%, 52em); height: auto; }
 .wide { overflow-x: auto; }
 table { border-collapse: collapse; font-size: .82em; }
 th, td { border-bottom: 1px solid #ddd; padding: .25em .6em; text-align: left;
@@ -85,8 +87,11 @@ def _markdown(block: Block) -> str:
 
 
 def _plain(text: str) -> str:
-    """Text without marks that Markdown would read as its own."""
-    return text.replace("_", r"\_").replace("*", r"\*")
+    """Text without marks that Markdown would read as its own, but for code."""
+    return "`".join(
+        part if number % 2 else part.replace("_", r"\_").replace("*", r"\*")
+        for number, part in enumerate(text.split("`"))
+    )
 
 
 def _cell(text: str) -> str:
@@ -118,9 +123,9 @@ def _html(block: Block, pictures: Mapping[str, bytes]) -> str:
     if isinstance(block, Heading):
         return f"<h{block.level}>{html.escape(block.text)}</h{block.level}>"
     if isinstance(block, Paragraph):
-        return f"<p>{html.escape(block.text)}</p>"
+        return f"<p>{_marked(block.text)}</p>"
     if isinstance(block, Listing):
-        items = "".join(f"<li>{html.escape(item)}</li>" for item in block.items)
+        items = "".join(f"<li>{_marked(item)}</li>" for item in block.items)
         return f"<ul>{items}</ul>"
     if isinstance(block, Table):
         head = "".join(f"<th>{html.escape(cell)}</th>" for cell in block.head)
@@ -135,3 +140,8 @@ def _html(block: Block, pictures: Mapping[str, bytes]) -> str:
         f'<figure><img alt="{caption}" src="data:image/png;base64,{encoded}">'
         f"<figcaption>{caption}. Files: {html.escape(block.name)}</figcaption></figure>"
     )
+
+
+def _marked(text: str) -> str:
+    """Text with what stands between backquotes as code."""
+    return CODE.sub(r"<code>\1</code>", html.escape(text))

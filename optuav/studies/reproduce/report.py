@@ -47,6 +47,7 @@ def blocks(
     )
     if entries is not None:
         yield from _in_short(entries)
+        yield from _fit(entries)
     for study, exhibits in made.items():
         if not exhibits:
             continue
@@ -58,7 +59,6 @@ def blocks(
             if exhibit.name == "misprints.paper":
                 yield _misprints(missions)
     if entries is not None:
-        yield from _fit(entries)
         yield from _whole(entries)
 
 
