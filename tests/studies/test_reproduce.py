@@ -227,6 +227,11 @@ def test_left_out_has_its_numbers() -> None:
     assert "104.3 %" in over.findings[0]
     (fast,) = exhibits("peak-speed", "paper").values()
     assert "154.89 m/s" in fast.findings[0]
+    (more,) = exhibits("more-stops", "paper").values()
+    hovers = {(each["deadline_s"], each["most"]): each["hover_time_s"] for each in more.records}
+    assert hovers[1200.0, "two rests"] == pytest.approx(605.456, abs=1e-3)
+    assert hovers[1200.0, "two hovers"] == pytest.approx(598.976, abs=1e-3)
+    assert hovers[2400.0, "two hovers"] == pytest.approx(742.834, abs=1e-3)
     (second,) = exhibits("second-problem", "paper").values()
     found = {each["problem"]: each["hover_time_s"] for each in second.records}
     assert (found["P1"], found["P2-tight"]) == pytest.approx((688.848, 678.686), abs=1e-3)

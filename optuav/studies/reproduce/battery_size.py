@@ -12,7 +12,7 @@ from optuav.mission import Mission
 from optuav.solving import solve
 from optuav.studies.curves.battery_size import direct, pack_for, saturation, without_laser
 from optuav.studies.reproduce.exhibit import Exhibit, caption, deadline
-from optuav.studies.reproduce.perspectives import OURS, perspectives_shown
+from optuav.studies.reproduce.perspectives import COUNTED, OURS
 
 POINTS = {"battery": 61, OURS: 25}
 
@@ -22,7 +22,7 @@ def battery_size(mission: Mission) -> Iterator[Exhibit]:
     if mission.laser is None:
         return
     dark, own = without_laser(mission), mission.battery.capacity_As
-    for perspective in perspectives_shown("battery"):
+    for perspective in COUNTED:
         best = solve(mission, perspective=perspective)
         if not best:
             continue

@@ -14,7 +14,7 @@ from optuav.studies.ledger.scenario import papers
 from optuav.studies.ledger.statement import Entry, agrees
 from optuav.studies.ledger.table2 import statements
 from optuav.studies.reproduce.exhibit import Exhibit, caption, is_papers, percent
-from optuav.studies.reproduce.perspectives import deadlines_s, perspectives_shown
+from optuav.studies.reproduce.perspectives import OURS, deadlines_s
 
 HEAD = ("direct path", "Δ [s]", "T [s]", "η1 [%]", "η2 [%]", "η3 [%]")
 WIDTHS = (2.6, 1.0, 1.0, 1.0, 1.0, 1.0)
@@ -30,7 +30,7 @@ def direct_path(mission: Mission) -> Iterator[Exhibit]:
             slot_s=mission.limits.slot_s,
         )
         for deadline_s in deadlines_s(mission)
-        for perspective in perspectives_shown(*PAPER)
+        for perspective in (*PAPER, OURS)
     ]
     found = [plan for plan in plans if plan]
     if not found:

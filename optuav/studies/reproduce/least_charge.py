@@ -11,7 +11,7 @@ from optuav.mission import Mission
 from optuav.solving import solve
 from optuav.studies.curves.settings import LEAST_SOC
 from optuav.studies.reproduce.exhibit import Exhibit, caption, deadline, is_papers
-from optuav.studies.reproduce.perspectives import perspectives_shown
+from optuav.studies.reproduce.perspectives import COUNTED
 
 SPEED_SHARES = (0.95, 1.0, 1.05, 1.1)
 """Rotor speeds over the mission's v_max; the paper's are not in its text."""
@@ -19,7 +19,7 @@ SPEED_SHARES = (0.95, 1.0, 1.05, 1.1)
 
 def least_charge(mission: Mission) -> Iterator[Exhibit]:
     """One curve a rotor speed; regime loads know none and have a single curve."""
-    for perspective in perspectives_shown("battery"):
+    for perspective in COUNTED:
         records: list[dict[str, Any]] = [
             {
                 "max_speed_rad_s": speed,

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 
-from formulations.perspectives import PAPER, PERSPECTIVES
+from formulations.perspectives import PAPER
 from optuav import plots
 from optuav.mission import Mission
 from optuav.plots.comparison import Bar
@@ -14,12 +14,10 @@ from optuav.studies.reproduce.exhibit import Exhibit, caption, deadline, is_pape
 
 TRAJECTORIES = ("direct", "traj1", "traj2", "optimal")
 OURS = "available"
+"""The perspective in which the available well must last."""
+COUNTED = ("battery", OURS)
+"""How charge is counted in the studies that the paper makes in one perspective."""
 FIGURES = {800.0: ("Fig. 3", "Fig. 4"), 1200.0: ("Fig. 5", "Fig. 6")}
-
-
-def perspectives_shown(*papers: str) -> Sequence[str]:
-    """The paper's perspectives, and ours, in which the available well must last."""
-    return (*papers, OURS) if OURS in PERSPECTIVES else papers
 
 
 def deadlines_s(mission: Mission) -> Sequence[float]:
@@ -33,7 +31,7 @@ def by_perspective(mission: Mission) -> Iterator[Exhibit]:
         asked = mission.replace({"limits.deadline_s": deadline_s})
         plans = [
             (perspective, name, solve(asked, trajectory=name, perspective=perspective))
-            for perspective in perspectives_shown(*PAPER)
+            for perspective in (*PAPER, OURS)
             for name in TRAJECTORIES
         ]
         shown = [

@@ -19,6 +19,7 @@ from optuav.studies.reproduce.document import markdown, page
 from optuav.studies.reproduce.exhibit import Exhibit, Study
 from optuav.studies.reproduce.least_charge import least_charge
 from optuav.studies.reproduce.misprints import misprints
+from optuav.studies.reproduce.more_stops import more_stops
 from optuav.studies.reproduce.omissions import overcharges, peak_speed, runs_dry, second_problem
 from optuav.studies.reproduce.perspectives import by_perspective
 from optuav.studies.reproduce.report import blocks, title
@@ -40,6 +41,7 @@ STUDIES = (
     Study("runs-dry", "Left out: the available well runs dry", runs_dry),
     Study("overcharges", "Left out: resting first overcharges", overcharges),
     Study("second-problem", "Left out: (P2) as printed", second_problem),
+    Study("more-stops", "Left out: one rest and one hover are not always enough", more_stops),
     Study("peak-speed", "Left out: no drag, no largest speed", peak_speed),
     Study("misprints", "Left out: misprints", misprints),
 )

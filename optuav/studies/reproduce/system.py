@@ -8,12 +8,12 @@ from optuav import plots
 from optuav.mission import Mission
 from optuav.solving import solve
 from optuav.studies.reproduce.exhibit import Exhibit, caption, deadline
-from optuav.studies.reproduce.perspectives import TRAJECTORIES, perspectives_shown
+from optuav.studies.reproduce.perspectives import COUNTED, TRAJECTORIES
 
 
 def system(mission: Mission) -> Iterator[Exhibit]:
     """The map, counting charge, and once more where the available well must last."""
-    for perspective in perspectives_shown("battery"):
+    for perspective in COUNTED:
         plans = {
             name: solve(mission, trajectory=name, perspective=perspective) for name in TRAJECTORIES
         }

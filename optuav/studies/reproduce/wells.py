@@ -9,12 +9,12 @@ from optuav.mission import Mission
 from optuav.plots.levels import moments
 from optuav.solving import solve
 from optuav.studies.reproduce.exhibit import Exhibit, caption, percent
-from optuav.studies.reproduce.perspectives import perspectives_shown
+from optuav.studies.reproduce.perspectives import COUNTED
 
 
 def wells(mission: Mission) -> Iterator[Exhibit]:
     """The wells at the end of every phase of the optimal plan."""
-    for perspective in perspectives_shown("battery"):
+    for perspective in COUNTED:
         plan = solve(mission, perspective=perspective)
         if not plan:
             continue
