@@ -25,11 +25,15 @@ def impossibilities(worked_out: Network) -> tuple[str, ...]:
     worked_out
         Places, legs and itineraries of any valid mission.
     """
-    mission = worked_out.mission
-    reasons = [*_too_heavy(mission), *_out_of_reach(worked_out)]
+    reasons = beyond_it(worked_out)
     if not reasons and not worked_out.itineraries.flyable.any():
-        reasons += blocked(worked_out, 0)
-    return tuple(reasons)
+        reasons = tuple(blocked(worked_out, 0))
+    return reasons
+
+
+def beyond_it(worked_out: Network) -> tuple[str, ...]:
+    """Reasons for which no way whatever can be flown, with any number of stops."""
+    return (*_too_heavy(worked_out.mission), *_out_of_reach(worked_out))
 
 
 def _too_heavy(mission: Mission) -> Iterator[str]:

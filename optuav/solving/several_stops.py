@@ -11,7 +11,7 @@ import numpy as np
 from formulations.perspectives import PAPER
 from optuav.errors import Fault, InputError, SolverError
 from optuav.mission import vehicle
-from optuav.mission.feasibility import impossibilities
+from optuav.mission.feasibility import beyond_it
 from optuav.mission.itineraries import NO_LEG, Itineraries
 from optuav.mission.legs import Legs, all_pairs, legs_between
 from optuav.mission.network import Network
@@ -72,7 +72,7 @@ def several_stops(
     """
     if faults := tuple(_faults(program, rests, hovers)):
         raise InputError(faults)
-    if impossibilities(program.worked_out):
+    if beyond_it(program.worked_out):
         return program.solve()
     program = replace(program, question=replace(program.question, stops=rests, hovers=hovers))
     everywhere = replace(program.worked_out, legs=all_legs(program.worked_out, graph))
@@ -209,7 +209,9 @@ def _plan(program: Program, everywhere: Network, found: Found, asked_for: str) -
     if found.stops is None:
         if found.bound_s > 0.0:
             raise SolverError(f"the search {found.ended} without a plan, nor proof that none is")
-        why = shortfalls(asked, program.worked_out, program.parts) if program.parts else ()
+        why = program.reasons
+        if program.parts:
+            why = shortfalls(asked, program.worked_out, program.parts)
         why = (f"no plan with {asked_for} keeps the battery and the deadline", *why)
         proof = "branch and bound over all sequences of stops"
         return plan_without(asked, program.worked_out, Status.INFEASIBLE, proof, why)

@@ -18,6 +18,7 @@ from optuav.search import branch
 from optuav.status import Status
 
 PAPER = optuav.load("paper")
+PAPER_NAMES = [building.name for building in PAPER.buildings]
 LINEAR = ("battery", "energy", "adjusted")
 
 
@@ -95,6 +96,19 @@ def test_an_edited_graph_forbids_places_and_legs() -> None:
     shorter = available(PAPER, stops=2, graph=legs)
     assert shorter.route[-2:] == ("hover", "destination")
     assert shorter.hover_time_s < plan.hover_time_s
+
+
+@pytest.mark.parametrize("perspective", ["available", "battery"])
+def test_where_every_single_stop_is_blocked_two_may_do(perspective: str) -> None:
+    """Legs origin → b9 → b10 → hover alone: no way with one stop, one with two."""
+    legs = optuav.graph(PAPER)
+    legs.remove_edges_from([("origin", name) for name in legs["origin"] if name != "b9"])
+    legs.remove_edges_from([(name, "hover") for name in PAPER_NAMES if name != "b10"])
+    one, two = (
+        optuav.solve(PAPER, perspective=perspective, graph=legs, stops=stops) for stops in (1, 2)
+    )
+    assert not one
+    assert two.route == ("origin", "b9", "b10", "hover", "destination")
 
 
 def test_without_a_plan_the_reasons_say_so() -> None:
