@@ -107,7 +107,7 @@ def test_samples_do_not_depend_on_how_many_are_worked_out_at_once() -> None:
     """To the last bit, hover times and shares alike; and the first are those of a longer run."""
     mission = optuav.load("paper")
     base, spread = (
-        Base(mission),
+        Base.of(mission),
         spreads(
             mission,
             {"body": {"mass_kg": {"percent": 8}}, **SIZE, "link": {"rice_factor": {"percent": 5}}},

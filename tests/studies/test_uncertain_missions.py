@@ -62,7 +62,7 @@ def test_quantities_are_those_of_each_variant_alone(name: str) -> None:
     """Every quantity and every step on the way, and which itineraries can be flown."""
     mission = optuav.load(name)
     varied = columns(mission)
-    ensemble = Ensemble(Base(mission), varied)
+    ensemble = Ensemble(Base.of(mission), varied)
     flyable = np.broadcast_to(ensemble.flyable, (COUNT, ensemble.flyable.shape[1]))
     for number in range(0, COUNT, 7):
         one = network(alone(mission, varied, number))
@@ -90,7 +90,7 @@ def test_the_longest_hover_is_that_of_each_variant_alone(name: str, perspective:
     """Solved by `optuav.solve`, which looks at every itinerary; some variants have no plan."""
     mission = optuav.load(name)
     varied = columns(mission, seed=4)
-    found = longest(Ensemble(Base(mission), varied), perspective)
+    found = longest(Ensemble(Base.of(mission), varied), perspective)
     for number in range(0, COUNT, 12):
         plan = optuav.solve(alone(mission, varied, number), perspective=perspective)
         if plan:

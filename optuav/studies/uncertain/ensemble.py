@@ -8,9 +8,9 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, fields, replace
 from functools import cached_property
-from typing import Any
+from typing import Any, Self
 
 import numpy as np
 import numpy.typing as npt
@@ -20,7 +20,7 @@ from optuav.mission import Mission, vehicle
 from optuav.mission.itineraries import NO_LEG
 from optuav.mission.network import Network, network
 from optuav.mission.places import FIRST_BUILDING, HOVER
-from optuav.mission.sight import CLEAR, Numbers, Points, prisms
+from optuav.mission.sight import CLEAR, Numbers, Points, Prisms, prisms
 from optuav.physics.battery import Phase
 from optuav.physics.quantity import norm
 from optuav.studies.uncertain.obstacles import clear
@@ -63,15 +63,39 @@ def with_columns(mission: Mission, columns: Columns) -> Mission:
 
 @dataclass(frozen=True)
 class Base:
-    """The mission that varies, worked out once."""
+    """The mission that varies, worked out once.
 
-    mission: Mission
-    worked_out: Network = field(init=False)
-    obstacles: Any = field(init=False)
+    Parameters
+    ----------
+    worked_out
+        Places, legs and itineraries of the mission.
+    obstacles
+        Its buildings.
+    """
 
-    def __post_init__(self) -> None:
-        object.__setattr__(self, "worked_out", network(self.mission))
-        object.__setattr__(self, "obstacles", prisms(self.mission))
+    worked_out: Network
+    obstacles: Prisms
+
+    @classmethod
+    def of(cls, mission: Mission) -> Self:
+        """A mission with all its itineraries."""
+        return cls(network(mission), prisms(mission))
+
+    @property
+    def mission(self) -> Mission:
+        """The mission."""
+        return self.worked_out.mission
+
+    def only(self, itinerary: int) -> Self:
+        """The same with a single itinerary, number 0, and the legs that it uses."""
+        route, table = self.worked_out.itineraries.take([itinerary]), self.worked_out.legs
+        flown = route.legs != NO_LEG
+        used = route.legs[flown]
+        legs = replace(
+            table, **{each.name: getattr(table, each.name)[..., used] for each in fields(table)}
+        )
+        route = replace(route, legs=np.where(flown, np.cumsum(flown) - 1, NO_LEG))
+        return replace(self, worked_out=replace(self.worked_out, legs=legs, itineraries=route))
 
 
 @dataclass(frozen=True)

@@ -34,15 +34,12 @@ class FixedPlan:
     Parameters
     ----------
     base
-        The mission with its hover point where the plan has it.
-    itinerary
-        Number of the plan's itinerary.
+        The mission with its hover point where the plan has it, and the plan's itinerary alone.
     hover_time_s, rest_time_s
         Its times [s].
     """
 
     base: Base
-    itinerary: int
     hover_time_s: float
     rest_time_s: float
 
@@ -56,14 +53,14 @@ class FixedPlan:
             If the plan's route is none of the mission.
         """
         place_m = [float(each) for each in vehicle.hover_point_m(plan.mission)]
-        base = Base(mission.replace({"route.hover_m": place_m}))
+        base = Base.of(mission.replace({"route.hover_m": place_m}))
         routes, names = base.worked_out.itineraries, base.worked_out.places.names
         for number, building in enumerate(routes.building.tolist()):
             stops = [ENDS[HOVER]] if building < 0 else [names[len(ENDS) + building], ENDS[HOVER]]
             if building >= 0 and not routes.rest_first[number]:
                 stops.reverse()
             if tuple(stops) == tuple(plan.route[1:-1]):
-                return cls(base, number, plan.hover_time_s, plan.rest_time_s)
+                return cls(base.only(number), plan.hover_time_s, plan.rest_time_s)
         words = "a plan over the places of this mission, with one hover and at most one rest"
         raise InputError([Fault("plan", " → ".join(plan.route), words)])
 
@@ -71,17 +68,15 @@ class FixedPlan:
         """Which conditions are kept, in every variant."""
         ensemble = Ensemble(self.base, columns)
         every = np.arange(ensemble.count)
-        route = np.full(ensemble.count, self.itinerary)
-        rests = bool(self.base.worked_out.itineraries.building[self.itinerary] >= 0)
+        route = np.zeros_like(every)
+        rests = bool(self.base.worked_out.itineraries.building[0] >= 0)
         given = ensemble.quantities(every, route, rests=rests, steps=True)
         point = {"hover_time_s": self.hover_time_s}
         if rests:
             point["rest_time_s"] = self.rest_time_s
         able = ensemble.flyable & np.isfinite(ensemble.hover_load.current_A)
         kept = {
-            name: np.broadcast_to(
-                able[:, self.itinerary] if not labels else True, ensemble.count
-            ).copy()
+            name: np.broadcast_to(able[:, 0] if not labels else True, ensemble.count).copy()
             for name, labels in CONDITIONS.items()
         }
         for row in check(P1.model(given, AVAILABLE), point):

@@ -33,7 +33,7 @@ from optuav.studies.uncertain.spread import (
 )
 
 SCHEMA, KIND = 1, "optuav sensitivity"
-AT_ONCE = 4096
+AT_ONCE = 8192
 """Samples that are worked out together: as many as fit the cache, for any number of samples."""
 SHARES = (0.05, 0.25, 0.5, 0.75, 0.95)
 """Quantiles that are told."""
@@ -239,7 +239,7 @@ def sensitivity(
     best = solve(asked, perspective=perspective)
     fixed = plan if plan is not None else (best or None)
     hover_s = best.hover_time_s if best else 0.0
-    base = Base(asked)
+    base = Base.of(asked)
     varied = {each.key.name: each for each in _default(asked)} | {
         each.key.name: each for each in stated or ()
     }
