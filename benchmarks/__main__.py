@@ -7,7 +7,7 @@ from collections.abc import Callable
 
 from rich.console import Console
 
-from benchmarks import closed_form, compiled, grid, modellers, startup
+from benchmarks import closed_form, compiled, grid, modellers, several_stops, startup
 from benchmarks.timing import Row, table
 
 BENCHMARKS: dict[str, Callable[[], list[Row]]] = {
@@ -15,6 +15,7 @@ BENCHMARKS: dict[str, Callable[[], list[Row]]] = {
     "closed-form": closed_form.run,
     "compiled": compiled.run,
     "modellers": modellers.run,
+    "several-stops": several_stops.run,
     "startup": startup.run,
 }
 

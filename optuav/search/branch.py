@@ -18,7 +18,7 @@ from optuav.search.trial import Stops, Trial
 
 TIE_S = 5e-7
 """Hover times that differ by no more tie [s]; what is proved leaves a gap of twice that."""
-BEAM, BEAM_LEVELS = 256, 14
+BEAM, BEAM_LEVELS = 64, 10
 """Boxes that are followed down, and how far, for a good plan to begin with."""
 MOST_BOXES = 1_000_000
 """Boxes that are looked at where no time limit is given: some ten seconds."""

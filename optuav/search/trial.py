@@ -12,8 +12,8 @@ from optuav.physics.quantity import TINY
 from optuav.search.boxes import Boxes
 from optuav.search.terrain import HOVER, Booleans, Floats, LegMaps, Numbers, Terrain
 
-HALVINGS = 50
-"""Of a hover time; what is left is below rounding."""
+HALVINGS = 40
+"""Of a hover time; what is left is some 1e-9 s."""
 
 
 @dataclass(frozen=True)
