@@ -8,6 +8,8 @@ from matplotlib.axes import Axes
 
 from optuav.plots.style import BLACK, margins
 
+LONG = 1000.0
+"""From here on a number has no decimal."""
 GROUP = 0.8
 """Share of the way to the next group that the bars of one take up."""
 
@@ -42,7 +44,7 @@ def draw_groups(
         middle = list(colours).index(name) - 0.5 * (len(colours) - 1)
         at, end = groups.index(group) + width * middle, value or 0.0
         ax.bar(at, end, 0.92 * width, color=colours[name])
-        words = "no plan" if value is None else f"{value:.1f}"
+        words = "no plan" if value is None else f"{value:.{1 if abs(value) < LONG else 0}f}"
         ax.annotate(
             words.replace("-", "\N{MINUS SIGN}"),
             (at, end),

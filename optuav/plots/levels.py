@@ -76,7 +76,7 @@ def tanks(plan: Plan) -> list[Axes]:
             ax.set_axis_off()
         for ax, moment in zip(grid.flat, shown, strict=False):
             _draw(ax, pool, moment)
-            ax.set(xlim=(-0.03, 1.03 + ROOM), ylim=(lowest - 0.16, highest + 0.12))
+            ax.set(xlim=(-0.03, 1.03 + ROOM), ylim=(lowest - 0.16, highest + 0.3))
             ax.set_title(moment.words)
             ax.set_axis_off()
     return list(grid.flat[: len(shown)])
@@ -93,9 +93,9 @@ def _draw(ax: Axes, pool: Battery, moment: Moment) -> None:
         ax.add_patch(Rectangle((left, 0.0), width, 1.0, fill=False, edgecolor=BLACK, linewidth=0.9))
         ax.annotate(
             f"{name}\n{round(100.0 * fill, 1) + 0.0:.1f} %".replace("-", "\N{MINUS SIGN}"),
-            (left + 0.5 * width, 0.5),
+            (left + 0.5 * width, max(1.0, fill) + 0.02),
             ha="center",
-            va="center",
+            va="bottom",
             fontsize=6.5,
             color=VERMILLION if impossible else BLACK,
             fontweight="bold" if impossible else "normal",
