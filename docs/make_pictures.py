@@ -34,6 +34,8 @@ def pictures() -> Iterator[tuple[str, Axes]]:
         for each in found.effects
     ]
     yield "tornado", plots.tornado(swings, found.hover_time_s, "paper")
+    by_schedule = optuav.compare_schedules(plan.mission, slot_s=10.0)
+    yield "packs", plots.packs(by_schedule.plans)[0]
     yield "leg", plots.leg(plan.mission, "origin", "hover").speed
     logged = optuav.fit_regimes([DATA / "flight_log.csv"])
     yield "fit", plots.fit(logged)[0].values

@@ -39,6 +39,7 @@ if TYPE_CHECKING:
     from optuav.solving.route_choice import route_choice as route_choice
     from optuav.studies import compare as compare
     from optuav.studies import compare_by as compare_by
+    from optuav.studies import compare_schedules as compare_schedules
     from optuav.studies import sensitivity as sensitivity
     from optuav.studies.ledger import ledger as ledger
     from optuav.studies.reproduce import reproduce as reproduce
@@ -76,6 +77,7 @@ HOMES = {
     "explain": "optuav.diagnosis",
     "compare": "optuav.studies",
     "compare_by": "optuav.studies",
+    "compare_schedules": "optuav.studies",
     "sensitivity": "optuav.studies",
     "ledger": "optuav.studies.ledger",
     "reproduce": "optuav.studies.reproduce",

@@ -43,7 +43,8 @@ def compare(
         str | None,
         typer.Option(
             metavar="NAMES",
-            help="Compare plans, not methods: by perspective,trajectory or one of the two.",
+            help="Compare plans, not methods: by perspective,trajectory, by one of the two, "
+            "or by schedule of the packs.",
         ),
     ] = None,
     times: Annotated[
@@ -70,9 +71,15 @@ def compare(
     pictures: list[Path] = []
     if by is not None:
         _refuse_with_by(lengths, engines=engines, time_limit_s=time_limit_s, times=times or None)
-        plans = studies.compare_by(
-            asked, _names(by), perspective=perspective, slot_s=lengths[0] if lengths else None
-        )
+        slot_s = lengths[0] if lengths else None
+        if by == "schedule":
+            turns = studies.compare_schedules(asked, slot_s=slot_s)
+            pictures = turns.save_pictures(plot) if plot is not None else []
+            _deliver(turns.to_dict(), turns.to_csv(), turns.tables(), as_json, save, pictures)
+            if not any(turns.plans):
+                raise typer.Exit(NO)
+            return
+        plans = studies.compare_by(asked, _names(by), perspective=perspective, slot_s=slot_s)
         pictures = plans.save_pictures(plot) if plot is not None else []
         _deliver(
             plans.to_dict(), plans.to_csv(), tables.choice_tables(plans), as_json, save, pictures

@@ -41,6 +41,7 @@ if TYPE_CHECKING:
     from optuav.plots.profile import profile as profile
     from optuav.plots.stages import LegAxes as LegAxes
     from optuav.plots.stages import leg as leg
+    from optuav.plots.turns import packs as packs
     from optuav.plots.uncertainty import Swing as Swing
     from optuav.plots.uncertainty import hover_times as hover_times
     from optuav.plots.uncertainty import tornado as tornado
@@ -67,6 +68,7 @@ HOMES = {
     "hover_times": "optuav.plots.uncertainty",
     "leg": "optuav.plots.stages",
     "mission_map": "optuav.plots.map",
+    "packs": "optuav.plots.turns",
     "plane": "optuav.plots.constraints",
     "profile": "optuav.plots.profile",
     "save_fit": "optuav.plots.files",

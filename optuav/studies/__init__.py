@@ -3,6 +3,7 @@
 from optuav.studies.choices import Choice, Choices, compare_by
 from optuav.studies.comparison import Cell, Comparison, Method, Row
 from optuav.studies.methods import compare
+from optuav.studies.schedules import Schedules, compare_schedules
 from optuav.studies.statement import statement
 from optuav.studies.uncertain.study import Chances, Sensitivity, sensitivity
 
@@ -14,9 +15,11 @@ __all__ = [
     "Comparison",
     "Method",
     "Row",
+    "Schedules",
     "Sensitivity",
     "compare",
     "compare_by",
+    "compare_schedules",
     "sensitivity",
     "statement",
 ]

@@ -11,6 +11,7 @@ from optuav.plots.files import save_figures
 from optuav.solving import formulate, solve
 from optuav.studies.choices import Choices
 from optuav.studies.comparison import Comparison, Row
+from optuav.studies.schedules import Schedules
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -31,6 +32,15 @@ def save_choices(found: Choices, directory: str | Path) -> list[Path]:
     ]
     axes = plots.choice_bars(shown, found.mission.name, found.mission.limits.min_soc)
     return save_figures([("choices.png", axes.hover.get_figure(root=True))], Path(directory))
+
+
+def save_schedules(found: Schedules, directory: str | Path) -> list[Path]:
+    """Write the picture of packs by schedule; see `Schedules.save_pictures`."""
+    shown = [plan for plan in found.plans if plan]
+    if not shown:
+        return []
+    first, *_ = plots.packs(shown)
+    return save_figures([("packs.png", first.get_figure(root=True))], Path(directory))
 
 
 def _figures(found: Comparison) -> Iterator[tuple[str, Figure | None]]:

@@ -1,0 +1,140 @@
+"""Packs by schedule: what every pack holds, who flies and who is charged, over time."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.lines import Line2D
+
+from optuav.errors import InputError
+from optuav.mission.flown import fly
+from optuav.mission.flown import packs as packs_of
+from optuav.physics.battery import Battery, Phase, Wells, step
+from optuav.physics.packs import NOBODY, Stretch
+from optuav.plan import Plan
+from optuav.plots.bands import swatch
+from optuav.plots.labels import root, settle
+from optuav.plots.style import (
+    BLACK,
+    BLUE,
+    KINDS,
+    PURPLE,
+    SKY,
+    VERMILLION,
+    page,
+    styled,
+)
+
+COLOURS = (BLUE, VERMILLION, PURPLE, SKY)
+"""Of the packs, by number and round again."""
+
+POINTS = 33
+"""Of a curve within a stretch."""
+
+FLIES, CHARGED = (-24.0, -12.0), (-38.0, -26.0)
+"""Where the strips lie that tell who flies and who is charged [%]."""
+
+
+def packs(plans: Sequence[Plan], axes: Sequence[Axes] | None = None) -> Sequence[Axes]:
+    """Draw the available wells of all packs over time, a panel a plan.
+
+    Levels are shares of a full available well, so that pooled packs stand beside single ones; the
+    bound wells are thin lines. Strips below tell which pack flies, and which the laser charges; a
+    dot marks a pack that is seen empty and taken out of service.
+
+    Parameters
+    ----------
+    plans
+        Plans that exist, usually of one mission under several schedules.
+    axes
+        Where to draw, as many as there are plans; on a page of their own by default.
+
+    Raises
+    ------
+    InputError
+        If there is no plan to draw, or as many axes are not given.
+    NoPlanError
+        If one of the plans does not exist.
+    """
+    if not plans or (axes is not None and len(axes) != len(plans)):
+        raise InputError("one plan at least, and as many axes as plans")
+    end_s = max(plan.mission_time_s for plan in plans)
+    with styled():
+        if axes is None:
+            figure = page(7.2, 0.7 + 1.35 * len(plans))
+            axes = list(figure.subplots(len(plans), 1, sharex=True, squeeze=False)[:, 0])
+        for ax, plan in zip(axes, plans, strict=True):
+            _panel(ax, plan)
+            ax.set_xlim(0.0, end_s or 1.0)
+        for ax in axes[:-1]:
+            ax.tick_params(bottom=False)
+        axes[-1].set_xlabel("time since take-off $t$ [s]")
+        most = max(len(plan.phases[0].available_As) for plan in plans)
+        _legend(axes[-1], most, list(dict.fromkeys(p.kind for plan in plans for p in plan.phases)))
+        settle(axes[0])
+    return axes
+
+
+def _panel(ax: Axes, plan: Plan) -> None:
+    given = plan.mission.battery
+    pack = packs_of(plan.mission).pack
+    jobs = [
+        (phase.kind, [Phase(stage.current_A, stage.duration_s) for stage in phase.stages])
+        for phase in plan.phases
+    ]
+    before = pack.full
+    for phase in plan.phases:
+        ax.axvspan(phase.start_s, phase.end_s, color=KINDS[phase.kind], alpha=0.13, linewidth=0.0)
+    wells = Wells(*(np.full(packs_of(plan.mission).count, float(well)) for well in before))
+    for stretch in (each for job in fly(plan.mission, jobs).stretches for each in job):
+        _curves(ax, pack, wells, stretch)
+        _strips(ax, stretch)
+        wells = Wells(*(well[0] for well in stretch.wells))
+    ax.axhline(0.0, color=BLACK, linewidth=0.6)
+    ax.set(ylim=(CHARGED[0] - 2.0, 106.0), yticks=(0, 50, 100), ylabel="$y_1/ωB$ [%]")
+    for (low, high), words in ((FLIES, "flies"), (CHARGED, "charged")):
+        ax.text(-0.008, 0.5 * (low + high), words, transform=ax.get_yaxis_transform(),
+                ha="right", va="center", fontsize=6.0)  # fmt: skip
+    turn = f", every {given.period_s:g} s" if given.period_s else ""
+    ax.set_title(f"{given.schedule}{turn}: hovers $Δ$ = {plan.hover_time_s:.2f} s")
+
+
+def _curves(ax: Axes, pack: Battery, wells: Wells, stretch: Stretch) -> None:
+    """Both wells of every pack within a stretch; straight where a full pack is kept full."""
+    passed_s = np.linspace(0.0, float(stretch.duration_s[0]), POINTS)
+    time_s, full = float(stretch.start_s[0]) + passed_s, pack.full
+    for number, current_A in enumerate(stretch.currents_A[0]):
+        start = Wells(*(well[number] for well in wells))
+        lived = step(pack, start, Phase(current_A, passed_s))
+        colour = _colour(number)
+        ax.plot(time_s, 100.0 * lived.available_As / full.available_As, color=colour)
+        ax.plot(time_s, 100.0 * lived.bound_As / full.bound_As, color=colour, linewidth=0.5)
+    if stretch.emptied[0]:
+        colour = _colour(int(stretch.carrier[0]))
+        ax.plot(time_s[-1], 0.0, "o", color=colour, markersize=4.0, clip_on=False, zorder=5)
+
+
+def _strips(ax: Axes, stretch: Stretch) -> None:
+    """Who flies and who is charged; a pack that refuses charge is not."""
+    start_s, duration_s = float(stretch.start_s[0]), float(stretch.duration_s[0])
+    for number, (low, high) in ((stretch.carrier[0], FLIES), (stretch.served[0], CHARGED)):
+        charged = (low, high) == CHARGED
+        if number == NOBODY or (charged and not stretch.currents_A[0, number] > 1e-9):
+            continue
+        colour = _colour(int(number))
+        ax.broken_barh([(start_s, duration_s)], (low, high - low), color=colour, linewidth=0.0)
+
+
+def _colour(number: int) -> str:
+    return COLOURS[number % len(COLOURS)]
+
+
+def _legend(ax: Axes, count: int, kinds: Sequence[str]) -> None:
+    lines = [
+        Line2D([], [], color=_colour(number), label=f"pack {number + 1}") for number in range(count)
+    ]
+    lines.append(Line2D([], [], color=BLACK, linewidth=0.5, label="bound well $y_2/(1-ω)B$"))
+    handles = [*lines, *(swatch(KINDS[kind], kind) for kind in kinds)]
+    root(ax).legend(handles=handles, loc="outside lower center", ncols=min(len(handles), 7))

@@ -1,0 +1,90 @@
+"""The picture of packs by schedule shows what every pack holds, and who works when."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+
+import numpy as np
+import pytest
+
+pytest.importorskip("matplotlib")
+from matplotlib.axes import Axes
+from matplotlib.colors import to_rgba
+from matplotlib.figure import Figure
+
+import optuav
+from optuav import plots
+from optuav.errors import InputError
+from optuav.plots.style import BLUE, VERMILLION
+
+
+@pytest.fixture(scope="module")
+def plans() -> list[optuav.Plan]:
+    """The direct route of `paper` in slots of 20 s, pooled and one pack after the other."""
+    paper = optuav.load("paper")
+    return [
+        optuav.solve(
+            paper.replace({"battery.schedule": name}), "P3", perspective="available", slot_s=20
+        )
+        for name in ("pooled", "sequential")
+    ]
+
+
+@pytest.fixture(scope="module")
+def drawn(plans: list[optuav.Plan]) -> Sequence[Axes]:
+    return plots.packs(plans)
+
+
+def thick(ax: Axes, colour: str) -> np.ndarray:
+    """Points (time, level) of the thick lines of a colour, in order."""
+    return np.concatenate(
+        [
+            np.asarray(line.get_xydata())
+            for line in ax.lines
+            if to_rgba(line.get_color()) == to_rgba(colour)
+            and line.get_linewidth() > 1.0
+            and line.get_marker() == "None"
+        ]
+    )
+
+
+def test_levels_at_the_ends_of_the_phases(plans: list[optuav.Plan], drawn: Sequence[Axes]) -> None:
+    """As the plan tells them, in percent of a full well of one pack."""
+    for number, colour in enumerate((BLUE, VERMILLION)):
+        points = thick(drawn[1], colour)
+        for phase in plans[1].phases:
+            at = np.abs(points[:, 0] - phase.end_s).argmin()
+            level = 100.0 * phase.available_As[number] / (0.8 * 36_000.0)
+            assert points[at, 1] == pytest.approx(level, abs=1e-6)
+
+
+def test_a_panel_a_plan_and_a_line_a_pack(drawn: Sequence[Axes]) -> None:
+    assert [ax.get_title(loc="left").partition(":")[0] for ax in drawn] == ["pooled", "sequential"]
+    assert thick(drawn[1], VERMILLION).size
+    with pytest.raises(ValueError, match="concatenate"):
+        thick(drawn[0], VERMILLION)
+
+
+def test_a_pack_seen_empty_is_marked_when_it_is(
+    plans: list[optuav.Plan], drawn: Sequence[Axes]
+) -> None:
+    (dot,) = [line for line in drawn[1].lines if line.get_marker() == "o"]
+    time_s = float(np.asarray(dot.get_xdata())[0])
+    blue = thick(drawn[1], BLUE)
+    assert np.interp(time_s, blue[:, 0], blue[:, 1]) == pytest.approx(0.0, abs=1e-6)
+    assert blue[blue[:, 0] < time_s - 1.0, 1].min() > 0.0
+
+
+def test_no_words_lie_on_others(
+    drawn: Sequence[Axes], overlaps: Callable[[Figure], list[tuple[str, str]]]
+) -> None:
+    figure = drawn[0].get_figure(root=True)
+    assert isinstance(figure, Figure)
+    assert overlaps(figure) == []
+
+
+def test_as_many_axes_as_plans(plans: list[optuav.Plan], drawn: Sequence[Axes]) -> None:
+    with pytest.raises(InputError, match="as many axes as plans"):
+        plots.packs(plans, drawn[:1])
+    with pytest.raises(InputError, match="one plan at least"):
+        plots.packs([])
