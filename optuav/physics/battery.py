@@ -27,8 +27,11 @@ from optuav.physics.quantity import TINY, Quantity
 if TYPE_CHECKING:
     from optuav.physics.schedules import Schedule
 
-HALVINGS = 100
-"""Of a time, until its ends are neighbouring floats even where it is near 0."""
+MOST_STEPS = 100
+"""Of Newton's method towards a moment; a dozen are the rule."""
+
+CLOSE = 1e-9
+"""Relative step after which the next, its square, is rounding alone."""
 
 
 @dataclass(frozen=True)
@@ -226,18 +229,27 @@ def _crossing(
     """First moment from which y1 lies beyond its bound [s], above (direction 1) or below (−1).
 
     y1 has the form a + b t + c exp(−k't), which turns at most once and then heads for the bound:
-    it passes once, and has passed when the total charge is at its own bound. So halving is safe.
+    it passes once, and has passed when the total charge is at its own bound. Newton's method nears
+    that moment from one side without overshooting: from behind if the distance beyond the bound is
+    convex, that is c > 0 seen in the direction of the bound, else from the start.
     """
     current = np.asarray(current_A, dtype=float)
-    high = np.maximum((bound.total_As - wells.total_As) / current, 0.0)
-    low = np.zeros_like(high)
-    for _ in range(HALVINGS):
-        middle = 0.5 * (low + high)
-        available = step(battery, wells, Phase(current, middle)).available_As
-        beyond = direction * (available - bound.available_As) > 0.0
-        low, high = np.where(beyond, low, middle), np.where(beyond, middle, high)
+    latest_s = np.maximum((bound.total_As - wells.total_As) / current, 0.0)
+    share, rate = battery.available_fraction, np.maximum(battery.rate_per_s, TINY)
+    tilt = wells.available_As - share * wells.total_As - (1.0 - share) * current / rate
+    moment_s = np.where(direction * tilt > 0.0, latest_s, 0.0)
+    for _ in range(MOST_STEPS):
+        end = step(battery, wells, Phase(current, moment_s))
+        inflow = battery.flow_rate_per_s * (end.bound_As / (1.0 - share) - end.available_As / share)
+        nearer_s = moment_s - (end.available_As - bound.available_As) / (current + inflow)
+        nearer_s = np.where(np.isfinite(nearer_s), np.clip(nearer_s, 0.0, latest_s), moment_s)
+        close = np.abs(nearer_s - moment_s) <= CLOSE * nearer_s
+        moment_s = nearer_s
+        if (close | ~np.isfinite(moment_s)).all():
+            break
     # A current of TINY takes longer than the range of floats.
-    return np.where(direction * current <= TINY, np.inf, low)[()]
+    moment_s = np.where(direction * current <= TINY, np.inf, moment_s)
+    return np.where(np.isnan(current), np.nan, moment_s)[()]
 
 
 def lifetime(

@@ -50,6 +50,7 @@ def plan_of(
     """The plan that belongs to the answer to one entry of a part."""
     route = int(part.routes[entry])
     times = {name: solution.point(entry).get(name, 0.0) for name in TIMES}
+    flown = planned_phases(worked_out, route, **times)
     return Plan(
         mission=worked_out.mission,
         problem=asked.problem_name,
@@ -63,8 +64,8 @@ def plan_of(
         status=solution.statuses[entry],
         binding=solution.binding_labels(entry),
         notes=tuple(_notes(asked, worked_out, part, route, times)),
-        phases=planned_phases(worked_out, route, **times),
-        soc=states_of_charge(quantities(worked_out, part.routes[entry : entry + 1]), **times),
+        phases=flown,
+        soc=soc_at_end(worked_out, route, flown, **times),
     )
 
 
@@ -133,6 +134,22 @@ def states_of_charge(
         name: float(np.squeeze(PERSPECTIVES[name](given, hover_time_s, rest_time_s)))
         for name in PAPER
     }
+
+
+def soc_at_end(
+    worked_out: Network,
+    route: int,
+    flown: Sequence[Phase],
+    hover_time_s: float,
+    rest_time_s: float,
+) -> dict[str, float]:
+    """State of charge at the end [-]; where packs take turns, `battery` counts what they hold."""
+    soc = states_of_charge(quantities(worked_out, np.array([route])), hover_time_s, rest_time_s)
+    packs = worked_out.mission.battery
+    if packs.schedule != "pooled":
+        left_As = sum(flown[-1].available_As) + sum(flown[-1].bound_As)
+        soc["battery"] = left_As / (packs.packs * packs.capacity_As)
+    return soc
 
 
 def _notes(

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from formulations.algorithm2 import SAME_S, best
+from formulations.perspectives import AVAILABLE
 from optuav.engines.capabilities import ENGINES, takers
 from optuav.engines.solution import ShadowPrice, Solution, Status, verify
 from optuav.errors import InputError, SolverError
@@ -108,6 +109,10 @@ class Program:
             return plan_without(
                 self.question, self.worked_out, Status.INFEASIBLE, "physics", self.reasons
             )
+        if self.question.perspective == AVAILABLE and self._takes_turns:
+            from optuav.solving.scheduled_plan import scheduled_plan
+
+            return scheduled_plan(self.question, self.worked_out, self.parts)
         solutions = self._answers()
         asked = replace(self.question, engine=solutions[0].engine)
         statuses = {status for solution in solutions for status in solution.statuses}
@@ -145,6 +150,11 @@ class Program:
             As `solve`.
         """
         return self.compile().solve()
+
+    @property
+    def _takes_turns(self) -> bool:
+        """Whether packs take turns, which a declared model knows nothing of."""
+        return self.worked_out.mission.battery.schedule != "pooled"
 
     def shadow_prices(self) -> dict[str, ShadowPrice]:
         """What one more unit of every named parameter brings; empty where there is no answer.

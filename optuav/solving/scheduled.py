@@ -1,0 +1,226 @@
+"""The longest hover of packs under a schedule, by simulation.
+
+Which pack carries what depends on when each is empty, so that the end of a plan is no formula of Δ
+and T', and no engine takes it. Here every pair of whole steps is tried, from the longest hover
+down, and the best is looked at more closely. In slots that is exhaustive and a proof; in continuous
+times it is none, as the set of feasible pairs may have any shape between the steps.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from optuav.mission.flown import loads, packs
+from optuav.mission.network import Network
+from optuav.mission.phases import phases
+from optuav.physics.battery import Phase
+from optuav.physics.packs import Marks, Numbers, Packs
+
+STEP_S = 1.0
+"""Steps of Δ and T' that are all tried."""
+
+CLOSER = (0.1, 0.01, 0.001)
+"""Ever smaller steps, as shares of the first, around the best pair."""
+
+SLACK = 1e-9
+"""Share of a step, and of the capacity, that rounding may take."""
+
+
+class Longest(NamedTuple):
+    """A route with its longest hover.
+
+    Parameters
+    ----------
+    route
+        Number of the itinerary.
+    hover_time_s, rest_time_s
+        Δ and T' [s].
+    """
+
+    route: int
+    hover_time_s: float
+    rest_time_s: float
+
+
+def longest_hover(
+    worked_out: Network, choices: Sequence[tuple[int, bool]], slot_s: float | None = None
+) -> Longest | None:
+    """Longest hover over some routes, and the smallest rest that it admits.
+
+    Parameters
+    ----------
+    worked_out
+        Places, legs and itineraries.
+    choices
+        Numbers of itineraries in the order in which ties are broken, each with whether it may rest.
+    slot_s
+        Length of the slots [s]; None for continuous times.
+
+    Returns
+    -------
+    None where no pair of steps is feasible.
+    """
+    step_s, least_s = slot_s or STEP_S, 0.0
+    ways = [_Way(worked_out, route, rests) for route, rests in choices]
+    found: list[tuple[float, _Way, Numbers]] = []
+    for way in ways:
+        rests_s = way.rests_s(step_s, slots=slot_s is not None)
+        hovers_s = way.longest_s(rests_s, step_s, least_s)
+        if np.isfinite(hovers_s).any():
+            best_s = float(np.nanmax(hovers_s))
+            found.append((best_s, way, rests_s[hovers_s == best_s]))
+            least_s = max(least_s, best_s - (0.0 if slot_s else step_s))
+    if not found:
+        return None
+    if slot_s is None:
+        found = [_closer(*each, step_s) for each in found if each[0] >= least_s]
+    longest_s = max(each[0] for each in found)
+    best = [
+        (rest_s, way)
+        for hover_s, way, rests_s in found
+        if hover_s == longest_s
+        for rest_s in [way.smallest_rest_s(hover_s, float(rests_s[0]), step_s, slots=bool(slot_s))]
+    ]
+    rest_s, way = min(best, key=lambda each: each[1].flight_time_s + each[0])
+    return Longest(way.route, longest_s, rest_s)
+
+
+def _closer(
+    hover_s: float, way: _Way, rests_s: Numbers, step_s: float
+) -> tuple[float, _Way, Numbers]:
+    """The best pair in smaller steps: first all rests that were as good, then those nearby."""
+    before_s = step_s
+    for share in CLOSER:
+        small_s = share * step_s
+        for rows_s in (rests_s, way.near(float(rests_s[0]), before_s, small_s)):
+            hovers_s = way.longest_s(rows_s, small_s, hover_s, hover_s + before_s)
+            if np.isfinite(hovers_s).any():
+                hover_s = float(np.nanmax(hovers_s))
+                rests_s = rows_s[hovers_s == hover_s]
+        before_s = small_s
+    return hover_s, way, rests_s
+
+
+class _Way:
+    """A route, over which hover and rest are tried."""
+
+    def __init__(self, worked_out: Network, route: int, rests: bool) -> None:
+        mission, table = worked_out.mission, worked_out.itineraries
+        self.worked_out, self.route, self.rests = worked_out, route, rests
+        self.flight_time_s = float(table.flight_time_s[route])
+        self.kinds = [each.kind for each in phases(worked_out, route, 0.0, 0.0)]
+        self.at = self.kinds.index("hover")
+        self.left_s = mission.limits.deadline_s - self.flight_time_s
+        given = mission.battery
+        self.capacity_As = given.packs * given.capacity_As
+        self.spare_As = (1.0 - mission.limits.min_soc) * self.capacity_As
+        self.spare_As -= float(table.flight_charge_As[route])
+        self.least_As = (mission.limits.min_soc - SLACK) * self.capacity_As
+        self.nets_A = {
+            each.kind: float(each.currents_A[0])
+            for each in phases(worked_out, route, 0.0, 0.0)
+            if each.kind != "flight"
+        }
+
+    def rests_s(self, step_s: float, *, slots: bool) -> Numbers:
+        """Rests to try [s]: every whole step up to the deadline; in slots, one at least."""
+        if not self.rests:
+            return np.zeros(1)
+        last = int(np.floor(self.left_s / step_s + SLACK))
+        found: Numbers = step_s * np.arange(1.0 if slots else 0.0, last + 1.0)
+        return found
+
+    def near(self, rest_s: float, reach_s: float, step_s: float) -> Numbers:
+        """Rests around one [s]."""
+        if not self.rests:
+            return np.zeros(1)
+        steps = round(reach_s / step_s)
+        found = rest_s + step_s * np.arange(-steps, steps + 1.0)
+        return found[(found >= 0.0) & (found <= self.left_s)]
+
+    def longest_s(
+        self, rests_s: Numbers, step_s: float, least_s: float, most_s: float = np.inf
+    ) -> Numbers:
+        """Longest hovers in whole steps for some rests [s]; NaN where shorter than the best.
+
+        Tried from the top down: no longer than the packs hold out in the hover itself, than the
+        deadline leaves, and than charge counting allows, which knows no charge that is refused.
+        """
+        found = np.full(len(rests_s), np.nan)
+        if not len(rests_s):
+            return found
+        start = self._begun(rests_s)
+        most = np.minimum(most_s, self._bound_s(rests_s))
+        trial = start.take(np.arange(len(rests_s)))
+        self._carry(trial, np.maximum(most, 0.0), rests_s, slice(self.at, self.at + 1))
+        most = np.where(trial.exhausted, trial.clock_s - start.clock_s, most)
+        hovers_s = step_s * np.floor(most / step_s + SLACK)
+        open_ = (hovers_s >= least_s) & ~start.exhausted
+        while open_.any():
+            rows = np.flatnonzero(open_)
+            flown = self._flyable(start.take(rows), hovers_s[rows], rests_s[rows])
+            found[rows[flown]] = hovers_s[rows[flown]]
+            least_s = max(least_s, float(np.nanmax(found, initial=least_s)))
+            hovers_s[rows[~flown]] -= step_s
+            open_ &= np.isnan(found) & (hovers_s >= least_s - SLACK * step_s)
+        return found
+
+    def smallest_rest_s(
+        self, hover_s: float, rest_s: float, step_s: float, *, slots: bool
+    ) -> float:
+        """The smallest of the rests tried with which a hover is feasible [s]."""
+        rows_s = self.rests_s(step_s, slots=slots)
+        rows_s = np.append(rows_s[rows_s < rest_s], rest_s)
+        for share in (1.0,) if slots else (1.0, *CLOSER):
+            hovers_s = np.full(len(rows_s), hover_s)
+            flown = self._flyable(self._begun(rows_s), hovers_s, rows_s)
+            rest_s = float(rows_s[flown][0])
+            rows_s = np.append(self._below(rest_s, share * step_s), rest_s)
+        return rest_s
+
+    def _below(self, rest_s: float, reach_s: float) -> Numbers:
+        near = self.near(rest_s, reach_s, 0.1 * reach_s)
+        return near[near < rest_s]
+
+    def _bound_s(self, rests_s: Numbers) -> Numbers:
+        """What deadline and charge counting leave for the hover [s]."""
+        bound = self.left_s - rests_s
+        if self.nets_A["hover"] < 0.0:
+            spare_As = self.spare_As + self.nets_A.get("rest", 0.0) * rests_s
+            bound = np.minimum(bound, spare_As / -self.nets_A["hover"])
+        return bound
+
+    def _flyable(self, start: Packs, hovers_s: Numbers, rests_s: Numbers) -> Marks:
+        """Whether packs at the hover point hold out to the end, and enough is left in all."""
+        rows = np.flatnonzero(hovers_s + rests_s <= self.left_s + SLACK * STEP_S)
+        before = self.at
+        if self.kinds[-2] == "rest":
+            # Until they rest, courses that hover equally long are one and the same.
+            before = len(self.kinds) - 2
+            once_s, same = np.unique(hovers_s[rows], return_inverse=True)
+            start = start.take(np.zeros_like(once_s, dtype=np.intp))
+            self._carry(start, once_s, rests_s, slice(self.at, before))
+            rows, same = rows[~start.exhausted[same]], same[~start.exhausted[same]]
+            start = start.take(same)
+        else:
+            start = start.take(rows)
+        self._carry(start, hovers_s[rows], rests_s[rows], slice(before, None))
+        left_As = start.wells.total_As.sum(axis=1)
+        enough = np.zeros(len(hovers_s), dtype=bool)
+        enough[rows] = ~start.exhausted & (left_As >= self.least_As)
+        return enough
+
+    def _begun(self, rests_s: Numbers) -> Packs:
+        """Packs that arrive at the hover point, one course a rest."""
+        carried = packs(self.worked_out.mission).take(np.zeros(len(rests_s), dtype=np.intp))
+        self._carry(carried, np.zeros(1), rests_s, slice(0, self.at))
+        return carried
+
+    def _carry(self, carried: Packs, hovers_s: Numbers, rests_s: Numbers, which: slice) -> None:
+        """Let packs carry some phases, with one hover and one rest [s] a course."""
+        for each in phases(self.worked_out, self.route, hovers_s, rests_s)[which]:
+            stages = map(Phase, each.currents_A, each.durations_s)
+            carried.job(loads(self.worked_out.mission, each.kind, stages))

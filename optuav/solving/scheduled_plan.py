@@ -1,0 +1,77 @@
+"""Perspective `available` where packs take turns: from the simulated search to a plan."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+from optuav.engines.solution import Status
+from optuav.errors import Fault, InputError
+from optuav.mission.network import Network
+from optuav.plan import Plan
+from optuav.solving.planning import Part, plan_without, planned_phases, soc_at_end
+from optuav.solving.question import AUTO, Question
+from optuav.solving.scheduled import CLOSER, STEP_S, longest_hover
+
+ENGINE = "simulation"
+PROBLEMS = ("P1", "P3", "P4")
+"""Problems that ask for the longest hover, which is what is searched for."""
+
+IN_SLOTS = "exhaustive: every pair of slots that could be better was simulated"
+CONTINUOUS = (
+    f"simulation on a grid of {STEP_S:g} s, refined to {CLOSER[-1]:g} s around the best, not proved"
+)
+
+
+def scheduled_plan(asked: Question, worked_out: Network, parts: Sequence[Part]) -> Plan:
+    """The longest hover that the packs can deliver under the mission's schedule.
+
+    Raises
+    ------
+    InputError
+        If the question is one that only pooled packs can be asked.
+    """
+    _refuse(asked, worked_out)
+    choices = sorted(
+        (int(route), any(each.name == "rest_time_s" for each in part.model.variables))
+        for part in parts
+        for route in part.routes
+    )
+    asked = replace(asked, engine=ENGINE)
+    proof = CONTINUOUS if asked.slot_s is None else IN_SLOTS
+    found = longest_hover(worked_out, choices, asked.slot_s)
+    if found is None:
+        step_s = asked.slot_s or STEP_S
+        why = (f"no pair of Δ and T' in steps of {step_s:g} s leaves a pack to fly on to the end",)
+        return plan_without(asked, worked_out, Status.INFEASIBLE, proof, why)
+    route, hover_s, rest_s = found
+    flown = planned_phases(worked_out, route, hover_s, rest_s)
+    return Plan(
+        mission=worked_out.mission,
+        problem=asked.problem_name,
+        trajectory=asked.trajectory,
+        building=asked.building,
+        order=asked.order,
+        perspective=asked.perspective,
+        slot_s=asked.slot_s,
+        engine=ENGINE,
+        proof=proof,
+        status=Status.FEASIBLE if asked.slot_s is None else Status.OPTIMAL,
+        notes=(
+            f"packs by schedule {worked_out.mission.battery.schedule!r}: one flies while the laser "
+            "charges another; what full packs refuse is lost, and only battery tells so",
+        ),
+        phases=flown,
+        soc=soc_at_end(worked_out, route, flown, hover_s, rest_s),
+    )
+
+
+def _refuse(asked: Question, worked_out: Network) -> None:
+    schedule, faults = worked_out.mission.battery.schedule, []
+    words = f"under battery.schedule = {schedule!r} and perspective available"
+    if asked.problem not in PROBLEMS:
+        faults.append(Fault("problem", asked.problem_name, f"{', '.join(PROBLEMS)} {words}"))
+    if asked.engine not in (AUTO, "grid"):
+        faults.append(Fault("engine", repr(asked.engine), f"{AUTO} {words}: plans are simulated"))
+    if faults:
+        raise InputError(faults)

@@ -1,0 +1,145 @@
+"""The longest hover under a schedule: against every pair of slots, and between the steps."""
+
+from __future__ import annotations
+
+import itertools
+
+import numpy as np
+import pytest
+
+import optuav
+from optuav.engines.solution import Status
+from optuav.errors import InputError
+from optuav.mission import Mission, load
+from optuav.mission.flown import fly
+from optuav.mission.network import Network, network
+from optuav.mission.phases import phases
+
+SCHEDULES = {
+    "sequential": {},
+    "round-robin": {},
+    "alternating": {"battery.period_s": 20.0},
+    "most-available": {},
+}
+
+
+def small(schedule: str, **more: object) -> Mission:
+    """`paper` with packs of 6000 A s, a strong laser and 200 s, so that every pair can be tried."""
+    return load("paper").replace(
+        {
+            "battery.capacity_As": 6000,
+            "battery.charge_current_A": 60,
+            "laser.power_W": 9000,
+            "limits.deadline_s": 200,
+            "buildings": [b.model_dump() for b in load("paper").buildings[6:8]],
+            "battery.schedule": schedule,
+            **SCHEDULES[schedule],
+            **more,
+        }
+    )
+
+
+def can_be_flown(worked_out: Network, route: int, hover_s: float, rest_s: float) -> bool:
+    """One pair, flown phase by phase and judged afterwards."""
+    mission = worked_out.mission
+    planned = phases(worked_out, route, hover_s, rest_s)
+    time_s = sum(sum(each.durations_s) for each in planned)
+    if time_s > mission.limits.deadline_s + 1e-9:
+        return False
+    flown = fly(mission, [(each.kind, each.stages) for each in planned])
+    left_As = sum(sum(well) for well in flown.wells[-1])
+    capacity_As = mission.battery.packs * mission.battery.capacity_As
+    return flown.ended_s is None and left_As >= mission.limits.min_soc * capacity_As
+
+
+@pytest.mark.parametrize("min_soc", [0.05, 0.3])
+@pytest.mark.parametrize("schedule", SCHEDULES)
+def test_slots_are_searched_to_the_end(schedule: str, min_soc: float) -> None:
+    """No pair of slots of any route hovers longer; among the best, the shortest mission wins."""
+    mission = small(schedule, **{"limits.min_soc": min_soc})
+    worked_out, slot_s = network(mission), 8.0
+    steps = slot_s * np.arange(1, 25)
+    tried = [
+        (-hover_s, float(worked_out.itineraries.flight_time_s[route]) + hover_s + rest_s, route)
+        for route in range(len(worked_out.itineraries))
+        for hover_s, rest_s in itertools.product(steps, steps if route else [0.0])
+        if can_be_flown(worked_out, route, hover_s, rest_s)
+    ]
+    plan = optuav.solve(mission, perspective="available", slot_s=slot_s)
+    longest_s, mission_s, _ = min(tried)
+    assert plan.status is Status.OPTIMAL
+    assert plan.proof.startswith("exhaustive")
+    assert plan.hover_time_s == pytest.approx(-longest_s)
+    assert plan.mission_time_s == pytest.approx(mission_s)
+
+
+@pytest.mark.parametrize("schedule", SCHEDULES)
+def test_continuous_times_are_no_worse_than_slots_and_can_be_flown(schedule: str) -> None:
+    """A little more cannot, at this rest; and what is not proved is not called so."""
+    mission = small(schedule)
+    plan = optuav.solve(mission, perspective="available")
+    slots = optuav.solve(mission, perspective="available", slot_s=1.0)
+    assert plan.status is Status.FEASIBLE
+    assert "not proved" in plan.proof
+    assert plan.hover_time_s >= slots.hover_time_s
+    assert plan.runs_dry_s is None
+    assert plan.warnings == ()
+    worked_out = network(mission)
+    routes = worked_out.itineraries
+    building = [b.name for b in mission.buildings]
+    (route,) = (
+        number
+        for number in range(len(routes))
+        if [building[k] for k in routes.building[[number]] if k >= 0]
+        == [name for name in plan.route if name in building]
+        and (routes.order(number) != "hover-first")
+        == (plan.route.index("hover") + 2 == len(plan.route))
+    )
+    assert can_be_flown(worked_out, route, plan.hover_time_s, plan.rest_time_s)
+    assert not can_be_flown(worked_out, route, plan.hover_time_s + 0.002, plan.rest_time_s)
+
+
+def test_every_pack_is_told_at_the_end_of_every_phase() -> None:
+    plan = optuav.solve(small("sequential"), "P3", perspective="available")
+    assert all(len(phase.available_As) == 2 for phase in plan.phases)
+    left_As = sum(plan.phases[-1].available_As) + sum(plan.phases[-1].bound_As)
+    assert plan.soc is not None
+    assert plan.soc["battery"] == pytest.approx(left_As / 12_000.0)
+
+
+def test_paper_by_schedule() -> None:
+    """Direct: the order of the packs costs hover, and alternating costs least."""
+    paper = load("paper")
+    hover_s = {
+        schedule: optuav.solve(
+            paper.replace({"battery.schedule": schedule, **more}), "P3", perspective="available"
+        ).hover_time_s
+        for schedule, more in SCHEDULES.items()
+    }
+    pooled_s = optuav.solve(paper, "P3", perspective="available").hover_time_s
+    assert hover_s["sequential"] < hover_s["round-robin"] == hover_s["most-available"]
+    assert hover_s["round-robin"] < hover_s["alternating"] < pooled_s
+
+
+def test_linear_perspectives_answer_the_programme_as_stated() -> None:
+    """Charge balance knows no packs: the answer stays, and the warning tells when it would fall."""
+    paper = load("paper")
+    pooled = optuav.solve(paper)
+    apart = optuav.solve(paper.replace({"battery.schedule": "sequential"}))
+    assert apart.hover_time_s == pooled.hover_time_s
+    assert apart.runs_dry_s is not None
+    assert "no pack is left to fly on" in apart.warnings[0]
+
+
+def test_nothing_feasible_is_said() -> None:
+    plan = optuav.solve(
+        small("sequential", **{"battery.capacity_As": 2000}), perspective="available"
+    )
+    assert not plan
+    assert "leaves a pack to fly on" in plan.reasons[0]
+
+
+@pytest.mark.parametrize("option", [{"problem": "P2"}, {"engine": "casadi"}])
+def test_questions_that_only_pooled_packs_can_be_asked(option: dict[str, str]) -> None:
+    with pytest.raises(InputError, match="schedule"):
+        optuav.solve(small("sequential"), perspective="available", **option)
