@@ -24,6 +24,11 @@ def pictures() -> Iterator[tuple[str, Axes]]:
     plan = optuav.solve("paper")
     yield "map", plots.mission_map(plan).plan
     yield "battery", plots.battery(plan).wells
+    direct = [
+        optuav.solve("paper", "P3", perspective=perspective)
+        for perspective in ("battery", "available")
+    ]
+    yield "wells", plots.wells(direct)[0]
     program = optuav.formulate("paper", "P4", building="b1", order="rest-first")
     (part,) = program.parts
     yield "plane", plots.plane(part.model, part.model.row(0), [program.solve()])

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Sequence
 from pathlib import Path
 
 import typer
@@ -14,11 +15,18 @@ from optuav.plan import Plan
 STYLES = {"Warning": "bold yellow", "Because": "bold red", "Hover": "bold", "Answer": "bold"}
 
 
-def deliver(plan: Plan, *, as_json: bool, save: Path | None, plot: Path | None) -> None:
-    """Print a plan, and write what was asked for."""
+def deliver(
+    plan: Plan,
+    *,
+    as_json: bool,
+    save: Path | None,
+    plot: Path | None,
+    beside: Sequence[Plan] = (),
+) -> None:
+    """Print a plan, and write what was asked for, with pictures of the plans beside it."""
     if save is not None:
         plan.save(save)
-    pictures = draw(plan, plot) if plot is not None else []
+    pictures = draw(plan, plot, beside) if plot is not None else []
     if as_json:
         typer.echo(json.dumps(plan.to_dict(), indent=2, ensure_ascii=False))
         return
@@ -30,8 +38,8 @@ def deliver(plan: Plan, *, as_json: bool, save: Path | None, plot: Path | None) 
         screen.print(f"wrote {path}", style="dim")
 
 
-def draw(plan: Plan, directory: Path) -> list[Path]:
+def draw(plan: Plan, directory: Path, beside: Sequence[Plan] = ()) -> list[Path]:
     """Write the pictures of a plan into a directory, which is made if it is missing."""
     from optuav.plots import save_pictures
 
-    return save_pictures(plan, directory)
+    return save_pictures(plan, directory, beside)

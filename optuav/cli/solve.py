@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from contextlib import nullcontext
 from typing import Annotated
 
@@ -17,9 +18,12 @@ from optuav.cli.options import (
     mission_of,
 )
 from optuav.cli.progress import progress
+from optuav.plan import Plan
 from optuav.status import Status
 
 NO, NOT_PROVED = 1, 3
+OTHER = {"battery": "available", "available": "battery"}
+"""What counts charge only, and what keeps the battery from running dry."""
 
 
 def solve(
@@ -85,8 +89,27 @@ def solve(
         )
     from optuav.cli.output import deliver
 
-    deliver(plan, as_json=as_json, save=save, plot=plot)
+    alike = (stops, hovers, hover_point) == (1, 1, "w_U")
+    beside = list(_by_the_other_perspective(plan)) if plot and alike else []
+    deliver(plan, as_json=as_json, save=save, plot=plot, beside=beside)
     if not plan:
         raise typer.Exit(NO)
     if plan.status is Status.FEASIBLE:
         raise typer.Exit(NOT_PROVED)
+
+
+def _by_the_other_perspective(plan: Plan) -> Iterator[Plan]:
+    """What the same question gives where charge alone counts, or where the battery has to last."""
+    if not plan or plan.perspective not in OTHER or plan.mission.battery.schedule != "pooled":
+        return
+    other = optuav.solve(
+        plan.mission,
+        plan.problem,
+        trajectory=plan.trajectory,
+        building=plan.building,
+        order=plan.order,
+        perspective=OTHER[plan.perspective],
+        slot_s=plan.slot_s,
+    )
+    if other:
+        yield other

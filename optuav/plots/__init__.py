@@ -45,6 +45,7 @@ if TYPE_CHECKING:
     from optuav.plots.uncertainty import Swing as Swing
     from optuav.plots.uncertainty import hover_times as hover_times
     from optuav.plots.uncertainty import tornado as tornado
+    from optuav.plots.wells import wells as wells
 
 HOMES = {
     "Bar": "optuav.plots.comparison",
@@ -80,6 +81,7 @@ HOMES = {
     "tanks": "optuav.plots.levels",
     "tornado": "optuav.plots.uncertainty",
     "trajectories": "optuav.plots.map",
+    "wells": "optuav.plots.wells",
 }
 """Where each public name is defined."""
 

@@ -86,7 +86,7 @@ def battery(plan: Plan, axes: BatteryAxes | None = None) -> BatteryAxes:
         axes.wells.set_title(heading, pad=NAMES_PT)
         _legend(axes, plan)
         settle(axes.wells)
-        draw_bands(axes, [_band(phase) for phase in plan.phases if phase.duration_s > 0.0])
+        draw_bands(axes, [phase_band(phase) for phase in plan.phases if phase.duration_s > 0.0])
         _mark_moments(axes.wells, plan, pool, lived)
     return axes
 
@@ -167,7 +167,8 @@ def _legend(axes: BatteryAxes, plan: Plan) -> None:
     )
 
 
-def _band(phase: Planned) -> Band:
+def phase_band(phase: Planned) -> Band:
+    """A phase as a band, with its name."""
     words = (f"rest, {printed(phase.end_place)}",) if phase.kind == "rest" else ()
     return Band(phase.start_s, phase.end_s, KINDS[phase.kind], (*words, phase.kind))
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import io
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -18,11 +18,12 @@ if TYPE_CHECKING:
     from optuav.plots.profile import Replayed
 
 
-def save_pictures(plan: Plan, directory: str | Path) -> list[Path]:
+def save_pictures(plan: Plan, directory: str | Path, beside: Sequence[Plan] = ()) -> list[Path]:
     """Write the pictures of a plan as PNG files.
 
-    ``map.png``, ``battery.png``, and ``leg.png`` of the first leg that the flight model describes;
-    the map alone where there is no plan. The same plan gives the same bytes.
+    ``map.png``, ``battery.png``, ``wells.png`` if there are plans to compare it with, and
+    ``leg.png`` of the first leg that the flight model describes; the map alone where there is no
+    plan. The same plan gives the same bytes.
 
     Parameters
     ----------
@@ -30,6 +31,8 @@ def save_pictures(plan: Plan, directory: str | Path) -> list[Path]:
         Any plan.
     directory
         Where to write; made if it is missing. Files of these names are replaced.
+    beside
+        Plans that exist whose wells are drawn below those of the plan.
 
     Returns
     -------
@@ -41,7 +44,7 @@ def save_pictures(plan: Plan, directory: str | Path) -> list[Path]:
         If matplotlib is missing, or the directory cannot be made or written to. Every file is
         written whole or not at all.
     """
-    return save_figures(_figures(plan), Path(directory))
+    return save_figures(_figures(plan, beside), Path(directory))
 
 
 def save_map(mission: Mission, directory: str | Path) -> list[Path]:
@@ -93,12 +96,14 @@ def save_figures(figures: Iterable[tuple[str, Figure | None]], folder: Path) -> 
     return [folder / name for name in pictures]
 
 
-def _figures(plan: Plan) -> Iterator[tuple[str, Figure | None]]:
-    from optuav.plots import battery, leg, mission_map
+def _figures(plan: Plan, beside: Sequence[Plan]) -> Iterator[tuple[str, Figure | None]]:
+    from optuav.plots import battery, leg, mission_map, wells
 
     yield "map.png", mission_map(plan).plan.get_figure(root=True)
     if plan:
         yield "battery.png", battery(plan).wells.get_figure(root=True)
+    if plan and beside:
+        yield "wells.png", wells([plan, *beside])[0].get_figure(root=True)
     first = modelled_leg(plan)
     if first is not None:
         drawn = leg(plan.mission, first.start_place, first.end_place)

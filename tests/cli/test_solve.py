@@ -147,10 +147,15 @@ def test_a_saved_plan_is_the_plan(tmp_path: Path) -> None:
 def test_pictures_go_into_a_new_directory(tmp_path: Path) -> None:
     pytest.importorskip("matplotlib")
     folder = tmp_path / "new" / "pictures"
-    found = run("solve", "paper", "--problem", "P3", "--plot", str(folder))
+    asked = ("solve", "paper", "--problem", "P3", "--plot", str(folder))
+    found = run(*asked, "--perspective", "energy")
     assert found.code == 0
     assert sorted(path.name for path in folder.iterdir()) == ["battery.png", "leg.png", "map.png"]
     assert found.out.count("wrote ") == 3
+    for perspective in ("battery", "available"):
+        found = run(*asked, "--perspective", perspective)
+        assert found.out.count("wrote ") == 4
+        assert "wells.png" in found.out.replace("\n", "")
 
 
 def test_pictures_cannot_go_where_a_file_is(tmp_path: Path) -> None:
