@@ -2,16 +2,18 @@
 
 from __future__ import annotations
 
+import functools
 import itertools
 import math
-from collections.abc import Mapping, Sequence
-from typing import Any
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from typing import Any, NamedTuple
 
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.patches import Rectangle
 
 from optuav.engines import grid
+from optuav.engines.solution import Booleans
 from optuav.errors import InputError
 from optuav.mission.sight import Points
 from optuav.modelling import Constraint, Model, Variable, evaluate
@@ -43,6 +45,10 @@ MOST_POINTS = 40
 """Most points of the grid that are shown along an axis."""
 SAMPLES = 241
 """Points along an axis at which the constraints are evaluated."""
+PER_STRETCH = 200
+"""Points between two corners of a line at which it is looked whether it bounds what is feasible."""
+BEYOND = 1.5
+"""How far the grid is shown, as a multiple of how far it is feasible."""
 MARGIN = 0.07
 """Share of the plane that is shown beyond the grid."""
 
@@ -57,8 +63,10 @@ def plane(
 ) -> Axes:
     """Draw the plane of the two unknowns of a problem: rest time across, hover time upwards.
 
-    Every constraint is the line on which the two sides of its declaration meet, with its forbidden
-    side shaded. The points are those of Algorithm 1's grid, thinned out where there are many.
+    Constraints are lines on which the two sides of their declaration meet, with their forbidden
+    sides shaded, thick where they bound what is feasible. Those that cut nothing off are left out,
+    and the far end of a grid of which only the beginning is feasible. The points are those of
+    Algorithm 1's grid, thinned out where there are many.
 
     Parameters
     ----------
@@ -90,7 +98,9 @@ def plane(
             for plan in plans
             if plan
         ]
-        counted = grid.axes(model, parameters, slot_s)
+        counted = _worth_seeing(
+            model, parameters, grid.axes(model, parameters, slot_s), [point for _, point in marked]
+        )
         (left, right), (bottom, top) = (
             _limits([*values, *(point[k] for _, point in marked)])
             for k, values in enumerate(reversed(counted))
@@ -106,6 +116,32 @@ def plane(
         settle(ax)
         place(ax, labels, lines, [[point] for point in cells])
     return ax
+
+
+def _worth_seeing(
+    model: Model,
+    parameters: Mapping[str, Any],
+    counted: Sequence[Points],
+    marked: Sequence[tuple[float, ...]],
+) -> list[Points]:
+    """The grid as far as it is feasible and somewhat farther, where that is much less than all."""
+    upward, across = model.variables
+    y, x = (np.linspace(0.0, values.max(initial=0.0), SAMPLES) for values in counted)
+    values = {**parameters, across.name: x, upward.name: y[:, None]}
+    tested = (each for each in relations(model) if each.relation.sense != "==")
+    feasible = _all((np.asarray(_excess(each, values)) >= 0.0 for each in tested), (len(y), len(x)))
+    reached = [y[feasible.any(axis=1)], x[feasible.any(axis=0)]]
+    seen = []
+    for values_s, inside, points in zip(
+        counted,
+        reached,
+        zip(*(point[::-1] for point in marked), strict=True) if marked else ((), ()),
+        strict=True,
+    ):
+        farthest = max([*inside, *points], default=np.inf)
+        cut = values_s[values_s <= BEYOND * farthest]
+        seen.append(cut if len(cut) > 1 and BEYOND * farthest < 0.7 * values_s.max() else values_s)
+    return seen
 
 
 def _title(model: Model, plans: Sequence[Plan]) -> str:
@@ -127,13 +163,13 @@ def _draw_grid(
     ax: Axes, model: Model, parameters: Mapping[str, Any], counted: list[Points], slot_s: float
 ) -> Points:
     """Draw the grid, dots where it is feasible and crosses elsewhere; the points (n, 2) shown."""
-    every = max(1, *(math.ceil(len(values) / MOST_POINTS) for values in counted))
-    upward, across = (values[::every] for values in counted)
+    every = [max(1, math.ceil(len(values) / MOST_POINTS)) for values in counted]
+    upward, across = (values[::n] for values, n in zip(counted, every, strict=True))
     names = [variable.name for variable in model.variables]
     points = dict(zip(names, (upward, across[:, None]), strict=True))
     feasible = grid.cells(grid.tests(model, parameters), points)
     x, y = np.broadcast_arrays(across[:, None], upward)
-    thinned = f", every {every}{_ordinal(every)} shown" if every > 1 else ""
+    thinned = _thinned(every, model)
     for which, marker, size, colour, words in (
         (feasible, "o", 1.8, BLACK, "feasible"),
         (~feasible, "x", 2.2, GREY, "not feasible"),
@@ -146,27 +182,81 @@ def _draw_grid(
     return np.stack([x.ravel(), y.ravel()], axis=1)
 
 
+def _thinned(every: Sequence[int], model: Model) -> str:
+    """Which slots are shown, in words; nothing if all are."""
+    if max(every) == 1:
+        return ""
+    if len(set(every)) == 1:
+        return f", every {_ordinal(every[0])} shown"
+    each = [
+        f"every {_ordinal(number)} of {variable.symbol}"
+        for number, variable in zip(every, model.variables, strict=True)
+        if number > 1
+    ]
+    return ",\n" + ", ".join(each)
+
+
 def _ordinal(number: int) -> str:
-    if number % 100 in (11, 12, 13):
-        return "th"
-    return {1: "st", 2: "nd", 3: "rd"}.get(number % 10, "th")
+    endings = {1: "st", 2: "nd", 3: "rd"}
+    return f"{number}{'th' if number % 100 in (11, 12, 13) else endings.get(number % 10, 'th')}"
+
+
+class Cut(NamedTuple):
+    """A constraint that cuts something off, sampled on the plane.
+
+    Parameters
+    ----------
+    constraint
+        As declared.
+    excess
+        By how much it holds; forbidden where negative.
+    others_hold
+        Where all others hold, so that it alone decides.
+    """
+
+    constraint: Constraint
+    excess: Points
+    others_hold: Booleans
+
+
+def _cuts(model: Model, values: Mapping[str, Any], shape: tuple[int, ...]) -> Iterator[Cut]:
+    """The constraints without which more would be feasible, one of those that do the same."""
+    every = {
+        each.label: (each, np.broadcast_to(_excess(each, values), shape))
+        for each in relations(model)
+    }
+    holds = {
+        label: excess >= 0.0
+        for label, (each, excess) in every.items()
+        if each.relation.sense != "=="
+    }
+    feasible = _all(holds.values(), shape)
+    for label, held in list(holds.items()):
+        if not held.any():
+            continue  # what holds nowhere is told, though another forbids everything as well
+        others = _all((each for name, each in holds.items() if name != label), shape)
+        if (others == feasible).all():
+            del holds[label], every[label]
+    for label, (constraint, excess) in every.items():
+        others = _all((each for name, each in holds.items() if name != label), shape)
+        yield Cut(constraint, excess, others)
+
+
+def _all(holds: Iterable[Booleans], shape: tuple[int, ...]) -> Booleans:
+    return np.asarray(functools.reduce(np.logical_and, holds, np.ones(shape, dtype=bool)))
 
 
 def _draw_constraints(
     ax: Axes, model: Model, parameters: Mapping[str, Any]
 ) -> tuple[list[Label], list[Points]]:
-    """Draw all boundaries with their forbidden sides; their labels and lines."""
+    """Draw the boundaries that cut, with their forbidden sides; their labels and lines."""
     upward, across = model.variables
-    x, y = np.meshgrid(
-        np.linspace(*ax.get_xlim(), SAMPLES),
-        np.linspace(*ax.get_ylim(), SAMPLES),
-    )
-    values = {**parameters, across.name: x, upward.name: y}
+    x, y = (np.linspace(*limits, SAMPLES) for limits in (ax.get_xlim(), ax.get_ylim()))
+    values = {**parameters, across.name: x, upward.name: y[:, None]}
     labels, lines = list[Label](), list[Points]()
     colours = itertools.cycle(COLOURS)
-    for constraint in relations(model):
+    for constraint, excess, others_hold in _cuts(model, values, (SAMPLES, SAMPLES)):
         colour = next(colours) if constraint.declared_at else BOUND
-        excess = np.broadcast_to(_excess(constraint, values), x.shape)
         if constraint.relation.sense != "==" and excess.min() < 0.0:
             lowest = [excess.min(), min(0.0, excess.max())]
             ax.contourf(x, y, excess, levels=lowest, colors=[colour], alpha=0.1, zorder=0.5)
@@ -175,14 +265,36 @@ def _draw_constraints(
             ax.add_patch(Rectangle((0.0, 0.0), 0.0, 0.0, color=colour, alpha=0.2, label=words))
         if not excess.min() < 0.0 < excess.max():
             continue
-        drawn = ax.contour(x, y, excess, levels=[0.0], colors=[colour], linewidths=1.4, zorder=3)
+        drawn = ax.contour(x, y, excess, levels=[0.0], colors=[colour], linewidths=0.8, zorder=3)
         found = [np.asarray(line) for line in drawn.get_paths()[0].to_polygons(closed_only=False)]
         lines += found
-        longest = max(found, key=len)
-        middle, steep = _middle(ax, longest)
+        edges = [edge for line in found for edge in _edges(line, (x, y), others_hold)]
+        for edge in edges:
+            ax.plot(*edge.T, color=colour, linewidth=2.0, zorder=3, solid_capstyle="round")
+        middle, steep = _middle(ax, max(edges or found, key=len))
         style = {"color": colour, "rotation": 90.0 if steep else 0.0}
         labels.append(Label(constraint.label, middle, style=style))
     return labels, lines
+
+
+def _edges(line: Points, sampled: tuple[Points, Points], others_hold: Booleans) -> list[Points]:
+    """The parts of a line along which its constraint alone parts feasible from not."""
+    line = _dense(line)
+    column, row = (
+        np.clip(np.rint((at - axis[0]) / (axis[1] - axis[0])), 0, SAMPLES - 1).astype(int)
+        for at, axis in zip(line.T, sampled, strict=True)
+    )
+    alone = others_hold[row, column]
+    changes = np.flatnonzero(np.diff(alone)) + 1
+    parts = np.split(line, changes), np.split(alone, changes)
+    return [part for part, here in zip(*parts, strict=True) if here[0] and len(part) > 1]
+
+
+def _dense(line: Points) -> Points:
+    """A line with points enough between its corners, which alone a straight one has."""
+    corners = np.arange(len(line))
+    between = np.linspace(0.0, len(line) - 1.0, (len(line) - 1) * PER_STRETCH + 1)
+    return np.stack([np.interp(between, corners, each) for each in line.T], axis=1)
 
 
 def _middle(ax: Axes, line: Points) -> tuple[tuple[float, float], bool]:

@@ -127,3 +127,55 @@ def test_a_problem_with_one_unknown_has_no_plane() -> None:
     (part,) = optuav.formulate("paper", "P3").parts
     with pytest.raises(InputError, match="needs two unknowns; the problem has Δ"):
         plots.plane(part.model, part.model.row(0))
+
+
+BRIGHT = {"battery.charge_current_A": 150.0, "laser.power_W": 15_000.0}
+
+
+def lasting(values: dict[str, float], building: str, order: str) -> tuple[Axes, optuav.Plan]:
+    """The plane under `available`, with its optimum."""
+    mission = optuav.load("paper").replace(values)
+    program = optuav.formulate(
+        mission, "P4", perspective="available", building=building, order=order
+    )
+    (part,) = program.parts
+    plan = program.solve()
+    return plots.plane(part.model, part.model.row(0), [plan]), plan
+
+
+def test_of_the_steps_of_the_wells_only_those_that_cut_are_drawn(
+    overlaps: Callable[[Figure], list[tuple[str, str]]],
+) -> None:
+    """Hovering first and resting on b10: the landings there and at the end, of 17 steps."""
+    ax, plan = lasting({}, "b10", "hover-first")
+    assert {text.get_text() for text in ax.texts} == {
+        "P4.a not dry after step 11",
+        "P4.a not dry after step 17",
+        "P4.a not past full after the rest",
+        "P4.b deadline",
+        "bounds of Δ",
+        "bounds of T'",
+    }
+    near = sorted(distance((plan.rest_time_s, plan.hover_time_s), line) for line in boundaries(ax))
+    assert near[:2] == pytest.approx([0.0, 0.0], abs=0.1)
+    assert near[2] > 100.0
+    assert overlaps(ax.figure) == []
+
+
+def test_lines_are_thick_where_they_alone_decide() -> None:
+    """The landing on b10 ends the hover from the optimum to the deadline, and nowhere else."""
+    ax, plan = lasting({}, "b10", "hover-first")
+    thick = [np.asarray(line.get_xydata()) for line in ax.lines if line.get_linewidth() == 2.0]
+    (level,) = [line for line in thick if np.ptp(line[:, 1]) < 1.0 and line[0, 1] > 500.0]
+    deadline_s = 1200.0 - plan.flight_time_s - plan.hover_time_s
+    assert (level[:, 0].min(), level[:, 0].max()) == pytest.approx(
+        (plan.rest_time_s, deadline_s), abs=16.0
+    )
+
+
+def test_a_small_feasible_set_fills_the_plane() -> None:
+    """Rest first where hovering charges: none is possible after 30 s of rest, of 1100 s."""
+    ax, plan = lasting(BRIGHT, "b9", "rest-first")
+    assert plan.hover_time_s == pytest.approx(106.0, abs=0.05)
+    assert 22.0 < ax.get_xlim()[1] < 45.0
+    assert 106.0 < ax.get_ylim()[1] < 200.0

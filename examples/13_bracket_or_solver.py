@@ -1,0 +1,119 @@
+# %% [markdown]
+# # A bracket, or a solver?
+#
+# Under `available` the problem is truly nonlinear. A solver finds a plan, and believes that none is
+# better. Engine `bracket` proves it: between its two ends there is nothing left to find.
+#
+# **Learning intentions.** After this page you can
+#
+# - say what the answers of `bracket`, `casadi` (IPOPT) and `grid` are worth;
+# - give a mission in which a longer hover is possible and a shorter one is not, and say why;
+# - find the longest hovers of thousands of itineraries at once, from arrays.
+
+# %%
+import math
+import sys
+from importlib.util import find_spec
+from pathlib import Path
+
+import numpy as np
+
+import optuav
+from optuav.judge import Stop
+from optuav.physics.battery import Phase
+
+mission = optuav.load("paper")
+asked = {"problem": "P4", "building": "b10", "order": "hover-first", "perspective": "available"}
+plans = []
+for engine, slot_s in {"bracket": None, "casadi": None, "grid": 1.0}.items():
+    plans.append(plan := optuav.solve(mission, engine=engine, slot_s=slot_s, **asked))
+    print(f"{engine:<8}{plan.hover_time_s:9.4f} s  {plan.status.value:<16} {plan.proof}")
+
+bracketed, local, cells = plans
+assert math.isclose(bracketed.hover_time_s, local.hover_time_s, abs_tol=1e-6)
+assert 0.0 <= bracketed.hover_time_s - cells.hover_time_s < 2.0
+
+# %% [markdown]
+# ## When less is too much
+#
+# On `paper`, what can hover long can hover shorter. Then halving an interval finds the longest. But
+# let the laser carry most of the hover, and the available well be small: the hover draws so little
+# that the bound well refills the available one. A short hover leaves too little for the way home.
+
+
+# %%
+def flyable(site, hover_s, *rest):
+    stops = (*rest, Stop("hover", "hover", hover_s))
+    return optuav.audit(optuav.Itinerary(site, stops)).flyable
+
+
+strong = {"battery.charge_current_A": 90.0, "laser.power_W": 12_000.0}
+small = {"battery.available_fraction": 0.09, "battery.flow_rate_per_s": 2.815e-4}
+island = mission.replace(strong | small)
+longest = optuav.solve(island, "P3", perspective="available").hover_time_s
+print("can be flown:", *(f"{each} s" for each in range(0, 750, 50) if flyable(island, each)))
+
+assert math.isclose(longest, 678.3, abs_tol=0.1)
+assert [flyable(island, each) for each in (0.0, 300.0, 350.0, 650.0)] == [False, False, True, True]
+assert not flyable(island, longest + 1.0)
+
+# %% [markdown]
+# Full can be the limit too, at both ends: with a charge to be kept of 90 %, a short hover does not
+# bring enough, and a long one brings more than there is room for.
+
+# %%
+full = mission.replace(strong | {"battery.charge_current_A": 120.0, "limits.min_soc": 0.9})
+most = optuav.solve(full, "P3", perspective="available").hover_time_s
+print("can be flown:", *(f"{each} s" for each in range(0, 220, 20) if flyable(full, float(each))))
+
+assert math.isclose(most, 176.5, abs_tol=0.1)
+assert [flyable(full, each) for each in (20.0, 40.0, 160.0, 180.0)] == [False, True, True, False]
+
+# %% [markdown]
+# ## When rest harms
+#
+# Where the hover charges too, the shortest rest before it is best. "Rest as long as you may" is no
+# rule either; `bracket` divides the plane into boxes until none is left that may hold better.
+
+# %%
+bright = mission.replace({"battery.charge_current_A": 150.0, "laser.power_W": 15_000.0})
+early = {"problem": "P4", "building": "b9", "order": "rest-first", "perspective": "available"}
+best = optuav.solve(bright, **early)
+print(f"hover {best.hover_time_s:.2f} s, rest {best.rest_time_s:.2f} s: {best.proof}")
+by_rest = {}
+for rest_s in (0.0, 10.0, 20.0, 30.0):
+    possible = [s for s in range(120) if flyable(bright, s, Stop("b9", "rest", rest_s))]
+    by_rest[rest_s] = max(possible, default=None)
+print("whole seconds of hover by rest:", by_rest)
+
+assert math.isclose(best.hover_time_s, 106.0, abs_tol=0.05)
+assert list(by_rest.values()) == [106, 77, 48, None]
+
+# %% [markdown]
+# ## Many itineraries at once
+#
+# The direct legs of `paper` with ten thousand batteries, every answer with its proof. With hardly
+# any bound charge the hover is what the paper promises: only the charge to be kept ends it.
+
+# %%
+out, _, home = optuav.solve(mission, "P3", perspective="available").phases
+legs = [[Phase(each.current_A, each.duration_s) for each in leg.stages] for leg in (out, home)]
+figures = optuav.formulate(mission, "P3", perspective="available").parts[0].model.row(0)
+given = {name: figures[name] for name in ("deadline_s", "min_soc", "hover_current_A")}
+shares = np.linspace(0.3, 0.99, 10_000)
+cell = {"capacity_As": 72_000.0, "available_fraction": shares, "flow_rate_per_s": 4.5e-5}
+found = optuav.longest_hovers(legs, **given, **cell)
+for share in (0.4, 0.6, 0.8, 0.99):
+    print(f"ω = {share:.2f}: {np.interp(share, shares, found.hover_time_s):.2f} s")
+
+assert found.proved.all()
+assert math.isclose(found.hover_time_s[-1], 688.85, abs_tol=5e-3)
+assert math.isclose(np.interp(0.8, shares, found.hover_time_s), 577.52, abs_tol=0.01)
+
+# %%
+if find_spec("matplotlib") and "pictures" in sys.argv[1:]:
+    from optuav import plots
+
+    (part,) = optuav.formulate(mission, **asked).parts
+    Path("pictures").mkdir(exist_ok=True)
+    plots.plane(part.model, part.model.row(0), [bracketed]).figure.savefig("pictures/feasible.png")
