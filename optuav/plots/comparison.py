@@ -166,13 +166,13 @@ def choice_bars(
         if axes is None:
             above, below = page(7.2, 4.6).subplots(2, 1, sharex=True, height_ratios=(1.6, 1.0))
             axes = BarAxes(above, below)
+        group_thousands(*axes)  # first: it would put numbers in place of the groups' names
         keys = [(each.trajectory, each.perspective) for each in shown]
         colours = {name: COLOURS[name] for name in series}
         hovers_s = [each.hover_time_s for each in shown]
         draw_groups(axes.hover, groups, colours, dict(zip(keys, hovers_s, strict=True)))
         percents = dict(zip(keys, percent, strict=True))
         draw_groups(axes.charge, groups, colours, percents, least_percent)
-        group_thousands(*axes)
         axes.hover.set_title(
             f"{printed(mission)}: longest hover by trajectory and perspective", pad=LEGEND_PT
         )

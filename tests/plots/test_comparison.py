@@ -31,6 +31,8 @@ def test_bars_are_as_high_as_their_numbers() -> None:
     colours = [bar.get_facecolor() for bar in axes.hover.patches]
     assert colours[0] == colours[2] != colours[1] == colours[3]
     assert axes.hover.get_ylabel() == "hover time Δ [s]"
+    names = [label.get_text() for label in axes.charge.get_xticklabels()]
+    assert names == ["direct", "traj1"]  # below every group its name, not its number
 
 
 @pytest.mark.parametrize("slots_s", [(1.0,), (0.001, 1e7), tuple(map(float, range(1, 13)))])
