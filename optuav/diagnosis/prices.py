@@ -13,7 +13,8 @@ from formulations.algorithm2 import SAME_S
 from optuav.diagnosis.keys import keys
 from optuav.engines import closed_form
 from optuav.engines.solution import ShadowPrice, Solution
-from optuav.modelling import Parameter
+from optuav.modelling import Model, Parameter, Variable
+from optuav.modelling.expression import Operand, leaves
 from optuav.solving import Program
 
 NEGLIGIBLE = 1e-7
@@ -89,6 +90,9 @@ def prices(
 ) -> tuple[Price, ...]:
     """Shadow prices of the winning programme, where itineraries tie those of the best of them.
 
+    What the programme only compares with figures that it holds, as the altitude of the hover point
+    with its limits, has none: stated otherwise in the mission it would move these figures too.
+
     Parameters
     ----------
     program
@@ -107,7 +111,10 @@ def prices(
     exact = all(solution.engine == closed_form.NAME for solution in solutions)
     effect = _Effect(program, solutions, chosen, towards) if exact else None
     found = []
+    held = _held(model)
     for name, price in own.items():
+        if name in held:
+            continue
         parameter = model.parameters[name]
         shared = np.ndim(parameter.value) == 0
         nothing = ShadowPrice(0.0, 0.0)
@@ -134,6 +141,23 @@ def prices(
             )
         )
     return tuple(sorted(found, key=lambda each: not each.key))
+
+
+def _held(model: Model) -> set[str]:
+    """Names of the parameters that stand in constraints without unknowns and nowhere else."""
+    free: list[Operand] = []
+    fixed: list[Operand] = []
+    for constraint in model.constraints:
+        sides = constraint.relation.left, constraint.relation.right
+        moves = any(isinstance(leaf, Variable) for leaf in leaves(*sides))
+        (free if moves else fixed).extend(sides)
+    free += [model.objective, *model.preferences]
+    free += [bound for each in model.variables for bound in (each.lower, each.upper)]
+    return _names(fixed) - _names(free)
+
+
+def _names(trees: Sequence[Operand]) -> set[str]:
+    return {leaf.name for leaf in leaves(*trees) if isinstance(leaf, Parameter)}
 
 
 def _tied(solutions: Sequence[Solution], chosen: tuple[int, int]) -> Iterator[tuple[int, int]]:

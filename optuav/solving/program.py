@@ -12,7 +12,7 @@ from formulations.algorithm2 import SAME_S, best
 from formulations.perspectives import AVAILABLE
 from optuav.engines.capabilities import ENGINES, takers
 from optuav.engines.solution import ShadowPrice, Solution, Status, verify
-from optuav.errors import InputError, SolverError
+from optuav.errors import Fault, InputError, SolverError
 from optuav.mission.network import Network
 from optuav.modelling import Check, check
 from optuav.modelling.traits import Traits, traits
@@ -80,22 +80,27 @@ class Program:
         Raises
         ------
         InputError
-            If no model of the program has just these unknowns.
+            If no model of the program has just these unknowns, or a name is neither one of
+            them nor a parameter.
         """
         unknowns = [{each.name for each in part.model.variables} for part in self.parts]
         stated = {name for name in point if any(name in names for names in unknowns)}
-        found = [
+        parts = [p for p, names in zip(self.parts, unknowns, strict=True) if names == stated]
+        if not parts:
+            known = " or ".join(dict.fromkeys(", ".join(sorted(names)) for names in unknowns))
+            raise InputError(f"a point of this program states {known or 'nothing'}")
+        parameters = dict.fromkeys(name for part in parts for name in part.model.parameters)
+        given = stated.union(*(part.model.given for part in parts))
+        if strange := [name for name in point if name not in given]:
+            words = f"is no parameter of the program; there are {', '.join(parameters)}"
+            raise InputError([Fault(name, repr(point[name]), words) for name in strange])
+        return tuple(
             row
-            for part, names in zip(self.parts, unknowns, strict=True)
-            if names == stated
+            for part in parts
             for row in check(
                 part.model, {**(part.model.row(0) if len(part.routes) == 1 else {}), **point}
             )
-        ]
-        if not found:
-            known = " or ".join(dict.fromkeys(", ".join(sorted(names)) for names in unknowns))
-            raise InputError(f"a point of this program states {known or 'nothing'}")
-        return tuple(found)
+        )
 
     def solve(self) -> Plan:
         """The best plan over all itineraries, evaluated again outside the engine.

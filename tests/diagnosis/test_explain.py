@@ -14,6 +14,7 @@ import optuav
 from formulations.formulation import Formulation
 from optuav.diagnosis import Explanation, explain
 from optuav.diagnosis.prices import Price
+from optuav.engines.solution import Status
 from optuav.errors import InputError
 from optuav.modelling import Model
 from tests.diagnosis.missions import PAPER, SMALL
@@ -338,7 +339,22 @@ def test_a_plan_over_an_edited_graph_does_not_tell_its_question() -> None:
 
 
 def test_infinite_prices_are_null_in_data() -> None:
-    """At the rim of the coverage one more metre leaves no plan."""
-    found = prices(explain("paper"))["hover_distance_m"]
-    assert math.isinf(found.more)
-    assert found.to_dict()["more"] is None
+    """Where the legs take all the time, one second less leaves no plan."""
+    asked = {"problem": "P3", "perspective": "battery"}
+    plan = optuav.solve(PAPER, **asked)
+    flight_s = plan.mission_time_s - plan.hover_time_s
+    explained = explain(PAPER.replace({"limits.deadline_s": flight_s}), **asked)
+    found = prices(explained)["deadline_s"]
+    assert math.isinf(found.less)
+    assert found.to_dict()["less"] is None
+    assert "no plan below, +1 above per s" in str(explained)
+
+
+@pytest.mark.parametrize("problem", ["P1", "P2"])
+def test_figures_of_the_hover_point_have_no_price(problem: str) -> None:
+    """At z_min = 50 m: with 60 m the hover point moves up, which the programme cannot tell."""
+    higher = PAPER.replace({"limits.min_altitude_m": 60})
+    assert optuav.solve(higher, problem, perspective="battery").status is Status.OPTIMAL
+    explained = explain(PAPER, problem=problem, perspective="battery")
+    assert "min_altitude_m" not in prices(explained)
+    assert "edge" not in str(explained)

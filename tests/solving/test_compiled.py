@@ -194,3 +194,14 @@ def test_program_is_left_as_it_was() -> None:
 def test_public_name() -> None:
     """`optuav.formulate(...).compile()` is all that is needed."""
     assert optuav.formulate("paper", "P3").compile().solve(deadline_s=300.0).objective[0] < 300.0
+
+
+def test_a_point_with_an_unknown_name_is_refused() -> None:
+    """As in `solve`: each by name. Parameters of the programme are taken."""
+    program = formulate("paper", "P3", perspective="battery")
+    with pytest.raises(InputError) as refusal:
+        program.check({"hover_time_s": 10.0, "deadline": 3.0, "rest_current_A": 1.0})
+    assert [fault.key for fault in refusal.value.faults] == ["deadline", "rest_current_A"]
+    assert "is no parameter of the program; there are" in str(refusal.value)
+    late = program.check({"hover_time_s": 10.0, "deadline_s": 3.0})
+    assert not all(row.satisfied for row in late)
