@@ -84,6 +84,8 @@ class Compiled:
         If the solver is not installed, or does not take whole numbers where there are some.
     NotAffineError
         If the model is not linear.
+    SolverError
+        If CVXPY cannot be loaded.
     """
 
     def __init__(
@@ -93,7 +95,10 @@ class Compiled:
         time_limit_s: float | None = None,
         solver: str = DEFAULT_SOLVER,
     ) -> None:
-        import cvxpy
+        try:
+            import cvxpy
+        except ImportError as error:
+            raise SolverError(f"engine {NAME} needs the package cvxpy: {error}") from error
 
         installed = cvxpy.installed_solvers()  # type: ignore[no-untyped-call]
         if solver not in installed:

@@ -14,7 +14,8 @@ import itertools
 import math
 import operator
 import time
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -99,6 +100,17 @@ def operations() -> Mapping[np.ufunc, Callable[..., Any]]:
     }
 
 
+@contextmanager
+def _told() -> Iterator[None]:
+    """Turn whatever the library raises into the one error that engines raise."""
+    try:
+        yield
+    except ImportError as error:
+        raise SolverError(f"engine {NAME} needs the package casadi: {error}") from error
+    except RuntimeError as error:
+        raise SolverError(f"{NAME} failed: {error}") from error
+
+
 @dataclass(frozen=True)
 class _Data:
     """Numbers of one programme: of the parameters, and of the unknowns before scaling.
@@ -145,6 +157,8 @@ class Compiled:
     ------
     InputError
         If a function in the model is unknown to the engine.
+    SolverError
+        If CasADi or IPOPT cannot be loaded.
     """
 
     def __init__(
@@ -154,7 +168,8 @@ class Compiled:
         accuracy: float = ACCURACY,
         iterations: int = ITERATIONS,
     ) -> None:
-        import casadi
+        with _told():
+            import casadi
 
         self.model = model
         self.accuracy = accuracy
@@ -211,7 +226,8 @@ class Compiled:
         if self.time_limit_s is not None:
             options["ipopt.max_wall_time"] = self.time_limit_s
         programme = {"x": unknowns, "p": parameters, "f": cost, "g": casadi.vertcat(*excess)}
-        return casadi.nlpsol("programme", "ipopt", programme, options)
+        with _told():
+            return casadi.nlpsol("programme", "ipopt", programme, options)
 
     @np.errstate(divide="ignore", invalid="ignore", over="ignore")
     def solve(
@@ -256,8 +272,7 @@ class Compiled:
         for start in data.starts:
             if self.time_limit_s is not None and time.monotonic() - begin > self.time_limit_s:
                 raise SolverError(f"{NAME} did not finish within the time limit")
-            answer = self._programmes[0](**data.arguments(start, [steepness]))
-            word = self._programmes[0].stats()["return_status"]
+            answer, word = _run(self._programmes[0], data.arguments(start, [steepness]))
             said.append(word)
             if word in TOO_SLOW:
                 raise SolverError(f"{NAME} did not finish within the time limit")
@@ -329,9 +344,8 @@ class Compiled:
             floors.append(kept + EQUAL * max(1.0, abs(kept)))
             start = np.array([point[name] for name in self.names]) / data.scale
             scaled = [floors[0] / steepness, *floors[1:]]
-            answer = programme(**data.arguments(start, [steepness, *scaled]))
+            answer, word = _run(programme, data.arguments(start, [steepness, *scaled]))
             found = self._point(answer, data)
-            word = programme.stats()["return_status"]
             if word in SOLVED and self._feasible(data.parameters, found):
                 point = found
         return point
@@ -384,6 +398,12 @@ class Compiled:
             model=self.model,
             given={name: np.array([value]) for name, value in parameters.items()},
         )
+
+
+def _run(programme: Any, arguments: Mapping[str, Floats]) -> tuple[Any, str]:
+    """The answer of IPOPT, and its word for it."""
+    with _told():
+        return programme(**arguments), programme.stats()["return_status"]
 
 
 def _has_unknowns(relation: Relation) -> bool:

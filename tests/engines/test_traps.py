@@ -271,6 +271,45 @@ def test_failure_inside_cvxpy_is_exit_code_3(
     assert "cvxpy with HIGHS failed: numerical trouble" in capsys.readouterr().err
 
 
+@pytest.mark.parametrize("engine", ["cvxpy", "casadi"])
+def test_missing_library_is_exit_code_3(
+    engine: str, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Not a traceback: the package that is to be installed is named."""
+    monkeypatch.setitem(sys.modules, engine, None)
+    with pytest.raises(SystemExit) as exit_code:
+        main(["solve", "paper", "--engine", engine, "--perspective", "battery"])
+    assert exit_code.value.code == 3
+    assert f"engine {engine} needs the package {engine}" in capsys.readouterr().err
+
+
+def test_missing_ipopt_is_exit_code_3(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """CasADi says so by a bare RuntimeError."""
+
+    def fail(*arguments: Any) -> None:
+        raise RuntimeError("Plugin 'ipopt' is not found")
+
+    monkeypatch.setattr(casadi, "nlpsol", fail)
+    with pytest.raises(SystemExit) as exit_code:
+        main(["solve", "paper", "--engine", "casadi", "--perspective", "battery"])
+    assert exit_code.value.code == 3
+    assert "casadi failed: Plugin 'ipopt' is not found" in capsys.readouterr().err
+
+
+def test_failure_inside_ipopt_is_a_solver_error(monkeypatch: pytest.MonkeyPatch) -> None:
+    """At any of its calls, with what the library itself said."""
+    compiled = smooth.Compiled(p4())
+
+    def fail(**arguments: Any) -> None:
+        raise RuntimeError("numerical trouble")
+
+    monkeypatch.setattr(compiled, "_programmes", [fail])
+    with pytest.raises(SolverError, match="casadi failed: numerical trouble"):
+        compiled.solve({})
+
+
 def say(monkeypatch: pytest.MonkeyPatch, words: list[str]) -> None:
     """Let CVXPY's status be these words in turn, and then what it is."""
     import cvxpy
