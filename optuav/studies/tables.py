@@ -92,13 +92,13 @@ def _agreement(row: Row) -> Text:
 def _worth(found: Comparison, times: bool) -> Table:
     table = _table()
     table.add_column("method", no_wrap=True)
-    for heading in ("largest gap [s]", "allowed [s]", "agree", *(["time [s]"] if times else [])):
+    for heading in ("largest gap [s]", "its bound [s]", "agree", *(["time [s]"] if times else [])):
         table.add_column(Text(heading), justify="right", no_wrap=True)
     for method in found.methods:
         cells = [cell for _, cell in found.cells if cell.method == method]
         if not cells:
             continue
-        worst = max(cells, key=_share)
+        worst = max(cells, key=_size)
         if method is found.methods[0]:
             gap = "reference"
         elif worst.gap_s is None:
@@ -136,13 +136,9 @@ def _allowed(cell: Cell) -> str:
     return "no bound" if cell.largest_gap_s is None else _short(cell.largest_gap_s)
 
 
-def _share(cell: Cell) -> float:
-    """How much of what is allowed a gap uses up."""
-    if cell.gap_s is None:
-        return -1.0
-    if cell.method.slot_s is None:
-        return abs(cell.gap_s) / cell.allowance_s
-    return cell.gap_s / (cell.largest_gap_s or 1.0)
+def _size(cell: Cell) -> float:
+    """How large a gap is on either side of the reference [s]; -1 where there is none."""
+    return -1.0 if cell.gap_s is None else abs(cell.gap_s)
 
 
 def _short(seconds: float) -> str:

@@ -36,6 +36,16 @@ def test_agreement_is_exit_code_0() -> None:
     )
 
 
+def test_largest_gap_is_the_largest() -> None:
+    """Not the one that uses up most of its own bound: P3's 8.85 s of 10 s at slots of 10 s."""
+    printed = run(*QUICK, "--perspective", "battery").out.splitlines()
+    (line,) = (line.split() for line in printed if line.startswith("grid 10 s"))
+    found = optuav.compare("small.toml", slots=(10.0,), engines=("grid",), perspective="battery")
+    gaps_s = {row.name: row.cells[-1].gap_s for row in found.rows}
+    assert gaps_s["P4 b1 rest-first"] > gaps_s["P3"] == pytest.approx(8.848, abs=1e-3)
+    assert line[3] == f"{max(gaps_s.values()):.2f}" == "9.54"
+
+
 def test_every_engine_by_default() -> None:
     found = run("compare", "small.toml", "--slots", "60", "--set", "buildings=[]", "--json")
     methods = [cell["method"] for cell in json.loads(found.out)["rows"][0]["cells"]]
