@@ -73,7 +73,8 @@ class Formulation(Quantities, ABC):
         Raises
         ------
         InputError
-            If the perspective is `available` and the formulation does not call `keep_wells`.
+            If no unknown or no objective is declared, or the perspective is `available` and the
+            formulation does not call `keep_wells`.
         """
         symbols: dict[str, Any] = {
             each.name: symbol_for(each, getattr(given, each.name)) for each in QUANTITIES
@@ -82,6 +83,12 @@ class Formulation(Quantities, ABC):
         kept: dict[str, Any] = {"steps": steps_for(given.steps), "rests": given.rests}
         symbolic = cls(**symbols, **kept, perspective=perspective, **more)
         symbolic.declare(declared)
+        if not declared.variables:
+            raise InputError(f"{cls.__name__}: no unknown was declared; model.variable does")
+        if not declared.has_objective:
+            raise InputError(
+                f"{cls.__name__}: no objective was stated; model.maximise or model.minimise does"
+            )
         if perspective == AVAILABLE and not any(
             "not dry" in each.label for each in declared.constraints
         ):

@@ -57,6 +57,7 @@ class Model:
         self.lets: list[Let] = []
         self.sense: Literal["maximise", "minimise"] = "maximise"
         self.objective: Operand = 0.0
+        self.has_objective = False
         self.preferences: list[Operand] = []
         # The trees that were walked last and the parameters in them: most models stay as declared.
         self._walked: tuple[list[Operand], dict[str, Parameter]] = [], {}
@@ -102,11 +103,11 @@ class Model:
 
     def maximise(self, objective: Operand) -> None:
         """State what is to be as large as possible."""
-        self.sense, self.objective = "maximise", objective
+        self.sense, self.objective, self.has_objective = "maximise", objective, True
 
     def minimise(self, objective: Operand) -> None:
         """State what is to be as small as possible."""
-        self.sense, self.objective = "minimise", objective
+        self.sense, self.objective, self.has_objective = "minimise", objective, True
 
     def prefer_small(self, expression: Operand) -> None:
         """Among equally good answers, take one where this is smallest; earlier calls go first."""

@@ -272,3 +272,27 @@ def test_makes_a_plan_that_can_be_kept(tmp_path: Path) -> None:
     assert plan.route == ("origin", "hover", "destination")
     plan.save(tmp_path / "plan.json")
     assert optuav.load_plan(tmp_path / "plan.json") == plan
+
+
+class Aimless(Formulation):
+    """Constraints, and nothing to be sought."""
+
+    def declare(self, model: Model) -> None:
+        self.keep_deadline(model, "deadline", *self.hover_and_rest(model, "hover time"))
+
+
+class Empty(Formulation):
+    """An objective without an unknown."""
+
+    def declare(self, model: Model) -> None:
+        model.maximise(self.time_left)
+
+
+@pytest.mark.parametrize(
+    ("formulation", "said"),
+    [(Aimless, "no objective was stated"), (Empty, "no unknown was declared")],
+)
+def test_half_a_formulation_is_refused(formulation: type[Formulation], said: str) -> None:
+    """Not solved as optimal with Δ = 0, nor left to an engine to stumble over."""
+    with pytest.raises(optuav.InputError, match=f"{formulation.__name__}: {said}"):
+        optuav.formulate("paper", formulation, perspective="battery")
