@@ -20,7 +20,7 @@ WORDS = {
     "flight_time_s": "time of all legs, two of them to w and from w",
     "flight_charge_As": "charge drawn on all legs",
     "flight_energy_J": "energy drawn on all legs",
-    "flight_battery_J": "what the battery holds at the voltage of these legs",
+    "flight_voltage_V": "mean voltage on these legs",
     "hover_current_A": "current drawn at w, less what the laser gives there",
     "hover_received_W": "power received from the laser at w",
 }
@@ -80,8 +80,6 @@ class P1Free(P1):
         Angles [rad] of the turns on such a leg.
     charging
         Current [A] and power [W] received at a distance from the laser [m].
-    flight_battery_stated
-        Whether the mission states E_1.
     cell
         Where the hover point has to stay; None for anywhere.
     """
@@ -94,7 +92,6 @@ class P1Free(P1):
     leg: Callable[[Vector], Loads]
     turns: Callable[[Vector], Sequence[Any]]
     charging: Callable[[Any], tuple[Any, Any]]
-    flight_battery_stated: bool
     cell: Cell | None = None
 
     def declare(self, model: Model) -> None:
@@ -159,11 +156,10 @@ class P1Free(P1):
             "flight_time_s": self.flight_time_s + sum(leg.duration_s for leg in legs),
             "flight_charge_As": charge_As,
             "flight_energy_J": energy_J,
+            "flight_voltage_V": energy_J / charge_As,
             "hover_distance_m": norm(_way(self.device_m, w)),
             "hover_altitude_m": w[2],
         }
-        if not self.flight_battery_stated:
-            moved["flight_battery_J"] = self.battery_As * energy_J / charge_As
         if self.laser_m is not None:
             current_A, power_W = self.charging(norm(_way(self.laser_m, w)))
             moved["hover_current_A"] = self.hover_current_A - self.laser_sight * current_A

@@ -32,8 +32,8 @@ def adjusted(given: Quantities, hover: Any, rest: Any) -> Any:
     harvested = given.hover_received_W * hover + given.rest_received_W * rest
     return (
         1.0
-        - given.flight_energy_J / given.flight_battery_J
-        - given.hover_power_W * hover / given.hover_battery_J
+        - given.flight_energy_J / given.battery_in_flight_J
+        - given.hover_power_W * hover / given.battery_in_hover_J
         + harvested / given.nominal_battery_J
     )
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import Field, dataclass, field, fields
+from dataclasses import MISSING, Field, dataclass, field, fields
 from typing import Any
 
 import numpy as np
@@ -13,10 +13,9 @@ from optuav.modelling import Parameter
 from optuav.physics.battery import Phase
 
 
-def _quantity(symbol: str, unit: str, key: str = "", *, needed: bool = True) -> Any:
-    """A field; one that is not needed may be left out where no constraint speaks of it."""
-    meta = {"symbol": symbol, "unit": unit, "key": key}
-    return field(metadata=meta) if needed else field(default=math.nan, metadata=meta)
+def _quantity(symbol: str, unit: str, key: str = "", *, default: Any = MISSING) -> Any:
+    """A field; with a default it may be left out where no constraint speaks of it."""
+    return field(default=default, metadata={"symbol": symbol, "unit": unit, "key": key})
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -41,8 +40,11 @@ class Quantities:
         Power drawn while hovering, radio included, and received meanwhile [W].
     rest_current_A, rest_received_W
         Net current [A] and power [W] that charge the battery while resting.
+    flight_voltage_V, hover_voltage_V
+        Mean voltages u_fl and u_hv [V], at which flight and hover draw their charge.
     flight_battery_J, hover_battery_J
-        E_1 and E_2 [J], what the battery holds at the voltages of flight and hover.
+        E_1 and E_2 [J], what the full battery holds in flight and in hover, where that is stated;
+        None for B u_fl and B u_hv.
     available_fraction, flow_rate_per_s
         ω [-] and k_F [1/s] of the two wells.
     hover_distance_m, coverage_radius_m
@@ -72,16 +74,18 @@ class Quantities:
     hover_received_W: Any = _quantity("P_0,hv", "W")
     rest_current_A: Any = _quantity("I_rest", "A")
     rest_received_W: Any = _quantity("P_0,rest", "W")
-    flight_battery_J: Any = _quantity("E_1", "J", "battery.flight_energy_J")
-    hover_battery_J: Any = _quantity("E_2", "J", "battery.hover_energy_J")
-    available_fraction: Any = _quantity("ω", "1", "battery.available_fraction", needed=False)
-    flow_rate_per_s: Any = _quantity("k_F", "1/s", "battery.flow_rate_per_s", needed=False)
-    hover_distance_m: Any = _quantity("d", "m", needed=False)
-    coverage_radius_m: Any = _quantity("d_max", "m", needed=False)
-    hover_altitude_m: Any = _quantity("z", "m", needed=False)
-    min_altitude_m: Any = _quantity("z_min", "m", "limits.min_altitude_m", needed=False)
-    max_altitude_m: Any = _quantity("z_max", "m", "limits.max_altitude_m", needed=False)
-    end_gap_m: Any = _quantity("|w_1 − w_0| + |w_T − w_F|", "m", needed=False)
+    flight_voltage_V: Any = _quantity("u_fl", "V", default=math.nan)
+    hover_voltage_V: Any = _quantity("u_hv", "V", default=math.nan)
+    flight_battery_J: Any = _quantity("E_1", "J", "battery.flight_energy_J", default=None)
+    hover_battery_J: Any = _quantity("E_2", "J", "battery.hover_energy_J", default=None)
+    available_fraction: Any = _quantity("ω", "1", "battery.available_fraction", default=math.nan)
+    flow_rate_per_s: Any = _quantity("k_F", "1/s", "battery.flow_rate_per_s", default=math.nan)
+    hover_distance_m: Any = _quantity("d", "m", default=math.nan)
+    coverage_radius_m: Any = _quantity("d_max", "m", default=math.nan)
+    hover_altitude_m: Any = _quantity("z", "m", default=math.nan)
+    min_altitude_m: Any = _quantity("z_min", "m", "limits.min_altitude_m", default=math.nan)
+    max_altitude_m: Any = _quantity("z_max", "m", "limits.max_altitude_m", default=math.nan)
+    end_gap_m: Any = _quantity("|w_1 − w_0| + |w_T − w_F|", "m", default=math.nan)
     steps: Sequence[Any] = ()
     rests: bool = True
 
@@ -96,13 +100,27 @@ class Quantities:
         return self.battery_As * self.nominal_voltage_V
 
     @property
+    def battery_in_flight_J(self) -> Any:
+        """E_1 as stated, or B u_fl [J]."""
+        stated_J = self.flight_battery_J
+        return self.battery_As * self.flight_voltage_V if stated_J is None else stated_J
+
+    @property
+    def battery_in_hover_J(self) -> Any:
+        """E_2 as stated, or B u_hv [J]."""
+        stated_J = self.hover_battery_J
+        return self.battery_As * self.hover_voltage_V if stated_J is None else stated_J
+
+    @property
     def time_left(self) -> Any:
         """T_max − T_fl, what the legs leave of the deadline [s]."""
         return self.deadline_s - self.flight_time_s
 
 
-def symbol_for(quantity: Field[Any], value: Any) -> Parameter:
-    """The parameter that stands for a quantity in a model."""
+def symbol_for(quantity: Field[Any], value: Any) -> Parameter | None:
+    """The parameter that stands for a quantity in a model; none for one that is not stated."""
+    if value is None:
+        return None
     meta = quantity.metadata
     return Parameter(quantity.name, meta["symbol"], meta["unit"], value, meta["key"])
 

@@ -50,12 +50,14 @@ def quantities(worked_out: Network, which: Numbers, *, rests: bool = True) -> Qu
         hover_received_W=float(worked_out.places.received_power_W[HOVER]),
         rest_current_A=np.where(resting, rest.current_A, 0.0),
         rest_received_W=np.where(resting, rest.power_W, 0.0),
-        flight_battery_J=_battery_energy(
-            worked_out, given.flight_energy_J, routes.flight_energy_J, routes.flight_charge_As
+        flight_voltage_V=mean_voltage_V(
+            routes.flight_energy_J, routes.flight_charge_As, given.nominal_voltage_V
         ),
-        hover_battery_J=_battery_energy(
-            worked_out, given.hover_energy_J, np.array(hover.power_W), np.array(hover.current_A)
+        hover_voltage_V=float(
+            mean_voltage_V(hover.power_W, hover.current_A, given.nominal_voltage_V)
         ),
+        flight_battery_J=given.flight_energy_J,
+        hover_battery_J=given.hover_energy_J,
         available_fraction=given.available_fraction,
         flow_rate_per_s=given.flow_rate_per_s,
         hover_distance_m=float(np.linalg.norm(hover_m - np.array(mission.link.device_m))),
@@ -110,13 +112,8 @@ def _figures(values: Points) -> Any:
     return values if len(values) > 1 else float(values[0])
 
 
-def _battery_energy(
-    worked_out: Network, stated_J: float | None, energy_J: Points, charge_As: Points
-) -> Points:
-    """E_1 or E_2 [J]: as stated, or B times the voltage at which a load draws its charge."""
-    if stated_J is not None:
-        return np.full(np.shape(energy_J), stated_J)
-    given = worked_out.mission.battery
-    drawn = charge_As > 0.0
-    voltage_V = np.where(drawn, energy_J / np.where(drawn, charge_As, 1.0), given.nominal_voltage_V)
-    return given.packs * given.capacity_As * voltage_V
+def mean_voltage_V(energy: Any, charge: Any, nominal_V: Any) -> Points:
+    """The voltage at which a load draws: energy over charge or power over current; nominal at 0."""
+    drawn = np.asarray(charge) > 0.0
+    voltage_V: Points = np.where(drawn, energy / np.where(drawn, charge, 1.0), nominal_V)
+    return voltage_V

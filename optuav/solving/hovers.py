@@ -192,8 +192,6 @@ UNUSED = (
     "hover_power_W",
     "hover_received_W",
     "rest_received_W",
-    "flight_battery_J",
-    "hover_battery_J",
 )
 """Quantities that this perspective does not speak of."""
 

@@ -51,7 +51,7 @@ class OpenRoutes:
             )
             for place in PLACES
         }
-        names = ("device_m", "laser_m", "leg", "turns", "charging", "flight_battery_stated")
+        names = ("device_m", "laser_m", "leg", "turns", "charging")
         kept = {name: getattr(self.free, name) for name in names}
         sight = Parameter("laser_sight", "s_w", "1", 1.0)
         return P1Free.model(self.free, perspective, **places, **kept, laser_sight=sight, cell=cell)
@@ -128,5 +128,4 @@ def _opened(worked_out: Network, which: Numbers, apart: Booleans, around: Number
         leg=lambda way_m: vehicle.leg_loads(mission, way_m)[0],
         turns=lambda way_m: vehicle.turns_rad(mission, way_m),
         charging=lambda distance_m: vehicle.charging(mission, distance_m),
-        flight_battery_stated=mission.battery.flight_energy_J is not None,
     )

@@ -165,6 +165,7 @@ def test_no_line_is_longer_than_eighty_columns(
         ({}, "limits.deadline_s", 0.01),
         ({}, "battery.capacity_As", 1.0),
         ({"perspective": "energy"}, "battery.capacity_As", 1.0),
+        ({"perspective": "adjusted"}, "battery.capacity_As", 1.0),
     ],
 )
 def test_prices_are_finite_differences_of_solve(
@@ -206,6 +207,15 @@ def test_one_more_pack_is_solved_not_extrapolated() -> None:
     )
     assert price.gain == pytest.approx(gained, abs=1e-6)
     assert price.gain < 0.5 * price.more
+
+
+def test_one_more_pack_holds_more_joules_at_the_voltages_of_the_loads() -> None:
+    """In `adjusted` E_1 and E_2 grow with the battery unless the mission states them."""
+    price = prices(explain(PAPER, perspective="adjusted"))["packs"]
+    more = optuav.solve(PAPER.replace({"battery.packs": 3}), perspective="adjusted")
+    now = optuav.solve(PAPER, perspective="adjusted")
+    assert price.gain == pytest.approx(more.hover_time_s - now.hover_time_s, abs=1e-6)
+    assert price.gain == pytest.approx(358.0, abs=1.0)
 
 
 def test_the_price_of_flight_time_is_that_of_an_edited_leg() -> None:

@@ -40,8 +40,8 @@ def random_quantities(rng: np.random.Generator) -> Quantities:
         hover_received_W=rng.uniform(0.0, 0.9) * hover_W,
         rest_current_A=rng.choice([0.0, rng.uniform(0.0, 2.0)], p=[0.1, 0.9]) * hover_A,
         rest_received_W=rng.choice([0.0, rng.uniform(0.0, 2.0)], p=[0.1, 0.9]) * hover_W,
-        flight_battery_J=15.0 * packs * capacity_As,
-        hover_battery_J=14.0 * packs * capacity_As,
+        flight_voltage_V=15.0,
+        hover_voltage_V=14.0,
         available_fraction=rng.uniform(0.1, 0.9),
         flow_rate_per_s=10.0 ** rng.uniform(-6.0, -3.0),
         hover_distance_m=400.0,
@@ -78,8 +78,8 @@ def exact(given: Mapping[str, Any], perspective: str, *, rests: bool) -> Exact |
         q, a = share * E0 - g["flight_energy_J"], g["hover_power_W"] - g["hover_received_W"]
         r = g.get("rest_received_W", Fraction(0))
     else:
-        q = share - g["flight_energy_J"] / g["flight_battery_J"]
-        a = g["hover_power_W"] / g["hover_battery_J"] - g["hover_received_W"] / E0
+        q = share - g["flight_energy_J"] / (B * g["flight_voltage_V"])
+        a = g["hover_power_W"] / (B * g["hover_voltage_V"]) - g["hover_received_W"] / E0
         r = g.get("rest_received_W", Fraction(0)) / E0
     τ = g["deadline_s"] - g["flight_time_s"]
     r = max(r, Fraction(0)) if rests else Fraction(0)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
@@ -41,7 +43,10 @@ TIMES = st.floats(0.0, 1e3)
 def test_adjusted_is_battery_where_energies_are_charges_at_a_voltage(
     nominal_V: float, flight_V: float, hover_V: float, hover_s: float, rest_s: float, laser_A: float
 ) -> None:
-    """E_1 and E_2 hold B at the voltages of flight and hover, the laser feeds at the nominal."""
+    """E_1 and E_2 hold B at the voltages of flight and hover, the laser feeds at the nominal.
+
+    Whether they are stated so or follow from the voltages.
+    """
     given = quantities(
         nominal_voltage_V=nominal_V,
         flight_energy_J=100.0 * flight_V,
@@ -51,9 +56,17 @@ def test_adjusted_is_battery_where_energies_are_charges_at_a_voltage(
         hover_received_W=laser_A * nominal_V,
         rest_received_W=5.0 * nominal_V,
     )
-    assert adjusted(given, hover_s, rest_s) == pytest.approx(
-        battery(given, hover_s, rest_s), abs=1e-9
+    derived = replace(
+        given,
+        flight_voltage_V=flight_V,
+        hover_voltage_V=hover_V,
+        flight_battery_J=None,
+        hover_battery_J=None,
     )
+    for each in (given, derived):
+        assert adjusted(each, hover_s, rest_s) == pytest.approx(
+            battery(each, hover_s, rest_s), abs=1e-9
+        )
 
 
 @pytest.mark.parametrize(("problem", "stays"), [("P3", 1), ("P4", 2)])

@@ -59,6 +59,28 @@ def test_changed_parameters_are_changed_missions(engine: str, asked: dict[str, A
 
 
 @pytest.mark.parametrize("engine", ["closed-form", "cvxpy", "casadi"])
+@pytest.mark.parametrize("perspective", ["battery", "energy", "adjusted"])
+def test_another_battery_is_another_mission(engine: str, perspective: str) -> None:
+    """Also where joules are counted: what a full battery holds grows with packs and capacity."""
+    compiled = formulate("paper", **P4, perspective=perspective).compile(engine)
+    for change in ({"capacity_As": 40000.0}, {"packs": 3}, {"capacity_As": 20000.0, "packs": 4}):
+        mission = load("paper").replace({f"battery.{key}": each for key, each in change.items()})
+        plan = formulate(mission, **P4, perspective=perspective, engine=engine).solve()
+        found_s = compiled.solve(**change).point(0)["hover_time_s"]
+        assert found_s == pytest.approx(plan.hover_time_s, abs=TOLERANCE_S[engine])
+
+
+def test_stated_energies_of_the_full_battery_are_parameters() -> None:
+    """E_1 and E_2 of ``paper-table2``: solved again with others as the mission that states them."""
+    compiled = formulate("paper-table2", "P3", perspective="adjusted").compile()
+    assert {"flight_battery_J", "hover_battery_J"} <= set(compiled.parameters)
+    stated = {"battery.flight_energy_J": 1.0e6, "battery.hover_energy_J": 0.9e6}
+    plan = formulate(load("paper-table2").replace(stated), "P3", perspective="adjusted").solve()
+    found = compiled.solve(flight_battery_J=1.0e6, hover_battery_J=0.9e6)
+    assert found.objective[0] == pytest.approx(plan.hover_time_s, abs=1e-9)
+
+
+@pytest.mark.parametrize("engine", ["closed-form", "cvxpy", "casadi"])
 def test_every_named_parameter_may_change(engine: str) -> None:
     """The issue's list at least: and each moves Δ as its shadow price says."""
     program = formulate("paper", **P4)

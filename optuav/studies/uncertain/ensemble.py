@@ -23,6 +23,7 @@ from optuav.mission.places import FIRST_BUILDING, HOVER
 from optuav.mission.sight import CLEAR, Numbers, Points, Prisms, prisms
 from optuav.physics.battery import Phase
 from optuav.physics.quantity import norm
+from optuav.solving.given import mean_voltage_V
 from optuav.studies.uncertain.obstacles import clear
 
 Columns = Mapping[str, Points]
@@ -223,19 +224,24 @@ class Ensemble:
         def take(values: Any) -> Any:
             return _taken(_table(values), variants, itineraries)
 
-        def full_J(stated_J: Any, energy_J: Table, charge_As: Table) -> Any:
+        def voltage_V(energy: Any, charge: Any) -> Any:
+            return mean_voltage_V(take(energy), take(charge), take(battery.nominal_voltage_V))
+
+        def full_J(key: str, voltage_V: Any) -> Any:
+            """As stated; where that went with another size of the battery, what takes its place."""
+            stated_J = getattr(battery, key)
             if stated_J is not None:
                 return take(stated_J)
-            energy, charge = np.asarray(take(energy_J)), np.asarray(take(charge_As))
-            moving = charge > 0.0
-            voltage_V = energy / np.where(moving, charge, 1.0)
-            voltage_V = np.where(moving, voltage_V, take(battery.nominal_voltage_V))
+            if getattr(self.base.mission.battery, key) is None:
+                return None
             return take(battery.packs) * take(battery.capacity_As) * voltage_V
 
         hover_m = self.position_m[:, HOVER]
         apart_m = hover_m - _points(self.mission.link.device_m)[:, 0]
         at_hover = vehicle.Load(*(each[:, [HOVER]] for each in self.received))
         hover = self.hover_load
+        flight_V = voltage_V(self.flight_energy_J, self.flight_charge_As)
+        hover_V = voltage_V(hover.power_W, hover.current_A)
         return Quantities(
             deadline_s=take(limits.deadline_s),
             min_soc=take(limits.min_soc),
@@ -250,10 +256,10 @@ class Ensemble:
             hover_received_W=take(at_hover.power_W),
             rest_current_A=take(self.rest_current_A),
             rest_received_W=take(self.rest_received_W),
-            flight_battery_J=full_J(
-                battery.flight_energy_J, self.flight_energy_J, self.flight_charge_As
-            ),
-            hover_battery_J=full_J(battery.hover_energy_J, hover.power_W, hover.current_A),
+            flight_voltage_V=flight_V,
+            hover_voltage_V=hover_V,
+            flight_battery_J=full_J("flight_energy_J", flight_V),
+            hover_battery_J=full_J("hover_energy_J", hover_V),
             available_fraction=take(battery.available_fraction),
             flow_rate_per_s=take(battery.flow_rate_per_s),
             hover_distance_m=take(np.sqrt((apart_m**2).sum(axis=-1, keepdims=True))),
