@@ -22,11 +22,14 @@ def deliver(
     save: Path | None,
     plot: Path | None,
     beside: Sequence[Plan] = (),
+    animate: Path | None = None,
 ) -> None:
     """Print a plan, and write what was asked for, with pictures of the plans beside it."""
     if save is not None:
         plan.save(save)
     pictures = draw(plan, plot, beside) if plot is not None else []
+    if animate is not None and plan:
+        pictures.append(moving(plan, animate))
     if as_json:
         typer.echo(json.dumps(plan.to_dict(), indent=2, ensure_ascii=False))
         return
@@ -43,3 +46,11 @@ def draw(plan: Plan, directory: Path, beside: Sequence[Plan] = ()) -> list[Path]
     from optuav.plots import save_pictures
 
     return save_pictures(plan, directory, beside)
+
+
+def moving(plan: Plan, file: Path) -> Path:
+    """Write the plan in motion, as the judge simulates it."""
+    from optuav.judge import replay
+    from optuav.plots import save_animation
+
+    return save_animation(replay(plan), file)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from contextlib import nullcontext
+from pathlib import Path
 from typing import Annotated
 
 import typer
@@ -61,6 +62,12 @@ def solve(
     as_json: JsonOption = False,
     save: SaveOption = None,
     plot: PlotOption = None,
+    animate: Annotated[
+        Path | None,
+        typer.Option(
+            "--animate", metavar="FILE", help="Write the mission as a GIF (needs matplotlib)."
+        ),
+    ] = None,
 ) -> None:
     """Find the longest hover for a mission, and show the plan."""
     asked = mission_of(mission, settings)
@@ -91,7 +98,7 @@ def solve(
 
     alike = (stops, hovers, hover_point) == (1, 1, "w_U")
     beside = list(_by_the_other_perspective(plan)) if plot and alike else []
-    deliver(plan, as_json=as_json, save=save, plot=plot, beside=beside)
+    deliver(plan, as_json=as_json, save=save, plot=plot, beside=beside, animate=animate)
     if not plan:
         raise typer.Exit(NO)
     if plan.status is Status.FEASIBLE:

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 from optuav.errors import InputError
 
 if TYPE_CHECKING:
+    from optuav.plots.animation import animate as animate
     from optuav.plots.cells import table as table
     from optuav.plots.charge import BatteryAxes as BatteryAxes
     from optuav.plots.charge import battery as battery
@@ -21,6 +22,7 @@ if TYPE_CHECKING:
     from optuav.plots.comparison import choice_bars as choice_bars
     from optuav.plots.comparison import slot_gaps as slot_gaps
     from optuav.plots.constraints import plane as plane
+    from optuav.plots.files import save_animation as save_animation
     from optuav.plots.files import save_fit as save_fit
     from optuav.plots.files import save_map as save_map
     from optuav.plots.files import save_pictures as save_pictures
@@ -37,15 +39,15 @@ if TYPE_CHECKING:
     from optuav.plots.perspectives import charge_bars as charge_bars
     from optuav.plots.perspectives import hover_bars as hover_bars
     from optuav.plots.plain_bars import bars as bars
-    from optuav.plots.profile import ProfileAxes as ProfileAxes
-    from optuav.plots.profile import profile as profile
+    from optuav.plots.replayed import ProfileAxes as ProfileAxes
+    from optuav.plots.replayed import profile as profile
     from optuav.plots.stages import LegAxes as LegAxes
     from optuav.plots.stages import leg as leg
     from optuav.plots.turns import packs as packs
     from optuav.plots.uncertainty import Swing as Swing
     from optuav.plots.uncertainty import hover_times as hover_times
     from optuav.plots.uncertainty import tornado as tornado
-    from optuav.plots.wells import wells as wells
+    from optuav.plots.well_bands import wells as wells
 
 HOMES = {
     "Bar": "optuav.plots.comparison",
@@ -57,8 +59,9 @@ HOMES = {
     "Line": "optuav.plots.lines",
     "MapAxes": "optuav.plots.map",
     "Mark": "optuav.plots.lines",
-    "ProfileAxes": "optuav.plots.profile",
+    "ProfileAxes": "optuav.plots.replayed",
     "Swing": "optuav.plots.uncertainty",
+    "animate": "optuav.plots.animation",
     "bars": "optuav.plots.plain_bars",
     "battery": "optuav.plots.charge",
     "charge_bars": "optuav.plots.perspectives",
@@ -71,7 +74,8 @@ HOMES = {
     "mission_map": "optuav.plots.map",
     "packs": "optuav.plots.turns",
     "plane": "optuav.plots.constraints",
-    "profile": "optuav.plots.profile",
+    "profile": "optuav.plots.replayed",
+    "save_animation": "optuav.plots.files",
     "save_fit": "optuav.plots.files",
     "save_map": "optuav.plots.files",
     "save_pictures": "optuav.plots.files",
@@ -81,7 +85,7 @@ HOMES = {
     "tanks": "optuav.plots.levels",
     "tornado": "optuav.plots.uncertainty",
     "trajectories": "optuav.plots.map",
-    "wells": "optuav.plots.wells",
+    "wells": "optuav.plots.well_bands",
 }
 """Where each public name is defined."""
 

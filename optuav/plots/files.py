@@ -13,9 +13,10 @@ from optuav.mission.files import make_directory, write_bytes
 from optuav.plan import Phase, Plan
 
 if TYPE_CHECKING:
+    from matplotlib.animation import FuncAnimation
     from matplotlib.figure import Figure
 
-    from optuav.plots.profile import Replayed
+    from optuav.plots.replayed import Replayed
 
 
 def save_pictures(plan: Plan, directory: str | Path, beside: Sequence[Plan] = ()) -> list[Path]:
@@ -78,6 +79,31 @@ def save_profile(replayed: Replayed, path: str | Path) -> Path:
     return Path(path)
 
 
+def save_animation(replayed: Replayed, path: str | Path) -> Path:
+    """Write a simulated plan as a moving picture, a GIF of some seconds.
+
+    The same plan gives the same bytes.
+
+    Parameters
+    ----------
+    replayed
+        From `optuav.replay`.
+    path
+        The file; what is there is replaced, whole or not at all.
+
+    Raises
+    ------
+    InputError
+        If matplotlib is missing, or the file cannot be written.
+    NoPlanError
+        If nothing is flown.
+    """
+    from optuav.plots import animate
+
+    write_bytes(Path(path), gif(animate(replayed)))
+    return Path(path)
+
+
 def save_fit(found: Fit, directory: str | Path) -> list[Path]:
     """Write the picture of a calibration as ``fit.png``, if it rests on observations."""
     from optuav.plots import fit
@@ -124,6 +150,18 @@ def png(figure: Figure | None) -> bytes:
 def svg(figure: Figure | None) -> bytes:
     """A figure as SVG; the same figure gives the same bytes."""
     return _file(figure, "svg", {"Date": None, "Creator": None})
+
+
+def gif(moving: FuncAnimation) -> bytes:
+    """An animation as GIF; the same animation gives the same bytes."""
+    from optuav.plots.animation import FRAMES_PER_S
+    from optuav.plots.moving import GifWriter
+    from optuav.plots.style import styled
+
+    writer = GifWriter(fps=FRAMES_PER_S)
+    with styled():
+        moving.save("moving.gif", writer)  # the writer keeps it in memory
+    return writer.content
 
 
 def _file(figure: Figure | None, form: str, metadata: dict[str, None]) -> bytes:

@@ -173,3 +173,19 @@ def test_several_stops() -> None:
     told = refused("solve", "paper", "--stops", "-1", "--hovers", "0")
     assert "stops = -1" in told
     assert "hovers = 0" in told
+
+
+def test_a_plan_in_motion(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Written where there is a plan; where there is none, nothing is."""
+    pytest.importorskip("matplotlib")
+    monkeypatch.setattr("optuav.plots.animation.FRAMES", 3)
+    monkeypatch.setattr("optuav.plots.animation.HELD", 1)
+    file = tmp_path / "mission.gif"
+    asked = ("solve", "paper", "--problem", "P3", "--perspective", "available")
+    found = run(*asked, "--animate", str(file), "--set", "limits.deadline_s=10")
+    assert found.code == 1
+    assert not file.exists()
+    found = run(*asked, "--animate", str(file))
+    assert found.code == 0
+    assert file.read_bytes().startswith(b"GIF89a")
+    assert f"wrote {file}" in found.out.replace("\n", "")

@@ -11,8 +11,7 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
 from optuav.errors import InputError
-from optuav.mission import vehicle
-from optuav.physics.battery import Battery
+from optuav.mission import Mission, vehicle
 from optuav.plan import Plan
 from optuav.plots.bands import NAMES_PT, draw_bands, swatch
 from optuav.plots.charge import Course, course, phase_band
@@ -67,7 +66,8 @@ def wells(plans: Sequence[Plan], axes: Sequence[Axes] | None = None) -> Sequence
             axes = list(figure.subplots(len(plans), 1, sharex=True, squeeze=False)[:, 0])
         lived = [course(vehicle.pool(plan.mission), plan) for plan in plans]
         for ax, plan, each in zip(axes, plans, lived, strict=True):
-            _panel(ax, plan, each)
+            draw_wells(ax, plan.mission, each)
+            ax.set_title(_title(plan), pad=NAMES_PT)
             ax.set_xlim(0.0, end_s or 1.0)
         group_thousands(*axes)
         axes[-1].set_xlabel("time since take-off $t$ [s]")
@@ -79,8 +79,9 @@ def wells(plans: Sequence[Plan], axes: Sequence[Axes] | None = None) -> Sequence
     return axes
 
 
-def _panel(ax: Axes, plan: Plan, lived: Course) -> None:
-    pool = vehicle.pool(plan.mission)
+def draw_wells(ax: Axes, mission: Mission, lived: Course) -> None:
+    """Draw both wells as bands, the available one on the bound one, with the levels of charge."""
+    pool = vehicle.pool(mission)
     time_s, bound_As = lived.time_s, lived.bound_As
     total_As = lived.available_As + bound_As
     solid: dict[str, Any] = {"linewidth": 0.0, "zorder": FILLS}
@@ -97,12 +98,18 @@ def _panel(ax: Axes, plan: Plan, lived: Course) -> None:
         zorder=FADE + 0.1,
     )
     ax.plot(time_s, total_As, color=BLACK, linewidth=0.9, zorder=FADE + 0.2)
-    for level_As in (pool.capacity_As, plan.mission.limits.min_soc * pool.capacity_As):
+    levels = (
+        (pool.capacity_As, "full: $B$"),
+        (mission.limits.min_soc * pool.capacity_As, "to be kept: $η_0 B$"),
+    )
+    for level_As, _ in levels:
         ax.axhline(level_As, color=GREY, linewidth=0.8, linestyle=(0.0, (4.0, 2.0)))
+    side = ax.secondary_yaxis("right")
+    side.set_yticks([level for level, _ in levels], [words for _, words in levels])
+    side.tick_params(length=0.0)
+    side.spines["right"].set_visible(False)
     _, high = margins([0.0, *total_As, pool.capacity_As], 0.16, 0.0)
     ax.set(ylim=(min(0.0, *total_As), high), ylabel="charge [A s]")
-    ax.set_title(_title(plan), pad=NAMES_PT)
-    _name_levels(ax, plan, pool)
 
 
 def _title(plan: Plan) -> str:
@@ -111,15 +118,6 @@ def _title(plan: Plan) -> str:
         times += f", rest $T'$ = {plan.rest_time_s:.2f} s"
     words = f"{printed(plan.mission.name)}, perspective {plan.perspective}: {times}"
     return words if plan.runs_dry_s is None else f"{words}, cannot be flown"
-
-
-def _name_levels(ax: Axes, plan: Plan, pool: Battery) -> None:
-    side = ax.secondary_yaxis("right")
-    least_As = plan.mission.limits.min_soc * pool.capacity_As
-    levels = [(pool.capacity_As, "full: $B$"), (least_As, "to be kept: $η_0 B$")]
-    side.set_yticks([level for level, _ in levels], [words for _, words in levels])
-    side.tick_params(length=0.0)
-    side.spines["right"].set_visible(False)
 
 
 def _mark_moments(ax: Axes, plan: Plan, lived: Course) -> None:

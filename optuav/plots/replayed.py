@@ -92,7 +92,7 @@ def profile(replayed: Replayed, axes: ProfileAxes | None = None) -> ProfileAxes:
         group_thousands(*axes)
         _legend(axes.power, trace)
         settle(axes.altitude)
-        draw_bands(axes, list(_bands(trace)))
+        draw_bands(axes, list(trace_bands(trace)))
         _mark(axes.altitude, trace, replayed.violations)
     return axes
 
@@ -116,7 +116,8 @@ def _draw_power(ax: Axes, trace: Trace) -> None:
     ax.set(ylabel="power into\nthe battery [W]", ylim=margins(shown, 0.12))
 
 
-def _bands(trace: Trace) -> Iterator[Band]:
+def trace_bands(trace: Trace) -> Iterator[Band]:
+    """The phases of a simulated plan, with their names."""
     for phase in np.unique(trace.phase):
         (inside,) = np.nonzero(trace.phase == phase)
         first, last = inside[0], inside[-1]

@@ -1,0 +1,99 @@
+"""The mission in motion: where the UAV is, what the wells hold, and a file that is whole."""
+
+from __future__ import annotations
+
+import io
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+pytest.importorskip("matplotlib")
+from matplotlib.colors import to_rgba
+from matplotlib.lines import Line2D
+from PIL import Image
+
+import optuav
+from optuav import plots
+from optuav.errors import InputError, NoPlanError
+from optuav.plots import animation, files
+from optuav.plots.style import BLACK, ORANGE, VERMILLION
+
+
+@pytest.fixture(scope="module")
+def falling() -> optuav.Replay:
+    """The direct route of `paper` by charge alone: dry at 660.26 s, while it hovers."""
+    return optuav.replay(optuav.solve("paper", "P3", perspective="battery"))
+
+
+def lines(replayed: optuav.Replay, moment_s: float) -> dict[str, Line2D]:
+    """The lines that move on the map at a moment, by what they are."""
+    moving = animation.animate(replayed)
+    moving._draw_was_started = True  # otherwise it warns that nobody looked
+    artists = moving._func(moment_s)
+    trail, beam, craft = artists[:3]
+    return {"trail": trail, "beam": beam, "craft": craft}
+
+
+def test_the_uav_is_where_the_replay_has_it(falling: optuav.Replay) -> None:
+    """Half-way over the first leg it has flown no farther than that, and gets no power."""
+    trace = falling.trace
+    moment_s = 0.5 * falling.phases[0].end_s
+    shown = lines(falling, moment_s)
+    expected = [np.interp(moment_s, trace.time_s, each) for each in trace.position_m.T[:2]]
+    assert np.ravel(shown["craft"].get_data()) == pytest.approx(expected)
+    trail = np.asarray(shown["trail"].get_xydata())
+    assert trail[0] == pytest.approx((0.0, 0.0))
+    assert trail[-1] == pytest.approx(expected)
+    assert len(shown["beam"].get_xydata()) == 0
+
+
+def test_power_comes_from_the_laser_while_it_hovers(falling: optuav.Replay) -> None:
+    beam = lines(falling, 300.0)["beam"]
+    assert beam.get_color() == ORANGE
+    (source, end) = np.asarray(beam.get_xydata())
+    assert source == pytest.approx((1000.0, 0.0))
+    assert end == pytest.approx((1000.0, 2501.0152), abs=1e-3)
+
+
+@pytest.mark.parametrize(("moment_s", "colour"), [(660.0, BLACK), (661.0, VERMILLION)])
+def test_it_turns_red_when_it_is_dry(moment_s: float, colour: str, falling: optuav.Replay) -> None:
+    craft = lines(falling, moment_s)["craft"]
+    assert to_rgba(craft.get_markerfacecolor()) == to_rgba(colour)
+
+
+def test_a_small_file_the_same_bytes_again(
+    falling: optuav.Replay, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A GIF of all moments, at most 1 MB and 20 s; with few frames, the same twice."""
+    file = plots.save_animation(falling, tmp_path / "mission.gif")
+    with Image.open(file) as shown:
+        durations = []
+        for frame in range(shown.n_frames):  # type: ignore[attr-defined]
+            shown.seek(frame)
+            durations.append(shown.info["duration"])
+        assert len(durations) >= animation.FRAMES - 10
+    assert 10_000 < sum(durations) <= 20_000
+    assert file.stat().st_size <= 1_000_000
+    monkeypatch.setattr(animation, "FRAMES", 3)
+    monkeypatch.setattr(animation, "HELD", 1)
+    one, other = (files.gif(animation.animate(falling)) for _ in range(2))
+    assert one == other
+    with Image.open(io.BytesIO(one)) as shown:
+        assert shown.format == "GIF"
+
+
+def test_nothing_is_left_behind_where_it_cannot_be_written(
+    falling: optuav.Replay, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(animation, "FRAMES", 2)
+    with pytest.raises(InputError, match="there is no directory"):
+        plots.save_animation(falling, tmp_path / "missing" / "mission.gif")
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_mission_that_cannot_be_flown_has_no_animation() -> None:
+    windy = optuav.load("paper").replace({"wind.force_N": [50.0, 0.0, 0.0]})
+    stops = (optuav.judge.Stop("hover", "hover", 10.0),)
+    with pytest.raises(NoPlanError):
+        plots.animate(optuav.replay(optuav.Itinerary(windy, stops)))
