@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shlex
 from collections.abc import Iterator
 from contextlib import nullcontext
 from pathlib import Path
@@ -99,6 +100,8 @@ def solve(
     alike = (stops, hovers, hover_point) == (1, 1, "w_U")
     beside = list(_by_the_other_perspective(plan)) if plot and alike else []
     deliver(plan, as_json=as_json, save=save, plot=plot, beside=beside, animate=animate)
+    if plan.status is Status.INFEASIBLE and alike and not as_json:
+        typer.echo(f"optuav explain {shlex.quote(mission)} … tells what would repair it")
     if not plan:
         raise typer.Exit(NO)
     if plan.status is Status.FEASIBLE:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any, NamedTuple
@@ -83,6 +84,13 @@ class Solution:
     words: Sequence[str] = ()
     model: Model | None = None
     given: Mapping[str, Any] = field(default_factory=dict)
+
+    def __repr__(self) -> str:
+        counts = Counter(status.value for status in self.statuses)
+        said = ", ".join(f"{count} {words}" for words, count in counts.items())
+        if len(self.statuses) == 1:
+            said = f"{self.status.value}, objective {self.objective[0]:.6g}"
+        return f"<Solution by {self.engine}: {said}>"
 
     def point(self, index: int) -> dict[str, float]:
         """Values of the variables in the answer to a programme.

@@ -43,6 +43,15 @@ class Check:
     slack: Any
     satisfied: Any
 
+    def __str__(self) -> str:
+        unit = "" if self.unit == "1" else f" {self.unit}"
+        if np.ndim(self.satisfied):
+            held = f"holds at {np.sum(self.satisfied)} of {np.size(self.satisfied)} points"
+            return f"{self.label}: {held}, least slack {np.min(self.slack):.6g}{unit}"
+        sides = f"{self.left:.6g} {self.sense} {self.right:.6g}{unit}"
+        verdict = "holds" if self.satisfied else "VIOLATED"
+        return f"{self.label}: {sides} {verdict}, slack {self.slack:.6g}{unit}"
+
 
 def relations(model: Model) -> Iterator[Constraint]:
     """All constraints of a model, the finite bounds of its variables among them."""

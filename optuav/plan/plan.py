@@ -209,6 +209,14 @@ class Plan(Record):
     def __bool__(self) -> bool:
         return bool(self.phases)
 
+    def __str__(self) -> str:
+        return self.summary()
+
+    def __repr__(self) -> str:
+        hover = f", Δ = {self.hover_time_s:.2f} s" if self else ""
+        asked = f"{self.problem}, perspective {self.perspective}"
+        return f"<Plan for {self.mission.name!r}: {asked}, {self.status.value}{hover}>"
+
     @property
     def hover_time_s(self) -> float:
         """Δ [s]."""

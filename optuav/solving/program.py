@@ -52,6 +52,11 @@ class Program:
             return "nothing can be flown: " + "; ".join(self.reasons)
         return "\n\n".join(str(part.model) for part in self.parts)
 
+    def __repr__(self) -> str:
+        name, count = self.worked_out.mission.name, len(self.parts)
+        asked = f"{self.question.problem_name}, perspective {self.question.perspective}"
+        return f"<Program for {name!r}: {asked}, {count} model{'s' if count != 1 else ''}>"
+
     @property
     def traits(self) -> tuple[Traits, ...]:
         """What each declared model is, found from its trees: linear, smooth, integer."""

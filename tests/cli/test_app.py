@@ -91,3 +91,13 @@ def test_a_console_without_our_letters_gets_others() -> None:
 def test_the_command_is_the_library() -> None:
     """What the command shows is what Python gives."""
     assert run("solve", "paper").out.strip() == optuav.solve("paper").summary().strip()
+
+
+def test_an_infeasible_mission_leads_to_its_explanation() -> None:
+    """In text only: what reads JSON gets nothing else, and a plan needs no repair."""
+    asked = ("solve", "paper", "--perspective", "battery")
+    deadline = ("--set", "limits.deadline_s=70")
+    hint = "optuav explain paper … tells what would repair it"
+    assert run(*asked, *deadline).out.splitlines()[-1] == hint
+    assert "explain" not in run(*asked, *deadline, "--json").out
+    assert "explain" not in run(*asked).out

@@ -296,3 +296,16 @@ def test_half_a_formulation_is_refused(formulation: type[Formulation], said: str
     """Not solved as optimal with Δ = 0, nor left to an engine to stumble over."""
     with pytest.raises(optuav.InputError, match=f"{formulation.__name__}: {said}"):
         optuav.formulate("paper", formulation, perspective="battery")
+
+
+def test_program_solution_and_checks_print_in_one_line_each() -> None:
+    program = optuav.formulate("paper", "P3", perspective="battery")
+    assert repr(program) == "<Program for 'paper': P3, perspective battery, 1 model>"
+    own = optuav.formulate("paper", LeastRest, perspective="battery")
+    assert repr(own) == "<Program for 'paper': LeastRest, perspective battery, 2 models>"
+    assert repr(program.solution()) == "<Solution by closed-form: optimal, objective 688.848>"
+    charge, first, _ = map(str, program.check({"hover_time_s": 700.0}))
+    assert charge == "P3.a state of charge: 0.0363837 >= 0.05 VIOLATED, slack -0.0136163"
+    assert first == "P3.b hover time: 700 >= 0 s holds, slack 700 s"
+    _, at_least, _ = map(str, program.check({"hover_time_s": [-1.0, 2.0, 3.0]}))
+    assert at_least == "P3.b hover time: holds at 2 of 3 points, least slack -1 s"

@@ -227,3 +227,11 @@ def test_an_infeasible_plan_has_no_phases() -> None:
     fields = {name: getattr(plan, name) for name in Plan.model_fields}
     with pytest.raises(ValidationError, match="infeasible has no phases and soc"):
         Plan(**fields | {"status": "infeasible"})
+
+
+def test_printing_a_plan_shows_its_summary_and_a_console_one_line() -> None:
+    """Not thousands of letters of nested records."""
+    plan = optuav.solve("paper", perspective="battery")
+    assert str(plan) == plan.summary()
+    assert repr(plan) == "<Plan for 'paper': P1, perspective battery, optimal, Δ = 719.54 s>"
+    assert all("\n" not in repr(each) and len(repr(each)) < 100 for each in plans().values())
