@@ -82,7 +82,7 @@ def animate(replayed: Replayed) -> FuncAnimation:
 def _over(figure: Figure, ax: Axes) -> Axes:
     """Axes that show nothing of themselves, where others lie in a figure of the same size."""
     over = figure.add_axes(ax.get_position().bounds)
-    over.set(xlim=ax.get_xlim(), ylim=ax.get_ylim())
+    over.set(xlim=ax.get_xlim(), ylim=ax.get_ylim(), xticks=[], yticks=[])
     over.set_axis_off()
     return over
 
@@ -143,8 +143,8 @@ def _moving(left: Axes, right: Axes, replayed: Replayed) -> Callable[[float], li
     (craft,) = left.plot([], [], "o", markersize=8, markeredgecolor="white")
     veil = right.axvspan(0.0, end_s, color="white", alpha=0.85, linewidth=0.0)
     (now,) = right.plot([], [], color=BLACK, linewidth=0.8)
-    clock = left.set_title("")
-    verdict = right.set_title("", pad=NAMES_PT, color=VERMILLION)
+    clock = left.set_title("", y=1.0)
+    verdict = right.set_title("", y=1.0, pad=NAMES_PT, color=VERMILLION)
     timed = [event for event in replayed.violations if event.kind != "mismatch"]
 
     def show(moment_s: float) -> list[Artist]:

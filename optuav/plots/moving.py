@@ -22,8 +22,10 @@ PALETTE = (BLACK, ORANGE, SKY, GREEN, BLUE, VERMILLION, PURPLE, GREY)
 
 def drawn(figure: Figure) -> npt.NDArray[np.uint8]:
     """A figure that is laid out as an image (row, column, colour)."""
+    before = figure.canvas
     canvas: Any = FigureCanvasAgg(figure)
     canvas.draw()
+    figure.set_canvas(before)  # an animation draws on the figure's canvas too: once is enough
     return np.array(canvas.buffer_rgba())
 
 
