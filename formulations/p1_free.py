@@ -20,7 +20,7 @@ WORDS = {
     "flight_time_s": "time of all legs, two of them to w and from w",
     "flight_charge_As": "charge drawn on all legs",
     "flight_energy_J": "energy drawn on all legs",
-    "flight_voltage_V": "mean voltage on these legs",
+    "flight_voltage_V": "mean voltage on all legs",
     "hover_current_A": "current drawn at w, less what the laser gives there",
     "hover_received_W": "power received from the laser at w",
 }
