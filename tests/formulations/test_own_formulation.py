@@ -309,3 +309,24 @@ def test_program_solution_and_checks_print_in_one_line_each() -> None:
     assert first == "P3.b hover time: 700 >= 0 s holds, slack 700 s"
     _, at_least, _ = map(str, program.check({"hover_time_s": [-1.0, 2.0, 3.0]}))
     assert at_least == "P3.b hover time: holds at 2 of 3 points, least slack -1 s"
+
+
+class Borrowed(Formulation):
+    """A fifth of the battery may be borrowed for 10 s of hover."""
+
+    def declare(self, model: Model) -> None:
+        hover, rest = self.hover_and_rest(model, "hover time")
+        loan = model.variable("loan", "z", unit="1", upper=1.0, binary=True)
+        model.maximise(hover - 10.0 * loan)
+        model.subject_to("charge", self.soc_end(hover, rest) + 0.2 * loan >= self.min_soc)
+        self.keep_deadline(model, "deadline", hover, rest)
+
+
+def test_what_binds_is_told_of_a_point_of_branch_and_bound() -> None:
+    """On every route: the loan is taken, the charge is used up, and a rest lasts what is left."""
+    program = optuav.formulate("paper", Borrowed, engine="cvxpy", perspective="battery")
+    for part in program.parts:
+        found = linear.solve(part.model, len(part.routes))
+        assert found.values["loan"].tolist() == [1.0] * len(part.routes)
+        assert found.binding["charge"].all()
+        assert found.binding.get("deadline", np.True_).all()
