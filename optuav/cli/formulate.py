@@ -27,8 +27,8 @@ def formulate(
         str | None, typer.Option(help="rest-first or hover-first; both by default.")
     ] = None,
     perspective: Annotated[
-        str, typer.Option(help="battery, energy, adjusted or wells: how charge is counted.")
-    ] = "battery",
+        str, typer.Option(help="available, battery, energy, adjusted or wells: see the docs.")
+    ] = "available",
     settings: SetOption = None,
     latex: Annotated[bool, typer.Option("--latex", help="Print LaTeX (package amsmath).")] = False,
     lp: Annotated[bool, typer.Option("--lp", help="Print a file in CPLEX LP format.")] = False,

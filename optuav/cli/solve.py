@@ -39,8 +39,8 @@ def solve(
         str | None, typer.Option(help="rest-first or hover-first; the better by default.")
     ] = None,
     perspective: Annotated[
-        str, typer.Option(help="battery, energy, adjusted, wells or available.")
-    ] = "battery",
+        str, typer.Option(help="available, battery, energy, adjusted or wells: see the docs.")
+    ] = "available",
     slot_s: Annotated[
         float | None,
         typer.Option("--slot-s", help="Length of time slots in seconds; continuous by default."),

@@ -160,6 +160,9 @@ class Plan(Record):
         What happens, in order; empty if there is no plan.
     soc
         State of charge at the end by perspective [-]; None if there is no plan.
+    flyable
+        Whether the simulation of the plan from its mission found nothing against it; None where
+        there is no plan, or none was made.
     """
 
     mission: Mission
@@ -177,6 +180,7 @@ class Plan(Record):
     notes: tuple[str, ...] = ()
     phases: tuple[Phase, ...] = ()
     soc: dict[str, Number] | None = None
+    flyable: StrictBool | None = None
 
     @model_validator(mode="after")
     def _is_whole(self) -> Self:

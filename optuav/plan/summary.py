@@ -60,7 +60,9 @@ def _wrapped(label: str, text: str) -> list[str]:
 
 def _number(value: float, decimals: int, sign: str = "") -> str:
     """A number with fixed decimals, unless it is too long for that."""
-    return f"{value:{sign}.{decimals}f}" if abs(value) < TOO_LONG else f"{value:{sign}.2g}"
+    # Adding 0 turns a negative zero into zero.
+    rounded = round(value, decimals) + 0.0
+    return f"{rounded:{sign}.{decimals}f}" if abs(value) < TOO_LONG else f"{value:{sign}.2g}"
 
 
 def _head(plan: Plan) -> Iterator[str]:
@@ -76,6 +78,9 @@ def _head(plan: Plan) -> Iterator[str]:
     yield from _wrapped("Problem", ", ".join(each for each in asked if each))
     if plan:
         yield from _wrapped("Answer", f"{plan.status.value} ({plan.proof})")
+        if plan.flyable is not None:
+            words = "yes, simulated again" if plan.flyable else "NO, as its simulation shows"
+            yield from _wrapped("Flyable", words)
     else:
         yield from _wrapped("Answer", f"{plan.status.value.upper()} ({plan.proof})")
         for reason in plan.reasons:

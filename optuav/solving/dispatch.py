@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+from formulations.perspectives import AVAILABLE
 from optuav.engines.capabilities import need, takers
 from optuav.engines.solution import Solution
 from optuav.errors import InputError
 from optuav.modelling import Model
-from optuav.modelling.traits import traits
+from optuav.modelling.traits import Traits, traits
 from optuav.solving.question import AUTO, Question
 
 GRID = "grid"
@@ -24,7 +25,7 @@ def chosen_engine(model: Model, asked: Question) -> str:
     slots = asked.slot_s is not None
     found = traits(model)
     if asked.engine != AUTO:
-        need(asked.engine, found, slots)
+        refuse_unfit(found, asked)
         return asked.engine
     engines = takers(found, slots)
     if slots and GRID in engines:
@@ -34,6 +35,23 @@ def chosen_engine(model: Model, asked: Question) -> str:
         more = "; with slot_s, the grid does" if GRID in engines else ""
         raise InputError(f"no engine takes this model: {found}{more}")
     return continuous[0]
+
+
+def refuse_unfit(found: Traits, asked: Question) -> None:
+    """Refuse the engine that was asked for if it does not take a model.
+
+    Raises
+    ------
+    InputError
+        With the engines that do.
+    """
+    try:
+        need(asked.engine, found, asked.slot_s is not None)
+    except InputError as error:
+        if asked.perspective != AVAILABLE or found.linear:
+            raise
+        words = "The perspectives of the paper are linear: perspective battery, for example"
+        raise InputError(f"{error}. {words}") from None
 
 
 def answer(model: Model, programmes: int, asked: Question) -> Solution:

@@ -21,6 +21,7 @@ from optuav.solving.against_p1 import against_p1
 from optuav.solving.dispatch import answer
 from optuav.solving.planning import TIMES, Part, plan_of, plan_without, shortfalls
 from optuav.solving.question import Question
+from optuav.solving.replayed import replayed
 
 if TYPE_CHECKING:
     from optuav.solving.compiled import CompiledProgram
@@ -145,7 +146,7 @@ class Program:
         verify(part.model, solution, entry)
         plan = plan_of(self.question, self.worked_out, part, solution, entry)
         more = against_p1(self.question, self.worked_out, self.parts, plan.hover_time_s)
-        return plan.model_copy(update={"notes": (*plan.notes, *more)})
+        return replayed(plan.model_copy(update={"notes": (*plan.notes, *more)}))
 
     def solution(self) -> Solution:
         """The engine's whole answer for the best itinerary: status, proof, values, multipliers.

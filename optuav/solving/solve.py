@@ -8,8 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from formulations.formulation import Formulation
-from formulations.perspectives import PAPER
-from optuav.engines.capabilities import need
+from formulations.perspectives import AVAILABLE, PAPER
 from optuav.errors import Fault, InputError
 from optuav.mission import Mission, load
 from optuav.mission.feasibility import blocked, impossibilities
@@ -20,6 +19,7 @@ from optuav.mission.words import shown
 from optuav.modelling import Model
 from optuav.modelling.traits import traits
 from optuav.plan import Plan
+from optuav.solving.dispatch import refuse_unfit
 from optuav.solving.given import quantities
 from optuav.solving.planning import Part
 from optuav.solving.program import Program
@@ -40,7 +40,7 @@ def formulate(
     trajectory: str | None = None,
     building: str | None = None,
     order: str | None = None,
-    perspective: str = "battery",
+    perspective: str = AVAILABLE,
     slot_s: float | None = None,
     engine: str = "auto",
     graph: Graph | None = None,
@@ -68,8 +68,9 @@ def formulate(
     order
         ``"rest-first"``, ``"hover-first"``, or None for the better of the two.
     perspective
-        ``"battery"``, ``"energy"`` or ``"adjusted"``: how the state of charge is written; or
-        ``"wells"``, as ``"battery"`` but step by step through both wells (nonlinear).
+        ``"available"``: the battery never runs dry nor is overcharged, and what it holds at the
+        end is counted in charge; ``"battery"``, ``"energy"`` or ``"adjusted"``: the paper's, which
+        look at the end alone; ``"wells"``: as ``"battery"``, but step by step through both wells.
     slot_s
         Length of the time slots [s], > 0; None for continuous times.
     engine
@@ -121,7 +122,7 @@ def formulate(
         reasons = _no_route(asked, worked_out)
     if asked.engine != AUTO:
         for part in parts:
-            need(asked.engine, traits(part.model), asked.slot_s is not None)
+            refuse_unfit(traits(part.model), asked)
     return Program(asked, worked_out, parts, reasons)
 
 
@@ -132,7 +133,7 @@ def solve(
     trajectory: str | None = None,
     building: str | None = None,
     order: str | None = None,
-    perspective: str = "battery",
+    perspective: str = AVAILABLE,
     slot_s: float | None = None,
     engine: str = "auto",
     graph: Graph | None = None,
