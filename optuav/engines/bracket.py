@@ -23,6 +23,7 @@ from optuav.modelling.model import Model
 
 NAME = "bracket"
 PROOF = "bracketed: a feasible time, and proof that none is longer"
+UNDECIDED = "found neither a time nor proof that there is none"
 TIGHT = 1e-7
 """Slack below which a constraint counts as binding, relative to max(1, |right side|)."""
 TIED_S = 1e-6
@@ -94,7 +95,7 @@ def solve(model: Model, programmes: int, values: Mapping[str, Any] | None = None
         binding=_binding(model, {**given, **points}, answered),
         multipliers=_multipliers(model, given, points),
         beyond=np.where(usable, found.beyond, np.nan),
-        words=[""] * programmes,
+        words=[UNDECIDED if each else "" for each in usable & (codes == ERROR)],
         model=model,
         given=given,
     )

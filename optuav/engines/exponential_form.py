@@ -26,7 +26,7 @@ from optuav.modelling.exponential import (
 )
 from optuav.modelling.model import Model
 
-ROUNDING = 1e-12
+ROUNDING = 2e-13
 """Share of the sum of a row's terms by which it may fall short of 0, for rounding."""
 TINY = 1e-200
 """Stands in for a rate of 0: a quotient by it keeps its limit."""

@@ -165,7 +165,7 @@ def delivered(case: dict[str, Any], hover_s: Floats, rest_s: Floats, looks: int 
         if stay:
             wells.spend(*times[stay], looks)
     kept = (wells.least >= -INSIDE) & (wells.most <= case["available_fraction"] + INSIDE)
-    in_time = used_s <= case["deadline_s"] * (1.0 + 1e-12) + 1e-9
+    in_time = used_s <= case["deadline_s"] * (1.0 + 1e-11) + 1e-9
     return kept & in_time & (wells.soc >= case["min_soc"] - INSIDE)
 
 
