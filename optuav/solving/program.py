@@ -128,11 +128,13 @@ class Program:
         asked = replace(self.question, engine=solutions[0].engine)
         statuses = {status for solution in solutions for status in solution.statuses}
         if Status.ERROR in statuses:
-            raise SolverError(f"{solutions[0].engine} met numbers that it cannot use")
+            _refuse_errors(solutions)
         if Status.UNBOUNDED in statuses:
             why = ("nothing that was stated keeps the objective finite",)
             return plan_without(asked, self.worked_out, Status.UNBOUNDED, solutions[0].proof, why)
         chosen = self.best(solutions)
+        if chosen is None and Status.ERROR in statuses:
+            raise SolverError(f"{asked.engine} found neither a plan nor proof that there is none")
         if chosen is None:
             return plan_without(
                 asked,
@@ -145,8 +147,12 @@ class Program:
         part, solution = self.parts[number], solutions[number]
         verify(part.model, solution, entry)
         plan = plan_of(self.question, self.worked_out, part, solution, entry)
-        more = against_p1(self.question, self.worked_out, self.parts, plan.hover_time_s)
-        return replayed(plan.model_copy(update={"notes": (*plan.notes, *more)}))
+        more = tuple(against_p1(self.question, self.worked_out, self.parts, plan.hover_time_s))
+        open_s = _open_s(solutions, float(solution.objective[entry]))
+        status = Status.FEASIBLE if open_s > SAME_S else plan.status
+        if open_s > SAME_S:
+            more = (*more, f"not proved: up to {open_s:.6g} s more has not been ruled out")
+        return replayed(plan.model_copy(update={"notes": (*plan.notes, *more), "status": status}))
 
     def solution(self) -> Solution:
         """The engine's whole answer for the best itinerary: status, proof, values, multipliers.
@@ -249,3 +255,18 @@ class Program:
         if winner is None:
             return None
         return int(number[order][winner]), int(entry[order][winner])
+
+
+def _refuse_errors(solutions: Sequence[Solution]) -> None:
+    """Refuse answers with errors, other than those of which a bound is known."""
+    for solution in solutions:
+        for index, status in enumerate(solution.statuses):
+            bounded = solution.beyond is not None and not np.isnan(solution.beyond[index])
+            if status is Status.ERROR and not bounded:
+                raise SolverError(f"{solution.engine} met numbers that it cannot use")
+
+
+def _open_s(solutions: Sequence[Solution], best_s: float) -> float:
+    """By how much a longer time has not been ruled out [s], as far as engines tell."""
+    beyond = [each.beyond for each in solutions if each.beyond is not None]
+    return max((float(np.nanmax(each, initial=best_s)) - best_s for each in beyond), default=0.0)
