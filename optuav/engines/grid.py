@@ -121,17 +121,30 @@ Test = Callable[[Mapping[str, Floats], dict[int, Any]], Any]
 
 def tests(model: Model, parameters: Values) -> list[Test]:
     """One test for every constraint between unknowns; their own bounds are met by the axes."""
-    return [_test(constraint.relation, parameters) for constraint in model.constraints]
+    return [*_flat_tests(model, parameters), *_curved_tests(model, parameters)]
 
 
-def _test(relation: Relation, parameters: Values) -> Test:
-    """Test of a relation; a linear inequality compares two axes without an array of cells."""
+def _flat_tests(model: Model, parameters: Values) -> list[Test]:
+    every = (_flat(each.relation, parameters) for each in model.constraints)
+    return [each for each in every if each is not None]
+
+
+def _curved_tests(model: Model, parameters: Values) -> list[Test]:
+    def test(relation: Relation) -> Test:
+        return lambda points, done: _holds(relation, {**parameters, **points}, done)
+
+    relations = (each.relation for each in model.constraints)
+    return [test(each) for each in relations if _flat(each, parameters) is None]
+
+
+def _flat(relation: Relation, parameters: Values) -> Test | None:
+    """A linear inequality, which compares two axes without an array of cells; None for others."""
     try:
         left, right = affine(relation.left, parameters), affine(relation.right, parameters)
     except NotAffineError:
-        return lambda points, done: _holds(relation, {**parameters, **points}, done)
+        return None
     if relation.sense == "==":
-        return lambda points, done: _holds(relation, {**parameters, **points}, done)
+        return None
     sign = 1.0 if relation.sense == "<=" else -1.0
     form = left.plus(right, -1.0).times(sign)
     limit = TOLERANCE * max(1.0, abs(right.constant)) - form.constant
@@ -166,7 +179,7 @@ def _blocks(model: Model, parameters: Values, slot_s: float) -> Iterator[dict[st
     """
     *outer, last = axes(model, parameters, slot_s)
     names = [variable.name for variable in model.variables]
-    most = CELLS_AT_ONCE if _is_linear(model, parameters) else CURVED_CELLS_AT_ONCE
+    most = CURVED_CELLS_AT_ONCE if _curved_tests(model, parameters) else CELLS_AT_ONCE
     if not outer:
         for begin in range(0, len(last), most):
             yield {names[0]: last[begin : begin + most]}
@@ -182,14 +195,19 @@ def _blocks(model: Model, parameters: Values, slot_s: float) -> Iterator[dict[st
         begin += step
 
 
-def _is_linear(model: Model, parameters: Values) -> bool:
-    try:
-        for each in model.constraints:
-            affine(each.relation.left, parameters)
-            affine(each.relation.right, parameters)
-    except NotAffineError:
-        return False
-    return True
+def _worth_seeing(
+    points: Mapping[str, Floats], flat: Sequence[Test], goal: Any, best: float
+) -> dict[str, Floats] | None:
+    """The block without the rows and columns of which flat tests or the goal rule out all cells."""
+    kept = cells(flat, points) & (
+        goal >= best - (EQUAL * max(1.0, abs(best)) if math.isfinite(best) else 0.0)
+    )
+    if not kept.any():
+        return None
+    if kept.ndim == 1:
+        return {name: axis[kept] for name, axis in points.items()}
+    (first, columns), (second, rows) = points.items()
+    return {first: columns[kept.any(axis=0)], second: rows[kept.any(axis=1)]}
 
 
 def _best_cell(
@@ -197,12 +215,18 @@ def _best_cell(
 ) -> dict[str, float] | None:
     """The best feasible cell, ties broken by the model's preferences; None if there is none."""
     sign = 1.0 if model.sense == "maximise" else -1.0
-    constraints = tests(model, parameters)
+    flat, curved = _flat_tests(model, parameters), _curved_tests(model, parameters)
     best: tuple[list[float], dict[str, float]] | None = None
-    for points in _blocks(model, parameters, slot_s):
+    for block in _blocks(model, parameters, slot_s):
         if time.monotonic() > latest:
             raise SolverError(f"{NAME} did not see every cell within the time limit")
-        kept = cells(constraints, points)
+        points: Mapping[str, Floats] | None = block
+        if curved:
+            goal = sign * evaluate(model.objective, {**parameters, **block})
+            points = _worth_seeing(block, flat, goal, -math.inf if best is None else best[0][0])
+        if points is None:
+            continue
+        kept = cells([*flat, *curved], points)
         if not kept.any():
             continue
         values = {**parameters, **points}
