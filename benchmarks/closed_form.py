@@ -18,7 +18,7 @@ from optuav.solving import formulate
 
 def run() -> list[Row]:
     """All P4 of the shipped mission, then copies of them up to 10⁵ buildings."""
-    program = formulate(load("paper"))
+    program = formulate(load("paper"), perspective="battery")
     part = next(each for each in program.parts if len(each.model.variables) == 2)
     model, count = part.model, len(part.routes)
     ours_s, linprog_s = interleaved_s(

@@ -20,7 +20,9 @@ SAME_S = 1e-4
 
 def run() -> list[Row]:
     """One P4 of the shipped mission, another deadline and another η0 at every call."""
-    program = formulate(load("paper"), "P4", building="b1", order="rest-first")
+    program = formulate(
+        load("paper"), "P4", building="b1", order="rest-first", perspective="battery"
+    )
     given = program.parts[0].model.row(0)
     rows = []
     for engine, bare, repeats in (

@@ -18,7 +18,9 @@ from optuav.solving import formulate
 def run() -> list[Row]:
     """P4 on b1, rest first, at a deadline of 1200 s and slots of 1 s."""
     mission = load("paper").replace({"limits.deadline_s": 1200})
-    program = formulate(mission, "P4", building="b1", order="rest-first", engine="grid")
+    program = formulate(
+        mission, "P4", building="b1", order="rest-first", engine="grid", perspective="battery"
+    )
     (part,) = program.parts
     route, given = int(part.routes[0]), part.model.row(0)
     pool = vehicle.pool(mission)

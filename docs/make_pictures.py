@@ -21,7 +21,7 @@ DOTS_PER_INCH = 110
 
 def pictures() -> Iterator[tuple[str, Axes]]:
     """Name of every picture, and one of its axes."""
-    plan = optuav.solve("paper")
+    plan = optuav.solve("paper", perspective="battery")
     yield "map", plots.mission_map(plan).plan
     yield "battery", plots.battery(plan).wells
     direct = [
@@ -29,7 +29,9 @@ def pictures() -> Iterator[tuple[str, Axes]]:
         for perspective in ("battery", "available")
     ]
     yield "wells", plots.wells(direct)[0]
-    program = optuav.formulate("paper", "P4", building="b1", order="rest-first")
+    program = optuav.formulate(
+        "paper", "P4", building="b1", order="rest-first", perspective="battery"
+    )
     (part,) = program.parts
     yield "plane", plots.plane(part.model, part.model.row(0), [program.solve()])
     yield "profile", plots.profile(optuav.replay(plan)).speed

@@ -33,7 +33,7 @@ print(f"{len(mission.buildings)} buildings to rest on")
 # after it, and returns the plan with the longest hover.
 
 # %%
-plan = optuav.solve(mission)
+plan = optuav.solve(mission, perspective="battery")
 print(plan.summary())
 
 assert plan.status == "optimal"
@@ -81,7 +81,7 @@ assert math.isclose(last.available_As[0] + last.bound_As[0], 0.05 * capacity_As)
 # time left to rest: the direct flight wins, and charge alone binds.
 
 # %%
-hurried = optuav.solve(mission.replace({"limits.deadline_s": 800}))
+hurried = optuav.solve(mission.replace({"limits.deadline_s": 800}), perspective="battery")
 print(" → ".join(hurried.route), f"hovers {hurried.hover_time_s:.2f} s; binding:", *hurried.binding)
 hover, rest = plan.phases[3], plan.phases[1]
 price = -hover.current_A / rest.current_A

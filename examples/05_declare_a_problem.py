@@ -109,11 +109,11 @@ print(traits(wells), "->", ", ".join(takers(traits(wells), slots=False)))
 print(traits(wells).nonlinear_label, "is not linear:", traits(wells).nonlinear_words)
 
 assert (traits(model).linear, traits(wells).linear, traits(wells).smooth) == (True, False, True)
-assert takers(traits(wells), slots=False) == ("casadi", "grid")
+assert takers(traits(wells), slots=False) == ("bracket", "casadi", "grid")
 
 # %% [markdown]
 # The problems of the paper are declared in the same way: `formulations/p4.py` is (P4) and nothing
 # else. `formulate` fills in the numbers of a mission.
 
 # %%
-print(optuav.formulate("paper", "P4", building="b1", order="rest-first"))
+print(optuav.formulate("paper", "P4", building="b1", order="rest-first", perspective="battery"))

@@ -20,9 +20,11 @@ from optuav.engines import linear
 from optuav.modelling.disjunction import disjunction
 
 mission = optuav.load("paper")
-routes = {"direct": optuav.formulate(mission, "P3").parts[0].model}
+routes = {"direct": optuav.formulate(mission, "P3", perspective="battery").parts[0].model}
 for building in ("b1", "b9"):
-    program = optuav.formulate(mission, "P4", building=building, order="rest-first")
+    program = optuav.formulate(
+        mission, "P4", building=building, order="rest-first", perspective="battery"
+    )
     routes[building] = program.parts[0].model
 alone_s = {name: linear.solve(model, 1).objective[0] for name, model in routes.items()}
 print({name: f"{hover_s:.3f} s" for name, hover_s in alone_s.items()})
@@ -83,7 +85,7 @@ assert len(hull.variables) > len(big.variables)
 # finds, ties included; the gap between bound and answer is the proof that nothing is better.
 
 # %%
-best = optuav.solve(mission)
+best = optuav.solve(mission, perspective="battery")
 choices = {form: optuav.route_choice(mission, form=form) for form in ("hull", "big-M")}
 for choice in choices.values():
     print(choice, end="\n\n")

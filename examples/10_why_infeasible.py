@@ -19,7 +19,12 @@ import optuav
 mission = optuav.load("paper-table2").replace(
     {"battery.capacity_As": 2900, "limits.deadline_s": 200}  # a lighter drone in a hurry
 )
-asked = {"problem": "P4", "building": "b1", "order": "rest-first"}
+asked = {
+    "problem": "P4",
+    "building": "b1",
+    "order": "rest-first",
+    "perspective": "battery",
+}
 plan = optuav.solve(mission, **asked)
 print(plan.summary())
 try:

@@ -30,7 +30,7 @@ sheet = optuav.Datasheet(
     laser_power_W=5000,
 )
 mission = sheet.mission()
-plan = optuav.solve(mission)
+plan = optuav.solve(mission, perspective="battery")
 print(plan.summary())
 
 assert plan
@@ -78,7 +78,7 @@ assert mission.battery.available_fraction == shipped.battery.available_fraction
 def hover_s(payload_kg: float, laser_power_W: float) -> float:
     changed = sheet.model_copy(update={"payload_kg": payload_kg, "laser_power_W": laser_power_W})
     patient = changed.mission().replace({"limits.deadline_s": 7200})
-    return optuav.solve(patient, "P3").hover_time_s
+    return optuav.solve(patient, "P3", perspective="battery").hover_time_s
 
 
 without_s = hover_s(0.0, 0.0)
@@ -108,7 +108,9 @@ print(f"received {received_W:.0f} W of {direct.flight.hover_power_W:.0f} W")
 print(f"the laser would have to draw {needed_W:.0f} W, not {direct.laser.power_W:.0f} W")
 hours = {}
 for share in (0.9, 0.99, 1.01):
-    plan = optuav.solve(direct.replace({"laser.power_W": share * needed_W}), "P3")
+    plan = optuav.solve(
+        direct.replace({"laser.power_W": share * needed_W}), "P3", perspective="battery"
+    )
     hours[share] = plan.hover_time_s / 3600
     print(f"{share:.0%} of that: {hours[share]:.1f} h")
 

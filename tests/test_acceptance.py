@@ -47,19 +47,19 @@ def test_p3_of_the_printed_parameters(deadline_s: float, perspective: str, hover
 
 def test_p1_of_the_printed_parameters_and_its_tie() -> None:
     """b1 rest first, tied with b2 hover first, is the optimum; the mission's order decides."""
-    plan = optuav.solve("paper")
+    plan = optuav.solve("paper", perspective="battery")
     assert plan.hover_time_s == pytest.approx(719.5399, abs=5e-5)
     assert plan.rest_time_s == pytest.approx(392.1438, abs=6e-5)
     assert plan.route == ("origin", "b1", "hover", "destination")
-    twin = optuav.solve("paper", "P4", building="b2", order="hover-first")
+    twin = optuav.solve("paper", "P4", building="b2", order="hover-first", perspective="battery")
     assert twin.hover_time_s == pytest.approx(plan.hover_time_s, abs=1e-9)
 
 
 def test_the_optimum_cannot_be_flown() -> None:
     """The available well runs dry in the air; rest first overcharges it."""
-    direct = optuav.solve("paper", "P3")
+    direct = optuav.solve("paper", "P3", perspective="battery")
     assert direct.runs_dry_s == pytest.approx(660.26, abs=0.005)
-    best = optuav.solve("paper")
+    best = optuav.solve("paper", perspective="battery")
     assert best.runs_dry_s == pytest.approx(1095.5, abs=0.05)
     assert best.overfull_s is not None
     (available,) = best.phases[-1].available_As
@@ -73,23 +73,27 @@ def test_a_short_deadline_makes_the_direct_flight_best() -> None:
     """At 800 s no rest pays, for either set of loads."""
     for name in ("paper", "paper-table2"):
         mission = optuav.load(name).replace({"limits.deadline_s": 800})
-        assert optuav.solve(mission).route == DIRECT
+        assert optuav.solve(mission, perspective="battery").route == DIRECT
 
 
 def test_p2_with_the_deadline_tight_loses_hover_time() -> None:
     """678.69 s against P1's 688.85 s at 800 s; as printed P2 is content with no hover at all."""
     mission = optuav.load("paper").replace({"limits.deadline_s": 800})
-    assert optuav.solve(mission).hover_time_s == pytest.approx(688.85, abs=0.005)
-    assert optuav.solve(mission, "P2-tight").hover_time_s == pytest.approx(678.69, abs=0.005)
-    assert optuav.solve(mission, "P2").hover_time_s == 0.0
+    assert optuav.solve(mission, perspective="battery").hover_time_s == pytest.approx(
+        688.85, abs=0.005
+    )
+    assert optuav.solve(mission, "P2-tight", perspective="battery").hover_time_s == pytest.approx(
+        678.69, abs=0.005
+    )
+    assert optuav.solve(mission, "P2", perspective="battery").hover_time_s == 0.0
 
 
 def test_trajectories_of_the_recovered_loads() -> None:
     """traj2 is best at 1200 s by b1; traj1, by b9, gives the 951 s that the paper reports."""
-    best = optuav.solve("paper-table2", trajectory="traj2")
+    best = optuav.solve("paper-table2", trajectory="traj2", perspective="battery")
     assert best.hover_time_s == pytest.approx(955.28, abs=0.005)
     assert best.route[1] == "b1"
-    nearest = optuav.solve("paper-table2", trajectory="traj1")
+    nearest = optuav.solve("paper-table2", trajectory="traj1", perspective="battery")
     assert nearest.hover_time_s == pytest.approx(951.03, abs=0.005)
     assert "b9" in nearest.route
 
@@ -98,8 +102,10 @@ def test_trajectories_of_the_recovered_loads() -> None:
 def test_hover_time_falls_with_the_charge_to_be_left(min_soc: float, fall_percent: float) -> None:
     """Δ falls by 5.23 and 10.46 % as η0 rises from 5 %."""
     mission = optuav.load("paper-table2")
-    full = optuav.solve(mission).hover_time_s
-    less = optuav.solve(mission.replace({"limits.min_soc": min_soc})).hover_time_s
+    full = optuav.solve(mission, perspective="battery").hover_time_s
+    less = optuav.solve(
+        mission.replace({"limits.min_soc": min_soc}), perspective="battery"
+    ).hover_time_s
     assert 100 * (1 - less / full) == pytest.approx(fall_percent, abs=0.005)
 
 
@@ -109,7 +115,7 @@ def test_the_direct_path_saturates_with_a_large_battery() -> None:
     mission = optuav.load("paper-table2").replace(dict.fromkeys(charging))
     for capacity_As, binds in ((46193.0, "P3.a state of charge"), (46195.0, "P3.b hover time")):
         larger = mission.replace({"battery.capacity_As": capacity_As})
-        assert optuav.solve(larger, "P3").binding == (binds,)
+        assert optuav.solve(larger, "P3", perspective="battery").binding == (binds,)
 
 
 def test_plans_survive_their_file(tmp_path: Path) -> None:
@@ -118,10 +124,12 @@ def test_plans_survive_their_file(tmp_path: Path) -> None:
     graph = optuav.graph(mission)
     graph.edges["origin", "b1"]["duration_s"] *= 1.5
     plans = [
-        optuav.solve(mission),
-        optuav.solve(mission, "P4", building="b1", order="rest-first", graph=graph),
-        optuav.solve("paper-table2", engine="grid", problem="P3"),
-        optuav.solve(mission.replace({"limits.deadline_s": 60})),
+        optuav.solve(mission, perspective="battery"),
+        optuav.solve(
+            mission, "P4", building="b1", order="rest-first", graph=graph, perspective="battery"
+        ),
+        optuav.solve("paper-table2", engine="grid", problem="P3", perspective="battery"),
+        optuav.solve(mission.replace({"limits.deadline_s": 60}), perspective="battery"),
     ]
     for plan in plans:
         plan.save(tmp_path / "plan.json")
@@ -134,4 +142,6 @@ def test_plans_survive_their_file(tmp_path: Path) -> None:
 def test_an_unedited_graph_changes_nothing() -> None:
     """The graph is a view: read back as it is, it gives the same plan."""
     mission = optuav.load("paper")
-    assert optuav.solve(mission, graph=optuav.graph(mission)) == optuav.solve(mission)
+    assert optuav.solve(
+        mission, graph=optuav.graph(mission), perspective="battery"
+    ) == optuav.solve(mission, perspective="battery")

@@ -159,22 +159,16 @@ def test_table_of_engines_is_the_whole_truth(problem: str, perspective: str) -> 
     building = "b1" if problem == "P4" else None
     for engine, slot_s in itertools.product(ENGINES, (None, 50.0)):
         times = "continuous" if slot_s is None and engine != "grid" else "slots"
-        program = optuav.formulate(
-            mission,
-            problem,
-            building=building,
-            perspective=perspective,
-            engine=engine,
-            slot_s=slot_s,
-        )
+        options: dict[str, Any] = {"building": building, "perspective": perspective}
+        options |= {"engine": engine, "slot_s": slot_s}
         if (problem, perspective, engine, times) in TAKEN:
-            assert program.solve().status != "error"
+            assert optuav.solve(mission, problem, **options).status != "error"
             continue
         others = {name for p, q, name, t in TAKEN if (p, q, t) == (problem, perspective, times)}
         with pytest.raises(
             optuav.InputError, match=f"do: {', '.join(o for o in ENGINES if o in others)}"
         ):
-            program.solve()
+            optuav.solve(mission, problem, **options)
 
 
 # Missions and graph

@@ -33,7 +33,7 @@ def explain(
         str | None, typer.Option(help="rest-first or hover-first; the better by default.")
     ] = None,
     perspective: Annotated[
-        str | None, typer.Option(help="How charge is counted; battery by default.")
+        str | None, typer.Option(help="How charge is counted; available by default.")
     ] = None,
     slot_s: Annotated[
         float | None,

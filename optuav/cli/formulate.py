@@ -28,7 +28,7 @@ def formulate(
     ] = None,
     perspective: Annotated[
         str, typer.Option(help="available, battery, energy, adjusted or wells: see the docs.")
-    ] = "battery",
+    ] = "available",
     settings: SetOption = None,
     latex: Annotated[bool, typer.Option("--latex", help="Print LaTeX (package amsmath).")] = False,
     lp: Annotated[bool, typer.Option("--lp", help="Print a file in CPLEX LP format.")] = False,

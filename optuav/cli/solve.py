@@ -40,7 +40,7 @@ def solve(
     ] = None,
     perspective: Annotated[
         str, typer.Option(help="available, battery, energy, adjusted or wells: see the docs.")
-    ] = "battery",
+    ] = "available",
     slot_s: Annotated[
         float | None,
         typer.Option("--slot-s", help="Length of time slots in seconds; continuous by default."),

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from formulations.formulation import Formulation
-from formulations.perspectives import PAPER
+from formulations.perspectives import AVAILABLE, PAPER
 from optuav.errors import Fault, InputError
 from optuav.mission import Mission, load
 from optuav.mission.feasibility import blocked, impossibilities
@@ -40,7 +40,7 @@ def formulate(
     trajectory: str | None = None,
     building: str | None = None,
     order: str | None = None,
-    perspective: str = "battery",
+    perspective: str = AVAILABLE,
     slot_s: float | None = None,
     engine: str = "auto",
     graph: Graph | None = None,
@@ -133,7 +133,7 @@ def solve(
     trajectory: str | None = None,
     building: str | None = None,
     order: str | None = None,
-    perspective: str = "battery",
+    perspective: str = AVAILABLE,
     slot_s: float | None = None,
     engine: str = "auto",
     graph: Graph | None = None,

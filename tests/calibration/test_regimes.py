@@ -108,7 +108,7 @@ def test_fragment_is_a_mission(tmp_path: Path) -> None:
     mission = optuav.load(file)
     assert mission.flight.model == "regimes"
     assert mission.flight.max_speed_m_s == pytest.approx(12.0, rel=0.01)
-    assert optuav.solve(mission, "P3").hover_time_s > 0.0
+    assert optuav.solve(mission, "P3", perspective="battery").hover_time_s > 0.0
 
 
 @pytest.mark.parametrize(

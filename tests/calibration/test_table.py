@@ -88,7 +88,7 @@ def test_intervals_follow_from_the_rounding(found: optuav.Fit) -> None:
 def test_fragment_is_a_mission(found: optuav.Fit, tmp_path: Path) -> None:
     file = tmp_path / "recovered.toml"
     file.write_text(found.to_toml(file=file), "utf-8")
-    plan = optuav.solve(optuav.load(file), "P3", slot_s=1)
+    plan = optuav.solve(optuav.load(file), "P3", slot_s=1, perspective="battery")
     assert plan.hover_time_s == 950.0
 
 
@@ -173,7 +173,7 @@ fit = {{ battery_percent = 90 }}
 def test_rests_and_other_keys_may_be_free(tmp_path: Path) -> None:
     """The mass of a rotor mission, from what a plan with a rest leaves in its battery."""
     mission = optuav.load("paper").replace({"body.mass_kg": 1.35})
-    plan = optuav.solve(mission, "P4", building="b1", order="rest-first")
+    plan = optuav.solve(mission, "P4", building="b1", order="rest-first", perspective="battery")
     assert plan.soc is not None
     file = tmp_path / "table.toml"
     file.write_text(

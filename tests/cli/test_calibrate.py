@@ -46,7 +46,9 @@ def test_settings_that_are_printed_can_be_used() -> None:
     """`optuav solve MISSION --set ...` as the command tells it."""
     out = run("calibrate", "table", str(DATA / "paper_table2.toml")).out
     command = out.partition("optuav solve MISSION ")[2].splitlines()[0].split()
-    ran = run("solve", "paper", "--problem", "P3", "--slot-s", "1", *command)
+    ran = run(
+        "solve", "paper", "--problem", "P3", "--slot-s", "1", "--perspective", "battery", *command
+    )
     assert "Hover            950.00 s" in ran.out
 
 

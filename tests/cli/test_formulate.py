@@ -13,9 +13,13 @@ from tests.cli.run import refused, run, widest
 
 
 def test_text_is_the_printed_program() -> None:
-    found = run("formulate", "paper", "--problem", "P4", "--building", "b1")
+    found = run(
+        "formulate", "paper", "--perspective", "battery", "--problem", "P4", "--building", "b1"
+    )
     assert found.code == 0
-    assert found.out.rstrip() == str(optuav.formulate("paper", "P4", building="b1"))
+    assert found.out.rstrip() == str(
+        optuav.formulate("paper", "P4", building="b1", perspective="battery")
+    )
     assert "P4.b deadline" in found.out
 
 
@@ -29,7 +33,17 @@ def test_latex() -> None:
 @pytest.mark.parametrize("form", ["lp", "mps"])
 def test_a_saved_file_is_read_to_the_same_optimum(form: str, tmp_path: Path) -> None:
     path = tmp_path / f"p4.{form}"
-    asked = ("formulate", "paper", "--problem", "P4", "--building", "b1", f"--{form}")
+    asked = (
+        "formulate",
+        "paper",
+        "--perspective",
+        "battery",
+        "--problem",
+        "P4",
+        "--building",
+        "b1",
+        f"--{form}",
+    )
     assert run(*asked, "--save", str(path)).out.split() == ["wrote", str(path)]
     assert path.read_text("utf-8") == run(*asked).out
     assert widest(run(*asked).out) <= 80
@@ -42,12 +56,23 @@ def test_a_saved_file_is_read_to_the_same_optimum(form: str, tmp_path: Path) -> 
 
 def test_settings_and_options_reach_the_programme() -> None:
     found = run(
-        *("formulate", "paper", "--problem", "P3", "--set", "limits.deadline_s=800"),
+        *(
+            "formulate",
+            "paper",
+            "--perspective",
+            "battery",
+            "--problem",
+            "P3",
+            "--set",
+            "limits.deadline_s=800",
+        ),
         *("--set", "limits.min_soc=0.2", "--lp"),
     )
     assert "<= 724.2077" in found.out
     plan = optuav.solve(
-        optuav.load("paper").replace({"limits.deadline_s": 800, "limits.min_soc": 0.2}), "P3"
+        optuav.load("paper").replace({"limits.deadline_s": 800, "limits.min_soc": 0.2}),
+        "P3",
+        perspective="battery",
     )
     slope, side = re.findall(r"-[ \d.]+\d", found.out.partition("P3.a_state_of_charge")[2])[:2]
     hover_s = float(side) / float(slope.replace(" ", ""))
@@ -56,7 +81,9 @@ def test_settings_and_options_reach_the_programme() -> None:
 
 def test_what_cannot_fly_is_an_honest_no() -> None:
     for option in ([], ["--lp"], ["--latex"]):
-        found = run("formulate", "paper", "--set", "body.mass_kg=50", *option)
+        found = run(
+            "formulate", "paper", "--perspective", "battery", "--set", "body.mass_kg=50", *option
+        )
         assert found.code == 1
         assert found.out.startswith("nothing can be flown: the UAV cannot fly")
         assert widest(found.out) <= 80
@@ -74,4 +101,4 @@ def test_what_cannot_fly_is_an_honest_no() -> None:
     ],
 )
 def test_bad_input_is_refused_in_words(arguments: tuple[str, ...], words: str) -> None:
-    assert words in refused("formulate", "paper", *arguments)
+    assert words in refused("formulate", "paper", "--perspective", "battery", *arguments)

@@ -12,11 +12,14 @@ from tests.cli.run import refused, run, widest, words
 
 
 def test_a_plan() -> None:
-    found = run("solve", "paper")
+    found = run("solve", "paper", "--perspective", "battery")
     assert found.code == 0
     assert "Hover            719.54 s   at hover" in found.out
     assert "Warning      the available well runs dry" in found.out
     assert widest(found.out) <= 80
+
+
+LINEAR = ("--perspective", "battery")
 
 
 @pytest.mark.parametrize(
@@ -38,9 +41,17 @@ def test_a_plan() -> None:
     ],
 )
 def test_options_reach_the_solver(options: list[str], hover_time_s: float) -> None:
-    found = run("solve", "paper", *options, "--json")
+    chosen = () if "--perspective" in options else ("--perspective", "battery")
+    found = run("solve", "paper", *chosen, *options, "--json")
     assert found.code == 0
     assert json.loads(found.out)["hover_time_s"] == pytest.approx(hover_time_s, abs=5e-3)
+
+
+def test_the_default_is_a_plan_that_can_be_flown() -> None:
+    found = run("solve", "paper", "--json")
+    plan = json.loads(found.out)
+    assert (plan["perspective"], plan["flyable"]) == ("available", True)
+    assert plan["hover_time_s"] == pytest.approx(597.270, abs=5e-4)
 
 
 def test_settings_are_repeated_and_typed() -> None:
@@ -90,9 +101,12 @@ def test_infeasible_is_an_honest_no(settings: list[str], said: str) -> None:
         (("paper", "--problem", "P3", "--order", "rest-first"), "no rest to order"),
         (("paper", "--perspective", "hopeful"), "perspective = 'hopeful'"),
         (("paper", "--engine", "ouija"), "engine = 'ouija': one of auto, closed-form, cvxpy"),
-        (("paper", "--engine", "closed-form", "--slot-s", "1"), "continuous times only"),
+        (("paper", "--engine", "closed-form", "--slot-s", "1", *LINEAR), "continuous times only"),
         (("paper", "--engine", "cvxpy", "--perspective", "wells"), "'P1.b state of charge' is not"),
-        (("paper", "--engine", "cvxpy", "--solver", "ABACUS"), "CVXPY has no solver 'ABACUS'"),
+        (
+            ("paper", "--engine", "cvxpy", "--solver", "ABACUS", *LINEAR),
+            "CVXPY has no solver 'ABACUS'",
+        ),
         (("paper", "--slot-s", "0"), "slot_s = 0.0"),
         (("paper", "--slot-s", "nan"), "slot_s = nan"),
         (("paper", "--slot-s", "1e-9"), "slot_s = 1e-09"),

@@ -42,5 +42,5 @@ def infeasible(draw: st.DrawFn) -> tuple[Mission, dict[str, Any]]:
     names = draw(st.lists(st.sampled_from(sorted(CHANGES)), min_size=1, max_size=2, unique=True))
     mission = SMALL.replace({name: draw(CHANGES[name]) for name in names})
     options = draw(st.sampled_from(OPTIONS))
-    assume(not optuav.solve(mission, **options))
+    assume(not optuav.solve(mission, **{"perspective": "battery", **options}))
     return mission, options

@@ -278,7 +278,7 @@ def test_bounds_prove_the_optima_of_the_paper(options: dict[str, str]) -> None:
     """Exact multipliers of the binding rows add up to Δ ≤ the optimum."""
     from optuav.diagnosis import explain
 
-    explained = explain("paper", **options)
+    explained = explain("paper", **{"perspective": "battery", **options})
     assert explained.bound is not None
     assert explained.bound.holds()
     assert explained.bound.coefficients == {"Δ": 1}
@@ -288,7 +288,7 @@ def test_bounds_prove_the_optima_of_the_paper(options: dict[str, str]) -> None:
 def test_the_flight_of_the_paper_in_sixty_seconds() -> None:
     """0 ≤ 60 − 75.7922 for the direct route, from P3.b alone."""
     mission = optuav.load("paper").replace({"limits.deadline_s": 60})
-    part = optuav.formulate(mission, "P3").parts[0]
+    part = optuav.formulate(mission, "P3", perspective="battery").parts[0]
     (certificate,) = certificates(part.model, part.model.row(0))
     assert certificate.labels == ("P3.b hover time",)
     assert certificate.keys == ("limits.deadline_s",)

@@ -121,15 +121,21 @@ def below_the_head(explained: Explanation) -> str:
 
 
 def test_the_words_for_the_direct_route_of_the_paper() -> None:
-    assert below_the_head(explain("paper", problem="P3")) == P3_TEXT
+    assert below_the_head(explain("paper", perspective="battery", problem="P3")) == P3_TEXT
 
 
 def test_the_words_for_one_rest_on_b1() -> None:
-    assert below_the_head(explain("paper", problem="P4", building="b1")) == P4_TEXT
+    assert (
+        below_the_head(explain("paper", perspective="battery", problem="P4", building="b1"))
+        == P4_TEXT
+    )
 
 
 def test_the_words_for_a_deadline_that_is_too_short() -> None:
-    assert below_the_head(explain(PAPER.replace({"limits.deadline_s": 60}))) == SHORT_TEXT
+    assert (
+        below_the_head(explain(PAPER.replace({"limits.deadline_s": 60}), perspective="battery"))
+        == SHORT_TEXT
+    )
 
 
 @pytest.mark.parametrize(
@@ -145,7 +151,7 @@ def test_the_words_for_a_deadline_that_is_too_short() -> None:
 def test_no_line_is_longer_than_eighty_columns(
     changes: dict[str, Any], options: dict[str, Any]
 ) -> None:
-    explained = explain(SMALL.replace(changes), **options)
+    explained = explain(SMALL.replace(changes), **{"perspective": "battery", **options})
     assert max(map(len, str(explained).splitlines())) <= 80
     assert bool(explained) is (not changes)
     assert json.loads(json.dumps(explained.to_dict(), allow_nan=False))["mission"] == "paper"
@@ -172,13 +178,15 @@ def test_prices_are_finite_differences_of_solve(
     options: dict[str, Any], key: str, step: float
 ) -> None:
     """And the sentence says the same number, for one more unit (or 0.01)."""
-    explained = explain("paper", **options)
+    explained = explain("paper", **{"perspective": "battery", **options})
     price = next(each for each in explained.prices if each.key == key)
     table, name = key.split(".")
     now = getattr(getattr(PAPER, table), name)
 
     def hover_s(value: float) -> float:
-        return optuav.solve(PAPER.replace({key: value}), **options).hover_time_s
+        return optuav.solve(
+            PAPER.replace({key: value}), **{"perspective": "battery", **options}
+        ).hover_time_s
 
     difference = (hover_s(now + step) - hover_s(now - step)) / (2.0 * step)
     assert price.more == pytest.approx(difference, rel=1e-5, abs=1e-9)
@@ -198,12 +206,13 @@ def test_prices_are_finite_differences_of_solve(
 def test_one_more_pack_is_solved_not_extrapolated() -> None:
     """A third pack is worth less than its rate: the deadline takes over on the way."""
     mission = optuav.load("paper-table2")
-    price = prices(explain(mission))["packs"]
+    price = prices(explain(mission, perspective="battery"))["packs"]
     gained = (
         optuav.solve(
-            mission.replace({"battery.packs": 3, "battery.flight_energy_J": None})
+            mission.replace({"battery.packs": 3, "battery.flight_energy_J": None}),
+            perspective="battery",
         ).hover_time_s
-        - optuav.solve(mission).hover_time_s
+        - optuav.solve(mission, perspective="battery").hover_time_s
     )
     assert price.gain == pytest.approx(gained, abs=1e-6)
     assert price.gain < 0.5 * price.more
@@ -222,16 +231,16 @@ def test_the_price_of_flight_time_is_that_of_an_edited_leg() -> None:
     """0.01 s more on the leg to the hover point, its charge held."""
     view = optuav.graph(SMALL)
     options = {"problem": "P4", "building": "b1", "order": "rest-first"}
-    price = prices(explain(SMALL, **options))["flight_time_s"]
-    before = optuav.solve(SMALL, **options).hover_time_s
+    price = prices(explain(SMALL, **{"perspective": "battery", **options}))["flight_time_s"]
+    before = optuav.solve(SMALL, **{"perspective": "battery", **options}).hover_time_s
     view.edges["b1", "hover"]["duration_s"] += 0.01
-    after = optuav.solve(SMALL, graph=view, **options).hover_time_s
+    after = optuav.solve(SMALL, graph=view, **{"perspective": "battery", **options}).hover_time_s
     assert price.more == pytest.approx((after - before) / 0.01, rel=1e-6)
 
 
 def test_a_tie_has_two_sides() -> None:
     """b1 first and b2 last are equal: one of them flying longer costs nothing, shorter pays."""
-    found = prices(explain("paper"))
+    found = prices(explain("paper", perspective="battery"))
     flight = found["flight_time_s"]
     assert (flight.more, flight.gain) == (0.0, 0.0)
     assert flight.less == pytest.approx(-found["deadline_s"].more)
@@ -241,16 +250,16 @@ def test_a_tie_has_two_sides() -> None:
 
 def test_the_dual_values_of_the_paper() -> None:
     """Δ grows by I_ch/(I_hv + I_ch) = 10/(87.9104 + 10) s a second of deadline."""
-    found = prices(explain("paper"))
+    found = prices(explain("paper", perspective="battery"))
     assert found["deadline_s"].more == pytest.approx(10 / 97.9104, rel=1e-5)
     assert found["min_soc"].more == pytest.approx(-72000 / 97.9104, rel=1e-5)
-    direct = prices(explain("paper", problem="P3"))
+    direct = prices(explain("paper", perspective="battery", problem="P3"))
     assert direct["min_soc"].more == pytest.approx(-72000 / 87.9104, rel=1e-5)
     assert not direct["deadline_s"].matters
 
 
 def test_what_binds() -> None:
-    explained = explain("paper", problem="P4", building="b1")
+    explained = explain("paper", perspective="battery", problem="P4", building="b1")
     assert {each.label for each in explained.constraints if each.binds} == set(
         explained.plan.binding
     )
@@ -270,15 +279,19 @@ def test_what_binds() -> None:
     ],
 )
 def test_a_saved_plan_is_explained_as_its_question(options: dict[str, Any], tmp_path: Path) -> None:
-    plan = optuav.solve("paper", **options)
+    plan = optuav.solve("paper", **{"perspective": "battery", **options})
     plan.save(tmp_path / "plan.json")
     from_file = explain(optuav.load_plan(tmp_path / "plan.json"))
-    assert str(from_file) == str(explain("paper", **options))
-    assert str(from_file) == str(explain(optuav.formulate("paper", **options)))
+    assert str(from_file) == str(explain("paper", **{"perspective": "battery", **options}))
+    assert str(from_file) == str(
+        explain(optuav.formulate("paper", **{"perspective": "battery", **options}))
+    )
 
 
 def test_a_saved_plan_that_does_not_exist_is_diagnosed(tmp_path: Path) -> None:
-    plan = optuav.solve(SMALL.replace({"limits.deadline_s": 80}), "P4", building="b1")
+    plan = optuav.solve(
+        SMALL.replace({"limits.deadline_s": 80}), "P4", building="b1", perspective="battery"
+    )
     plan.save(tmp_path / "plan.json")
     explained = explain(optuav.load_plan(tmp_path / "plan.json"))
     assert not explained
@@ -311,7 +324,7 @@ class Endless(Formulation):
 def test_a_formulation_of_ones_own_is_explained() -> None:
     """Less deadline never helps to rest less; a lower reserve saves rest."""
     mission = SMALL.replace({"battery.capacity_As": 30000})
-    explained = explain(mission, problem=Shortest, building="b1")
+    explained = explain(mission, perspective="battery", problem=Shortest, building="b1")
     assert explained.objective == "s of rest"
     price = prices(explained)["min_soc"]
     assert price.more == pytest.approx(60000 / 10, rel=1e-6)
@@ -324,14 +337,14 @@ def test_a_formulation_of_ones_own_is_explained() -> None:
 
 
 def test_what_nothing_keeps_finite_is_said() -> None:
-    explained = explain("paper", problem=Endless)
+    explained = explain("paper", perspective="battery", problem=Endless)
     assert not explained
     assert "keeps the objective finite" in str(explained)
     assert "Feasible if" not in str(explained)
 
 
 def test_options_go_with_a_mission_only() -> None:
-    plan = optuav.solve("paper", "P3")
+    plan = optuav.solve("paper", "P3", perspective="battery")
     with pytest.raises(InputError, match="problem: a plan brings its own options"):
         explain(plan, problem="P3")
     with pytest.raises(InputError, match="problem"):
@@ -341,11 +354,13 @@ def test_options_go_with_a_mission_only() -> None:
 def test_a_plan_over_an_edited_graph_does_not_tell_its_question() -> None:
     view = optuav.graph(SMALL)
     view.edges["origin", "hover"]["duration_s"] = 50.0
-    plan = optuav.solve(SMALL, "P3", graph=view)
+    plan = optuav.solve(SMALL, "P3", graph=view, perspective="battery")
     with pytest.raises(InputError, match="graph="):
         explain(plan)
-    program = optuav.formulate(SMALL, "P3", graph=view)
-    assert str(explain(program)) == str(explain(SMALL, problem="P3", graph=view))
+    program = optuav.formulate(SMALL, "P3", graph=view, perspective="battery")
+    assert str(explain(program)) == str(
+        explain(SMALL, problem="P3", graph=view, perspective="battery")
+    )
 
 
 def test_infinite_prices_are_null_in_data() -> None:

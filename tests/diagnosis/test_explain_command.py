@@ -23,9 +23,11 @@ def run(*arguments: str) -> Result:
 
 
 def test_an_optimum_is_explained_with_exit_code_0() -> None:
-    result = run("paper", "--problem", "P3")
+    result = run("paper", "--perspective", "battery", "--problem", "P3")
     assert result.exit_code == 0
-    assert result.output.strip() == str(optuav.diagnosis.explain("paper", problem="P3"))
+    assert result.output.strip() == str(
+        optuav.diagnosis.explain("paper", problem="P3", perspective="battery")
+    )
 
 
 def test_an_infeasible_question_exits_with_1(tmp_path: Path) -> None:
@@ -40,13 +42,22 @@ def test_an_infeasible_question_exits_with_1(tmp_path: Path) -> None:
 
 
 def test_settings_change_the_mission() -> None:
-    result = run("paper", "--problem", "P3", "--set", "limits.deadline_s=500", "--json")
+    result = run(
+        "paper",
+        "--perspective",
+        "battery",
+        "--problem",
+        "P3",
+        "--set",
+        "limits.deadline_s=500",
+        "--json",
+    )
     assert result.exit_code == 0
     assert json.loads(result.output)["hover_time_s"] == pytest.approx(500 - 75.7922, abs=1e-3)
 
 
 def test_a_saved_plan(tmp_path: Path) -> None:
-    plan = optuav.solve("paper", "P3")
+    plan = optuav.solve("paper", "P3", perspective="battery")
     plan.save(tmp_path / "plan.json")
     result = run(str(tmp_path / "plan.json"))
     assert result.exit_code == 0
@@ -55,7 +66,7 @@ def test_a_saved_plan(tmp_path: Path) -> None:
 
 def test_bad_input_is_an_input_error(tmp_path: Path) -> None:
     """Which `optuav.cli.main` turns into exit code 2."""
-    optuav.solve("paper", "P3").save(tmp_path / "plan.json")
+    optuav.solve("paper", "P3", perspective="battery").save(tmp_path / "plan.json")
     for arguments in (
         ("nowhere.toml",),
         ("paper", "--problem", "P9"),

@@ -19,7 +19,7 @@ changes = st.fixed_dictionaries({}, optional=CHANGES)
 @given(changes, questions)
 def test_it_agrees_with_the_engines(change: dict[str, Any], options: dict[str, Any]) -> None:
     """Closed form and grid, from impossible to easy missions."""
-    program = optuav.formulate(SMALL.replace(change), **options)
+    program = optuav.formulate(SMALL.replace(change), **{"perspective": "battery", **options})
     assert feasible(program) == bool(program.solve())
 
 
@@ -34,6 +34,10 @@ def test_programmes_that_are_not_linear_are_tried_at_points(packs: float, expect
 def test_more_slots_than_can_be_searched() -> None:
     """With 10⁷ slots a feasible cell is confirmed without looking at the others."""
     program = optuav.formulate(
-        PAPER.replace({"limits.deadline_s": 1e7}), "P4", building="b1", slot_s=1.0
+        PAPER.replace({"limits.deadline_s": 1e7}),
+        "P4",
+        building="b1",
+        slot_s=1.0,
+        perspective="battery",
     )
     assert confirmed(program)

@@ -19,12 +19,17 @@ from tests.diagnosis.missions import PAPER, SMALL, infeasible
 
 
 def by_key(mission: Mission, **options: Any) -> dict[tuple[str, str], Repair]:
-    return {(each.key, each.comparison): each for each in repairs(mission, **options)}
+    return {
+        (each.key, each.comparison): each
+        for each in repairs(mission, **{"perspective": "battery", **options})
+    }
 
 
 def solved(mission: Mission, options: dict[str, Any], key: str, value: float) -> bool:
     try:
-        return bool(optuav.solve(mission.replace({key: value}), **options))
+        return bool(
+            optuav.solve(mission.replace({key: value}), **{"perspective": "battery", **options})
+        )
     except InputError:
         return False
 
@@ -124,7 +129,7 @@ def test_nothing_helps_where_no_single_change_does() -> None:
     mission = SMALL.replace(
         {"limits.min_altitude_m": 600, "limits.max_altitude_m": 700, "limits.deadline_s": 5}
     )
-    assert repairs(mission, problem="P3") == ()
+    assert repairs(mission, problem="P3", perspective="battery") == ()
 
 
 def test_a_feasible_question_needs_no_repair() -> None:
@@ -133,7 +138,7 @@ def test_a_feasible_question_needs_no_repair() -> None:
 
 def test_order_is_by_relative_size_and_repeatable() -> None:
     mission = SMALL.replace({"body.mass_kg": 2.5})
-    first, second = (repairs(mission, problem="P3") for _ in range(2))
+    first, second = (repairs(mission, problem="P3", perspective="battery") for _ in range(2))
     assert first == second
     assert [each.size for each in first] == sorted(each.size for each in first)
 
@@ -144,7 +149,7 @@ def test_edited_legs_stay_as_they_are_edited() -> None:
     for edge in (("origin", "hover"), ("hover", "destination")):
         view.edges[edge]["duration_s"] = 30.0
     mission = SMALL.replace({"limits.deadline_s": 50})
-    program = optuav.formulate(mission, "P3", graph=view)
+    program = optuav.formulate(mission, "P3", graph=view, perspective="battery")
     found = {each.key: each for each in repairs(program)}
     assert found["limits.deadline_s"].value == 60
     assert "body.mass_kg" not in found
@@ -157,7 +162,7 @@ def test_edited_legs_stay_as_they_are_edited() -> None:
 @settings(max_examples=3)
 def test_every_repair_repairs(question: tuple[Mission, dict[str, Any]]) -> None:
     mission, options = question
-    for repair in repairs(mission, **options):
+    for repair in repairs(mission, **{"perspective": "battery", **options}):
         check(mission, options, repair)
 
 
@@ -166,7 +171,7 @@ def test_every_repair_repairs(question: tuple[Mission, dict[str, Any]]) -> None:
 @settings(max_examples=500)
 def test_every_repair_repairs_at_length(question: tuple[Mission, dict[str, Any]]) -> None:
     mission, options = question
-    for repair in repairs(mission, **options):
+    for repair in repairs(mission, **{"perspective": "battery", **options}):
         check(mission, options, repair)
 
 

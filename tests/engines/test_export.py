@@ -92,13 +92,15 @@ def test_problems_of_the_paper_are_read_back_to_the_same_optimum(
 def test_the_check_number_of_the_specification(write: Writer, read: Callable[[str], Read]) -> None:
     """719.5399 s for resting first on b1."""
     options = QUESTIONS["P4 rest-first"][1]
-    (part,) = optuav.formulate("paper", "P4", **options).parts
+    (part,) = optuav.formulate("paper", "P4", **{"perspective": "battery", **options}).parts
     assert read(write(part.model, part.model.row(0))).objective == pytest.approx(719.5399, abs=1e-4)
 
 
 @WRITERS
 def test_constraints_are_called_by_their_labels(write: Writer, read: Callable[[str], Read]) -> None:
-    (part,) = optuav.formulate("paper", "P4", building="b1", order="rest-first").parts
+    (part,) = optuav.formulate(
+        "paper", "P4", building="b1", order="rest-first", perspective="battery"
+    ).parts
     rows = read(write(part.model, part.model.row(0))).programme.row_names_
     assert list(rows) == ["P4.a_state_of_charge", "P4.b_deadline"]
 
@@ -242,11 +244,13 @@ def test_what_cannot_hold_is_infeasible_in_the_file_as_well(
 ) -> None:
     """A deadline before the flight ends, and a constraint without unknowns that is violated."""
     late = optuav.load("paper").replace({"limits.deadline_s": 60})
-    (part,) = optuav.formulate(late, "P4", building="b1", order="rest-first").parts
+    (part,) = optuav.formulate(
+        late, "P4", building="b1", order="rest-first", perspective="battery"
+    ).parts
     assert read(write(part.model, part.model.row(0))).status == INFEASIBLE
-    (direct,) = optuav.formulate(late, "P3").parts
+    (direct,) = optuav.formulate(late, "P3", perspective="battery").parts
     assert read(write(direct.model, direct.model.row(0))).status == INFEASIBLE
-    (p1,) = optuav.formulate("paper", "P1", trajectory="direct").parts
+    (p1,) = optuav.formulate("paper", "P1", trajectory="direct", perspective="battery").parts
     too_far = p1.model.row(0) | {"hover_distance_m": 600.0}
     assert read(write(p1.model, too_far)).status == INFEASIBLE
 
@@ -254,7 +258,7 @@ def test_what_cannot_hold_is_infeasible_in_the_file_as_well(
 @WRITERS
 def test_a_constraint_without_unknowns_that_holds_is_told_but_not_written(write: Writer) -> None:
     """Its sides differ by rounding, which another solver may not forgive."""
-    (p1,) = optuav.formulate("paper", "P1", trajectory="direct").parts
+    (p1,) = optuav.formulate("paper", "P1", trajectory="direct", perspective="battery").parts
     text = write(p1.model, p1.model.row(0))
     assert "'P1.a outage' speaks of no unknown, and holds: left out" in text
     assert "P1.a_outage" not in text
@@ -269,7 +273,7 @@ def test_a_nonlinear_model_is_refused_by_the_constraint(write: Writer) -> None:
 
 @WRITERS
 def test_several_programmes_at_once_are_refused(write: Writer) -> None:
-    (part,) = optuav.formulate("paper", "P4", building="b1").parts
+    (part,) = optuav.formulate("paper", "P4", building="b1", perspective="battery").parts
     with pytest.raises(InputError, match=r"'P4\.a state of charge' has several"):
         write(part.model, {})
 
@@ -278,13 +282,15 @@ def test_several_programmes_at_once_are_refused(write: Writer) -> None:
 @pytest.mark.parametrize("number", [math.nan, math.inf])
 def test_numbers_that_are_none_are_refused(write: Writer, number: float) -> None:
     """HiGHS would drop such a row and call the rest optimal."""
-    (part,) = optuav.formulate("paper", "P3").parts
+    (part,) = optuav.formulate("paper", "P3", perspective="battery").parts
     with pytest.raises(InputError, match=r"'P3\.a state of charge' has a number"):
         write(part.model, part.model.row(0) | {"hover_current_A": number})
 
 
 def test_lines_are_short_and_the_same_again() -> None:
-    (part,) = optuav.formulate("paper", "P4", building="b1", order="rest-first").parts
+    (part,) = optuav.formulate(
+        "paper", "P4", building="b1", order="rest-first", perspective="battery"
+    ).parts
     for write in (to_lp, to_mps):
         text = write(part.model, part.model.row(0))
         assert max(map(len, text.splitlines())) <= 80

@@ -51,7 +51,7 @@ def questions(draw: st.DrawFn) -> tuple[Mission, dict[str, Any]]:
         asked["building"] = draw(st.sampled_from([each.name for each in mission.buildings]))
         asked["order"] = draw(st.sampled_from([None, *ORDERS]))
     asked["perspective"] = draw(st.sampled_from(LINEAR))
-    assume(formulate(mission, **asked).parts)
+    assume(formulate(mission, **{"perspective": "battery", **asked}).parts)
     return mission, asked
 
 
@@ -115,7 +115,7 @@ def test_engines_agree_on_whole_missions(
 ) -> None:
     """On the longest hover over all itineraries, and on whether there is one."""
     mission, asked = question
-    program = formulate(mission, **asked)
+    program = formulate(mission, **{"perspective": "battery", **asked})
     truth = exact_best(program)
     wrong = [
         what
@@ -134,7 +134,7 @@ def test_prices_of_whole_missions_are_differences(
 ) -> None:
     """Of every parameter that the itineraries share, to either side, ties and kinks among them."""
     mission, asked = question
-    program = formulate(mission, **asked)
+    program = formulate(mission, **{"perspective": "battery", **asked})
     prices = by(program, engine).shadow_prices()
     assume(prices)
     compiled, within = program.compile("closed-form"), PRICED_WITHIN[engine]
@@ -174,11 +174,13 @@ def differences_of_best(
 
 def test_comparison_can_fail() -> None:
     """A second too much, a missing and an undue plan are told, in slots too."""
-    program = formulate("paper", "P3")
+    program = formulate("paper", "P3", perspective="battery")
     truth, plan = exact_best(program), program.solve()
     assert truth is not None
     assert float(truth.hover_s) == pytest.approx(688.848, abs=1e-3)
-    none = formulate(program.worked_out.mission.replace({"limits.deadline_s": 60}), "P3").solve()
+    none = formulate(
+        program.worked_out.mission.replace({"limits.deadline_s": 60}), "P3", perspective="battery"
+    ).solve()
     longer = Exact(truth.hover_s + 1, truth.rest_s)
     assert not list(differences(plan, truth, 1e-6))
     assert not list(differences(none, None, 1e-6))

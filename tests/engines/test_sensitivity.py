@@ -164,7 +164,7 @@ def test_comparison_can_fail() -> None:
 def test_all_at_once_is_one_by_one() -> None:
     """Over the itineraries of a shipped mission, tied ones too."""
     for deadline_s in (1200.0, 800.0, 60.0):
-        program = formulate("paper")
+        program = formulate("paper", perspective="battery")
         for part in program.parts:
             count = len(part.routes)
             solution = closed_form.solve(part.model, count, {"deadline_s": deadline_s})

@@ -85,7 +85,7 @@ def test_mission_with_a_missing_number_is_no_plan(
 
     monkeypatch.setattr(module, "quantities", spoilt)
     with pytest.raises(SolverError, match="numbers that it cannot use"):
-        solve("paper", "P4", building="b1", engine=engine)
+        solve("paper", "P4", building="b1", engine=engine, perspective="battery")
     with pytest.raises(SystemExit) as exit_code:
         main(["solve", "paper", "--problem", "P4", "--building", "b1", "--engine", engine])
     assert exit_code.value.code == 3
@@ -104,7 +104,7 @@ def test_ipopt_itself_relaxes_bounds() -> None:
 def test_ipopt_keeps_every_constraint_here(order: str, deadline_s: float) -> None:
     """Charge and deadline recomputed by hand, to a relative 1e-9; and little is given away."""
     asked = {"problem": "P4", "building": "b1", "order": order}
-    (linear_part,) = formulate("paper", **asked).parts
+    (linear_part,) = formulate("paper", **{"perspective": "battery", **asked}).parts
     (wells,) = formulate("paper", perspective="wells", **asked).parts
     found = smooth.Compiled(wells.model).solve({"deadline_s": deadline_s})
     hover_s, rest_s = found.point(0).values()
@@ -178,13 +178,15 @@ class Curved(Formulation):
 def test_function_that_an_engine_cannot_take_is_named(engine: str) -> None:
     """CVXPY raises on np.log1p of its own symbols; the constraint and other engines are named."""
     with pytest.raises(InputError, match=f"engine {engine} .*'limit' is not: log1p.*casadi, grid"):
-        solve("paper", Curved, engine=engine)
-    assert solve("paper", Curved, engine="casadi").hover_time_s == pytest.approx(math.exp(5.0) - 1)
+        solve("paper", Curved, engine=engine, perspective="battery")
+    assert solve(
+        "paper", Curved, engine="casadi", perspective="battery"
+    ).hover_time_s == pytest.approx(math.exp(5.0) - 1)
 
 
 def test_missing_solver_names_the_installed_ones(capsys: pytest.CaptureFixture[str]) -> None:
     with pytest.raises(InputError, match=r"no solver 'GUROBO'; installed: .*HIGHS"):
-        solve("paper", engine="cvxpy", solver="GUROBO")
+        solve("paper", engine="cvxpy", solver="GUROBO", perspective="battery")
     with pytest.raises(SystemExit) as exit_code:
         main(["solve", "paper", "--engine", "cvxpy", "--solver", "GUROBO"])
     assert exit_code.value.code == 2
@@ -194,7 +196,7 @@ def test_missing_solver_names_the_installed_ones(capsys: pytest.CaptureFixture[s
 def test_solver_without_a_time_limit_is_refused() -> None:
     """Silently without a limit would be worse."""
     with pytest.raises(InputError, match="SCIPY takes no time limit"):
-        solve("paper", engine="cvxpy", solver="SCIPY", time_limit_s=1.0)
+        solve("paper", engine="cvxpy", solver="SCIPY", time_limit_s=1.0, perspective="battery")
 
 
 @pytest.mark.parametrize(
@@ -220,7 +222,7 @@ def test_passed_time_limit_is_exit_code_3(
 
 @pytest.mark.parametrize("engine", ENGINES)
 def test_generous_time_limit_changes_nothing(engine: str) -> None:
-    found = solve("paper", "P3", engine=engine, time_limit_s=60.0)
+    found = solve("paper", "P3", engine=engine, time_limit_s=60.0, perspective="battery")
     assert found.hover_time_s == pytest.approx(DIRECT_S, abs=1.0 if engine == "grid" else 1e-3)
 
 
@@ -235,13 +237,13 @@ class Endless(Formulation):
 def test_bracket_needs_bounded_times() -> None:
     """It sweeps from the longest time that there can be, and says so where there is none."""
     with pytest.raises(InputError, match="needs a linear constraint that bounds hover_time_s"):
-        solve("paper", Endless, engine="bracket")
+        solve("paper", Endless, engine="bracket", perspective="battery")
 
 
 @pytest.mark.parametrize("engine", [name for name in CONTINUOUS if name != "bracket"])
 def test_unbounded_programme_is_said_to_be(engine: str) -> None:
     """No plan with an endless hover; the status goes through to the plan."""
-    plan = solve("paper", Endless, engine=engine)
+    plan = solve("paper", Endless, engine=engine, perspective="battery")
     assert plan.status is Status.UNBOUNDED
     assert not plan.phases
     assert any("finite" in reason for reason in plan.reasons)
@@ -249,7 +251,7 @@ def test_unbounded_programme_is_said_to_be(engine: str) -> None:
 
 def test_slots_without_an_end_are_refused() -> None:
     with pytest.raises(InputError, match="an upper bound on Δ"):
-        solve("paper", Endless, engine="grid")
+        solve("paper", Endless, engine="grid", perspective="battery")
 
 
 @pytest.mark.parametrize("failure", ["SolverError", "ValueError"])

@@ -213,7 +213,13 @@ def test_compiled_and_solved_again(engine: str) -> None:
     """Its own parameter may change like any other; the least rest is that of charge balance."""
     slot_s = 10.0 if engine == "grid" else None
     program = optuav.formulate(
-        MISSION, LeastRest, building="b1", order="rest-first", engine=engine, slot_s=slot_s
+        MISSION,
+        LeastRest,
+        building="b1",
+        order="rest-first",
+        engine=engine,
+        slot_s=slot_s,
+        perspective="battery",
     )
     compiled = program.compile()
     assert "wanted_hover_s" in compiled.parameters
@@ -228,8 +234,12 @@ def test_compiled_and_solved_again(engine: str) -> None:
 
 def test_an_engine_that_does_not_take_it_names_those_that_do() -> None:
     with pytest.raises(optuav.InputError, match="Engines that do: cvxpy, casadi"):
-        optuav.formulate(MISSION, SmallestBattery, building="b1", engine="closed-form")
-    assert optuav.solve(BARE, SmallestBattery, engine="closed-form").route == (
+        optuav.formulate(
+            MISSION, SmallestBattery, building="b1", engine="closed-form", perspective="battery"
+        )
+    assert optuav.solve(
+        BARE, SmallestBattery, engine="closed-form", perspective="battery"
+    ).route == (
         "origin",
         "hover",
         "destination",
@@ -238,27 +248,37 @@ def test_an_engine_that_does_not_take_it_names_those_that_do() -> None:
 
 def test_longest_hover_turns_least_rest_around() -> None:
     """With the deadline at which that rest ends, (P1) hovers as long as was wanted."""
-    compiled = optuav.formulate(MISSION, LeastRest).compile()
+    compiled = optuav.formulate(MISSION, LeastRest, perspective="battery").compile()
     for wanted_s in (690.0, 715.0):
         rest_s = compiled.solve(wanted_hover_s=wanted_s).point(0)["rest_time_s"]
-        direct = optuav.solve(MISSION, "P4", building="b1", order="rest-first")
+        direct = optuav.solve(
+            MISSION, "P4", building="b1", order="rest-first", perspective="battery"
+        )
         deadline_s = direct.flight_time_s + wanted_s + rest_s
-        longest = optuav.solve(MISSION.replace({"limits.deadline_s": deadline_s}))
+        longest = optuav.solve(
+            MISSION.replace({"limits.deadline_s": deadline_s}), perspective="battery"
+        )
         assert longest.hover_time_s == pytest.approx(wanted_s, abs=1e-6)
 
 
 def test_longest_hover_turns_smallest_battery_around() -> None:
     """With the smallest pack, (P1) hovers as long as was wanted."""
-    found = optuav.formulate(MISSION, SmallestBattery).compile().solve(wanted_hover_s=700.0)
+    found = (
+        optuav.formulate(MISSION, SmallestBattery, perspective="battery")
+        .compile()
+        .solve(wanted_hover_s=700.0)
+    )
     mission = MISSION.replace({"battery.capacity_As": found.point(0)["pack_As"]})
-    assert optuav.solve(mission).hover_time_s == pytest.approx(700.0, abs=1e-6)
+    assert optuav.solve(mission, perspective="battery").hover_time_s == pytest.approx(
+        700.0, abs=1e-6
+    )
 
 
 def test_through_both_wells() -> None:
     """The perspective `wells` serves it too, prints in pages, and gives the same."""
     asked: dict[str, Any] = {"building": "b1", "order": "rest-first"}
     through = optuav.formulate(MISSION, LeastRest, perspective="wells", **asked).compile()
-    plain = optuav.formulate(MISSION, LeastRest, **asked).compile()
+    plain = optuav.formulate(MISSION, LeastRest, **{"perspective": "battery", **asked}).compile()
     found, expected = (each.solve(wanted_hover_s=700.0) for each in (through, plain))
     assert (found.engine, expected.engine) == ("casadi", "closed-form")
     assert found.point(0) == pytest.approx(expected.point(0), abs=1e-4)
@@ -267,7 +287,7 @@ def test_through_both_wells() -> None:
 
 def test_makes_a_plan_that_can_be_kept(tmp_path: Path) -> None:
     """On the direct route 85 s need no rest; the file remembers the name of the problem."""
-    plan = optuav.solve(MISSION, LeastRest)
+    plan = optuav.solve(MISSION, LeastRest, perspective="battery")
     assert (plan.problem, plan.hover_time_s, plan.rest_time_s) == ("LeastRest", 85.0, 0.0)
     assert plan.route == ("origin", "hover", "destination")
     plan.save(tmp_path / "plan.json")

@@ -106,7 +106,7 @@ def test_both_methods_agree(name: str) -> None:
 @given(missions(), st.sampled_from(["direct", "optimal", "traj2"]))
 def test_random_plans_agree_with_their_simulation(mission: Mission, trajectory: str) -> None:
     """Whatever the mission: figures agree, the wells alone may be out of bounds."""
-    plan = optuav.solve(mission, trajectory=trajectory)
+    plan = optuav.solve(mission, trajectory=trajectory, perspective="battery")
     if not plan:
         return
     replayed = optuav.replay(plan)
@@ -118,7 +118,7 @@ def test_random_plans_agree_with_their_simulation(mission: Mission, trajectory: 
 @given(missions())
 def test_moments_of_random_plans_against_a_dense_grid(mission: Mission) -> None:
     """SciPy's integration at 200 points a stage finds no violation where replay sees none."""
-    plan = optuav.solve(mission)
+    plan = optuav.solve(mission, perspective="battery")
     if not plan:
         return
     replayed = optuav.replay(plan)
@@ -280,7 +280,9 @@ def test_power_that_the_user_stated_is_taken_as_it_is() -> None:
     view = optuav.graph(paper)
     view.nodes["b3"]["received_power_W"] = 55.5
     view.nodes["hover"]["laser_sight"] = False
-    plan = optuav.solve(paper, "P4", building="b3", order="hover-first", graph=view)
+    plan = optuav.solve(
+        paper, "P4", building="b3", order="hover-first", graph=view, perspective="battery"
+    )
     replayed = optuav.replay(plan)
     assert replayed.flyable, replayed.violations
     assert [each.words for each in replayed.events if each.kind == "stated"] == [

@@ -46,7 +46,9 @@ def test_a_payload_as_heavy_as_three_drones_makes_eight_times_the_power() -> Non
 def test_without_laser_and_reserve_it_hovers_what_the_datasheet_says() -> None:
     """Flight and hover together take the whole charge, and draw alike: 36 min in the air."""
     sheet = Datasheet(**KNOWN, reserve_percent=0, laser_power_W=0)
-    plan = optuav.solve(sheet.mission().replace({"limits.deadline_s": 9000}), "P3")
+    plan = optuav.solve(
+        sheet.mission().replace({"limits.deadline_s": 9000}), "P3", perspective="battery"
+    )
     assert plan.mission_time_s == pytest.approx(36 * 60, rel=1e-4)
 
 
@@ -65,7 +67,7 @@ def test_every_sensible_drone_has_a_plan(mass_kg: float, payload: float, **other
     if payload > 0.5 and others["hover_min"] < 40:
         payload = 0.5
     sheet = Datasheet(mass_kg=mass_kg, payload_kg=payload * mass_kg, **others)
-    assert optuav.solve(sheet.mission())
+    assert optuav.solve(sheet.mission(), perspective="battery")
 
 
 def test_all_faults_are_told_at_once() -> None:

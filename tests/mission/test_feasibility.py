@@ -57,7 +57,7 @@ def test_each_impossibility_alone(changes: dict[str, Any], words: list[str]) -> 
     assert found
     for word in words:
         assert word in " ".join(found)
-    plan = optuav.solve(mission)
+    plan = optuav.solve(mission, perspective="battery")
     assert not plan
     assert plan.status == "infeasible"
     assert plan.reasons == found
@@ -82,7 +82,7 @@ def test_a_way_round_by_a_building_is_a_way() -> None:
     mission = PAPER.replace({"buildings": stated})
     assert not network(mission).itineraries.flyable[0]
     assert reasons(mission) == ()
-    assert optuav.solve(mission).route[1] == "b1"
+    assert optuav.solve(mission, perspective="battery").route[1] == "b1"
 
 
 @pytest.mark.parametrize(
@@ -104,7 +104,7 @@ def test_the_hover_point_of_the_link_may_be_stated() -> None:
 def test_a_plan_or_reasons(mission: Mission) -> None:
     """Never neither; nothing impossible is ever planned."""
     found = reasons(mission)
-    plan = optuav.solve(mission)
+    plan = optuav.solve(mission, perspective="battery")
     assert bool(plan) != bool(plan.reasons)
     assert not (found and plan)
     assert all(text and "nan" not in text for text in plan.reasons)

@@ -95,7 +95,9 @@ def test_an_unedited_graph_is_in_order_and_changes_nothing(mission: Mission) -> 
     """Also where there is no hover point, no laser, no building, or nothing can fly."""
     view = graph_of(mission)
     assert optuav.validate_graph(view) == ()
-    assert optuav.solve(mission, graph=view) == optuav.solve(mission)
+    assert optuav.solve(mission, graph=view, perspective="battery") == optuav.solve(
+        mission, perspective="battery"
+    )
     assert not edited_network(mission, view).legs.edited.any()
 
 
@@ -105,7 +107,7 @@ def test_a_graph_without_a_hover_point_is_in_order() -> None:
     view = graph_of(mission)
     assert "hover" not in view
     assert optuav.validate_graph(view) == ()
-    assert "out of reach" in optuav.solve(mission, graph=view).reasons[0]
+    assert "out of reach" in optuav.solve(mission, graph=view, perspective="battery").reasons[0]
 
 
 def test_all_faults_are_listed_at_once() -> None:
@@ -138,7 +140,7 @@ def test_all_faults_are_listed_at_once() -> None:
         ]
     )
     with pytest.raises(optuav.InputError) as raised:
-        optuav.solve(PAPER, graph=view)
+        optuav.solve(PAPER, graph=view, perspective="battery")
     assert raised.value.faults == optuav.validate_graph(view)
 
 
@@ -157,7 +159,7 @@ def test_an_empty_graph_has_no_ends() -> None:
 def attempt(view: Graph) -> tuple[optuav.Plan | None, tuple[optuav.Fault, ...]]:
     """The plan over a graph, or the faults for which it is refused."""
     try:
-        return optuav.solve(PAPER, graph=view), ()
+        return optuav.solve(PAPER, graph=view, perspective="battery"), ()
     except optuav.InputError as error:
         return None, error.faults
 
@@ -248,14 +250,14 @@ def test_an_edited_leg_is_one_stage_and_the_plan_says_so() -> None:
     """Constant current, marked as edited; the other legs keep their five stages."""
     view = graph_of()
     view.edges["origin", "b1"]["duration_s"] = 10.0
-    plan = optuav.solve(PAPER, graph=view)
+    plan = optuav.solve(PAPER, graph=view, perspective="battery")
     flights = [phase for phase in plan.phases if phase.kind == "flight"]
     assert [phase.edited for phase in flights] == [True, False, False]
     assert [each.duration_s for each in flights[0].stages if each.duration_s] == [10.0]
     assert all(each.duration_s for each in flights[1].stages)
     assert "some legs have figures from the graph, not from the flight model" in plan.notes
     assert "*" in plan.summary()
-    assert "*" not in optuav.solve(PAPER).summary()
+    assert "*" not in optuav.solve(PAPER, perspective="battery").summary()
 
 
 def test_a_leg_may_be_added_where_a_building_is_in_the_way() -> None:
@@ -264,9 +266,9 @@ def test_a_leg_may_be_added_where_a_building_is_in_the_way() -> None:
     mission = PAPER.replace({"buildings": [wall]})
     view = graph_of(mission)
     assert not view.has_edge("origin", "hover")
-    assert not optuav.solve(mission, "P3")
+    assert not optuav.solve(mission, "P3", perspective="battery")
     view.add_edge("origin", "hover", **graph_of().edges["origin", "hover"])
-    plan = optuav.solve(mission, "P3", graph=view)
+    plan = optuav.solve(mission, "P3", graph=view, perspective="battery")
     assert plan.hover_time_s == pytest.approx(688.848, abs=5e-4)
     assert plan.phases[0].edited, "not computed for this mission"
 
@@ -275,7 +277,10 @@ def test_edges_that_no_itinerary_uses_change_nothing() -> None:
     """From roof to roof: kept for later, checked all the same."""
     view = graph_of()
     view.add_edge("b1", "b2", **dict.fromkeys(EDGE_FIGURES, 1.0))
-    assert optuav.solve(PAPER, graph=view).route == optuav.solve(PAPER).route
+    assert (
+        optuav.solve(PAPER, graph=view, perspective="battery").route
+        == optuav.solve(PAPER, perspective="battery").route
+    )
     view.edges["b1", "b2"]["energy_J"] = None
     assert keys(view) == ["edges['b1', 'b2'].energy_J"]
 
@@ -284,9 +289,9 @@ def test_a_removed_building_is_not_visited() -> None:
     """b1 and b2 gone: b9 is next best, as if the mission had not named them."""
     view = graph_of()
     view.remove_nodes_from(["b1", "b2"])
-    plan = optuav.solve(PAPER, graph=view)
+    plan = optuav.solve(PAPER, graph=view, perspective="battery")
     stated = PAPER.to_dict()["buildings"][2:]
-    without = optuav.solve(PAPER.replace({"buildings": stated}))
+    without = optuav.solve(PAPER.replace({"buildings": stated}), perspective="battery")
     assert plan.route == without.route
     assert plan.hover_time_s == without.hover_time_s
 
@@ -295,7 +300,7 @@ def test_a_removed_hover_point_grounds_the_mission() -> None:
     """It has no legs then, and the plan names them."""
     view = graph_of()
     view.remove_node("hover")
-    plan = optuav.solve(PAPER, graph=view)
+    plan = optuav.solve(PAPER, graph=view, perspective="battery")
     assert not plan
     assert plan.reasons == (
         "the leg origin → hover is not in the graph",
@@ -307,14 +312,14 @@ def test_a_graph_of_another_mission_is_refused() -> None:
     """Places that this mission has not, or has elsewhere."""
     moved = PAPER.replace({"buildings.b3.position_m": [230, 800, 60]})
     with pytest.raises(optuav.InputError, match=r"nodes\['b3'\]\.position_m") as raised:
-        optuav.solve(PAPER, graph=graph_of(moved))
+        optuav.solve(PAPER, graph=graph_of(moved), perspective="battery")
     assert len(raised.value.faults) == 1
     named = PAPER.replace({"buildings.b3.name": "town hall"})
     with pytest.raises(optuav.InputError, match="no such place"):
-        optuav.solve(PAPER, graph=graph_of(named))
+        optuav.solve(PAPER, graph=graph_of(named), perspective="battery")
     away = PAPER.replace({"route.hover_m": [1000, 2700, 50]})
     with pytest.raises(optuav.InputError, match=r"route\.hover_m"):
-        optuav.solve(PAPER, graph=graph_of(away))
+        optuav.solve(PAPER, graph=graph_of(away), perspective="battery")
 
 
 def test_more_power_than_the_battery_takes_is_refused() -> None:
@@ -324,9 +329,9 @@ def test_more_power_than_the_battery_takes_is_refused() -> None:
     assert not edited_network(PAPER, view).legs.edited.any()
     view.nodes["b1"]["received_power_W"] = 112.0
     with pytest.raises(optuav.InputError, match=r"at most 111 W charge at battery\.charge_current"):
-        optuav.solve(PAPER, graph=view)
+        optuav.solve(PAPER, graph=view, perspective="battery")
     view.nodes["b1"]["laser_sight"] = False
-    assert optuav.solve(PAPER, graph=view)
+    assert optuav.solve(PAPER, graph=view, perspective="battery")
 
 
 def test_received_power_is_charged_at_the_nominal_voltage() -> None:
@@ -352,14 +357,18 @@ def test_numbers_of_numpy_and_whole_numbers_are_numbers() -> None:
         data["received_power_W"] = np.float64(data["received_power_W"])
     for _, _, data in view.edges(data=True):
         data.update({name: np.float64(figure) for name, figure in data.items()})
-    assert optuav.solve(PAPER, graph=view) == optuav.solve(PAPER)
+    assert optuav.solve(PAPER, graph=view, perspective="battery") == optuav.solve(
+        PAPER, perspective="battery"
+    )
     view.edges["origin", "b1"].update(duration_s=np.float32(15), charge_As=np.int64(1500))
     view.edges["b1", "hover"].update(energy_J=60000, charge_As=Fraction(7500, 2))
-    assert optuav.solve(PAPER, graph=view)
+    assert optuav.solve(PAPER, graph=view, perspective="battery")
 
 
 def test_a_round_trip_through_a_file_keeps_the_graph() -> None:
     """JSON turns tuples into lists; the plan stays the same."""
     data = nx.node_link_data(graph_of(), edges="edges")
     view: Any = nx.node_link_graph(json.loads(json.dumps(data)), edges="edges")
-    assert optuav.solve(PAPER, graph=view) == optuav.solve(PAPER)
+    assert optuav.solve(PAPER, graph=view, perspective="battery") == optuav.solve(
+        PAPER, perspective="battery"
+    )

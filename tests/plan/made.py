@@ -23,25 +23,39 @@ def plans() -> dict[str, Plan]:
     view.edges["origin", "b1"].update(duration_s=60.0, charge_As=5200.0, energy_J=83000.0)
     at_home = {"route.origin_m": [1000, 2800, 60], "route.hover_m": [1000, 2800, 60]}
     return {
-        "optimal": optuav.solve(paper),
-        "direct": optuav.solve(paper, trajectory="direct"),
-        "traj1": optuav.solve(paper, trajectory="traj1"),
-        "rest": optuav.solve(paper, "P4", building="b3", order="hover-first"),
-        "passing by": optuav.solve(paper.replace({"limits.deadline_s": 300}), trajectory="traj2"),
+        "optimal": optuav.solve(paper, perspective="battery"),
+        "direct": optuav.solve(paper, trajectory="direct", perspective="battery"),
+        "traj1": optuav.solve(paper, trajectory="traj1", perspective="battery"),
+        "rest": optuav.solve(
+            paper, "P4", building="b3", order="hover-first", perspective="battery"
+        ),
+        "passing by": optuav.solve(
+            paper.replace({"limits.deadline_s": 300}), trajectory="traj2", perspective="battery"
+        ),
         "energy": optuav.solve(paper, "P3", perspective="energy"),
-        "table 2": optuav.solve(table2),
-        "slots": optuav.solve(table2, "P4", building="b1", slot_s=25.0),
-        "cut short": optuav.solve(table2.replace({"limits.deadline_s": 800}), "P3", slot_s=1.0),
-        "edited": optuav.solve(paper, "P4", building="b1", order="rest-first", graph=view),
-        "no way to hover": optuav.solve(paper.replace(at_home)),
-        "no laser": optuav.solve(paper.replace({"laser": None})),
-        "wind": optuav.solve(paper.replace({"wind.force_N": [1.5, -2, 0.5]})),
-        "flyable": optuav.solve(paper.replace({"limits.min_soc": 0.4}), "P3"),
-        "P2": optuav.solve(paper, "P2"),
-        "too late": optuav.solve(paper.replace({"limits.deadline_s": 60})),
-        "too heavy": optuav.solve(paper.replace({"body.mass_kg": 2})),
-        "too far": optuav.solve(paper.replace({"link.device_m": [1000, 3000, 900]})),
-        "empty": optuav.solve(paper.replace({"limits.min_soc": 0.95}), "P3"),
+        "table 2": optuav.solve(table2, perspective="battery"),
+        "slots": optuav.solve(table2, "P4", building="b1", slot_s=25.0, perspective="battery"),
+        "cut short": optuav.solve(
+            table2.replace({"limits.deadline_s": 800}), "P3", slot_s=1.0, perspective="battery"
+        ),
+        "edited": optuav.solve(
+            paper, "P4", building="b1", order="rest-first", graph=view, perspective="battery"
+        ),
+        "no way to hover": optuav.solve(paper.replace(at_home), perspective="battery"),
+        "no laser": optuav.solve(paper.replace({"laser": None}), perspective="battery"),
+        "wind": optuav.solve(
+            paper.replace({"wind.force_N": [1.5, -2, 0.5]}), perspective="battery"
+        ),
+        "flyable": optuav.solve(
+            paper.replace({"limits.min_soc": 0.4}), "P3", perspective="battery"
+        ),
+        "P2": optuav.solve(paper, "P2", perspective="battery"),
+        "too late": optuav.solve(paper.replace({"limits.deadline_s": 60}), perspective="battery"),
+        "too heavy": optuav.solve(paper.replace({"body.mass_kg": 2}), perspective="battery"),
+        "too far": optuav.solve(
+            paper.replace({"link.device_m": [1000, 3000, 900]}), perspective="battery"
+        ),
+        "empty": optuav.solve(paper.replace({"limits.min_soc": 0.95}), "P3", perspective="battery"),
     }
 
 

@@ -91,7 +91,7 @@ def test_random_plans_survive_their_file(
     mission: optuav.Mission, slot_s: float | None, tmp_path_factory: pytest.TempPathFactory
 ) -> None:
     """Any names, any figures, with and without an answer."""
-    plan = optuav.solve(mission, slot_s=slot_s)
+    plan = optuav.solve(mission, slot_s=slot_s, perspective="battery")
     path = tmp_path_factory.getbasetemp() / "random plan.json"
     plan.save(path)
     assert optuav.load_plan(path) == plan
@@ -287,7 +287,9 @@ def test_a_plan_of_a_large_mission_survives(tmp_path: Path) -> None:
     ring = [[100 * math.cos(k), 100 * math.sin(k)] for k in [k * math.pi / 6 for k in range(12)]]
     stated = [{"name": f"n{k}", "position_m": [0, 0, 1], "footprint_m": ring} for k in range(1000)]
     plan = optuav.solve(
-        optuav.load("paper").replace({"buildings": stated, "flight.through_buildings": True}), "P3"
+        optuav.load("paper").replace({"buildings": stated, "flight.through_buildings": True}),
+        "P3",
+        perspective="battery",
     )
     plan.save(tmp_path / "plan.json")
     assert optuav.load_plan(tmp_path / "plan.json") == plan

@@ -132,7 +132,7 @@ def test_when_the_shipped_optimum_runs_dry_and_overfills() -> None:
 def test_a_full_battery_that_is_charged_is_overfull_at_once() -> None:
     """Resting on the roof that the mission starts from."""
     mission = optuav.load("paper").replace({"route.origin_m": [50, 300, 60]})
-    plan = optuav.solve(mission, "P4", building="b1", order="rest-first")
+    plan = optuav.solve(mission, "P4", building="b1", order="rest-first", perspective="battery")
     assert plan.rest_time_s > 0.0
     assert plan.overfull_s == 0.0
 
@@ -140,7 +140,7 @@ def test_a_full_battery_that_is_charged_is_overfull_at_once() -> None:
 def test_without_flow_between_the_wells_the_available_one_is_all_there_is() -> None:
     """k_F = 0: dry once ω B is drawn."""
     mission = optuav.load("paper").replace({"battery.flow_rate_per_s": 0})
-    plan = optuav.solve(mission, "P3")
+    plan = optuav.solve(mission, "P3", perspective="battery")
     leg_As, leg_s = 3921.555, 37.8961
     expected_s = leg_s + (0.8 * 72000 - leg_As) / 87.9104
     assert plan.runs_dry_s == pytest.approx(expected_s, abs=2e-3)

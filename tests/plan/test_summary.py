@@ -19,6 +19,7 @@ OPTIMAL = """\
 Mission      paper
 Problem      P1, trajectory optimal, perspective battery, continuous times
 Answer       optimal (closed form: linear programming duality)
+Flyable      NO, as its simulation shows
 
 Hover            719.54 s   at hover, from 442.56 s
 Rest             392.14 s   at b1, from 14.46 s
@@ -118,7 +119,9 @@ def test_odd_names_fit(names: list[str]) -> None:
     ]
     mission = PAPER.replace({"name": names[0], "buildings": stated})
     for each in stated:
-        found = lines(optuav.solve(mission, "P4", building=str(each["name"])))
+        found = lines(
+            optuav.solve(mission, "P4", building=str(each["name"]), perspective="battery")
+        )
         first = found.index(next(line for line in found if line.startswith("what")))
         assert len({columns(line) for line in found[first : first + 6]}) == 1
 
@@ -132,7 +135,10 @@ def test_very_large_numbers_leave_room_for_the_names() -> None:
     slow = optuav.load("paper-table2").replace(
         {"flight.max_speed_m_s": 0.05, "limits.deadline_s": 1e7, "battery.capacity_As": 1e8}
     )
-    assert any("hover → destination" in line for line in lines(optuav.solve(slow, "P3")))
+    assert any(
+        "hover → destination" in line
+        for line in lines(optuav.solve(slow, "P3", perspective="battery"))
+    )
 
 
 def test_two_hundred_buildings_in_the_way_are_not_all_told() -> None:
@@ -140,12 +146,12 @@ def test_two_hundred_buildings_in_the_way_are_not_all_told() -> None:
     wall = {"name": "wall", "position_m": [1000, 2300, 300], "footprint_m": [9000, 10]}
     roofs = [{"name": f"n{k}", "position_m": [k, 300, 20]} for k in range(200)]
     blocked = PAPER.replace({"buildings": [wall, *roofs]})
-    plan = optuav.solve(blocked, trajectory="traj1")
+    plan = optuav.solve(blocked, trajectory="traj1", perspective="battery")
     assert len(plan.reasons) <= 4
     view = optuav.graph(blocked.replace({"flight.through_buildings": True}))
     view.remove_edges_from([edge for edge in view.edges if edge[0] in ("n3", "wall")])
     view.remove_edges_from([edge for edge in view.edges if edge[1].startswith("n")])
-    plan = optuav.solve(blocked, trajectory="traj2", graph=view)
+    plan = optuav.solve(blocked, trajectory="traj2", graph=view, perspective="battery")
     assert len(plan.reasons) == 11
     assert plan.reasons[-1] == "and other legs are blocked as well"
     assert len(lines(plan)) < 30

@@ -21,13 +21,13 @@ TOUCHING = 0.5
 @pytest.fixture(scope="session")
 def paper() -> optuav.Plan:
     """The plan of the shipped mission `paper`: rest on b1, then hover."""
-    return optuav.solve("paper")
+    return optuav.solve("paper", perspective="battery")
 
 
 @pytest.fixture(scope="session")
 def table2() -> optuav.Plan:
     """The plan of the shipped mission `paper-table2`, whose loads are by regime."""
-    return optuav.solve("paper-table2")
+    return optuav.solve("paper-table2", perspective="battery")
 
 
 @pytest.fixture

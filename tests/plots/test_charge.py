@@ -135,7 +135,7 @@ def test_odd_batteries_are_drawn_without_texts_on_each_other(
     paper: optuav.Plan,
     overlaps: Callable[[Figure], list[tuple[str, str]]],
 ) -> None:
-    plan = optuav.solve(paper.mission.replace(values), **options)
+    plan = optuav.solve(paper.mission.replace(values), **{"perspective": "battery", **options})
     assert overlaps(plots.battery(plan).wells.figure) == []
 
 
@@ -152,6 +152,6 @@ def test_shipped_missions_are_drawn_without_texts_on_each_other(
 
 
 def test_a_plan_that_does_not_exist_has_no_battery(paper: optuav.Plan) -> None:
-    nothing = optuav.solve(paper.mission.replace({"limits.deadline_s": 10}))
+    nothing = optuav.solve(paper.mission.replace({"limits.deadline_s": 10}), perspective="battery")
     with pytest.raises(NoPlanError):
         plots.battery(nothing)

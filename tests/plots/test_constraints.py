@@ -23,10 +23,10 @@ Drawn = tuple[Axes, list[optuav.Plan]]
 def plane(mission: optuav.Mission | str, slot_s: float, **options: Any) -> Drawn:
     """The plane of a P4 that rests first on b1, with its optima marked."""
     asked = {"problem": "P4", "building": "b1", "order": "rest-first", **options}
-    (part,) = optuav.formulate(mission, **asked).parts
+    (part,) = optuav.formulate(mission, **{"perspective": "battery", **asked}).parts
     plans = [
-        optuav.solve(mission, **asked),
-        optuav.solve(mission, engine="grid", slot_s=slot_s, **asked),
+        optuav.solve(mission, **{"perspective": "battery", **asked}),
+        optuav.solve(mission, engine="grid", slot_s=slot_s, **{"perspective": "battery", **asked}),
     ]
     ax = plots.plane(part.model, part.model.row(0), plans, slot_s=slot_s)
     return ax, plans
@@ -124,7 +124,7 @@ def test_planes_are_drawn_without_texts_on_each_other(
 
 
 def test_a_problem_with_one_unknown_has_no_plane() -> None:
-    (part,) = optuav.formulate("paper", "P3").parts
+    (part,) = optuav.formulate("paper", "P3", perspective="battery").parts
     with pytest.raises(InputError, match="needs two unknowns; the problem has Δ"):
         plots.plane(part.model, part.model.row(0))
 

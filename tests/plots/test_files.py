@@ -20,7 +20,7 @@ PNG = b"\x89PNG\r\n\x1a\n"
 @pytest.fixture(scope="module")
 def nothing(paper: optuav.Plan) -> optuav.Plan:
     """A plan that says that there is none; it has one picture only."""
-    return optuav.solve(paper.mission.replace({"limits.deadline_s": 10}))
+    return optuav.solve(paper.mission.replace({"limits.deadline_s": 10}), perspective="battery")
 
 
 def settings() -> dict[str, object]:

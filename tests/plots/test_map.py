@@ -79,7 +79,7 @@ def drawn(paper: optuav.Plan) -> plots.MapAxes:
 def test_odd_missions_are_drawn_without_texts_on_each_other(
     values: dict[str, Any], overlaps: Callable[[Figure], list[tuple[str, str]]]
 ) -> None:
-    figure = plots.mission_map(optuav.solve(changed(**values))).plan.figure
+    figure = plots.mission_map(optuav.solve(changed(**values), perspective="battery")).plan.figure
     assert overlaps(figure) == []
 
 
@@ -89,9 +89,11 @@ def test_shipped_missions_are_drawn_without_texts_on_each_other(
     name: str, picture: str, overlaps: Callable[[Figure], list[tuple[str, str]]]
 ) -> None:
     if picture == "map":
-        axes = plots.mission_map(optuav.solve(name))
+        axes = plots.mission_map(optuav.solve(name, perspective="battery"))
     else:
-        axes = plots.trajectories({t: optuav.solve(name, trajectory=t) for t in TRAJECTORIES})
+        axes = plots.trajectories(
+            {t: optuav.solve(name, trajectory=t, perspective="battery") for t in TRAJECTORIES}
+        )
     assert overlaps(axes.plan.figure) == []
     labels = [words for ax in axes for words in (ax.get_xlabel(), ax.get_ylabel())]
     assert all(words.endswith("[m]") for words in labels)
@@ -101,7 +103,7 @@ def test_many_buildings_are_all_drawn_but_not_all_named(
     overlaps: Callable[[Figure], list[tuple[str, str]]],
 ) -> None:
     mission = changed(buildings=scattered(200), flight__through_buildings=True)
-    plan = optuav.solve(mission)
+    plan = optuav.solve(mission, perspective="battery")
     axes = plots.mission_map(plan)
     assert overlaps(axes.plan.figure) == []
     footprints = axes.plan.collections[-1]
@@ -129,7 +131,7 @@ def test_a_mission_alone_shows_the_direct_route(paper: optuav.Plan) -> None:
 
 
 def test_a_plan_that_does_not_exist_says_why() -> None:
-    plan = optuav.solve(changed(link__noise_power_W=1.0))
+    plan = optuav.solve(changed(link__noise_power_W=1.0), perspective="battery")
     axes = plots.mission_map(plan)
     legend = axes.plan.figure.axes[-1].get_legend()
     assert "infeasible" in axes.plan.get_title(loc="left")
@@ -195,7 +197,7 @@ def test_identical_routes_lie_side_by_side(paper: optuav.Plan) -> None:
 
 
 def test_trajectories_that_do_not_exist_stand_in_the_legend(paper: optuav.Plan) -> None:
-    nothing = optuav.solve(paper.mission.replace({"limits.deadline_s": 10}))
+    nothing = optuav.solve(paper.mission.replace({"limits.deadline_s": 10}), perspective="battery")
     axes = plots.trajectories({"direct": nothing, "mine": paper})
     words = [text.get_text() for text in axes.plan.figure.axes[-1].get_legend().get_texts()]
     assert words[:2] == [
@@ -205,7 +207,9 @@ def test_trajectories_that_do_not_exist_stand_in_the_legend(paper: optuav.Plan) 
 
 
 def test_trajectories_of_different_places_are_refused(paper: optuav.Plan) -> None:
-    elsewhere = optuav.solve(paper.mission.replace({"link.device_m": [1000, 2800, 0]}))
+    elsewhere = optuav.solve(
+        paper.mission.replace({"link.device_m": [1000, 2800, 0]}), perspective="battery"
+    )
     with pytest.raises(InputError, match="same places"):
         plots.trajectories({"one": paper, "two": elsewhere})
     with pytest.raises(InputError, match="at least one plan"):

@@ -44,9 +44,11 @@ def test_changed_parameters_are_changed_missions(engine: str, asked: dict[str, A
     """One program solved again is each mission formulated anew and solved by the same engine."""
     if engine == "casadi" and asked["problem"] == "P1":
         pytest.skip("twenty routes, nine starts each: the other problems tell as much")
-    compiled = formulate("paper", engine=engine, **asked).compile()
+    compiled = formulate("paper", engine=engine, **{"perspective": "battery", **asked}).compile()
     for change in [*CHANGES, {}]:
-        plan = formulate(with_limits(**change), engine=engine, **asked).solve()
+        plan = formulate(
+            with_limits(**change), engine=engine, **{"perspective": "battery", **asked}
+        ).solve()
         found = compiled.solve(**change)
         assert found.engine == engine
         assert found.status is plan.status
@@ -83,7 +85,7 @@ def test_stated_energies_of_the_full_battery_are_parameters() -> None:
 @pytest.mark.parametrize("engine", ["closed-form", "cvxpy", "casadi"])
 def test_every_named_parameter_may_change(engine: str) -> None:
     """The issue's list at least: and each moves Δ as its shadow price says."""
-    program = formulate("paper", **P4)
+    program = formulate("paper", **{"perspective": "battery", **P4})
     compiled, given = program.compile(engine), program.parts[0].model.row(0)
     needed = {"deadline_s", "min_soc", "capacity_As", "rest_current_A", "hover_current_A",
               "flight_time_s", "flight_charge_As"}  # fmt: skip
@@ -99,7 +101,7 @@ def test_every_named_parameter_may_change(engine: str) -> None:
 
 def test_figures_of_every_itinerary_may_change() -> None:
     """An array has one entry an itinerary; a number holds for all of them."""
-    program = formulate("paper", "P4", building="b1")
+    program = formulate("paper", "P4", building="b1", perspective="battery")
     times_s = [each.model.row(0)["flight_time_s"] for each in program.parts]
     compiled = program.compile()
     assert len(program.parts) == 1
@@ -111,7 +113,9 @@ def test_figures_of_every_itinerary_may_change() -> None:
     assert compiled.solve(flight_time_s=times_s[0]).status is Status.OPTIMAL
     (only,) = compiled.solve(flight_time_s=[1e4, flight_s[1]]).objective
     assert only == pytest.approx(
-        formulate("paper", "P4", building="b1", order="hover-first").solve().hover_time_s
+        formulate("paper", "P4", building="b1", order="hover-first", perspective="battery")
+        .solve()
+        .hover_time_s
     )
 
 
@@ -134,21 +138,23 @@ def test_figures_of_every_itinerary_may_change() -> None:
     ],
 )
 def test_values_that_cannot_be_used_are_refused(values: dict[str, Any], message: str) -> None:
-    compiled = formulate("paper", **P4).compile()
+    compiled = formulate("paper", **{"perspective": "battery", **P4}).compile()
     with pytest.raises(InputError, match=message):
         compiled.solve(**values)
 
 
 def test_all_faults_are_told_at_once() -> None:
     with pytest.raises(InputError) as refusal:
-        formulate("paper", **P4).compile().solve(speed=1.0, min_soc="a", deadline_s=math.nan)
+        formulate("paper", **{"perspective": "battery", **P4}).compile().solve(
+            speed=1.0, min_soc="a", deadline_s=math.nan
+        )
     assert [fault.key for fault in refusal.value.faults] == ["speed", "min_soc", "deadline_s"]
 
 
 @pytest.mark.parametrize("engine", ["closed-form", "cvxpy", "casadi", "grid"])
 def test_infeasible_values_have_no_answer(engine: str) -> None:
     """The status says so; the next solve is as if nothing had been."""
-    compiled = formulate("paper", **P4).compile(engine)
+    compiled = formulate("paper", **{"perspective": "battery", **P4}).compile(engine)
     first = compiled.solve().objective[0]
     found = compiled.solve(deadline_s=10.0)
     assert found.status is Status.INFEASIBLE
@@ -160,7 +166,7 @@ def test_infeasible_values_have_no_answer(engine: str) -> None:
 @pytest.mark.parametrize("engine", ["closed-form", "cvxpy", "casadi"])
 def test_values_that_divide_by_zero_are_an_error(engine: str) -> None:
     """A battery of nothing: no status, no number."""
-    compiled = formulate("paper", **P4).compile(engine)
+    compiled = formulate("paper", **{"perspective": "battery", **P4}).compile(engine)
     with pytest.raises(SolverError, match=r"numbers that it cannot use|found no answer"):
         compiled.solve(capacity_As=0.0)
 
@@ -176,7 +182,7 @@ class Endless(Formulation):
 
 def test_unbounded_is_not_left_out() -> None:
     """It has no value that could win, and is said before any that has one."""
-    compiled = formulate("paper", Endless).compile()
+    compiled = formulate("paper", Endless, perspective="battery").compile()
     assert compiled.solve().status is Status.UNBOUNDED
     assert compiled.solve(min_soc=0.0).status is Status.OPTIMAL
 
@@ -184,7 +190,7 @@ def test_unbounded_is_not_left_out() -> None:
 def test_nothing_that_can_be_flown_is_refused_with_reasons() -> None:
     heavy = load("paper").replace({"body.mass_kg": 30.0})
     with pytest.raises(InputError, match="nothing to compile: "):
-        formulate(heavy).compile()
+        formulate(heavy, perspective="battery").compile()
 
 
 def test_engines_that_do_not_take_it_are_refused_with_those_that_do() -> None:
@@ -197,7 +203,9 @@ def test_engines_that_do_not_take_it_are_refused_with_those_that_do() -> None:
 
 def test_grid_takes_the_slots_of_the_mission() -> None:
     """As `optuav.solve` does, where none are asked for."""
-    compiled = formulate(with_limits(slot_s=7.0), **P4).compile("grid")
+    compiled = formulate(with_limits(slot_s=7.0), **{"perspective": "battery", **P4}).compile(
+        "grid"
+    )
     assert compiled.question.slot_s == 7.0
     times_s = np.array(list(compiled.solve().point(0).values()))
     assert np.allclose(times_s % 7.0, 0.0)
@@ -205,7 +213,7 @@ def test_grid_takes_the_slots_of_the_mission() -> None:
 
 def test_program_is_left_as_it_was() -> None:
     """Compiling and solving change neither the declared model nor what the program answers."""
-    program = formulate("paper", **P4)
+    program = formulate("paper", **{"perspective": "battery", **P4})
     before, page = program.solve(), str(program)
     compiled = program.compile("cvxpy")
     compiled.solve(deadline_s=700.0)

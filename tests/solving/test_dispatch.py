@@ -17,7 +17,7 @@ from optuav.solving import formulate, solve
 
 
 def chosen(problem: Any, **asked: Any) -> str:
-    return solve("paper", problem, **asked).engine
+    return solve("paper", problem, **{"perspective": "battery", **asked}).engine
 
 
 class Kinked(Formulation):
@@ -72,7 +72,7 @@ def test_auto_takes_the_first_that_takes_the_model(
 def test_model_that_no_engine_takes() -> None:
     """A kink in continuous times; the refusal says what the model is, and what would help."""
     with pytest.raises(InputError, match="takes this model: not smooth, 1 unknown; with slot_s"):
-        solve("paper", Kinked)
+        solve("paper", Kinked, perspective="battery")
 
 
 @pytest.mark.parametrize(
@@ -93,9 +93,9 @@ def test_impossible_pairs_are_refused_with_the_reason(
 ) -> None:
     """And with the names of those that would do."""
     with pytest.raises(InputError, match=why) as refusal:
-        solve("paper", problem, **asked)
+        solve("paper", problem, **{"perspective": "battery", **asked})
     said = str(refusal.value).rpartition("Engines that do: ")[2]
-    model = formulate("paper", problem).parts[0].model
+    model = formulate("paper", problem, perspective="battery").parts[0].model
     slots = "slot_s" in asked or asked["engine"] == "grid"
     assert said == (", ".join(takers(traits(model), slots)) or "none")
 
@@ -128,33 +128,35 @@ def test_table_and_refusals_agree(model: Traits, slots: bool, engine: str) -> No
 def test_formulate_refuses_an_engine_that_does_not_take_the_problem() -> None:
     """Before anything is solved, and with those that do."""
     with pytest.raises(InputError, match=r"closed-form does not take.*cvxpy, grid"):
-        formulate("paper", slot_s=1.0, engine="closed-form")
+        formulate("paper", slot_s=1.0, engine="closed-form", perspective="battery")
     with pytest.raises(InputError, match="cvxpy does not take"):
         formulate("paper", "P3", perspective="wells", engine="cvxpy")
 
 
 def test_a_program_tells_what_it_is_and_who_takes_it() -> None:
     """Found from its trees, of every declared model; the engines that take all of them."""
-    program = formulate("paper")
+    program = formulate("paper", perspective="battery")
     assert [each.unknowns for each in program.traits] == [1, 2]
     assert all(each.linear and each.smooth and not each.integer for each in program.traits)
     assert {"closed-form", "cvxpy", "casadi", "grid"} <= set(program.engines)
-    assert "closed-form" not in formulate("paper", slot_s=1.0).engines
+    assert "closed-form" not in formulate("paper", slot_s=1.0, perspective="battery").engines
     wells = formulate("paper", "P3", perspective="wells")
     assert not any(each.linear for each in wells.traits)
     assert "casadi" in wells.engines
     assert "cvxpy" not in wells.engines
-    nothing = formulate(load("paper").replace({"body.mass_kg": 2.5}))
+    nothing = formulate(load("paper").replace({"body.mass_kg": 2.5}), perspective="battery")
     assert (nothing.traits, nothing.engines) == ((), ())
 
 
 def test_a_program_gives_the_whole_solution_too() -> None:
     """Of the best itinerary: the values and prices of the plan, with the multipliers."""
-    program = formulate("paper", "P3")
+    program = formulate("paper", "P3", perspective="battery")
     solution, plan = program.solution(), program.solve()
     assert solution.status is plan.status
     assert solution.point(0) == {"hover_time_s": plan.hover_time_s}
     assert solution.multipliers_at(0)["P3.a state of charge"] > 0.0
     assert solution.shadow_prices() == program.shadow_prices()
-    late = formulate(load("paper").replace({"limits.deadline_s": 60}), "P3").solution()
+    late = formulate(
+        load("paper").replace({"limits.deadline_s": 60}), "P3", perspective="battery"
+    ).solution()
     assert late.status == "infeasible"

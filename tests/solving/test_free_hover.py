@@ -26,8 +26,10 @@ VARIANTS: dict[str, dict[str, Any]] = {
 
 def never_worse(mission: Mission, **options: Any) -> optuav.Plan:
     """The plan with the hover point free, held against w_U and against the rules of hovering."""
-    at_w_U = optuav.solve(mission.replace({"route.hover_m": None}), **options)
-    plan = optuav.solve(mission, hover_point="free", **options)
+    at_w_U = optuav.solve(
+        mission.replace({"route.hover_m": None}), **{"perspective": "battery", **options}
+    )
+    plan = optuav.solve(mission, hover_point="free", **{"perspective": "battery", **options})
     if at_w_U:
         assert plan.hover_time_s >= at_w_U.hover_time_s - 1e-9
     if plan:
@@ -37,7 +39,7 @@ def never_worse(mission: Mission, **options: Any) -> optuav.Plan:
         distance_m = np.linalg.norm(np.subtract((x, y, z), mission.link.device_m))
         assert distance_m <= vehicle.coverage_radius_m(mission) * (1 + 1e-9)
         assert mission.limits.min_altitude_m <= z <= mission.limits.max_altitude_m
-        again = optuav.solve(plan.mission, **options)
+        again = optuav.solve(plan.mission, **{"perspective": "battery", **options})
         assert again.hover_time_s == pytest.approx(plan.hover_time_s, abs=1e-9)
         assert again.route == plan.route
     return plan
@@ -54,8 +56,8 @@ def test_as_good_as_a_dense_sampling(name: str) -> None:
 def test_where_w_U_is_best_the_plan_hovers_there() -> None:
     """At 800 s nothing is gained: the plan is the one of w_U, and says so."""
     mission = PAPER.replace({"limits.deadline_s": 800.0})
-    plan = optuav.solve(mission, hover_point="free", trajectory="direct")
-    at_w_U = optuav.solve(mission, trajectory="direct")
+    plan = optuav.solve(mission, hover_point="free", trajectory="direct", perspective="battery")
+    at_w_U = optuav.solve(mission, trajectory="direct", perspective="battery")
     assert plan.mission.route.hover_m is None
     assert plan.phases == at_w_U.phases
     assert plan.notes[0] == "hover point free: none was found that is better than w_U"
@@ -99,13 +101,16 @@ def test_out_of_reach_is_told() -> None:
     plan = optuav.solve(
         PAPER.replace({"limits.min_altitude_m": 600.0, "limits.max_altitude_m": 700.0}),
         hover_point="free",
+        perspective="battery",
     )
     assert not plan
     assert "out of reach" in plan.reasons[0]
 
 
 def test_too_short_a_deadline_is_told() -> None:
-    plan = optuav.solve(PAPER.replace({"limits.deadline_s": 60.0}), hover_point="free")
+    plan = optuav.solve(
+        PAPER.replace({"limits.deadline_s": 60.0}), hover_point="free", perspective="battery"
+    )
     assert not plan
     assert "longer than limits.deadline_s" in " ".join(plan.reasons)
 
@@ -124,12 +129,12 @@ def test_too_short_a_deadline_is_told() -> None:
 )
 def test_contradictions_are_refused_by_name(options: dict[str, Any], words: str) -> None:
     with pytest.raises(InputError, match=words):
-        optuav.formulate(PAPER, **{"hover_point": "free", **options})
+        optuav.formulate(PAPER, **{"perspective": "battery", **{"hover_point": "free", **options}})
 
 
 def test_the_program_is_printed_and_checked() -> None:
     """The declaration holds for any point; what needs one hover point is refused."""
-    program = optuav.formulate(PAPER, hover_point="free")
+    program = optuav.formulate(PAPER, hover_point="free", perspective="battery")
     assert "hover point free" in str(program)
     point = {"hover_x_m": 1000.0, "hover_y_m": 2501.0, "hover_z_m": 50.0, "hover_time_s": 600.0}
     outage = {row.label: row for row in program.check(point)}["P1.a outage"]

@@ -124,8 +124,8 @@ def test_paper_by_schedule() -> None:
 def test_linear_perspectives_answer_the_programme_as_stated() -> None:
     """Charge balance knows no packs: the answer stays, and the warning tells when it would fall."""
     paper = load("paper")
-    pooled = optuav.solve(paper)
-    apart = optuav.solve(paper.replace({"battery.schedule": "sequential"}))
+    pooled = optuav.solve(paper, perspective="battery")
+    apart = optuav.solve(paper.replace({"battery.schedule": "sequential"}), perspective="battery")
     assert apart.hover_time_s == pooled.hover_time_s
     assert apart.runs_dry_s is not None
     assert "no pack is left to fly on" in apart.warnings[0]

@@ -30,7 +30,7 @@ perspective_names = st.sampled_from(PERSPECTIVES)
 
 def hover_s(mission: Mission, **options: Any) -> float:
     """Δ [s], −1 without a plan, so that no plan counts as less than any."""
-    plan = optuav.solve(mission, **options)
+    plan = optuav.solve(mission, **{"perspective": "battery", **options})
     return plan.hover_time_s if plan else -1.0
 
 
@@ -81,7 +81,7 @@ def test_the_optimum_is_the_one_worked_out_by_hand(mission: Mission, perspective
 @pytest.mark.parametrize("trajectory", ["optimal", "traj1"])
 def test_p2_as_printed_prefers_the_shortest_mission(engine: str, trajectory: str) -> None:
     """Any Δ is optimal; every engine returns the one of the shortest mission, 0, and says so."""
-    plan = optuav.solve("paper", "P2", engine=engine, trajectory=trajectory)
+    plan = optuav.solve("paper", "P2", engine=engine, trajectory=trajectory, perspective="battery")
     assert plan.hover_time_s == pytest.approx(0.0, abs=1e-9)
     assert plan.rest_time_s == pytest.approx(0.0, abs=1e-9)
     assert any("holds no Δ" in note for note in plan.notes)
@@ -89,7 +89,7 @@ def test_p2_as_printed_prefers_the_shortest_mission(engine: str, trajectory: str
 
 def test_p2_tight_in_slots_says_that_the_slots_are_in_the_way() -> None:
     """1200 s − 75.79 s of flight are no whole slots, and a mission without slots has a plan."""
-    plan = optuav.solve("paper", "P2-tight", slot_s=1.0)
+    plan = optuav.solve("paper", "P2-tight", slot_s=1.0, perspective="battery")
     assert plan.status == "infeasible"
     assert plan.reasons == (
         "no whole slots of 1 s satisfy all constraints together; without slots there are times "
@@ -97,7 +97,7 @@ def test_p2_tight_in_slots_says_that_the_slots_are_in_the_way() -> None:
         "P2.d deadline tight: exactly 1124.21 s are asked for",
     )
     no_charge = optuav.load("paper").replace({"battery.capacity_As": 1000})
-    plan = optuav.solve(no_charge, "P3", slot_s=1.0)
+    plan = optuav.solve(no_charge, "P3", slot_s=1.0, perspective="battery")
     assert plan.reasons
     assert plan.reasons[0].startswith("P3.a state of charge")
 
@@ -239,15 +239,15 @@ def test_every_pair_of_options_is_answered_or_refused(problem: str) -> None:
         }
         if any(refused.values()):
             with pytest.raises(InputError) as raised:
-                optuav.solve(SMALL, problem, **options)
+                optuav.solve(SMALL, problem, **{"perspective": "battery", **options})
             assert [fault.key for fault in raised.value.faults] == [
                 name for name, is_refused in refused.items() if is_refused
             ]
         elif engine == "closed-form" and slot_s is not None:
             with pytest.raises(InputError, match="continuous times only"):
-                optuav.solve(SMALL, problem, **options)
+                optuav.solve(SMALL, problem, **{"perspective": "battery", **options})
         else:
-            plan = optuav.solve(SMALL, problem, **options)
+            plan = optuav.solve(SMALL, problem, **{"perspective": "battery", **options})
             assert plan.slot_s == (50.0 if engine == "grid" and slot_s is None else slot_s)
             assert plan.engine == ("grid" if plan.slot_s else "closed-form") or not plan
             assert (plan.building, plan.order) == (building, order)
@@ -284,7 +284,7 @@ def test_every_pair_of_options_is_answered_or_refused(problem: str) -> None:
 def test_options_that_do_not_exist_are_refused(options: dict[str, Any], words: str) -> None:
     """With what there is instead."""
     with pytest.raises(InputError) as raised:
-        optuav.solve(PAPER, **options)
+        optuav.solve(PAPER, **{"perspective": "battery", **options})
     assert any(word in str(raised.value) for word in words.split("|"))
 
 
@@ -310,32 +310,37 @@ def test_all_wrong_options_are_told_at_once() -> None:
 
 def test_a_slot_longer_than_the_mission() -> None:
     """P3 may be cut short to nothing or all; P4 has no whole slot and says so."""
-    late = optuav.solve(PAPER, "P4", building="b1", slot_s=5000)
+    late = optuav.solve(PAPER, "P4", building="b1", slot_s=5000, perspective="battery")
     assert not late
-    assert late.reasons == ("no whole slots of 5000 s satisfy all constraints together",)
-    assert optuav.solve(PAPER, "P3", slot_s=5000).hover_time_s == 0.0
+    assert late.reasons == (
+        "no whole slots of 5000 s satisfy all constraints together; "
+        "without slots there are times that do",
+    )
+    assert optuav.solve(PAPER, "P3", slot_s=5000, perspective="battery").hover_time_s == 0.0
 
 
 def test_too_many_slots_are_refused_before_they_fill_the_memory() -> None:
     """A year of milliseconds."""
     ample = PAPER.replace({"limits.deadline_s": 1e7, "battery.capacity_As": 1e9})
     with pytest.raises(InputError, match=r"slots of 0\.001 s are too short"):
-        optuav.solve(ample, "P3", slot_s=1e-3)
+        optuav.solve(ample, "P3", slot_s=1e-3, perspective="battery")
 
 
 def test_the_grid_takes_the_slot_of_the_mission() -> None:
     """limits.slot_s, unless another is stated."""
     mission = TABLE_2.replace({"limits.slot_s": 7})
-    assert optuav.solve(mission, "P3", engine="grid").slot_s == 7.0
-    assert optuav.solve(mission, "P3", engine="grid").hover_time_s % 7 == 0.0
-    assert optuav.solve(mission, "P3", slot_s=2.0).slot_s == 2.0
+    assert optuav.solve(mission, "P3", engine="grid", perspective="battery").slot_s == 7.0
+    assert optuav.solve(mission, "P3", engine="grid", perspective="battery").hover_time_s % 7 == 0.0
+    assert optuav.solve(mission, "P3", slot_s=2.0, perspective="battery").slot_s == 2.0
 
 
 def test_a_mission_goes_by_name_by_path_or_as_itself(tmp_path: Path) -> None:
     """The same plan three ways."""
     PAPER.save(tmp_path / "paper.toml")
     by_path = [tmp_path / "paper.toml", str(tmp_path / "paper.toml")]
-    assert [optuav.solve(each) for each in ("paper", *by_path)] == [optuav.solve(PAPER)] * 3
+    assert [optuav.solve(each, perspective="battery") for each in ("paper", *by_path)] == [
+        optuav.solve(PAPER, perspective="battery")
+    ] * 3
 
 
 # Ties
@@ -345,7 +350,7 @@ def test_of_equal_plans_the_shortest_mission_is_taken() -> None:
     """Two roofs alike but for their height above the way; hovering all the deadline leaves ties."""
     mission = PAPER.replace({"limits.deadline_s": 300})
     for trajectory in ("optimal", "direct"):
-        plan = optuav.solve(mission, trajectory=trajectory)
+        plan = optuav.solve(mission, trajectory=trajectory, perspective="battery")
         assert plan.route == ("origin", "hover", "destination")
         assert plan.rest_time_s == 0.0
 
@@ -365,12 +370,20 @@ def test_of_equal_plans_the_fewest_stops_then_the_first_building_then_rest_first
     }
     spots = [{"name": name, "position_m": [1000, 2800, 50]} for name in ("second", "first")]
     mission = TABLE_2.replace(line | {"buildings": spots})
-    assert optuav.solve(mission).route == ("origin", "hover", "destination")
-    assert optuav.solve(mission, trajectory="traj1").route[1] == "second"
-    assert optuav.solve(mission, trajectory="traj2").route[1:3] == ("second", "hover")
+    assert optuav.solve(mission, perspective="battery").route == ("origin", "hover", "destination")
+    assert optuav.solve(mission, trajectory="traj1", perspective="battery").route[1] == "second"
+    assert optuav.solve(mission, trajectory="traj2", perspective="battery").route[1:3] == (
+        "second",
+        "hover",
+    )
     swapped = mission.replace({"buildings": spots[::-1]})
-    assert optuav.solve(swapped, trajectory="traj2").route[1:3] == ("first", "hover")
-    hover_first = optuav.solve(mission, trajectory="traj2", order="hover-first")
+    assert optuav.solve(swapped, trajectory="traj2", perspective="battery").route[1:3] == (
+        "first",
+        "hover",
+    )
+    hover_first = optuav.solve(
+        mission, trajectory="traj2", order="hover-first", perspective="battery"
+    )
     assert hover_first.route[1:3] == ("hover", "second")
 
 
@@ -401,7 +414,7 @@ def test_wind_costs_hover_time() -> None:
 
 def test_without_a_laser_no_rest_pays() -> None:
     """Direct, on what the battery holds."""
-    plan = optuav.solve(PAPER.replace({"laser": None}))
+    plan = optuav.solve(PAPER.replace({"laser": None}), perspective="battery")
     assert plan.route == ("origin", "hover", "destination")
     expected_s = (0.95 * 72000 - 2 * 3921.555) / (4 * 23.2276 + 5)
     assert plan.hover_time_s == pytest.approx(expected_s, abs=2e-3)
@@ -410,17 +423,21 @@ def test_without_a_laser_no_rest_pays() -> None:
 def test_without_buildings_there_is_the_direct_way_only() -> None:
     """traj1 and traj2 say that there is nothing to go by way of."""
     mission = PAPER.replace({"buildings": []})
-    assert optuav.solve(mission).hover_time_s == pytest.approx(688.848, abs=5e-4)
+    assert optuav.solve(mission, perspective="battery").hover_time_s == pytest.approx(
+        688.848, abs=5e-4
+    )
     for trajectory in ("traj1", "traj2"):
-        plan = optuav.solve(mission, trajectory=trajectory)
+        plan = optuav.solve(mission, trajectory=trajectory, perspective="battery")
         assert plan.reasons == ("the mission has no building to go by way of",)
 
 
 def test_one_building_and_no_other() -> None:
     """b7 alone: what P4 gives, or the direct flight."""
     mission = PAPER.replace({"buildings": [PAPER.buildings[6].model_dump()]})
-    rest = optuav.solve(mission, "P4", building="b7").hover_time_s
-    assert hover_s(mission) == max(rest, optuav.solve(mission, "P3").hover_time_s)
+    rest = optuav.solve(mission, "P4", building="b7", perspective="battery").hover_time_s
+    assert hover_s(mission) == max(
+        rest, optuav.solve(mission, "P3", perspective="battery").hover_time_s
+    )
 
 
 def test_a_round_trip_from_the_hover_point() -> None:
@@ -428,11 +445,11 @@ def test_a_round_trip_from_the_hover_point() -> None:
     place = [1000, 2800, 60]
     keys = ("route.origin_m", "route.hover_m", "route.destination_m")
     mission = PAPER.replace(dict.fromkeys(keys, place))
-    plan = optuav.solve(mission, "P3")
+    plan = optuav.solve(mission, "P3", perspective="battery")
     assert plan.flight_time_s == 0.0
     expected_s = 0.95 * 72000 / (4 * 23.2276 + 5 - 10)
     assert plan.hover_time_s == pytest.approx(expected_s, abs=2e-3)
-    assert optuav.solve(mission).hover_time_s >= plan.hover_time_s
+    assert optuav.solve(mission, perspective="battery").hover_time_s >= plan.hover_time_s
 
 
 @given(missions())
@@ -441,7 +458,7 @@ def test_a_round_trip_home(mission: Mission) -> None:
     home = mission.replace({"route.destination_m": list(mission.route.origin_m)})
     for building in home.buildings:
         there, back = (
-            optuav.solve(home, "P4", building=building.name, order=order)
+            optuav.solve(home, "P4", building=building.name, order=order, perspective="battery")
             for order in ("rest-first", "hover-first")
         )
         assert bool(there) == bool(back)
@@ -452,7 +469,7 @@ def test_a_round_trip_home(mission: Mission) -> None:
 def test_a_hover_that_charges_lasts_as_long_as_the_deadline() -> None:
     """The laser gives more than hovering takes."""
     strong = {"laser.power_W": 1e5, "battery.charge_current_A": 200}
-    plan = optuav.solve(PAPER.replace(strong))
+    plan = optuav.solve(PAPER.replace(strong), perspective="battery")
     assert plan.mission_time_s == pytest.approx(1200, abs=1e-9)
     assert plan.rest_time_s == 0.0
     assert plan.phases[1].current_A > 0.0
@@ -470,7 +487,7 @@ def test_ten_thousand_buildings() -> None:
         for k in range(10_000)
     ]
     mission = PAPER.replace({"buildings": houses, "route.origin_m": [0, 0, 70]})
-    plan = optuav.solve(mission)
+    plan = optuav.solve(mission, perspective="battery")
     expected = longest_of_all(mission, optuav.graph(mission))
     assert expected is not None
     assert plan.hover_time_s == pytest.approx(expected.hover_s, abs=1e-6)
@@ -507,13 +524,13 @@ class WithoutEnd(Formulation):
 
 def test_formulations_of_ones_own() -> None:
     """They go the direct way; by way of a building only if they declare a rest."""
-    plan = optuav.solve(PAPER, WithoutRest)
+    plan = optuav.solve(PAPER, WithoutRest, perspective="battery")
     assert plan.problem == "WithoutRest"
     assert plan.mission_time_s == pytest.approx(1200)
-    plan = optuav.solve(PAPER, WithoutRest, building="b1")
+    plan = optuav.solve(PAPER, WithoutRest, building="b1", perspective="battery")
     assert plan.reasons == ("WithoutRest declares no rest_time_s by way of a building",)
-    assert optuav.solve(PAPER, OfOtherThings).hover_time_s == 0.0
-    endless = optuav.solve(PAPER, WithoutEnd)
+    assert optuav.solve(PAPER, OfOtherThings, perspective="battery").hover_time_s == 0.0
+    endless = optuav.solve(PAPER, WithoutEnd, perspective="battery")
     assert endless.status == "unbounded"
     assert endless.reasons
     assert not endless
@@ -527,7 +544,10 @@ def test_the_same_question_has_the_same_answer() -> None:
     for mission, options in itertools.product(
         (PAPER, TABLE_2), ({}, {"trajectory": "traj2"}, {"slot_s": 20.0})
     ):
-        twice = [optuav.solve(mission, **options).to_dict() for _ in range(2)]  # type: ignore[arg-type]
+        twice = [
+            optuav.solve(mission, **{"perspective": "battery", **options}).to_dict()
+            for _ in range(2)
+        ]  # type: ignore[arg-type]
         assert json.dumps(twice[0]) == json.dumps(twice[1])
 
 

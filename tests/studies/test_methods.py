@@ -91,7 +91,7 @@ def test_slots_are_those_of_algorithm_1_as_printed(
     paper: Comparison, order: str, method: str
 ) -> None:
     """Its two loops over Δ and T', with the charge counted from the phases of a plan."""
-    plan = optuav.solve(two_buildings(), "P4", building="b9", order=order)
+    plan = optuav.solve(two_buildings(), "P4", building="b9", order=order, perspective="battery")
     drawn_As = sum(-p.current_A * p.duration_s for p in plan.phases if p.kind == "flight")
     current = {phase.kind: phase.current_A for phase in plan.phases}
 
@@ -111,7 +111,9 @@ def test_bounds_are_one_slot_or_two(paper: Comparison) -> None:
     found = cell(paper, "P4 b1 rest-first", "grid 60 s")
     assert found.largest_gap_s == 120.0
     assert "not a whole number of slots" in found.words
-    flight_s = optuav.solve(two_buildings(), "P4", building="b1", order="rest-first").flight_time_s
+    flight_s = optuav.solve(
+        two_buildings(), "P4", building="b1", order="rest-first", perspective="battery"
+    ).flight_time_s
     whole = two_buildings(limits__deadline_s=flight_s + 1000.0)
     found = optuav.compare(whole, slots=(10.0,), engines=("grid",))
     assert cell(found, "P4 b1 rest-first", "grid 10 s").largest_gap_s == 10.0

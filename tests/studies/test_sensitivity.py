@@ -69,7 +69,7 @@ def test_a_kink_has_no_elasticity() -> None:
             "limits.deadline_s": 5000,
         }
     )
-    plan = optuav.solve(mission)
+    plan = optuav.solve(mission, perspective="battery")
     both = mission.replace({"limits.deadline_s": plan.mission_time_s})
     found = effect(optuav.sensitivity(both, {}), "limits.deadline_s")
     assert found.exact_elasticity is None
@@ -89,7 +89,7 @@ def test_single_keys_are_what_solving_again_tells() -> None:
             fits = ("emitter_slope", "emitter_offset_W", "receiver_slope", "receiver_offset_W")
             more = {f"laser.{name}": getattr(mission.laser, name) for name in fits}
         for value, hover_s in ((each.low, each.hover_low_s), (each.high, each.hover_high_s)):
-            plan = optuav.solve(mission.replace({key: value, **more}))
+            plan = optuav.solve(mission.replace({key: value, **more}), perspective="battery")
             assert hover_s == pytest.approx(plan.hover_time_s, abs=1e-5), key
 
 
@@ -98,7 +98,9 @@ def test_the_largest_effect_comes_first_and_a_lost_plan_is_the_largest() -> None
     found = optuav.sensitivity("paper", {})
     first = found.effects[0]
     assert (first.key, first.hover_low_s) == ("link.device_m[1]", None)
-    assert not optuav.solve(optuav.load("paper").replace({"link.device_m": [1000, 2700, 0]}))
+    assert not optuav.solve(
+        optuav.load("paper").replace({"link.device_m": [1000, 2700, 0]}), perspective="battery"
+    )
     swings = [each.swing_s(found.hover_time_s) for each in found.effects]
     assert swings == sorted(swings, reverse=True)
 
@@ -113,7 +115,7 @@ def test_samples_do_not_depend_on_how_many_are_worked_out_at_once() -> None:
             {"body": {"mass_kg": {"percent": 8}}, **SIZE, "link": {"rice_factor": {"percent": 5}}},
         ),
     )
-    plan = FixedPlan.of(optuav.solve(mission), mission)
+    plan = FixedPlan.of(optuav.solve(mission, perspective="battery"), mission)
 
     def chances(samples: int, at_once: int) -> Any:
         return _chances(base, spread, "battery", plan, samples, 3, stated=True, at_once=at_once)
@@ -187,7 +189,7 @@ def test_a_plan_that_the_battery_cannot_deliver_is_never_flyable() -> None:
     """The optimum of `paper` runs dry and is charged past full; that of `matrice350` is neither."""
     for name, expected in (("paper", False), ("matrice350", True)):
         mission = optuav.load(name)
-        kept = FixedPlan.of(optuav.solve(mission), mission).kept(
+        kept = FixedPlan.of(optuav.solve(mission, perspective="battery"), mission).kept(
             {"battery.capacity_As": np.array([mission.battery.capacity_As])}
         )
         assert kept["never dry"][0] == expected
@@ -199,7 +201,9 @@ def test_a_plan_that_the_battery_cannot_deliver_is_never_flyable() -> None:
 def test_a_fixed_plan_is_flyable_where_the_replay_says_so() -> None:
     """Sample by sample, with another battery, air, load and speed; both verdicts occur."""
     mission = optuav.load("matrice350").replace({"limits.deadline_s": 3100})
-    plan = optuav.solve(mission.replace({"limits.deadline_s": 3000, "limits.min_soc": 0.23}))
+    plan = optuav.solve(
+        mission.replace({"limits.deadline_s": 3000, "limits.min_soc": 0.23}), perspective="battery"
+    )
     stated = {
         "battery": {"capacity_As": {"percent": 6}, "flow_rate_per_s": {"percent": 50}},
         "flight": {"hover_current_A": {"percent": 3}, "max_speed_m_s": {"percent": 20}},
@@ -219,7 +223,7 @@ def test_a_fixed_plan_is_flyable_where_the_replay_says_so() -> None:
 
 
 def test_a_plan_over_other_places_is_refused() -> None:
-    plan = optuav.solve("paper")
+    plan = optuav.solve("paper", perspective="battery")
     with pytest.raises(InputError, match="a plan over the places of this mission"):
         FixedPlan.of(plan, optuav.load("paper").replace({"buildings.b1.name": "tower"}))
 

@@ -24,7 +24,7 @@ def optimum(text: str, path: Path) -> float:
 
 
 def test_text_and_latex_are_the_programs_own() -> None:
-    program = optuav.formulate("paper", "P1")
+    program = optuav.formulate("paper", "P1", perspective="battery")
     assert statement(program) == str(program)
     latex = statement(program, "latex")
     assert latex.count(r"\begin{align*}") == len(program.parts) == 2
@@ -52,7 +52,7 @@ def test_a_file_holds_the_route_that_solve_takes(
 @pytest.mark.parametrize("problem", ["P2", "P2-tight"])
 def test_the_shortest_flight_and_rest(problem: str, tmp_path: Path) -> None:
     mission = optuav.load("paper").replace({"limits.deadline_s": 800})
-    program = optuav.formulate(mission, problem)
+    program = optuav.formulate(mission, problem, perspective="battery")
     plan = program.solve()
     shortest_s = plan.flight_time_s + plan.rest_time_s
     found = optimum(statement(program, "lp"), tmp_path / "file.lp")
@@ -63,7 +63,7 @@ def test_the_shortest_flight_and_rest(problem: str, tmp_path: Path) -> None:
 
 def test_where_no_route_has_an_answer_the_shortest_flight_is_told() -> None:
     mission = optuav.load("paper").replace({"limits.deadline_s": 60})
-    text = statement(optuav.formulate(mission, "P1"), "lp")
+    text = statement(optuav.formulate(mission, "P1", perspective="battery"), "lp")
     assert "route origin -> hover -> destination" in text
     assert "no route has an answer; that of the shortest flight of 21 routes" in text
 
@@ -74,11 +74,13 @@ def test_what_is_not_linear_is_refused_before_anything_is_solved() -> None:
 
 
 def test_where_nothing_flies_there_is_nothing_to_state() -> None:
-    program = optuav.formulate(optuav.load("paper").replace({"body.mass_kg": 50}), "P1")
+    program = optuav.formulate(
+        optuav.load("paper").replace({"body.mass_kg": 50}), "P1", perspective="battery"
+    )
     with pytest.raises(NoPlanError, match="nothing can be flown: the UAV cannot fly"):
         statement(program, "lp")
 
 
 def test_an_unknown_form_is_refused() -> None:
     with pytest.raises(InputError, match="one of text, latex, lp, mps"):
-        statement(optuav.formulate("paper", "P3"), "nl")
+        statement(optuav.formulate("paper", "P3", perspective="battery"), "nl")

@@ -16,7 +16,7 @@ from optuav.studies.reproduce.perspectives import OURS, deadlines_s
 
 def runs_dry(mission: Mission) -> Iterator[Exhibit]:
     """The available well over the direct path, which η1 says nothing of."""
-    plan = solve(mission, "P3")
+    plan = solve(mission, "P3", perspective="battery")
     if not plan:
         return
     level = 100.0 * plan.phases[-1].available_As[0] / float(vehicle.pool(mission).capacity_As)
@@ -41,7 +41,8 @@ def runs_dry(mission: Mission) -> Iterator[Exhibit]:
 def overcharges(mission: Mission) -> Iterator[Exhibit]:
     """Resting first charges a battery that is nearly full."""
     plans = [
-        solve(mission, "P4", building=each.name, order="rest-first") for each in mission.buildings
+        solve(mission, "P4", building=each.name, order="rest-first", perspective="battery")
+        for each in mission.buildings
     ]
     found = [plan for plan in plans if plan]
     if not found:
@@ -71,7 +72,10 @@ def _course(plan: Plan) -> list[dict[str, float]]:
 def second_problem(mission: Mission) -> Iterator[Exhibit]:
     """(P2) as printed asks for the shortest flight, and any Δ will do."""
     asked = mission.replace({"limits.deadline_s": deadlines_s(mission)[0]})
-    plans = {problem: solve(asked, problem) for problem in ("P1", "P2", "P2-tight")}
+    plans = {
+        problem: solve(asked, problem, perspective="battery")
+        for problem in ("P1", "P2", "P2-tight")
+    }
     found = {problem: plan for problem, plan in plans.items() if plan}
     if "P1" not in found:
         return
@@ -112,7 +116,7 @@ def second_problem(mission: Mission) -> Iterator[Exhibit]:
 
 def peak_speed(mission: Mission) -> Iterator[Exhibit]:
     """Speed over the first leg: nothing in the model slows the UAV down."""
-    plan = solve(mission, "P3")
+    plan = solve(mission, "P3", perspective="battery")
     first = modelled_leg(plan)
     if first is None:
         return
