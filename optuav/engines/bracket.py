@@ -19,6 +19,7 @@ from optuav.engines.solution import Booleans, Floats, Solution, Status
 from optuav.errors import InputError
 from optuav.modelling.check import check, relations
 from optuav.modelling.exponential import CONSTANT, Exponential, Monomial
+from optuav.modelling.expression import Variable, leaves
 from optuav.modelling.model import Model
 
 NAME = "bracket"
@@ -119,9 +120,12 @@ def _top(forms: Sequence[Exponential], name: str, programmes: int) -> Floats:
 
 
 def _binding(model: Model, values: Mapping[str, Any], answered: Booleans) -> dict[str, Booleans]:
-    """Which constraints hold with equality, by label."""
+    """Which constraints of the unknowns hold with equality, by label."""
     found: dict[str, Booleans] = {}
-    for row in check(model, values):
+    for each, row in zip(relations(model), check(model, values), strict=True):
+        sides = leaves(each.relation.left, each.relation.right)
+        if not any(isinstance(leaf, Variable) for leaf in sides):
+            continue
         tight = answered & (np.abs(row.slack) <= TIGHT * np.maximum(1.0, np.abs(row.right)))
         found[row.label] = found[row.label] | tight if row.label in found else tight
     return found

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -185,10 +186,32 @@ def solve(
         hover_point=hover_point,
     )
     if (stops, hovers) == (1, 1):
-        return program.solve()
+        plan = program.solve()
+        if plan and plan.engine == "bracket" and perspective == AVAILABLE and problem in PROMISING:
+            promised = replace(program.question, perspective="battery", engine=AUTO)
+            parts = _parts(promised, program.worked_out)
+            return beside(plan, Program(promised, program.worked_out, parts, ()).solve())
+        return plan
     from optuav.solving.several_stops import several_stops
 
     return several_stops(program, stops, hovers, graph, progress)
+
+
+PROMISING = ("P1", "P3", "P4")
+"""Problems of which a plan tells what the paper's perspective would have promised."""
+
+
+def beside(plan: Plan, promised: Plan) -> Plan:
+    """The plan with a note on what another, that looks at the end alone, promises."""
+    if not promised or promised.hover_time_s <= plan.hover_time_s:
+        return plan
+    words = (
+        f"perspective {promised.perspective}, which looks at the charge left at the end alone, "
+        f"promises {promised.hover_time_s:.2f} s of hover"
+    )
+    if promised.runs_dry_s is not None:
+        words += f"; that plan would run dry and fall at {promised.runs_dry_s:.2f} s"
+    return plan.model_copy(update={"notes": (*plan.notes, words)})
 
 
 def _worked_out(mission: Mission, graph: Graph | None) -> Network:
