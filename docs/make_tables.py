@@ -75,7 +75,7 @@ def _options() -> Iterator[Row]:
 def accepted(problem: str | type[Formulation], **given: Any) -> bool:
     """Whether `optuav.formulate` takes some options."""
     try:
-        optuav.formulate("paper", problem, **given)
+        optuav.formulate("paper", problem, perspective="battery", **given)
     except optuav.InputError:
         return False
     return True

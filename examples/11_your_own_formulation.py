@@ -45,12 +45,8 @@ class LeastRest(Formulation):
         self.keep_deadline(model, "deadline", hover, rest)
 
 
-asked = {
-    "problem": LeastRest,
-    "building": "b1",
-    "order": "rest-first",
-    "perspective": "battery",
-}
+counted = {"perspective": "battery"}
+asked = {"problem": LeastRest, "building": "b1", "order": "rest-first", **counted}
 program = optuav.formulate(mission, **asked)
 print(program)
 found = traits(program.parts[0].model)
@@ -61,7 +57,7 @@ for engine in takers(found, slots=False):
     print(f"{engine:<12}{plan.rest_time_s:10.4f} s  {plan.proof}")
     assert math.isclose(plan.hover_time_s, WANTED_S)
 
-best = optuav.solve(mission, LeastRest, perspective="battery")
+best = optuav.solve(mission, LeastRest, **counted)
 print("over all routes:", " → ".join(best.route), f"rests {best.rest_time_s:.4f} s")
 rows = program.check({"hover_time_s": WANTED_S, "rest_time_s": best.rest_time_s - 1.0})
 assert best.route == ("origin", "b1", "hover", "destination")
@@ -72,14 +68,14 @@ assert [row.label for row in rows if not row.satisfied] == ["state of charge"]
 
 # %%
 tight = mission.replace({"limits.deadline_s": best.mission_time_s})
-assert math.isclose(optuav.solve(tight, perspective="battery").hover_time_s, WANTED_S, abs_tol=1e-6)
+assert math.isclose(optuav.solve(tight, **counted).hover_time_s, WANTED_S, abs_tol=1e-6)
 
 # %% [markdown]
 # Prices are in seconds of rest now. Up to 688 s the direct route will do; from there on a second of
 # hover costs what the laser needs to bring its charge; beyond 719 s there is no time for that.
 
 # %%
-compiled = optuav.formulate(mission, LeastRest, perspective="battery").compile()
+compiled = optuav.formulate(mission, LeastRest, **counted).compile()
 for wanted_s in (680.0, 690.0, 700.0, 710.0, 720.0):
     answer = compiled.solve(wanted_hover_s=wanted_s)
     if answer.status.has_answer:
@@ -113,14 +109,10 @@ class SmallestBattery(Formulation):
         self.keep_deadline(model, "deadline", hover, rest)
 
 
-smallest = optuav.formulate(mission, SmallestBattery, perspective="battery").compile().solve()
+smallest = optuav.formulate(mission, SmallestBattery, **counted).compile().solve()
 print(smallest.engine, {name: round(value, 1) for name, value in smallest.point(0).items()})
 lighter = mission.replace({"battery.capacity_As": smallest.point(0)["pack_As"]})
-print(
-    f"with that pack (P1) hovers {optuav.solve(lighter, perspective='battery').hover_time_s:.6f} s"
-)
+print(f"with that pack (P1) hovers {optuav.solve(lighter, **counted).hover_time_s:.6f} s")
 
 assert (smallest.engine, lighter.battery.capacity_As < 36_000.0) == ("cvxpy", True)
-assert math.isclose(
-    optuav.solve(lighter, perspective="battery").hover_time_s, WANTED_S, abs_tol=1e-6
-)
+assert math.isclose(optuav.solve(lighter, **counted).hover_time_s, WANTED_S, abs_tol=1e-6)

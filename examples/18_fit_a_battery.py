@@ -90,7 +90,7 @@ print(fit.to_toml())
 mission = optuav.load("paper").replace(
     {key: value for key, value in fit.changes.items() if key != "battery.capacity_As"}
 )
-plans = [optuav.solve(each, "P3") for each in ("paper", mission)]
+plans = [optuav.solve(each, "P3", perspective="battery") for each in ("paper", mission)]
 print([f"runs dry at {plan.runs_dry_s:.0f} s" for plan in plans])
 
 assert plans[0].hover_time_s == plans[1].hover_time_s  # coulombs do not know of wells

@@ -17,6 +17,8 @@ from tests.diagnosis.missions import SMALL
 app = typer.Typer()
 app.command()(explain)
 
+BATTERY = ("--perspective", "battery")
+
 
 def run(*arguments: str) -> Result:
     return CliRunner().invoke(app, list(arguments))
@@ -32,7 +34,7 @@ def test_an_optimum_is_explained_with_exit_code_0() -> None:
 
 def test_an_infeasible_question_exits_with_1(tmp_path: Path) -> None:
     SMALL.replace({"limits.deadline_s": 60}).save(tmp_path / "short.toml")
-    result = run(str(tmp_path / "short.toml"), "--problem", "P3", "--json")
+    result = run(str(tmp_path / "short.toml"), *BATTERY, "--problem", "P3", "--json")
     assert result.exit_code == 1
     answer = json.loads(result.output)
     assert answer["status"] == "infeasible"

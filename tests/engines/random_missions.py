@@ -78,8 +78,12 @@ def exact(given: Mapping[str, Any], perspective: str, *, rests: bool) -> Exact |
         q, a = share * E0 - g["flight_energy_J"], g["hover_power_W"] - g["hover_received_W"]
         r = g.get("rest_received_W", Fraction(0))
     else:
-        q = share - g["flight_energy_J"] / (B * g["flight_voltage_V"])
-        a = g["hover_power_W"] / (B * g["hover_voltage_V"]) - g["hover_received_W"] / E0
+        E1, E2 = (
+            g[f"{stay}_battery_J"] if f"{stay}_battery_J" in g else B * g[f"{stay}_voltage_V"]
+            for stay in ("flight", "hover")
+        )
+        q = share - g["flight_energy_J"] / E1
+        a = g["hover_power_W"] / E2 - g["hover_received_W"] / E0
         r = g.get("rest_received_W", Fraction(0)) / E0
     τ = g["deadline_s"] - g["flight_time_s"]
     r = max(r, Fraction(0)) if rests else Fraction(0)

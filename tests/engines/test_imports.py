@@ -106,6 +106,7 @@ def test_nothing_heavy_is_loaded_for(program: str) -> None:
 @pytest.mark.parametrize(("engine", "library"), [("cvxpy", "cvxpy"), ("casadi", "casadi")])
 def test_an_engine_loads_its_own_library(engine: str, library: str) -> None:
     """The list above would see it."""
-    found = loaded(f"import optuav; optuav.solve('paper', 'P3', engine={engine!r})")
+    asked = f"'P3', engine={engine!r}, perspective='battery'"
+    found = loaded(f"import optuav; optuav.solve('paper', {asked})")
     assert library in found
     assert not found & ({"cvxpy", "casadi", "matplotlib"} - {library})

@@ -27,6 +27,7 @@ from tests.engines.optimality import solved
 from tests.formulations.given import quantities
 
 CONTINUOUS = [each.name for each in CAPABILITIES if each.slots is not None]
+LINEAR = ("--perspective", "battery")
 DIRECT_S = 688.848
 """Δ of the direct flight of the mission ``paper``, bound by charge."""
 
@@ -87,7 +88,7 @@ def test_mission_with_a_missing_number_is_no_plan(
     with pytest.raises(SolverError, match="numbers that it cannot use"):
         solve("paper", "P4", building="b1", engine=engine, perspective="battery")
     with pytest.raises(SystemExit) as exit_code:
-        main(["solve", "paper", "--problem", "P4", "--building", "b1", "--engine", engine])
+        main(["solve", "paper", *LINEAR, "--problem", "P4", "--building", "b1", "--engine", engine])
     assert exit_code.value.code == 3
 
 
@@ -188,7 +189,7 @@ def test_missing_solver_names_the_installed_ones(capsys: pytest.CaptureFixture[s
     with pytest.raises(InputError, match=r"no solver 'GUROBO'; installed: .*HIGHS"):
         solve("paper", engine="cvxpy", solver="GUROBO", perspective="battery")
     with pytest.raises(SystemExit) as exit_code:
-        main(["solve", "paper", "--engine", "cvxpy", "--solver", "GUROBO"])
+        main(["solve", "paper", *LINEAR, "--engine", "cvxpy", "--solver", "GUROBO"])
     assert exit_code.value.code == 2
     assert "GUROBO" in capsys.readouterr().err
 
@@ -213,7 +214,7 @@ def test_passed_time_limit_is_exit_code_3(
 ) -> None:
     """No plan is shown, proved or not."""
     with pytest.raises(SystemExit) as exit_code:
-        main(["solve", "paper", "--time-limit-s", "1e-9", *options])
+        main(["solve", "paper", *LINEAR, "--time-limit-s", "1e-9", *options])
     assert exit_code.value.code == 3
     shown = capsys.readouterr()
     assert shown.out == ""
@@ -268,7 +269,7 @@ def test_failure_inside_cvxpy_is_exit_code_3(
 
     monkeypatch.setattr(cvxpy.Problem, "solve", fail)
     with pytest.raises(SystemExit) as exit_code:
-        main(["solve", "paper", "--engine", "cvxpy"])
+        main(["solve", "paper", *LINEAR, "--engine", "cvxpy"])
     assert exit_code.value.code == 3
     assert "cvxpy with HIGHS failed: numerical trouble" in capsys.readouterr().err
 
@@ -359,7 +360,8 @@ def test_highs_and_ipopt_live_in_one_process() -> None:
     program = (
         "from optuav import solve\n"
         "for engine in {order}:\n"
-        "    print(round(solve('paper', 'P3', engine=engine).hover_time_s, 3))\n"
+        "    plan = solve('paper', 'P3', engine=engine, perspective='battery')\n"
+        "    print(round(plan.hover_time_s, 3))\n"
     )
     for order in (("cvxpy", "casadi"), ("casadi", "cvxpy")):
         done = subprocess.run(

@@ -13,7 +13,7 @@ from formulations.p3 import P3
 from formulations.p4 import P4
 from optuav.engines import closed_form
 from optuav.engines.solution import Status
-from optuav.modelling import affine
+from optuav.modelling import Model, affine
 from tests.formulations.given import LINEAR, TABLE_II, quantities
 
 P3_PAGE = """\
@@ -198,8 +198,9 @@ def test_formulation_of_ones_own() -> None:
     """One class with one method; its first line is the title, the class's name where none is."""
 
     class Least(Formulation):
-        def declare(self, model: object) -> None:
-            """State nothing."""
+        def declare(self, model: Model) -> None:
+            """State the shortest hover."""
+            model.minimise(model.variable("hover_time_s", "Δ", unit="s"))
 
     assert Least.model(quantities()).title == "Least"
     assert P3.model(quantities()).title == "P3: longest hover on a given route without a rest"

@@ -22,7 +22,8 @@ def without_laser(mission: Mission) -> Mission:
 
 
 def direct(mission: Mission, capacity_As: float, **asked: Any) -> Plan:
-    """(P3) with packs of another capacity [A s]."""
+    """(P3) with packs of another capacity [A s], by charge unless asked for otherwise."""
+    asked = {"perspective": "battery", **asked}
     return solve(mission.replace({"battery.capacity_As": capacity_As}), "P3", **asked)
 
 
