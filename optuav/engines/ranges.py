@@ -80,9 +80,11 @@ def slot_ranges(model: Model, parameters: Values, slot_s: float) -> dict[str, tu
     ranges = {}
     for variable in (each for each in model.variables if not each.binary):
         least, bound = lower[variable.name], min(implied[variable.name], own[variable.name])
-        for stated, word in ((least, "a lower"), (bound, "an upper")):
-            if not math.isfinite(stated):
-                raise InputError(f"whole slots need {word} bound on {variable.symbol}")
+        if not math.isfinite(least):
+            raise InputError(f"whole slots need a lower bound on {variable.symbol}")
+        if not bound < math.inf:
+            raise InputError(f"whole slots need an upper bound on {variable.symbol}")
+        bound = max(bound, least - slot_s)  # it may lie infinitely far below: no slot fits
         first = max(variable.first_slot, -last_slot(-least, slot_s, begun=False))
         last = last_slot(bound, slot_s, begun=bound == own[variable.name] >= least)
         ranges[variable.name] = (first, max(last, first - 1))

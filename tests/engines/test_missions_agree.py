@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from hypothesis import assume, given
+from hypothesis import HealthCheck, assume, given, settings
 from hypothesis import strategies as st
 
 from optuav.engines.solution import Status
@@ -127,6 +127,7 @@ def test_engines_agree_on_whole_missions(
     assert not wrong, "\n".join(wrong)
 
 
+@settings(suppress_health_check=[HealthCheck.filter_too_much])
 @pytest.mark.campaign
 @given(questions(), st.sampled_from(list(PRICED_WITHIN)))
 def test_prices_of_whole_missions_are_differences(

@@ -4,7 +4,18 @@ from __future__ import annotations
 
 import pytest
 
-from optuav.engines.ranges import last_slot
+from optuav.engines.ranges import last_slot, slot_ranges
+from optuav.modelling import Model
+
+
+def test_a_bound_infinitely_far_below_leaves_no_slot() -> None:
+    """A rest that costs 2e-313 A, found by the campaign: its bound overflows, and none fits."""
+    model = Model("overflow")
+    hover = model.variable("hover", "Δ", unit="s", first_slot=1, upper=100.0)
+    rest = model.variable("rest", "T'", unit="s", first_slot=1)
+    model.maximise(hover)
+    model.subject_to("charge", 600.0 + 30.0 * hover + 2e-313 * rest <= 540.0)
+    assert slot_ranges(model, {}, 0.5)["rest"] == (1, 0)
 
 
 @pytest.mark.parametrize(
