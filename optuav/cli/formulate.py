@@ -27,7 +27,8 @@ def formulate(
         str | None, typer.Option(help="rest-first or hover-first; both by default.")
     ] = None,
     perspective: Annotated[
-        str, typer.Option(help="available, battery, energy, adjusted or wells: see the docs.")
+        str,
+        typer.Option(help="available, battery, energy, adjusted or wells: how charge counts."),
     ] = "available",
     settings: SetOption = None,
     latex: Annotated[bool, typer.Option("--latex", help="Print LaTeX (package amsmath).")] = False,

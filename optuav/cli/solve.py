@@ -39,7 +39,8 @@ def solve(
         str | None, typer.Option(help="rest-first or hover-first; the better by default.")
     ] = None,
     perspective: Annotated[
-        str, typer.Option(help="available, battery, energy, adjusted or wells: see the docs.")
+        str,
+        typer.Option(help="available, battery, energy, adjusted or wells: how charge counts."),
     ] = "available",
     slot_s: Annotated[
         float | None,
