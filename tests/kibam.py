@@ -32,11 +32,11 @@ class Kibam:
         rate = k / c + k / (1 - c)
         # Height difference of the wells: dh/dt = I/c − rate·h.
         difference = self.y1 / c - self.y2 / (1 - c)
-        if rate * np.max(time_s, initial=0.0) < 1e-9:
-            after = difference + (current_A / c - rate * difference) * time_s
+        if rate == 0.0:
+            after = difference + current_A / c * time_s
         else:
-            settled = current_A / (c * rate)
-            after = settled + (difference - settled) * np.exp(-rate * time_s)
+            levelled = -np.expm1(-rate * time_s)
+            after = difference * (1.0 - levelled) + current_A / (c * rate) * levelled
         total = self.y1 + self.y2 + current_A * time_s
         self.y1 = c * total + c * (1 - c) * after
         self.y2 = total - self.y1
