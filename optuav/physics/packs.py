@@ -18,6 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from optuav.physics.battery import Battery, Phase, Wells, step, time_to_empty, time_to_full
+from optuav.physics.charging import held
 from optuav.physics.quantity import Quantity
 from optuav.physics.schedules import Schedule
 
@@ -256,17 +257,10 @@ class Packs:
         return length_s
 
     def _after(self, currents_A: Numbers, duration_s: Numbers, full: Marks) -> Wells:
-        """Wells after constant currents, but for full packs that are kept full.
-
-        At y1 = ωB those take I = ωk'((1−ω)B − y2), so that y2 nears (1−ω)B at the rate ωk'.
-        """
+        """Wells after constant currents, but for full packs that are kept full."""
         passed_s = duration_s[:, None]
         end = step(self.pack, self.wells, Phase(currents_A, passed_s))
         if not full.any():
             return end
-        rate = self.pack.available_fraction * self.pack.rate_per_s
-        missing_As = (self._top.bound_As - self.wells.bound_As) * np.exp(-rate * passed_s)
-        return Wells(
-            np.where(full, self._top.available_As, end.available_As),
-            np.where(full, self._top.bound_As - missing_As, end.bound_As),
-        )
+        top = held(self.pack, Wells(self._top.available_As, self.wells.bound_As), passed_s)
+        return Wells(*(np.where(full, *each) for each in zip(top, end, strict=True)))

@@ -1,0 +1,75 @@
+"""Charging near full: at constant current throughout, or with a second phase that tapers.
+
+The available well takes the full current only while y1 < ωB. In the second phase the charger holds
+y1 = ωB and gives what seeps into the bound well, I = ωk'((1−ω)B − y2), so that y2 nears (1−ω)B at
+the rate ωk' = k_F/(1−ω). The current falls from there on, and never exceeds that of the first
+phase: y1 reaches ωB from below, so what seeps away is no more than what comes in.
+
+*More never becomes less.* Wells y that hold at least as much as wells v, each for each, do so ever
+after: y charged like this at the current I, v at any currents up to I that keep v1 ≤ ωB. While
+y1 < ωB, the difference y − v obeys w' = A w + (I − u, 0) with no negative entry of A off the
+diagonal, and nothing can turn it negative. While y1 = ωB ≥ v1, (y2 − v2)' ≥ −ωk' (y2 − v2).
+So charging at full current first, and holding y1 at ωB then, is best at every moment, and a mission
+loses nothing by it later: legs and hovers keep the order as well.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from typing import Literal, TypeAlias
+
+import numpy as np
+
+from optuav.physics.battery import Battery, Phase, Wells, step, time_to_full
+from optuav.physics.quantity import Quantity
+
+Charging = Literal["constant", "taper"]
+
+
+def holding_current(battery: Battery, wells: Wells) -> Quantity:
+    """Current that keeps y1 where it is [A]: what seeps into the bound well."""
+    share = battery.available_fraction
+    return battery.flow_rate_per_s * (wells.available_As / share - wells.bound_As / (1.0 - share))
+
+
+def held(battery: Battery, wells: Wells, duration_s: Quantity) -> Wells:
+    """Wells [A s] after a duration [s], ≥ 0, in which y1 is held where it is."""
+    share = battery.available_fraction
+    lost = -np.expm1(-battery.flow_rate_per_s / (1.0 - share) * duration_s)
+    level = (1.0 - share) / share * wells.available_As
+    return Wells(wells.available_As, wells.bound_As + (level - wells.bound_As) * lost)
+
+
+def steady_time(battery: Battery, wells: Wells, phase: Phase) -> Quantity:
+    """How long a phase goes on at its constant current, until the available well is full [s].
+
+    The whole phase where that never comes, as while discharging. Wells as of `time_to_full`.
+    """
+    return np.minimum(phase.duration_s, time_to_full(battery, wells, phase.current_A))
+
+
+def charged(battery: Battery, wells: Wells, phase: Phase, steady_s: Quantity) -> Wells:
+    """Wells [A s] after a phase that is constant for `steady_s` [s], and holds y1 from then on."""
+    steady = step(battery, wells, Phase(phase.current_A, steady_s))
+    return held(battery, steady, phase.duration_s - steady_s)
+
+
+def tapered(battery: Battery, wells: Wells, phase: Phase) -> Wells:
+    """Wells [A s] after a phase whose current tapers once y1 = ωB; floats and arrays.
+
+    Parameters
+    ----------
+    battery
+        The battery.
+    wells
+        Charge at the start [A s], y1 ≤ ωB and y2 ≤ (1−ω)B.
+    phase
+        What the charger offers, less what is drawn [A], > 0 while charging, and duration [s], ≥ 0.
+    """
+    return charged(battery, wells, phase, steady_time(battery, wells, phase))
+
+
+Step: TypeAlias = Callable[[Battery, Wells, Phase], Wells]
+
+STEPS: Mapping[Charging, Step] = {"constant": step, "taper": tapered}
+"""What a phase does to the wells, by name; at constant current it may go past full."""
