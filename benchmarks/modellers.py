@@ -17,7 +17,6 @@ import numpy as np
 
 from benchmarks.timing import Row, interleaved_s
 from optuav.engines import closed_form
-from optuav.engines.sensitivity import all_shadow_prices
 from optuav.mission import Mission, load
 from optuav.solving import formulate, solve
 from optuav.solving.planning import Part
@@ -71,7 +70,7 @@ def _silence() -> Iterator[None]:
 
 def _prices(part: Part) -> Any:
     solution = closed_form.solve(part.model, len(part.routes))
-    return solution, all_shadow_prices(solution)
+    return solution, solution.all_shadow_prices()
 
 
 def _compare(parts: tuple[Part, ...], answers: list[Answer]) -> None:

@@ -17,7 +17,6 @@ from optuav.diagnosis.conflict import conflicts
 from optuav.diagnosis.explanation import Explanation, Side
 from optuav.diagnosis.prices import prices
 from optuav.diagnosis.repair import repairs_of
-from optuav.engines.solution import Status
 from optuav.mission import Mission
 from optuav.modelling import Model, NotAffineError, Relation, Variable, check
 from optuav.modelling.check import relations
@@ -26,6 +25,7 @@ from optuav.modelling.notation import Text
 from optuav.plan import Plan
 from optuav.solving import Program
 from optuav.solving.dispatch import answer
+from optuav.status import Status
 
 LONGEST = 60
 """Terms of a constraint that are written out."""

@@ -8,11 +8,12 @@ from collections.abc import Mapping
 import numpy as np
 
 from optuav.engines import closed_form, grid
+from optuav.engines.arrays import Floats
 from optuav.engines.ranges import Values, implied_upper_bounds, lower_bounds, own_upper_bounds
-from optuav.engines.solution import Floats, Status
 from optuav.modelling import Model, NotAffineError, check
 from optuav.solving import Program
 from optuav.solving.planning import Part
+from optuav.status import Status
 
 SAMPLES = 25
 """Points a side of the lattice on which a programme is tried that is not linear."""

@@ -12,7 +12,8 @@ import numpy as np
 from formulations.algorithm2 import SAME_S
 from optuav.diagnosis.keys import keys
 from optuav.engines import closed_form
-from optuav.engines.solution import ShadowPrice, Solution
+from optuav.engines.sensitivity import ShadowPrice
+from optuav.engines.solution import Solution
 from optuav.modelling import Model, Parameter, Variable
 from optuav.modelling.expression import Operand, leaves
 from optuav.solving import Program

@@ -12,8 +12,8 @@ from optuav.diagnosis.conflict import Conflict
 from optuav.diagnosis.explanation import Explanation, Side
 from optuav.diagnosis.prices import Price
 from optuav.diagnosis.repair import WRITTEN, Repair
-from optuav.engines.solution import Status
 from optuav.mission.words import shown
+from optuav.status import Status
 
 WIDTH = 80
 LABEL = 13

@@ -12,15 +12,17 @@ from typing import Any
 
 import numpy as np
 
+from optuav.engines.arrays import Booleans, Floats
 from optuav.engines.bracketing import largest, shortest
 from optuav.engines.exponential_form import rows_of, stated_forms
-from optuav.engines.sensitivity import local_multipliers
-from optuav.engines.solution import Booleans, Floats, Solution, Status
+from optuav.engines.multipliers import local_multipliers
+from optuav.engines.solution import Solution
 from optuav.errors import InputError
 from optuav.modelling.check import check, relations
 from optuav.modelling.exponential import CONSTANT, Exponential, Monomial
 from optuav.modelling.expression import Variable, leaves
 from optuav.modelling.model import Model
+from optuav.status import Status
 
 NAME = "bracket"
 PROOF = "bracketed: a feasible time, and proof that none is longer"

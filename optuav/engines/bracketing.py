@@ -13,9 +13,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from optuav.engines.arrays import Booleans, Floats
 from optuav.engines.exponential_form import Rows, Section, falling, may_fail
 from optuav.engines.sign_changes import close_in
-from optuav.engines.solution import Booleans, Floats
 
 WIDTH_S = 1e-8
 """Largest distance between a point that holds and one beyond which none does [s]."""

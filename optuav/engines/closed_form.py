@@ -15,10 +15,12 @@ from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
 
+from optuav.engines.arrays import Booleans, Floats
 from optuav.engines.linear_form import linear_form
-from optuav.engines.solution import Booleans, Floats, Solution, Status
+from optuav.engines.solution import Solution
 from optuav.modelling.expression import evaluate
 from optuav.modelling.model import Model
+from optuav.status import Status
 
 NAME = "closed-form"
 PROOF = "closed form: linear programming duality"

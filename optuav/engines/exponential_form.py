@@ -13,8 +13,8 @@ from typing import Any
 
 import numpy as np
 
+from optuav.engines.arrays import Booleans, Floats
 from optuav.engines.sign_changes import Numbers, close_in
-from optuav.engines.solution import Booleans, Floats
 from optuav.modelling.check import TOLERANCE, relations
 from optuav.modelling.exponential import (
     CONSTANT,

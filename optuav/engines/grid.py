@@ -20,13 +20,15 @@ from typing import Any
 
 import numpy as np
 
+from optuav.engines.arrays import Booleans, Floats
 from optuav.engines.ranges import implied_upper_bounds, lower_bounds, slot_ranges
-from optuav.engines.solution import Booleans, Floats, Solution, Status
+from optuav.engines.solution import Solution
 from optuav.errors import InputError, SolverError
 from optuav.modelling.affine import NotAffineError, affine
 from optuav.modelling.check import TOLERANCE, check, holding, relations
 from optuav.modelling.expression import Relation, evaluate
 from optuav.modelling.model import Model
+from optuav.status import Status
 
 NAME = "grid"
 PROOF = "exhaustive"

@@ -19,12 +19,14 @@ from typing import Any
 
 import numpy as np
 
+from optuav.engines.arrays import Floats
 from optuav.engines.linear_form import LinearForm, linear_form
 from optuav.engines.ranges import own_upper_bounds, slot_ranges
-from optuav.engines.solution import Floats, Solution, Status, stacked, unanswered
+from optuav.engines.solution import Solution, stacked, unanswered
 from optuav.errors import InputError, SolverError
 from optuav.modelling.check import TOLERANCE
 from optuav.modelling.model import Model
+from optuav.status import Status
 
 NAME = "cvxpy"
 DUALITY = "linear programming duality, KKT conditions evaluated again"

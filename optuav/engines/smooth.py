@@ -21,12 +21,14 @@ from typing import Any
 
 import numpy as np
 
+from optuav.engines.arrays import Floats
 from optuav.engines.ranges import implied_upper_bounds, lower_bounds, own_upper_bounds
-from optuav.engines.solution import Floats, Solution, Status, stacked, unanswered
+from optuav.engines.solution import Solution, stacked, unanswered
 from optuav.errors import InputError, SolverError
 from optuav.modelling.check import check, holding
 from optuav.modelling.expression import Operand, Relation, Variable, evaluate, fold, leaves
 from optuav.modelling.model import Model
+from optuav.status import Status
 
 NAME = "casadi"
 PROOF = "local: the best of several starts"

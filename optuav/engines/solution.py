@@ -2,42 +2,21 @@
 
 from __future__ import annotations
 
-import math
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from typing import Any, NamedTuple
+from functools import cached_property
+from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
+from optuav.engines.arrays import Booleans, Floats
+from optuav.engines.residuals import Residuals, residuals
+from optuav.engines.sensitivity import ShadowPrice, prices_at_a_kink, prices_of
 from optuav.errors import SolverError
 from optuav.modelling.check import check
 from optuav.modelling.model import Model
-from optuav.status import Status as Status  # noqa: PLC0414
-
-Floats = npt.NDArray[np.float64]
-Booleans = npt.NDArray[np.bool_]
-
-
-class ShadowPrice(NamedTuple):
-    """Change of the best objective per unit of a parameter, the others held.
-
-    Parameters
-    ----------
-    less, more
-        One-sided derivatives: per unit that is taken away, and per unit that is added. They are
-        equal but at a kink, as where another constraint takes over; infinite where that side is
-        infeasible.
-    """
-
-    less: float
-    more: float
-
-    @property
-    def has_kink(self) -> bool:
-        """Whether the two sides differ."""
-        return not math.isclose(self.less, self.more, rel_tol=1e-6, abs_tol=1e-9)
+from optuav.status import Status
 
 
 @dataclass(frozen=True)
@@ -50,6 +29,8 @@ class Solution:
         Name of the engine.
     proof
         How it knows, in a word or two.
+    model
+        The declaration that was solved.
     statuses
         One `Status` a programme.
     objective
@@ -68,12 +49,13 @@ class Solution:
         What the objective is known not to exceed, one a programme; from engines that bracket it.
     words
         What the engine itself said, one a programme.
-    model, given
-        The declaration that was solved, and the values of parameters that differed from it.
+    given
+        Values of parameters that differed from the model's.
     """
 
     engine: str
     proof: str
+    model: Model
     statuses: Sequence[Status]
     objective: Floats
     values: Mapping[str, Floats]
@@ -82,7 +64,6 @@ class Solution:
     regular: Booleans | None = None
     beyond: Floats | None = None
     words: Sequence[str] = ()
-    model: Model | None = None
     given: Mapping[str, Any] = field(default_factory=dict)
 
     def __repr__(self) -> str:
@@ -105,6 +86,101 @@ class Solution:
             raise SolverError(f"{self.engine} has no values: the programme is {status.value}")
         return {name: float(values[index]) for name, values in self.values.items()}
 
+    @property
+    def status(self) -> Status:
+        """Status of the only programme."""
+        (status,) = self.statuses
+        return status
+
+    def parameters_at(self, index: int) -> dict[str, Any]:
+        """Values of all parameters in a programme, by name."""
+        given = {n: value[index] if np.ndim(value) else value for n, value in self.given.items()}
+        return {**self.model.row(index), **given}
+
+    def multipliers_at(self, index: int) -> dict[str, float]:
+        """Multipliers of the constraints in the answer to a programme."""
+        return {label: float(values[index]) for label, values in self.multipliers.items()}
+
+    def binding_labels(self, index: int) -> tuple[str, ...]:
+        """Labels of the constraints that hold with equality in the answer to a programme."""
+        return tuple(label for label, binds in self.binding.items() if binds[index])
+
+    def verify(self, index: int = 0) -> None:
+        """Evaluate the answer to a programme again, outside the engine that gave it.
+
+        Raises
+        ------
+        SolverError
+            If it violates a constraint, or there is none.
+        """
+        rows = check(self.model, {**self.parameters_at(index), **self.point(index)})
+        broken = [f"{row.label} by {-row.slack:.3g}" for row in rows if not row.satisfied]
+        if broken:
+            raise SolverError(f"{self.engine} returned a point that violates {', '.join(broken)}")
+
+    @cached_property
+    def slacks(self) -> Mapping[str, Floats]:
+        """By label, how much every constraint has left in its own unit, one a programme.
+
+        Negative where it is violated, NaN without an answer; of the two bounds of an unknown, which
+        share a label, the nearer one. Evaluated in NumPy when it is first asked for.
+        """
+        answered = np.array([status.has_answer for status in self.statuses])
+        found: dict[str, Floats] = {}
+        with np.errstate(invalid="ignore", over="ignore"):  # where there is no answer
+            rows = check(self.model, {**self.given, **self.values})
+        for row in rows:
+            least = np.minimum(row.slack, found.get(row.label, np.inf))
+            found[row.label] = np.where(answered, least, np.nan)
+        return found
+
+    def residuals(self, index: int = 0) -> Residuals:
+        """What the answer to a programme lacks of feasibility and optimality; see `Residuals`.
+
+        Raises
+        ------
+        SolverError
+            If that programme has no answer.
+        """
+        values = {**self.parameters_at(index), **self.point(index)}
+        return residuals(self.model, values, self.multipliers_at(index))
+
+    def shadow_prices(self, index: int = 0) -> dict[str, ShadowPrice]:
+        """Shadow price of every parameter in a programme, by name; see `ShadowPrice`.
+
+        Empty for an answer in whole slots, which small changes leave where it is, and where there
+        is no answer.
+        """
+        if not self.multipliers or not self.statuses[index].has_answer:
+            return {}
+        parameters, point = self.parameters_at(index), self.point(index)
+        if self.regular is not None and self.regular[index]:
+            found = prices_of(self.model, parameters, point, self.multipliers_at(index))
+        else:
+            found = prices_at_a_kink(self.model, parameters, point)
+        return {n: ShadowPrice(float(less), float(more)) for n, (less, more) in found.items()}
+
+    def all_shadow_prices(self) -> dict[str, tuple[Floats, Floats]]:
+        """Shadow prices of all programmes at once: by name, arrays of `less` and of `more`.
+
+        NaN where a programme has no answer; empty from engines that do not know which of their
+        answers are the only ones.
+        """
+        if not self.multipliers or self.regular is None:
+            return {}
+        weights = {k: np.where(np.isnan(each), 0.0, each) for k, each in self.multipliers.items()}
+        count = len(self.statuses)
+        found = prices_of(self.model, self.given, self.values, weights)
+        prices = {
+            name: (np.array(np.broadcast_to(less, count)), np.array(np.broadcast_to(more, count)))
+            for name, (less, more) in found.items()
+        }
+        for index in np.flatnonzero(~self.regular).tolist():
+            single = self.shadow_prices(index)
+            for name, (less, more) in prices.items():
+                less[index], more[index] = single.get(name, (np.nan, np.nan))
+        return prices
+
     def only(self, index: int) -> Solution:
         """The solution to a single programme, cut out."""
         one = slice(index, index + 1)
@@ -118,51 +194,8 @@ class Solution:
             regular=None if self.regular is None else self.regular[one],
             beyond=None if self.beyond is None else self.beyond[one],
             words=self.words[one],
-            given={**(self.model.row(index) if self.model else {}), **self.given_at(index)},
+            given=self.parameters_at(index),
         )
-
-    @property
-    def status(self) -> Status:
-        """Status of the only programme."""
-        (status,) = self.statuses
-        return status
-
-    def binding_labels(self, index: int) -> tuple[str, ...]:
-        """Labels of the constraints that hold with equality in the answer to a programme."""
-        return tuple(label for label, binds in self.binding.items() if binds[index])
-
-    def shadow_prices(self, index: int = 0) -> dict[str, ShadowPrice]:
-        """Shadow price of every parameter in a programme, by name; see `ShadowPrice`.
-
-        Empty for an answer in whole slots, which small changes leave where it is, and where there
-        is no answer.
-        """
-        from optuav.engines.sensitivity import shadow_prices
-
-        return shadow_prices(self, index)
-
-    def given_at(self, index: int) -> dict[str, Any]:
-        """Values of the parameters of a programme that differed from the model's."""
-        return {n: value[index] if np.ndim(value) else value for n, value in self.given.items()}
-
-    def multipliers_at(self, index: int) -> dict[str, float]:
-        """Multipliers of the constraints in the answer to a programme."""
-        return {label: float(values[index]) for label, values in self.multipliers.items()}
-
-
-def verify(model: Model, solution: Solution, index: int) -> None:
-    """Evaluate an answer again, outside the engine that gave it.
-
-    Raises
-    ------
-    SolverError
-        If the answer violates a constraint.
-    """
-    values = {**model.row(index), **solution.given_at(index), **solution.point(index)}
-    rows = check(model, values)
-    broken = [f"{row.label} by {-row.slack:.3g}" for row in rows if not row.satisfied]
-    if broken:
-        raise SolverError(f"{solution.engine} returned a point that violates {', '.join(broken)}")
 
 
 def unanswered(model: Model, engine: str, proof: str, status: Status, words: str) -> Solution:
@@ -171,12 +204,12 @@ def unanswered(model: Model, engine: str, proof: str, status: Status, words: str
     return Solution(
         engine,
         proof,
+        model,
         [status],
         nothing,
         {variable.name: nothing for variable in model.variables},
         {},
         words=[words],
-        model=model,
     )
 
 
@@ -190,12 +223,12 @@ def stacked(solutions: Sequence[Solution]) -> Solution:
     return Solution(
         first.engine,
         first.proof,
+        first.model,
         [status for each in solutions for status in each.statuses],
         np.concatenate([each.objective for each in solutions]),
         {name: np.concatenate([each.values[name] for each in solutions]) for name in first.values},
         {k: np.concatenate([each.binding.get(k, no) for each in solutions]) for k in labels},
         {k: np.concatenate([each.multipliers.get(k, none) for each in solutions]) for k in priced},
         words=[words for each in solutions for words in each.words],
-        model=first.model,
         given={k: np.concatenate([each.given.get(k, none) for each in solutions]) for k in stated},
     )

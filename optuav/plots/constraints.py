@@ -13,7 +13,7 @@ from matplotlib.axes import Axes
 from matplotlib.patches import Rectangle
 
 from optuav.engines import grid
-from optuav.engines.solution import Booleans
+from optuav.engines.arrays import Booleans
 from optuav.errors import InputError
 from optuav.mission.sight import Points
 from optuav.modelling import Constraint, Model, Variable, evaluate

@@ -8,11 +8,12 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from optuav.engines.solution import Solution, Status, stacked, verify
+from optuav.engines.solution import Solution, stacked
 from optuav.errors import Fault, InputError, SolverError
 from optuav.solving.dispatch import chosen_engine
 from optuav.solving.planning import Part
 from optuav.solving.question import Question
+from optuav.status import Status
 
 if TYPE_CHECKING:
     from optuav.solving.program import Program
@@ -85,7 +86,7 @@ class CompiledProgram:
             return solutions[0].only(0)
         number, entry = chosen
         solution = solutions[number]
-        verify(self.program.parts[number].model, solution, entry)
+        solution.verify(entry)
         return solution if len(solution.statuses) == 1 else solution.only(entry)
 
     def _best(self, solutions: Sequence[Solution]) -> tuple[int, int] | None:

@@ -18,7 +18,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from formulations.p1_free import AXES, HOVER_POINT, Cell, Side
-from optuav.engines.solution import Booleans, Floats
+from optuav.engines.arrays import Booleans, Floats
 from optuav.errors import SolverError
 from optuav.mission import sight, vehicle
 from optuav.mission.clearance import clear_sides

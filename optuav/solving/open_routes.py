@@ -10,7 +10,7 @@ import numpy as np
 from formulations.p1 import P1
 from formulations.p1_free import AXES, Cell, P1Free
 from formulations.quantities import QUANTITIES
-from optuav.engines.solution import Booleans, Floats
+from optuav.engines.arrays import Booleans, Floats
 from optuav.mission import vehicle
 from optuav.mission.itineraries import NO_LEG
 from optuav.mission.network import Network

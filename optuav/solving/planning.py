@@ -9,7 +9,7 @@ import numpy as np
 
 from formulations.perspectives import PAPER, PERSPECTIVES
 from formulations.quantities import Quantities
-from optuav.engines.solution import Solution, Status
+from optuav.engines.solution import Solution
 from optuav.mission import phases as mission_phases
 from optuav.mission.itineraries import NO_LEG
 from optuav.mission.network import Network
@@ -23,6 +23,7 @@ from optuav.plan.plan import Phase, Plan, Stage, wells_at_ends
 from optuav.solving.dispatch import answer
 from optuav.solving.given import quantities
 from optuav.solving.question import AUTO, Question
+from optuav.status import Status
 
 TIMES = ("hover_time_s", "rest_time_s")
 """Unknowns that make a plan; other unknowns of a formulation serve it alone."""

@@ -11,7 +11,8 @@ import numpy as np
 from formulations.algorithm2 import SAME_S, best
 from formulations.perspectives import AVAILABLE
 from optuav.engines.capabilities import ENGINES, takers
-from optuav.engines.solution import ShadowPrice, Solution, Status, verify
+from optuav.engines.sensitivity import ShadowPrice
+from optuav.engines.solution import Solution
 from optuav.errors import Fault, InputError, SolverError
 from optuav.mission.network import Network
 from optuav.modelling import Check, check
@@ -22,6 +23,7 @@ from optuav.solving.dispatch import answer
 from optuav.solving.planning import TIMES, Part, plan_of, plan_without, shortfalls
 from optuav.solving.question import Question
 from optuav.solving.replayed import replayed
+from optuav.status import Status
 
 if TYPE_CHECKING:
     from optuav.solving.compiled import CompiledProgram
@@ -145,7 +147,7 @@ class Program:
             )
         number, entry = chosen
         part, solution = self.parts[number], solutions[number]
-        verify(part.model, solution, entry)
+        solution.verify(entry)
         plan = plan_of(self.question, self.worked_out, part, solution, entry)
         more = tuple(against_p1(self.question, self.worked_out, self.parts, plan.hover_time_s))
         open_s = _open_s(solutions, float(solution.objective[entry]))

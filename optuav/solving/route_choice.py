@@ -19,7 +19,6 @@ import numpy as np
 from formulations.perspectives import PAPER
 from formulations.quantities import Quantities
 from optuav.engines.ranges import last_slot, lower_bounds, own_upper_bounds
-from optuav.engines.solution import Status, verify
 from optuav.errors import Fault, InputError, SolverError
 from optuav.mission import Mission
 from optuav.mission.one_stop import in_words, one_stop_is_enough
@@ -32,6 +31,7 @@ from optuav.solving.given import quantities
 from optuav.solving.planning import TIMES, Part, plan_of, plan_without, shortfalls
 from optuav.solving.program import Program
 from optuav.solving.solve import formulate
+from optuav.status import Status
 
 if TYPE_CHECKING:
     from optuav.mission.graph import Graph
@@ -157,7 +157,7 @@ def route_choice(
     point = solution.point(0)
     part = parts[int(np.argmax([point[f"choice[{k}]"] for k in range(1, len(parts) + 1)]))]
     times = answer(part.model, 1, asked)
-    verify(part.model, times, 0)
+    times.verify()
     hover_s, chosen_s = float(times.objective[0]), float(solution.objective[0])
     if abs(hover_s - chosen_s) > AGREES_S:
         raise SolverError(

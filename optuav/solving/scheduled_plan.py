@@ -5,13 +5,13 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 
-from optuav.engines.solution import Status
 from optuav.errors import Fault, InputError
 from optuav.mission.network import Network
 from optuav.plan import Plan
 from optuav.solving.planning import Part, plan_without, planned_phases, soc_at_end
 from optuav.solving.question import AUTO, Question
 from optuav.solving.scheduled import CLOSER, STEP_S, longest_hover
+from optuav.status import Status
 
 ENGINE = "simulation"
 PROBLEMS = ("P1", "P3", "P4")

@@ -9,11 +9,11 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from formulations.perspectives import PAPER
-from optuav.engines.solution import Status
 from optuav.errors import Fault, InputError
 from optuav.mission import Mission, load
 from optuav.plan import Plan
 from optuav.solving import solve
+from optuav.status import Status
 from optuav.studies.comparison import as_csv
 
 if TYPE_CHECKING:

@@ -9,8 +9,8 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from optuav.engines.solution import Status
 from optuav.mission import Mission
+from optuav.status import Status
 
 if TYPE_CHECKING:
     import pandas

@@ -12,7 +12,6 @@ from typing import Any
 from formulations.perspectives import PAPER
 from optuav.engines import closed_form
 from optuav.engines.capabilities import ENGINES
-from optuav.engines.solution import Status
 from optuav.errors import Fault, InputError, SolverError
 from optuav.mission import Mission, load
 from optuav.mission.itineraries import ORDERS
@@ -23,6 +22,7 @@ from optuav.plan import Plan
 from optuav.solving import Program, formulate
 from optuav.solving.question import LIMIT, SLOT
 from optuav.solving.route_choice import route_choice
+from optuav.status import Status
 from optuav.studies.bound import bound
 from optuav.studies.comparison import Cell, Comparison, Method, Row
 

@@ -14,9 +14,9 @@ import optuav
 from formulations.formulation import Formulation
 from optuav.diagnosis import Explanation, explain
 from optuav.diagnosis.prices import Price
-from optuav.engines.solution import Status
 from optuav.errors import InputError
 from optuav.modelling import Model
+from optuav.status import Status
 from tests.diagnosis.missions import PAPER, SMALL
 
 P3_TEXT = """\

@@ -15,9 +15,9 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from optuav.engines.capabilities import takers
-from optuav.engines.solution import Status
 from optuav.modelling import Model, Parameter
 from optuav.modelling.traits import traits
+from optuav.status import Status
 
 Numbers = Mapping[str, float]
 Sides = tuple[float, float]

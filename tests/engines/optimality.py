@@ -52,9 +52,8 @@ class Residuals:
 def residuals(solution: Solution) -> Residuals:
     """Of the answer to the only programme, from values of the trees and their differences alone."""
     model = solution.model
-    assert model is not None
     point = solution.point(0)
-    at = {**model.row(0), **solution.given_at(0), **point}
+    at = {**solution.parameters_at(0), **point}
     weights = solution.multipliers_at(0)
     terms: list[tuple[float, Any]] = [(1.0 if model.sense == "maximise" else -1.0, model.objective)]
     broken, negative, products, slopes = [0.0], [0.0], [0.0], [0.0]

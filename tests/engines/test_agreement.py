@@ -18,7 +18,8 @@ from formulations.p3 import P3
 from formulations.p4 import P4
 from formulations.quantities import Quantities
 from optuav.engines import closed_form, grid, linear
-from optuav.engines.solution import Solution, Status
+from optuav.engines.solution import Solution
+from optuav.status import Status
 from tests.engines.optimality import solved
 from tests.engines.random_missions import Exact, exact, random_quantities
 from tests.formulations.given import LINEAR

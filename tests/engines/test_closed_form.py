@@ -15,8 +15,8 @@ from hypothesis import strategies as st
 from scipy.optimize import linprog
 
 from optuav.engines import closed_form
-from optuav.engines.solution import Status
 from optuav.modelling import Model, NotAffineError, Parameter
+from optuav.status import Status
 
 Vector = Sequence[Any]
 

@@ -5,8 +5,9 @@ from __future__ import annotations
 import pytest
 
 from optuav.engines.capabilities import ENGINES
-from optuav.engines.solution import Solution, Status, verify
+from optuav.engines.solution import Solution
 from optuav.errors import SolverError
+from optuav.status import Status
 from tests.engines.conformance import CASES, Case
 from tests.engines.optimality import residuals, solved
 
@@ -72,8 +73,7 @@ def test_objective_and_values(case: Case, engine: str) -> None:
     point = found.point(0)
     for name, value in case.values.items():
         assert point[name] == close(value, engine), name
-    assert found.model is not None
-    verify(found.model, found, 0)
+    found.verify()
 
 
 @priced
@@ -87,11 +87,30 @@ def test_multipliers(case: Case, engine: str) -> None:
 @priced
 def test_conditions_of_optimality(case: Case, engine: str) -> None:
     """Feasibility, multipliers ≥ 0, complementarity and stationarity, unique or not."""
-    found = residuals(answer(case, engine))
-    assert found.feasibility <= 2.0 * TOLERANCE[engine]
+    found = answer(case, engine).residuals()
+    assert found.violation <= 2.0 * TOLERANCE[engine]
     assert found.sign <= TOLERANCE[engine]
     assert found.complementarity <= 1e2 * TOLERANCE[engine]
     assert found.stationarity <= 1e-6
+
+
+@priced
+def test_residuals_are_what_differences_say(case: Case, engine: str) -> None:
+    """The solution's own figures, and the same without derivatives of trees."""
+    solution = answer(case, engine)
+    own, other = solution.residuals(), residuals(solution)
+    assert own.violation <= max(other.feasibility, 0.0)
+    assert own[1:3] == pytest.approx((other.sign, other.complementarity), rel=1e-9, abs=1e-12)
+    assert own.stationarity == pytest.approx(other.stationarity, abs=1e-6)
+
+
+@answered
+def test_slacks(case: Case, engine: str) -> None:
+    """None negative, but for rounding; none left where a constraint binds, but for the slot."""
+    found = answer(case, engine)
+    assert found.residuals().violation <= 2.0 * TOLERANCE[engine]
+    for label in () if case.slot_s else found.binding_labels(0):
+        assert abs(found.slacks[label][0]) <= 1e-4, label
 
 
 @priced

@@ -14,10 +14,10 @@ from formulations.p3 import P3
 from formulations.p4 import P4
 from formulations.quantities import Quantities
 from optuav.engines import grid
-from optuav.engines.solution import Status
 from optuav.errors import SolverError
 from optuav.modelling import Model, Parameter
 from optuav.physics.battery import Battery, Phase, after, state_of_charge
+from optuav.status import Status
 from tests.formulations.given import TABLE_II, quantities
 
 SocEnd = Callable[[float, float], float]

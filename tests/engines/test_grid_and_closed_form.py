@@ -14,8 +14,9 @@ from formulations.p3 import P3
 from formulations.p4 import P4
 from formulations.quantities import Quantities
 from optuav.engines import closed_form, grid
-from optuav.engines.solution import Solution, Status, verify
+from optuav.engines.solution import Solution
 from optuav.modelling import Model
+from optuav.status import Status
 from tests.formulations.given import LINEAR
 
 ROUNDING_S = 1e-6
@@ -66,7 +67,7 @@ def both(model: Model, slot_s: float) -> tuple[float | None, float | None]:
     solutions = closed_form.solve(model, 1), grid.solve(model, 1, slot_s)
     for solution in solutions:
         if solution.statuses[0].has_answer:
-            verify(model, solution, 0)
+            solution.verify()
     return hover_s(solutions[0]), hover_s(solutions[1])
 
 

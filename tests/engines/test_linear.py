@@ -11,9 +11,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from optuav.engines import closed_form, linear
-from optuav.engines.solution import Status
 from optuav.errors import InputError, SolverError
 from optuav.modelling import Model, NotAffineError, Parameter
+from optuav.status import Status
 from tests.engines.conformance import CASES, Case, p4
 from tests.engines.optimality import residuals
 from tests.engines.test_closed_form import Linear

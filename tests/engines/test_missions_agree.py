@@ -16,12 +16,12 @@ import pytest
 from hypothesis import HealthCheck, assume, given, settings
 from hypothesis import strategies as st
 
-from optuav.engines.solution import Status
 from optuav.mission import Mission
 from optuav.mission.itineraries import ORDERS
 from optuav.plan import Plan
 from optuav.solving import Program, formulate
 from optuav.solving.compiled import CompiledProgram
+from optuav.status import Status
 from tests.engines.random_missions import Exact, exact
 from tests.formulations.given import LINEAR
 from tests.mission.strategies import documents

@@ -16,10 +16,10 @@ from formulations.p3 import P3
 from formulations.p4 import P4
 from formulations.quantities import Quantities
 from optuav.engines import closed_form, grid, smooth
-from optuav.engines.sensitivity import all_shadow_prices
-from optuav.engines.solution import ShadowPrice, Status
+from optuav.engines.sensitivity import ShadowPrice
 from optuav.modelling import Model, Parameter
 from optuav.solving import formulate
+from optuav.status import Status
 from tests.engines.optimality import solved
 from tests.engines.random_missions import random_quantities
 from tests.formulations.given import LINEAR, quantities
@@ -168,7 +168,7 @@ def test_all_at_once_is_one_by_one() -> None:
         for part in program.parts:
             count = len(part.routes)
             solution = closed_form.solve(part.model, count, {"deadline_s": deadline_s})
-            together = all_shadow_prices(solution)
+            together = solution.all_shadow_prices()
             for index in range(count):
                 alone = solution.shadow_prices(index)
                 for name, sides in together.items():
@@ -186,7 +186,7 @@ def test_tied_and_degenerate_entries_are_told_apart() -> None:
     solution = closed_form.solve(P4.model(given), 3)
     assert solution.regular is not None
     assert solution.regular.tolist() == [True, False, False]
-    less, more = all_shadow_prices(solution)["deadline_s"]
+    less, more = solution.all_shadow_prices()["deadline_s"]
     # By hand: 1/3 where charge and deadline meet; 1 less and 1/3 more where T' = 0 besides.
     assert less == pytest.approx([1 / 3, 1.0, math.nan], nan_ok=True)
     assert more == pytest.approx([1 / 3, 1 / 3, math.nan], nan_ok=True)
@@ -259,7 +259,7 @@ def test_no_prices_without_an_answer_or_multipliers() -> None:
     assert closed_form.solve(P3.model(quantities(deadline_s=math.nan)), 1).shadow_prices() == {}
     in_slots = grid.solve(P4.model(quantities()), 1, 1.0)
     assert in_slots.shadow_prices() == {}
-    assert all_shadow_prices(in_slots) == {}
+    assert in_slots.all_shadow_prices() == {}
 
 
 def test_bounds_with_parameters_have_their_price() -> None:

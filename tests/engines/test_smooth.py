@@ -11,10 +11,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from optuav.engines import closed_form, smooth
-from optuav.engines.solution import Status, verify
 from optuav.errors import InputError, SolverError
 from optuav.modelling import Model, Parameter, evaluate
 from optuav.modelling.derivative import PARTIALS
+from optuav.status import Status
 from tests.engines.conformance import p4
 
 
@@ -158,7 +158,7 @@ def test_point_keeps_its_bounds_and_constraints() -> None:
         found = smooth.solve(model, 1)
         assert found.point(0)["x"] <= T
         assert found.point(0)["x"] >= T - 1e-6
-        verify(model, found, 0)
+        found.verify()
 
 
 @pytest.mark.parametrize(

@@ -2,19 +2,23 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
-from optuav.engines.solution import Solution, Status, verify
+from optuav.engines.solution import Solution
 from optuav.errors import SolverError
 from optuav.modelling import Model, Parameter
+from optuav.status import Status
 
 
 def two_answers(x: float) -> Solution:
-    """A value, and a programme without one."""
+    """A value of `limited`, and a programme without one."""
     return Solution(
         engine="test",
         proof="none",
+        model=limited(),
         statuses=[Status.OPTIMAL, Status.INFEASIBLE],
         objective=np.array([x, np.nan]),
         values={"x": np.array([x, np.nan])},
@@ -49,7 +53,66 @@ def test_labels_of_what_binds() -> None:
 
 def test_answers_are_evaluated_again_with_their_own_parameters() -> None:
     """3 is feasible in the first programme, 3.5 only in the second, NaN nowhere."""
-    verify(limited(), two_answers(3.0), 0)
+    two_answers(3.0).verify(0)
     for wrong, excess in ((3.5, "0.5"), (np.nan, "nan"), (-1.0, "1")):
         with pytest.raises(SolverError, match=f"by {excess}"):
-            verify(limited(), two_answers(wrong), 0)
+            two_answers(wrong).verify(0)
+
+
+def test_slack_of_every_constraint_in_its_own_unit() -> None:
+    """By label, with each programme's own parameters; nothing where there is no answer."""
+    found = replace(two_answers(1.0), statuses=[Status.OPTIMAL, Status.OPTIMAL])
+    found = replace(found, values={"x": np.array([1.0, 5.0])})
+    assert found.slacks["limit"].tolist() == [2.0, -1.0]
+    assert found.slacks["bounds of x"].tolist() == [1.0, 5.0]
+    np.testing.assert_array_equal(two_answers(1.0).slacks["limit"], [2.0, np.nan])
+
+
+def test_slack_of_two_bounds_under_one_label_is_the_nearer() -> None:
+    model = Model("test")
+    model.variable("x", "x", unit="s", lower=1.0, upper=9.0, label="time")
+    found = Solution("test", "", model, [Status.OPTIMAL], np.zeros(1), {"x": np.array([3.0])}, {})
+    assert found.slacks["time"].tolist() == [2.0]
+
+
+def corner(x: float, multipliers: dict[str, float]) -> Solution:
+    """Of max 2 x, 3 x ≤ 12, x + 1 ≥ −2, x ≤ 10: best at x = 4 with the multiplier 2/3."""
+    model = Model("corner")
+    unknown = model.variable("x", "x", unit="s", upper=10.0)
+    model.maximise(2.0 * unknown)
+    model.subject_to("above", 3.0 * unknown <= 12.0)
+    model.subject_to("below", unknown + 1.0 >= -2.0)
+    weights = {label: np.array([weight]) for label, weight in multipliers.items()}
+    values = {"x": np.array([x])}
+    return Solution("t", "", model, [Status.OPTIMAL], np.array([2.0 * x]), values, {}, weights)
+
+
+@pytest.mark.parametrize(
+    ("x", "multipliers", "expected"),
+    [
+        pytest.param(4.0, {"above": 2 / 3}, (0, 0, 0, 0), id="optimal"),
+        pytest.param(10.0, {"bounds of x": 2.0}, (18 / 12, 0, 0, 0), id="violated"),
+        pytest.param(3.0, {"above": 2 / 3}, (0, 0, 2, 0), id="slack with a weight"),
+        pytest.param(4.0, {"above": 0.5}, (0, 0, 0, 0.5), id="not stationary"),
+        pytest.param(4.0, {"above": 1.0, "below": 1.0}, (0, 0, 7, 0), id="pushed from below"),
+        pytest.param(4.0, {"above": 1 / 3, "below": -1.0}, (0, 1, 7, 0), id="negative"),
+        pytest.param(0.0, {"above": 1.0, "bounds of x": 1.0}, (0, 0, 12, 0), id="lower bound"),
+        pytest.param(4.0, {}, (0, np.nan, np.nan, np.nan), id="no multipliers"),
+        pytest.param(4.0, {"above": np.nan}, (0, np.nan, np.nan, np.nan), id="multipliers unknown"),
+    ],
+)
+def test_what_an_answer_lacks(
+    x: float, multipliers: dict[str, float], expected: tuple[float, ...]
+) -> None:
+    """Violation, sign, complementarity and stationarity, each by hand."""
+    found = corner(x, multipliers).residuals()
+    assert tuple(found) == pytest.approx(expected, abs=1e-15, nan_ok=True)
+
+
+def test_what_is_no_number_is_not_taken_for_feasible() -> None:
+    assert np.isnan(corner(np.nan, {}).residuals().violation)
+
+
+def test_residuals_of_no_answer_cannot_be_read() -> None:
+    with pytest.raises(SolverError, match="infeasible"):
+        two_answers(3.0).residuals(1)

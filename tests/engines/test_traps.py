@@ -18,10 +18,10 @@ from formulations.p4 import P4
 from optuav.cli import main
 from optuav.engines import linear, smooth
 from optuav.engines.capabilities import CAPABILITIES, ENGINES
-from optuav.engines.solution import Status
 from optuav.errors import InputError, SolverError
 from optuav.modelling import Model
 from optuav.solving import formulate, solve
+from optuav.status import Status
 from tests.engines.conformance import p3, p4
 from tests.engines.optimality import solved
 from tests.formulations.given import quantities

@@ -12,8 +12,8 @@ from formulations.formulation import Formulation
 from formulations.p3 import P3
 from formulations.p4 import P4
 from optuav.engines import closed_form
-from optuav.engines.solution import Status
 from optuav.modelling import Model, affine
+from optuav.status import Status
 from tests.formulations.given import LINEAR, TABLE_II, quantities
 
 P3_PAGE = """\

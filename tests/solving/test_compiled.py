@@ -12,11 +12,11 @@ import pytest
 import optuav
 from formulations.formulation import Formulation
 from optuav.engines.capabilities import ENGINES
-from optuav.engines.solution import Status
 from optuav.errors import InputError, SolverError
 from optuav.mission import Mission, load
 from optuav.modelling import Model
 from optuav.solving import formulate
+from optuav.status import Status
 
 TOLERANCE_S = {"closed-form": 1e-9, "cvxpy": 1e-6, "bracket": 1e-6, "casadi": 1e-4, "grid": 1e-9}
 P4 = {"problem": "P4", "building": "b1", "order": "rest-first"}

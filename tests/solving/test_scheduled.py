@@ -8,12 +8,12 @@ import numpy as np
 import pytest
 
 import optuav
-from optuav.engines.solution import Status
 from optuav.errors import InputError
 from optuav.mission import Mission, load
 from optuav.mission.flown import fly
 from optuav.mission.network import Network, network
 from optuav.mission.phases import phases
+from optuav.status import Status
 
 SCHEDULES = {
     "sequential": {},

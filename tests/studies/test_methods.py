@@ -16,8 +16,9 @@ import pytest
 import optuav
 from formulations.algorithm1 import algorithm1, best_pair
 from optuav.engines import grid, linear, smooth
-from optuav.engines.solution import Solution, Status
+from optuav.engines.solution import Solution
 from optuav.errors import InputError, SolverError
+from optuav.status import Status
 from optuav.studies import Cell, Comparison
 
 SLOTS_S = (1.0, 60.0)
@@ -261,7 +262,7 @@ def test_a_plan_where_there_is_none_is_found_out(monkeypatch: pytest.MonkeyPatch
     def nothing(model: Any, programmes: int, *_: Any, **__: Any) -> Solution:
         gone = np.full(programmes, np.nan)
         unknowns = {each.name: gone for each in model.variables}
-        return Solution("casadi", "", [Status.INFEASIBLE] * programmes, gone, unknowns, {})
+        return Solution("casadi", "", model, [Status.INFEASIBLE] * programmes, gone, unknowns, {})
 
     monkeypatch.setattr(smooth, "solve", nothing)
     found = optuav.compare(p3_alone(), slots=(), engines=("casadi",))
