@@ -8,7 +8,7 @@ charges in the stays.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from typing import Any
 
 from formulations.quantities import Quantities
@@ -26,10 +26,20 @@ def well_limits(given: Quantities, hover: Any, rest: Any) -> Iterator[tuple[str,
     hover, rest
         Δ and T' [s]; the latter None where the itinerary does not rest.
     """
-    for number, (step, level) in enumerate(levels(given, hover, rest), start=1):
+    for moment, (step, level) in zip(moments(given.steps), levels(given, hover, rest), strict=True):
         share = level.available_As / given.battery_As
-        stay = step if isinstance(step, str) else ""
-        after = f"after the {stay}" if stay else f"after step {number}"
-        yield f"not dry {after}", Relation(share, ">=", 0.0)
-        if stay:
-            yield f"not past full {after}", Relation(share, "<=", given.available_fraction)
+        yield f"not dry {moment}", Relation(share, ">=", 0.0)
+        if isinstance(step, str):
+            yield f"not past full {moment}", Relation(share, "<=", given.available_fraction)
+
+
+def moments(steps: Sequence[Any]) -> Iterator[str]:
+    """The end of every step in words; flights and the stages of each are counted from 1."""
+    flight, stage = 1, 0
+    for step in steps:
+        if isinstance(step, str):
+            yield f"after the {step}"
+            flight, stage = flight + 1, 0
+        else:
+            stage += 1
+            yield f"after stage {stage} of flight {flight}"

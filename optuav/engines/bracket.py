@@ -26,6 +26,7 @@ from optuav.status import Status
 
 NAME = "bracket"
 PROOF = "bracketed: a feasible time, and proof that none is longer"
+PROOF_OF_NONE = "bracketed: proof that no times satisfy all constraints"
 UNDECIDED = "found neither a time nor proof that there is none"
 TIGHT = 1e-7
 """Slack below which a constraint counts as binding, relative to max(1, |right side|)."""
@@ -91,7 +92,7 @@ def solve(model: Model, programmes: int, values: Mapping[str, Any] | None = None
     }
     return Solution(
         engine=NAME,
-        proof=PROOF,
+        proof=PROOF if answered.any() else PROOF_OF_NONE,
         statuses=STATUSES[codes].tolist(),
         objective=points[first] + 0.0,
         values={each.name: points[each.name] for each in model.variables},

@@ -6,14 +6,17 @@ from typing import Any
 
 import numpy as np
 
+from formulations.available import moments
 from formulations.quantities import Quantities
 from optuav.mission import vehicle
 from optuav.mission.itineraries import NO_LEG
+from optuav.mission.legs import Legs
 from optuav.mission.network import Network
 from optuav.mission.phases import hover_net, rest_net
 from optuav.mission.places import FIRST_BUILDING, HOVER
 from optuav.mission.sight import Numbers, Points
 from optuav.physics.battery import Phase
+from optuav.physics.flight import STAGES
 
 
 def quantities(worked_out: Network, which: Numbers, *, rests: bool = True) -> Quantities:
@@ -96,16 +99,49 @@ def _steps(worked_out: Network, which: Numbers, rests: bool) -> tuple[Phase | st
     for leg, end in zip(legs, ends.tolist(), strict=True):
         if (leg == NO_LEG).all():
             continue
-        for current_A, duration_s in zip(
-            table.currents_A[:, leg], table.durations_s[:, leg], strict=True
-        ):
-            if duration_s.any():
-                found.append(Phase(_figures(-current_A), _figures(duration_s)))
+        for stage in _stages(table, leg):
+            current_A, duration_s = table.currents_A[stage, leg], table.durations_s[stage, leg]
+            found.append(Phase(_figures(-current_A), _figures(duration_s)))
         if end == HOVER:
             found.append("hover")
         elif end >= FIRST_BUILDING and rests:
             found.append("rest")
     return tuple(found)
+
+
+def _stages(table: Legs, legs: Numbers) -> list[int]:
+    """Numbers of the stages that take any time on some of the legs."""
+    return [int(stage) for stage in np.flatnonzero(table.durations_s[:, legs].any(axis=1))]
+
+
+def moments_on(
+    worked_out: Network, which: Numbers, entry: int, *, rests: bool = True
+) -> dict[str, str]:
+    """What a reader calls the moments of `formulations.available.moments` on one itinerary.
+
+    Parameters
+    ----------
+    worked_out, which, rests
+        As for `quantities`.
+    entry
+        Place of the itinerary among them.
+    """
+    table, names = worked_out.legs, worked_out.places.names
+    legs, found = worked_out.itineraries.legs[which], list[str]()
+    for here, leg in zip(legs.T, legs[entry].tolist(), strict=True):
+        if leg == NO_LEG:
+            continue
+        end = int(table.end[leg])
+        flight = f"the flight {names[table.start[leg]]} → {names[end]}"
+        stages = _stages(table, here)
+        found += [f"after stage {stage + 1} ({STAGES[stage]}) of {flight}" for stage in stages[:-1]]
+        found += [f"at the end of {flight}"] * (len(stages) > 0)
+        if end == HOVER:
+            found.append("after the hover")
+        elif end >= FIRST_BUILDING and rests:
+            found.append(f"after the rest at {names[end]}")
+    steps = _steps(worked_out, which, rests)
+    return dict(zip(moments(steps), found, strict=True)) if steps else {}
 
 
 def _figures(values: Points) -> Any:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -21,10 +21,12 @@ from optuav.modelling.expression import Variable, leaves
 from optuav.modelling.traits import traits
 from optuav.plan.plan import Phase, Plan, Stage, wells_at_ends
 from optuav.solving.dispatch import answer
-from optuav.solving.given import quantities
+from optuav.solving.given import moments_on, quantities
 from optuav.solving.question import AUTO, Question
 from optuav.status import Status
 
+MOST_VIOLATED = 2
+"""Constraints of which it is told in full that they do not hold."""
 TIMES = ("hover_time_s", "rest_time_s")
 """Unknowns that make a plan; other unknowns of a formulation serve it alone."""
 
@@ -63,11 +65,20 @@ def plan_of(
         engine=solution.engine,
         proof=solution.proof,
         status=solution.statuses[entry],
-        binding=solution.binding_labels(entry),
+        binding=tuple(words(worked_out, part, entry, solution.binding_labels(entry))),
         notes=tuple(_notes(asked, worked_out, part, route, times)),
         phases=flown,
         soc=soc_at_end(worked_out, route, flown, **times),
     )
+
+
+def words(worked_out: Network, part: Part, entry: int, labels: Iterable[str]) -> Iterator[str]:
+    """Labels of constraints as a reader takes them: moments are told by the places of the route."""
+    rests = any(variable.name == "rest_time_s" for variable in part.model.variables)
+    told = moments_on(worked_out, part.routes, entry, rests=rests)
+    for label in labels:
+        moment = next((each for each in told if label.endswith(each)), "")
+        yield label.removesuffix(moment) + told.get(moment, "")
 
 
 def plan_without(
@@ -192,12 +203,16 @@ def shortfalls(asked: Question, worked_out: Network, parts: Sequence[Part]) -> t
     parameters = part.model.row(entry)
     least = {each.name: evaluate(each.lower, parameters) for each in part.model.variables}
     times = ", ".join(f"{each.symbol} = {least[each.name]:g}" for each in part.model.variables)
+    broken = [row for row in check(part.model, {**parameters, **least}) if not row.satisfied]
+    labels = words(worked_out, part, entry, [row.label for row in broken])
     violated = [
-        f"{row.label}: {row.left:.6g} {row.sense} {row.right:.6g} does not hold at {times}, "
+        f"{label}: {row.left:.6g} {row.sense} {row.right:.6g} does not hold at {times}, "
         "nor at any longer time that the other constraints admit"
-        for row in check(part.model, {**parameters, **least})
-        if not row.satisfied
+        for label, row in zip(labels, broken, strict=True)
     ]
+    if len(violated) > MOST_VIOLATED:
+        more = len(violated) - MOST_VIOLATED
+        violated[MOST_VIOLATED:] = [f"nor do {more} other constraints hold there"]
     return tuple(violated) or ("no times satisfy all constraints together",)
 
 

@@ -149,8 +149,8 @@ def test_of_the_steps_of_the_wells_only_those_that_cut_are_drawn(
     """Hovering first and resting on b10: the landings there and at the end, of 17 steps."""
     ax, plan = lasting({}, "b10", "hover-first")
     assert {text.get_text() for text in ax.texts} == {
-        "P4.a not dry after step 11",
-        "P4.a not dry after step 17",
+        "P4.a not dry after stage 5 of flight 2",
+        "P4.a not dry after stage 5 of flight 3",
         "P4.a not past full after the rest",
         "P4.b deadline",
         "bounds of Δ",
