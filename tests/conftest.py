@@ -1,4 +1,4 @@
-"""Hypothesis profiles, and the tests that run only when asked for."""
+"""Hypothesis profiles, the tests that run only when asked for, and what campaigns have counted."""
 
 from __future__ import annotations
 
@@ -24,3 +24,12 @@ def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item
     for item in items:
         if item.get_closest_marker("soak"):
             item.add_marker(skip)
+
+
+def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter) -> None:
+    """Tell what tests recorded as ``count``, one line each."""
+    for outcome in ("passed", "failed"):
+        for report in terminalreporter.getreports(outcome):
+            for name, words in report.user_properties:
+                if name == "count":
+                    terminalreporter.write_line(f"{report.nodeid}: {words}")
