@@ -10,6 +10,7 @@ from typing import Any, NamedTuple
 from formulations.p1 import P1
 from formulations.quantities import QUANTITIES
 from optuav.modelling import Model
+from optuav.physics.battery import Phase
 from optuav.physics.flight import Loads
 from optuav.physics.quantity import Vector, dot, norm
 
@@ -25,6 +26,8 @@ WORDS = {
     "hover_received_W": "power received from the laser at w",
 }
 """What is printed of quantities whose formula in w fills a page."""
+TO_HOVER, FROM_HOVER = "to hover", "from hover"
+"""Among the steps of an itinerary, the legs that depend on the hover point."""
 ANYWHERE = ((-math.inf,) * 3, (math.inf,) * 3)
 STRAIGHT_RAD = 1e-4
 """At 0 the duration of a turn has no derivative: one that vanishes is kept this small [rad]."""
@@ -63,8 +66,9 @@ class Cell(NamedTuple):
 class P1Free(P1):
     """P1 with the hover point free: longest hover anywhere within reach of the device.
 
-    Flight time, charge and energy are those of the legs that do not touch the hover point, and the
-    hover current is drawn before anything is received; `at` puts in what depends on the point.
+    Flight time, charge and energy are those of the legs that do not touch the hover point, the
+    steps name the other two `TO_HOVER` and `FROM_HOVER`, and the hover current is drawn before
+    anything is received; `at` puts in what depends on the point.
 
     Parameters
     ----------
@@ -152,19 +156,33 @@ class P1Free(P1):
         legs = self.leg(_way(self.before_m, w)), self.leg(_way(w, self.after_m))
         charge_As = self.flight_charge_As + sum(leg.charge_As for leg in legs)
         energy_J = self.flight_energy_J + sum(leg.energy_J for leg in legs)
-        moved = {
+        moved: dict[str, Any] = {
             "flight_time_s": self.flight_time_s + sum(leg.duration_s for leg in legs),
             "flight_charge_As": charge_As,
             "flight_energy_J": energy_J,
             "flight_voltage_V": energy_J / charge_As,
             "hover_distance_m": norm(_way(self.device_m, w)),
             "hover_altitude_m": w[2],
+            "steps": self._steps_with(*legs),
         }
         if self.laser_m is not None:
             current_A, power_W = self.charging(norm(_way(self.laser_m, w)))
             moved["hover_current_A"] = self.hover_current_A - self.laser_sight * current_A
             moved["hover_received_W"] = self.laser_sight * power_W
         return replace(self, **moved)
+
+    def _steps_with(self, arriving: Loads, leaving: Loads) -> tuple[Any, ...]:
+        """The steps of the itinerary with the stages of the legs to and from the hover point."""
+        opened = {TO_HOVER: _stages(arriving), FROM_HOVER: _stages(leaving)}
+        steps: list[Any] = []
+        for step in self.steps:
+            steps += opened.get(step, [step]) if isinstance(step, str) else [step]
+        return tuple(steps)
+
+
+def _stages(leg: Loads) -> list[Phase]:
+    """Phases of constant current."""
+    return [Phase(-drawn, t) for drawn, t in zip(leg.currents_A, leg.durations_s, strict=True)]
 
 
 def _way(start: Vector, end: Vector) -> Vector:

@@ -62,14 +62,14 @@ def mismatches(
 
 def _motion(stated: Planned, found: Phase) -> Iterator[Compared]:
     for name, unit in (("start_s", "s"), ("distance_m", "m"), ("peak_speed_m_s", "m/s")):
-        yield name, getattr(stated, name), getattr(found, name), unit, 0.0
+        yield name, getattr(stated, name), getattr(found, name), unit, 1.0
 
 
 def _loads(stated: Planned, found: Phase) -> Iterator[Compared]:
     for k, (mine, theirs) in enumerate(zip(stated.stages, found.stages, strict=False)):
         A, W = (sum(pair) for pair in zip(theirs.drawn, theirs.received, strict=True))
         for name, unit, scale in (
-            ("duration_s", "s", 0.0),
+            ("duration_s", "s", 1.0),
             ("current_A", "A", A),
             ("power_W", "W", W),
         ):

@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 
 from formulations.available import moments
+from formulations.p1_free import FROM_HOVER, TO_HOVER
 from formulations.quantities import Quantities
 from optuav.mission import vehicle
 from optuav.mission.itineraries import NO_LEG
@@ -19,7 +20,9 @@ from optuav.physics.battery import Phase
 from optuav.physics.flight import STAGES
 
 
-def quantities(worked_out: Network, which: Numbers, *, rests: bool = True) -> Quantities:
+def quantities(
+    worked_out: Network, which: Numbers, *, rests: bool = True, hover_open: bool = False
+) -> Quantities:
     """Quantities of some itineraries, arrays with one entry each.
 
     Parameters
@@ -31,6 +34,8 @@ def quantities(worked_out: Network, which: Numbers, *, rests: bool = True) -> Qu
         way are told where all stay in the same order.
     rests
         Whether a rest on the building may be chosen.
+    hover_open
+        Whether the legs to and from the hover point are named among the steps rather than stated.
     """
     mission, routes = worked_out.mission, worked_out.itineraries.take(which)
     given = mission.battery
@@ -69,7 +74,7 @@ def quantities(worked_out: Network, which: Numbers, *, rests: bool = True) -> Qu
         min_altitude_m=limits.min_altitude_m,
         max_altitude_m=limits.max_altitude_m,
         end_gap_m=_end_gap_m(worked_out, which),
-        steps=_steps(worked_out, which, rests),
+        steps=_steps(worked_out, which, rests, hover_open),
         rests=rests,
     )
 
@@ -85,7 +90,9 @@ def _end_gap_m(worked_out: Network, which: Numbers) -> Points:
     return gap_m
 
 
-def _steps(worked_out: Network, which: Numbers, rests: bool) -> tuple[Phase | str, ...]:
+def _steps(
+    worked_out: Network, which: Numbers, rests: bool, hover_open: bool
+) -> tuple[Phase | str, ...]:
     """Stages of the legs as phases of constant current, and the stays by name.
 
     Figures are numbers for a single itinerary, else arrays with one entry each; none where the
@@ -94,14 +101,19 @@ def _steps(worked_out: Network, which: Numbers, rests: bool) -> tuple[Phase | st
     table, routes = worked_out.legs, worked_out.itineraries
     if len(np.unique(routes.rest_first[which])) > 1:
         return ()
-    legs, ends = routes.legs[which].T, table.end[routes.legs[which[0]]]
+    legs, first = routes.legs[which].T, routes.legs[which[0]]
     found: list[Phase | str] = []
-    for leg, end in zip(legs, ends.tolist(), strict=True):
+    for leg, start, end in zip(
+        legs, table.start[first].tolist(), table.end[first].tolist(), strict=True
+    ):
         if (leg == NO_LEG).all():
             continue
-        for stage in _stages(table, leg):
-            current_A, duration_s = table.currents_A[stage, leg], table.durations_s[stage, leg]
-            found.append(Phase(_figures(-current_A), _figures(duration_s)))
+        if hover_open and HOVER in (start, end):
+            found.append(TO_HOVER if end == HOVER else FROM_HOVER)
+        else:
+            for stage in _stages(table, leg):
+                current_A, duration_s = table.currents_A[stage, leg], table.durations_s[stage, leg]
+                found.append(Phase(_figures(-current_A), _figures(duration_s)))
         if end == HOVER:
             found.append("hover")
         elif end >= FIRST_BUILDING and rests:
@@ -140,7 +152,7 @@ def moments_on(
             found.append("after the hover")
         elif end >= FIRST_BUILDING and rests:
             found.append(f"after the rest at {names[end]}")
-    steps = _steps(worked_out, which, rests)
+    steps = _steps(worked_out, which, rests, hover_open=False)
     return dict(zip(moments(steps), found, strict=True)) if steps else {}
 
 

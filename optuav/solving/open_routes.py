@@ -4,12 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from typing import Any, get_args
 
 import numpy as np
 
 from formulations.p1 import P1
 from formulations.p1_free import AXES, Cell, P1Free
-from formulations.quantities import QUANTITIES
+from formulations.perspectives import AVAILABLE
+from formulations.quantities import QUANTITIES, Quantities
 from optuav.engines.arrays import Booleans, Floats
 from optuav.mission import vehicle
 from optuav.mission.itineraries import NO_LEG
@@ -18,7 +20,9 @@ from optuav.mission.places import HOVER
 from optuav.mission.routes import nearest_building
 from optuav.mission.sight import Numbers, Points
 from optuav.modelling import Model, Parameter
+from optuav.physics.battery import Phase
 from optuav.solving.given import quantities
+from optuav.solving.hovers import STAYS, Stays, longest_hovers
 from optuav.solving.question import Question
 
 PLACES = ("before_m", "after_m")
@@ -58,6 +62,10 @@ class OpenRoutes:
 
     def taken(self, entry: Numbers | int) -> P1Free:
         """The figures of one itinerary, or of several."""
+        steps = (
+            step if isinstance(step, str) else Phase(*(_taken(each, entry) for each in step))
+            for step in self.free.steps
+        )
         arrays = {
             each.name: value[entry]
             for each in QUANTITIES
@@ -65,7 +73,7 @@ class OpenRoutes:
         }
         for place in PLACES:
             arrays[place] = tuple(values[entry] for values in getattr(self.free, place))
-        return replace(self.free, **arrays)
+        return replace(self.free, **arrays, steps=tuple(steps))
 
     def times_s(
         self, perspective: str, entry: Numbers, points_m: Points, lit: Booleans
@@ -74,11 +82,43 @@ class OpenRoutes:
 
         What is in the way of legs is left aside; `lit` tells where the laser charges.
         """
+        free = replace(self.taken(entry), laser_sight=np.where(lit, 1.0, 0.0))
+        there = free.at(tuple(points_m.T))
+        if perspective == AVAILABLE:
+            return _available_times_s(there)
         from optuav.engines import closed_form
 
-        free = replace(self.taken(entry), laser_sight=np.where(lit, 1.0, 0.0))
-        model = P1.model(free.at(tuple(points_m.T)), perspective)
-        return closed_form.solve(model, len(points_m)).values
+        return closed_form.solve(P1.model(there, perspective), len(points_m)).values
+
+
+def _taken(figure: Any, entry: Numbers | int) -> Any:
+    """A figure of one itinerary or several: its own, or the one of all."""
+    return figure[entry] if np.ndim(figure) else figure
+
+
+def _available_times_s(given: Quantities) -> Mapping[str, Floats]:
+    """Δ and T' [s] by name that the battery can deliver."""
+    legs: list[list[Any]] = [[]]
+    stays: list[str] = []
+    for step in given.steps:
+        if isinstance(step, str):
+            stays.append(step)
+            legs.append([])
+        else:
+            legs[-1].append(step)
+    (order,) = (name for name in get_args(Stays) if STAYS[name] == tuple(stays))
+    found = longest_hovers(
+        legs,
+        order,
+        deadline_s=given.deadline_s,
+        min_soc=given.min_soc,
+        capacity_As=given.battery_As,
+        available_fraction=given.available_fraction,
+        flow_rate_per_s=given.flow_rate_per_s,
+        hover_current_A=given.hover_current_A,
+        rest_current_A=given.rest_current_A,
+    )
+    return {"hover_time_s": found.hover_time_s, "rest_time_s": found.rest_time_s}
 
 
 def open_routes(asked: Question, worked_out: Network) -> tuple[OpenRoutes, ...]:
@@ -99,7 +139,11 @@ def open_routes(asked: Question, worked_out: Network) -> tuple[OpenRoutes, ...]:
         usable &= by_way & (routes.building == nearest_building(worked_out))
     if asked.order is not None:
         usable &= ~by_way | (routes.rest_first == (asked.order == "rest-first"))
-    groups = np.flatnonzero(usable & ~by_way), np.flatnonzero(usable & by_way)
+    groups = [np.flatnonzero(usable & ~by_way), np.flatnonzero(usable & by_way)]
+    if asked.perspective == AVAILABLE:
+        # The steps tell in which order an itinerary stays.
+        first = routes.rest_first[groups[1]]
+        groups[1:] = [groups[1][first], groups[1][~first]]
     return tuple(
         OpenRoutes(which, around[which], _opened(worked_out, which, apart[which], around[which]))
         for which in groups
@@ -112,7 +156,7 @@ def _opened(worked_out: Network, which: Numbers, apart: Booleans, around: Number
     mission, table = worked_out.mission, worked_out.legs
     legs = worked_out.itineraries.legs[which]
     rests = bool(worked_out.itineraries.building[which[0]] >= 0)
-    given = vars(quantities(worked_out, which, rests=rests))
+    given = vars(quantities(worked_out, which, rests=rests, hover_open=True))
     for figure in ("time_s", "charge_As", "energy_J"):
         drawn = getattr(table, "duration_s" if figure == "time_s" else figure)[legs]
         given[f"flight_{figure}"] = np.where(apart, drawn, 0.0).sum(axis=1)
@@ -120,7 +164,7 @@ def _opened(worked_out: Network, which: Numbers, apart: Booleans, around: Number
     before_m, after_m = (tuple(place_m[places].T) for places in around.T)
     drawn_A = float(vehicle.hover_load(mission).current_A)
     return P1Free(
-        **{**given, "steps": (), "hover_current_A": drawn_A, "hover_received_W": 0.0},
+        **{**given, "hover_current_A": drawn_A, "hover_received_W": 0.0},
         before_m=before_m,
         after_m=after_m,
         device_m=mission.link.device_m,

@@ -12,7 +12,7 @@ from formulations.p1 import P1
 from formulations.p2 import P2, P2Tight
 from formulations.p3 import P3
 from formulations.p4 import P4
-from formulations.perspectives import PAPER, PERSPECTIVES
+from formulations.perspectives import AVAILABLE, PAPER, PERSPECTIVES
 from optuav.engines.capabilities import ENGINES
 from optuav.errors import Fault, InputError
 from optuav.mission import Mission
@@ -208,7 +208,7 @@ def _not_with_free(
     allowed: tuple[tuple[str, object, tuple[object, ...]], ...] = (
         ("problem", problem, ("P1",)),
         ("trajectory", trajectory, (None, "optimal", "direct", "traj1")),
-        ("perspective", perspective, PAPER),
+        ("perspective", perspective, (AVAILABLE, *PAPER)),
         ("slot_s", slot_s, (None,)),
         ("engine", engine, (AUTO, "casadi")),
     )

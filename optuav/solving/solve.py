@@ -87,7 +87,7 @@ def formulate(
     hover_point
         ``"w_U"``: the UAV hovers at ``route.hover_m`` of the mission, or where that is not stated
         at w_U of the paper; ``"free"``: wherever is best within reach of the device, for P1 in
-        continuous times and the perspectives of the paper (engine casadi, locally optimal).
+        continuous times and any perspective but ``"wells"`` (engine casadi, locally optimal).
 
     Raises
     ------

@@ -46,7 +46,8 @@ def check(mission: Mission, options: dict[str, Any], repair: Repair) -> None:
     short = repair.value - sign * repair.resolution
     short = int(short) if isinstance(repair.value, int) else float(f"{short:.12g}")
     assert not solved(mission, options, repair.key, short), f"{repair}: {short} would do"
-    assert repair.resolution <= max(0.1 * abs(repair.value - repair.now), isinstance(short, int))
+    tenth = 0.1 * abs(repair.value - repair.now) * (1.0 + 1e-9)
+    assert repair.resolution <= max(tenth, isinstance(short, int))
     if repair.up_to is not None:
         assert sign * repair.up_to >= sign * repair.value
         assert solved(mission, options, repair.key, repair.up_to)

@@ -1,19 +1,23 @@
 """Hover points tried all over the coverage ball: the truth that a free hover point is held against.
 
 Written apart from the package's own search: hover times from the balance of charge and time solved
-by hand, sights and crossings from where every line enters and leaves a box.
+by hand or, where the battery has to deliver it, from wells of the tests' own; sights and crossings
+from where every line enters and leaves a box.
 """
 
 from __future__ import annotations
 
+import copy
 import itertools
 from collections.abc import Callable
+from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
 from optuav.mission import Mission, vehicle
 from optuav.physics import flight
+from tests.kibam import Kibam
 
 Array = npt.NDArray[np.float64]
 GRAZING = 1e-9
@@ -42,18 +46,27 @@ def hidden(mission: Mission, from_m: Array, to_m: Array, exempt: str = "") -> np
     return found
 
 
-def leg(mission: Mission, start_m: Array, end_m: Array) -> tuple[Array, Array]:
-    """Time [s] and charge [A s] of legs; either end may be an array (point, 3) [m]."""
+def leg(mission: Mission, start_m: Array, end_m: Array) -> flight.Loads:
+    """What legs draw; either end may be an array (point, 3) [m]."""
     x, y, z = np.moveaxis(end_m - start_m, -1, 0)
-    loads = flight.leg(
+    return flight.leg(
         vehicle.airframe(mission), vehicle.motor(mission), (x, y, z), mission.wind.force_N
     ).loads
-    return np.asarray(loads.duration_s), np.asarray(loads.charge_As)
 
 
-def hover_s(mission: Mission, points_m: Array, building: int, rest_first: bool) -> Array:
-    """Longest hover at points (point, 3) [m], resting on a building (−1: none); −∞ where none."""
-    given, laser_m = mission.battery, np.array(mission.laser.position_m)
+class Way(NamedTuple):
+    """An itinerary at hover points (point, 3): its legs, and net currents [A] of the stays."""
+
+    legs: list[flight.Loads]
+    hover_A: Array
+    charge_A: float
+    blocked: npt.NDArray[np.bool_]
+
+
+def way(mission: Mission, points_m: Array, building: int, rest_first: bool) -> Way:
+    """By way of a building, −1 for none."""
+    assert mission.laser is not None
+    laser_m = np.array(mission.laser.position_m)
     origin_m, end_m = np.array(mission.route.origin_m), np.array(mission.route.destination_m)
     stops = [("", origin_m), ("hover", points_m), ("", end_m)]
     charge_A = 0.0
@@ -65,10 +78,9 @@ def hover_s(mission: Mission, points_m: Array, building: int, rest_first: bool) 
             charge_A = float(
                 vehicle.charging(mission, float(np.linalg.norm(roof_m - laser_m))).current_A
             )
-    time_s, drawn_As, blocked = 0.0, 0.0, np.zeros(len(points_m), bool)
+    legs, blocked = [], np.zeros(len(points_m), bool)
     for (name, start_m), (to, stop_m) in itertools.pairwise(stops):
-        leg_s, leg_As = leg(mission, start_m, stop_m)
-        time_s, drawn_As = time_s + leg_s, drawn_As + leg_As
+        legs.append(leg(mission, start_m, stop_m))
         if not mission.flight.through_buildings:
             fixed_m, other_m = (start_m, stop_m) if start_m.ndim == 1 else (stop_m, start_m)
             roofs = name if name not in ("", "hover") else to if to not in ("", "hover") else ""
@@ -78,7 +90,15 @@ def hover_s(mission: Mission, points_m: Array, building: int, rest_first: bool) 
     net_A = vehicle.hover_load(mission).current_A - np.where(
         lit, vehicle.charging(mission, distance_m).current_A, 0.0
     )
-    left_s = mission.limits.deadline_s - time_s
+    return Way(legs, net_A, charge_A, blocked)
+
+
+def hover_s(mission: Mission, points_m: Array, building: int, rest_first: bool) -> Array:
+    """Longest hover at points (point, 3) [m] by the balance of charge; −∞ where none."""
+    legs, net_A, charge_A, blocked = way(mission, points_m, building, rest_first)
+    given = mission.battery
+    left_s = mission.limits.deadline_s - sum(np.asarray(each.duration_s) for each in legs)
+    drawn_As = sum(np.asarray(each.charge_As) for each in legs)
     budget_As = (1.0 - mission.limits.min_soc) * given.packs * given.capacity_As - drawn_As
     found = np.minimum(left_s, budget_As / net_A)
     if building >= 0 and charge_A > 0.0:
@@ -87,6 +107,54 @@ def hover_s(mission: Mission, points_m: Array, building: int, rest_first: bool) 
         rest_s = np.maximum(0.0, (net_A * found - budget_As) / charge_A)
         found = np.where(found + rest_s <= left_s + 1e-9, found, -np.inf)
     return np.where(blocked | (found < 0.0) | np.isnan(found), -np.inf, found)
+
+
+def delivered_s(mission: Mission, points_m: Array, building: int, rest_first: bool) -> Array:
+    """Longest hover at points (point, 3) [m] that the wells deliver; −∞ where none.
+
+    Found by halving, where resting charges and hovering drains fast: then every shorter hover can
+    be delivered, and the longest rest until the available well is full is best.
+    """
+    legs, net_A, charge_A, blocked = way(mission, points_m, building, rest_first)
+    given = mission.battery
+    left_s = mission.limits.deadline_s - sum(np.asarray(each.duration_s) for each in legs)
+
+    def lasts(hover_s: Array) -> npt.NDArray[np.bool_]:
+        wells = Kibam(
+            given.packs * given.capacity_As, given.available_fraction, given.flow_rate_per_s
+        )
+        for number, loads in enumerate(legs):
+            for current_A, time_s in zip(loads.currents_A, loads.durations_s, strict=True):
+                wells.spend(-np.asarray(current_A), time_s)
+            rests = building >= 0 and number == (0 if rest_first else 1)
+            if rests:
+                rest(wells, charge_A, left_s - hover_s)
+            elif number < len(legs) - 1:
+                wells.spend(-net_A, hover_s)
+        return (wells.least >= 0.0) & (wells.soc >= mission.limits.min_soc) & (hover_s <= left_s)
+
+    low, high = np.zeros(len(points_m)), np.maximum(left_s, 0.0)
+    possible = lasts(low) & ~blocked
+    for _ in range(32):
+        middle = 0.5 * (low + high)
+        fine = lasts(middle)
+        low, high = np.where(fine, middle, low), np.where(fine, high, middle)
+    return np.where(possible, low, -np.inf)
+
+
+def rest(wells: Kibam, charge_A: float, longest_s: Array) -> None:
+    """Charge as long as there is time and the available well is not past full."""
+    full_As = wells.share * wells.capacity_As
+    low, high = np.zeros(len(longest_s)), np.maximum(longest_s, 0.0)
+    for _ in range(32):
+        middle = 0.5 * (low + high)
+        trial = copy.copy(wells)
+        trial.spend(charge_A, middle)
+        low, high = (
+            np.where(trial.y1 <= full_As, middle, low),
+            np.where(trial.y1 <= full_As, high, middle),
+        )
+    wells.spend(charge_A, low)
 
 
 def spread(mission: Mission, fineness: int = 61, heights: int = 5) -> Array:
@@ -130,17 +198,23 @@ def closely(
     return best
 
 
-def best_s(mission: Mission, fineness: int = 61, close: int = 3) -> float:
+def best_s(
+    mission: Mission,
+    fineness: int = 61,
+    close: int = 3,
+    hover_s: Callable[[Mission, Array, int, bool], Array] = hover_s,
+) -> float:
     """Longest hover over all itineraries and all of the ball; −∞ if there is none."""
     points_m, top = spread(mission, fineness), -np.inf
     ways = [(-1, True)]
     ways += [(k, first) for k in range(len(mission.buildings)) for first in (True, False)]
-    sampled = [hover_s(mission, points_m, *way) for way in ways]
+    sampled = [hover_s(mission, points_m, *each) for each in ways]
     reached = max(each.max() for each in sampled)
-    for way, values in zip(ways, sampled, strict=True):
+    for each, values in zip(ways, sampled, strict=True):
         for k in np.argsort(-values)[: 10 * close : 10]:
             if values[k] > reached - 1.5:
-                top = max(
-                    top, closely(mission, lambda w, way=way: hover_s(mission, w, *way), points_m[k])
+                found = closely(
+                    mission, lambda w, each=each: hover_s(mission, w, *each), points_m[k]
                 )
+                top = max(top, found)
     return float(max(top, reached))

@@ -12,7 +12,7 @@ import optuav
 from optuav import InputError, Mission
 from optuav.mission import vehicle
 from tests.mission.strategies import missions
-from tests.solving.dense import best_s
+from tests.solving.dense import best_s, delivered_s
 
 PAPER = optuav.load("paper")
 SCREEN = {"name": "s", "position_m": [1000, 2400, 120], "footprint_m": [120, 120]}
@@ -53,6 +53,21 @@ def test_as_good_as_a_dense_sampling(name: str) -> None:
     assert plan.hover_time_s > best_s(mission, fineness=41, close=1) - 0.01
 
 
+@pytest.mark.parametrize(
+    "changes",
+    [
+        {"limits.deadline_s": 800.0, "buildings": [SCREEN]},
+        *(pytest.param(changes, marks=pytest.mark.soak) for changes in VARIANTS.values()),
+    ],
+)
+def test_as_good_as_a_dense_sampling_of_what_wells_deliver(changes: dict[str, Any]) -> None:
+    """The same under `available`, by wells of the tests' own."""
+    mission = PAPER.replace(changes)
+    plan = never_worse(mission, perspective="available")
+    assert plan.flyable
+    assert plan.hover_time_s > best_s(mission, 7, close=1, hover_s=delivered_s) - 0.01
+
+
 def test_where_w_U_is_best_the_plan_hovers_there() -> None:
     """At 800 s nothing is gained: the plan is the one of w_U, and says so."""
     mission = PAPER.replace({"limits.deadline_s": 800.0})
@@ -82,19 +97,24 @@ def test_loads_by_regime() -> None:
     never_worse(optuav.load("paper-table2"), trajectory="traj1", perspective="adjusted")
 
 
-@settings(max_examples=4)
-@given(missions(most_buildings=2))
-def test_random_missions(mission: Mission) -> None:
+PERSPECTIVES = ("battery", "available")
+
+
+@pytest.mark.parametrize("perspective", PERSPECTIVES)
+@settings(max_examples=2)
+@given(mission=missions(most_buildings=2))
+def test_random_missions(mission: Mission, perspective: str) -> None:
     """Never worse than w_U, whatever the mission."""
-    never_worse(mission)
+    never_worse(mission, perspective=perspective)
 
 
 @pytest.mark.soak
+@pytest.mark.parametrize("perspective", PERSPECTIVES)
 @settings(max_examples=100)
-@given(missions(most_buildings=4))
-def test_soak_random_missions(mission: Mission) -> None:
+@given(mission=missions(most_buildings=4))
+def test_soak_random_missions(mission: Mission, perspective: str) -> None:
     """As before, a hundred times."""
-    never_worse(mission)
+    never_worse(mission, perspective=perspective)
 
 
 def test_out_of_reach_is_told() -> None:
