@@ -13,17 +13,17 @@ References
 
 from __future__ import annotations
 
-import warnings
 from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
 
 from optuav.engines.arrays import Floats
-from optuav.engines.linear_form import LinearForm, linear_form
+from optuav.engines.linear_form import LinearForm, by_label, linear_form
 from optuav.engines.ranges import own_upper_bounds, slot_ranges
 from optuav.engines.solution import Solution, stacked, unanswered
-from optuav.errors import InputError, SolverError
+from optuav.engines.solvers import Solver
+from optuav.errors import SolverError
 from optuav.modelling.check import TOLERANCE
 from optuav.modelling.model import Model
 from optuav.status import Status
@@ -31,39 +31,12 @@ from optuav.status import Status
 NAME = "cvxpy"
 DUALITY = "linear programming duality, KKT conditions evaluated again"
 SEARCHED = "branch and bound"
-DEFAULT_SOLVER = "HIGHS"
 EQUAL = 1e-11
 """Relative loss of the objective that the preferences may use up."""
 TIGHT = 1e-7
 """Relative slack below which a row counts as holding with equality."""
 GAP = 1e-7
 """Relative gap between an answer and the bound on all others above which it counts as unproved."""
-STATUSES = {
-    "optimal": Status.OPTIMAL,
-    "optimal_inaccurate": Status.FEASIBLE,
-    "infeasible": Status.INFEASIBLE,
-    "unbounded": Status.UNBOUNDED,
-}
-"""What CVXPY's words mean; all others are refused."""
-SETTINGS: Mapping[str, Mapping[str, Any]] = {
-    "HIGHS": {
-        "primal_feasibility_tolerance": 1e-9,
-        "dual_feasibility_tolerance": 1e-9,
-        "mip_feasibility_tolerance": 1e-9,
-        "mip_rel_gap": 0.0,
-    },
-    "SCIPY": {"scipy_options": {"mip_rel_gap": 0.0}},
-    "OSQP": {"eps_abs": 1e-10, "eps_rel": 1e-10, "max_iter": 100_000, "polishing": False},
-    "SCS": {"eps_abs": 1e-10, "eps_rel": 1e-10},
-}
-"""What solvers are asked for where their own choice is too coarse for seconds."""
-TIME_LIMITS = {
-    "HIGHS": "time_limit",
-    "CLARABEL": "time_limit",
-    "OSQP": "time_limit",
-    "SCS": "time_limit_secs",
-}
-"""How solvers call their time limit."""
 
 
 class Compiled:
@@ -78,7 +51,7 @@ class Compiled:
     time_limit_s
         Longest that one solve may take [s]; no limit by default.
     solver
-        Name of an installed CVXPY solver.
+        Name of an installed CVXPY solver; None for HiGHS.
 
     Raises
     ------
@@ -95,36 +68,17 @@ class Compiled:
         model: Model,
         slot_s: float | None = None,
         time_limit_s: float | None = None,
-        solver: str = DEFAULT_SOLVER,
+        solver: str | None = None,
     ) -> None:
-        try:
-            import cvxpy
-        except ImportError as error:
-            raise SolverError(f"engine {NAME} needs the package cvxpy: {error}") from error
+        self.model, self.slot_s = model, slot_s
+        self.binary = [variable.binary for variable in model.variables]
+        self.counted = [slot_s is not None and not binary for binary in self.binary]
+        self.solver = Solver(solver, self.integer, time_limit_s)
+        import cvxpy
 
-        installed = cvxpy.installed_solvers()  # type: ignore[no-untyped-call]
-        if solver not in installed:
-            raise InputError(f"CVXPY has no solver {solver!r}; installed: {', '.join(installed)}")
-        whole = slot_s is not None or any(variable.binary for variable in model.variables)
-        if whole and solver not in (able := _solvers_of_whole_numbers()):
-            raise InputError(
-                f"the solver {solver} takes no whole numbers; installed ones that do: "
-                f"{', '.join(able)}"
-            )
-        self.model, self.slot_s, self.solver = model, slot_s, solver
-        self.options: dict[str, Any] = dict(SETTINGS.get(solver, {}))
-        if whole and solver == DEFAULT_SOLVER:
-            # Its presolve may cut off the best whole numbers (ERGO-Code/HiGHS issue 3073).
-            self.options["presolve"] = "off"
-        if time_limit_s is not None:
-            if solver not in TIME_LIMITS:
-                raise InputError(f"the solver {solver} takes no time limit")
-            self.options[TIME_LIMITS[solver]] = time_limit_s
         self.base = model.row(0)
         form = linear_form(model, self.base)
         rows, unknowns, goals = len(form.labels), len(form.names), len(form.directions)
-        self.binary = [variable.binary for variable in model.variables]
-        self.counted = [slot_s is not None and not binary for binary in self.binary]
         self.x = cvxpy.Variable(
             unknowns,
             boolean=(np.flatnonzero(self.binary),) if any(self.binary) else False,
@@ -202,32 +156,19 @@ class Compiled:
         more = float(weights @ b - best + np.abs(c - weights @ a) @ (1.0 + np.abs(x)))
         if excess > GAP or more > GAP * max(1.0, abs(best)):
             raise SolverError(
-                f"{NAME} with {self.solver} says {self.words}, but its answer violates a row by a "
-                f"share of {excess:.2g} and may be {max(0.0, more):.2g} short of the best"
+                f"{NAME} with {self.solver.name} says {self.words}, but its answer violates a row "
+                f"by a share of {excess:.2g} and may be {max(0.0, more):.2g} short of the best"
             )
 
     def _run(self, number: int) -> Status:
         """Run a problem and read its status; the solver's words are kept."""
-        import cvxpy
-
-        problem = self.problems[number]
-        try:
-            with warnings.catch_warnings():
-                # The status says the same, and inaccurate answers are proved or refused here.
-                warnings.filterwarnings("ignore", message="Solution may be inaccurate")
-                problem.solve(solver=self.solver, **self.options)  # type: ignore[no-untyped-call]
-        except (cvxpy.error.SolverError, ValueError) as error:
-            raise SolverError(f"{NAME} with {self.solver} failed: {error}") from None
-        self.words = words = str(problem.status)
-        if words in ("user_limit", "user_limit_inaccurate"):
-            raise SolverError(f"{NAME} with {self.solver} stopped at its limit of time or steps")
-        if words == "infeasible_or_unbounded":
+        status, self.words = self.solver.run(self.problems[number])
+        if status is None:
+            words = self.words
             _set(self.c, np.zeros(self.c.shape))
             feasible, self.words = self._run(number).has_answer, words
             return Status.UNBOUNDED if feasible else Status.INFEASIBLE
-        if words not in STATUSES:
-            raise SolverError(f"{NAME} with {self.solver} is not sure: {words}")
-        return STATUSES[words]
+        return status
 
     def _preferred(self, goals: Floats, x: Floats) -> Floats:
         """Among the points that are as good as the best, the one that later goals prefer."""
@@ -279,17 +220,17 @@ class Compiled:
         binding: dict[str, bool] = {}
         for row, label in enumerate(form.labels):
             binding[label] = binding.get(label, False) or bool(tight[row])
-        by_label = {} if multipliers is None else _by_label(form, multipliers)
+        weights = {} if multipliers is None else by_label(form, multipliers)
         value = float(form.directions[0, :, 0] @ x + form.offsets[0, 0])
         return Solution(
             engine=NAME,
-            proof=f"{SEARCHED} ({self.solver})" if self.integer else DUALITY,
+            proof=f"{SEARCHED} ({self.solver.name})" if self.integer else DUALITY,
             statuses=[status],
             objective=np.array([form.towards * value]),
             values={name: np.array([x[k]]) for k, name in enumerate(form.names)},
             binding={label: np.array([tight]) for label, tight in binding.items()},
-            multipliers={label: np.array([weight]) for label, weight in by_label.items()},
-            words=[f"{self.solver}: {self.words}"],
+            multipliers={label: np.array([weight]) for label, weight in weights.items()},
+            words=[f"{self.solver.name}: {self.words}"],
             model=self.model,
             given={name: np.array([value]) for name, value in values.items()},
         )
@@ -308,31 +249,6 @@ class Compiled:
 
     def _unanswered(self, status: Status, words: str) -> Solution:
         return unanswered(self.model, NAME, DUALITY, status, words)
-
-
-def _by_label(form: LinearForm, multipliers: Floats) -> dict[str, float]:
-    """Multipliers of constraints, from those of rows; the two bounds of an unknown are netted."""
-    found = dict.fromkeys(form.labels, 0.0)
-    net: dict[tuple[str, int], float] = {}
-    bounds = dict(form.bounds)
-    for row, label in enumerate(form.labels):
-        weight = float(multipliers[row])
-        if row not in bounds:
-            found[label] += form.signs[row] * weight
-            continue
-        k = bounds[row]
-        pushed = weight if form.normals[row, k, 0] > 0.0 else -weight
-        net[label, k] = net.get((label, k), 0.0) + pushed
-    for (label, _), pushed in net.items():
-        found[label] += abs(pushed)
-    return found
-
-
-def _solvers_of_whole_numbers() -> list[str]:
-    """Names of the installed solvers that take integers."""
-    from cvxpy.reductions.solvers.defines import INSTALLED_MI_SOLVERS
-
-    return list(INSTALLED_MI_SOLVERS)
 
 
 def _set(parameter: Any, values: Floats) -> None:
@@ -361,7 +277,7 @@ def solve(
     programmes: int,
     slot_s: float | None = None,
     time_limit_s: float | None = None,
-    solver: str = DEFAULT_SOLVER,
+    solver: str | None = None,
 ) -> Solution:
     """Solve a linear model for every entry of its parameters, one after the other.
 
@@ -376,7 +292,7 @@ def solve(
     time_limit_s
         Longest that one of them may take [s]; no limit by default.
     solver
-        Name of an installed CVXPY solver.
+        Name of an installed CVXPY solver; None for HiGHS.
 
     Raises
     ------

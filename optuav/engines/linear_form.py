@@ -115,6 +115,24 @@ def linear_form(model: Model, values: Mapping[str, Any], programmes: int = 1) ->
     )
 
 
+def by_label(form: LinearForm, multipliers: Floats) -> dict[str, float]:
+    """Multipliers of constraints, from those of rows; the two bounds of an unknown are netted."""
+    found = dict.fromkeys(form.labels, 0.0)
+    net: dict[tuple[str, int], float] = {}
+    bounds = dict(form.bounds)
+    for row, label in enumerate(form.labels):
+        weight = float(multipliers[row])
+        if row not in bounds:
+            found[label] += form.signs[row] * weight
+            continue
+        k = bounds[row]
+        pushed = weight if form.normals[row, k, 0] > 0.0 else -weight
+        net[label, k] = net.get((label, k), 0.0) + pushed
+    for (label, _), pushed in net.items():
+        found[label] += abs(pushed)
+    return found
+
+
 def _stack(forms: Sequence[Affine], names: Sequence[str], programmes: int) -> tuple[Floats, Floats]:
     """Coefficients (form, unknown, programme) and constants (form, programme)."""
     coefficients = np.zeros((len(forms), len(names), programmes))

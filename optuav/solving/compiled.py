@@ -154,8 +154,7 @@ def _solver(part: Part, asked: Question) -> Solver:
     if engine == "cvxpy":
         from optuav.engines import linear
 
-        solver = asked.solver or linear.DEFAULT_SOLVER
-        compiled = linear.Compiled(part.model, asked.slot_s, asked.time_limit_s, solver)
+        compiled = linear.Compiled(part.model, asked.slot_s, asked.time_limit_s, asked.solver)
     else:
         from optuav.engines import smooth
 

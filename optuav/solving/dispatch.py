@@ -72,8 +72,7 @@ def answer(model: Model, programmes: int, asked: Question) -> Solution:
     if engine == "cvxpy":
         from optuav.engines import linear
 
-        solver = asked.solver or linear.DEFAULT_SOLVER
-        return linear.solve(model, programmes, asked.slot_s, asked.time_limit_s, solver)
+        return linear.solve(model, programmes, asked.slot_s, asked.time_limit_s, asked.solver)
     if engine == "bracket":
         from optuav.engines import bracket
 

@@ -16,7 +16,7 @@ from formulations.formulation import Formulation
 from formulations.p3 import P3
 from formulations.p4 import P4
 from optuav.cli import main
-from optuav.engines import linear, smooth
+from optuav.engines import linear, smooth, solvers
 from optuav.engines.capabilities import CAPABILITIES, ENGINES
 from optuav.errors import InputError, SolverError
 from optuav.modelling import Model
@@ -151,7 +151,7 @@ def test_first_order_solvers_are_accurate_or_refused(solver: str, perspective: s
 
 def test_coarse_answer_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
     """Asked for less, OSQP says optimal a good part of a second off: the gap tells."""
-    monkeypatch.setattr(linear, "SETTINGS", {"OSQP": {"eps_abs": 1e-4, "polishing": False}})
+    monkeypatch.setattr(solvers, "SETTINGS", {"OSQP": {"eps_abs": 1e-4, "polishing": False}})
     with pytest.raises(SolverError, match="OSQP says optimal, but its answer"):
         linear.solve(p4(), 1, solver="OSQP")
 
