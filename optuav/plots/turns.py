@@ -8,7 +8,6 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.lines import Line2D
 
-from optuav.errors import InputError
 from optuav.mission.flown import fly
 from optuav.mission.flown import packs as packs_of
 from optuav.physics.battery import Battery, Phase, Wells, step
@@ -16,6 +15,7 @@ from optuav.physics.packs import NOBODY, Stretch
 from optuav.plan import Plan
 from optuav.plots.bands import swatch
 from optuav.plots.labels import root, settle
+from optuav.plots.panels import panels
 from optuav.plots.style import (
     BLACK,
     BLUE,
@@ -23,7 +23,6 @@ from optuav.plots.style import (
     PURPLE,
     SKY,
     VERMILLION,
-    page,
     styled,
 )
 
@@ -58,19 +57,12 @@ def packs(plans: Sequence[Plan], axes: Sequence[Axes] | None = None) -> Sequence
     NoPlanError
         If one of the plans does not exist.
     """
-    if not plans or (axes is not None and len(axes) != len(plans)):
-        raise InputError("one plan at least, and as many axes as plans")
-    end_s = max(plan.mission_time_s for plan in plans)
     with styled():
-        if axes is None:
-            figure = page(7.2, 0.7 + 1.35 * len(plans))
-            axes = list(figure.subplots(len(plans), 1, sharex=True, squeeze=False)[:, 0])
+        axes = panels(plans, axes, 1.35)
         for ax, plan in zip(axes, plans, strict=True):
             _panel(ax, plan)
-            ax.set_xlim(0.0, end_s or 1.0)
         for ax in axes[:-1]:
             ax.tick_params(bottom=False)
-        axes[-1].set_xlabel("time since take-off $t$ [s]")
         most = max(len(plan.phases[0].available_As) for plan in plans)
         _legend(axes[-1], most, list(dict.fromkeys(p.kind for plan in plans for p in plan.phases)))
         settle(axes[0])

@@ -10,12 +10,12 @@ from matplotlib.axes import Axes
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
-from optuav.errors import InputError
 from optuav.mission import Mission, vehicle
 from optuav.plan import Plan
 from optuav.plots.bands import NAMES_PT, draw_bands, swatch
 from optuav.plots.charge import Course, course, phase_band
 from optuav.plots.labels import Label, place, root, settle
+from optuav.plots.panels import panels
 from optuav.plots.style import (
     BLACK,
     BLUE,
@@ -25,7 +25,6 @@ from optuav.plots.style import (
     VERMILLION,
     group_thousands,
     margins,
-    page,
     printed,
     styled,
 )
@@ -57,20 +56,13 @@ def wells(plans: Sequence[Plan], axes: Sequence[Axes] | None = None) -> Sequence
     NoPlanError
         If one of the plans does not exist.
     """
-    if not plans or (axes is not None and len(axes) != len(plans)):
-        raise InputError("one plan at least, and as many axes as plans")
-    end_s = max(plan.mission_time_s for plan in plans)
     with styled():
-        if axes is None:
-            figure = page(7.2, 0.7 + 2.0 * len(plans))
-            axes = list(figure.subplots(len(plans), 1, sharex=True, squeeze=False)[:, 0])
+        axes = panels(plans, axes, 2.0)
         lived = [course(vehicle.pool(plan.mission), plan) for plan in plans]
         for ax, plan, each in zip(axes, plans, lived, strict=True):
             draw_wells(ax, plan.mission, each)
             ax.set_title(_title(plan), pad=NAMES_PT)
-            ax.set_xlim(0.0, end_s or 1.0)
         group_thousands(*axes)
-        axes[-1].set_xlabel("time since take-off $t$ [s]")
         _legend(axes[-1], list(dict.fromkeys(each.kind for plan in plans for each in plan.phases)))
         settle(axes[0])
         for ax, plan, each in zip(axes, plans, lived, strict=True):

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
@@ -47,13 +48,8 @@ class Part:
     routes: Numbers
 
 
-def plan_of(
-    asked: Question, worked_out: Network, part: Part, solution: Solution, entry: int
-) -> Plan:
-    """The plan that belongs to the answer to one entry of a part."""
-    route = int(part.routes[entry])
-    times = {name: solution.point(entry).get(name, 0.0) for name in TIMES}
-    flown = planned_phases(worked_out, route, **times)
+def plan_for(asked: Question, worked_out: Network, **found: Any) -> Plan:
+    """A plan as an answer to a question: what was asked, and what was found."""
     return Plan(
         mission=worked_out.mission,
         problem=asked.problem_name,
@@ -62,6 +58,20 @@ def plan_of(
         order=asked.order,
         perspective=asked.perspective,
         slot_s=asked.slot_s,
+        **found,
+    )
+
+
+def plan_of(
+    asked: Question, worked_out: Network, part: Part, solution: Solution, entry: int
+) -> Plan:
+    """The plan that belongs to the answer to one entry of a part."""
+    route = int(part.routes[entry])
+    times = {name: solution.point(entry).get(name, 0.0) for name in TIMES}
+    flown = planned_phases(worked_out, route, **times)
+    return plan_for(
+        asked,
+        worked_out,
         engine=solution.engine,
         proof=solution.proof,
         status=solution.statuses[entry],
@@ -85,14 +95,9 @@ def plan_without(
     asked: Question, worked_out: Network, status: Status, proof: str, reasons: Sequence[str]
 ) -> Plan:
     """What is returned where there is no plan."""
-    return Plan(
-        mission=worked_out.mission,
-        problem=asked.problem_name,
-        trajectory=asked.trajectory,
-        building=asked.building,
-        order=asked.order,
-        perspective=asked.perspective,
-        slot_s=asked.slot_s,
+    return plan_for(
+        asked,
+        worked_out,
         engine=asked.engine if asked.engine != AUTO else "",
         proof=proof,
         status=status,

@@ -8,7 +8,7 @@ from dataclasses import replace
 from optuav.errors import Fault, InputError
 from optuav.mission.network import Network
 from optuav.plan import Plan
-from optuav.solving.planning import Part, plan_without, planned_phases, soc_at_end
+from optuav.solving.planning import Part, plan_for, plan_without, planned_phases, soc_at_end
 from optuav.solving.question import AUTO, Question
 from optuav.solving.scheduled import CLOSER, STEP_S, longest_hover
 from optuav.status import Status
@@ -46,14 +46,9 @@ def scheduled_plan(asked: Question, worked_out: Network, parts: Sequence[Part]) 
         return plan_without(asked, worked_out, Status.INFEASIBLE, proof, why)
     route, hover_s, rest_s = found
     flown = planned_phases(worked_out, route, hover_s, rest_s)
-    return Plan(
-        mission=worked_out.mission,
-        problem=asked.problem_name,
-        trajectory=asked.trajectory,
-        building=asked.building,
-        order=asked.order,
-        perspective=asked.perspective,
-        slot_s=asked.slot_s,
+    return plan_for(
+        asked,
+        worked_out,
         engine=ENGINE,
         proof=proof,
         status=Status.FEASIBLE if asked.slot_s is None else Status.OPTIMAL,

@@ -26,7 +26,7 @@ from optuav.search.branch import TIE_S, Found, Progress, search
 from optuav.search.terrain import Terrain
 from optuav.search.trial import Stops
 from optuav.solving.given import quantities
-from optuav.solving.planning import plan_without, shortfalls, states_of_charge, with_wells
+from optuav.solving.planning import plan_for, plan_without, shortfalls, states_of_charge, with_wells
 from optuav.solving.program import Program
 from optuav.solving.question import AUTO
 from optuav.status import Status
@@ -239,14 +239,9 @@ def _plan(program: Program, everywhere: Network, found: Found, asked_for: str) -
         notes.append(
             "some places have sight or power of the laser from the graph, not from the mission"
         )
-    plan = Plan(
-        mission=worked_out.mission,
-        problem=asked.problem_name,
-        trajectory=asked.trajectory,
-        building=asked.building,
-        order=asked.order,
-        perspective=asked.perspective,
-        slot_s=asked.slot_s,
+    plan = plan_for(
+        asked,
+        worked_out,
         engine=asked.engine,
         proof=proof,
         status=Status.OPTIMAL if proved else Status.FEASIBLE,
