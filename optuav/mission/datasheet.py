@@ -37,9 +37,9 @@ class Datasheet(Section):
     """Take-off mass of the published flight times [kg]."""
     payload_kg: Annotated[float, Number("kg", ge=0, le=1000)] = 0.0
     """What it carries on top, as the receiver of the laser [kg]."""
-    packs: Annotated[int, Number("-", ge=1, le=100, noun="a whole number")] = 1
+    packs: Annotated[int, Number("-", ge=1, le=100, whole=True)] = 1
     """Number of battery packs [-]."""
-    cells: Annotated[int, Number("-", ge=1, le=100, noun="a whole number")]
+    cells: Annotated[int, Number("-", ge=1, le=100, whole=True)]
     """Cells of a pack in series [-]."""
     capacity_mAh: Annotated[float, Number("mAh", ge=10, le=1e6)]
     """Capacity of one pack [mAh]."""

@@ -31,7 +31,7 @@ class Number(GroupedMetadata):
     ge: float | None = None
     lt: float | None = None
     le: float | None = None
-    noun: str = "a number"
+    whole: bool = False
     note: str = ""
 
     def __iter__(self) -> Iterator[object]:
@@ -44,19 +44,22 @@ class Number(GroupedMetadata):
         """Whether the value is such a number."""
         if not isinstance(value, int | float) or isinstance(value, bool):
             return False
+        if self.whole and isinstance(value, float) and not value.is_integer():
+            return False
         bounds = ((gt, self.gt), (ge, self.ge), (lt, self.lt), (le, self.le))
         return all(holds(value, bound) for holds, bound in bounds if bound is not None)
 
     @property
     def words(self) -> str:
         """For example ``a number, 0 <= x < 1 [-]``."""
+        noun = "a whole number" if self.whole else "a number"
         if self.le is not None and self.ge == -self.le:
-            return f"{self.noun}, |x| <= {short(self.le)} [{self.unit}]{self.note}"
+            return f"{noun}, |x| <= {short(self.le)} [{self.unit}]{self.note}"
         low = f"{short(self.gt)} < " if self.gt is not None else ""
         low = f"{short(self.ge)} <= " if self.ge is not None else low
         high = f" < {short(self.lt)}" if self.lt is not None else ""
         high = f" <= {short(self.le)}" if self.le is not None else high
-        return f"{self.noun}, {low}x{high} [{self.unit}]{self.note}"
+        return f"{noun}, {low}x{high} [{self.unit}]{self.note}"
 
 
 def short(number: float) -> str:
@@ -82,7 +85,7 @@ Name = Annotated[
 ]
 Description = Annotated[str, Strict(), Len(0, 10_000), Allowed("a string, up to 10000 characters")]
 Switch = Annotated[bool, Strict(), Allowed("true or false")]
-Count = Annotated[int, Number("-", ge=1, le=1000, noun="a whole number")]
+Count = Annotated[int, Number("-", ge=1, le=1000, whole=True)]
 
 # Space
 Coordinate = Annotated[float, Number("m", ge=-1e6, le=1e6)]

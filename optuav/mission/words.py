@@ -5,7 +5,7 @@ from __future__ import annotations
 import datetime
 import difflib
 import reprlib
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from functools import cache, lru_cache
 from typing import get_args
 
@@ -22,13 +22,25 @@ UNPRINTABLE = "\N{REPLACEMENT CHARACTER}"
 @cache
 def allowed(model: type[BaseModel], key: str) -> str:
     """What a value may be, from the type of its field: ``"a number, 0 <= x < 1 [-]"``."""
+    return next(item.words for item in _described(model, key) if isinstance(item, Allowed | Number))
+
+
+@cache
+def number(name: str) -> Number | None:
+    """Unit and range of a key of the mission by its dotted name; None if it is no number."""
+    table, _, key = name.partition(".")
+    model = SECTIONS.get(table)
+    if model is None or key not in model.model_fields:
+        return None
+    return next((item for item in _described(model, key) if isinstance(item, Number)), None)
+
+
+def _described(model: type[BaseModel], key: str) -> Iterator[object]:
+    """What the type of a field says of its values."""
     field = model.model_fields[key]
-    optional = (getattr(option, "__metadata__", ()) for option in get_args(field.annotation))
-    return next(
-        item.words
-        for item in (*field.metadata, *(item for items in optional for item in items))
-        if isinstance(item, Allowed | Number)
-    )
+    yield from field.metadata
+    for option in get_args(field.annotation):
+        yield from getattr(option, "__metadata__", ())
 
 
 @cache

@@ -9,7 +9,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from optuav.engines.solution import Solution, stacked
-from optuav.errors import Fault, InputError, SolverError
+from optuav.errors import InputError, SolverError
+from optuav.modelling import Parameter
+from optuav.solving.changes import refuse
 from optuav.solving.dispatch import chosen_engine
 from optuav.solving.planning import Part
 from optuav.solving.question import Question
@@ -45,13 +47,16 @@ class CompiledProgram:
         self.program = program
         self.question = question
         self._solvers = [_solver(part, question) for part in program.parts]
-        names = (name for part in program.parts for name in part.model.parameters)
-        self._parameters = tuple(dict.fromkeys(names))
+        self._parameters: dict[str, Parameter] = {}
+        for part in program.parts:
+            self._parameters |= part.model.parameters
+        # Where the itineraries have several declarations, an array is of none of them.
+        self._most = len(program.parts[0].routes) if len(program.parts) == 1 else 1
 
     @property
     def parameters(self) -> tuple[str, ...]:
         """Names of the parameters that `solve` may change."""
-        return self._parameters
+        return tuple(self._parameters)
 
     def solve(self, **values: Any) -> Solution:
         """Solve again with other values of named parameters, the rest as in the mission.
@@ -69,11 +74,12 @@ class CompiledProgram:
         Raises
         ------
         InputError
-            If a name is no parameter of the program, or a value is no number.
+            Listing every name that is no parameter of the program, and every value that is no
+            finite number, or none that the key of the mission may have from which it comes.
         SolverError
             If the engine fails, or meets numbers that it cannot use.
         """
-        self._refuse(values)
+        refuse(values, self._parameters, self._most)
         numbers = {n: np.array(v, float) if np.ndim(v) else float(v) for n, v in values.items()}
         solutions = [solver(numbers) for solver in self._solvers]
         for solution in solutions:
@@ -93,44 +99,6 @@ class CompiledProgram:
         if len(solutions) == 1 and len(solutions[0].statuses) == 1:
             return (0, 0) if solutions[0].status.has_answer else None
         return self.program.best(solutions)
-
-    def _refuse(self, values: Mapping[str, Any]) -> None:
-        known = self.parameters
-        faults = [
-            Fault(
-                name, repr(value), f"is no parameter of the program; there are {', '.join(known)}"
-            )
-            for name, value in values.items()
-            if name not in known
-        ]
-        faults += [
-            Fault(name, repr(value), self._allowed)
-            for name, value in values.items()
-            if name in known and not self._is_usable(value)
-        ]
-        if faults:
-            raise InputError(faults)
-
-    @property
-    def _most(self) -> int:
-        """How many entries an array may have; 1 where the itineraries have several declarations."""
-        parts = self.program.parts
-        return len(parts[0].routes) if len(parts) == 1 else 1
-
-    @property
-    def _allowed(self) -> str:
-        return f"a finite number{f', or {self._most} of them' if self._most > 1 else ''}"
-
-    def _is_usable(self, value: Any) -> bool:
-        if isinstance(value, bool):
-            return False
-        try:
-            numbers = np.asarray(value)
-        except ValueError:
-            return False
-        if numbers.dtype.kind not in "iuf" or numbers.shape not in ((), (self._most,)):
-            return False
-        return bool(np.isfinite(numbers).all())
 
 
 def _solver(part: Part, asked: Question) -> Solver:

@@ -37,8 +37,8 @@ if TYPE_CHECKING:
 ENGINE = "search"
 MOST_BUILDINGS = 1000
 """With more, the legs between any two of them do not fit into memory."""
-RESTS = Number("-", ge=0, le=10, noun="a whole number")
-HOVERS = Number("-", ge=1, le=10, noun="a whole number")
+RESTS = Number("-", ge=0, le=10, whole=True)
+HOVERS = Number("-", ge=1, le=10, whole=True)
 BINDS = 1e-8
 """Share of the capacity [-] or of the deadline within which a limit is reached."""
 

@@ -37,8 +37,8 @@ AT_ONCE = 8192
 """Samples that are worked out together: as many as fit the cache, for any number of samples."""
 SHARES = (0.05, 0.25, 0.5, 0.75, 0.95)
 """Quantiles that are told."""
-SAMPLES = Number("-", ge=1, le=1e8, noun="a whole number")
-SEED = Number("-", ge=0, le=2**63, noun="a whole number")
+SAMPLES = Number("-", ge=1, le=1e8, whole=True)
+SEED = Number("-", ge=0, le=2**63, whole=True)
 
 
 @dataclass(frozen=True)
