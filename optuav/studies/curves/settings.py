@@ -1,4 +1,4 @@
-"""What the paper sets for its studies, in the text and in the captions of its figures."""
+"""What the paper sets for its studies in the text and in captions, and what it leaves to us."""
 
 from __future__ import annotations
 
@@ -7,6 +7,9 @@ DEADLINES_S = (800.0, 1200.0)
 
 LEAST_SOC = (0.05, 0.10, 0.15)
 """η0 of Fig. 7."""
+
+SPEED_SHARES = (0.95, 1.0, 1.05, 1.1)
+"""Rotor speeds of Fig. 7 over the mission's v_max; the paper's are not in its text."""
 
 HOVER_S = 100.0
 """Hover time of Figs. 9 and 10 [s]."""

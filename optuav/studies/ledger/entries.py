@@ -9,7 +9,18 @@ from dataclasses import dataclass
 from optuav.errors import Fault, InputError
 from optuav.mission.words import nearest
 from optuav.studies.comparison import as_csv
-from optuav.studies.ledger import model, results, settings, table2
+from optuav.studies.ledger import (
+    battery_size,
+    charging,
+    direct_path,
+    introduction,
+    least_charge,
+    model,
+    settings,
+    table2,
+    trajectories,
+    wind,
+)
 from optuav.studies.ledger.scenario import papers
 from optuav.studies.ledger.statement import Entry, Statement, Verdict
 
@@ -90,14 +101,27 @@ def _block(entry: Entry) -> str:
     return "\n".join(lines)
 
 
+SUBJECTS = (
+    introduction,
+    model,
+    settings,
+    table2,
+    direct_path,
+    trajectories,
+    least_charge,
+    battery_size,
+    wind,
+    charging,
+)
+
+
 def statements() -> tuple[Statement, ...]:
-    """Every number that the paper states, in its order."""
-    return (
-        *model.statements(),
-        *settings.statements(),
-        *table2.statements(),
-        *results.statements(),
-    )
+    """Every number that the paper states, by subject, about in its order.
+
+    Numbers of sections, equations, figures and references are none, nor are the bounds by which a
+    symbol is defined, nor what the source has commented out.
+    """
+    return tuple(each for subject in SUBJECTS for each in subject.statements())
 
 
 def ledger(names: Collection[str] = (), *, progress: Progress | None = None) -> Ledger:

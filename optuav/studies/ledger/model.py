@@ -1,4 +1,4 @@
-"""Numbers in the models of sections I to IV: counts, coefficients, and two misprinted equations."""
+"""Numbers in the models of sections II to IV: counts, coefficients, two misprinted equations."""
 
 from __future__ import annotations
 
@@ -7,32 +7,20 @@ import math
 from collections.abc import Iterator
 from functools import partial
 
-import numpy as np
-
 from formulations.algorithm1 import algorithm1
 from optuav.mission import vehicle
 from optuav.mission.one_stop import one_stop_is_enough
 from optuav.mission.places import HOVER
 from optuav.physics import battery, flight, link, rotor
-from optuav.studies.curves.charging import source_power_for_full_charge_W
+from optuav.studies.ledger.cells import FLIGHT_J, HOVER_J, NOMINAL_J
 from optuav.studies.ledger.scenario import Scenario, papers
 from optuav.studies.ledger.statement import Statement, Value
-from optuav.studies.ledger.table2 import FLIGHT_J, HOVER_J, NOMINAL_J
 
 TURN = "eq (7), turning stages"
 
 
 def statements() -> Iterator[Statement]:
     """Every number of these sections, and the equations that carry a misprint."""
-    yield Statement(
-        name="source-below-1-kw",
-        place="abstract; sections I-B (twice)",
-        what="power of the laser source",
-        stated="below 1 kW",
-        how="what makes the battery take I_ch at the hover point and on every roof",
-        compute=_source_power,
-        reason=lambda: f"{_needed_W(papers()[0]):.0f} W are enough everywhere",
-    )
     yield from _counts()
     yield from _turning()
     yield Statement(
@@ -42,7 +30,7 @@ def statements() -> Iterator[Statement]:
         stated="κ_T/T_f",
         how="which quotient gives e·i of eqs (2) and (3), with the numbers of Table I",
         compute=_c9_over_c6,
-        reason="a misprint",
+        reason="a misprint; c_1 to c_8 are right",
         contradicted=lambda: _c9_over_c6(papers()[0]) != "κ_T/T_f",
     )
     yield Statement(
@@ -60,23 +48,9 @@ def statements() -> Iterator[Statement]:
     )
 
 
-def _needed_W(scenario: Scenario) -> float:
-    """Source power that charges fully wherever the plan may charge [W]."""
-    assert scenario.mission.laser is not None
-    where = scenario.worked_out.places
-    places_m = where.position_m[[HOVER, *where.buildings]]
-    distance_m = np.linalg.norm(places_m - np.array(scenario.mission.laser.position_m), axis=1)
-    return float(np.max(source_power_for_full_charge_W(scenario.mission, distance_m)))
-
-
-def _source_power(scenario: Scenario) -> Value:
-    needed_W = _needed_W(scenario)
-    return "below 1 kW" if needed_W < 1000.0 else f"{needed_W:.0f} W"
-
-
 def _counts() -> Iterator[Statement]:
     for name, place, what, stated, how, count in (
-        ("rotors", "eq (1)", "rotors", "4", "rotors of the model", rotor.ROTORS),
+        ("rotors", "eqs (1), (7), (8)", "rotors", "4", "rotors of the model", rotor.ROTORS),
         ("stages", "section II", "stages of a leg", "6", "flight and hover", _stages() + 1),
         ("travelling-stages", "eq (6)", "stages that travel", "5", "without hover", _stages()),
         (
@@ -87,7 +61,14 @@ def _counts() -> Iterator[Statement]:
             "half of the degrees of freedom of χ²",
             link.DEGREES_OF_FREEDOM / 2,
         ),
-        ("wells", "section III-B", "wells of KiBaM", "2", "y1 and y2", len(battery.Wells._fields)),
+        (
+            "wells",
+            "section III",
+            "wells of KiBaM, and its differential equations",
+            "2",
+            "y1 and y2",
+            len(battery.Wells._fields),
+        ),
     ):
         yield Statement(
             name=f"model-{name}",
@@ -128,18 +109,9 @@ def _counts() -> Iterator[Statement]:
         place="section III-B, footnote",
         what="phases of charging, constant current and then constant voltage",
         stated="2",
-        how="not computed: all charging is at constant current, here as in the paper",
+        how="not computed: the paper charges at constant current",
         compute=lambda _: None,
-        undecided="the paper uses the first alone",
-    )
-    yield Statement(
-        name="model-doyle",
-        place="section III-A",
-        what="differential equations of Doyle's model",
-        stated="6",
-        how="not computed: another paper's model",
-        compute=lambda _: None,
-        undecided="a statement about another paper",
+        undecided="its second phase has no part in the paper",
     )
 
 

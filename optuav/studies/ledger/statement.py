@@ -20,21 +20,14 @@ class Verdict(StrEnum):
     """How a number of the paper stands beside ours."""
 
     MATCHED = "matched"
+    CUT = "matched when cut, not rounded"
     RECOVERED = "matched with recovered parameters"
-    WITHIN = "matched within the rounding of the fit"
     FITTED = "used in the fit"
+    WITHIN = "off by less than the rounding of the fit"
     GIVEN = "a setting, taken as given"
     CONTRADICTS = "contradicts the paper's own numbers"
     UNDECIDED = "cannot be decided"
     DIFFERS = "does not match"
-
-
-class Digits(StrEnum):
-    """How our value is brought to the digits that the paper prints."""
-
-    ROUNDED = "rounded"
-    INWARDS = "rounded towards 0"
-    """For the limits of an interval around 0: the last value that still lies in it."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -61,8 +54,9 @@ class Statement:
         What a reader should know about the verdict.
     command
         What computes our value again; ``optuav ledger NAME`` by default.
-    digits
-        How our value is brought to the printed digits.
+    limit
+        Whether it ends an interval around 0, where a printed number rounded away from 0 would lie
+        outside and cutting digits is as good a reading.
     given, fitted
         Whether it is a setting of the scenario; whether `paper-table2` was fitted to it.
     contradicted
@@ -82,7 +76,7 @@ class Statement:
     compute: Callable[[Scenario], Value]
     reason: str | Callable[[], str] = ""
     command: str = ""
-    digits: Digits = Digits.ROUNDED
+    limit: bool = False
     given: bool = False
     fitted: bool = False
     contradicted: Callable[[], bool] | None = None
@@ -116,9 +110,11 @@ class Entry:
     def verdict(self) -> Verdict:
         """What follows from comparing at the digits that the paper prints."""
         told = self.statement
-        if agrees(told, self.printed):
+        if agrees(told.stated, self.printed):
             return Verdict.GIVEN if told.given else Verdict.MATCHED
-        if agrees(told, self.recovered):
+        if told.limit and agrees(told.stated, self.printed, ROUND_DOWN):
+            return Verdict.CUT
+        if agrees(told.stated, self.recovered):
             return Verdict.FITTED if told.fitted else Verdict.RECOVERED
         if told.leeway is not None and meets(told.stated, told.leeway()):
             return Verdict.WITHIN
@@ -149,14 +145,26 @@ class Entry:
         return f"{value:.0f}" if float(text) == round(value) else text
 
 
-def agrees(told: Statement, value: Value) -> bool:
-    """Whether a value of ours shows the digits that the paper prints."""
+def agrees(stated: str, value: Value, rounding: str = ROUND_HALF_EVEN) -> bool:
+    """Whether a value of ours, brought to the digits that the paper prints, is what it prints."""
     if value is None or isinstance(value, str):
-        return value == told.stated
-    way = ROUND_HALF_EVEN if told.digits is Digits.ROUNDED else ROUND_DOWN
-    step = Decimal(1).scaleb(_last_digit(told.stated))
-    ours = Decimal(f"{value:.{SIGNIFICANT}g}").quantize(step, rounding=way)
-    return ours == Decimal(told.stated)
+        return value == stated
+    step = Decimal(1).scaleb(_last_digit(stated))
+    return Decimal(f"{value:.{SIGNIFICANT}g}").quantize(step, rounding=rounding) == Decimal(stated)
+
+
+def setting(name: str, place: str, what: str, value: float, unit: str = "s") -> Statement:
+    """A number that a caption or a sentence sets for a study."""
+    return Statement(
+        name=name,
+        place=place,
+        what=what,
+        stated=f"{value:g}",
+        unit=unit,
+        how="what our study of the same name takes",
+        compute=lambda _: float(value),
+        given=True,
+    )
 
 
 def printed_interval(stated: str) -> Interval:

@@ -102,7 +102,7 @@ def _beside_the_paper(mission: Mission) -> Exhibit:
         for column, (each, value) in enumerate(pairs, start=1):
             if each.verdict is Verdict.CONTRADICTS:
                 marked[2 * number, column] = "contradicts other cells of the table"
-            if not agrees(each.statement, value):
+            if not agrees(each.statement.stated, value):
                 marked[2 * number + 1, column] = "other digits than the paper's"
     return Exhibit(
         f"table2.{mission.name}",

@@ -9,12 +9,9 @@ from typing import Any
 from optuav import plots
 from optuav.mission import Mission
 from optuav.solving import solve
-from optuav.studies.curves.settings import LEAST_SOC
+from optuav.studies.curves.settings import LEAST_SOC, SPEED_SHARES
 from optuav.studies.reproduce.exhibit import Exhibit, caption, deadline, is_papers
 from optuav.studies.reproduce.perspectives import COUNTED
-
-SPEED_SHARES = (0.95, 1.0, 1.05, 1.1)
-"""Rotor speeds over the mission's v_max; the paper's are not in its text."""
 
 
 def least_charge(mission: Mission) -> Iterator[Exhibit]:

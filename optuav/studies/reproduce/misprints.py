@@ -14,7 +14,7 @@ from optuav.mission import Mission, vehicle
 from optuav.mission.network import network
 from optuav.physics import flight, rotor
 from optuav.solving.given import quantities
-from optuav.studies.ledger.table2 import HOVER_J
+from optuav.studies.ledger.cells import HOVER_J
 from optuav.studies.reproduce.exhibit import Exhibit
 
 SPEED_RAD_S = 1000.0
