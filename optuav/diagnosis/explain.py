@@ -10,7 +10,6 @@ from typing import Any
 
 import numpy as np
 
-from formulations.algorithm2 import SAME_S
 from optuav.diagnosis.asked import asked
 from optuav.diagnosis.certificate import bound
 from optuav.diagnosis.conflict import conflicts
@@ -25,6 +24,7 @@ from optuav.modelling.notation import Text
 from optuav.plan import Plan
 from optuav.solving import Program
 from optuav.solving.dispatch import answer
+from optuav.solving.ties import SAME_S
 from optuav.status import Status
 
 LONGEST = 60

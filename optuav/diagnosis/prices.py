@@ -9,7 +9,6 @@ from typing import Any
 
 import numpy as np
 
-from formulations.algorithm2 import SAME_S
 from optuav.diagnosis.keys import keys
 from optuav.engines import closed_form
 from optuav.engines.sensitivity import ShadowPrice
@@ -17,6 +16,7 @@ from optuav.engines.solution import Solution
 from optuav.modelling import Model, Parameter, Variable
 from optuav.modelling.expression import Operand, leaves
 from optuav.solving import Program
+from optuav.solving.ties import SAME_S
 
 NEGLIGIBLE = 1e-7
 """Change of the objective by as much of a parameter as there is, below which it is rounding."""

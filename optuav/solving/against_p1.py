@@ -7,13 +7,13 @@ from dataclasses import replace
 
 import numpy as np
 
-from formulations.algorithm2 import SAME_S
 from formulations.p1 import P1
 from optuav.mission.network import Network
 from optuav.solving.dispatch import answer
 from optuav.solving.given import quantities
 from optuav.solving.planning import Part
 from optuav.solving.question import Question
+from optuav.solving.ties import SAME_S
 
 
 def against_p1(

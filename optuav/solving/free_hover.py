@@ -7,7 +7,6 @@ from typing import NoReturn
 
 import numpy as np
 
-from formulations.algorithm2 import best
 from optuav.engines.sensitivity import ShadowPrice
 from optuav.errors import InputError
 from optuav.mission import Mission, vehicle
@@ -19,6 +18,7 @@ from optuav.solving.open_routes import OpenRoutes, open_routes
 from optuav.solving.planning import Part
 from optuav.solving.program import Program
 from optuav.solving.question import Question
+from optuav.solving.ties import best
 from optuav.status import Status
 
 PROOF = "local: hover points all over the region, and IPOPT from the best of them"

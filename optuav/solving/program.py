@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from formulations.algorithm2 import SAME_S, best
 from formulations.perspectives import AVAILABLE
 from optuav.engines.capabilities import ENGINES, takers
 from optuav.engines.sensitivity import ShadowPrice
@@ -23,6 +22,7 @@ from optuav.solving.dispatch import answer
 from optuav.solving.planning import TIMES, Part, plan_of, plan_without, shortfalls
 from optuav.solving.question import Question
 from optuav.solving.replayed import replayed
+from optuav.solving.ties import SAME_S, best
 from optuav.status import Status
 
 if TYPE_CHECKING:

@@ -7,7 +7,6 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from formulations.algorithm2 import SAME_S
 from formulations.p1 import P1
 from formulations.perspectives import AVAILABLE
 from formulations.quantities import Quantities
@@ -15,6 +14,7 @@ from optuav.engines import closed_form
 from optuav.mission.sight import Numbers, Points
 from optuav.physics.battery import Phase
 from optuav.solving.hovers import longest_hovers
+from optuav.solving.ties import SAME_S
 from optuav.studies.uncertain.ensemble import Booleans, Ensemble
 
 NO_ROUTE = -1
