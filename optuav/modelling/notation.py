@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from abc import ABC, abstractmethod
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -33,10 +33,14 @@ GUARD = 1e-100
 
 
 class Written(NamedTuple):
-    """An expression in writing, and how tightly it holds together."""
+    """An expression in writing, how tightly it holds together, and its negative if that is simpler.
+
+    So −(exp(x) − 1) is written 1 − exp(x), and a·(−b) as −a·b.
+    """
 
     text: str
     level: int
+    negative: Written | None = None
 
 
 ONE = Written("1", ATOM)
@@ -48,6 +52,10 @@ class Notation(ABC):
     minus: str
     infinity: str
     several: str
+    span: str
+    """Whole numbers from a first to a last one."""
+    aside: str
+    """Between a relation and where it holds."""
     member: str
     binary: str
     senses: Mapping[Sense, str]
@@ -94,16 +102,26 @@ class Notation(ABC):
     def function(self, name: str, arguments: str) -> str:
         """A function of its arguments."""
 
-    def write(self, expression: Operand | Relation) -> str:
-        """An expression, a number, an array of numbers or a relation."""
+    def write(
+        self, expression: Operand | Relation, called: Callable[[str], str] = lambda symbol: symbol
+    ) -> str:
+        """An expression, a number, an array of numbers or a relation.
+
+        Parameters
+        ----------
+        expression
+            What is to be written.
+        called
+            What the symbols of named quantities become.
+        """
         if isinstance(expression, Relation):
-            sides = self.write(expression.left), self.write(expression.right)
-            return f"{sides[0]} {self.senses[expression.sense]}{self.after}{sides[1]}"
+            left, right = (self.write(each, called) for each in (expression.left, expression.right))
+            return f"{left} {self.senses[expression.sense]}{self.after}{right}"
         written = fold(
             expression,
             leaf=lambda node: Written(self.symbol(node.symbol), ATOM),
             call=self._call,
-            let=lambda node, _: Written(self.symbol(node.symbol), ATOM),
+            let=lambda node, _: Written(self.symbol(called(node.symbol)), ATOM),
         )
         return written.text if isinstance(written, Written) else self.number(written).text
 
@@ -145,6 +163,23 @@ class Notation(ABC):
         right = ")" if upper == self.infinity else "]"
         return f"{left}{lower}, {upper}{right}"
 
+    def running(self, index: str, numbers: Sequence[int]) -> str:
+        """After a relation, the numbers that an index runs through: ", j = 1 … 5, 7"."""
+        parts: list[str] = []
+        stretch: list[int] = []
+        for number in sorted(numbers):
+            if stretch and number > stretch[-1] + 1:
+                parts.append(self._stretch(stretch))
+                stretch = []
+            stretch.append(number)
+        through = f"{index} = {', '.join([*parts, self._stretch(stretch)])}"
+        return self.aside + through.replace(" ", self.after)
+
+    def _stretch(self, numbers: Sequence[int]) -> str:
+        if len(numbers) < 3:
+            return ", ".join(map(str, numbers))
+        return self.span.format(numbers[0], numbers[-1])
+
     def _operand(self, value: Any) -> Written:
         return value if isinstance(value, Written) else self.number(value)
 
@@ -157,16 +192,17 @@ class Notation(ABC):
         if ufunc is np.add:
             return self._sum(first, rest[0])
         if ufunc is np.subtract:
+            if rest[0].negative is not None:
+                return self._sum(first, rest[0].negative)
             return self._join(first, self.minus, self.at_least(PRODUCT, rest[0]))
         if ufunc is np.negative:
             return self._negative(first)
         if ufunc is np.positive:
             return first
         if ufunc is np.multiply:
-            factors = self.at_least(SIGN, first), self.at_least(PRODUCT, rest[0])
-            return Written(self.times(*factors), SIGN if first.level == SIGN else PRODUCT)
+            return self._product(first, rest[0])
         if ufunc is np.divide:
-            return self.over(first, rest[0])
+            return self._fraction(first, rest[0])
         if ufunc in (np.power, np.float_power):
             return Written(self.power(self.at_least(ATOM, first), rest[0]), POWER)
         if ufunc is np.sqrt:
@@ -174,7 +210,9 @@ class Notation(ABC):
         if ufunc is np.absolute:
             return Written(self.size(first.text), ATOM)
         if ufunc is np.expm1:
-            return self._join(self._apply(np.exp, arguments), self.minus, ONE.text)
+            power = self._apply(np.exp, arguments)
+            opposite = self._join(ONE, self.minus, power.text)
+            return self._join(power, self.minus, ONE.text)._replace(negative=opposite)
         if ufunc is np.log1p:
             return self._apply(np.log, [self._sum(ONE, first)])
         name = NAMES.get(ufunc, ufunc.__name__)
@@ -195,7 +233,24 @@ class Notation(ABC):
         return Written(f"{self.at_least(SUM, left)} {operator}{self.after}{right}", SUM)
 
     def _negative(self, written: Written) -> Written:
-        return Written(f"{self.minus}{self.at_least(PRODUCT, written)}", SIGN)
+        if written.negative is not None:
+            return written.negative._replace(negative=written)
+        return Written(f"{self.minus}{self.at_least(PRODUCT, written)}", SIGN, written)
+
+    def _product(self, left: Written, right: Written) -> Written:
+        for factor, other in ((left, right), (right, left)):
+            if factor.level == SIGN and factor.negative is not None:
+                positive = factor.negative
+                turned = (positive, other) if factor is left else (other, positive)
+                return self._negative(self._product(*turned))
+        return Written(
+            self.times(self.at_least(PRODUCT, left), self.at_least(PRODUCT, right)), PRODUCT
+        )
+
+    def _fraction(self, above: Written, below: Written) -> Written:
+        if above.level == SIGN and above.negative is not None:
+            return self._negative(self._fraction(above.negative, below))
+        return self.over(above, below)
 
 
 def _is_guard(operand: Any) -> bool:
@@ -215,6 +270,8 @@ class Text(Notation):
     infinity = "∞"
     after = "\N{NO-BREAK SPACE}"
     several = "{} values, {} to {}".replace(" ", after)
+    span = "{} … {}"
+    aside = ", "
     member = "∈"
     binary = "{0, 1}"
     senses: Mapping[Sense, str] = {"<=": "≤", ">=": "≥", "==": "="}
@@ -241,10 +298,10 @@ class Text(Notation):
 
     def over(self, above: Written, below: Written) -> Written:
         """a/b, with room around the slash where there are brackets."""
-        left, right = self.at_least(SIGN, above), self.at_least(POWER, below)
+        left, right = self.at_least(PRODUCT, above), self.at_least(POWER, below)
         roomy = left.endswith(")") or right.startswith("(")
         slash = f" /{self.after}" if roomy else "/"
-        return Written(f"{left}{slash}{right}", SIGN if above.level == SIGN else PRODUCT)
+        return Written(f"{left}{slash}{right}", PRODUCT)
 
     def power(self, base: str, exponent: Written) -> str:
         """a² or a^b."""
@@ -271,6 +328,8 @@ class Latex(Notation):
     minus = "-"
     infinity = r"\infty"
     several = r"{} \text{{ values, }} {} \text{{ to }} {}"
+    span = r"{}, \ldots, {}"
+    aside = r",\quad "
     member = r"\in"
     binary = r"\{0, 1\}"
     senses: Mapping[Sense, str] = {"<=": r"\leq", ">=": r"\geq", "==": "="}
@@ -326,8 +385,12 @@ class Latex(Notation):
 
     def function(self, name: str, arguments: str) -> str:
         """f(a, b) with an upright f."""
-        return rf"\operatorname{{{_escaped(name)}}}{self.bracket(arguments)}"
+        upright = rf"\{name}" if name in OPERATORS else rf"\operatorname{{{_escaped(name)}}}"
+        return f"{upright}{self.bracket(arguments)}"
 
+
+OPERATORS = frozenset({"exp", "ln", "max", "min", "sin", "cos", "tan", "tanh"})
+"""Functions that LaTeX has a name for."""
 
 GREEK: Mapping[str, str] = {
     letter: rf"\{name}"

@@ -2,22 +2,37 @@
 
 from __future__ import annotations
 
+import re
 import textwrap
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from itertools import takewhile
 from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
 
 from optuav.modelling.affine import NotAffineError, affine
-from optuav.modelling.expression import Let, Operand, fold
-from optuav.modelling.model import Model
+from optuav.modelling.expression import Call, Let, Operand, fold
+from optuav.modelling.model import Constraint, Model
 from optuav.modelling.notation import Latex, Notation, Text
 
 WIDTH = 96
 MARGIN = 11
 
+INDEX = "j"
+"""What runs where lines differ in a number alone."""
+NUMBERED = re.compile(r"(.+)_(\d+)")
+
 Line: TypeAlias = tuple[str, str]
 """A piece of mathematics and what it is called."""
+
+
+class Said(NamedTuple):
+    """A line, and what it is with a running index in place of the one number of its symbols."""
+
+    maths: str
+    name: str
+    pattern: str
+    number: int | None
 
 
 def text(model: Model) -> str:
@@ -102,24 +117,69 @@ def _only_unknown(goal: Operand) -> str:
 
 def _conditions(model: Model, notation: Notation) -> Iterator[tuple[str, list[Line]]]:
     """The constraints, and the quantities that they speak of by name; neither where empty."""
-    if model.constraints:
-        yield (
-            "subject to",
-            [(notation.write(each.relation), each.label) for each in model.constraints],
-        )
-    named = _named_quantities(model)
-    if named:
-        yield (
-            "with",
-            [
-                (f"{notation.symbol(each.symbol)} = {_meaning(each, notation)}", each.name)
-                for each in named
-            ],
-        )
+    constraints = [_constraint(each, notation) for each in model.constraints]
+    named = [_definition(each, notation) for each in _named_quantities(model)]
+    for head, said in (("subject to", constraints), ("with", named)):
+        if said:
+            yield head, list(_merged(said, notation))
 
 
-def _meaning(named: Let, notation: Notation) -> str:
-    return notation.words(named.words) if named.words else notation.write(named.expression)
+def _constraint(stated: Constraint, notation: Notation) -> Said:
+    relation = stated.relation
+    number = _only_number(_outermost(relation.left, relation.right))
+    pattern = "" if number is None else notation.write(relation, _indexed)
+    return Said(notation.write(relation), stated.label, pattern, number)
+
+
+def _definition(named: Let, notation: Notation) -> Said:
+    def equation(called: Callable[[str], str]) -> str:
+        words = notation.words(named.words)
+        return f"{notation.symbol(called(named.symbol))} = " + (
+            words if words else notation.write(named.expression, called)
+        )
+
+    number = _only_number([named, *([] if named.words else _outermost(named.expression))])
+    return Said(equation(str), named.name, "" if number is None else equation(_indexed), number)
+
+
+def _outermost(*expressions: Operand) -> Iterator[Let]:
+    """The named quantities that expressions speak of, without those that these are made of."""
+    waiting, seen = [*expressions], set[int]()
+    while waiting:
+        node = waiting.pop()
+        if id(node) in seen:
+            continue
+        seen.add(id(node))
+        if isinstance(node, Let):
+            yield node
+        elif isinstance(node, Call):
+            waiting += node.arguments
+
+
+def _only_number(named: Iterable[Let]) -> int | None:
+    """The number that their symbols have, such as y1_5 and y2_5; None without or with several."""
+    numbers = {found[2] for each in named if (found := NUMBERED.fullmatch(each.symbol))}
+    return int(numbers.pop()) if len(numbers) == 1 else None
+
+
+def _indexed(symbol: str) -> str:
+    """A symbol with the running index for its number."""
+    return NUMBERED.sub(rf"\1_{INDEX}", symbol)
+
+
+def _merged(lines: Sequence[Said], notation: Notation) -> Iterator[Line]:
+    """The lines, those that differ in a number alone as one."""
+    alike: dict[str | int, list[Said]] = {}
+    for place, line in enumerate(lines):
+        alike.setdefault(line.pattern or place, []).append(line)
+    for same in alike.values():
+        if len(same) == 1:
+            yield same[0].maths, same[0].name
+            continue
+        numbers = [each.number for each in same if each.number is not None]
+        words = zip(*(each.name.split() for each in same), strict=False)
+        common = [first for first, *others in takewhile(lambda each: len({*each}) == 1, words)]
+        yield same[0].pattern + notation.running(INDEX, numbers), " ".join([*common, "…"])
 
 
 class Spoken(NamedTuple):

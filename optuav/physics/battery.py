@@ -88,8 +88,7 @@ class Phase(NamedTuple):
 def levelling(battery: Battery, duration_s: Quantity) -> tuple[Quantity, Quantity]:
     """exp(−k't) [-] and its integral (1 − exp(−k't))/k' [s], accurate for small and large k't."""
     rate = np.maximum(battery.rate_per_s, TINY)
-    lost = -np.expm1(-rate * duration_s)
-    return 1.0 - lost, lost / rate
+    return np.exp(-rate * duration_s), -np.expm1(-rate * duration_s) / rate
 
 
 def step(battery: Battery, wells: Wells, phase: Phase) -> Wells:

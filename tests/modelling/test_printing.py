@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import re
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -12,6 +13,7 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 from matplotlib.mathtext import MathTextParser
 
+import optuav
 from optuav.modelling import Expression, Model, Parameter, Variable, evaluate
 from optuav.modelling.notation import Latex, Text
 from optuav.modelling.printing import WIDTH, latex, text
@@ -32,12 +34,18 @@ def written(expression: Any) -> str:
         (X - (Y - 2.0), "x − (y − 2)"),
         (X + (Y - 2.0), "x + y − 2"),
         (X + -Y, "x − y"),
-        (X - -Y, "x − (−y)"),
+        (X - -Y, "x + y"),
         (-(X + Y), "−(x + y)"),
         (-X * Y, "−x·y"),
-        (X * -Y, "x·(−y)"),
-        (X * (-Y * 2.0), "x·(−y·2)"),
-        (X - -Y / 2.0, "x − (−y/2)"),
+        (X * -Y, "−x·y"),
+        (X * (-Y * 2.0), "−x·y·2"),
+        (-X * -Y, "x·y"),
+        (X - (-Y) * 2.0, "x + y·2"),
+        (np.negative(-X), "x"),
+        (-X / Y, "−x/y"),
+        (X + Y * -2.0, "x − y·2"),
+        (2.0 ** (X * -Y), "2^(−x·y)"),
+        (X - -Y / 2.0, "x + y/2"),
         (2.0 * (X + Y), "2·(x + y)"),
         (X * Y / 3.0, "x·y/3"),
         (X / (Y * 3.0), "x / (y·3)"),
@@ -56,6 +64,9 @@ def written(expression: Any) -> str:
         (np.sqrt(X + 1.0) ** 2, "(√(x + 1))²"),
         (np.exp(-X), "exp(−x)"),
         (2.0 * np.expm1(X), "2·(exp(x) − 1)"),
+        (-np.expm1(-X), "1 − exp(−x)"),
+        (-np.expm1(-X) / Y, "(1 − exp(−x)) / y"),
+        (Y - -np.expm1(X), "y + exp(x) − 1"),
         (np.log(X), "ln(x)"),
         (np.log1p(-X), "ln(1 − x)"),
         (np.sin(X) * np.cos(Y), "sin(x)·cos(y)"),
@@ -189,8 +200,10 @@ def test_symbols_in_latex(symbol: str, expected: str) -> None:
         ((X / Y) ** 2, r"\left(\frac{x}{y}\right)^{2}"),
         (np.sqrt(X + Y), r"\sqrt{x + y}"),
         (abs(X), r"\left|x\right|"),
-        (np.exp(-X), r"\operatorname{exp}\left(-x\right)"),
-        (X - -np.inf, r"x - \left(-\infty\right)"),
+        (np.exp(-X), r"\exp\left(-x\right)"),
+        (np.hypot(X, Y), r"\operatorname{hypot}\left(x, y\right)"),
+        (X - -np.inf, r"x + \infty"),
+        (X - 2.0 * (-Y / X), r"x + 2\,\frac{y}{x}"),
         (X >= Y, r"x \geq y"),
         (X <= Y, r"x \leq y"),
     ],
@@ -286,6 +299,60 @@ def test_of_a_chain_told_in_words_the_last_is_printed() -> None:
         "  third   c = b·x",
         "  fifth   e = by rule",
     ]
+
+
+def steps(numbers: Sequence[int]) -> Model:
+    """A level after every step, told in words where its number is odd, and kept above 0."""
+    model = Model("Steps")
+    level: Any = model.variable("x", "x", unit="1")
+    for k in numbers:
+        words = "by rule" if k % 2 else ""
+        level = model.let(f"level after step {k}", level + 1.0, symbol=f"y_{k}", words=words)
+        model.subject_to(f"kept after step {k} of all", 2.0 * level >= 0.0)
+    model.subject_to("end", level <= 9.0)
+    model.subject_to("not of one number", level <= model.lets[0])
+    return model
+
+
+def test_lines_that_differ_in_a_number_alone_are_one() -> None:
+    """With the numbers that there are; those of several numbers, or of none, stay as they are."""
+    assert text(steps((1, 2, 3, 4, 6))).splitlines()[4:] == [
+        "subject to",
+        "  kept after step …  2·y_j ≥ 0, j = 1 … 4, 6",
+        "  end                y_6 ≤ 9",
+        "  not of one number  y_6 ≤ y_1",
+        "with",
+        "  level after step …  y_j = by rule, j = 1, 3",
+        "  level after step 2  y_2 = y_1 + 1",
+        "  level after step 4  y_4 = y_3 + 1",
+        "  level after step 6  y_6 = y_4 + 1",
+    ]
+
+
+def test_lines_of_latex_are_merged_alike() -> None:
+    page = latex(steps((1, 2, 3, 4, 6)))
+    assert r"2\,y_j \geq 0,\quad j = 1, \ldots, 4, 6 && \text{kept after step …}" in page
+
+
+def test_equal_lines_without_a_number_are_told_apart() -> None:
+    model = Model("Twice")
+    x = model.variable("x", "x", unit="1")
+    model.subject_to("a", x <= 1.0)
+    model.subject_to("b", x <= 1.0)
+    assert text(model).splitlines()[-2:] == ["  a  x ≤ 1", "  b  x ≤ 1"]
+
+
+@pytest.mark.parametrize("problem", ["P1", "P3", "P4"])
+@pytest.mark.parametrize("perspective", ["available", "wells"])
+def test_programmes_through_the_wells_are_short(problem: str, perspective: str) -> None:
+    """A page of a terminal, in the notation of a lecture: no expm1 in disguise."""
+    asked = {"building": "b1", "order": "rest-first"} if problem == "P4" else {}
+    program = optuav.formulate("paper", problem, perspective=perspective, **asked)
+    for part in program.parts:
+        page = str(part.model)
+        assert len(page.splitlines()) <= 45
+        assert "exp(−k'·Δ)" in page
+        assert "(−" not in page.replace("exp(−", "")
 
 
 def test_programme_of_numbers_alone_prints() -> None:
