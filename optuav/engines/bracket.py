@@ -8,13 +8,13 @@ with a time beyond which there is none; how, is told in `bracketing`.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from optuav.engines.arrays import Booleans, Floats
 from optuav.engines.bracketing import largest, shortest
-from optuav.engines.exponential_form import rows_of, stated_forms
+from optuav.engines.exponential_form import Rows, rows_of, stated_forms
 from optuav.engines.multipliers import local_multipliers
 from optuav.engines.solution import Solution
 from optuav.errors import InputError
@@ -68,16 +68,7 @@ def solve(model: Model, programmes: int, values: Mapping[str, Any] | None = None
     first, *second = sorted(
         (each.name for each in model.variables), key=model.objective.name.__ne__
     )
-    forms, sizes = stated_forms(model, given)
-    tops = [_top(forms, name, programmes) for name in (first, *second)]
-    for name, top in zip((first, *second), tops, strict=True):
-        if np.isinf(top).any():
-            raise InputError(f"engine {NAME} needs a linear constraint that bounds {name}")
-    usable = ~np.isnan(tops).any(axis=0)
-    x_top, y_top = (np.where(usable, each, 0.0) for each in (*tops, np.zeros(programmes))[:2])
-    reach_s = np.maximum(x_top, y_top)
-    rows = rows_of(forms, sizes, first, second[0] if second else None, programmes, reach_s)
-    usable &= rows.usable
+    rows, x_top, y_top, usable = stated(model, programmes, given, first, *second)
     found = largest(rows, x_top, y_top)
     codes = np.select(
         [~usable, np.isneginf(found.beyond), np.isnan(found.x), ~found.proved],
@@ -103,6 +94,59 @@ def solve(model: Model, programmes: int, values: Mapping[str, Any] | None = None
         model=model,
         given=given,
     )
+
+
+class Stated(NamedTuple):
+    """The constraints of a model as rows, and how far its times can go.
+
+    Parameters
+    ----------
+    rows
+        What has to be ≥ 0.
+    x_top, y_top
+        Beyond these the linear constraints do not hold [s], one a programme.
+    usable
+        Whether all numbers are numbers, one a programme.
+    """
+
+    rows: Rows
+    x_top: Floats
+    y_top: Floats
+    usable: Booleans
+
+
+def stated(
+    model: Model, programmes: int, values: Mapping[str, Any], x: str, y: str | None = None
+) -> Stated:
+    """State the constraints of a model as rows in its times.
+
+    Parameters
+    ----------
+    model, programmes, values
+        As for `solve`; what is sought does not matter.
+    x, y
+        Names of the unknowns, the second None where there is but one.
+
+    Raises
+    ------
+    InputError, NotExponentialError
+        As `solve`.
+    """
+    forms, sizes = stated_forms(model, values)
+    tops = [_top(forms, name, programmes) for name in (x, y) if name is not None]
+    for name, top in zip((x, y), tops, strict=False):
+        if np.isinf(top).any():
+            raise InputError(f"engine {NAME} needs a linear constraint that bounds {name}")
+    usable = ~np.isnan(tops).any(axis=0)
+    x_top, y_top = (np.where(usable, each, 0.0) for each in (*tops, np.zeros(programmes))[:2])
+    rows = rows_of(forms, sizes, x, y, programmes, np.maximum(x_top, y_top))
+    return Stated(rows, x_top, y_top, usable & rows.usable)
+
+
+def admits(these: Stated) -> Booleans:
+    """Whether some times are known to satisfy all constraints, one a programme."""
+    found = largest(these.rows, these.x_top, these.y_top)
+    return np.asarray(these.usable & ~np.isnan(found.x))
 
 
 def _top(forms: Sequence[Exponential], name: str, programmes: int) -> Floats:

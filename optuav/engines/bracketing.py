@@ -4,7 +4,7 @@ Where the rows allow it, the largest y that the falling rows admit is best for e
 rows hold up to some x and nowhere beyond: both ends of an interval around it are evaluated.
 Rows that do not fit are left out first; if what is found satisfies them, nothing was lost, for
 leaving out rows only adds points. Otherwise x is swept downwards from there in boxes, each shown to
-hold no point at all, until a point is met.
+hold no point at all, until a point is met: see `sweeping`.
 """
 
 from __future__ import annotations
@@ -16,12 +16,7 @@ import numpy as np
 from optuav.engines.arrays import Booleans, Floats
 from optuav.engines.exponential_form import Rows, Section, falling, may_fail
 from optuav.engines.sign_changes import close_in
-
-WIDTH_S = 1e-8
-"""Largest distance between a point that holds and one beyond which none does [s]."""
-MOST_BOXES = 4000
-"""That a sweep tries before it gives up."""
-SMALLEST_BOX_S = 1e-10
+from optuav.engines.sweeping import WIDTH_S, sweep
 
 
 class Interval(NamedTuple):
@@ -71,7 +66,9 @@ def largest(rows: Rows, x_top: Floats, y_top: Floats) -> Interval:
         y[lost] = Section.at_x(left, x[lost]).smallest(y_top[lost])
         lost = lost[np.isnan(y[lost])]
     if len(lost):
-        x[lost], y[lost], beyond[lost] = _sweep(rows.take(lost), y_top[lost], beyond[lost])
+        x[lost], y[lost], beyond[lost] = sweep(
+            rows.take(lost), x_top[lost], y_top[lost], beyond[lost]
+        )
     return Interval(np.where(np.isnan(y), np.nan, x), y, beyond)
 
 
@@ -142,33 +139,3 @@ def _ceilings(rows: Rows, y_top: Floats, harmed: Booleans) -> tuple[Floats, Floa
     starts.append(np.where(fixed[which], section.ceilings(y_top), np.inf))
     slopes.append(np.zeros(section.a.shape))
     return np.concatenate(starts), np.concatenate(slopes)
-
-
-def _sweep(rows: Rows, y_top: Floats, beyond: Floats) -> tuple[Floats, Floats, Floats]:
-    """Sweep x down from what no point is beyond, until a point is met; x, y and beyond.
-
-    A box of x is dropped if even the rows at their largest over the box leave no y. The boxes
-    double as long as they can be dropped, and halve when they cannot.
-    """
-    beyond = beyond.copy()
-    x, y = np.full_like(beyond, np.nan), np.full_like(beyond, np.nan)
-    size = 0.125 * beyond
-    open_ = np.flatnonzero(beyond >= 0.0)
-    for _ in range(MOST_BOXES):
-        if not len(open_):
-            break
-        here, top, high = rows.take(open_), y_top[open_], beyond[open_]
-        floor = np.where(np.isnan(x[open_]), 0.0, x[open_])
-        low = np.maximum(high - size[open_], floor)
-        empty = np.isnan(Section.over_x(here, low, high).smallest(top))
-        beyond[open_] = np.where(empty, low, high)
-        beyond[open_[empty & (low == 0.0)]] = -np.inf
-        size[open_] *= np.where(empty, 2.0, 0.5)
-        for tried in (high, 0.5 * (low + high), low):
-            found = Section.at_x(here, tried).smallest(top)
-            better = ~empty & ~np.isnan(found) & ~(x[open_] >= tried)
-            x[open_[better]], y[open_[better]] = tried[better], found[better]
-        close = beyond[open_] - x[open_] <= WIDTH_S
-        stuck = (size[open_] < SMALLEST_BOX_S) & ~empty
-        open_ = open_[~(close | stuck | np.isneginf(beyond[open_]))]
-    return x, y, beyond

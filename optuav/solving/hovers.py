@@ -13,8 +13,9 @@ from formulations.perspectives import AVAILABLE, PERSPECTIVES
 from formulations.pool import pool
 from formulations.quantities import Quantities
 from optuav.engines.arrays import Booleans, Floats
-from optuav.engines.bracketing import WIDTH_S, largest, shortest
+from optuav.engines.bracketing import largest, shortest
 from optuav.engines.exponential_form import rows_of
+from optuav.engines.sweeping import WIDTH_S
 from optuav.errors import Fault, InputError
 from optuav.modelling.exponential import CONSTANT, Exponential, unknown
 from optuav.physics import battery

@@ -10,6 +10,7 @@ import numpy as np
 
 from formulations.formulation import Formulation
 from formulations.perspectives import AVAILABLE, PAPER
+from formulations.quantities import Quantities
 from optuav.errors import Fault, InputError
 from optuav.mission import Mission, load
 from optuav.mission.feasibility import blocked, impossibilities
@@ -116,7 +117,7 @@ def formulate(
             words = "with hover_point='free': none, its legs lead to one hover point"
             raise InputError([Fault("graph", shown(graph), words)])
         return free_program(asked, asked_mission)
-    worked_out = _worked_out(asked_mission, graph)
+    worked_out = work_out(asked_mission, graph)
     reasons = impossibilities(worked_out)
     parts = () if reasons else _parts(asked, worked_out)
     if not parts and not reasons:
@@ -214,7 +215,8 @@ def beside(plan: Plan, promised: Plan) -> Plan:
     return plan.model_copy(update={"notes": (*plan.notes, words)})
 
 
-def _worked_out(mission: Mission, graph: Graph | None) -> Network:
+def work_out(mission: Mission, graph: Graph | None = None) -> Network:
+    """Places, legs and itineraries of a mission, or of its graph that was edited."""
     if graph is None:
         return network(mission)
     from optuav.mission.graph import edited_network
@@ -224,6 +226,15 @@ def _worked_out(mission: Mission, graph: Graph | None) -> Network:
 
 def _parts(asked: Question, worked_out: Network) -> tuple[Part, ...]:
     """The declarations that answer a question, each over the itineraries it serves."""
+    return tuple(
+        Part(model, which)
+        for which, rests in groups(asked, worked_out)
+        if (model := declared(asked, quantities(worked_out, which, rests=rests))) is not None
+    )
+
+
+def groups(asked: Question, worked_out: Network) -> list[tuple[Numbers, bool]]:
+    """Itineraries that one declaration serves, and whether they may rest on the way."""
     routes = worked_out.itineraries
     allowed = trajectory_routes(worked_out, asked.trajectory or "optimal", asked.order)
     by_way = allowed[routes.building[allowed] >= 0]
@@ -234,18 +245,21 @@ def _parts(asked: Question, worked_out: Network) -> tuple[Part, ...]:
     if asked.slot_s is not None and asked.trajectory in ("traj1", "traj2"):
         # A rest takes at least one slot, so to pass a building by is a choice of its own.
         direct = by_way
-    groups = [(direct, False), (by_way, True)]
+    found = [(direct, False), (by_way, True)]
     if asked.problem == "P3":
-        groups = groups[:1]
+        found = found[:1]
     elif asked.problem == "P4":
-        groups = groups[1:]
-    return tuple(
-        Part(formulated, which)
-        for group, rests in groups
-        for which in _together(asked, worked_out, group)
-        for formulated in (_model(asked, worked_out, which, rests),)
-        if rests == _has_rest(formulated) or asked.problem == "P3"
-    )
+        found = found[1:]
+    return [
+        (which, rests) for group, rests in found for which in _together(asked, worked_out, group)
+    ]
+
+
+def declared(asked: Question, given: Quantities) -> Model | None:
+    """The question declared of some itineraries; None where it has no use for their rests."""
+    model = asked.formulation.model(given, asked.perspective)
+    has_rest = any(variable.name == "rest_time_s" for variable in model.variables)
+    return model if given.rests == has_rest else None
 
 
 def _together(asked: Question, worked_out: Network, group: Numbers) -> list[Numbers]:
@@ -254,15 +268,6 @@ def _together(asked: Question, worked_out: Network, group: Numbers) -> list[Numb
         return [group] if len(group) else []
     rest_first = worked_out.itineraries.rest_first[group]
     return [each for each in (group[rest_first], group[~rest_first]) if len(each)]
-
-
-def _model(asked: Question, worked_out: Network, which: Numbers, rests: bool) -> Model:
-    given = quantities(worked_out, which, rests=rests)
-    return asked.formulation.model(given, asked.perspective)
-
-
-def _has_rest(model: Model) -> bool:
-    return any(variable.name == "rest_time_s" for variable in model.variables)
 
 
 def _number(worked_out: Network, building: str) -> int:

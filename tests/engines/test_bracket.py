@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
 
 import optuav
-from optuav.engines.bracketing import WIDTH_S
+from optuav.engines.sweeping import WIDTH_S
 from optuav.modelling import check
 from optuav.physics.battery import Phase
 from optuav.solving.hovers import Hovers, longest_hovers

@@ -1,0 +1,62 @@
+"""Slivers: charge asks for a long rest, the available well for a short one; both nearly meet."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import optuav
+from formulations.pool import pool
+from optuav.engines import bracket
+from optuav.engines.sweeping import WIDTH_S
+from optuav.physics import battery
+from optuav.solving.given import quantities
+from optuav.solving.program import Program
+
+
+def sliver(min_soc: float) -> Program:
+    mission = optuav.load("paper").replace({"limits.min_soc": min_soc})
+    return optuav.formulate(mission, "P4", building="b2", order="hover-first")
+
+
+def scanned(program: Program, hovers_s: np.ndarray) -> np.ndarray:
+    """Least margin of y1/B within 0 and ω, resting as long as the charge at the end asks for."""
+    (part,) = program.parts
+    given = quantities(program.worked_out, part.routes)
+    drawn_As = given.flight_charge_As + given.hover_current_A * hovers_s
+    missing_As = drawn_As - (1.0 - given.min_soc) * given.battery_As
+    rests_s = np.maximum(missing_As / given.rest_current_A, 0.0)
+    whole = pool(given)
+    level, margin = whole.full, np.where(hovers_s + rests_s <= given.time_left, np.inf, -np.inf)
+    for step in given.steps:
+        phase = {
+            "hover": battery.Phase(-given.hover_current_A, hovers_s),
+            "rest": battery.Phase(given.rest_current_A, rests_s),
+        }.get(step if isinstance(step, str) else "", step)
+        level = battery.step(whole, level, phase)
+        share = level.available_As / given.battery_As
+        margin = np.minimum(margin, np.minimum(share, given.available_fraction - share))
+    return np.asarray(margin)
+
+
+@pytest.mark.parametrize("min_soc", [0.97, 0.975, 0.976, 0.977])
+def test_the_end_of_a_sliver_is_closed_in_upon(min_soc: float) -> None:
+    """A point is found next to what a scan by the physics alone finds, with proof beyond it."""
+    program = sliver(min_soc)
+    (part,) = program.parts
+    solution = bracket.solve(part.model, 1)
+    (hover_s,) = solution.values["hover_time_s"]
+    assert solution.beyond is not None
+    assert 0.0 <= solution.beyond[0] - hover_s <= WIDTH_S
+    assert scanned(program, np.array([hover_s - 1e-4]))[0] >= 0.0
+    assert (scanned(program, np.linspace(hover_s + 1e-4, hover_s + 300.0, 30_000)) < 0.0).all()
+
+
+@pytest.mark.parametrize("min_soc", [0.9785, 0.98, 0.99])
+def test_where_the_sliver_has_closed_there_is_proof_of_it(min_soc: float) -> None:
+    program = sliver(min_soc)
+    (part,) = program.parts
+    assert (scanned(program, np.linspace(0.0, 1100.0, 100_000)) < 0.0).all()
+    solution = bracket.solve(part.model, 1)
+    assert solution.beyond is not None
+    assert np.isneginf(solution.beyond[0])
