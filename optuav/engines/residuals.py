@@ -17,7 +17,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from optuav.modelling.check import Check, check
+from optuav.modelling.check import Checks, check
 from optuav.modelling.derivative import slope
 from optuav.modelling.expression import evaluate
 from optuav.modelling.model import Model
@@ -91,7 +91,7 @@ def residuals(
     return Residuals(_violation(rows), *map(_largest, (negative, products, slopes)))
 
 
-def _violation(rows: Sequence[Check]) -> float:
+def _violation(rows: Checks) -> float:
     return _largest([0.0, *(-row.slack / max(1.0, abs(row.right)) for row in rows)])
 
 

@@ -1,13 +1,14 @@
 """Optimisation models as trees of NumPy ufuncs, declared once and read by every engine."""
 
 from optuav.modelling.affine import Affine, NotAffineError, affine
-from optuav.modelling.check import Check, check
+from optuav.modelling.check import Check, Checks, check
 from optuav.modelling.expression import Expression, Let, Parameter, Relation, Variable, evaluate
 from optuav.modelling.model import Constraint, Model
 
 __all__ = [
     "Affine",
     "Check",
+    "Checks",
     "Constraint",
     "Expression",
     "Let",

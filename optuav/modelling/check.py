@@ -14,6 +14,8 @@ from optuav.modelling.model import Constraint, Model
 
 TOLERANCE = 1e-9
 """A constraint holds if it is short by no more than this, relative to max(1, |right side|)."""
+SIGNS: Mapping[Sense, str] = {"<=": "≤", ">=": "≥", "==": "="}
+GAP = "  "
 
 
 @dataclass(frozen=True)
@@ -44,23 +46,53 @@ class Check:
     satisfied: Any
 
     def __str__(self) -> str:
+        return " ".join([f"{self.label}:", *self.cells[1:]]).rstrip()
+
+    @property
+    def cells(self) -> tuple[str, ...]:
+        """Label, both sides, verdict and source line, as the table of `Checks` shows them."""
         unit = "" if self.unit == "1" else f" {self.unit}"
         if np.ndim(self.satisfied):
-            held = f"holds at {np.sum(self.satisfied)} of {np.size(self.satisfied)} points"
-            return f"{self.label}: {held}, least slack {np.min(self.slack):.6g}{unit}"
-        sides = f"{self.left:.6g} {self.sense} {self.right:.6g}{unit}"
-        verdict = "holds" if self.satisfied else "VIOLATED"
-        return f"{self.label}: {sides} {verdict}, slack {self.slack:.6g}{unit}"
+            count, points = int(np.sum(self.satisfied)), np.size(self.satisfied)
+            least = f"least slack {np.min(self.slack):.6g}{unit}"
+            return self.label, f"at {points} points", f"holds at {count}, {least}", self.declared_at
+        sides = f"{self.left:.6g} {SIGNS[self.sense]} {self.right:.6g}{unit}"
+        verdict = f"holds, slack {abs(self.slack):.6g}{unit}"
+        if not self.satisfied:
+            verdict = f"VIOLATED by {-self.slack:.6g}{unit}"
+        return self.label, sides, verdict, self.declared_at
+
+
+class Checks(tuple[Check, ...]):
+    """The constraints of a model at a point, in order; printed as a table."""
+
+    @property
+    def satisfied(self) -> bool:
+        """Whether all of them hold, at every point."""
+        return all(bool(np.all(row.satisfied)) for row in self)
+
+    def __str__(self) -> str:
+        heads = ("constraint", "left and right", "verdict", "declared at")
+        rows = [heads, *(row.cells for row in self)]
+        widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
+        padded = (
+            GAP.join(f"{cell:<{width}}" for cell, width in zip(row, widths, strict=True))
+            for row in rows
+        )
+        return "\n".join(line.rstrip() for line in padded)
+
+    __repr__ = __str__
 
 
 def relations(model: Model) -> Iterator[Constraint]:
     """All constraints of a model, the finite bounds of its variables among them."""
     yield from model.constraints
     for variable in model.variables:
+        stated = variable.unit, variable.declared_at
         if not _is_number(variable.lower, -np.inf):
-            yield Constraint(variable.label, variable >= variable.lower, variable.unit, "")
+            yield Constraint(variable.label, variable >= variable.lower, *stated)
         if not _is_number(variable.upper, np.inf):
-            yield Constraint(variable.label, variable <= variable.upper, variable.unit, "")
+            yield Constraint(variable.label, variable <= variable.upper, *stated)
 
 
 def _is_number(bound: Any, number: float) -> bool:
@@ -84,7 +116,7 @@ def slack(sense: Sense, left: Any, right: Any) -> Any:
     return left - right if sense == ">=" else right - left
 
 
-def check(model: Model, point: Mapping[str, Any]) -> tuple[Check, ...]:
+def check(model: Model, point: Mapping[str, Any]) -> Checks:
     """Evaluate every constraint of a model at a point, from wherever it comes.
 
     Parameters
@@ -122,7 +154,7 @@ def check(model: Model, point: Mapping[str, Any]) -> tuple[Check, ...]:
                 holding(sense, left, right),
             )
         )
-    return tuple(rows)
+    return Checks(rows)
 
 
 def _numbers(point: Mapping[str, Any]) -> dict[str, Any]:

@@ -74,6 +74,8 @@ class Variable(Expression):
         Where counting starts when the variable is taken in whole slots.
     binary
         Whether it is 0 or 1.
+    declared_at
+        Source file and line of the declaration.
     """
 
     def __init__(
@@ -86,6 +88,7 @@ class Variable(Expression):
         label: str,
         first_slot: int,
         binary: bool = False,
+        declared_at: str = "",
     ) -> None:
         self.name = name
         self.symbol = symbol
@@ -95,6 +98,7 @@ class Variable(Expression):
         self.label = label
         self.first_slot = first_slot
         self.binary = binary
+        self.declared_at = declared_at
 
 
 class Parameter(Expression):

@@ -7,6 +7,7 @@ import operator
 import sys
 from dataclasses import dataclass
 from pathlib import Path
+from types import FrameType
 from typing import Any, Literal
 
 from optuav.modelling.expression import (
@@ -78,7 +79,9 @@ class Model:
         if any(each.name == name for each in self.variables):
             raise ValueError(f"the model has a variable {name!r} already")
         label = label or f"bounds of {symbol}"
-        declared = Variable(name, symbol, unit, lower, upper, label, first_slot, binary)
+        declared = Variable(
+            name, symbol, unit, lower, upper, label, first_slot, binary, _place_of_caller()
+        )
         self.variables.append(declared)
         return declared
 
@@ -119,9 +122,7 @@ class Model:
             raise TypeError(f"{label}: a constraint compares expressions with <=, >= or ==")
         if any(each.label == label for each in self.constraints):
             raise ValueError(f"the model has a constraint {label!r} already")
-        caller = sys._getframe(1)
-        place = f"{Path(caller.f_code.co_filename).name}:{caller.f_lineno}"
-        self.constraints.append(Constraint(label, relation, unit, place))
+        self.constraints.append(Constraint(label, relation, unit, _place_of_caller()))
 
     @property
     def expressions(self) -> list[Operand]:
@@ -165,3 +166,16 @@ class Model:
         from optuav.modelling.printing import latex
 
         return latex(self)
+
+
+def _place_of_caller() -> str:
+    """File and line from which a method of the model was called.
+
+    Where a method called ``declare`` had others state something for it, its own line.
+    """
+    caller = sys._getframe(2)
+    frame: FrameType | None = caller
+    while frame is not None and frame.f_code.co_name != "declare":
+        frame = frame.f_back
+    frame = frame or caller
+    return f"{Path(frame.f_code.co_filename).name}:{frame.f_lineno}"

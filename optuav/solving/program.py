@@ -14,7 +14,7 @@ from optuav.engines.sensitivity import ShadowPrice
 from optuav.engines.solution import Solution
 from optuav.errors import Fault, InputError, SolverError
 from optuav.mission.network import Network
-from optuav.modelling import Check, check
+from optuav.modelling import Checks, check
 from optuav.modelling.traits import Traits, traits
 from optuav.plan import Plan
 from optuav.solving.against_p1 import against_p1
@@ -76,14 +76,20 @@ class Program:
         """The declared models as LaTeX ``align*`` environments (package amsmath)."""
         return "\n\n".join(part.model.to_latex() for part in self.parts)
 
-    def check(self, point: Mapping[str, Any]) -> tuple[Check, ...]:
+    def check(self, point: Mapping[str, Any]) -> Checks:
         """Every constraint at a point, from wherever it comes, evaluated in NumPy.
 
         Parameters
         ----------
         point
             Values of the unknowns by name, and of parameters that differ from the mission's;
-            numbers, or arrays that broadcast (with one entry an itinerary where it has several).
+            numbers, or arrays or lists that broadcast (with one entry an itinerary where it has
+            several).
+
+        Returns
+        -------
+        One `Check` a constraint, in order; printed as a table with both sides, by how much each
+        holds or not, and the line that declared it.
 
         Raises
         ------
@@ -102,7 +108,7 @@ class Program:
         if strange := [name for name in point if name not in given]:
             words = f"is no parameter of the program; there are {', '.join(parameters)}"
             raise InputError([Fault(name, repr(point[name]), words) for name in strange])
-        return tuple(
+        return Checks(
             row
             for part in parts
             for row in check(

@@ -326,10 +326,29 @@ def test_program_solution_and_checks_print_in_one_line_each() -> None:
     assert repr(own) == "<Program for 'paper': LeastRest, perspective battery, 2 models>"
     assert repr(program.solution()) == "<Solution by closed-form: optimal, objective 688.848>"
     charge, first, _ = map(str, program.check({"hover_time_s": 700.0}))
-    assert charge == "P3.a state of charge: 0.0363837 >= 0.05 VIOLATED, slack -0.0136163"
-    assert first == "P3.b hover time: 700 >= 0 s holds, slack 700 s"
+    assert charge == "P3.a state of charge: 0.0363837 ≥ 0.05 VIOLATED by 0.0136163 p3.py:18"
+    assert first == "P3.b hover time: 700 ≥ 0 s holds, slack 700 s p3.py:14"
     _, at_least, _ = map(str, program.check({"hover_time_s": [-1.0, 2.0, 3.0]}))
-    assert at_least == "P3.b hover time: holds at 2 of 3 points, least slack -1 s"
+    assert at_least == "P3.b hover time: at 3 points holds at 2, least slack -1 s p3.py:14"
+
+
+def test_a_check_prints_as_a_table() -> None:
+    """Of every constraint both sides, by how much it holds or not, and the line that states it."""
+    checks = optuav.formulate("paper", "P3", perspective="battery").check({"hover_time_s": 700.0})
+    assert not checks.satisfied
+    assert str(checks) == repr(checks)
+    assert str(checks).splitlines() == [
+        "constraint            left and right    verdict                 declared at",
+        "P3.a state of charge  0.0363837 ≥ 0.05  VIOLATED by 0.0136163   p3.py:18",
+        "P3.b hover time       700 ≥ 0 s         holds, slack 700 s      p3.py:14",
+        "P3.b hover time       700 ≤ 1124.21 s   holds, slack 424.208 s  p3.py:14",
+    ]
+
+
+def test_line_of_the_formulation_is_told_where_others_state_for_it() -> None:
+    """`keep_wells` and `hover_and_rest` stand in a file that a reader of P1 need not know."""
+    checks = optuav.formulate("paper", "P1").check({"hover_time_s": 1.0, "rest_time_s": 1.0})
+    assert {row.declared_at.partition(":")[0] for row in checks} == {"p1.py"}
 
 
 class Borrowed(Formulation):
