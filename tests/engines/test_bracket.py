@@ -204,8 +204,15 @@ def test_cases_are_neither_all_hopeless_nor_all_easy() -> None:
     found = [longest(case) for case in cases]
     answered = np.array([not math.isnan(each.hover_time_s) for each in found])
     assert 0.33 < answered.mean() < 0.9
-    open_ = [seed for seed, each in enumerate(found) if not each.proved]
-    assert len(open_) <= 3, open_
+    assert all(each.proved for each in found)
+
+
+@pytest.mark.parametrize("seed", [3764, pytest.param(1372, marks=pytest.mark.soak)])
+def test_a_narrow_gap_between_two_limits(seed: int) -> None:
+    """Charged enough and not past full, with next to no room between: still answered and proved."""
+    case = figures(np.random.default_rng(seed))
+    assert agree(case)
+    assert longest(case).proved
 
 
 def test_many_at_once_are_each_alone() -> None:
