@@ -13,15 +13,12 @@ References
 
 from __future__ import annotations
 
-import itertools
 import math
 from collections.abc import Mapping
 from typing import Any, NamedTuple
 
 import numpy as np
 
-from optuav.engines.arrays import Floats
-from optuav.engines.linear_form import linear_form
 from optuav.engines.multipliers import (
     NEGLIGIBLE,
     Point,
@@ -31,16 +28,11 @@ from optuav.engines.multipliers import (
     nearly,
     rays,
 )
-from optuav.modelling.affine import NotAffineError
+from optuav.engines.optimal_points import MOST_ROWS, optimal_points
 from optuav.modelling.check import relations
 from optuav.modelling.derivative import slope
 from optuav.modelling.expression import Variable, leaves
 from optuav.modelling.model import Model
-
-SAME = 1e-9
-"""Relative difference below which two objective values are the same."""
-MOST_ROWS = 14
-"""Rows that may hold with equality before their combinations are too many to enumerate."""
 
 
 class ShadowPrice(NamedTuple):
@@ -88,7 +80,7 @@ def prices_at_a_kink(model: Model, parameters: Point, point: Point) -> dict[str,
 
     Empty where there are none, or too many rows hold with equality to enumerate them.
     """
-    found = _one_sided(model, parameters, _optimal_points(model, parameters, point))
+    found = _one_sided(model, parameters, optimal_points(model, parameters, point))
     return _with_edges(model, parameters, found)
 
 
@@ -139,35 +131,6 @@ def _rates(model: Model, values: Point, multipliers: Mapping[str, Any]) -> dict[
                 if name in rates:
                     rates[name] = rates[name] - weight * direction * derivative
     return rates
-
-
-def _optimal_points(model: Model, parameters: Point, point: Point) -> list[Point]:
-    """The answer, and for a linear model the vertices that are as good; exact where it is one."""
-    try:
-        form = linear_form(model, parameters)
-    except NotAffineError:
-        return [point]
-    a, b, c = form.normals[..., 0], form.limits[..., 0], form.directions[0, :, 0]
-    x = np.array([point[name] for name in form.names])
-    best = float(c @ x)
-    finite = np.flatnonzero(np.isfinite(b) & (a != 0.0).any(axis=1))
-    found: list[Floats] = []
-    if len(finite) <= MOST_ROWS:
-        for rows in itertools.combinations(finite.tolist(), len(x)):
-            square = a[list(rows)]
-            if np.linalg.matrix_rank(square / np.linalg.norm(square, axis=1)[:, None]) < len(x):
-                continue
-            vertex = np.asarray(np.linalg.solve(square, b[list(rows)]), dtype=float)
-            size = np.maximum(1.0, np.abs(b[finite]))
-            if ((a[finite] @ vertex - b[finite]) > SAME * size).any():
-                continue
-            if abs(float(c @ vertex) - best) > SAME * max(1.0, abs(best)):
-                continue
-            if not any(np.allclose(vertex, other, rtol=1e-9, atol=1e-9) for other in found):
-                found.append(vertex)
-    if not any(np.allclose(x, vertex, rtol=1e-6, atol=1e-6) for vertex in found):
-        found.append(x)
-    return [dict(zip(form.names, each.tolist(), strict=True)) for each in found]
 
 
 def _one_sided(model: Model, parameters: Point, points: list[Point]) -> dict[str, tuple[Any, Any]]:

@@ -1,0 +1,151 @@
+"""Shadow prices under `available` against differences of what bracket proves, on both sides."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from formulations.formulation import Formulation
+from formulations.p1 import P1
+from formulations.p3 import P3
+from formulations.p4 import P4
+from formulations.quantities import Quantities
+from optuav.engines import bracket, grid
+from optuav.engines.sensitivity import ShadowPrice
+from optuav.engines.solution import Status
+from optuav.modelling import Model
+from optuav.physics.battery import Phase
+from optuav.solving import formulate
+from tests.engines.optimality import solved
+from tests.engines.random_missions import random_quantities
+from tests.engines.test_sensitivity import KINKS, at_kink
+from tests.formulations.given import quantities
+
+WITHIN = {"rel": 1e-3, "abs": 3e-3}
+"""How far a price may be from a difference [s], for all of its parameter."""
+STEPS = (1e-4, 1e-5, 1e-3)
+"""Shares of a parameter: over a small one the width of the bracket counts, over a large one the
+curvature."""
+TOO_SHORT_S = 1e-4
+"""By how much a local optimum may be short of the proved one to be compared with it."""
+
+
+def model_of(formulation: type[Formulation], given: Quantities) -> Model:
+    """The model of an itinerary, which rests where the formulation does."""
+    if formulation is P3:
+        steps = tuple(step for step in given.steps if step != "rest")
+        given = replace(given, rests=False, steps=steps)
+    return formulation.model(given, "available")
+
+
+def contradicted(model: Model, prices: Mapping[str, ShadowPrice]) -> Iterator[str]:
+    """Prices of which a side is not as differences over one of some steps have it.
+
+    (v(p ± h) − v(p))/h of all of them are solved for at once; infinite where nothing is feasible.
+    """
+    values = model.row(0)
+    sizes = {name: abs(values[name]) or 1.0 for name in prices}
+    moves = [(name, step, sign) for name in prices for step in STEPS for sign in (-1.0, 1.0)]
+    changed = {name: np.full(len(moves), values[name]) for name in prices}
+    for place, (name, step, sign) in enumerate(moves):
+        changed[name][place] += sign * step * sizes[name]
+    found = bracket.solve(model, len(moves), changed)
+    here_s = bracket.solve(model, 1).objective[0]
+    gains_s = dict[tuple[str, float, float], float]()
+    for move, there_s, status in zip(moves, found.objective, found.statuses, strict=True):
+        gain_s = -math.inf if status is Status.INFEASIBLE else (there_s - here_s) / move[1]
+        gains_s[move] = gain_s * move[2]
+    for name, price in prices.items():
+        sides = [[gains_s[name, step, sign] for sign in (-1.0, 1.0)] for step in STEPS]
+        stated = [sizes[name] * side for side in price]
+        if not any(stated == pytest.approx(each, **WITHIN) for each in sides):
+            yield f"{model.title} {name} of {sizes[name]}: {stated} s, by differences {sides}"
+
+
+def compare(rng: np.random.Generator, engine: str, kink: str) -> tuple[int, list[str]]:
+    """How many prices an engine gives for a random itinerary, and which differences contradict."""
+    count, wrong = 0, []
+    given = at_kink(random_quantities(rng), kink)
+    for formulation in (P3, P4, P1):
+        model = model_of(formulation, given)
+        proved = bracket.solve(model, 1)
+        if not proved.status.has_answer:
+            continue
+        found = solved(engine, model)
+        if not found.objective[0] > proved.objective[0] - TOO_SHORT_S:
+            continue
+        prices = found.shadow_prices()
+        assert prices.keys() == model.parameters.keys()
+        count += len(prices)
+        wrong += [f"{engine} {each}\n{given}" for each in contradicted(model, prices)]
+    return count, wrong
+
+
+@pytest.mark.parametrize("kink", ["none", "no rest", "charge for all of the time"])
+@pytest.mark.parametrize("engine", ["bracket", "casadi"])
+def test_prices_are_differences(engine: str, kink: str) -> None:
+    """Of every parameter of a random P3, P4 and P1, stages of flight among them."""
+    rng, count = np.random.default_rng(KINKS.index(kink)), 0
+    while not count:
+        count, wrong = compare(rng, engine, kink)
+    assert not wrong, wrong[0]
+
+
+@pytest.mark.soak
+@pytest.mark.parametrize(("engine", "prices"), [("bracket", 4000), ("casadi", 2000)])
+def test_soak_prices(engine: str, prices: int, record_property: Any) -> None:
+    """Thousands of prices."""
+    rng, count, wrong = np.random.default_rng(), 0, list[str]()
+    while count < prices:
+        more, bad = compare(rng, engine, str(rng.choice(KINKS)))
+        count, wrong = count + more, wrong + bad
+    record_property("count", f"{engine}: {count} shadow prices, disagreements: {len(wrong)}")
+    assert not wrong, "\n".join(wrong[:10])
+
+
+def test_a_rest_without_charge_may_be_of_any_length() -> None:
+    """More current would help the longest of them: (T_max − T_fl − Δ)/I seconds an ampere.
+
+    By hand, with wells that level out at once: 3000 A s down to 20 %, 500 of them for flying, at
+    10 A leave 190 s of hover; of the other 900 s 710 s to rest.
+    """
+    leg = Phase(-5.0, 100.0 / 3.0)
+    given = quantities(
+        deadline_s=1000.0,
+        min_soc=0.2,
+        packs=1.0,
+        capacity_As=3000.0,
+        flight_time_s=100.0,
+        flight_charge_As=500.0,
+        hover_current_A=10.0,
+        rest_current_A=0.0,
+        available_fraction=0.9,
+        flow_rate_per_s=1.0,
+        steps=(leg, "hover", leg, "rest", leg),
+    )
+    for engine in ("bracket", "casadi"):
+        found = solved(engine, P4.model(given, "available"))
+        assert found.point(0) == pytest.approx(
+            {"hover_time_s": 190.0, "rest_time_s": 0.0}, abs=1e-4
+        )
+        price = found.shadow_prices()["rest_current_A"]
+        assert tuple(price) == pytest.approx((0.0, 71.0), rel=1e-3, abs=1e-6)
+
+
+@pytest.mark.parametrize("kind", ["direct", "b9"])
+def test_prices_of_the_paper(kind: str) -> None:
+    """Of its plans under `available`, by both engines the same; a grid's answer has none."""
+    asked = {"problem": "P3"} if kind == "direct" else {"problem": "P4", "building": "b9"}
+    asked |= {} if kind == "direct" else {"order": "hover-first"}
+    (part,) = formulate("paper", **asked).parts
+    proved = bracket.solve(part.model, 1).shadow_prices()
+    assert proved["capacity_As"].more > 0.0
+    assert not list(contradicted(part.model, proved))
+    for name, price in solved("casadi", part.model).shadow_prices().items():
+        assert tuple(price) == pytest.approx(tuple(proved[name]), rel=1e-5, abs=1e-7), name
+    assert grid.solve(part.model, 1, 30.0).shadow_prices() == {}
