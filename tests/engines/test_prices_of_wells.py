@@ -23,6 +23,7 @@ from optuav.physics.battery import Phase
 from optuav.solving import formulate
 from tests.engines.optimality import solved
 from tests.engines.random_missions import random_quantities
+from tests.engines.test_missions_agree import differences_of_best, shared_parameters
 from tests.engines.test_sensitivity import KINKS, at_kink
 from tests.formulations.given import quantities
 
@@ -51,7 +52,7 @@ def contradicted(model: Model, prices: Mapping[str, ShadowPrice]) -> Iterator[st
     values = model.row(0)
     sizes = {name: abs(values[name]) or 1.0 for name in prices}
     moves = [(name, step, sign) for name in prices for step in STEPS for sign in (-1.0, 1.0)]
-    changed = {name: np.full(len(moves), values[name]) for name in prices}
+    changed = {name: np.full(len(moves), value) for name, value in values.items()}
     for place, (name, step, sign) in enumerate(moves):
         changed[name][place] += sign * step * sizes[name]
     found = bracket.solve(model, len(moves), changed)
@@ -137,15 +138,25 @@ def test_a_rest_without_charge_may_be_of_any_length() -> None:
         assert tuple(price) == pytest.approx((0.0, 71.0), rel=1e-3, abs=1e-6)
 
 
-@pytest.mark.parametrize("kind", ["direct", "b9"])
-def test_prices_of_the_paper(kind: str) -> None:
-    """Of its plans under `available`, by both engines the same; a grid's answer has none."""
-    asked = {"problem": "P3"} if kind == "direct" else {"problem": "P4", "building": "b9"}
-    asked |= {} if kind == "direct" else {"order": "hover-first"}
-    (part,) = formulate("paper", **asked).parts
-    proved = bracket.solve(part.model, 1).shadow_prices()
-    assert proved["capacity_As"].more > 0.0
-    assert not list(contradicted(part.model, proved))
-    for name, price in solved("casadi", part.model).shadow_prices().items():
-        assert tuple(price) == pytest.approx(tuple(proved[name]), rel=1e-5, abs=1e-7), name
-    assert grid.solve(part.model, 1, 30.0).shadow_prices() == {}
+@pytest.mark.parametrize(
+    "asked",
+    [{"problem": "P3"}, {"problem": "P4", "building": "b9", "order": "hover-first"}, {}],
+    ids=["direct", "b9", "all"],
+)
+def test_prices_of_the_paper(asked: dict[str, Any]) -> None:
+    """Of the mission's plans, by both engines the same; what a grid finds has none."""
+    program = formulate("paper", **asked)
+    compiled, prices = program.compile("bracket"), program.shadow_prices()
+    for name, value in shared_parameters(program).items():
+        if name == "packs":
+            continue  # a compiled program takes whole ones only
+        stated = [value * side for side in prices[name]]
+        assert stated == pytest.approx(
+            differences_of_best(compiled, name, value, 1e-4), **WITHIN
+        ), name
+    assert prices["capacity_As"].more > 0.0
+    if asked:
+        (part,) = program.parts
+        for name, price in solved("casadi", part.model).shadow_prices().items():
+            assert tuple(price) == pytest.approx(tuple(prices[name]), rel=1e-5, abs=1e-7), name
+        assert grid.solve(part.model, 1, 30.0).shadow_prices() == {}
