@@ -26,6 +26,9 @@ Read = TypeVar("Read")
 LARGEST_FILE = 50_000_000
 """Most bytes that a file of measurements may have."""
 
+SIZES = (1e-9, 1e10)
+"""Between which sizes a measured value lies in SI units, unless it is 0; clocks count from 1970."""
+
 GRAVITY_N_KG = 9.80665
 UNITS: Mapping[str, Mapping[str, float]] = {
     "time": {"s": 1.0, "ms": 1e-3, "min": 60.0, "h": 3600.0},
@@ -159,13 +162,13 @@ def read(path: Path, columns: Sequence[Column], least: int = 1) -> Table:
         for name, (place, column, size) in places.items():
             value = _value(row[place], column, size)
             if value is None:
-                allowed = f"a finite number, as {headings[place]}"
                 gap = "an empty cell" if not row[place] else row[place]
-                faults.append(Fault(headings[place], gap, allowed, where))
+                words = _allowed(row[place], headings[place])
+                faults.append(Fault(headings[place], gap, words, where))
             else:
                 cells[name].append(value)
     if len(rows) < least:
-        words = f"at least {least} lines of measurements; there are {len(rows)}"
+        words = f"at least {least} line{'s' * (least > 1)} of measurements; there are {len(rows)}"
         faults.append(Fault("", "", words, source))
     if faults:
         raise InputError(faults)
@@ -226,6 +229,9 @@ def _places(
     """Place, column and size of the unit by name of the quantity."""
     known = {heading: column for column in columns for heading in column.headings}
     found: dict[str, tuple[int, Column, float]] = {}
+    if len(headings) == 1 and any(mark in headings[0] for mark in ";\t"):
+        faults.append(Fault("columns", shown(headings[0]), "commas between the columns", where))
+        return found
     unclear = set()
     for place, heading in enumerate(headings):
         column = known.get(heading)
@@ -253,7 +259,7 @@ def _places(
 
 
 def _value(cell: str, column: Column, size: float) -> float | str | None:
-    """What a cell says in SI units; None where it says nothing useful."""
+    """What a cell says in SI units; None where it says nothing useful, or nothing measured."""
     if not cell and column.blanks:
         return math.nan
     if column.kind == "text":
@@ -262,4 +268,14 @@ def _value(cell: str, column: Column, size: float) -> float | str | None:
         value = size * float(cell)
     except ValueError:
         return None
-    return value if math.isfinite(value) else None
+    return value if value == 0.0 or SIZES[0] <= abs(value) <= SIZES[1] else None
+
+
+def _allowed(cell: str, heading: str) -> str:
+    """What a cell should have said."""
+    try:
+        finite = math.isfinite(float(cell))
+    except ValueError:
+        finite = False
+    least, most = SIZES
+    return f"0, or {least:g} to {most:g} in size" if finite else f"a finite number, as {heading}"

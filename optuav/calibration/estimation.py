@@ -2,9 +2,9 @@
 
 Parameters that are positive are fitted by their logarithm, shares by their logit, so that no bound
 is needed and intervals stay inside the range. With r(x) the residuals, independent and of one
-variance, and J their Jacobian at the optimum, the covariance of x is s² (JᵀJ)⁻¹, s² = r·r/(n − p)
-[1]_. The bootstrap fits again and again to residuals drawn from those that were left over, scaled
-up by sqrt(n/(n − p)), and uses the quantiles of (x* − x)/s*, "bootstrap-t" [2]_.
+variance, and J their Jacobian of rank p at the optimum, the covariance of x is s² (JᵀJ)⁻¹,
+s² = r·r/(n − p) [1]_. The bootstrap fits again and again to residuals drawn from those that were
+left over, scaled up by sqrt(n/(n − p)), and uses the quantiles of (x* − x)/s*, "bootstrap-t" [2]_.
 
 References
 ----------
@@ -42,6 +42,8 @@ CLOSE = {"trf": 1e-12, "lm": 1e-6}
 """Tolerance of the fit itself, and of the refits of the bootstrap."""
 BLIND = 1e-6
 """Singular value of the Jacobian, over the largest, below which the data say nothing."""
+NOTHING = 1e-100
+"""What stands for 0 below a fraction, so far from 1 and yet from overflow."""
 TIE = 1e-6
 """Relative difference of two sums of squares below which the nearer optimum is preferred."""
 WIDE = math.log(10.0)
@@ -123,10 +125,10 @@ def estimate(
     least = min(each.sum_of_squares for each in found)
     ties = [each for each in found if each.sum_of_squares <= (1.0 + TIE) * least]
     best = min(ties, key=lambda each: each.way)
-    freedom = len(best.residuals) - len(unknowns)
+    errors = _errors(best.jacobian)
+    freedom = len(best.residuals) - errors.rank
     left = math.sqrt(best.sum_of_squares / freedom) if freedom > 0 else None
     sigma = left if spread is None else max(spread, left or 0.0)
-    errors = _errors(best.jacobian)
     reach = None if sigma is None else sigma * _quantile(freedom, spread)
     undetermined = _undetermined(unknowns, errors, reach)
     intervals, drawn = None, None
@@ -183,22 +185,25 @@ def _outer(unknowns: Sequence[Unknown]) -> Callable[[Points], Points]:
 
 
 class _Errors(NamedTuple):
-    """Standard errors of the parameters for s = 1, and along the direction that is seen best."""
+    """Standard errors of the parameters for s = 1 and along the direction that is seen best."""
 
     parameters: Points
     least: float
+    rank: int
 
 
 def _errors(jacobian: Points) -> _Errors:
     """Errors by the singular values; where the data are blind, larger than anything."""
-    _, sizes, directions = np.linalg.svd(jacobian, full_matrices=True)
-    sizes = np.pad(sizes, (0, jacobian.shape[1] - len(sizes)))
-    largest = max(float(sizes[0]), np.finfo(float).tiny)
+    rows, columns = jacobian.shape
+    _, sizes, directions = np.linalg.svd(jacobian, full_matrices=rows < columns)
+    sizes = np.pad(sizes, (0, columns - len(sizes)))
+    largest = max(float(sizes[0]), NOTHING)
     blind = sizes <= BLIND * largest
     along = 1.0 / np.where(blind, BLIND**2 * largest, sizes)
     # A rounding error in a direction that is blind would reach parameters that are not.
     directions[blind] = np.where(np.abs(directions[blind]) < ROUNDING, 0.0, directions[blind])
-    return _Errors(np.linalg.norm(directions * along[:, None], axis=0), 1.0 / largest)
+    parameters = np.linalg.norm(directions * along[:, None], axis=0)
+    return _Errors(parameters, 1.0 / largest, int(np.sum(~blind)))
 
 
 def _undetermined(

@@ -39,7 +39,7 @@ from optuav.calibration.data import (
     read,
     together,
 )
-from optuav.calibration.estimation import Unknown, estimate
+from optuav.calibration.estimation import NOTHING, Unknown, estimate
 from optuav.calibration.fit import Fit, Panel, unclear, values_of
 from optuav.errors import Fault, InputError
 from optuav.physics.battery import Battery, Phase, Wells, lifetime, step
@@ -62,6 +62,8 @@ SCATTER = 0.02
 """Relative scatter of lifetimes where there are too few to tell."""
 MOST_PIECES = 200_000
 """Most pieces of constant current that a load may have until the battery is empty."""
+FAR = 0.2
+"""Relative miss of a lifetime that scatter does not explain."""
 ALIKE = 1e-3
 """Relative difference below which two currents are of one size."""
 EARLIER = 1e-6
@@ -164,7 +166,11 @@ def fit_kibam(files: Iterable[str | Path]) -> Fit:
         )
         for each in observations
     )
-    warnings = [*unclear(found), *_why_unclear(observations, bool(found.undetermined))]
+    warnings = [
+        *unclear(found),
+        *_why_unclear(observations, bool(found.undetermined)),
+        *_misses(observations, fitted_s),
+    ]
     if few:
         warnings.append(
             f"{LEAST_OBSERVATIONS} discharges for as many parameters leave nothing over: the "
@@ -203,7 +209,7 @@ def _asked(observations: Sequence[Observation]) -> Asked:
     def taken(battery: Battery, times_s: Points) -> Points:
         unit = step(battery, Wells(0.0, 0.0), Phase(1.0, times_s)).available_As
         charge_As: Points = np.add.reduceat(changes_A * unit, first)
-        return np.maximum(charge_As, np.finfo(float).tiny)
+        return np.maximum(charge_As, NOTHING)
 
     def asked(share: float, rate_per_s: float) -> tuple[Points, Points]:
         battery = Battery(1.0, share, rate_per_s)
@@ -245,6 +251,16 @@ def _why_unclear(observations: Sequence[Observation], unclear_: bool) -> Iterato
         ) + "add loads of other sizes, from very small to very large, and with pauses"
     else:
         yield "add loads of other sizes, constant ones and ones with long and short pauses"
+
+
+def _misses(observations: Sequence[Observation], fitted_s: Sequence[float]) -> Iterator[str]:
+    pairs = zip(observations, fitted_s, strict=True)
+    far = [each.name for each, own_s in pairs if abs(own_s / each.lifetime_s - 1.0) > FAR]
+    if far:
+        yield (
+            f"no kinetic battery lasts like that: the fit misses {', '.join(far)} by more than "
+            f"{FAR:.0%}; look at units, and whether it was one full battery each time"
+        )
 
 
 def _observations(path: Path) -> list[Observation]:

@@ -111,6 +111,9 @@ def fit_regimes(files: Iterable[str | Path]) -> Fit:
     if not loads.keys() & {"flight", "hover"}:
         words = f"at least {BATCHES} samples of flight or of hover"
         raise InputError([Fault("", "", words, ", ".join(map(str, paths)))])
+    faults = list(_faults_of_loads(loads, ", ".join(map(str, paths))))
+    if faults:
+        raise InputError(faults)
     legs = [leg for log in logs if log.speed_m_s is not None for leg in _legs(log)]
     motion, panels, remarks = _motion(legs)
     warnings = [
@@ -122,7 +125,7 @@ def fit_regimes(files: Iterable[str | Path]) -> Fit:
     return Fit(
         kind="regimes",
         sources=tuple(map(str, paths)),
-        data=f"{samples} samples of {len(logs)} flight logs, {len(legs)} legs with speeds",
+        data=f"{samples} samples, {len(legs)} legs with speeds",
         values=(*motion, *_values(loads)),
         panels=(*_load_panels(logs, loads), *panels),
         warnings=(*warnings, *remarks),
@@ -177,6 +180,17 @@ def _loads(logs: Sequence[Log]) -> Iterator[tuple[str, dict[str, tuple[float, In
             continue
         steps_s = np.concatenate([_steps(log)[log.phase == phase] for log in logs])
         yield phase, {name: _mean(values, steps_s) for name, values in columns.items()}
+
+
+def _faults_of_loads(
+    loads: Mapping[str, Mapping[str, tuple[float, Interval]]], source: str
+) -> Iterator[Fault]:
+    """Regimes that would charge the battery."""
+    for phase in ("flight", "hover", "rest"):
+        mean_A = loads[phase]["current_A"][0] if phase in loads else 0.0
+        if mean_A < 0.0:
+            words = "0 or above: positive is discharge, and a rest in the laser's light is charge"
+            yield Fault(f"mean current of {phase}", f"{mean_A:.4g} A", words, source)
 
 
 def _steps(log: Log) -> Points:

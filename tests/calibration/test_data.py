@@ -51,14 +51,16 @@ def test_a_blank_is_no_number_where_blanks_are_allowed(file: Path) -> None:
 
 
 def test_all_faults_are_told_at_once(file: Path) -> None:
-    """Gap, NaN, text, infinity and a short line, each with its line."""
-    text = "time_s,current_A\n0,1\n1,\n2,nan\n3,much\n4,inf\n5\n"
+    """Gap, NaN, text, infinity, a short line and absurd sizes, each with its line."""
+    text = "time_s,current_A\n0,1\n1,\n2,nan\n3,much\n4,inf\n5\n6,1e300\n7,-1e-300\n"
     assert faults(file, text) == [
         "log.csv, line 3: current_A = an empty cell: a finite number, as current_A",
         "log.csv, line 4: current_A = nan: a finite number, as current_A",
         "log.csv, line 5: current_A = much: a finite number, as current_A",
         "log.csv, line 6: current_A = inf: a finite number, as current_A",
         "log.csv, line 7: cells = 1: as many as in the header, 2",
+        "log.csv, line 8: current_A = 1e300: 0, or 1e-09 to 1e+10 in size",
+        "log.csv, line 9: current_A = -1e-300: 0, or 1e-09 to 1e+10 in size",
     ]
 
 
@@ -74,7 +76,7 @@ def test_all_faults_are_told_at_once(file: Path) -> None:
         ("time_s,curent_A", "did you mean 'current_A'?"),
         ("time_s,current_A,current_mA", "a second column of current"),
         ("time_s,phase", "there is no column current_A or current_mA"),
-        ("time_s;current_A", "column = 'time_s;current_A'"),
+        ("time_s;current_A", "'time_s;current_A': commas between the columns"),
     ],
 )
 def test_headers_that_do_not_do(header: str, words: str, file: Path) -> None:

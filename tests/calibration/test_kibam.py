@@ -163,6 +163,18 @@ def test_two_sizes_of_constant_load_are_too_few(tmp_path: Path) -> None:
     assert any("all loads are constant" in words for words in found.warnings)
 
 
+def test_lifetimes_of_no_battery_state_nothing(tmp_path: Path) -> None:
+    """Longer under larger loads: told to be impossible, and no value is stated."""
+    observed: list[tuple[str, Pieces, float]] = [
+        ("one", [(1.0, 1e9)], 100.0),
+        ("two", [(2.0, 1e9)], 500.0),
+        ("four", [(4.0, 1e9)], 900.0),
+    ]
+    found = optuav.fit_kibam([written(tmp_path / "odd.csv", observed)])
+    assert any("misses one, two, four by more than 20%" in words for words in found.warnings)
+    assert found.changes == {}
+
+
 def test_an_end_in_a_pause_is_doubted(tmp_path: Path) -> None:
     observed = [(name, load, lasts(load)) for name, load in LOADS.items()]
     observed[3] = (*observed[3][:2], observed[3][2] + 60.0)

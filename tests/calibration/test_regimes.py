@@ -121,10 +121,11 @@ def test_fragment_is_a_mission(tmp_path: Path) -> None:
         ("time_s,current_A,voltage_V,speed_m_s", "{n},20,20,-3", "0 or above"),
         ("time_s,current_A,voltage_V,speed_m_s", "{n},-20,20,3", "positive is discharge"),
         ("time_s,current_A,voltage_V,phase", "{n},20,20,other", "flight or of hover"),
+        ("time_s,current_A,voltage_V,speed_m_s", "{n},{sign}20,20,0", "mean current of rest"),
     ],
 )
 def test_logs_that_do_not_do(header: str, row: str, words: str, tmp_path: Path) -> None:
     file = tmp_path / "log.csv"
-    file.write_text("\n".join([header, *(row.format(n=n) for n in range(20))]))
+    file.write_text("\n".join([header, *(row.format(n=n, sign="-" * (n % 2)) for n in range(20))]))
     with pytest.raises(InputError, match=words):
         optuav.fit_regimes([file])

@@ -1,0 +1,34 @@
+"""Least squares over transformed parameters: long records, and directions the data do not see."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+from optuav.calibration.data import Points
+from optuav.calibration.estimation import Unknown, estimate
+
+
+def test_a_long_record_needs_no_square_of_its_length() -> None:
+    """A mean of 400 000 samples; its standard error is s over the root of their number."""
+    samples = np.random.default_rng(1).normal(5.0, 0.1, 400_000)
+    found = estimate([Unknown("mean")], lambda x: x - samples, [(1.0,)], bootstrap=False)
+    assert found.intervals is not None
+    (interval,) = found.intervals
+    reach = 1.959964 * np.std(samples, ddof=1) / math.sqrt(len(samples))
+    assert found.values[0] == pytest.approx(np.mean(samples), rel=1e-9)
+    assert (interval.high - interval.low) / 2.0 == pytest.approx(reach, rel=1e-4)
+
+
+def test_what_is_not_seen_takes_no_freedom() -> None:
+    """Of a product only one parameter counts: three numbers leave two to tell their scatter."""
+    observed = np.log([2.0, 3.0, 6.0])
+
+    def residuals(values: Points) -> Points:
+        return np.log(values[0] * values[1]) - observed
+
+    found = estimate([Unknown("a"), Unknown("b")], residuals, [(1.0, 1.0)], bootstrap=False)
+    assert found.undetermined == ("a", "b")
+    assert found.spread == pytest.approx(np.std(observed, ddof=1), rel=1e-9)
