@@ -14,8 +14,8 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from optuav.engines.arrays import Booleans, Floats
-from optuav.engines.exponential_form import Rows, Section, falling, may_fail
-from optuav.engines.sign_changes import close_in
+from optuav.engines.exponential_form import Rows, Section, falling
+from optuav.engines.sign_changes import Margin, close_in
 from optuav.engines.sweeping import WIDTH_S, sweep
 
 
@@ -57,7 +57,6 @@ def largest(rows: Rows, x_top: Floats, y_top: Floats) -> Interval:
         x = Section(rows.a, rows.b, rows.c, rows.rate_x_per_s).largest(x_top)
         beyond = np.where(np.isnan(x), -np.inf, np.minimum(x + WIDTH_S, x_top))
         return Interval(x, np.where(np.isnan(x), x, 0.0), beyond)
-    rows = rows.keep(may_fail(rows, x_top, y_top))
     falls, up, down = falling(rows, x_top, y_top)
     x, y, beyond = _monotone(rows, x_top, y_top, falls & up, falls & down & ~up)
     lost = np.flatnonzero(~((rows.at(x, y) >= 0.0).all(axis=0) | np.isneginf(beyond)))
@@ -99,26 +98,37 @@ def _monotone(
     helping = helped.any(axis=1)
     kept, ignored = rows.keep(helping), np.where(helped[helping], 0.0, np.inf)
 
-    def ceiling(x: Floats, which: Any) -> Floats:
-        found: Floats = np.maximum((starts[:, which] - slopes[:, which] * x).min(axis=0), 0.0)
-        return found
+    def margins(which: Any) -> Margin:
+        some, more = kept.take(which), ignored[:, which]
+        first, slope = starts[:, which], slopes[:, which]
 
-    def margin(x: Floats, which: Any) -> Floats:
-        values = kept.take(which).at(x, ceiling(x, which)) + ignored[:, which]
-        found: Floats = values.min(axis=0, initial=np.inf)
-        return found
+        def margin(x: Floats) -> Floats:
+            values = some.at(x, _lowest(first, slope, x)) + more
+            found: Floats = values.min(axis=0, initial=np.inf)
+            return found
 
-    everywhere = slice(None)
+        return margin
+
+    margin = margins(slice(None))
     low, high = np.zeros_like(end), np.maximum(end, 0.0)
-    impossible = (starts < 0.0).any(axis=0) | (end < 0.0) | (margin(low, everywhere) < 0.0)
-    whole = margin(high, everywhere) >= 0.0
-    low = np.where(whole, high, low)
-    open_ = np.flatnonzero(~impossible & ~whole)
+    at_low, at_high = margin(low), margin(high)
+    impossible = (starts < 0.0).any(axis=0) | (end < 0.0) | (at_low < 0.0)
+    low = np.where(at_high >= 0.0, high, low)
+    open_ = np.flatnonzero(~impossible & (at_high < 0.0))
     low[open_], high[open_] = close_in(
-        lambda x, which: margin(x, open_[which]), low[open_], high[open_], WIDTH_S
+        lambda which: margins(open_[which]),
+        (low[open_], at_low[open_]),
+        (high[open_], at_high[open_]),
+        WIDTH_S,
     )
     low = np.where(impossible, np.nan, low)
-    return low, ceiling(low, everywhere), np.where(impossible, -np.inf, high)
+    return low, _lowest(starts, slopes, low), np.where(impossible, -np.inf, high)
+
+
+def _lowest(starts: Floats, slopes: Floats, x: Floats) -> Floats:
+    """Lowest of the lines at x, not below 0."""
+    found: Floats = np.maximum((starts - slopes * x).min(axis=0), 0.0)
+    return found
 
 
 def _ceilings(rows: Rows, y_top: Floats, harmed: Booleans) -> tuple[Floats, Floats]:

@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from optuav.engines.arrays import Booleans, Floats
-from optuav.engines.sign_changes import Numbers, close_in
+from optuav.engines.sign_changes import Ends, Margin, Numbers, close_in
 from optuav.modelling.check import TOLERANCE, relations
 from optuav.modelling.exponential import (
     CONSTANT,
@@ -43,7 +43,7 @@ class Rows:
     a, b, c, d, e, f
         Of 1, x, V, y, W and V W; a holds the allowance for rounding.
     rate_x_per_s, rate_y_per_s
-        k of the two times, one a programme [1/s].
+        k of the two times, one a programme, not 0 but `TINY` [1/s].
     """
 
     a: Floats
@@ -58,21 +58,25 @@ class Rows:
     @property
     def usable(self) -> Booleans:
         """Programmes without a NaN among their coefficients."""
-        found = ~np.isnan([getattr(self, each.name) for each in fields(self)[:6]]).any(axis=(0, 1))
+        found = ~np.isnan([getattr(self, name) for name in FIELDS[:6]]).any(axis=(0, 1))
         return np.asarray(found)
 
     def take(self, which: Any) -> Rows:
-        """The rows of some programmes."""
-        return Rows(**{each.name: getattr(self, each.name)[..., which] for each in fields(self)})
+        """The rows of some programmes, by their numbers or a slice."""
+        if isinstance(which, slice):
+            return Rows(*(getattr(self, name)[..., which] for name in FIELDS))
+        return Rows(*(getattr(self, name).take(which, axis=-1) for name in FIELDS))
 
     def keep(self, rows: Any) -> Rows:
         """Some of the rows of all programmes."""
-        kept = {each.name: getattr(self, each.name)[rows] for each in fields(self)[:6]}
-        return replace(self, **kept)
+        return replace(self, **{name: getattr(self, name)[rows] for name in FIELDS[:6]})
 
     def at(self, x: Floats, y: Floats) -> Floats:
         """g at a point of each programme."""
         return Section.at_x(self, x).at(y)
+
+
+FIELDS = tuple(each.name for each in fields(Rows))
 
 
 @dataclass(frozen=True)
@@ -119,9 +123,9 @@ class Section:
         turn = self._turn_below(top)
         points = [(np.arange(len(top)), zero)]
         for low, high in ((zero + 0.0 * turn, turn), (turn, top + 0.0 * turn)):
-            row, programme = np.nonzero((self.at(low) < 0.0) & (self.at(high) >= 0.0))
-            ends = low[row, programme], high[row, programme]
-            points.append((programme, self._edges(row, programme, *ends)))
+            at_low, at_high = self.at(low), self.at(high)
+            which = np.nonzero((at_low < 0.0) & (at_high >= 0.0))
+            points.append((which[1], self._edges(which, (high, at_high), (low, at_low))))
         found = np.full(len(top), np.inf)
         np.minimum.at(found, *self._holding(points))
         return np.where(np.isfinite(found), found, np.nan)
@@ -135,9 +139,9 @@ class Section:
         turn = self._turn_below(top)
         points = [(np.arange(len(top)), top)]
         for low, high in ((zero + 0.0 * turn, turn), (turn, top + 0.0 * turn)):
-            row, programme = np.nonzero((self.at(low) >= 0.0) & (self.at(high) < 0.0))
-            ends = high[row, programme], low[row, programme]
-            points.append((programme, self._edges(row, programme, *ends)))
+            at_low, at_high = self.at(low), self.at(high)
+            which = np.nonzero((at_low >= 0.0) & (at_high < 0.0))
+            points.append((which[1], self._edges(which, (low, at_low), (high, at_high))))
         found = np.full(len(top), -np.inf)
         np.maximum.at(found, *self._holding(points))
         return np.where(np.isfinite(found), found, np.nan)
@@ -159,28 +163,28 @@ class Section:
     def ceilings(self, top: Floats) -> Floats:
         """Largest y to top up to which each falling row holds (row, programme); −1 if none."""
         zero = np.zeros(self.a.shape)
-        far, never = self.at(zero + top) >= 0.0, self.at(zero) < 0.0
-        row, programme = np.nonzero(~far & ~never)
-        found = np.where(never, -1.0, zero + top)
-        found[row, programme] = self._edges(row, programme, top[programme], np.zeros(len(row)))
+        at_zero, at_top = self.a, self.at(top)
+        found = np.where(at_zero < 0.0, -1.0, zero + top)
+        which = np.nonzero((at_zero >= 0.0) & (at_top < 0.0))
+        found[which] = self._edges(which, (zero, at_zero), (zero + top, at_top))
         return found
 
-    def _edges(self, row: Numbers, programme: Numbers, fails: Floats, holds: Floats) -> Floats:
-        """The last point that holds, of single rows, from one that holds to one that fails."""
-        a, d, e = self.a[row, programme], self.d[row, programme], self.e[row, programme]
-        rate = self.rate_per_s[programme]
+    def _edges(self, which: tuple[Numbers, ...], holds: Ends, fails: Ends) -> Floats:
+        """The last points that hold, of single (row, programme) with ends on either side."""
+        a, d, e = (each[which] for each in (self.a, self.d, self.e))
+        rate = self.rate_per_s[which[1]]
 
-        def margin(y: Floats, which: Any) -> Floats:
-            found: Floats = a[which] + d[which] * y + e[which] * levelled(rate[which], y)
-            return found
+        def margins(some: Any) -> Margin:
+            one = Section(a[some], d[some], e[some], rate[some])
+            return one.at
 
-        return close_in(margin, holds, fails, WIDTH_S)[0]
+        held, failed = ((x[which], margin[which]) for x, margin in (holds, fails))
+        return close_in(margins, held, failed, WIDTH_S)[0]
 
 
 def levelled(rate_per_s: Floats, time_s: Floats) -> Floats:
-    """(1 − exp(−kt))/k [s], t itself where k = 0."""
-    rate = np.where(rate_per_s == 0.0, TINY, rate_per_s)
-    found: Floats = -np.expm1(-rate * time_s) / rate
+    """(1 − exp(−kt))/k [s], t itself where k is next to nothing."""
+    found: Floats = np.expm1(-rate_per_s * time_s) / -rate_per_s
     return found
 
 
@@ -189,24 +193,6 @@ def _turn(slope: Floats, weight: Floats, rate_per_s: Floats) -> Floats:
     """Where slope · t + weight · (1 − exp(−kt))/k turns [s]; NaN or infinite if nowhere."""
     found: Floats = -np.log(-slope / weight) / rate_per_s
     return found
-
-
-def may_fail(rows: Rows, x_top: Floats, y_top: Floats) -> Booleans:
-    """Which rows fall below 0 for some x, y up to the tops, as far as their terms tell one by one.
-
-    One a row, over all programmes.
-    """
-    V, W = levelled(rows.rate_x_per_s, x_top), levelled(rows.rate_y_per_s, y_top)
-    least = rows.a.copy()
-    for weight, most in (
-        (rows.b, x_top),
-        (rows.c, V),
-        (rows.d, y_top),
-        (rows.e, W),
-        (rows.f, V * W),
-    ):
-        least += np.minimum(weight, 0.0) * most
-    return np.asarray((least < 0.0).any(axis=1))
 
 
 def falling(rows: Rows, x_top: Floats, y_top: Floats) -> tuple[Booleans, Booleans, Booleans]:
@@ -236,6 +222,9 @@ def rows_of(
 ) -> Rows:
     """Rows from forms in the unknowns x and y, which is None if there is none.
 
+    Those that cannot fall below 0 for x and y up to their reach, as far as their terms tell one by
+    one, are left out.
+
     Parameters
     ----------
     forms, sizes
@@ -256,33 +245,42 @@ def rows_of(
     for form in forms:
         rates |= form.rates_per_s
     kx, ky = (
-        np.broadcast_to(np.asarray(rates.get(name or "", 0.0), dtype=float), programmes)
-        for name in (x, y)
+        np.broadcast_to(np.where(rate == 0.0, TINY, rate), programmes)
+        for rate in (rates.get(name or "", 0.0) for name in (x, y))
     )
-    reach = np.broadcast_to(np.asarray(reach_s, dtype=float), programmes)
-    V, W = levelled(kx, reach), levelled(ky, reach)
-    monomials = {CONSTANT: np.ones(programmes), _monomial((x, "time")): reach}
-    monomials[_monomial((x, "levelling"))] = V
+    V, W = levelled(kx, reach_s), levelled(ky, reach_s)
+    most = {CONSTANT: 1.0, _monomial((x, "time")): reach_s, _monomial((x, "levelling")): V}
     if y is not None:
-        monomials |= {_monomial((y, "time")): reach, _monomial((y, "levelling")): W}
-        monomials[_monomial((x, "levelling"), (y, "levelling"))] = V * W
-    table = np.zeros((6, len(forms), programmes))
-    for place, monomial in enumerate(monomials):
-        for row, form in enumerate(forms):
-            if monomial in form.terms:
-                table[place, row] = form.terms[monomial]
-    most = np.stack(list(monomials.values()))
-    size = (np.abs(table[: len(most)]) * most[:, None]).sum(axis=0)
-    for row, form in enumerate(forms):
-        for monomial in form.terms.keys() - monomials.keys():
-            if np.any(np.abs(form.terms[monomial]) * reach**2 > ROUNDING * size[row]):
-                words = " times ".join(f"{kind} of {name}" for name, kind in sorted(monomial))
-                raise NotExponentialError(f"it holds {words}")
-    sides = np.array([np.broadcast_to(each, programmes) for each in sizes])
-    # Never more than a check of the answer outside the engine admits.
-    table[0] += np.minimum(ROUNDING * (size + sides), 0.5 * TOLERANCE * np.maximum(1.0, sides))
+        most |= {_monomial((y, "time")): reach_s, _monomial((y, "levelling")): W}
+        most[_monomial((x, "levelling"), (y, "levelling"))] = V * W
+    kept = []
+    for form, side in zip(forms, sizes, strict=True):
+        highest = {each: c * most[each] for each, c in form.terms.items() if each in most}
+        size = sum(map(np.abs, highest.values()))
+        _refuse_others(form, highest, reach_s, size)
+        # Never more than a check of the answer outside the engine admits.
+        allowance = np.minimum(ROUNDING * (size + side), 0.5 * TOLERANCE * np.maximum(1.0, side))
+        constant = highest.pop(CONSTANT, 0.0) + allowance
+        least = sum((np.minimum(each, 0.0) for each in highest.values()), constant)
+        if not np.all(least >= 0.0):
+            kept.append({**form.terms, CONSTANT: constant})
+    table = np.zeros((6, len(kept), programmes))
+    for row, terms in enumerate(kept):
+        for place, monomial in enumerate(most):
+            if monomial in terms:
+                table[place, row] = terms[monomial]
     a, b, c, d, e, f = table
     return Rows(a, b, c, d, e, f, kx, ky)
+
+
+def _refuse_others(
+    form: Exponential, known: Mapping[Monomial, Any], reach_s: Any, size: Any
+) -> None:
+    """Refuse a form with terms that rows do not have, unless they are rounding alone."""
+    for monomial in form.terms.keys() - known.keys():
+        if np.any(np.abs(form.terms[monomial]) * reach_s**2 > ROUNDING * size):
+            words = " times ".join(f"{kind} of {name}" for name, kind in sorted(monomial))
+            raise NotExponentialError(f"it holds {words}")
 
 
 def _monomial(*factors: Factor) -> Monomial:

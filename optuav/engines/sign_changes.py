@@ -16,52 +16,73 @@ import numpy.typing as npt
 
 Numbers: TypeAlias = npt.NDArray[np.intp]
 Floats: TypeAlias = npt.NDArray[np.float64]
-Margin: TypeAlias = Callable[[Floats, Any], Floats]
-"""Values at one point of each of the intervals with the given numbers."""
+Margin: TypeAlias = Callable[[Floats], Floats]
+"""Values at one point of each interval."""
+Margins: TypeAlias = Callable[[Any], Margin]
+"""The margin of some of the intervals, told by their numbers or a slice."""
+Ends: TypeAlias = tuple[Floats, Floats]
+"""A point of each interval, and the margins there."""
 
 MOST_STEPS = 200
 
 
-def close_in(margin: Margin, holds: Floats, fails: Floats, width: float) -> tuple[Floats, Floats]:
+@np.errstate(divide="ignore", invalid="ignore")
+def close_in(margins: Margins, holds: Ends, fails: Ends, width: float) -> tuple[Floats, Floats]:
     """Neighbours at most a width apart, of which one holds (margin ≥ 0) and the other does not.
 
     Inverse quadratic interpolation where three points allow it, else halving: [1]_.
 
     Parameters
     ----------
-    margin
-        Changes sign between the two ends of every interval.
+    margins
+        Change sign between the two ends of every interval.
     holds, fails
-        The ends, in either order.
+        The ends, in either order, with the margins there.
     width
         Largest distance of the ends that are returned.
     """
-    new, other = holds.copy(), fails.copy()
-    at_new, at_other = margin(new, slice(None)), margin(other, slice(None))
-    share = at_new / (at_new - at_other)
+    (x1, f1), (x2, f2) = holds, fails
+    held, failed = x1.copy(), x2.copy()
+    open_: Any = slice(None)
+    margin = margins(open_)
+    span, share = x2 - x1, f1 / (f1 - f2)
     for _ in range(MOST_STEPS):
-        wide = np.flatnonzero(np.abs(other - new) > width)
-        if not len(wide):
+        wide = np.abs(span) > width
+        count = np.count_nonzero(wide)
+        if not count:
             break
-        x1, x2, f1, f2 = new[wide], other[wide], at_new[wide], at_other[wide]
-        least = 0.5 * width / np.abs(x2 - x1)
-        x = x1 + np.clip(share[wide], least, 1.0 - least) * (x2 - x1)
-        f = margin(x, wide)
+        if 2 * count < len(wide):  # until then, those that are done go on in company
+            _store(held, failed, open_, x1, x2, f1)
+            open_ = np.flatnonzero(wide) if isinstance(open_, slice) else open_[wide]
+            margin = margins(open_)
+            x1, x2, f1, f2, span, share = (each[wide] for each in (x1, x2, f1, f2, span, share))
+        least = np.minimum(0.5 * width / np.abs(span), 0.5)
+        x = x1 + np.minimum(np.maximum(share, least), 1.0 - least) * span
+        f = margin(x)
         same = (f >= 0.0) == (f1 >= 0.0)
         x3, f3 = np.where(same, x1, x2), np.where(same, f1, f2)
         x2, f2 = np.where(same, x2, x1), np.where(same, f2, f1)
-        new[wide], other[wide] = x, x2
-        at_new[wide], at_other[wide] = f, f2
-        share[wide] = _share(x, x2, x3, f, f2, f3)
-    held = at_new >= 0.0
-    return np.where(held, new, other), np.where(held, other, new)
+        x1, f1 = x, f
+        span = x2 - x1
+        share = _share(span, x3 - x1, f1, f2, f3)
+    _store(held, failed, open_, x1, x2, f1)
+    return held, failed
 
 
-@np.errstate(divide="ignore", invalid="ignore")
-def _share(x1: Floats, x2: Floats, x3: Floats, f1: Floats, f2: Floats, f3: Floats) -> Floats:
-    """Where to look next, as a share of the way from x1 to x2."""
-    xi, phi = (x1 - x2) / (x3 - x2), (f1 - f2) / (f3 - f2)
+def _store(held: Floats, failed: Floats, which: Any, x1: Floats, x2: Floats, f1: Floats) -> None:
+    """Put the ends of some intervals where they belong."""
+    holds = f1 >= 0.0
+    held[which], failed[which] = np.where(holds, x1, x2), np.where(holds, x2, x1)
+
+
+def _share(x21: Floats, x31: Floats, f1: Floats, f2: Floats, f3: Floats) -> Floats:
+    """Where to look next, as a share of the way x21 from point 1 to point 2.
+
+    Numbers that are none count as no interpolation.
+    """
+    f21, f31 = f2 - f1, f3 - f1
+    f23 = f21 - f31
+    xi, phi = x21 / (x21 - x31), f21 / f23
     quadratic = (phi**2 < xi) & ((1.0 - phi) ** 2 < 1.0 - xi)
-    share = f1 / (f2 - f1) * f3 / (f2 - f3)
-    share = share + (x3 - x1) / (x2 - x1) * f1 / (f3 - f1) * f2 / (f3 - f2)
+    share = f1 / f23 * (f3 / f21 - x31 / x21 * f2 / f31)
     return np.where(quadratic, share, 0.5)

@@ -117,17 +117,25 @@ class Stretch(NamedTuple):
     tilt_As: Quantity
 
 
-def compose(battery: Battery, phases: Iterable[Phase]) -> Stretch:
-    """Phases of constant current as one `Stretch`; figures may be arrays."""
-    whole = Stretch(0.0, 1.0, 0.0)
-    for phase in phases:
-        part = _stretch(battery, phase)
-        whole = Stretch(
-            whole.charge_As + part.charge_As,
-            whole.remaining * part.remaining,
-            whole.tilt_As * part.remaining + part.tilt_As,
-        )
-    return whole
+def compose(battery: Battery, phases: Phase) -> Stretch:
+    """Phases of constant current, one after another, as one `Stretch`.
+
+    Parameters
+    ----------
+    battery
+        The battery.
+    phases
+        Currents [A] and durations [s] (phase, …), at least one phase.
+    """
+    current_A, duration_s = np.asarray(phases.current_A), np.asarray(phases.duration_s)
+    left_s = np.cumsum(duration_s[::-1], axis=0)[::-1]
+    remaining, integral_s = levelling(battery, left_s)
+    integral_s[:-1] -= integral_s[1:]
+    return Stretch(
+        (current_A * duration_s).sum(axis=0),
+        remaining[0],
+        (1.0 - battery.available_fraction) * (current_A * integral_s).sum(axis=0),
+    )
 
 
 def _stretch(battery: Battery, phase: Phase) -> Stretch:

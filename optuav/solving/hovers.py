@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+import math
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from itertools import compress, pairwise, zip_longest
 from typing import Any, Literal, NamedTuple, TypeAlias
 
 import numpy as np
@@ -113,13 +115,22 @@ def longest_hovers(
     for first in range(0, count, AT_ONCE):
         here = slice(first, min(first + AT_ONCE, count))
         cut = {name: _cut(each, here) for name, each in figures.items()}
-        parts = [[battery.Phase(*(_cut(v, here) for v in phase)) for phase in leg] for leg in flown]
+        parts = [_table(leg, here) for leg in flown]
         found[:, here] = _bracket(parts, STAYS[stays], cut, here.stop - first, shortest_rest)
     return Hovers(*found.reshape(3, *shape))
 
 
 def _cut(figure: Floats, here: slice) -> Any:
     return figure.ravel()[here] if figure.ndim else float(figure)
+
+
+def _table(leg: Leg, here: slice) -> battery.Phase:
+    """Currents and durations of some of the itineraries on a leg (phase, itinerary)."""
+    table = np.empty((2, len(leg), here.stop - here.start))
+    for place, phase in enumerate(leg):
+        for kind, figure in enumerate(phase):
+            table[kind, place] = _cut(figure, here)
+    return battery.Phase(*table)
 
 
 def _shape(legs: Sequence[Leg], stays: str, figures: Mapping[str, Floats]) -> tuple[int, ...]:
@@ -139,7 +150,9 @@ def _shape(legs: Sequence[Leg], stays: str, figures: Mapping[str, Floats]) -> tu
     if len(shapes) > 1:
         faults.append(Fault("shapes", ", ".join(map(str, shapes)), "one shape for all arrays"))
     faults += [
-        Fault(name, "NaN", "a number") for name, each in every.items() if np.isnan(each).any()
+        Fault(name, "NaN", "a number")
+        for name, each in every.items()
+        if math.isnan(np.vdot(each, each))
     ]
     if faults:
         raise InputError(faults)
@@ -147,15 +160,14 @@ def _shape(legs: Sequence[Leg], stays: str, figures: Mapping[str, Floats]) -> tu
 
 
 def _bracket(
-    legs: Sequence[Leg],
+    legs: Sequence[battery.Phase],
     stays: Sequence[str],
     figures: Mapping[str, Any],
     count: int,
     shortest_rest: bool,
 ) -> Floats:
-    phases = [phase for leg in legs for phase in leg]
-    flight_s = sum(phase.duration_s for phase in phases)
-    charge_As = -sum(phase.current_A * phase.duration_s for phase in phases)
+    flight_s = sum(leg.duration_s.sum(axis=0) for leg in legs)
+    charge_As = -sum((leg.current_A * leg.duration_s).sum(axis=0) for leg in legs)
     unused: dict[str, Any] = dict.fromkeys(UNUSED, np.nan)
     given = Quantities(
         packs=1.0,
@@ -165,7 +177,8 @@ def _bracket(
         **figures,
         **unused,
     )
-    given = _with_steps(given, legs, stays)
+    steps, telling = _steps(given, legs, stays)
+    given = replace(given, steps=steps)
     hover, rest = unknown("hover"), unknown("rest") if given.rests else None
     forms, sizes = [], []
     stayed = hover if rest is None else hover + rest
@@ -175,7 +188,7 @@ def _bracket(
         PERSPECTIVES[AVAILABLE](given, hover, 0.0 if rest is None else rest) - given.min_soc
     )
     sizes.append(1.0)
-    for _, limit in well_limits(given, hover, rest):
+    for _, limit in compress(well_limits(given, hover, rest), telling):
         margin = limit.left - limit.right if limit.sense == ">=" else limit.right - limit.left
         forms.append(margin if isinstance(margin, Exponential) else Exponential({CONSTANT: margin}))
         sizes.append(1.0)
@@ -197,23 +210,33 @@ UNUSED = (
 """Quantities that this perspective does not speak of."""
 
 
-def _with_steps(given: Quantities, legs: Sequence[Leg], stays: Sequence[str]) -> Quantities:
-    """Legs as stretches at whose ends alone the available well has to be looked at."""
+def _steps(
+    given: Quantities, legs: Sequence[battery.Phase], stays: Sequence[str]
+) -> tuple[tuple[Any, ...], list[bool]]:
+    """What happens on the way, and which limits of the wells the others do not imply.
+
+    Where y1 falls all along what comes next, the end of that tells more: so phases of a leg are
+    taken together, and before them there is no need to look. Who only drains does not pass full,
+    who only charges does not run dry.
+    """
     whole = pool(given)
+    current_A = {"hover": -given.hover_current_A, "rest": given.rest_current_A}
     steps: list[Any] = []
-    for leg, stay in zip(legs, (*stays, None), strict=True):
-        steps += [battery.compose(whole, run) for run in _falling_runs(whole, leg)]
-        steps += [stay] if stay else []
-    return replace(given, steps=tuple(steps))
-
-
-def _falling_runs(whole: battery.Battery, leg: Leg) -> Iterator[list[battery.Phase]]:
-    """The leg cut where y1 may rise again, so that within a run it is least at the end."""
-    run: list[battery.Phase] = []
-    for phase in leg:
-        if run and not np.all(battery.falls_throughout(whole, phase.current_A)):
-            yield run
-            run = []
-        run.append(phase)
-    if run:
-        yield run
+    falls: list[bool] = []
+    for leg, stay in zip_longest(legs, stays):
+        falling = battery.falls_throughout(whole, leg.current_A).all(axis=1)
+        starts = [k for k, fell in enumerate(falling.tolist()) if k == 0 or not fell]
+        for first, last in pairwise([*starts, len(falling)]):
+            run = battery.Phase(leg.current_A[first:last], leg.duration_s[first:last])
+            steps.append(battery.compose(whole, run))
+            falls.append(bool(falling[first]))
+        if stay:
+            steps.append(stay)
+            falls.append(bool(np.all(battery.falls_throughout(whole, current_A[stay]))))
+    telling = []
+    for step, next_falls in zip(steps, [*falls[1:], False], strict=True):
+        stay_A = current_A[step] if isinstance(step, str) else None
+        telling.append(not next_falls and (stay_A is None or bool(np.any(stay_A < 0.0))))
+        if stay_A is not None:
+            telling.append(bool(np.any(stay_A > 0.0)))
+    return tuple(steps), telling
