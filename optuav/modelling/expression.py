@@ -171,6 +171,11 @@ class Relation:
     sense: Sense
     right: Operand
 
+    @property
+    def sides(self) -> tuple[Operand, Operand]:
+        """Left and right."""
+        return self.left, self.right
+
     def __bool__(self) -> bool:
         raise TypeError("a relation has no truth value; hand it to Model.subject_to")
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from formulations.perspectives import AVAILABLE
-from optuav.engines.capabilities import need, takers
+from optuav.engines.capabilities import CAPABILITIES, need, takers
 from optuav.engines.solution import Solution
 from optuav.errors import InputError
 from optuav.modelling import Model
@@ -12,6 +12,8 @@ from optuav.solving.question import AUTO, Question
 
 GRID = "grid"
 """The engine of slots, and of slots only."""
+LINEAR_ONLY = tuple(each.name for each in CAPABILITIES if not each.nonlinear)
+"""The engines for which a perspective of the paper has to be asked."""
 
 
 def chosen_engine(model: Model, asked: Question) -> str:
@@ -48,7 +50,8 @@ def refuse_unfit(found: Traits, asked: Question) -> None:
     try:
         need(asked.engine, found, asked.slot_s is not None)
     except InputError as error:
-        if asked.perspective != AVAILABLE or found.linear:
+        beyond_it = asked.engine in LINEAR_ONLY and not found.linear
+        if asked.perspective != AVAILABLE or not beyond_it:
             raise
         words = "The perspectives of the paper are linear: perspective battery, for example"
         raise InputError(f"{error}. {words}") from None

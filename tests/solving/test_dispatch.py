@@ -160,3 +160,11 @@ def test_a_program_gives_the_whole_solution_too() -> None:
         load("paper").replace({"limits.deadline_s": 60}), "P3", perspective="battery"
     ).solution()
     assert late.status == "infeasible"
+
+
+def test_another_perspective_is_proposed_to_engines_of_linear_models_only() -> None:
+    """With slots, casadi takes no perspective; the grid takes this one."""
+    with pytest.raises(InputError, match="perspective battery, for example"):
+        solve("paper", "P3", engine="closed-form")
+    with pytest.raises(InputError, match=r"do: grid$"):
+        solve("paper", "P3", engine="casadi", slot_s=50.0)
