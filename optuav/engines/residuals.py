@@ -96,5 +96,5 @@ def _violation(rows: Checks) -> float:
 
 
 def _largest(amounts: Sequence[Any]) -> float:
-    """The largest of some amounts; NaN where one is NaN."""
-    return float(np.max(amounts))
+    """The largest of some amounts; NaN where one is NaN, and 0 without a sign."""
+    return float(np.max(amounts)) + 0.0

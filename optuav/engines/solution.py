@@ -16,6 +16,7 @@ from optuav.engines.sensitivity import ShadowPrice, prices_at_a_kink, prices_of
 from optuav.errors import SolverError
 from optuav.modelling.check import check
 from optuav.modelling.model import Model
+from optuav.modelling.table import table
 from optuav.status import Status
 
 
@@ -72,6 +73,28 @@ class Solution:
         if len(self.statuses) == 1:
             said = f"{self.status.value}, objective {self.objective[0]:.6g}"
         return f"<Solution by {self.engine}: {said}>"
+
+    def __str__(self) -> str:
+        if len(self.statuses) != 1 or not self.status.has_answer:
+            return repr(self)
+        values = ", ".join(
+            f"{each.symbol} = {self.values[each.name][0]:.6g} {each.unit}".removesuffix(" 1")
+            for each in self.model.variables
+        )
+        lacks = self.residuals()._asdict().items()
+        rows = [("constraint", "slack", "multiplier", "")]
+        for label, slack in self.slacks.items():
+            weight = f"{self.multipliers[label][0]:.6g}" if label in self.multipliers else ""
+            binds = label in self.binding_labels(0)
+            rows.append((label, f"{slack[0]:.6g}", weight, "binds" if binds else ""))
+        return "\n".join(
+            [
+                f"{self.status.value} by {self.engine} ({self.proof})",
+                f"{self.model.sense} {self.objective[0]:.6g} at {values}",
+                table(rows),
+                ", ".join(f"{name} {amount:.1g}" for name, amount in lacks),
+            ]
+        )
 
     def point(self, index: int) -> dict[str, float]:
         """Values of the variables in the answer to a programme.

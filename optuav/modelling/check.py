@@ -11,11 +11,11 @@ import numpy as np
 from optuav.errors import Fault, InputError
 from optuav.modelling.expression import Sense, evaluate
 from optuav.modelling.model import Constraint, Model
+from optuav.modelling.table import table
 
 TOLERANCE = 1e-9
 """A constraint holds if it is short by no more than this, relative to max(1, |right side|)."""
 SIGNS: Mapping[Sense, str] = {"<=": "≤", ">=": "≥", "==": "="}
-GAP = "  "
 
 
 @dataclass(frozen=True)
@@ -73,13 +73,7 @@ class Checks(tuple[Check, ...]):
 
     def __str__(self) -> str:
         heads = ("constraint", "left and right", "verdict", "declared at")
-        rows = [heads, *(row.cells for row in self)]
-        widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
-        padded = (
-            GAP.join(f"{cell:<{width}}" for cell, width in zip(row, widths, strict=True))
-            for row in rows
-        )
-        return "\n".join(line.rstrip() for line in padded)
+        return table([heads, *(row.cells for row in self)])
 
     __repr__ = __str__
 

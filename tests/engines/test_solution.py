@@ -116,3 +116,18 @@ def test_what_is_no_number_is_not_taken_for_feasible() -> None:
 def test_residuals_of_no_answer_cannot_be_read() -> None:
     with pytest.raises(SolverError, match="infeasible"):
         two_answers(3.0).residuals(1)
+
+
+def test_a_solution_prints_its_constraints_and_what_it_lacks() -> None:
+    """One programme with an answer as a table; any other in a line."""
+    found = replace(corner(4.0, {"above": 0.5}), binding={"above": np.array([True])})
+    assert str(found).splitlines() == [
+        "optimal by t ()",
+        "maximise 8 at x = 4 s",
+        "constraint   slack  multiplier",
+        "above        0      0.5         binds",
+        "below        7",
+        "bounds of x  4",
+        "violation 0, sign 0, complementarity 0, stationarity 0.5",
+    ]
+    assert str(two_answers(3.0)) == "<Solution by test: 1 optimal, 1 infeasible>"

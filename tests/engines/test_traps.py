@@ -120,6 +120,20 @@ def test_ipopt_keeps_every_constraint_here(order: str, deadline_s: float) -> Non
     assert min(left_s - hover_s - rest_s, (allowed_As - drawn_As) / 100.0) < 1e-4
 
 
+def test_point_that_ipopt_calls_solved_is_evaluated_again(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Beyond the charge by half a second of hover: no answer, whatever it says."""
+    compiled = smooth.Compiled(p4())
+    honest = smooth._run
+
+    def beyond(programme: Any, arguments: Any) -> Any:
+        answer, word = honest(programme, arguments)
+        return {**answer, "x": answer["x"] * (1.0 + 5e-3)}, word
+
+    monkeypatch.setattr(smooth, "_run", beyond)
+    with pytest.raises(SolverError, match="casadi found no answer"):
+        compiled.solve({})
+
+
 @pytest.mark.parametrize("engine", CONTINUOUS)
 def test_infeasible_is_said_with_its_proof(engine: str) -> None:
     """Global where a theorem says so, local where IPOPT found no way in."""
