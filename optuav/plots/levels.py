@@ -70,7 +70,9 @@ def tanks(plan: Plan) -> list[Axes]:
         lowest = min(0.0, *(min(each.available, each.bound) for each in shown))
         highest = max(1.0, *(max(each.available, each.bound) for each in shown))
         figure.suptitle(
-            f"{printed(plan.mission.name)}: the wells of the battery", x=0.02, ha="left"
+            f"{printed(plan.mission.name)}: the wells of the battery, {plan.perspective}",
+            x=0.02,
+            ha="left",
         )
         for ax in grid.flat[len(shown) :]:
             ax.set_axis_off()

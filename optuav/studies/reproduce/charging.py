@@ -20,8 +20,9 @@ POINTS = 101
 
 
 def charging(mission: Mission) -> Iterator[Exhibit]:
-    """Two pictures: the energy, and the efficiency."""
-    if mission.laser is None:
+    """Two pictures: the energy, and the efficiency; none where the mission states the charging."""
+    stated = mission.flight.model == "regimes" and mission.flight.charge_power_W is not None
+    if mission.laser is None or stated:
         return
     distance_m = np.linspace(0.0, FARTHEST_M, POINTS)
     sources_W = sorted({*SOURCES_W, mission.laser.power_W})

@@ -96,7 +96,7 @@ def _beside_the_paper(mission: Mission) -> Exhibit:
         cells = slice(5 * number, 5 * number + 5)
         row, values = entries[cells], ours[cells]
         name = row[0].statement.how.removeprefix("(P3), ").removesuffix(", slots of 1 s")
-        rows.append((f"paper: {name}", *(each.statement.stated for each in row)))
+        rows.append((f"printed: {name}", *(each.statement.stated for each in row)))
         pairs = list(zip(row, values, strict=True))
         rows.append(("   ours", *(each.shown(value) for each, value in pairs)))
         for column, (each, value) in enumerate(pairs, start=1):

@@ -72,6 +72,16 @@ def deadline(mission: Mission) -> str:
     return f"T_max = {mission.limits.deadline_s:g} s"
 
 
+def number(value: float, digits: int) -> str:
+    """A number in a sentence: a minus for its sign, and none where it rounds to 0."""
+    return f"{round(value, digits) + 0.0:.{digits}f}".replace("-", "\N{MINUS SIGN}")
+
+
+def sentence(words: str) -> str:
+    """Words with a capital and a full stop."""
+    return f"{words[:1].upper()}{words[1:].removesuffix('.')}."
+
+
 def percent(share: float | None) -> float | None:
     """A share in percent."""
     return None if share is None else 100.0 * share

@@ -65,4 +65,7 @@ def best(mission: Mission, words: str, deadline_s: float) -> Plan:
 
 
 def _stays(plan: Plan) -> list[str]:
-    return [f"{stop.kind} {stop.at} {stop.duration_s:.2f} s" for stop in plan.stops]
+    return [
+        f"{stop.kind if stop.kind == stop.at else f'{stop.kind} {stop.at}'} {stop.duration_s:.2f} s"
+        for stop in plan.stops
+    ]

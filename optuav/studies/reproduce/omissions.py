@@ -10,7 +10,7 @@ from optuav.plan import Plan
 from optuav.plots.charge import course
 from optuav.plots.files import modelled_leg
 from optuav.solving import solve
-from optuav.studies.reproduce.exhibit import Exhibit
+from optuav.studies.reproduce.exhibit import Exhibit, number
 from optuav.studies.reproduce.perspectives import OURS, deadlines_s
 
 
@@ -22,7 +22,7 @@ def runs_dry(mission: Mission) -> Iterator[Exhibit]:
     level = 100.0 * plan.phases[-1].available_As[0] / float(vehicle.pool(mission).capacity_As)
     findings = [
         f"η1 = {100.0 * (plan.soc or {})['battery']:.2f} % is left, but the available well ends at "
-        f"{level:.1f} % of the capacity."
+        f"{number(level, 1)} % of the capacity."
     ]
     if plan.runs_dry_s is not None:
         findings.append(f"It is empty at {plan.runs_dry_s:.2f} s of {plan.mission_time_s:.2f} s.")

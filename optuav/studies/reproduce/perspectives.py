@@ -8,6 +8,7 @@ from formulations.perspectives import PAPER
 from optuav import plots
 from optuav.mission import Mission
 from optuav.plots.comparison import Bar
+from optuav.plots.map import WORDS
 from optuav.solving import solve
 from optuav.studies.curves.settings import DEADLINES_S
 from optuav.studies.reproduce.exhibit import Exhibit, caption, deadline, is_papers, percent
@@ -92,7 +93,7 @@ def _findings(shown: Sequence[Bar]) -> Iterator[str]:
         }
         if "optimal" in own:
             best = [
-                name
+                WORDS[name]
                 for name, hover_s in own.items()
                 if name != "optimal" and hover_s >= own["optimal"] - 1e-6
             ]

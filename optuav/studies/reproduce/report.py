@@ -95,7 +95,7 @@ def _fit(entries: Ledger) -> Iterator[Block]:
     yield Paragraph(
         f"Of the {len(found)} cells of Table II {fitted + predicted} show their printed digits by "
         f"`paper-table2`: {fitted} were used in the fit, {predicted} are predicted. {within} more "
-        "miss the last digit by less than the rounding of what was fitted leaves open: with "
+        "miss the last digit by less than the fit leaves open, as what it met was rounded: with "
         f"{flight_W} W in flight and {hover_W} W in hover all {fitted + predicted + within} show "
         f"theirs. The other {ruled_out} cannot, whatever the loads."
     )

@@ -8,7 +8,7 @@ from optuav import plots
 from optuav.mission import Mission
 from optuav.plots.levels import moments
 from optuav.solving import solve
-from optuav.studies.reproduce.exhibit import Exhibit, caption, percent
+from optuav.studies.reproduce.exhibit import Exhibit, caption, number, percent, sentence
 from optuav.studies.reproduce.perspectives import COUNTED
 
 
@@ -37,8 +37,8 @@ def wells(mission: Mission) -> Iterator[Exhibit]:
                 for each in levels
             ],
             (
-                f"The available well ends at {100.0 * levels[-1].available:.1f} % of its full "
-                f"charge, the bound well at {100.0 * levels[-1].bound:.1f} %.",
-                *plan.warnings,
+                f"The available well ends at {number(100.0 * levels[-1].available, 1)} % of its "
+                f"full charge, the bound well at {number(100.0 * levels[-1].bound, 1)} %.",
+                *map(sentence, plan.warnings),
             ),
         )

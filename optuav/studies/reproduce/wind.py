@@ -8,7 +8,7 @@ from optuav import plots
 from optuav.mission import Mission
 from optuav.studies.curves.settings import HOVER_S
 from optuav.studies.curves.wind import AXES, calmest_N, hover_energy, limits_N
-from optuav.studies.reproduce.exhibit import Exhibit, caption
+from optuav.studies.reproduce.exhibit import Exhibit, caption, number
 
 
 def wind(mission: Mission) -> Iterator[Exhibit]:
@@ -34,10 +34,13 @@ def wind(mission: Mission) -> Iterator[Exhibit]:
             x_label="wind force $F_w$ [N]",
             y_label="hover and radio energy $E_{hv}$ [kJ]",
             marks=[
-                plots.Mark(level[0], f"{level[0]:.2f} N".replace("-", "\N{MINUS SIGN}")),
-                plots.Mark(up[0], f"{up[0]:.2f} N".replace("-", "\N{MINUS SIGN}")),
-                plots.Mark(level[1], f"{level[1]:.2f} N"),
-                plots.Mark(up[1], f"{up[1]:.2f} N"),
+                plots.Mark(force_N, f"${axis}$: {number(force_N, 2)} N")
+                for axis, force_N in (
+                    ("x, y", level[0]),
+                    ("z", up[0]),
+                    ("x, y", level[1]),
+                    ("z", up[1]),
+                )
             ],
         ),
         [
@@ -46,7 +49,7 @@ def wind(mission: Mission) -> Iterator[Exhibit]:
             for force_N, energy_J in zip(curve.force_N, curve.energy_J, strict=True)
         ],
         (
-            f"Level wind is held up to {level[1]:.4f} N, wind along z from {up[0]:.4f} to "
+            f"Level wind is held up to {level[1]:.4f} N, wind along z from {number(up[0], 4)} to "
             f"{up[1]:.4f} N; the energy is least at {calmest_N(curves['x']):g} N level and at "
             f"{calmest_N(curves['z']):g} N upwards, where the wind carries the weight.",
         ),
