@@ -3,7 +3,7 @@
 y1 ≥ 0 and y1 ≤ ωB at every moment hold if they hold at the end of every stretch of constant
 current: while one discharges, y1 is least at an end of it and stays below ωB; while one charges,
 y1 stays above 0 and is largest at an end. A leg is as many stretches as it has stages, and only
-charges in the stays.
+charges in the stays. Where charging tapers, nothing passes full.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ def well_limits(given: Quantities, hover: Any, rest: Any) -> Iterator[tuple[str,
     for moment, (step, level) in zip(moments(given.steps), levels(given, hover, rest), strict=True):
         share = level.available_As / given.battery_As
         yield f"not dry {moment}", Relation(share, ">=", 0.0)
-        if isinstance(step, str):
+        if isinstance(step, str) and not given.tapers:
             yield f"not past full {moment}", Relation(share, "<=", given.available_fraction)
 
 

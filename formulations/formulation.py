@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from dataclasses import dataclass, replace
-from typing import Any
+from functools import cached_property
+from typing import Any, Self
 
 from formulations.available import well_limits
 from formulations.perspectives import AVAILABLE, PERSPECTIVES
@@ -55,14 +56,19 @@ class Formulation(Quantities, ABC):
         Without a rest its current and power do not occur in the model.
         """
         if rest is None:
-            without = replace(self, rest_current_A=0.0, rest_received_W=0.0)
-            return without.soc_end(hover, 0.0)
+            return self._without_rest.soc_end(hover, 0.0)
         return PERSPECTIVES[self.perspective](self, hover, rest)
+
+    @cached_property
+    def _without_rest(self) -> Self:
+        return replace(self, rest_current_A=0.0, rest_received_W=0.0)
 
     def keep_wells(self, model: Model, label: str, hover: Any, rest: Any = None) -> None:
         """State that the battery never runs dry nor is overcharged; in `available` only."""
         if self.perspective != AVAILABLE:
             return
+        if rest is None:
+            return self._without_rest.keep_wells(model, label, hover, 0.0)
         for moment, relation in well_limits(self, hover, rest):
             model.subject_to(f"{label} {moment}", relation)
 
@@ -80,7 +86,8 @@ class Formulation(Quantities, ABC):
             each.name: symbol_for(each, getattr(given, each.name)) for each in QUANTITIES
         }
         declared = Model((cls.__doc__ or cls.__name__).strip().splitlines()[0].rstrip("."))
-        kept: dict[str, Any] = {"steps": steps_for(given.steps), "rests": given.rests}
+        kept: dict[str, Any] = {"steps": steps_for(given.steps)}
+        kept |= {"rests": given.rests, "tapers": given.tapers}
         symbolic = cls(**symbols, **kept, perspective=perspective, **more)
         symbolic.declare(declared)
         if not declared.variables:

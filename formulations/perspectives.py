@@ -6,10 +6,13 @@ Each is a function of the quantities, the hover time Δ [s] and the rest time T'
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from dataclasses import replace
 from typing import Any, TypeAlias
 
 from formulations.quantities import Quantities
+from formulations.taper import trends
 from formulations.wells import wells
+from optuav.modelling import Expression, Let
 
 Perspective: TypeAlias = Callable[[Quantities, Any, Any], Any]
 
@@ -38,6 +41,21 @@ def adjusted(given: Quantities, hover: Any, rest: Any) -> Any:
     )
 
 
+def stepwise(given: Quantities, hover: Any, rest: Any) -> Any:
+    """(y1 + y2)/B through both wells, which take all that they are given, as in `battery`."""
+    return wells(replace(given, tapers=False), hover, rest)
+
+
+def delivered(given: Quantities, hover: Any, rest: Any) -> Any:
+    """(y1 + y2)/B: charge balance, unless the battery takes less once it is full."""
+    if not given.tapers:
+        return battery(given, hover, rest)
+    end = wells(given, hover, rest)
+    if not isinstance(end, Expression):
+        return end
+    return Let("state of charge at the end", "η", "1", end, trends=trends(given, hover, rest))
+
+
 PAPER: tuple[str, ...] = ("battery", "energy", "adjusted")
 """The perspectives of the paper."""
 
@@ -48,6 +66,6 @@ PERSPECTIVES: Mapping[str, Perspective] = {
     "battery": battery,
     "energy": energy,
     "adjusted": adjusted,
-    "wells": wells,
-    AVAILABLE: battery,
+    "wells": stepwise,
+    AVAILABLE: delivered,
 }

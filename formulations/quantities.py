@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import MISSING, Field, dataclass, field, fields
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -57,6 +58,8 @@ class Quantities:
         What happens on the way: a `battery.Phase` for every stage of a leg, or a `battery.Stretch`
         for several, ``"hover"`` and ``"rest"`` for the stays. Read by the perspectives `wells` and
         `available` alone.
+    tapers
+        Whether the charging current falls once y1 = ωB, instead of driving y1 past it.
     rests
         Whether the route goes by way of a building, so that there is a rest time.
     """
@@ -87,7 +90,13 @@ class Quantities:
     max_altitude_m: Any = _quantity("z_max", "m", "limits.max_altitude_m", default=math.nan)
     end_gap_m: Any = _quantity("|w_1 − w_0| + |w_T − w_F|", "m", default=math.nan)
     steps: Sequence[Any] = ()
+    tapers: bool = False
     rests: bool = True
+
+    @cached_property
+    def known_levels(self) -> list[tuple[Any, Any, Any]]:
+        """Wells after every step, by Δ and T', as `formulations.wells.levels` has found them."""
+        return []
 
     @property
     def battery_As(self) -> Any:

@@ -6,17 +6,29 @@ whatever the wells do; but smooth in Δ and T', for engines that take such model
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from typing import Any
 
 from formulations.pool import pool
 from formulations.quantities import Quantities
+from formulations.taper import tapered, trends
 from optuav.modelling import Expression, Let
+from optuav.modelling.expression import Trend
 from optuav.physics import battery
 
 
-def levels(given: Quantities, hover: Any, rest: Any) -> Iterator[tuple[Any, battery.Wells]]:
-    """Every step of the itinerary with the wells after it, from a full battery."""
+def levels(given: Quantities, hover: Any, rest: Any) -> Sequence[tuple[Any, battery.Wells]]:
+    """Every step of the itinerary with the wells after it, from a full battery.
+
+    They are worked out once for the same times: what several constraints speak of is one tree.
+    """
+    known = given.known_levels
+    if not any(h is hover and r is rest for h, r, _ in known):
+        known.append((hover, rest, list(_levels(given, hover, rest))))
+    return next(steps for h, r, steps in known if h is hover and r is rest)
+
+
+def _levels(given: Quantities, hover: Any, rest: Any) -> Iterator[tuple[Any, battery.Wells]]:
     whole = pool(given)
     stays = {
         "hover": battery.Phase(-given.hover_current_A, hover),
@@ -28,23 +40,33 @@ def levels(given: Quantities, hover: Any, rest: Any) -> Iterator[tuple[Any, batt
             level, words = battery.along(whole, level, step), ""
         else:
             phase = stays[step] if isinstance(step, str) else step
-            level = battery.step(whole, level, phase)
+            if isinstance(step, str) and given.tapers:
+                level = tapered(whole, level, phase, step)
+            else:
+                level = battery.step(whole, level, phase)
             words = "" if isinstance(step, str) else "by eqs (15)-(16), a stage of flight"
-        level = _named(level, number, words)
+        level = _named(level, number, words, trends(given, hover, rest) if given.tapers else ())
         yield step, level
 
 
 def wells(given: Quantities, hover: Any, rest: Any) -> Any:
-    """(y1 + y2)/B after the steps of the itinerary, from a full battery."""
+    """(y1 + y2)/B after the steps of the itinerary, from a full battery, as far as it tapers."""
     *_, (_, last) = levels(given, hover, rest)
     return battery.state_of_charge(pool(given), last)
 
 
-def _named(level: battery.Wells, number: int, words: str) -> battery.Wells:
+def _named(level: battery.Wells, number: int, words: str, known: Sequence[Trend]) -> battery.Wells:
     """Names for the wells after a step, else each step would multiply the printed problem."""
     if not isinstance(level.available_As, Expression):
         return level
     return battery.Wells(
-        Let(f"available after step {number}", f"y1_{number}", "A s", level.available_As, words),
+        Let(
+            f"available after step {number}",
+            f"y1_{number}",
+            "A s",
+            level.available_As,
+            words,
+            known,
+        ),
         Let(f"bound after step {number}", f"y2_{number}", "A s", level.bound_As, words),
     )

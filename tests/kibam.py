@@ -27,6 +27,26 @@ class Kibam:
             level = self.y1 / self.capacity_As
             self.least, self.most = np.minimum(self.least, level), np.maximum(self.most, level)
 
+    def taper(self, current_A: float, time_s: Floats | float) -> None:
+        """A stretch in which the charger holds y1 once it is full, by halving for that moment."""
+        full_As, start = self.share * self.capacity_As, (self.y1, self.y2)
+        whole = np.asarray(time_s, dtype=float) + 0.0 * self.y1
+        low, high = np.zeros_like(whole), whole.copy()
+        for tried in (whole, *[None] * 60):
+            moment = 0.5 * (low + high) if tried is None else tried
+            self.y1, self.y2 = start
+            self._step(current_A, moment)
+            over = self.y1 > full_As
+            low, high = np.where(over, low, moment), np.where(over, moment, high)
+        self.y1, self.y2 = start
+        self._step(current_A, low)
+        bound_As = (1 - self.share) * self.capacity_As
+        held = (current_A > 0.0) & (low < whole)
+        fade = np.exp(-self.flow_per_s / (1 - self.share) * (whole - low))
+        self.y2 = np.where(held, bound_As - (bound_As - self.y2) * fade, self.y2)
+        self.y1 = np.where(held, full_As, self.y1)
+        self.least = np.minimum(self.least, self.y1 / self.capacity_As)
+
     def _step(self, current_A: float, time_s: Floats) -> None:
         c, k = self.share, self.flow_per_s
         rate = k / c + k / (1 - c)

@@ -2,7 +2,8 @@
 
 Takes models that look for the largest of at most two times, with constraints of the form that
 phases of constant current give (see `exponential_form`), linear ones among them. The answer comes
-with a time beyond which there is none; how, is told in `bracketing`.
+with a time beyond which there is none; how, is told in `bracketing`. Longest parts of times are
+taken whole at first; `tapered` tells what is left of the answer.
 """
 
 from __future__ import annotations
@@ -17,10 +18,12 @@ from optuav.engines.bracketing import largest, shortest
 from optuav.engines.exponential_form import Rows, rows_of, stated_forms
 from optuav.engines.multipliers import local_multipliers
 from optuav.engines.solution import Solution
+from optuav.engines.tapered import Tapered
 from optuav.errors import InputError
 from optuav.modelling.check import check, relations
 from optuav.modelling.exponential import CONSTANT, Exponential, Monomial
 from optuav.modelling.expression import Variable, leaves
+from optuav.modelling.longest import lifted, uncapped, without_parts
 from optuav.modelling.model import Model
 from optuav.status import Status
 
@@ -68,26 +71,36 @@ def solve(model: Model, programmes: int, values: Mapping[str, Any] | None = None
     first, *second = sorted(
         (each.name for each in model.variables), key=model.objective.name.__ne__
     )
-    rows, x_top, y_top, usable = stated(model, programmes, given, first, *second)
+    whole = uncapped(model)
+    rows, x_top, y_top, usable = stated(whole, programmes, given, first, *second)
     found = largest(rows, x_top, y_top)
+    tapered = None
+    if whole is not model:
+        others = stated(without_parts(model), programmes, given, first, *second).rows
+        tapered = Tapered(model, {**_values(model), **given}, others, x_top, y_top)
+        found = tapered.narrowed(found)
     codes = np.select(
         [~usable, np.isneginf(found.beyond), np.isnan(found.x), ~found.proved],
         [ERROR, INFEASIBLE, ERROR, FEASIBLE],
         OPTIMAL,
     )
     answered = (codes == OPTIMAL) | (codes == FEASIBLE)
-    found = found._replace(y=shortest(rows, found, y_top))
+    shortest_s = shortest(rows, found, y_top)
+    found = found._replace(y=tapered.shortest(found, shortest_s) if tapered else shortest_s)
     points = {
         name: np.where(answered, each, np.nan)
         for name, each in zip((first, *second), (found.x, found.y), strict=False)
     }
+    model, parts, silent = (smooth := lifted(model))
+    points |= smooth.shares({**_values(model), **given, **points}) if parts else {}
+    binding = _binding(model, {**given, **points}, answered)
     return Solution(
         engine=NAME,
         proof=PROOF if answered.any() else PROOF_OF_NONE,
         statuses=STATUSES[codes].tolist(),
         objective=points[first] + 0.0,
         values={each.name: points[each.name] for each in model.variables},
-        binding=_binding(model, {**given, **points}, answered),
+        binding={label: each for label, each in binding.items() if label not in silent},
         multipliers=_multipliers(model, given, points),
         beyond=np.where(usable, found.beyond, np.nan),
         words=[UNDECIDED if each else "" for each in usable & (codes == ERROR)],
@@ -147,6 +160,11 @@ def admits(these: Stated) -> Booleans:
     """Whether some times are known to satisfy all constraints, one a programme."""
     found = largest(these.rows, these.x_top, these.y_top)
     return np.asarray(these.usable & ~np.isnan(found.x))
+
+
+def _values(model: Model) -> dict[str, Any]:
+    """Values of all parameters of a model."""
+    return {name: each.value for name, each in model.given.items()}
 
 
 def _top(forms: Sequence[Exponential], name: str, programmes: int) -> Floats:

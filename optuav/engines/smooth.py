@@ -27,6 +27,7 @@ from optuav.engines.solution import Solution, stacked, unanswered
 from optuav.errors import InputError, SolverError
 from optuav.modelling.check import check, holding
 from optuav.modelling.expression import Operand, Relation, Variable, evaluate, fold, leaves
+from optuav.modelling.longest import lifted
 from optuav.modelling.model import Model
 from optuav.status import Status
 
@@ -173,7 +174,8 @@ class Compiled:
         with _told():
             import casadi
 
-        self.model = model
+        self.lifted = lifted(model)
+        self.model = model = self.lifted.model
         self.accuracy = accuracy
         self.iterations = iterations
         self.time_limit_s = time_limit_s
@@ -303,7 +305,8 @@ class Compiled:
             _span(lower[name], min(implied[name], upper[name]), upper[name]) for name in self.names
         ]
         first, scale = np.array(spans).reshape(-1, 2).T
-        shares = itertools.islice(itertools.product(SHARES, repeat=len(self.names)), MOST_STARTS)
+        free = len(self.names) - len(self.lifted.parts)
+        shares = itertools.islice(itertools.product(SHARES, repeat=free), MOST_STARTS)
         low = [-math.inf if each.sense == "<=" else 0.0 for each in self.relations]
         high = [math.inf if each.sense == ">=" else 0.0 for each in self.relations]
         return _Data(
@@ -312,9 +315,18 @@ class Compiled:
             np.array([lower[name] for name in self.names]),
             np.array([upper[name] for name in self.names]),
             scale,
-            [first / scale + np.array(share) for share in shares],
+            [self._start(share, first, scale, parameters) for share in shares],
             {"lbg": np.array(low), "ubg": np.array(high)},
         )
+
+    def _start(
+        self, shares: Sequence[float], first: Floats, scale: Floats, parameters: Mapping[str, Any]
+    ) -> Floats:
+        """A start at shares of the way between the bounds; parts of times as long as they can."""
+        free = (first + np.array([*shares, *[0.0] * len(self.lifted.parts)]) * scale).tolist()
+        point = dict(zip(self.names, free, strict=True))
+        point |= self.lifted.shares({**parameters, **point})
+        return np.array([point[name] for name in self.names]) / scale
 
     def _steepness(self, data: _Data) -> float:
         """What to divide the objective by, from its slope halfway between the bounds."""
@@ -329,7 +341,8 @@ class Compiled:
             # An interior point stops short of a bound that it was on its way to.
             reach = AT_BOUND * np.maximum(1.0, np.abs(bound))
             found = np.where(np.isfinite(bound) & (np.abs(found - bound) <= reach), bound, found)
-        return dict(zip(self.names, found.tolist(), strict=True))
+        point = dict(zip(self.names, found.tolist(), strict=True))
+        return point | self.lifted.shares({**data.parameters, **point})
 
     def _feasible(self, parameters: Mapping[str, Any], point: Mapping[str, float]) -> bool:
         return all(bool(row.satisfied) for row in check(self.model, {**parameters, **point}))
@@ -383,6 +396,8 @@ class Compiled:
         binding: dict[str, bool] = {}
         for row in rows:
             if not np.ndim(row.slack) and row.label not in multipliers:
+                continue
+            if row.label in self.lifted.silent:
                 continue
             tight = abs(float(row.slack)) <= 1e-7 * max(1.0, abs(float(row.right)))
             binding[row.label] = binding.get(row.label, False) or tight

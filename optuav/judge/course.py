@@ -13,6 +13,7 @@ from optuav.judge.wells import Follower
 from optuav.mission import Mission, vehicle
 from optuav.mission.flown import packs
 from optuav.physics.battery import Battery, Wells
+from optuav.physics.charging import holding_current
 from optuav.physics.packs import Load
 from optuav.physics.packs import Stretch as Carried
 from optuav.plan.trace import Event
@@ -20,6 +21,8 @@ from optuav.plan.trace import Event
 RUNS_DRY = "the available well runs dry"
 PAST_FULL = "charging drives the available well past full"
 NO_PACK = "no pack is left to fly on"
+FULL = 1e-12
+"""Share of the capacity by which rounding may leave a full well short [-]."""
 
 
 @dataclass(frozen=True)
@@ -35,9 +38,11 @@ class Stretch:
     start_s, duration_s
         When, counted from take-off, and for how long [s].
     currents_A
-        Into every pack [A], positive while charging.
+        Into every pack [A], positive while charging; what is offered to one that is held full.
     before
         Wells of every pack at its start [A s].
+    held
+        Whether the packs, used as one, are held full.
     """
 
     phase: int
@@ -46,6 +51,7 @@ class Stretch:
     duration_s: float
     currents_A: tuple[float, ...]
     before: tuple[Wells, ...]
+    held: bool = False
 
 
 @dataclass(frozen=True)
@@ -71,20 +77,58 @@ class Course:
 
 
 def pooled(mission: Mission, phases: Sequence[Phase], follower: Follower) -> Course:
-    """All packs as one battery, which takes what it is given, beyond empty and full too."""
-    pool = vehicle.pool(mission)
+    """All packs as one battery, which takes what it is given, beyond empty and full too.
+
+    Where charging tapers it takes no more than keeps it full.
+    """
+    pool, tapers = vehicle.pool(mission), mission.battery.charging == "taper"
     wells, stretches, ends = pool.full, list[Stretch](), list[tuple[Wells, ...]]()
+    number = 0
     for place, phase in enumerate(phases):
         for stage in phase.stages:
-            current_A, number = (stage.current_A,), len(stretches)
-            stretches.append(
-                Stretch(place, number, stage.start_s, stage.duration_s, current_A, (wells,))
-            )
-            after = follower.at(pool, wells, stage.current_A, np.array([0.0, stage.duration_s]))
-            wells = Wells(float(after.available_As[-1]), float(after.bound_As[-1]))
+            parts: tuple[tuple[float, bool], ...] = ((stage.duration_s, False),)
+            if tapers and stage.current_A > 0.0:
+                parts = _steady_and_held(pool, wells, stage, follower)
+            start_s = stage.start_s
+            for duration_s, held in parts:
+                stretch = Stretch(
+                    place, number, start_s, duration_s, (stage.current_A,), (wells,), held
+                )
+                wells = _after(pool, stretch, follower)
+                stretches.append(stretch)
+                start_s += duration_s
+            number += 1
         ends.append((wells,))
     events = tuple(_passed(pool, stretches, wells, follower))
     return Course(pool, tuple(stretches), tuple(ends), events)
+
+
+def _steady_and_held(
+    pool: Battery, wells: Wells, stage: Stage, follower: Follower
+) -> tuple[tuple[float, bool], ...]:
+    """The part of a stage at constant current, until y1 is full, and the part that holds it.
+
+    Rounding may leave y1 short of full, or past it: then the current tells whether it rises.
+    """
+    room_As = float(pool.full.available_As - wells.available_As)
+    full = room_As <= FULL * float(pool.capacity_As)
+    if full and holding_current(pool, wells) <= stage.current_A:
+        return ((0.0, False), (stage.duration_s, True))
+    full_s = follower.full_s(pool, wells, stage.current_A, stage.duration_s)
+    if full_s >= stage.duration_s:
+        return ((stage.duration_s, False),)
+    return ((full_s, False), (stage.duration_s - full_s, True))
+
+
+def _after(pool: Battery, stretch: Stretch, follower: Follower) -> Wells:
+    """Wells at the end of a stretch of packs used as one."""
+    moments_s = np.array([0.0, stretch.duration_s])
+    ((current_A,), (before,)) = stretch.currents_A, stretch.before
+    if stretch.held:
+        after = follower.held(pool, before, moments_s)
+    else:
+        after = follower.at(pool, before, current_A, moments_s)
+    return Wells(float(after.available_As[-1]), float(after.bound_As[-1]))
 
 
 def _passed(

@@ -15,6 +15,7 @@ from optuav.judge.phases import Phase, Stage
 from optuav.judge.wells import Follower
 from optuav.mission import Mission
 from optuav.physics.battery import Battery
+from optuav.physics.charging import holding_current
 from optuav.plan.trace import Floats, Trace
 
 POINTS = 65
@@ -65,10 +66,15 @@ def _piece(
 ) -> dict[str, Any]:
     """The rows of a stretch."""
     passed_s = np.linspace(0.0, stretch.duration_s, POINTS)
-    wells = [
-        follower.at(pack, before, current_A, passed_s)
-        for before, current_A in zip(stretch.before, stretch.currents_A, strict=True)
-    ]
+    current_A: Any = sum(stretch.currents_A)
+    if stretch.held:
+        wells = [follower.held(pack, before, passed_s) for before in stretch.before]
+        current_A = sum(holding_current(pack, each) for each in wells)
+    else:
+        wells = [
+            follower.at(pack, before, current, passed_s)
+            for before, current in zip(stretch.before, stretch.currents_A, strict=True)
+        ]
     available_As = np.stack([each.available_As for each in wells], axis=1)
     bound_As = np.stack([each.bound_As for each in wells], axis=1)
     share = (available_As + bound_As).sum(axis=1) / (len(wells) * pack.capacity_As)
@@ -80,7 +86,6 @@ def _piece(
         "phase": stretch.phase,
         "start_place": phase.start.name,
         "end_place": phase.end.name,
-        "current_A": sum(stretch.currents_A),
         "power_W": stage.power_W,
         "received_power_W": float(stage.received.power_W),
         "voltage_V": drawn_W / drawn_A if drawn_A else mission.battery.nominal_voltage_V,
@@ -89,6 +94,7 @@ def _piece(
         "time_s": stretch.start_s + passed_s,
         **motion(mission, phase, _since_phase(phase, stage, stretch))._asdict(),
         **{name: np.full(POINTS, value) for name, value in constant.items()},
+        "current_A": np.zeros(POINTS) + current_A,
         "available_As": available_As,
         "bound_As": bound_As,
         **states_of_charge(told.batteries_J, energies_J, share),

@@ -7,7 +7,7 @@ from typing import Any, Literal, NamedTuple, TypeAlias
 
 import numpy as np
 
-from optuav.physics import battery
+from optuav.physics import battery, charging
 from optuav.physics.battery import Battery, Wells
 from optuav.plan.trace import Floats
 
@@ -31,11 +31,14 @@ class Follower(NamedTuple):
     empty_s, full_s
         (battery, wells at the start, I [A], duration [s]) → moment [s] at which the available well
         falls below 0, or rises above ωB; ``inf`` if it does not within the duration.
+    held
+        (battery, wells at the start, moments [s]) → wells while the available one is held full.
     """
 
     at: Callable[[Battery, Wells, float, Floats], Wells]
     empty_s: Moment
     full_s: Moment
+    held: Callable[[Battery, Wells, Floats], Wells]
 
 
 def _exact_at(pool: Battery, wells: Wells, current_A: float, passed_s: Floats) -> Wells:
@@ -52,6 +55,11 @@ def _exact_full_s(pool: Battery, wells: Wells, current_A: float, duration_s: flo
     return moment_s if moment_s <= duration_s else np.inf
 
 
+def _exact_held(pool: Battery, wells: Wells, passed_s: Floats) -> Wells:
+    available_As, bound_As = charging.held(pool, wells, passed_s)
+    return Wells(np.full_like(passed_s, available_As), bound_As)
+
+
 def _integrated_at(pool: Battery, wells: Wells, current_A: float, passed_s: Floats) -> Wells:
     end_s = float(passed_s[-1])
     if end_s == 0.0:
@@ -65,6 +73,25 @@ def _integrated_empty_s(pool: Battery, wells: Wells, current_A: float, duration_
 
 def _integrated_full_s(pool: Battery, wells: Wells, current_A: float, duration_s: float) -> float:
     return _passing_s(pool, wells, current_A, duration_s, float(pool.full.available_As), 1.0)
+
+
+def _integrated_held(pool: Battery, wells: Wells, passed_s: Floats) -> Wells:
+    """(12) of the paper with y1 held, integrated: the charger makes up for what seeps away."""
+    from scipy.integrate import solve_ivp
+
+    available_As, bound_As = map(float, wells)
+    share, rate = pool.available_fraction, pool.flow_rate_per_s
+    end_s = max(float(passed_s[-1]), np.finfo(float).tiny)
+    found = solve_ivp(
+        lambda _, y: rate * (available_As / share - y / (1.0 - share)),
+        (0.0, end_s),
+        [bound_As],
+        t_eval=np.minimum(passed_s, end_s),
+        method="LSODA",
+        rtol=RELATIVE,
+        atol=ABSOLUTE * pool.capacity_As,
+    )
+    return Wells(np.full_like(passed_s, available_As), found.y[0])
 
 
 def _passing_s(
@@ -105,7 +132,9 @@ def _solve(pool: Battery, wells: Wells, current_A: float, end_s: float, **option
 
 
 FOLLOWERS: Mapping[Method, Follower] = {
-    "exact": Follower(_exact_at, _exact_empty_s, _exact_full_s),
-    "solve_ivp": Follower(_integrated_at, _integrated_empty_s, _integrated_full_s),
+    "exact": Follower(_exact_at, _exact_empty_s, _exact_full_s, _exact_held),
+    "solve_ivp": Follower(
+        _integrated_at, _integrated_empty_s, _integrated_full_s, _integrated_held
+    ),
 }
 """The closed form with halving for the moments, and SciPy's integration with events."""

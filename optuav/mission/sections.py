@@ -54,7 +54,7 @@ from optuav.mission.quantities import (
     Voltage,
     Wavelength,
 )
-from optuav.physics.schedules import SCHEDULES, Schedule
+from optuav.physics.schedules import SCHEDULES, Charging, Schedule
 
 SCHEMA = 1
 """Version of the format of a mission file."""
@@ -118,6 +118,7 @@ class Limits(Section):
     """Highest hover point z_max [m]."""
 
 
+_CHARGING = Allowed('one of "constant", "taper"')
 _SCHEDULE = Allowed(f"one of {', '.join(map(repr, SCHEDULES))}".replace("'", '"'))
 
 
@@ -136,6 +137,8 @@ class Battery(Section):
     """Rate k_F at which charge flows between the wells [1/s]; or state flow_rate_per_min."""
     charge_current_A: Current
     """Largest charging current I_ch [A]."""
+    charging: Annotated[Charging, _CHARGING] = "constant"
+    """Current near full: constant and never past full, or less and less once y1 is full."""
     schedule: Annotated[Schedule, _SCHEDULE] = "pooled"
     """Which pack carries a flight, a hover or a rest: all as one, or one while another charges."""
     period_s: Slot | None = None

@@ -7,9 +7,9 @@ library's symbols, or text.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any, Literal, TypeAlias, TypeVar
+from typing import Any, Literal, NamedTuple, TypeAlias, TypeVar
 
 import numpy as np
 from numpy.lib.mixins import NDArrayOperatorsMixin
@@ -48,9 +48,11 @@ class Expression(NDArrayOperatorsMixin):
 
 
 class Call(Expression):
-    """A ufunc applied to operands."""
+    """A ufunc, or a function that stands in for one, applied to operands."""
 
-    def __init__(self, ufunc: np.ufunc, arguments: tuple[Operand, ...]) -> None:
+    def __init__(
+        self, ufunc: np.ufunc | Callable[..., Any], arguments: tuple[Operand, ...]
+    ) -> None:
         self.ufunc = ufunc
         self.arguments = arguments
 
@@ -147,12 +149,21 @@ class Let(Expression):
         What it stands for.
     words
         What is printed instead of an expression that would fill a page.
+    trends
+        What is known of how it goes with the unknowns.
     """
 
     def __init__(
-        self, name: str, symbol: str, unit: str, expression: Operand, words: str = ""
+        self,
+        name: str,
+        symbol: str,
+        unit: str,
+        expression: Operand,
+        words: str = "",
+        trends: Sequence[Trend] = (),
     ) -> None:
         self.words = words
+        self.trends = trends
         self.name = name
         self.symbol = symbol
         self.unit = unit
@@ -180,10 +191,26 @@ class Relation:
         raise TypeError("a relation has no truth value; hand it to Model.subject_to")
 
 
+class Trend(NamedTuple):
+    """What a quantity is known to do wherever some relations of parameters hold.
+
+    Parameters
+    ----------
+    falls_with, rises_with
+        Names of unknowns with which it never rises, and never falls, the others held.
+    where
+        The relations.
+    """
+
+    falls_with: tuple[str, ...]
+    rises_with: tuple[str, ...]
+    where: tuple[Relation, ...]
+
+
 def fold(
     expression: Operand,
     leaf: Callable[[Leaf], Result],
-    call: Callable[[np.ufunc, tuple[Any, ...]], Result],
+    call: Callable[[Any, tuple[Any, ...]], Result],
     let: Callable[[Let, Result], Result] | None = None,
     done: dict[int, Any] | None = None,
 ) -> Any:

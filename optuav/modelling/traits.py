@@ -11,6 +11,7 @@ import numpy as np
 from optuav.modelling.affine import NotAffineError, affine
 from optuav.modelling.exponential import NotExponentialError, exponential
 from optuav.modelling.expression import Leaf, Variable, fold
+from optuav.modelling.longest import uncapped
 from optuav.modelling.model import Model
 
 KINKED = frozenset({np.absolute, np.sign, np.heaviside, np.maximum, np.minimum})
@@ -95,8 +96,9 @@ def _longest(model: Model) -> bool:
 
 
 def _first_unlevelled(model: Model) -> tuple[str, str]:
+    whole = uncapped(model)  # kept, so that no two nodes share an identity
     done: dict[int, Any] = {}
-    for constraint in model.constraints:
+    for constraint in whole.constraints:
         for side in (constraint.relation.left, constraint.relation.right):
             try:
                 exponential(side, {}, done)

@@ -16,14 +16,13 @@ loses nothing by it later: legs and hovers keep the order as well.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from typing import Literal, TypeAlias
+from typing import TypeAlias
 
 import numpy as np
 
 from optuav.physics.battery import Battery, Phase, Wells, step, time_to_full
 from optuav.physics.quantity import Quantity
-
-Charging = Literal["constant", "taper"]
+from optuav.physics.schedules import Charging
 
 
 def holding_current(battery: Battery, wells: Wells) -> Quantity:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Sequence
+from functools import partial, reduce
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal, Self
 
@@ -13,6 +14,7 @@ from optuav.mission import Mission, vehicle
 from optuav.mission.flown import fly
 from optuav.mission.places import ENDS
 from optuav.physics import battery
+from optuav.physics.charging import STEPS
 from optuav.physics.quantity import Quantity
 from optuav.status import Status
 
@@ -45,7 +47,8 @@ class Stage(Record):
     duration_s
         [s], ≥ 0.
     current_A, power_W
-        Net, into the battery [A], [W]: negative while they drain it.
+        Net, into the battery [A], [W]: negative while they drain it. Where charging tapers, what is
+        offered: a full battery takes less.
     """
 
     duration_s: Amount
@@ -274,9 +277,11 @@ class Plan(Record):
     def overfull_s(self) -> float | None:
         """When charging first drives the available well past full [s]; None if it never does.
 
-        Under a schedule other than ``"pooled"`` a full pack takes no more than it can hold.
+        Under a schedule other than ``"pooled"``, and where charging tapers, a full pack takes no
+        more than it can hold.
         """
-        if self.mission.battery.schedule != "pooled":
+        given = self.mission.battery
+        if given.schedule != "pooled" or given.charging == "taper":
             return None
         return self._first_passing(
             battery.time_to_full, lambda level, full: level > full + ROUNDING
@@ -321,9 +326,10 @@ class Plan(Record):
     ) -> float | None:
         """First moment [s] at which y1/B passes a limit; within a stage an end is the extreme."""
         pool = vehicle.pool(self.mission)
+        charged = STEPS[self.mission.battery.charging]
         wells, start_s = pool.full, 0.0
         for stage in (stage for phase in self._existing() for stage in phase.stages):
-            end = battery.step(pool, wells, battery.Phase(stage.current_A, stage.duration_s))
+            end = charged(pool, wells, battery.Phase(stage.current_A, stage.duration_s))
             if beyond(end.available_As / pool.capacity_As, pool.available_fraction):
                 return start_s + min(float(moment(pool, wells, stage.current_A)), stage.duration_s)
             wells, start_s = end, start_s + stage.duration_s
@@ -359,14 +365,14 @@ def wells_at_ends(
 ) -> list[battery.Wells]:
     """Wells [A s] at the end of every phase, a kind and stages, from full packs.
 
-    Pooled packs are one battery that takes what it is given, past full too; under another schedule
-    there is an entry a pack.
+    Pooled packs are one battery that takes what it is given, past full too unless charging tapers;
+    under another schedule there is an entry a pack.
     """
     if mission.battery.schedule != "pooled":
         return fly(mission, phases).wells
     pool = vehicle.pool(mission)
     wells, ends = pool.full, []
     for _, stages in phases:
-        wells = battery.after(pool, wells, stages)
+        wells = reduce(partial(STEPS[mission.battery.charging], pool), stages, wells)
         ends.append(wells)
     return ends

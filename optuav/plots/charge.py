@@ -11,7 +11,8 @@ from matplotlib.lines import Line2D
 
 from optuav.mission import vehicle
 from optuav.mission.sight import Points
-from optuav.physics.battery import Battery, Phase, Wells, step
+from optuav.physics.battery import Battery, Phase, Wells
+from optuav.physics.charging import STEPS
 from optuav.plan import Phase as Planned
 from optuav.plan import Plan
 from optuav.plots.bands import NAMES_PT, Band, draw_bands, swatch
@@ -76,7 +77,7 @@ def battery(plan: Plan, axes: BatteryAxes | None = None) -> BatteryAxes:
         pool = vehicle.pool(plan.mission)
         lived = course(pool, plan)
         _draw_wells(axes.wells, pool, lived)
-        _draw_current(axes.current, plan)
+        _draw_current(axes.current, lived)
         for ax in axes:
             ax.set_xlim(0.0, end_s or 1.0)
         group_thousands(*axes)
@@ -93,11 +94,12 @@ def battery(plan: Plan, axes: BatteryAxes | None = None) -> BatteryAxes:
 
 def course(pool: Battery, plan: Plan) -> Course:
     """Charge in the wells over time, exact at every point, both ends of every stage included."""
+    charged = STEPS[plan.mission.battery.charging]
     wells, start_s = pool.full, 0.0
     times, available, bound = [], [], []
     for stage in (stage for phase in plan.phases for stage in phase.stages):
         passed_s = np.linspace(0.0, stage.duration_s, POINTS_PER_STAGE)
-        within = step(pool, wells, Phase(stage.current_A, passed_s))
+        within = charged(pool, wells, Phase(stage.current_A, passed_s))
         times.append(start_s + passed_s)
         available.append(within.available_As)
         bound.append(within.bound_As)
@@ -141,10 +143,11 @@ def _right_ticks(ax: Axes, levels: Sequence[tuple[float, str]]) -> None:
     side.spines["right"].set_visible(False)
 
 
-def _draw_current(ax: Axes, plan: Plan) -> None:
-    stages = [each for phase in plan.phases for each in phase.stages if each.duration_s > 0.0]
-    currents = [stage.current_A for stage in stages]
-    edges = np.concatenate([[0.0], np.cumsum([stage.duration_s for stage in stages])])
+def _draw_current(ax: Axes, lived: Course) -> None:
+    """What the battery takes and gives, from what it holds: charging may taper."""
+    moments = np.flatnonzero(np.diff(lived.time_s, prepend=-1.0) > 0.0)
+    edges, total_As = lived.time_s[moments], (lived.available_As + lived.bound_As)[moments]
+    currents = np.diff(total_As) / np.diff(edges)
     ax.axhline(0.0, color=BLACK, linewidth=0.5)
     ax.stairs(currents, edges, color=BLACK, baseline=None, linewidth=1.1)
     ax.set(ylim=margins([0.0, *currents], 0.12), ylabel="current into\nthe battery $I$ [A]")

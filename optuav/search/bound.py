@@ -22,6 +22,11 @@ within 0 ≤ y1 ≤ ωB can have. They are
    useful: those that level the prices of early and late stays, and those in which a rest's price
    in a limit on y1 ≥ 0 cancels against y1 ≤ ωB.
 
+Where charging tapers, all this is said of plans that may go past full instead: a plan that tapers
+holds no more than the one of the same times that does not (`optuav.physics.charging`), so no hover
+that is ruled out for those is possible. The limits y1 ≤ ωB and the least (y, y1) are left out then;
+the cuts to y1 ≤ ωB hold for it, and go on as they are.
+
 "More charge is better" is used nowhere: near full it is false, as charging at constant current
 may then pass y1 = ωB.
 """
@@ -177,6 +182,9 @@ class Bound:
             available = np.minimum(available, full.available_As)
             total = np.minimum(total, available + full.bound_As)
             most = total, available - share * total
+            if self.terrain.tapers:
+                least = np.zeros(len(boxes)), np.zeros(len(boxes))
+                continue
             total, available = self._farthest(least, current_A, times_s, np.minimum)
             alive &= available <= full.available_As + rounding_As
             available = np.maximum(available, 0.0)
@@ -275,8 +283,9 @@ class Bound:
             strongest[stop] = charging_A - rate * low_tilt
             least[:stop] *= after[True][0]
             most[:stop] *= after[False][0]
-            room_As = battery.full.available_As - (share * short_total + short_tilt)
-            yield Limit(room_As, prices(stop + 1), full=True)
+            if not self.terrain.tapers:
+                room_As = battery.full.available_As - (share * short_total + short_tilt)
+                yield Limit(room_As, prices(stop + 1), full=True)
         price_A = np.where(hover[:, None], -current_A, current_A)
         yield Limit(total - self.terrain.least_charge_As, price_A, full=False)
 

@@ -62,6 +62,8 @@ class Terrain:
     stay_current_A
         Net current into the battery while staying (place,) [A]: hovering at the hover point,
         resting elsewhere.
+    tapers
+        Whether charging tapers once y1 = ωB; else it must not go on.
     """
 
     battery: Battery
@@ -71,6 +73,7 @@ class Terrain:
     stage_durations_s: Floats
     stage_currents_A: Floats
     stay_current_A: Floats
+    tapers: bool = False
 
     @property
     def longest_stay_s(self) -> float:

@@ -7,7 +7,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from optuav.physics.battery import levelling
+from optuav.physics.battery import Phase, Wells, levelling
+from optuav.physics.charging import tapered
 from optuav.physics.quantity import TINY
 from optuav.search.boxes import Boxes
 from optuav.search.terrain import HOVER, Booleans, Floats, LegMaps, Numbers, Terrain
@@ -62,7 +63,8 @@ class Trial:
         """How far plans keep from the limits of the wells, < 0 for those that break one [A s].
 
         Every stage of constant current is looked at where it ends: y1 is least at an end while it
-        drains and largest at an end while it charges, if it begins within the wells.
+        drains and largest at an end while it charges, if it begins within the wells. Where charging
+        tapers, nothing passes full.
 
         Parameters
         ----------
@@ -83,13 +85,29 @@ class Trial:
             total, tilt = totals[-1], tilts[-1]
             if stop == len(stays_s):
                 break
-            remaining, integral_s = levelling(battery, stays_s[stop])
-            total = total + current_A[stop + 1] * stays_s[stop]
-            tilt = tilt * remaining + (1.0 - share) * current_A[stop + 1] * integral_s
+            total, tilt = self._after_stay(total, tilt, Phase(current_A[stop + 1], stays_s[stop]))
             available = share * total + tilt
-            slack = np.minimum(slack, np.minimum(available, full_As - available))
+            room_As = np.inf if self.terrain.tapers else full_As - available
+            slack = np.minimum(slack, np.minimum(available, room_As))
         least: Floats = np.minimum(slack, total - self.terrain.least_charge_As)
         return least
+
+    def _after_stay(self, total: Floats, tilt: Floats, phase: Phase) -> tuple[Floats, Floats]:
+        """Total charge and tilt (plan,) [A s] after a stay."""
+        battery = self.terrain.battery
+        share, (current_A, time_s) = battery.available_fraction, phase
+        remaining, integral_s = levelling(battery, time_s)
+        total_after = total + current_A * time_s
+        tilt_after = tilt * remaining + (1.0 - share) * current_A * integral_s
+        if self.terrain.tapers:
+            over = share * total_after + tilt_after > battery.full.available_As
+            if over.any():
+                before = Wells(share * total + tilt, (1.0 - share) * total - tilt)
+                at_start = Wells(*(well[over] for well in before))
+                available, bound = tapered(battery, at_start, Phase(*(f[over] for f in phase)))
+                total_after[over] = available + bound
+                tilt_after[over] = (1.0 - share) * available - share * bound
+        return total_after, tilt_after
 
     def longest(self, boxes: Boxes, hover_s: Floats) -> tuple[Booleans, Floats]:
         """Plans out of boxes that hover at least so long, and their stays.

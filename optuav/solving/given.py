@@ -75,6 +75,7 @@ def quantities(
         max_altitude_m=limits.max_altitude_m,
         end_gap_m=_end_gap_m(worked_out, which),
         steps=_steps(worked_out, which, rests, hover_open),
+        tapers=given.charging == "taper",
         rests=rests,
     )
 

@@ -71,6 +71,7 @@ def longest_hovers(
     """Longest hovers that the battery can deliver, each with its proof (engine bracket).
 
     From a full battery, 0 ≤ y1 ≤ ωB at every moment, η ≥ η0 at the end, all within the deadline.
+    Charging is at constant current; where it tapers, `optuav.solve` answers.
     Every figure is a number, or an array of one shape for all: the itineraries, of one mission or
     of many.
 

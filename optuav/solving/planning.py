@@ -160,13 +160,18 @@ def soc_at_end(
     hover_time_s: float,
     rest_time_s: float,
 ) -> dict[str, float]:
-    """State of charge at the end [-]; where packs take turns, `battery` counts what they hold."""
+    """State of charge at the end [-]: `battery` counts what the packs hold if they may refuse."""
     soc = states_of_charge(quantities(worked_out, np.array([route])), hover_time_s, rest_time_s)
+    return counted(worked_out, flown, soc)
+
+
+def counted(worked_out: Network, flown: Sequence[Phase], soc: dict[str, float]) -> dict[str, float]:
+    """States of charge, with what the packs hold in place of what they were offered."""
     packs = worked_out.mission.battery
-    if packs.schedule != "pooled":
-        left_As = sum(flown[-1].available_As) + sum(flown[-1].bound_As)
-        soc["battery"] = left_As / (packs.packs * packs.capacity_As)
-    return soc
+    if packs.schedule == "pooled" and packs.charging == "constant":
+        return soc
+    left_As = sum(flown[-1].available_As) + sum(flown[-1].bound_As)
+    return {**soc, "battery": left_As / (packs.packs * packs.capacity_As)}
 
 
 def _notes(

@@ -26,7 +26,14 @@ from optuav.search.branch import TIE_S, Found, Progress, search
 from optuav.search.terrain import Terrain
 from optuav.search.trial import Stops
 from optuav.solving.given import quantities
-from optuav.solving.planning import plan_for, plan_without, shortfalls, states_of_charge, with_wells
+from optuav.solving.planning import (
+    counted,
+    plan_for,
+    plan_without,
+    shortfalls,
+    states_of_charge,
+    with_wells,
+)
 from optuav.solving.program import Program
 from optuav.solving.question import AUTO
 from optuav.status import Status
@@ -166,6 +173,7 @@ def terrain(worked_out: Network) -> Terrain:
         square(table.durations_s, 0.0),
         square(table.currents_A, 0.0),
         stay_current_A,
+        mission.battery.charging == "taper",
     )
 
 
@@ -227,7 +235,8 @@ def _plan(program: Program, everywhere: Network, found: Found, asked_for: str) -
     way = ways(everywhere, stops.places[:, None], np.array([-1]))
     worked_out = replace(everywhere, itineraries=way)
     legs = [int(leg) for leg in way.legs[0]]
-    flown = phases_along(worked_out, worked_out.legs, legs, stops.stays_s.tolist())
+    stays_s = stops.stays_s.tolist()
+    flown = with_wells(worked_out, phases_along(worked_out, worked_out.legs, legs, stays_s))
     notes = []
     if found.ended:
         notes.append(
@@ -246,8 +255,8 @@ def _plan(program: Program, everywhere: Network, found: Found, asked_for: str) -
         proof=proof,
         status=Status.OPTIMAL if proved else Status.FEASIBLE,
         notes=tuple(notes),
-        phases=with_wells(worked_out, flown),
-        soc=_states_of_charge(worked_out, stops),
+        phases=flown,
+        soc=counted(worked_out, flown, _states_of_charge(worked_out, stops)),
     )
     return plan.model_copy(update={"binding": tuple(_binding(plan))})
 

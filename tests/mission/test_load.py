@@ -73,6 +73,7 @@ def test_paper_has_the_printed_parameters(paper: Mission) -> None:
         "available_fraction": 0.8,
         "flow_rate_per_s": 4.5e-5,
         "charge_current_A": 10,
+        "charging": "constant",
         "schedule": "pooled",
         "period_s": None,
         "flight_energy_J": None,

@@ -36,9 +36,14 @@ def slack(worked_out: Network, route: int, hover_s: Floats, rest_s: Any, looks: 
     wells, used_s = Kibam(capacity_As, share, battery.flow_rate_per_s), 0.0
     for phase in phases(worked_out, route, hover_s, rest_s):
         for current_A, duration_s in zip(phase.currents_A, phase.durations_s, strict=True):
-            wells.spend(current_A, duration_s, looks)
+            if battery.charging == "taper" and current_A > 0.0:
+                wells.taper(current_A, duration_s)
+            else:
+                wells.spend(current_A, duration_s, looks)
             used_s = used_s + duration_s
-    spare = np.minimum(wells.least, share - wells.most)
+    # Rounding may leave a well that is held full past it, from which a leg starts.
+    past = 1e-12 if battery.charging == "taper" else 0.0
+    spare = np.minimum(wells.least, share - wells.most + past)
     spare = np.minimum(spare, wells.soc - mission.limits.min_soc)
     return np.where(used_s <= deadline_s * (1.0 + 1e-11) + AT_ONCE_S, spare, -1.0)
 

@@ -2,7 +2,8 @@
 
 Fifty in the suite, ten thousand in the campaign (``make soak``), which tells how many had an
 answer, had none, or were not proved. Currents, flow rates and shares of the wells range over
-magnitudes; deadlines and batteries are short, long or neither; the laser may charge in the air.
+magnitudes; deadlines and batteries are short, long or neither; the laser may charge in the air, and
+charging may taper.
 """
 
 from __future__ import annotations
@@ -63,6 +64,7 @@ def wild_documents(draw: st.DrawFn) -> Document:
     )
     stronger = draw(st.sampled_from([1.0, 4.0, 15.0]))
     battery["charge_current_A"] *= stronger
+    battery["charging"] = draw(st.sampled_from(["constant", "taper"]))
     if "laser" in document:
         document["laser"]["power_W"] *= draw(st.sampled_from([0.1, 1.0, 15.0]))
     for key in ("charge_current_A", "charge_power_W"):
@@ -155,7 +157,9 @@ def judge(program: Program, share: int, slots: int, tally: Counter[str]) -> None
     """
     beyond_s = max(beyond_of(program, part, tally) for part in program.parts)
     plan = solved(program)
+    tapers = program.worked_out.mission.battery.charging == "taper"
     tally["missions"] += 1
+    tally["missions that taper"] += tapers
     if plan is None:
         tally["neither answer nor proof"] += 1
     elif plan:
@@ -165,7 +169,7 @@ def judge(program: Program, share: int, slots: int, tally: Counter[str]) -> None
         assert proved == (beyond_s - plan.hover_time_s <= MARGIN_S)
         assert proved or any("not proved" in note for note in plan.notes)
         wrong = list(flown_wrong(plan))
-        if share % INTEGRATED_EVERY == 0:
+        if share % INTEGRATED_EVERY == 0 and not tapers:
             tally["integrated"] += 1
             wrong += integrated_wrong(plan)
         assert not wrong, "\n".join(wrong)

@@ -269,6 +269,7 @@ class Ensemble:
             max_altitude_m=take(limits.max_altitude_m),
             end_gap_m=0.0,
             steps=self._steps(variants, itineraries, rests) if steps else (),
+            tapers=battery.charging == "taper",
             rests=rests,
         )
 

@@ -10,7 +10,7 @@ import numpy.typing as npt
 from formulations.p1 import P1
 from formulations.perspectives import AVAILABLE
 from formulations.quantities import Quantities
-from optuav.engines import closed_form
+from optuav.engines import bracket, closed_form
 from optuav.mission.sight import Numbers, Points
 from optuav.physics.battery import Phase
 from optuav.solving.hovers import longest_hovers
@@ -59,6 +59,9 @@ def _solved(
     rests = bool(ensemble.base.worked_out.itineraries.building[itineraries[0]] >= 0)
     if perspective == AVAILABLE:
         given = ensemble.quantities(variants, itineraries, rests=rests, steps=True)
+        if given.tapers:
+            found = bracket.solve(P1.model(given, perspective), len(variants))
+            return np.asarray(found.objective)
         return _delivered(given)
     given = ensemble.quantities(variants, itineraries, rests=rests)
     solution = closed_form.solve(P1.model(given, perspective), len(variants))
