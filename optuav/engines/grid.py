@@ -216,7 +216,7 @@ def _best_cell(
     model: Model, parameters: Values, slot_s: float, latest: float
 ) -> dict[str, float] | None:
     """The best feasible cell, ties broken by the model's preferences; None if there is none."""
-    sign = 1.0 if model.sense == "maximise" else -1.0
+    sign = model.towards
     flat, curved = _flat_tests(model, parameters), _curved_tests(model, parameters)
     best: tuple[list[float], dict[str, float]] | None = None
     for block in _blocks(model, parameters, slot_s):

@@ -97,8 +97,7 @@ def linear_form(model: Model, values: Mapping[str, Any], programmes: int = 1) ->
         for row, form in enumerate(forms[stated:], start=stated)
         for name in form.coefficients
     )
-    towards = 1.0 if model.sense == "maximise" else -1.0
-    goals = [affine(model.objective, values).times(towards)]
+    goals = [affine(model.objective, values).times(model.towards)]
     goals += [affine(each, values).times(-1.0) for each in model.preferences]
     normals, constants = _stack(forms, names, programmes)
     directions, offsets = _stack(goals, names, programmes)
@@ -110,7 +109,7 @@ def linear_form(model: Model, values: Mapping[str, Any], programmes: int = 1) ->
         -constants,
         directions,
         offsets,
-        towards,
+        model.towards,
         bounds,
     )
 

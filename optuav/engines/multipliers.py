@@ -81,8 +81,7 @@ def local_multipliers(model: Model, values: Point) -> dict[str, float]:
     """
     names = [variable.name for variable in model.variables]
     here = active(model, values)
-    sign = 1.0 if model.sense == "maximise" else -1.0
-    goal = sign * along([here.objective], names)[0]
+    goal = model.towards * along([here.objective], names)[0]
     weights = next(basic_multipliers(along(here.rows.values(), names), goal), np.empty(0))
     stated = list(relations(model))
     found: dict[str, float] = {}

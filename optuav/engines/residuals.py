@@ -67,8 +67,7 @@ def residuals(
         return Residuals(_violation(rows))
     negative, products, slopes = [0.0], [0.0], [0.0]
     done: dict[int, Any] = {}
-    maximised = 1.0 if model.sense == "maximise" else -1.0
-    steepness = {k: maximised * v for k, v in slope(model.objective, values, done).by.items()}
+    steepness = {k: model.towards * v for k, v in slope(model.objective, values, done).by.items()}
     for constraint, row in zip(model.constraints, rows, strict=False):
         weight, relation = multipliers.get(constraint.label, 0.0), constraint.relation
         products.append(abs(weight * row.slack))

@@ -91,7 +91,7 @@ def _with_edges(
 
     Of parameters in a constraint without unknowns that holds with equality.
     """
-    worse = -np.inf if model.sense == "maximise" else np.inf
+    worse = -np.inf * model.towards
     for constraint in model.constraints:
         relation = constraint.relation
         if any(isinstance(leaf, Variable) for leaf in leaves(relation.left, relation.right)):
@@ -111,7 +111,7 @@ def _with_edges(
 def _rates(model: Model, values: Point, multipliers: Mapping[str, Any]) -> dict[str, Any]:
     """∂L/∂p at a point with the given multipliers, by name of the parameter."""
     objective = slope(model.objective, values)
-    sign = 1.0 if model.sense == "maximise" else -1.0
+    sign = model.towards
     rates: dict[str, Any] = {name: objective.by.get(name, 0.0) for name in model.parameters}
     done: dict[int, Any] = {}
     stated = list(relations(model))  # kept, so that no two nodes share an identity
@@ -135,7 +135,7 @@ def _rates(model: Model, values: Point, multipliers: Mapping[str, Any]) -> dict[
 
 def _one_sided(model: Model, parameters: Point, points: list[Point]) -> dict[str, tuple[Any, Any]]:
     """Both derivatives from all optimal points and multipliers."""
-    sign = 1.0 if model.sense == "maximise" else -1.0
+    sign = model.towards
     local = [active(model, {**parameters, **point}) for point in points]
     names = [variable.name for variable in model.variables]
     common = set.intersection(*(set(each.rows) for each in local))

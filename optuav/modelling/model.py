@@ -112,6 +112,11 @@ class Model:
         """State what is to be as small as possible."""
         self.sense, self.objective, self.has_objective = "minimise", objective, True
 
+    @property
+    def towards(self) -> float:
+        """1 where it maximises, −1 where it minimises: times this, the objective is to be large."""
+        return 1.0 if self.sense == "maximise" else -1.0
+
     def prefer_small(self, expression: Operand) -> None:
         """Among equally good answers, take one where this is smallest; earlier calls go first."""
         self.preferences.append(expression)

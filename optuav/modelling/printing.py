@@ -2,37 +2,17 @@
 
 from __future__ import annotations
 
-import re
 import textwrap
-from collections.abc import Callable, Iterable, Iterator, Sequence
-from itertools import takewhile
-from typing import Any, NamedTuple, TypeAlias
-
-import numpy as np
+from collections.abc import Iterator, Sequence
 
 from optuav.modelling.affine import NotAffineError, affine
-from optuav.modelling.expression import Call, Let, Operand, fold
-from optuav.modelling.model import Constraint, Model
+from optuav.modelling.expression import Operand
+from optuav.modelling.lines import Line, constraint_lines, definition_lines
+from optuav.modelling.model import Model
 from optuav.modelling.notation import Latex, Notation, Text
 
 WIDTH = 96
 MARGIN = 11
-
-INDEX = "j"
-"""What runs where lines differ in a number alone."""
-NUMBERED = re.compile(r"(.+)_(\d+)")
-
-Line: TypeAlias = tuple[str, str]
-"""A piece of mathematics and what it is called."""
-
-
-class Said(NamedTuple):
-    """A line, and what it is with a running index in place of the one number of its symbols."""
-
-    maths: str
-    name: str
-    pattern: str
-    number: int | None
 
 
 def text(model: Model) -> str:
@@ -117,107 +97,12 @@ def _only_unknown(goal: Operand) -> str:
 
 def _conditions(model: Model, notation: Notation) -> Iterator[tuple[str, list[Line]]]:
     """The constraints, and the quantities that they speak of by name; neither where empty."""
-    constraints = [_constraint(each, notation) for each in model.constraints]
-    named = [_definition(each, notation) for each in _named_quantities(model)]
-    for head, said in (("subject to", constraints), ("with", named)):
-        if said:
-            yield head, list(_merged(said, notation))
-
-
-def _constraint(stated: Constraint, notation: Notation) -> Said:
-    relation = stated.relation
-    number = _only_number(_outermost(relation.left, relation.right))
-    pattern = "" if number is None else notation.write(relation, _indexed)
-    return Said(notation.write(relation), stated.label, pattern, number)
-
-
-def _definition(named: Let, notation: Notation) -> Said:
-    def equation(called: Callable[[str], str]) -> str:
-        words = notation.words(named.words)
-        return f"{notation.symbol(called(named.symbol))} = " + (
-            words if words else notation.write(named.expression, called)
-        )
-
-    number = _only_number([named, *([] if named.words else _outermost(named.expression))])
-    return Said(equation(str), named.name, "" if number is None else equation(_indexed), number)
-
-
-def _outermost(*expressions: Operand) -> Iterator[Let]:
-    """The named quantities that expressions speak of, without those that these are made of."""
-    waiting, seen = [*expressions], set[int]()
-    while waiting:
-        node = waiting.pop()
-        if id(node) in seen:
-            continue
-        seen.add(id(node))
-        if isinstance(node, Let):
-            yield node
-        elif isinstance(node, Call):
-            waiting += node.arguments
-
-
-def _only_number(named: Iterable[Let]) -> int | None:
-    """The number that their symbols have, such as y1_5 and y2_5; None without or with several."""
-    numbers = {found[2] for each in named if (found := NUMBERED.fullmatch(each.symbol))}
-    return int(numbers.pop()) if len(numbers) == 1 else None
-
-
-def _indexed(symbol: str) -> str:
-    """A symbol with the running index for its number."""
-    return NUMBERED.sub(rf"\1_{INDEX}", symbol)
-
-
-def _merged(lines: Sequence[Said], notation: Notation) -> Iterator[Line]:
-    """The lines, those that differ in a number alone as one."""
-    alike: dict[str | int, list[Said]] = {}
-    for place, line in enumerate(lines):
-        alike.setdefault(line.pattern or place, []).append(line)
-    for same in alike.values():
-        if len(same) == 1:
-            yield same[0].maths, same[0].name
-            continue
-        numbers = [each.number for each in same if each.number is not None]
-        words = zip(*(each.name.split() for each in same), strict=False)
-        common = [first for first, *others in takewhile(lambda each: len({*each}) == 1, words)]
-        yield same[0].pattern + notation.running(INDEX, numbers), " ".join([*common, "…"])
-
-
-class Spoken(NamedTuple):
-    """Named quantities below a node, by identity: those to print, and those only told in words."""
-
-    printed: dict[int, Let]
-    in_words: dict[int, Let]
-
-
-def _named_quantities(model: Model) -> list[Let]:
-    """The named quantities that the page speaks of, each after those that it is made of.
-
-    Of a chain of quantities told in words only the last is.
-    """
-    done: dict[int, Any] = {}
-    leaf = Spoken({}, {})
-    walked = [
-        fold(expression, lambda node: leaf, _spoken_together, _spoken, done)
-        for expression in model.expressions
-    ]
-    whole = _spoken_together(np.add, tuple(walked))
-    return [*(whole.printed | whole.in_words).values()]
-
-
-def _spoken_together(ufunc: np.ufunc, arguments: tuple[Any, ...]) -> Spoken:
-    found = Spoken({}, {})
-    for each in arguments:
-        if isinstance(each, Spoken):
-            found.printed.update(each.printed)
-            found.in_words.update(each.in_words)
-    return found
-
-
-def _spoken(named: Let, below: Any) -> Spoken:
-    found = below if isinstance(below, Spoken) else Spoken({}, {})
-    if named.words:
-        return Spoken(found.printed, {id(named): named})
-    return Spoken(found.printed | found.in_words | {id(named): named}, {})
+    for head, rows in (
+        ("subject to", constraint_lines(model, notation)),
+        ("with", definition_lines(model, notation)),
+    ):
+        if rows:
+            yield head, rows
 
 
 def _columns(rows: Sequence[tuple[str, ...]], indent: str) -> list[str]:

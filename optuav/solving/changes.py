@@ -42,19 +42,23 @@ def _faults(
     values: Mapping[str, Any], parameters: Mapping[str, Parameter], most: int
 ) -> Iterator[Fault]:
     for name, value in values.items():
-        shown = reprlib.repr(value)
-        if name not in parameters:
-            words = f"is no parameter of the program{nearest(name, parameters)}"
-            yield Fault(name, shown, f"{words}; there are {', '.join(parameters)}")
-        elif not _numbers(value, most):
-            several = f", or {most} of them" if most > 1 else ""
-            yield Fault(name, shown, f"a finite number{several}")
-        else:
-            key = parameters[name].key
-            allowed = number(key)
-            entries = np.ravel(value).tolist()
-            if allowed is not None and not all(map(allowed.accepts, entries)):
-                yield Fault(name, shown, f"{allowed.words}, as {key}")
+        words = _objection(name, value, parameters, most)
+        if words:
+            yield Fault(name, reprlib.repr(value), words)
+
+
+def _objection(name: str, value: Any, parameters: Mapping[str, Parameter], most: int) -> str:
+    """What is wrong with a value; empty if nothing is."""
+    if name not in parameters:
+        known = ", ".join(parameters)
+        return f"is no parameter of the program{nearest(name, parameters)}; there are {known}"
+    if not _numbers(value, most):
+        return "a finite number" + (f", or {most} of them" if most > 1 else "")
+    key = parameters[name].key
+    allowed = number(key)
+    if allowed is None or all(map(allowed.accepts, np.ravel(value).tolist())):
+        return ""
+    return f"{allowed.words}, as {key}"
 
 
 def _numbers(value: Any, most: int) -> bool:

@@ -250,7 +250,7 @@ class Program:
         route = np.concatenate([part.routes for part in self.parts])
         score, stay_s = [], []
         for part, solution in zip(self.parts, solutions, strict=True):
-            score.append(solution.objective * (1.0 if part.model.sense == "maximise" else -1.0))
+            score.append(solution.objective * part.model.towards)
             stays = [solution.values[name] for name in TIMES if name in solution.values]
             stay_s.append(sum(stays, np.zeros(len(part.routes))))
         order = np.argsort(route, kind="stable")
