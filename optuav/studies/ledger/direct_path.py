@@ -31,8 +31,8 @@ def statements() -> Iterator[Statement]:
         compute=lambda s: _direct(s, 800, "energy").hover_time_s,
     )
     for name, stated, what in (
-        ("flight", "15.4", "rotor voltage e_r in flight, stated twice"),
-        ("hover", "14.33", "rotor voltage e_r in hover, stated twice"),
+        ("flight", "15.4", "rotor voltage e_r in flight"),
+        ("hover", "14.33", "rotor voltage e_r in hover"),
     ):
         yield Statement(
             name=f"text-voltage-{name}",
