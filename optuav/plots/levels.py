@@ -70,7 +70,7 @@ def tanks(plan: Plan) -> list[Axes]:
         lowest = min(0.0, *(min(each.available, each.bound) for each in shown))
         highest = max(1.0, *(max(each.available, each.bound) for each in shown))
         figure.suptitle(
-            f"{printed(plan.mission.name)}: the wells of the battery, {plan.perspective}",
+            f"{printed(plan.mission.name)}: the wells in the perspective {plan.perspective}",
             x=0.02,
             ha="left",
         )

@@ -136,7 +136,9 @@ def trajectories(plans: Mapping[str, Plan], axes: MapAxes | None = None) -> MapA
         draw_from_above(axes.plan, shown, ways)
         entries.append(draw_from_side(axes.height, shown, ways))
         counted = ", ".join(dict.fromkeys(plan.perspective for plan in plans.values()))
-        axes.plan.set_title(f"{printed(shown.mission.name)}: trajectories, {counted}")
+        axes.plan.set_title(
+            f"{printed(shown.mission.name)}: trajectories in the perspective {counted}"
+        )
         _legend(legend, entries)
         _write(axes, shown, ways, _plan_labels(shown, ways, times=False))
     return axes

@@ -89,7 +89,7 @@ def _falls(mission: Mission, records: list[dict[str, Any]]) -> Iterator[str]:
     ]
     first = hovers[0][1]
     if all(math.isclose(hover_s, first, rel_tol=1e-6) for _, hover_s in hovers):
-        yield f"Δ = {first:.2f} s for every η0: something else ends the hover."
+        yield f"Δ = {first:.2f} s for every η0, which is not what ends the hover."
         return
     falls = ", ".join(
         f"{100.0 * (1.0 - hover_s / first):.2f} % at η0 = {least:g} %"
