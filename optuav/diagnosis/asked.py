@@ -10,12 +10,15 @@ from typing import Any
 
 import numpy as np
 
+from formulations.perspectives import AVAILABLE
+from optuav.diagnosis.stacked import Case
 from optuav.errors import InputError
 from optuav.mission import Mission, load
 from optuav.mission.network import network
 from optuav.plan import Plan
 from optuav.solving import Program, formulate
-from optuav.solving.question import PROBLEMS
+from optuav.solving.question import PROBLEMS, question
+from optuav.solving.solve import work_out
 
 OPTIONS = frozenset(signature(formulate).parameters) - {"mission"}
 
@@ -38,6 +41,20 @@ class Asked:
     def program(self, mission: Mission | None = None) -> Program:
         """The question declared, of this mission or of another."""
         return formulate(self.mission if mission is None else mission, **self.options)
+
+    def case(self, mission: Mission | None = None) -> Case:
+        """The question and the mission worked out, without declarations."""
+        stated = signature(formulate).bind(mission or self.mission, **self.options)
+        stated.apply_defaults()
+        graph = stated.arguments.pop("graph")
+        worked_out = work_out(stated.arguments["mission"], graph)
+        return Case(question(**stated.arguments), worked_out)
+
+    @property
+    def takes_turns(self) -> bool:
+        """Whether packs take turns in it, of which a declaration knows nothing."""
+        available = self.options.get("perspective", AVAILABLE) == AVAILABLE
+        return available and self.mission.battery.schedule != "pooled"
 
 
 def asked(subject: Program | Plan | Mission | str | Path, options: Mapping[str, Any]) -> Asked:

@@ -22,6 +22,7 @@ import numpy as np
 
 from optuav.diagnosis.exact import combination
 from optuav.engines.linear_form import linear_form
+from optuav.modelling.affine import NotAffineError, affine
 from optuav.modelling.check import relations
 from optuav.modelling.expression import Parameter, leaves
 from optuav.modelling.model import Constraint, Model
@@ -168,7 +169,9 @@ class Bound(Combination):
 def certificates(
     model: Model, parameters: Mapping[str, Any], slot_s: float | None = None
 ) -> Iterator[Certificate]:
-    """Conflicts of a linear programme, no two of which share a constraint on its parameters.
+    """Conflicts of linear constraints, no two of which share a constraint on their parameters.
+
+    Constraints that are not linear are left aside: what the others prove holds with them too.
 
     Parameters
     ----------
@@ -185,12 +188,8 @@ def certificates(
     Certificate
         Each is minimal. A repair has to resolve all of them; resolving these may bring up others.
 
-    Raises
-    ------
-    NotAffineError
-        If the model is not linear.
     """
-    programme = _Programme(model, parameters, slot_s)
+    programme = _Programme(linear_part(model), parameters, slot_s)
     target = [NOTHING] * len(model.variables) + [Fraction(-1)]
     usable = programme.usable
     while True:
@@ -202,6 +201,27 @@ def certificates(
         yield Certificate(programme.rows({k: weight / first for k, weight in taken.items()}))
         stated = {k for k in taken if programme.parameters[k]} or set(taken)
         usable = [k for k in usable if k not in stated]
+
+
+def linear_part(model: Model) -> Model:
+    """The model with its linear constraints alone, and nothing sought."""
+    return subset(model, [each for each in model.constraints if _is_linear(each)])
+
+
+def subset(model: Model, constraints: Sequence[Constraint]) -> Model:
+    """Some constraints of a model over the same unknowns, and nothing sought."""
+    part = Model(model.title)
+    part.variables, part.constraints = model.variables, [*constraints]
+    return part
+
+
+def _is_linear(constraint: Constraint) -> bool:
+    try:
+        for side in (constraint.relation.left, constraint.relation.right):
+            affine(side, {})
+    except NotAffineError:
+        return False
+    return True
 
 
 def bound(model: Model, parameters: Mapping[str, Any], binding: Collection[str]) -> Bound | None:
@@ -240,7 +260,7 @@ class _Programme:
         self.goal = [Fraction(float(value)) for value in form.directions[0, :, 0]]
         self.symbols = [variable.symbol for variable in model.variables]
         self.labels = [*form.labels]
-        self.parameters = [_parameters(each) for each in _constraints(model)]
+        self.parameters = [constrained(each) for each in _constraints(model)]
         self.numbers = [
             [*normal, limit]
             for normal, limit in zip(form.normals[..., 0], form.limits[:, 0], strict=True)
@@ -293,6 +313,7 @@ def _constraints(model: Model) -> Iterator[Constraint]:
             yield constraint
 
 
-def _parameters(constraint: Constraint) -> tuple[Parameter, ...]:
+def constrained(constraint: Constraint) -> tuple[Parameter, ...]:
+    """The parameters that a constraint speaks of."""
     sides = constraint.relation.left, constraint.relation.right
     return tuple(each for each in leaves(*sides) if isinstance(each, Parameter))

@@ -1,22 +1,25 @@
-"""Is anything feasible at all? Asked often, so without making a plan."""
+"""Is anything feasible at all? Asked often, so of many missions at once and without a plan."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from optuav.engines import closed_form, grid
-from optuav.engines.arrays import Floats
+from optuav.diagnosis.stacked import Case, Stack, stacks
+from optuav.engines import bracket, closed_form, grid
+from optuav.engines.arrays import Booleans, Floats
 from optuav.engines.ranges import Values, implied_upper_bounds, lower_bounds, own_upper_bounds
+from optuav.errors import InputError
 from optuav.modelling import Model, NotAffineError, check
-from optuav.solving import Program
-from optuav.solving.planning import Part
+from optuav.modelling.exponential import NotExponentialError
+from optuav.solving.dispatch import answer
+from optuav.solving.solve import declared
 from optuav.status import Status
 
 SAMPLES = 25
-"""Points a side of the lattice on which a programme is tried that is not linear."""
+"""Points a side of the lattice on which a programme is tried that no engine decides."""
 FINEST = 1e-4
 """First step of the lattice as a share of the range."""
 MOST_SEARCHED = 3000
@@ -27,45 +30,55 @@ MOST_SLOTS = 1e9
 """Slots beyond which none is looked at."""
 
 
-def feasible(program: Program) -> bool:
-    """Whether some route of a question has feasible times.
+def feasible(cases: Sequence[Case]) -> list[bool]:
+    """Whether some route of each case has feasible times.
 
-    Exact for programmes that are linear in one or two unknowns, as the paper's are, up to some
-    thousand slots too. With more slots, and where programmes are not linear, some slots or a
-    lattice of points are tried, so that a yes is certain and a no is not. For programmes in more
-    unknowns the engine is asked.
+    Exact for programmes in one or two unknowns that are linear, or state what phases of constant
+    current do to the wells of a battery, as those of the package do; up to some thousand slots
+    too. With more slots, and for other programmes, some slots or a lattice of points are tried, so
+    that a yes is certain and a no is not. For programmes in more unknowns the engine is asked.
     """
-    return any(_feasible(program, part) for part in program.parts)
+    found = np.zeros(len(cases), dtype=bool)
+    for stack in stacks(cases):
+        model = declared(stack.asked, stack.given)
+        if model is not None:
+            _mark(found, stack, model)
+    return [bool(each) for each in found]
 
 
-def _feasible(program: Program, part: Part) -> bool:
-    model, slot_s = part.model, program.question.slot_s
-    unknowns = model.variables
-    if len(unknowns) > closed_form.MOST_UNKNOWNS or any(each.binary for each in unknowns):
-        return program.solve().status.has_answer
-    entries = list(range(len(part.routes)))
-    try:
-        statuses = closed_form.solve(model, len(part.routes)).statuses
-    except NotAffineError:
-        if slot_s is None:
-            return any(_somewhere(model, model.row(entry)) for entry in entries)
-    else:
-        solved = (Status.OPTIMAL, Status.UNBOUNDED)
-        entries = [entry for entry in entries if statuses[entry] in solved]
-        if slot_s is None:
-            return bool(entries)
-    return any(_in_slots(model, model.row(entry), slot_s) for entry in entries)
+def _mark(found: Booleans, stack: Stack, model: Model) -> None:
+    """Mark the cases of which some itinerary has feasible times."""
+    slot_s, count = stack.asked.slot_s, len(stack.cases)
+    continuous = _continuous(stack, model, count)
+    for entry in np.flatnonzero(continuous).tolist():
+        case = stack.cases[entry]
+        if not found[case]:
+            found[case] = slot_s is None or _in_slots(model, model.row(entry), slot_s)
 
 
-def confirmed(program: Program) -> bool:
-    """Whether a question has an answer: solved again, or with very many slots a feasible cell."""
-    slot_s = program.question.slot_s
-    if slot_s is not None and any(
-        _longest(_reach(part.model, part.model.row(0)), slot_s) > MOST_SEARCHED
-        for part in program.parts
+def _continuous(stack: Stack, model: Model, count: int) -> Booleans:
+    """Which itineraries have feasible times, whole slots or not; evaluated outside the engine."""
+    if len(model.variables) > closed_form.MOST_UNKNOWNS or any(
+        each.binary for each in model.variables
     ):
-        return feasible(program)
-    return program.solve().status.has_answer
+        statuses = answer(model, count, stack.asked).statuses
+        return np.array([status.has_answer for status in statuses])
+    try:
+        solution = closed_form.solve(model, count)
+        unbounded = np.array([status is Status.UNBOUNDED for status in solution.statuses])
+        return unbounded | _satisfied(model, solution.values)
+    except NotAffineError:
+        pass
+    try:
+        return _satisfied(model, bracket.some_point(model, count))
+    except (NotExponentialError, InputError):
+        return np.array([_somewhere(model, model.row(entry)) for entry in range(count)])
+
+
+def _satisfied(model: Model, values: Values) -> Booleans:
+    """Where values satisfy every constraint, evaluated in NumPy."""
+    holds = np.broadcast_arrays(*(row.satisfied for row in check(model, values)))
+    return np.asarray(np.logical_and.reduce(holds))
 
 
 Reach = Mapping[str, tuple[float, float]]
@@ -113,5 +126,4 @@ def _somewhere(model: Model, parameters: Values) -> bool:
     shares = np.concatenate([[0.0], np.geomspace(FINEST, 1.0, SAMPLES - 1)])
     axes = [least + shares * (most - least) for least, most in reach.values()]
     points = dict(zip(reach, np.ix_(*axes), strict=True))
-    holds = [row.satisfied for row in check(model, {**parameters, **points})]
-    return bool(np.logical_and.reduce(np.broadcast_arrays(*holds)).any())
+    return bool(_satisfied(model, {**parameters, **points}).any())

@@ -13,6 +13,8 @@ from optuav.mission import Mission
 from optuav.mission.quantities import Number
 
 TABLES = ("limits", "battery", "body", "rotor", "laser", "link", "flight")
+MOST = 1e3
+"""Largest change that anyone would make, as a factor."""
 INSIDE = 1e-9
 """How far inside a bound that is not allowed itself the outermost value lies."""
 
@@ -43,7 +45,7 @@ class Key:
     unit: str
 
     def further(self, sign: int) -> Iterator[float]:
-        """Values further and further up (1) or down (−1), the outermost of the range last."""
+        """Values further and further up (1) or down (−1), to a thousandfold or the range's end."""
         last = self.high if sign > 0 else self.low
         value = self.now
         for step in self._steps(sign):
@@ -52,16 +54,18 @@ class Key:
                 break
             if value != before:
                 yield value
+        else:
+            return
         if last != self.now:
             yield last
 
     def _steps(self, sign: int) -> Iterator[float]:
         if self.low < 0.0 or self.now == 0.0:
             scale = abs(self.now) or 1e-6 * max(abs(self.low), abs(self.high))
-            for share in (0.2, 1.0, 10.0, 100.0, 1e4):
+            for share in (0.2, 1.0, 10.0, 100.0, MOST):
                 yield self.now + sign * share * scale
         else:
-            for factor in (1.2, 2.0, 10.0, 100.0, 1e4):
+            for factor in (1.2, 2.0, 10.0, 100.0, MOST):
                 yield self.now * factor**sign
 
 

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import math
 import textwrap
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from fractions import Fraction
 
 from optuav.diagnosis.certificate import Bound, Combination
+from optuav.diagnosis.clash import Clash
 from optuav.diagnosis.conflict import Conflict
 from optuav.diagnosis.explanation import Explanation, Side
 from optuav.diagnosis.prices import Price
@@ -116,17 +117,40 @@ def _conflict(conflict: Conflict, slot_s: float | None) -> Iterator[list[str]]:
     where = (
         f"on {places}" if conflict.routes == 1 else f"on {conflict.routes} routes, such as {places}"
     )
-    if not conflict.certificates:
+    if conflict.clash is not None:
+        yield from _clash(conflict.clash, where)
+    elif not conflict.certificates:
         why = "the constraints are not linear" if slot_s is None else "only whole slots do not fit"
         yield _paragraph("Conflict", f"{where}: no certificate, {why}")
     for each in conflict.certificates:
-        labels = " and ".join(each.labels)
+        labels = _listed(each.labels)
         verb = "cannot hold together" if len(each.labels) > 1 else "cannot hold"
         keys = f" ({', '.join(each.keys)})" if each.keys else ""
         yield [
             *_paragraph("Conflict", f"{where}: {labels} {verb}{keys}"),
             *_labelled("  proof", combination_text(each)),
         ]
+
+
+def _clash(clash: Clash, where: str) -> Iterator[list[str]]:
+    together = len(clash.labels) > 1
+    keys = f" ({', '.join(clash.keys)})" if clash.keys else ""
+    verb = "cannot hold together" if together else "cannot hold"
+    head = f"{where}: {_listed(clash.labels)} {verb}{keys}"
+    lines = _paragraph("Conflict", head)
+    if clash.broken:
+        dry = clash.broken and not together
+        why = "even without hovering and resting" if dry else "without hovering and resting"
+        lines += _paragraph("  there", f"{why}, {'; '.join(clash.broken)} is false")
+    proof = "bracketed: no times satisfy them"
+    if together:
+        proof += " all, though they do if any one of them is left out"
+    yield [*lines, *_paragraph("  proof", proof)]
+
+
+def _listed(names: Sequence[str]) -> str:
+    *most, last = names
+    return f"{', '.join(most)} and {last}" if most else last
 
 
 def _repairs(repairs: tuple[Repair, ...]) -> list[str]:

@@ -156,10 +156,18 @@ def stated(
     return Stated(rows, x_top, y_top, usable & rows.usable)
 
 
-def admits(these: Stated) -> Booleans:
-    """Whether some times are known to satisfy all constraints, one a programme."""
-    found = largest(these.rows, these.x_top, these.y_top)
-    return np.asarray(these.usable & ~np.isnan(found.x))
+def some_point(
+    model: Model, programmes: int, values: Mapping[str, Any] | None = None
+) -> dict[str, Floats]:
+    """Times that satisfy all constraints, NaN where none are known; parameters as for `solve`.
+
+    What is sought does not matter, nor how the times compare with others.
+    """
+    names = [each.name for each in model.variables]
+    rows, x_top, y_top, usable = stated(model, programmes, values or {}, *names)
+    found = largest(rows, x_top, y_top, any_point=True)
+    times = (np.where(usable, each, np.nan) for each in (found.x, found.y))
+    return dict(zip(names, times, strict=False))
 
 
 def _values(model: Model) -> dict[str, Any]:

@@ -41,7 +41,7 @@ class Interval(NamedTuple):
         return close
 
 
-def largest(rows: Rows, x_top: Floats, y_top: Floats) -> Interval:
+def largest(rows: Rows, x_top: Floats, y_top: Floats, *, any_point: bool = False) -> Interval:
     """Bracket the largest x of every programme.
 
     Without y, the points where a row ceases to hold are all found, and tried from the largest.
@@ -52,6 +52,8 @@ def largest(rows: Rows, x_top: Floats, y_top: Floats) -> Interval:
         Rows that have to hold.
     x_top, y_top
         Beyond these the rows do not hold [s], one a programme.
+    any_point
+        Whether to leave it at any point where looking for the largest x takes long.
     """
     if not y_top.any():
         x = Section(rows.a, rows.b, rows.c, rows.rate_x_per_s).largest(x_top)
@@ -66,7 +68,7 @@ def largest(rows: Rows, x_top: Floats, y_top: Floats) -> Interval:
         lost = lost[np.isnan(y[lost])]
     if len(lost):
         x[lost], y[lost], beyond[lost] = sweep(
-            rows.take(lost), x_top[lost], y_top[lost], beyond[lost]
+            rows.take(lost), x_top[lost], y_top[lost], beyond[lost], any_point=any_point
         )
     return Interval(np.where(np.isnan(y), np.nan, x), y, beyond)
 

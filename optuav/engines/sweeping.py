@@ -21,7 +21,7 @@ SMALLEST_BOX_S = 1e-10
 
 
 def sweep(
-    rows: Rows, x_top: Floats, y_top: Floats, beyond: Floats
+    rows: Rows, x_top: Floats, y_top: Floats, beyond: Floats, *, any_point: bool = False
 ) -> tuple[Floats, Floats, Floats]:
     """Sweep x down from what no point is beyond, until a point is met; x, y and beyond.
 
@@ -35,6 +35,8 @@ def sweep(
         Beyond these the rows do not hold [s], one a programme.
     beyond
         No point has a larger x than this [s].
+    any_point
+        Whether to leave it at any point, not the one with the largest x.
     """
     beyond = beyond.copy()
     _, rising, sinking = falling(rows, x_top, y_top)
@@ -58,7 +60,7 @@ def sweep(
             found = Section.at_x(here, tried).smallest(top)
             better = ~empty & ~np.isnan(found) & ~(x[open_] >= tried)
             x[open_[better]], y[open_[better]] = tried[better], found[better]
-        close = beyond[open_] - x[open_] <= WIDTH_S
+        close = (beyond[open_] - x[open_] <= WIDTH_S) | (any_point & ~np.isnan(x[open_]))
         stuck = (size[open_] < SMALLEST_BOX_S) & ~empty
         open_ = open_[~(close | stuck | np.isneginf(beyond[open_]))]
     return x, y, beyond

@@ -17,7 +17,7 @@ from hypothesis import strategies as st
 import optuav
 from optuav.diagnosis.certificate import Bound, Certificate, bound, certificates
 from optuav.engines.linear_form import linear_form
-from optuav.modelling import Model, NotAffineError, Parameter
+from optuav.modelling import Model, Parameter
 
 
 def declared(declare: Callable[[Model, Any, Any], None], **bounds: float) -> Model:
@@ -150,12 +150,20 @@ def test_a_feasible_programme_has_no_certificate() -> None:
     assert not found(declared(lambda model, x, y: model.subject_to("sum", x + y <= 1.0)))
 
 
-def test_a_programme_that_is_not_linear_is_refused() -> None:
-    def declare(model: Model, x: Any, y: Any) -> None:
+def test_constraints_that_are_not_linear_are_left_aside() -> None:
+    """A product proves nothing; what is linear beside it conflicts by itself."""
+
+    def product(model: Model, x: Any, y: Any) -> None:
         model.subject_to("product", x * y <= -1.0)
 
-    with pytest.raises(NotAffineError):
-        found(declared(declare))
+    def beside(model: Model, x: Any, y: Any) -> None:
+        product(model, x, y)
+        model.subject_to("both", x + y <= -1.0)
+
+    assert found(declared(product)) == []
+    (certificate,) = found(declared(beside))
+    assert certificate.holds()
+    assert "product" not in certificate.labels
 
 
 # Random programmes ------------------------------------------------------------------------------

@@ -5,39 +5,60 @@ from __future__ import annotations
 from typing import Any
 
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import optuav
-from optuav.diagnosis.feasible import confirmed, feasible
+from optuav.diagnosis.asked import asked
+from optuav.diagnosis.feasible import feasible
+from optuav.mission import Mission
 from tests.diagnosis.missions import CHANGES, OPTIONS, PAPER, SMALL
 
 questions = st.sampled_from([*OPTIONS, {"problem": "P1", "slot_s": 5.0}])
 changes = st.fixed_dictionaries({}, optional=CHANGES)
 
 
+def is_feasible(mission: Mission, **options: Any) -> bool:
+    (found,) = feasible([asked(mission, options).case()])
+    return found
+
+
 @given(changes, questions)
 def test_it_agrees_with_the_engines(change: dict[str, Any], options: dict[str, Any]) -> None:
     """Closed form and grid, from impossible to easy missions."""
-    program = optuav.formulate(SMALL.replace(change), **{"perspective": "battery", **options})
-    assert feasible(program) == bool(program.solve())
+    mission, given_options = SMALL.replace(change), {"perspective": "battery", **options}
+    found = is_feasible(mission, **given_options)
+    assert found == bool(optuav.solve(mission, **given_options))
+
+
+LASTING: tuple[dict[str, Any], ...] = (
+    {},
+    {"problem": "P3"},
+    {"problem": "P4", "building": "b1", "order": "hover-first"},
+    {"problem": "P2"},
+)
+
+
+@settings(max_examples=4)
+@given(st.lists(changes, min_size=2, max_size=3), st.sampled_from(LASTING))
+def test_missions_judged_together_are_judged_as_alone(
+    some: list[dict[str, Any]], options: dict[str, Any]
+) -> None:
+    """Through the wells by bracket: stacked into one declaration, each keeps its own figures."""
+    missions = [SMALL.replace(change) for change in some]
+    together = feasible([asked(mission, options).case() for mission in missions])
+    assert together == [bool(optuav.solve(mission, **options)) for mission in missions]
 
 
 @pytest.mark.parametrize(("packs", "expected"), [(2, True), (0.1, False)])
-def test_programmes_that_are_not_linear_are_tried_at_points(packs: float, expected: bool) -> None:
+def test_programmes_that_are_not_linear_are_decided(packs: float, expected: bool) -> None:
     """Through the wells: two legs alone take 7843 A·s."""
     mission = SMALL.replace({"battery.capacity_As": 36000 * packs})
-    program = optuav.formulate(mission, "P3", perspective="wells")
-    assert feasible(program) is expected
+    assert is_feasible(mission, problem="P3", perspective="wells") is expected
 
 
 def test_more_slots_than_can_be_searched() -> None:
-    """With 10⁷ slots a feasible cell is confirmed without looking at the others."""
-    program = optuav.formulate(
-        PAPER.replace({"limits.deadline_s": 1e7}),
-        "P4",
-        building="b1",
-        slot_s=1.0,
-        perspective="battery",
-    )
-    assert confirmed(program)
+    """With 10⁷ slots a feasible cell is found without looking at all of them."""
+    mission = PAPER.replace({"limits.deadline_s": 1e7})
+    options = {"problem": "P4", "building": "b1", "slot_s": 1.0, "perspective": "battery"}
+    assert is_feasible(mission, **options)

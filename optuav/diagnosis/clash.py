@@ -1,0 +1,110 @@
+"""Constraints that are not linear and cannot hold together: no certificate, but none to spare.
+
+References
+----------
+.. [1] J. W. Chinneck, "Feasibility and infeasibility in optimization", Springer, 2008: the
+   deletion filter.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from optuav.diagnosis.certificate import constrained, linear_part, subset
+from optuav.engines import bracket
+from optuav.engines.arrays import Booleans
+from optuav.modelling import Model, Relation, check
+from optuav.modelling.expression import Variable
+from optuav.modelling.model import Constraint
+
+FAR_S = 1e4
+"""How far times are followed where the deadline is left aside [s]."""
+
+
+@dataclass(frozen=True)
+class Clash:
+    """Constraints that no times satisfy together, though they do if any one of them is left out.
+
+    Parameters
+    ----------
+    labels
+        Of the constraints.
+    keys
+        The mission's keys in them.
+    broken
+        Those that do not hold without hovering and resting, with both sides there.
+    """
+
+    labels: tuple[str, ...]
+    keys: tuple[str, ...]
+    broken: tuple[str, ...]
+
+    def to_dict(self) -> dict[str, Any]:
+        """As plain data."""
+        return {name: list(value) for name, value in vars(self).items()}
+
+
+def clash(model: Model, parameters: Mapping[str, Any]) -> tuple[Constraint, ...]:
+    """Constraints of a programme that cannot hold together, none of which can be spared.
+
+    Of several such sets the one that is met first on the way.
+
+    Parameters
+    ----------
+    model
+        The declaration.
+    parameters
+        Values of all its parameters, numbers, with which nothing is feasible.
+
+    Raises
+    ------
+    NotExponentialError
+        If a constraint is no form that phases of constant current give.
+    """
+    linear = linear_part(model).constraints
+    kept = [*(each for each in model.constraints if each not in linear), *linear]
+    size = len(kept)
+    while size > 1:
+        size = (size + 1) // 2
+        for start in range(0, len(kept), size)[::-1]:
+            fewer = kept[:start] + kept[start + size :]
+            if impossible(model, fewer, 1, parameters)[0]:
+                kept = fewer
+    return tuple(each for each in model.constraints if each in kept)
+
+
+def impossible(
+    model: Model,
+    constraints: Sequence[Constraint],
+    programmes: int,
+    values: Mapping[str, Any] | None = None,
+) -> Booleans:
+    """Where no times are known that satisfy some of the constraints of a model."""
+    times: Sequence[Variable] = model.variables
+    far = Relation(sum(times[1:], start=times[0] + 0.0), "<=", FAR_S)
+    part = subset(model, [*constraints, Constraint("", far, "s", "")])
+    return np.isnan(bracket.some_point(part, programmes, values)[times[0].name])
+
+
+def told(
+    model: Model, constraints: Sequence[Constraint], labels: Iterable[str], row: Mapping[str, Any]
+) -> Clash:
+    """A clash in words, with labels as a reader takes them."""
+    part = subset(model, constraints)
+    nothing = {each.name: 0.0 for each in model.variables}
+    sides = check(part, {**row, **nothing})[: len(constraints)]
+    names = tuple(labels)
+    keys = (each.key for one in constraints for each in constrained(one) if each.key)
+    return Clash(
+        names,
+        tuple(dict.fromkeys(keys)),
+        tuple(
+            f"{name}: {side.left:.6g} {side.sense} {side.right:.6g}"
+            for name, side in zip(names, sides, strict=True)
+            if not side.satisfied
+        ),
+    )

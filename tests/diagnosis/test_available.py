@@ -1,0 +1,72 @@
+"""Diagnosis under `available`: what the wells forbid is told, proved and repaired in seconds."""
+
+from __future__ import annotations
+
+import re
+from typing import Any
+
+import optuav
+from optuav.diagnosis import repairs
+from optuav.diagnosis.conflict import Conflict, conflicts
+from optuav.mission import Mission
+from tests.diagnosis.missions import PAPER, SMALL
+
+
+def diagnosed(mission: Mission, **options: Any) -> tuple[Conflict, ...]:
+    return conflicts(optuav.formulate(mission, **options))
+
+
+def test_linear_constraints_that_conflict_have_their_certificate() -> None:
+    """75.79 s of flight in 50 s: exact, though the wells beside it are not linear."""
+    (conflict,) = diagnosed(SMALL.replace({"limits.deadline_s": 50}), problem="P3")
+    (proof,) = conflict.certificates
+    assert proof.holds()
+    assert proof.keys == ("limits.deadline_s",)
+    assert 50 + float(-proof.limit) > 75.79
+    assert conflict.clash is None
+
+
+def test_wells_that_conflict_are_told_by_their_moments() -> None:
+    """A reserve of 99 %: the rest that it asks for drives the available well past full."""
+    mission = SMALL.replace({"limits.min_soc": 0.99})
+    (conflict,) = diagnosed(mission, problem="P4", building="b1", order="hover-first")
+    assert conflict.certificates == ()
+    assert conflict.clash is not None
+    assert conflict.clash.labels == (
+        "P4.a state of charge",
+        "P4.a not past full after the rest at b1",
+    )
+    (broken,) = conflict.clash.broken
+    assert re.fullmatch(r"P4.a state of charge: 0\.8\d+ >= 0\.99", broken)
+
+
+def test_a_well_that_runs_dry_in_flight_is_told_by_stage_and_leg() -> None:
+    """1.5 · 5600 A·s hold 8400, of which 6720 are available: 7843 are drawn on the way."""
+    mission = SMALL.replace({"battery.packs": 1, "battery.capacity_As": 8400})
+    (conflict,) = diagnosed(mission, problem="P3")
+    assert conflict.clash is not None
+    (label,) = conflict.clash.labels
+    assert label.startswith("P3.a not dry")
+    assert "the flight hover → destination" in label
+
+
+def test_repairs_repair_and_one_digit_less_does_not() -> None:
+    """Solved again from the mission and simulated, with the digit and without."""
+    mission = SMALL.replace({"limits.min_soc": 0.99})
+    options = {"problem": "P4", "building": "b1", "order": "hover-first"}
+    found = {each.key: each for each in repairs(mission, **options)}
+    assert found.keys() >= {"limits.min_soc", "battery.capacity_As", "battery.packs"}
+    for key in ("limits.min_soc", "battery.capacity_As", "battery.packs"):
+        repair = found[key]
+        sign = 1 if repair.comparison == ">=" else -1
+        plan = optuav.solve(mission.replace({key: repair.value}), **options)
+        assert plan.flyable
+        short = repair.value - sign * repair.resolution
+        short = int(short) if key == "battery.packs" else float(f"{short:.12g}")
+        assert not optuav.solve(mission.replace({key: short}), **options)
+
+
+def test_packs_that_take_turns_have_no_repairs() -> None:
+    """No declaration knows of the turns, so that none could be verified."""
+    turns = PAPER.replace({"battery.schedule": "sequential", "limits.min_soc": 0.99})
+    assert repairs(turns, problem="P3") == ()
