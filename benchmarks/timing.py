@@ -1,4 +1,4 @@
-"""Medians of repeated runs, and the table they are shown in."""
+"""Medians of repeated runs in CPU time, which others on the machine bear upon least, as a table."""
 
 from __future__ import annotations
 
@@ -52,7 +52,7 @@ class Row:
 
 
 def median_s(run: Callable[[], object], repeats: int) -> float:
-    """Median duration of a call [s], after one that is not counted."""
+    """Median CPU time of a call [s], after one that is not counted."""
     run()
     return statistics.median(_seconds(run) for _ in range(repeats))
 
@@ -68,9 +68,9 @@ def interleaved_s(
 
 
 def _seconds(run: Callable[[], object]) -> float:
-    begin = time.perf_counter()
+    begin = time.process_time()
     run()
-    return time.perf_counter() - begin
+    return time.process_time() - begin
 
 
 def table(name: str, rows: list[Row]) -> Table:

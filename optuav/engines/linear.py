@@ -24,6 +24,7 @@ from optuav.engines.ranges import own_upper_bounds, slot_ranges
 from optuav.engines.solution import Solution, stacked, unanswered
 from optuav.engines.solvers import Solver
 from optuav.errors import SolverError
+from optuav.modelling.affine import AffineForms
 from optuav.modelling.check import TOLERANCE
 from optuav.modelling.model import Model
 from optuav.status import Status
@@ -77,7 +78,8 @@ class Compiled:
         import cvxpy
 
         self.base = model.row(0)
-        form = linear_form(model, self.base)
+        self.forms = AffineForms()
+        form = linear_form(model, self.base, found=self.forms)
         rows, unknowns, goals = len(form.labels), len(form.names), len(form.directions)
         self.x = cvxpy.Variable(
             unknowns,
@@ -111,7 +113,7 @@ class Compiled:
             If the solver fails or the time limit passes.
         """
         values = {**self.base, **values}
-        form = linear_form(self.model, values)
+        form = linear_form(self.model, values, found=self.forms)
         if not form.usable.all():
             return self._unanswered(Status.ERROR, "a parameter is no number")
         a, b, c = form.normals[..., 0], form.limits[..., 0], form.directions[..., 0]
@@ -252,9 +254,8 @@ class Compiled:
 
 
 def _set(parameter: Any, values: Floats) -> None:
-    """Give a CVXPY parameter its values, unless it has them: its checks take longer."""
-    if parameter.value is None or not np.array_equal(parameter.value, values):
-        parameter.value = values
+    """Give a CVXPY parameter finite values of its shape, whose checks would take longer."""
+    parameter.save_value(values)
 
 
 def _sizes(rows: Floats) -> Floats:
@@ -269,6 +270,8 @@ def _may_differ(a: Floats, weights: Floats | None) -> bool:
         return True
     heavy = a[weights > TIGHT * max(1.0, float(weights.max(initial=0.0)))]
     unknowns = a.shape[1]
+    if len(heavy) == unknowns:  # rows of size 1
+        return bool(abs(np.linalg.det(heavy)) < TIGHT)
     return len(heavy) < unknowns or bool(np.linalg.matrix_rank(heavy) < unknowns)
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -11,6 +11,7 @@ import numpy as np
 from optuav.engines.arrays import Booleans, Floats
 from optuav.modelling.affine import Affine, affine
 from optuav.modelling.check import TOLERANCE, relations
+from optuav.modelling.expression import Operand
 from optuav.modelling.model import Model
 
 
@@ -53,7 +54,12 @@ class LinearForm:
         return np.asarray(found)
 
 
-def linear_form(model: Model, values: Mapping[str, Any], programmes: int = 1) -> LinearForm:
+def linear_form(
+    model: Model,
+    values: Mapping[str, Any],
+    programmes: int = 1,
+    found: Callable[[Operand, Mapping[str, Any]], Affine] = affine,
+) -> LinearForm:
     """The rows and goals of a linear model.
 
     Parameters
@@ -64,6 +70,8 @@ def linear_form(model: Model, values: Mapping[str, Any], programmes: int = 1) ->
         Values of parameters that differ from the model's, by name.
     programmes
         Number of entries of those parameters that are arrays.
+    found
+        How the form of a tree is found.
 
     Raises
     ------
@@ -76,8 +84,8 @@ def linear_form(model: Model, values: Mapping[str, Any], programmes: int = 1) ->
     forms: list[Affine] = []
     for constraint in relations(model):
         relation = constraint.relation
-        right = affine(relation.right, values)
-        excess = affine(relation.left, values).plus(right, -1.0)
+        right = found(relation.right, values)
+        excess = found(relation.left, values).plus(right, -1.0)
         if not excess.coefficients:
             # Nothing but rounding stands between two stated figures that ought to be equal.
             allowance = TOLERANCE * np.maximum(1.0, np.abs(right.constant))
@@ -97,8 +105,8 @@ def linear_form(model: Model, values: Mapping[str, Any], programmes: int = 1) ->
         for row, form in enumerate(forms[stated:], start=stated)
         for name in form.coefficients
     )
-    goals = [affine(model.objective, values).times(model.towards)]
-    goals += [affine(each, values).times(-1.0) for each in model.preferences]
+    goals = [found(model.objective, values).times(model.towards)]
+    goals += [found(each, values).times(-1.0) for each in model.preferences]
     normals, constants = _stack(forms, names, programmes)
     directions, offsets = _stack(goals, names, programmes)
     return LinearForm(

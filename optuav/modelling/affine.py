@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from optuav.modelling.expression import Leaf, Operand, Parameter, fold
+from optuav.modelling.expression import Leaf, Operand, Parameter, fold, leaves
 
 
 class NotAffineError(ValueError):
@@ -64,6 +64,31 @@ def affine(expression: Operand, values: Mapping[str, Any]) -> Affine:
 
     folded = fold(expression, leaf, _apply)
     return folded if isinstance(folded, Affine) else Affine(folded, {})
+
+
+class AffineForms:
+    """Affine forms that are found again only where a parameter in the tree has another value.
+
+    For trees that live as long as this, and parameters that are all given as numbers.
+    """
+
+    def __init__(self) -> None:
+        self._found: dict[int, tuple[tuple[str, ...], tuple[Any, ...], Affine]] = {}
+
+    def __call__(self, expression: Operand, values: Mapping[str, Any]) -> Affine:
+        """`affine`, from memory where that is the same."""
+        known = self._found.get(id(expression))
+        names = known[0] if known else _parameters(expression)
+        given = tuple(map(values.get, names))
+        if known and known[1] == given:
+            return known[2]
+        form = affine(expression, values)
+        self._found[id(expression)] = names, given, form
+        return form
+
+
+def _parameters(expression: Operand) -> tuple[str, ...]:
+    return tuple(each.name for each in leaves(expression) if isinstance(each, Parameter))
 
 
 def _apply(ufunc: np.ufunc, arguments: tuple[Any, ...]) -> Any:
