@@ -18,7 +18,7 @@ from optuav.errors import InputError  # noqa: E402
 from optuav.studies.curves import battery_size, charging, wind  # noqa: E402
 from optuav.studies.reproduce import NAMES, STUDIES  # noqa: E402
 from optuav.studies.reproduce.document import Heading, Paragraph, Table, markdown, page  # noqa: E402
-from optuav.studies.reproduce.exhibit import Exhibit  # noqa: E402
+from optuav.studies.reproduce.exhibit import Exhibit, number  # noqa: E402
 from tests.cli.run import refused, run  # noqa: E402
 
 QUICK = ("direct-path", "wind", "charging", "misprints")
@@ -255,3 +255,11 @@ def test_texts_are_escaped() -> None:
     assert "a &lt; b" in shown
     assert "<code>y_2</code>" in shown
     assert markdown(blocks) == "# a < b\n\nx\\_1 & `y_2`\n\n| a\\|b |\n| --- |\n| <i> |\n"
+
+
+@pytest.mark.parametrize(
+    ("value", "digits", "words"), [(-0.04, 1, "0.0"), (-4.47580, 4, "−4.4758"), (12.0, 2, "12.00")]
+)
+def test_numbers_in_sentences(value: float, digits: int, words: str) -> None:
+    """A minus, not a hyphen, and no sign before 0."""
+    assert number(value, digits) == words
