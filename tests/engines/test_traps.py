@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import subprocess
 import sys
+import time
 from typing import Any
 
 import casadi
@@ -233,6 +234,14 @@ def test_passed_time_limit_is_exit_code_3(
     shown = capsys.readouterr()
     assert shown.out == ""
     assert "limit" in shown.err
+
+
+def test_time_limit_holds_within_a_run_of_ipopt(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Not only between two starts: here is one, and our own clock stands still."""
+    compiled = smooth.Compiled(p4(), time_limit_s=1e-9)
+    monkeypatch.setattr(time, "monotonic", lambda: 0.0)
+    with pytest.raises(SolverError, match="within the time limit"):
+        compiled.solve({}, [{"Δ": 1.0, "T'": 1.0}])
 
 
 @pytest.mark.parametrize("engine", ENGINES)
