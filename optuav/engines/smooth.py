@@ -12,16 +12,25 @@ from __future__ import annotations
 
 import itertools
 import math
-import operator
 import time
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 
 from optuav.engines.arrays import Floats
+from optuav.engines.ipopt import (
+    NO_WAY_IN,
+    OPTIONS,
+    SOLVED,
+    TOO_SLOW,
+    UNBOUNDED,
+    UNUSABLE,
+    operations,
+    run,
+    told,
+)
 from optuav.engines.ranges import implied_upper_bounds, lower_bounds, own_upper_bounds
 from optuav.engines.solution import Solution, stacked, unanswered
 from optuav.errors import InputError, SolverError
@@ -46,72 +55,9 @@ AT_BOUND = 1e-9
 """Relative distance from a bound that is as good as none."""
 STEEP = 100.0
 """Largest slope of an objective as IPOPT sees it; its tolerances are absolute."""
-OPTIONS = {
-    "print_time": False,
-    "calc_lam_p": False,
-    "show_eval_warnings": False,
-    "ipopt.print_level": 0,
-    "ipopt.sb": "yes",
-    "ipopt.constr_viol_tol": 1e-11,
-    "ipopt.bound_relax_factor": 0.0,
-    "ipopt.diverging_iterates_tol": 1e8,
-}
 ACCURACY = 1e-10
 """What IPOPT asks of optimality, scaled, unless a caller is content with less."""
 ITERATIONS = 3000
-SOLVED = ("Solve_Succeeded", "Solved_To_Acceptable_Level")
-TOO_SLOW = ("Maximum_WallTime_Exceeded", "Maximum_CpuTime_Exceeded")
-UNBOUNDED = "Diverging_Iterates"
-UNUSABLE = "Invalid_Number_Detected"
-NO_WAY_IN = "Infeasible_Problem_Detected"
-
-
-def operations() -> Mapping[np.ufunc, Callable[..., Any]]:
-    """What a ufunc becomes on CasADi's symbols."""
-    import casadi
-
-    return {
-        np.add: operator.add,
-        np.subtract: operator.sub,
-        np.multiply: operator.mul,
-        np.divide: operator.truediv,
-        np.power: operator.pow,
-        np.negative: operator.neg,
-        np.positive: operator.pos,
-        np.absolute: casadi.fabs,
-        np.sign: casadi.sign,
-        np.heaviside: lambda a, b: (a > 0.0) + (a == 0.0) * b,
-        np.square: lambda a: a * a,
-        np.reciprocal: lambda a: 1.0 / a,
-        np.sqrt: casadi.sqrt,
-        np.exp: casadi.exp,
-        np.expm1: casadi.expm1,
-        np.log: casadi.log,
-        np.log1p: casadi.log1p,
-        np.log10: casadi.log10,
-        np.sin: casadi.sin,
-        np.cos: casadi.cos,
-        np.tan: casadi.tan,
-        np.tanh: casadi.tanh,
-        np.arcsin: casadi.asin,
-        np.arccos: casadi.acos,
-        np.arctan: casadi.atan,
-        np.hypot: casadi.hypot,
-        np.arctan2: casadi.atan2,
-        np.maximum: casadi.fmax,
-        np.minimum: casadi.fmin,
-    }
-
-
-@contextmanager
-def _told() -> Iterator[None]:
-    """Turn whatever the library raises into the one error that engines raise."""
-    try:
-        yield
-    except ImportError as error:
-        raise SolverError(f"engine {NAME} needs the package casadi: {error}") from error
-    except RuntimeError as error:
-        raise SolverError(f"{NAME} failed: {error}") from error
 
 
 @dataclass(frozen=True)
@@ -171,7 +117,7 @@ class Compiled:
         accuracy: float = ACCURACY,
         iterations: int = ITERATIONS,
     ) -> None:
-        with _told():
+        with told():
             import casadi
 
         self.lifted = lifted(model)
@@ -230,7 +176,7 @@ class Compiled:
         if self.time_limit_s is not None:
             options["ipopt.max_wall_time"] = self.time_limit_s
         programme = {"x": unknowns, "p": parameters, "f": cost, "g": casadi.vertcat(*excess)}
-        with _told():
+        with told():
             return casadi.nlpsol("programme", "ipopt", programme, options)
 
     @np.errstate(divide="ignore", invalid="ignore", over="ignore")
@@ -276,7 +222,7 @@ class Compiled:
         for start in data.starts:
             if self.time_limit_s is not None and time.monotonic() - begin > self.time_limit_s:
                 raise SolverError(f"{NAME} did not finish within the time limit")
-            answer, word = _run(self._programmes[0], data.arguments(start, [steepness]))
+            answer, word = run(self._programmes[0], data.arguments(start, [steepness]))
             said.append(word)
             if word in TOO_SLOW:
                 raise SolverError(f"{NAME} did not finish within the time limit")
@@ -359,7 +305,7 @@ class Compiled:
             floors.append(kept + EQUAL * max(1.0, abs(kept)))
             start = np.array([point[name] for name in self.names]) / data.scale
             scaled = [floors[0] / steepness, *floors[1:]]
-            answer, word = _run(programme, data.arguments(start, [steepness, *scaled]))
+            answer, word = run(programme, data.arguments(start, [steepness, *scaled]))
             found = self._point(answer, data)
             if word in SOLVED and self._feasible(data.parameters, found):
                 point = found
@@ -415,12 +361,6 @@ class Compiled:
             model=self.model,
             given={name: np.array([value]) for name, value in parameters.items()},
         )
-
-
-def _run(programme: Any, arguments: Mapping[str, Floats]) -> tuple[Any, str]:
-    """The answer of IPOPT, and its word for it."""
-    with _told():
-        return programme(**arguments), programme.stats()["return_status"]
 
 
 def _has_unknowns(relation: Relation) -> bool:

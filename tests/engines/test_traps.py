@@ -124,13 +124,13 @@ def test_ipopt_keeps_every_constraint_here(order: str, deadline_s: float) -> Non
 def test_point_that_ipopt_calls_solved_is_evaluated_again(monkeypatch: pytest.MonkeyPatch) -> None:
     """Beyond the charge by half a second of hover: no answer, whatever it says."""
     compiled = smooth.Compiled(p4())
-    honest = smooth._run
+    honest = smooth.run
 
     def beyond(programme: Any, arguments: Any) -> Any:
         answer, word = honest(programme, arguments)
         return {**answer, "x": answer["x"] * (1.0 + 5e-3)}, word
 
-    monkeypatch.setattr(smooth, "_run", beyond)
+    monkeypatch.setattr(smooth, "run", beyond)
     with pytest.raises(SolverError, match="casadi found no answer"):
         compiled.solve({})
 
