@@ -22,7 +22,7 @@ from optuav.engines.tapered import Tapered
 from optuav.errors import InputError
 from optuav.modelling.check import check, relations
 from optuav.modelling.exponential import CONSTANT, Exponential, Monomial
-from optuav.modelling.expression import Variable, leaves
+from optuav.modelling.expression import Leaf, Variable, fold
 from optuav.modelling.longest import lifted, uncapped, without_parts
 from optuav.modelling.model import Model
 from optuav.status import Status
@@ -187,7 +187,7 @@ def _top(forms: Sequence[Exponential], name: str, programmes: int) -> Floats:
             and all(np.all(c <= 0.0) for c in slopes.values())
         ):
             least = np.maximum(form.terms.get(CONSTANT, 0.0), 0.0)
-            with np.errstate(divide="ignore", invalid="ignore"):
+            with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
                 top = np.minimum(top, np.where(slopes[own] < 0.0, least / -slopes[own], np.inf))
     return top
 
@@ -195,13 +195,23 @@ def _top(forms: Sequence[Exponential], name: str, programmes: int) -> Floats:
 def _binding(model: Model, values: Mapping[str, Any], answered: Booleans) -> dict[str, Booleans]:
     """Which constraints of the unknowns hold with equality, by label."""
     found: dict[str, Booleans] = {}
-    for each, row in zip(relations(model), check(model, values), strict=True):
-        sides = leaves(each.relation.left, each.relation.right)
-        if not any(isinstance(leaf, Variable) for leaf in sides):
+    done: dict[int, Any] = {}
+    stated = list(relations(model))  # kept, so that no two nodes share an identity
+    for each, row in zip(stated, check(model, values), strict=True):
+        sides = (each.relation.left, each.relation.right)
+        if not any(fold(side, _is_unknown, _any, done=done) is True for side in sides):
             continue
         tight = answered & (np.abs(row.slack) <= TIGHT * np.maximum(1.0, np.abs(row.right)))
         found[row.label] = found[row.label] | tight if row.label in found else tight
     return found
+
+
+def _is_unknown(leaf: Leaf) -> bool:
+    return isinstance(leaf, Variable)
+
+
+def _any(_: np.ufunc, arguments: tuple[Any, ...]) -> bool:
+    return any(each is True for each in arguments)
 
 
 def _multipliers(

@@ -28,6 +28,8 @@ from optuav.modelling.model import Model
 
 ROUNDING = 2e-13
 """Share of the sum of a row's terms by which it may fall short of 0, for rounding."""
+DUST = 1e-25
+"""Share of the sum of a row's terms below which one is left out, so that no quotient overflows."""
 TINY = 1e-200
 """Stands in for a rate of 0: a quotient by it keeps its limit."""
 WIDTH_S = 1e-11
@@ -263,7 +265,9 @@ def rows_of(
         constant = highest.pop(CONSTANT, 0.0) + allowance
         least = sum((np.minimum(each, 0.0) for each in highest.values()), constant)
         if not np.all(least >= 0.0):
-            kept.append({**form.terms, CONSTANT: constant})
+            dust = DUST * size
+            terms = {each: form.terms[each] * (abs(high) >= dust) for each, high in highest.items()}
+            kept.append({**terms, CONSTANT: constant})
     table = np.zeros((6, len(kept), programmes))
     for row, terms in enumerate(kept):
         for place, monomial in enumerate(most):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -12,10 +13,13 @@ from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
 
 import optuav
+from formulations.p4 import P4
+from optuav.engines import bracket
 from optuav.engines.sweeping import WIDTH_S
 from optuav.modelling import check
 from optuav.physics.battery import Phase
 from optuav.solving.hovers import Hovers, longest_hovers
+from tests.formulations.given import quantities
 from tests.kibam import Floats, Kibam
 
 PAPER = optuav.load("paper")
@@ -205,6 +209,17 @@ def test_cases_are_neither_all_hopeless_nor_all_easy() -> None:
     answered = np.array([not math.isnan(each.hover_time_s) for each in found])
     assert 0.33 < answered.mean() < 0.9
     assert all(each.proved for each in found)
+
+
+def test_a_rest_that_costs_next_to_nothing() -> None:
+    """2e-309 A, found by the campaign: the bound that it puts on T' overflows, and is none."""
+    leg = Phase(-5.0, 10.0)
+    steps = (leg, "hover", leg, "rest", leg)
+    wells = {"available_fraction": 0.9, "flow_rate_per_s": 1.0}
+    given = quantities(rest_current_A=-2.2e-309, steps=steps, **wells)
+    found = bracket.solve(P4.model(given, "available"), 1)
+    nothing = bracket.solve(P4.model(replace(given, rest_current_A=0.0), "available"), 1)
+    assert found.point(0) == nothing.point(0)
 
 
 @pytest.mark.parametrize("seed", [3764, pytest.param(1372, marks=pytest.mark.soak)])
