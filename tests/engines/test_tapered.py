@@ -106,7 +106,7 @@ def test_bracket_against_a_dense_grid(seed: int) -> None:
     examined(seed)
 
 
-@pytest.mark.campaign
+@pytest.mark.soak
 def test_bracket_against_dense_grids(record_property: Any) -> None:
     """The same over a thousand programmes, most of them extreme; how many stay open is told."""
     tally = Counter(examined(seed).value for seed in range(100, 1100))
