@@ -33,7 +33,9 @@ def compare(
     ] = "battery",
     engines: Annotated[
         str | None,
-        typer.Option(metavar="NAMES", help="Some of closed-form,cvxpy,casadi,grid; else all."),
+        typer.Option(
+            metavar="NAMES", help="Some of closed-form,cvxpy,bracket,casadi,grid; all by default."
+        ),
     ] = None,
     time_limit_s: Annotated[
         float | None,

@@ -43,6 +43,9 @@ def explain(
     time_limit_s: Annotated[
         float | None, typer.Option("--time-limit-s", help="Longest search in seconds.")
     ] = None,
+    hover_point: Annotated[
+        str | None, typer.Option("--hover-point", help="w_U (the default), or free.")
+    ] = None,
     settings: SetOption = None,
     as_json: JsonOption = False,
 ) -> None:
@@ -59,6 +62,7 @@ def explain(
         "slot_s": slot_s,
         "engine": engine,
         "time_limit_s": time_limit_s,
+        "hover_point": hover_point,
     }
     options = {name: value for name, value in given.items() if value is not None}
     is_plan = Path(mission).suffix == ".json"

@@ -142,7 +142,15 @@ def _number(value: Fraction) -> dict[str, Any]:
 
 @dataclass(frozen=True)
 class Certificate(Combination):
-    """Constraints that contradict each other: they add up to 0 ≤ something negative."""
+    """Constraints that contradict each other: they add up to 0 ≤ something negative.
+
+    Parameters
+    ----------
+    positive
+        Symbols of the unknowns that are 0 or more, by constraints that need not be among the rows.
+    """
+
+    positive: frozenset[str] = frozenset()
 
     def holds(self) -> bool:
         """Whether the rows prove that no point satisfies them all, evaluated exactly."""
@@ -198,7 +206,8 @@ def certificates(
             return
         taken = {k: weight for k, weight in zip(usable, weights, strict=True) if weight}
         first = next(iter(taken.values()))  # only the ratios count
-        yield Certificate(programme.rows({k: weight / first for k, weight in taken.items()}))
+        rows = programme.rows({k: weight / first for k, weight in taken.items()})
+        yield Certificate(rows, programme.positive)
         stated = {k for k in taken if programme.parameters[k]} or set(taken)
         usable = [k for k in usable if k not in stated]
 
@@ -276,6 +285,16 @@ class _Programme:
     def usable(self) -> list[int]:
         """Numbers of the rows that limit something; an infinite limit does not."""
         return [k for k, row in enumerate(self.numbers) if np.isfinite(row).all()]
+
+    @property
+    def positive(self) -> frozenset[str]:
+        """Symbols of the unknowns that some row keeps at 0 or more."""
+        found = set()
+        for *normal, limit in self.numbers:
+            given = [k for k, factor in enumerate(normal) if factor]
+            if len(given) == 1 and normal[given[0]] < 0.0 and limit <= 0.0:
+                found.add(self.symbols[given[0]])
+        return frozenset(found)
 
     def column(self, row: int, allowance: Fraction = NOTHING) -> list[Fraction]:
         """(a, b) of a row, with an allowance on b."""

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from optuav.diagnosis.asked import asked
+from optuav.diagnosis.asked import Asked, asked
 from optuav.diagnosis.certificate import bound
 from optuav.diagnosis.conflict import conflicts
 from optuav.diagnosis.explanation import Explanation, Side
@@ -24,9 +24,14 @@ from optuav.modelling.notation import Text
 from optuav.plan import Plan
 from optuav.solving import Program
 from optuav.solving.dispatch import answer
+from optuav.solving.planning import Part, words
 from optuav.solving.ties import SAME_S
 from optuav.status import Status
 
+TURNS = (
+    "packs take turns, which is simulated and not declared: there are no constraints, prices or "
+    "repairs to tell of; with battery.schedule=pooled there are"
+)
 LONGEST = 60
 """Terms of a constraint that are written out."""
 
@@ -57,11 +62,26 @@ def explain(subject: Program | Plan | Mission | str | Path, /, **options: Any) -
     question = asked(subject, options)
     program = question.program()
     plan = subject if isinstance(subject, Plan) and subject else program.solve()
+    if question.takes_turns:
+        return Explanation(plan, notes=(TURNS,))
+    if question.options.get("hover_point", "w_U") == "free":
+        return _at_its_point(question, plan)
     if plan:
         return _optimum(program, plan)
     if plan.status is not Status.INFEASIBLE:
         return Explanation(plan)
     return Explanation(plan, conflicts=conflicts(program), repairs=repairs_of(question))
+
+
+def _at_its_point(question: Asked, plan: Plan) -> Explanation:
+    """The explanation of an answer with the hover point free: told with the point held."""
+    if plan:
+        told = explain(plan)
+        held = "with the hover point held where it is: it has no price of its own"
+    else:
+        told = explain(question.mission, **{**question.options, "hover_point": "w_U"})
+        held = "told for hovering at w_U; elsewhere within reach no plan was found either"
+    return replace(told, plan=plan, notes=(held, *told.notes))
 
 
 def _optimum(program: Program, plan: Plan) -> Explanation:
@@ -93,7 +113,7 @@ def _optimum(program: Program, plan: Plan) -> Explanation:
         plan,
         objective=_objective(part.model),
         sense=part.model.sense,
-        constraints=tuple(_sides(part.model, {**row, **point})),
+        constraints=tuple(_sides(program, part, entry, {**row, **point})),
         bound=proof,
         prices=prices(program, solutions, chosen),
         notes=tuple(notes),
@@ -111,11 +131,17 @@ def _objective(model: Model) -> str:
     return f"{unit}of {words}"
 
 
-def _sides(model: Model, values: dict[str, float]) -> Iterator[Side]:
-    for constraint, row in zip(relations(model), check(model, values), strict=True):
+def _sides(program: Program, part: Part, entry: int, values: dict[str, float]) -> Iterator[Side]:
+    """The constraints that unknowns move; others compare figures that the mission fixes."""
+    model = part.model
+    labels = words(program.worked_out, part, entry, [each.label for each in relations(model)])
+    for constraint, label, row in zip(relations(model), labels, check(model, values), strict=True):
+        sides = constraint.relation.left, constraint.relation.right
+        if not any(isinstance(leaf, Variable) for leaf in leaves(*sides)):
+            continue
         slack = float(row.slack)
         yield Side(
-            label=row.label,
+            label=label,
             unit=row.unit,
             statement=_statement(constraint.relation),
             left=float(row.left),

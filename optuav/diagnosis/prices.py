@@ -125,7 +125,7 @@ def prices(
             more=towards * max(towards * each.more for each in sides),
         )
         key = _key(program, parameter)
-        step = RATIO_STEP if parameter.unit == "1" and key != "battery.packs" else 1.0
+        step = _step(parameter, key, abs(float(row[name])))
         found.append(
             Price(
                 name=name,
@@ -142,6 +142,13 @@ def prices(
             )
         )
     return tuple(sorted(found, key=lambda each: not each.key))
+
+
+def _step(parameter: Parameter, key: str, size: float) -> float:
+    """What "one more" is: a percent of a ratio, a unit, or the first digit of what is far less."""
+    if parameter.unit == "1" and key != "battery.packs":
+        return RATIO_STEP
+    return 1.0 if size == 0.0 or size >= RATIO_STEP else 10.0 ** math.floor(math.log10(size) - 1)
 
 
 def _held(model: Model) -> set[str]:

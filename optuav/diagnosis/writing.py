@@ -4,21 +4,27 @@ from __future__ import annotations
 
 import math
 import textwrap
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from fractions import Fraction
 
-from optuav.diagnosis.certificate import Bound, Combination
+from optuav.diagnosis.certificate import Certificate, Combination
 from optuav.diagnosis.clash import Clash
 from optuav.diagnosis.conflict import Conflict
 from optuav.diagnosis.explanation import Explanation, Side
 from optuav.diagnosis.prices import Price
 from optuav.diagnosis.repair import WRITTEN, Repair
+from optuav.diagnosis.short import shortened, written
 from optuav.mission.words import shown
 from optuav.status import Status
 
 WIDTH = 80
 LABEL = 13
 MOST_REPAIRS = 12
+
+EXACT = (
+    "certificates are exact as they stand: their rows are rounded so that they say a little less "
+    "than the mission, times being 0 or more. --json holds all digits, as fractions"
+)
 
 UNIT_NAMES = {
     "s": "second",
@@ -84,23 +90,28 @@ def _with_unit(value: float, unit: str) -> str:
     return _number(value) if unit == "1" else f"{_number(value)} {unit}"
 
 
-def _inequality(coefficients: Mapping[str, Fraction], limit: Fraction) -> str:
+def _inequality(
+    coefficients: Mapping[str, Fraction], limit: Fraction, number: Callable[[Fraction], str]
+) -> str:
     terms: list[str] = []
     for symbol, factor in coefficients.items():
-        size = symbol if abs(factor) == 1 else f"{_number(abs(factor))}·{symbol}"
+        size = symbol if abs(factor) == 1 else f"{number(abs(factor))}·{symbol}"
         sign = "−" if factor < 0 else "+"
         terms.append(f"{sign} {size}" if terms else f"{sign}{size}".removeprefix("+"))
-    return f"{' '.join(terms) or '0'} ≤ {_number(limit)}"
+    return f"{' '.join(terms) or '0'} ≤ {number(limit)}"
 
 
 def combination_text(used: Combination) -> list[str]:
-    """Rows with their multipliers, and what they add up to; rounded."""
+    """Rows with their multipliers, and what they add up to; a contradiction in full."""
+    if isinstance(used, Certificate):
+        used, number, false = shortened(used), written, ", which is false"
+    else:
+        number, false = _number, ""
     rows = [
-        (f"{_number(row.multiplier)} ×", row.label, _inequality(row.coefficients, row.limit))
+        (f"{number(row.multiplier)} ×", row.label, _inequality(row.coefficients, row.limit, number))
         for row in used.rows
     ]
-    false = "" if isinstance(used, Bound) else ", which is false"
-    rows.append(("sum", "", _inequality(used.coefficients, used.limit) + false))
+    rows.append(("sum", "", _inequality(used.coefficients, used.limit, number) + false))
     return _columns(rows)
 
 
@@ -109,7 +120,10 @@ def _no_plan(explained: Explanation) -> Iterator[list[str]]:
         return
     for conflict in explained.conflicts:
         yield from _conflict(conflict, explained.plan.slot_s)
-    yield _repairs(explained.repairs)
+    if any(conflict.certificates for conflict in explained.conflicts):
+        yield _paragraph("Exact", EXACT)
+    if explained.conflicts or explained.repairs or explained.plan.proof == "physics":
+        yield _repairs(explained.repairs)
 
 
 def _conflict(conflict: Conflict, slot_s: float | None) -> Iterator[list[str]]:
@@ -178,8 +192,11 @@ def _optimum(explained: Explanation) -> Iterator[list[str]]:
     yield _paragraph("Optimum", stays)
     binding = [each for each in explained.constraints if each.binds]
     spare = [each for each in explained.constraints if not each.binds]
-    yield _labelled("Binding", _columns(_sides(binding)))
-    yield _labelled("To spare", _columns(_spare(spare)))
+    moments = [each for each in binding if _of_wells(each)]
+    lines = _columns(_sides(each for each in binding if not _of_wells(each)))
+    yield _labelled("Binding", lines + _columns((each.label,) for each in moments))
+    lines = _columns(_spare(each for each in spare if not _of_wells(each)))
+    yield _labelled("To spare", lines + _columns(_well_moments(spare)))
     if explained.bound is not None:
         head = "no point that satisfies these constraints is better:"
         yield [*_paragraph("Proof", head), *combination_text(explained.bound)]
@@ -195,6 +212,23 @@ def _sides(sides: Iterable[Side]) -> Iterator[tuple[str, ...]]:
 def _spare(sides: Iterable[Side]) -> Iterator[tuple[str, ...]]:
     for each in sides:
         yield each.label, _with_unit(each.slack, each.unit), each.statement
+
+
+def _of_wells(side: Side) -> bool:
+    return " not dry " in side.label or " not past full " in side.label
+
+
+def _well_moments(sides: Iterable[Side]) -> Iterator[tuple[str, ...]]:
+    """Shares of the battery to spare in the available well; of its moments in flight the least."""
+    wells = [each for each in sides if _of_wells(each)]
+    flown = [each for each in wells if " flight " in each.label]
+    least = min(flown, key=lambda each: each.slack, default=None)
+    for each in wells:
+        if each not in flown:
+            yield f"{_number(each.slack)} of B", each.label
+    if least is not None:
+        more = f", the least of {len(flown)} such moments" if len(flown) > 1 else ""
+        yield f"{_number(least.slack)} of B", f"{least.label}{more}"
 
 
 def _prices(explained: Explanation) -> Iterator[list[str]]:
@@ -255,7 +289,9 @@ def _words(explained: Explanation, price: Price) -> str:
         unit = "one more" if price.step == 1.0 else f"{price.step:g} more"
         start = f"{unit} of {_name(price)}"
     else:
-        start = f"one more {UNIT_NAMES.get(price.unit, price.unit)} of {_name(price)}"
+        unit = UNIT_NAMES.get(price.unit, price.unit)
+        more = f"one more {unit}" if price.step == 1.0 else f"{price.step:g} {price.unit} more"
+        start = f"{more} of {_name(price)}"
     words = f"{start} {_change(explained, price.gain, price.solved_again)}"
     if price.has_kink:
         words += f", as much less {_change(explained, price.loss, price.solved_again)}"

@@ -6,7 +6,7 @@ import re
 from typing import Any
 
 import optuav
-from optuav.diagnosis import repairs
+from optuav.diagnosis import explain, repairs
 from optuav.diagnosis.conflict import Conflict, conflicts
 from optuav.mission import Mission
 from tests.diagnosis.missions import PAPER, SMALL
@@ -64,6 +64,26 @@ def test_repairs_repair_and_one_digit_less_does_not() -> None:
         short = repair.value - sign * repair.resolution
         short = int(short) if key == "battery.packs" else float(f"{short:.12g}")
         assert not optuav.solve(mission.replace({key: short}), **options)
+
+
+def test_only_what_unknowns_move_binds_or_is_to_spare() -> None:
+    """Outage, ends and altitude compare figures of the route: no choice of times moves them."""
+    explained = explain("paper")
+    labels = [each.label for each in explained.constraints]
+    assert not [each for each in labels if each.startswith(("P1.a", "P1.c", "P1.e"))]
+    binding = {each.label for each in explained.constraints if each.binds}
+    assert binding == set(explained.plan.binding)
+    words = str(explained)
+    assert "stage 4 (brake) of the flight" in " ".join(words.split())
+    assert max(map(len, words.splitlines())) <= 80
+    assert "1e-06 1/s more of battery.flow_rate_per_s brings about 0.252 s" in words
+
+
+def test_packs_that_take_turns_are_not_explained_by_constraints() -> None:
+    """The plan is simulated: pooled constraints and prices would be those of another question."""
+    explained = explain(PAPER.replace({"battery.schedule": "sequential"}), problem="P3")
+    assert (explained.constraints, explained.prices) == ((), ())
+    assert "packs take turns" in str(explained)
 
 
 def test_packs_that_take_turns_have_no_repairs() -> None:

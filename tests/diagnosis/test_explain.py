@@ -85,16 +85,20 @@ SHORT_TEXT = """\
 Conflict     on origin → hover → destination: P1.d hover time cannot hold
              (limits.deadline_s)
   proof      1 ×  P1.d hover time  −Δ ≤ 0
-             1 ×  P1.d hover time  Δ ≤ −15.7922
-             sum                   0 ≤ −15.7922, which is false
+             1 ×  P1.d hover time  Δ ≤ −15.79
+             sum                   0 ≤ −15.79, which is false
 
 Conflict     on 20 routes, such as origin → b1 → hover → destination: P1.d hover
-             time and bounds of Δ and bounds of T' cannot hold together
+             time, bounds of Δ and bounds of T' cannot hold together
              (limits.deadline_s)
-  proof      1 ×  P1.d hover time  Δ + T' ≤ −28.3163
+  proof      1 ×  P1.d hover time  Δ + T' ≤ −28.31
              1 ×  bounds of Δ      −Δ ≤ 0
              1 ×  bounds of T'     −T' ≤ 0
-             sum                   0 ≤ −28.3163, which is false
+             sum                   0 ≤ −28.31, which is false
+
+Exact        certificates are exact as they stand: their rows are rounded so
+             that they say a little less than the mission, times being 0 or
+             more. --json holds all digits, as fractions
 
 Feasible if  1240 <= rotor.max_speed_rad_s <= 110000       now 1060
   or         link.path_loss_exponent <= 1.66               now 2
