@@ -7,15 +7,26 @@ from collections.abc import Callable
 
 from rich.console import Console
 
-from benchmarks import closed_form, compiled, grid, modellers, several_stops, startup
+from benchmarks import (
+    bracket,
+    closed_form,
+    compiled,
+    grid,
+    modellers,
+    samples,
+    several_stops,
+    startup,
+)
 from benchmarks.timing import Row, table
 
 BENCHMARKS: dict[str, Callable[[], list[Row]]] = {
     "grid": grid.run,
     "closed-form": closed_form.run,
+    "bracket": bracket.run,
     "compiled": compiled.run,
     "modellers": modellers.run,
     "several-stops": several_stops.run,
+    "samples": samples.run,
     "startup": startup.run,
 }
 

@@ -4,15 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-import numpy as np
-
 from benchmarks.timing import Row, median_s
+from benchmarks.towns import town
 from optuav.mission import Mission, load
 from optuav.solving import solve
 from optuav.status import Status
 
 TOWN = 200
-"""Buildings, at random on the map of the mission."""
+"""Buildings."""
 
 
 def run() -> list[Row]:
@@ -22,7 +21,7 @@ def run() -> list[Row]:
     cases = (
         ("10 buildings, 2 rests", paper, 1, 1.0, 5),
         ("10 buildings, 2 rests, 2 hovers, 2400 s", long, 2, 10.0, 5),
-        (f"{TOWN} buildings, 2 rests", _town(paper), 1, 30.0, 1),
+        (f"{TOWN} buildings, 2 rests", town(TOWN), 1, 30.0, 1),
     )
     return [
         Row(f"{what} / {limit_s:g} s", median_s(_proved(*asked), runs), limit_s, at_least=1.0)
@@ -36,11 +35,3 @@ def _proved(mission: Mission, hovers: int) -> Callable[[], None]:
         assert plan.status is Status.OPTIMAL
 
     return find
-
-
-def _town(mission: Mission) -> Mission:
-    chance = np.random.default_rng(1)
-    low, high = (0.0, 0.0, 30.0), (2000.0, 2000.0, 100.0)
-    roofs_m = chance.uniform(low, high, (TOWN, 3)).tolist()
-    rows = [{"name": f"x{k}", "position_m": roof_m} for k, roof_m in enumerate(roofs_m)]
-    return mission.replace({"buildings": rows})

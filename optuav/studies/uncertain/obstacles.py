@@ -7,7 +7,7 @@ import numpy.typing as npt
 
 from optuav.mission.sight import CLEAR, Numbers, Points, Prisms, crossed
 
-FEW = 128
+FEW = 256
 """Lines of a bundle that are tried one by one rather than as a bundle."""
 
 Booleans = npt.NDArray[np.bool_]
@@ -62,7 +62,8 @@ def _may_cross(obstacles: Prisms, low: Points, high: Points, exempt: Numbers) ->
     hull = shapely.convex_hull(shapely.multipoints(corners))
     footprint = obstacles.tree.query(hull, predicate="intersects")
     below = obstacles.roof_m[footprint] > min(low[2], low[5])
-    return bool((below & ~np.isin(obstacles.building[footprint], exempt)).any())
+    exempted = (obstacles.building[footprint, None] == exempt).any(axis=1)
+    return bool((below & ~exempted).any())
 
 
 def _crossing_none(obstacles: Prisms, ends_m: Points, exempt: Numbers) -> Booleans:

@@ -1,0 +1,127 @@
+"""The engine bracket over arrays of itineraries, against IPOPT and the times it may take."""
+
+from __future__ import annotations
+
+import tracemalloc
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from benchmarks.timing import Row, median_s
+from benchmarks.towns import town
+from optuav.engines import smooth
+from optuav.mission import Mission, load
+from optuav.mission.network import network
+from optuav.physics.battery import Phase
+from optuav.solving import formulate, solve
+from optuav.solving.given import quantities
+from optuav.solving.hovers import Hovers, Stays, longest_hovers
+
+SAME_S = 1e-4
+PAIRS = 1_000_000
+"""Of a building's two orders, each pair with a battery and a deadline of its own."""
+
+
+@dataclass(frozen=True)
+class Batch:
+    """Itineraries that stay in the same order, as `longest_hovers` takes them."""
+
+    legs: list[list[Phase]]
+    stays: Stays
+    figures: dict[str, Any]
+
+    def solve(self) -> Hovers:
+        """Longest hovers."""
+        return longest_hovers(self.legs, self.stays, **self.figures)
+
+
+def run() -> list[Row]:
+    """All itineraries of the shipped mission, of towns, and of a million pairs."""
+    mission = load("paper")
+    few = list(_batches(mission))
+    count = sum(len(np.atleast_1d(each.solve().hover_time_s)) for each in few)
+    few_s = median_s(lambda: [each.solve() for each in few], 101)
+    rows = [
+        Row(f"all {count} itineraries of paper / 5 ms", few_s, 5e-3, at_most=1.0),
+        Row(f"bracket / IPOPT, an itinerary ({count} of them)", few_s / count, _ipopt_s(mission)),
+    ]
+    each_s = None
+    for buildings in (100, 1_000, 10_000, 100_000):
+        many = [each for each in _batches(town(buildings)) if each.stays != "hover"]
+        seconds = median_s(lambda: [each.solve() for each in many], 5)  # noqa: B023
+        if buildings == 10_000:
+            rows.append(Row("10 000 buildings, both orders / 0.1 s", seconds, 0.1, at_most=1.0))
+            pairs = [_missions(each, PAIRS) for each in many]
+        each_s = each_s or seconds / 100
+        rows.append(Row(f"a building of {buildings} / of 100", seconds / buildings, each_s))
+    seconds = median_s(lambda: [each.solve() for each in pairs], 1)
+    what = f"10⁶ pairs, {_peak_bytes(pairs[0]) / 1e6:.0f} MB beside figures and answers / 6 s"
+    rows.append(Row(what, seconds, 6.0, at_most=1.0))
+    city = town(10_000)
+    whole_s, worked_out_s = median_s(lambda: solve(city), 3), median_s(lambda: network(city), 3)
+    rows.append(Row("optuav.solve, 10 000 buildings / its geometry", whole_s, worked_out_s))
+    return rows
+
+
+def _batches(mission: Mission) -> Iterator[Batch]:
+    """The itineraries of a mission that can be flown, by the order of their stays."""
+    worked_out = network(mission)
+    routes = worked_out.itineraries
+    direct = routes.building < 0
+    for which in (direct, ~direct & routes.rest_first, ~direct & ~routes.rest_first):
+        given = quantities(worked_out, np.flatnonzero(which & routes.flyable))
+        legs: list[list[Phase]] = [[]]
+        stays = []
+        for step in given.steps:
+            if isinstance(step, str):
+                stays.append(step)
+                legs.append([])
+            else:
+                legs[-1].append(step)
+        order: Stays = "rest-first" if stays[0] == "rest" else "hover-first"
+        figures = {
+            "deadline_s": given.deadline_s,
+            "min_soc": given.min_soc,
+            "capacity_As": given.battery_As,
+            "available_fraction": given.available_fraction,
+            "flow_rate_per_s": given.flow_rate_per_s,
+            "hover_current_A": given.hover_current_A,
+            "rest_current_A": given.rest_current_A if len(stays) > 1 else 0.0,
+        }
+        yield Batch(legs, order if len(stays) > 1 else "hover", figures)
+
+
+def _missions(batch: Batch, count: int) -> Batch:
+    """As many itineraries, the given ones in turn, over batteries and deadlines at random."""
+    chance = np.random.default_rng(2)
+    legs = [[Phase(*(np.resize(f, count) for f in phase)) for phase in leg] for leg in batch.legs]
+    figures = batch.figures | {
+        "rest_current_A": np.resize(batch.figures["rest_current_A"], count),
+        "deadline_s": chance.uniform(600.0, 2000.0, count),
+        "capacity_As": batch.figures["capacity_As"] * chance.uniform(0.8, 1.2, count),
+        "available_fraction": chance.uniform(0.5, 0.95, count),
+        "flow_rate_per_s": batch.figures["flow_rate_per_s"] * chance.uniform(0.3, 3.0, count),
+    }
+    return replace(batch, legs=legs, figures=figures)
+
+
+def _peak_bytes(batch: Batch) -> int:
+    """Largest memory at work beside the figures that are given and the answers."""
+    tracemalloc.start()
+    found = batch.solve()
+    _, peak = tracemalloc.get_traced_memory()
+    tracemalloc.stop()
+    assert found.proved.all()
+    return peak - sum(each.nbytes for each in found)
+
+
+def _ipopt_s(mission: Mission) -> float:
+    """Time of IPOPT, an itinerary [s]; its answers are not above what is proved."""
+    parts = formulate(mission, perspective="available").parts
+    proved = max(np.nanmax(each.solve().beyond_s) for each in _batches(mission))
+    found = [smooth.solve(part.model, len(part.routes)).objective for part in parts]
+    assert abs(max(np.nanmax(each) for each in found) - proved) <= SAME_S
+    count = sum(len(part.routes) for part in parts)
+    return median_s(lambda: [smooth.solve(p.model, len(p.routes)) for p in parts], 1) / count

@@ -1,0 +1,29 @@
+"""Samples of an uncertain mission, over all its itineraries, against the times they may take."""
+
+from __future__ import annotations
+
+import time
+
+from benchmarks.timing import Row
+from optuav.studies import sensitivity
+
+SAMPLES = 100_000
+
+
+def run() -> list[Row]:
+    """The shipped mission with everything that is measured uncertain, less what is not samples."""
+    return [
+        Row(
+            f"10⁵ samples, {perspective} / {limit_s:g} s", _seconds(perspective), limit_s, None, 1.0
+        )
+        for perspective, limit_s in (("battery", 5.0), ("available", 10.0))
+    ]
+
+
+def _seconds(perspective: str) -> float:
+    sensitivity("paper", perspective=perspective, samples=1)
+    begin = time.process_time()
+    sensitivity("paper", perspective=perspective, samples=1)
+    single = time.process_time()
+    sensitivity("paper", perspective=perspective, samples=SAMPLES)
+    return (time.process_time() - single) - (single - begin)
