@@ -155,12 +155,13 @@ class Program:
         part, solution = self.parts[number], solutions[number]
         solution.verify(entry)
         plan = plan_of(self.question, self.worked_out, part, solution, entry)
-        more = tuple(against_p1(self.question, self.worked_out, self.parts, plan.hover_time_s))
+        plan = against_p1(self.question, self.worked_out, self.parts, plan)
         open_s = _open_s(solutions, float(solution.objective[entry]))
-        status = Status.FEASIBLE if open_s > SAME_S else plan.status
         if open_s > SAME_S:
-            more = (*more, f"not proved: up to {open_s:.6g} s more has not been ruled out")
-        return replayed(plan.model_copy(update={"notes": (*plan.notes, *more), "status": status}))
+            more = f"not proved: up to {open_s:.6g} s more has not been ruled out"
+            update = {"notes": (*plan.notes, more), "status": Status.FEASIBLE}
+            plan = plan.model_copy(update=update)
+        return replayed(plan)
 
     def solution(self) -> Solution:
         """The engine's whole answer for the best itinerary: status, proof, values, multipliers.
