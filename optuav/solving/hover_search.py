@@ -12,7 +12,7 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -116,7 +116,11 @@ class Search:
         self.latest = time.monotonic() + (self.asked.time_limit_s or math.inf)
 
     def best(self, groups: tuple[OpenRoutes, ...]) -> list[Found]:
-        """The best points found, the best first, those that are next to as good among them."""
+        """The best points found, the best first, those that are next to as good among them.
+
+        They are sought as if the battery were charged at constant current.
+        """
+        groups = tuple(replace(each, free=replace(each.free, tapers=False)) for each in groups)
         climbed: list[Found] = []
         for start in self._starts(groups):
             if not climbed or start.hover_s > max(each.hover_s for each in climbed) - PROMISING_S:

@@ -4,14 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from typing import Any, get_args
+from typing import Any
 
 import numpy as np
 
 from formulations.p1 import P1
 from formulations.p1_free import AXES, Cell, P1Free
 from formulations.perspectives import AVAILABLE
-from formulations.quantities import QUANTITIES, Quantities
+from formulations.quantities import QUANTITIES
 from optuav.engines.arrays import Booleans, Floats
 from optuav.mission import vehicle
 from optuav.mission.itineraries import NO_LEG
@@ -21,8 +21,8 @@ from optuav.mission.routes import nearest_building
 from optuav.mission.sight import Numbers, Points
 from optuav.modelling import Model, Parameter
 from optuav.physics.battery import Phase
+from optuav.solving.delivered import delivered
 from optuav.solving.given import quantities
-from optuav.solving.hovers import STAYS, Stays, longest_hovers
 from optuav.solving.question import Question
 
 PLACES = ("before_m", "after_m")
@@ -85,7 +85,7 @@ class OpenRoutes:
         free = replace(self.taken(entry), laser_sight=np.where(lit, 1.0, 0.0))
         there = free.at(tuple(points_m.T))
         if perspective == AVAILABLE:
-            return _available_times_s(there)
+            return delivered(there, len(points_m))
         from optuav.engines import closed_form
 
         return closed_form.solve(P1.model(there, perspective), len(points_m)).values
@@ -94,31 +94,6 @@ class OpenRoutes:
 def _taken(figure: Any, entry: Numbers | int) -> Any:
     """A figure of one itinerary or several: its own, or the one of all."""
     return figure[entry] if np.ndim(figure) else figure
-
-
-def _available_times_s(given: Quantities) -> Mapping[str, Floats]:
-    """Δ and T' [s] by name that the battery can deliver."""
-    legs: list[list[Any]] = [[]]
-    stays: list[str] = []
-    for step in given.steps:
-        if isinstance(step, str):
-            stays.append(step)
-            legs.append([])
-        else:
-            legs[-1].append(step)
-    (order,) = (name for name in get_args(Stays) if STAYS[name] == tuple(stays))
-    found = longest_hovers(
-        legs,
-        order,
-        deadline_s=given.deadline_s,
-        min_soc=given.min_soc,
-        capacity_As=given.battery_As,
-        available_fraction=given.available_fraction,
-        flow_rate_per_s=given.flow_rate_per_s,
-        hover_current_A=given.hover_current_A,
-        rest_current_A=given.rest_current_A,
-    )
-    return {"hover_time_s": found.hover_time_s, "rest_time_s": found.rest_time_s}
 
 
 def open_routes(asked: Question, worked_out: Network) -> tuple[OpenRoutes, ...]:

@@ -9,11 +9,9 @@ import numpy.typing as npt
 
 from formulations.p1 import P1
 from formulations.perspectives import AVAILABLE
-from formulations.quantities import Quantities
-from optuav.engines import bracket, closed_form
+from optuav.engines import closed_form
 from optuav.mission.sight import Numbers, Points
-from optuav.physics.battery import Phase
-from optuav.solving.hovers import longest_hovers
+from optuav.solving.delivered import delivered
 from optuav.solving.ties import SAME_S
 from optuav.studies.uncertain.ensemble import Booleans, Ensemble
 
@@ -59,37 +57,10 @@ def _solved(
     rests = bool(ensemble.base.worked_out.itineraries.building[itineraries[0]] >= 0)
     if perspective == AVAILABLE:
         given = ensemble.quantities(variants, itineraries, rests=rests, steps=True)
-        if given.tapers:
-            found = bracket.solve(P1.model(given, perspective), len(variants))
-            return np.asarray(found.objective)
-        return _delivered(given)
+        return delivered(given, len(variants))["hover_time_s"]
     given = ensemble.quantities(variants, itineraries, rests=rests)
     solution = closed_form.solve(P1.model(given, perspective), len(variants))
     return np.asarray(solution.objective)
-
-
-def _delivered(given: Quantities) -> Points:
-    """Longest hover that the battery can deliver [s]; all itineraries stay in the same order."""
-    legs: list[list[Phase]] = [[]]
-    stays = []
-    for step in given.steps:
-        if isinstance(step, str):
-            stays.append(step)
-            legs.append([])
-        else:
-            legs[-1].append(step)
-    found = longest_hovers(
-        legs,
-        "hover" if len(stays) == 1 else "rest-first" if stays[0] == "rest" else "hover-first",
-        deadline_s=given.deadline_s,
-        min_soc=given.min_soc,
-        capacity_As=given.battery_As,
-        available_fraction=given.available_fraction,
-        flow_rate_per_s=given.flow_rate_per_s,
-        hover_current_A=given.hover_current_A,
-        rest_current_A=given.rest_current_A,
-    )
-    return found.hover_time_s
 
 
 def _groups(ensemble: Ensemble, itineraries: Numbers, *, apart: bool) -> list[Booleans]:
