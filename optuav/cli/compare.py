@@ -29,7 +29,10 @@ def compare(
         ),
     ] = None,
     perspective: Annotated[
-        str, typer.Option(help="battery, energy or adjusted: how charge is counted.")
+        str,
+        typer.Option(
+            help="battery, energy or adjusted: how charge is counted; with --by also available."
+        ),
     ] = "battery",
     engines: Annotated[
         str | None,
@@ -99,7 +102,7 @@ def compare(
     _deliver(
         found.to_dict(times=times),
         found.to_csv(times=times),
-        tables.comparison_tables(found, times=times),
+        tables.comparison_tables(found, times=times, width=_width(tables.WIDTH)),
         as_json,
         save,
         pictures,
@@ -147,6 +150,12 @@ def _numbers(text: str) -> list[float]:
     except ValueError:
         words = "numbers of seconds with commas between them, as in 0.5,1,60"
         raise InputError([Fault("--slots", repr(text), words)]) from None
+
+
+def _width(otherwise: int) -> int:
+    """Columns of the terminal; what is written elsewhere is as wide everywhere."""
+    screen = Console()
+    return screen.width if screen.is_terminal else otherwise
 
 
 def _deliver(

@@ -186,7 +186,7 @@ def choice_bars(
             loc="lower left",
             bbox_to_anchor=(0.0, 1.0),
             borderaxespad=0.2,
-            ncols=4,
+            ncols=5,
         )
         settle(axes.hover)
     return axes

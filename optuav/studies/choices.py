@@ -1,4 +1,4 @@
-"""Perspectives and trajectories of the paper side by side: its other comparison."""
+"""Perspectives and trajectories side by side: the paper's other comparison."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from formulations.perspectives import PAPER
+from formulations.perspectives import AVAILABLE, PAPER
 from optuav.errors import Fault, InputError
 from optuav.mission import Mission, load
 from optuav.plan import Plan
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 SCHEMA = 1
 KIND = "optuav comparison of choices"
 AXES: Mapping[str, tuple[str, ...]] = {
-    "perspective": PAPER,
+    "perspective": (*PAPER, AVAILABLE),
     "trajectory": ("direct", "traj1", "traj2", "optimal"),
 }
 """What may be varied, and its values in the order in which they are shown."""
@@ -150,7 +150,10 @@ def compare_by(
     perspective: str = "battery",
     slot_s: float | None = None,
 ) -> Choices:
-    """Solve P1 for every perspective and trajectory of the paper.
+    """Solve P1 for every perspective and trajectory.
+
+    The perspectives are the three of the paper, and ``"available"``, under which the battery never
+    runs dry.
 
     Parameters
     ----------
@@ -160,7 +163,7 @@ def compare_by(
         What to vary: ``"perspective"``, ``"trajectory"`` or both. The trajectory is ``"optimal"``
         where it is not varied.
     perspective
-        How the state of charge is written where that is not varied.
+        One of these four, where it is not varied.
     slot_s
         Length of the time slots [s], > 0; None for continuous times.
 
@@ -174,8 +177,9 @@ def compare_by(
     ]
     if not by or len(set(by)) < len(by):
         faults.append(Fault("by", repr(tuple(by)), f"each once, at least one of {', '.join(AXES)}"))
-    if perspective not in PAPER:
-        faults.append(Fault("perspective", repr(perspective), f"one of {', '.join(PAPER)}"))
+    if perspective not in AXES["perspective"]:
+        names = ", ".join(AXES["perspective"])
+        faults.append(Fault("perspective", repr(perspective), f"one of {names}"))
     elif "perspective" in by and perspective != "battery":
         faults.append(Fault("perspective", repr(perspective), "is varied already"))
     if faults:

@@ -1,4 +1,4 @@
-"""Comparisons as rich tables of at most 80 columns; every detail stands in their data."""
+"""Comparisons as rich tables, of at most 80 columns or as wide as a screen that has more."""
 
 from __future__ import annotations
 
@@ -13,8 +13,11 @@ from optuav.studies.choices import Choices
 from optuav.studies.comparison import Cell, Comparison, Method, Row
 
 WIDTH = 80
+WIDE = 120
+"""Columns from which on there is room for every gap beside its bound."""
 SLOTS_ABREAST = 5
 MOST_LINES = 12
+MOST_REASONS = 3
 LONGEST_NAME = 24
 NONE, WRONG = "none", "!"
 
@@ -28,56 +31,99 @@ def as_text(pieces: Iterable[RenderableType]) -> str:
     return "\n".join(line.rstrip() for line in screen.file.getvalue().splitlines())
 
 
-def comparison_tables(found: Comparison, *, times: bool = False) -> Iterator[RenderableType]:
-    """Gaps by programme and length of slot, what each method is worth, and the verdict."""
+def comparison_tables(
+    found: Comparison, *, times: bool = False, width: int = WIDTH
+) -> Iterator[RenderableType]:
+    """Gaps and bounds by programme and method, what each method is worth, and the verdict.
+
+    Where nothing has a plan, the reasons alone.
+    """
     heading = f"{found.mission.name}: longest hover Δ, {found.perspective}, by every method"
     yield Text(heading, style="bold")
+    yield ""
+    if found:
+        yield from _gap_tables(found, wide=width >= WIDE)
+        yield ""
+        yield _worth(found, times)
+        yield ""
+        yield _proofs(found)
+        yield ""
+    yield from _verdict(found)
+
+
+def _gap_tables(found: Comparison, *, wide: bool) -> Iterator[RenderableType]:
     by_slot: dict[float, Method] = {}
     for method in found.methods:
         if method.slot_s is not None:
             by_slot.setdefault(method.slot_s, method)
     methods = list(by_slot.values())
     for first in range(0, max(1, len(methods)), SLOTS_ABREAST):
-        yield ""
+        if first:
+            yield ""
         if methods:
-            yield "Δ in continuous times, and what is lost of it in slots of"
-        yield _gaps(found, methods[first : first + SLOTS_ABREAST])
-    yield ""
-    yield _worth(found, times)
-    yield ""
-    if found:
-        yield _proofs(found)
-        yield ""
-    yield from _verdict(found)
+            lost = "≤ its bound [s]" if wide else "[s]"
+            yield Text(f"Δ in continuous times, and what is lost of it {lost} in slots of")
+        yield _gaps(found, methods[first : first + SLOTS_ABREAST], wide=wide)
 
 
-def _gaps(found: Comparison, methods: Sequence[Method]) -> Table:
-    table = _table()
+def _gaps(found: Comparison, methods: Sequence[Method], *, wide: bool) -> Table:
+    """Gaps of one row a programme: each beside its bound, or the bounds in slots at the end."""
+    others = [each for each in found.methods[1:] if each.slot_s is None] if wide else []
+    table = _table(2 if wide else 1)
     table.add_column("problem", no_wrap=True, max_width=LONGEST_NAME)
     table.add_column(Text("Δ [s]"), justify="right", no_wrap=True)
+    for method in others:
+        table.add_column(method.name, justify="right", no_wrap=True)
     for method in methods:
-        table.add_column(Text(f"{method.slot_s:g} s"), justify="right", min_width=6)
+        table.add_column(Text(f"{method.slot_s:g} s"), justify="right", min_width=5)
+    bounds_last = bool(methods) and not wide
+    if bounds_last:
+        table.add_column("bound", justify="right", no_wrap=True)
     table.add_column("agree", justify="right")
     for row in found.rows:
         cells = {cell.method: cell for cell in row.cells}
-        reference = next(iter(row.cells), None)
-        hover_s = None if reference is None else reference.hover_time_s
+        hover_s = row.cells[0].hover_time_s if row.cells else None
+        slotted = [cells.get(method) for method in methods]
         table.add_row(
             Text(row.name),
             NONE if hover_s is None else f"{hover_s:.3f}",
-            *(_gap(cells.get(method)) for method in methods),
+            *(_gap(cells.get(method)) for method in others),
+            *(_gap(cell, with_bound=wide) for cell in slotted),
+            *([_slots_lost(slotted)] if bounds_last else []),
             _agreement(row),
         )
     return table
 
 
-def _gap(cell: Cell | None) -> Text:
+def _slots_lost(cells: Iterable[Cell | None]) -> str:
+    """How many slots the theory lets be lost, which may depend on their length."""
+    said = {
+        None if cell.largest_gap_s is None else round(cell.largest_gap_s / cell.method.slot_s)
+        for cell in cells
+        if cell is not None and cell.method.slot_s is not None and cell.gap_s is not None
+    }
+    if not said:
+        return "–"
+    known = sorted(each for each in said if each is not None)
+    words = [*map(str, known), *([NONE] if None in said else [])]
+    unit = " slot" if known == [1] else " slots"
+    return "/".join(words) + (unit if len(words) == 1 and known else "")
+
+
+def _gap(cell: Cell | None, *, with_bound: bool = False) -> Text:
     """What a cell of the first table says."""
     if cell is None:
         return Text("–")
     if cell.agrees is None:
         return Text("failed", style="bold red")
-    text = NONE if cell.gap_s is None else f"{round(cell.gap_s, 2) + 0.0:.2f}"
+    if cell.gap_s is None:
+        text = NONE
+    elif cell.method.slot_s is None:
+        text = _short(abs(cell.gap_s))
+    else:
+        text = f"{round(cell.gap_s, 2) + 0.0:.2f}"
+    if with_bound and cell.gap_s is not None:
+        text += f" ≤ {_allowed(cell)}"
     return Text(text) if cell.agrees else Text(f"{text}{WRONG}", style="bold red")
 
 
@@ -133,7 +179,7 @@ def _proofs(found: Comparison) -> Table:
 def _allowed(cell: Cell) -> str:
     if cell.method.slot_s is None:
         return _short(cell.allowance_s)
-    return "no bound" if cell.largest_gap_s is None else _short(cell.largest_gap_s)
+    return "no bound" if cell.largest_gap_s is None else f"{cell.largest_gap_s:g}"
 
 
 def _size(cell: Cell) -> float:
@@ -146,9 +192,7 @@ def _short(seconds: float) -> str:
 
 
 def _verdict(found: Comparison) -> Iterator[Text]:
-    for row in found.rows:
-        if row.reasons and (row.problem == "P1" or not row.cells):
-            yield Text(f"{row.name} has no plan: {'; '.join(row.reasons)}")
+    yield from _without_plan(found)
     unbounded = {
         cell.words.partition(": ")[2]: None
         for _, cell in found.cells
@@ -164,6 +208,24 @@ def _verdict(found: Comparison) -> Iterator[Text]:
     count = sum(1 for _ in found.cells)
     if not (found.disagreements or found.failures) and count:
         yield Text(f"All {count} answers agree.", style="bold green")
+
+
+def _without_plan(found: Comparison) -> Iterator[Text]:
+    """Which programmes have no plan, and why; where none has one, why (P1) over all has none."""
+    names: dict[tuple[str, ...], list[str]] = {}
+    for row in found.rows if found else found.rows[-1:]:
+        if row.reasons:
+            names.setdefault(row.reasons, []).append(row.name)
+    for reasons, rows in [*names.items()][:MOST_REASONS]:
+        who = f"{', '.join(rows)} {_has(len(rows))} no plan" if found else "No problem has a plan"
+        yield Text(f"{who}: {'; '.join(reasons)}.")
+    left = sum(map(len, [*names.values()][MOST_REASONS:]))
+    if left:
+        yield Text(f"{left} more {_has(left)} no plan either; --json tells why.")
+
+
+def _has(count: int) -> str:
+    return "has" if count == 1 else "have"
 
 
 def choice_tables(found: Choices) -> Iterator[RenderableType]:
@@ -196,5 +258,5 @@ def choice_tables(found: Choices) -> Iterator[RenderableType]:
         yield Text(f"Because {why}")
 
 
-def _table() -> Table:
-    return Table(box=None, pad_edge=False, padding=(0, 2, 0, 0), header_style="")
+def _table(apart: int = 2) -> Table:
+    return Table(box=None, pad_edge=False, padding=(0, apart, 0, 0), header_style="")

@@ -79,7 +79,8 @@ def test_an_engine_that_fails_is_exit_code_3(monkeypatch: pytest.MonkeyPatch) ->
 def test_nothing_feasible_is_exit_code_1() -> None:
     found = run(*QUICK, "--set", "limits.deadline_s=60")
     assert found.code == 1
-    assert "the flight alone takes 75.79 s" in words(found.out)
+    assert "No problem has a plan: the flight alone takes 75.79 s" in words(found.out)
+    assert "none" not in found.out
     assert widest(found.out) <= 80
 
 

@@ -12,6 +12,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from rich.console import Console
 
 import optuav
 from formulations.algorithm1 import algorithm1, best_pair
@@ -20,6 +21,7 @@ from optuav.engines.solution import Solution
 from optuav.errors import InputError, SolverError
 from optuav.status import Status
 from optuav.studies import Cell, Comparison
+from optuav.studies.tables import comparison_tables
 
 SLOTS_S = (1.0, 60.0)
 
@@ -191,7 +193,7 @@ def test_what_cannot_fly_has_no_cells_but_reasons() -> None:
     assert not found
     assert found.agrees
     assert all(row.cells == () and row.reasons for row in found.rows)
-    assert "P3 has no plan: the UAV cannot fly" in str(found)
+    assert "No problem has a plan: the UAV cannot fly" in str(found)
 
 
 def test_a_mission_without_buildings_has_two_rows() -> None:
@@ -332,7 +334,42 @@ def test_printed_it_fits_80_columns(paper: Comparison) -> None:
     assert max(map(len, lines)) <= 80
     assert lines == [line.rstrip() for line in lines]
     assert lines[-1] == "All 42 answers agree."
-    assert any(line.split() == ["P1", "719.540", "0.54", "59.54", "yes"] for line in lines)
+    row = ["P1", "719.540", "0.54", "59.54", "2", "slots", "yes"]
+    assert any(line.split() == row for line in lines)
+
+
+def test_on_a_wide_screen_every_gap_stands_beside_its_bound(paper: Comparison) -> None:
+    """SPEC 3: at most one slot without a rest, two with one in such a horizon."""
+    screen = Console(file=io.StringIO(), width=120, color_system=None, highlight=False)
+    for piece in comparison_tables(paper, width=120):
+        screen.print(piece)
+    assert isinstance(screen.file, io.StringIO)
+    rows = [line.split() for line in screen.file.getvalue().splitlines()]
+    (p3,) = [row for row in rows if row[:1] == ["P3"]]
+    assert p3[-7:] == ["0.85", "≤", "1", "28.85", "≤", "60", "yes"]
+    (p1,) = [row for row in rows if row[:1] == ["P1"]]
+    assert p1[-7:] == ["0.54", "≤", "2", "59.54", "≤", "120", "yes"]
+
+
+def test_where_nothing_is_feasible_one_sentence_takes_the_place_of_the_tables() -> None:
+    found = optuav.compare(two_buildings(limits__deadline_s=60), slots=(10.0,), engines=("grid",))
+    head, gap, *words, last = str(found).splitlines()
+    assert head.startswith("paper")
+    assert not gap
+    assert " ".join(words) == (
+        "No problem has a plan: the flight alone takes 75.79 s, longer than "
+        "limits.deadline_s = 60 s."
+    )
+    assert last == "All 12 answers agree."
+
+
+def test_reasons_of_single_programmes_are_told_once_each() -> None:
+    """At 80 s the direct flight fits, and no detour over a roof."""
+    found = optuav.compare(two_buildings(limits__deadline_s=80), slots=(10.0,), engines=("grid",))
+    text = " ".join(str(found).split())
+    assert "P4 b1 rest-first has no plan: the flight alone takes 88.32 s" in text
+    assert text.count("has no plan") == 3
+    assert "1 more has no plan either; --json tells why." in text
 
 
 def test_many_slots_and_long_names_fit_80_columns() -> None:
