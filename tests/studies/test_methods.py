@@ -243,7 +243,7 @@ def test_a_grid_beyond_the_bound_is_found_out(
 
 
 def test_slots_that_beat_continuous_times_are_found_out(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(optuav.solving.program, "verify", lambda *_: None)
+    monkeypatch.setattr(Solution, "verify", lambda *_: None)
     monkeypatch.setattr(grid, "solve", later(grid.solve, 10.0))
     found = optuav.compare(p3_alone(), slots=(10.0,), engines=("grid",))
     assert not found.agrees
