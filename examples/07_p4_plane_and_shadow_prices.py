@@ -69,13 +69,14 @@ assert math.isclose(weights["P4.a state of charge"], y1 * battery_As)  # (P4.a) 
 #
 # What one more unit of a number brings, in seconds of hover: a price per second of deadline, per
 # ampere of charge current. Its sign is that of the change: more hover current is bad. The test of
-# a price is to change the number a little and to solve again, from both sides.
+# a price is to change the number a little and to solve again, from both sides. Packs come whole:
+# one more and one less will do, for the price stays as long as the same two lines meet.
 
 # %%
 prices = best.shadow_prices()
 assert prices == program.shadow_prices()
 for name, price in prices.items():
-    step = 1e-4 * given[name]
+    step = 1.0 if name == "packs" else 1e-4 * given[name]
     up, down = (compiled.solve(**{name: given[name] + s}).objective[0] for s in (step, -step))
     measured = (up - down) / (2.0 * step)
     print(f"{name:<17} {price.more:12.6f} s per unit, measured {measured:12.6f}")

@@ -46,7 +46,9 @@ def solve(
         float | None,
         typer.Option("--slot-s", help="Length of time slots in seconds; continuous by default."),
     ] = None,
-    engine: Annotated[str, typer.Option(help="auto, closed-form, cvxpy, casadi or grid.")] = "auto",
+    engine: Annotated[
+        str, typer.Option(help="auto, closed-form, cvxpy, bracket, casadi or grid.")
+    ] = "auto",
     solver: Annotated[
         str | None, typer.Option(help="Solver behind cvxpy, by its name; HIGHS by default.")
     ] = None,
