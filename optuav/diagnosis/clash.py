@@ -8,6 +8,7 @@ References
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -17,12 +18,14 @@ import numpy as np
 from optuav.diagnosis.certificate import constrained, linear_part, subset
 from optuav.engines import bracket
 from optuav.engines.arrays import Booleans
-from optuav.modelling import Model, Relation, check
+from optuav.errors import InputError
+from optuav.modelling import Expression, Model, Relation, check
+from optuav.modelling.check import Check
 from optuav.modelling.expression import Variable
 from optuav.modelling.model import Constraint
 
 FAR_S = 1e4
-"""How far times are followed where the deadline is left aside [s]."""
+"""How far times are followed where no constraint bounds them [s]."""
 
 
 @dataclass(frozen=True)
@@ -36,16 +39,24 @@ class Clash:
     keys
         The mission's keys in them.
     broken
-        Those that do not hold without hovering and resting, with both sides there.
+        What does not hold without any stay, Δ = T' = 0, in words.
+    far_s
+        Sum of the times up to which it is proved [s]; infinity where the constraints bound them.
     """
 
     labels: tuple[str, ...]
     keys: tuple[str, ...]
     broken: tuple[str, ...]
+    far_s: float
 
     def to_dict(self) -> dict[str, Any]:
-        """As plain data."""
-        return {name: list(value) for name, value in vars(self).items()}
+        """As plain data; None for infinity."""
+        return {
+            "labels": list(self.labels),
+            "keys": list(self.keys),
+            "broken": list(self.broken),
+            "far_s": self.far_s if math.isfinite(self.far_s) else None,
+        }
 
 
 def clash(model: Model, parameters: Mapping[str, Any]) -> tuple[Constraint, ...]:
@@ -83,11 +94,29 @@ def impossible(
     programmes: int,
     values: Mapping[str, Any] | None = None,
 ) -> Booleans:
-    """Where no times are known that satisfy some of the constraints of a model."""
-    times: Sequence[Variable] = model.variables
-    far = Relation(sum(times[1:], start=times[0] + 0.0), "<=", FAR_S)
+    """Where no times are known that satisfy some of the constraints, and sum up to `FAR_S`."""
+    far = Relation(_sum(model), "<=", FAR_S)
     part = subset(model, [*constraints, Constraint("", far, "s", "")])
-    return np.isnan(bracket.some_point(part, programmes, values)[times[0].name])
+    return np.isnan(bracket.some_point(part, programmes, values)[model.variables[0].name])
+
+
+def reach_s(model: Model, constraints: Sequence[Constraint], row: Mapping[str, Any]) -> float:
+    """Sum of the times up to which `impossible` is a proof [s]: infinity if it cannot be larger.
+
+    It is where the constraints without `FAR_S` can be followed to their ends, and contradict each
+    other there too.
+    """
+    part = subset(model, constraints)
+    try:
+        known = bracket.some_point(part, 1, row)[model.variables[0].name]
+    except InputError:
+        return FAR_S
+    return math.inf if np.isnan(known).all() else FAR_S
+
+
+def _sum(model: Model) -> Expression:
+    times: Sequence[Variable] = model.variables
+    return sum(times[1:], start=times[0] + 0.0)
 
 
 def told(
@@ -103,8 +132,18 @@ def told(
         names,
         tuple(dict.fromkeys(keys)),
         tuple(
-            f"{name}: {side.left:.6g} {side.sense} {side.right:.6g}"
+            _broken(name, side)
             for name, side in zip(names, sides, strict=True)
             if not side.satisfied
         ),
+        reach_s(model, constraints, row),
     )
+
+
+def _broken(label: str, side: Check) -> str:
+    """What a constraint that does not hold says of the battery, or else its two sides."""
+    for kept, instead in ((" not dry ", "empty"), (" not past full ", "past full")):
+        _, wells, moment = label.partition(kept)
+        if wells:
+            return f"the available well would be {instead} {moment}"
+    return f"{label}: {side.left:.6g} {side.sense} {side.right:.6g} would be false"

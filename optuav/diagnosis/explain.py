@@ -126,7 +126,7 @@ def _objective(model: Model) -> str:
     units = {each.unit for each in leaves(goal)}
     unit = f"{units.pop()} " if len(units) == 1 and units != {"1"} else ""
     if not isinstance(goal, Variable):
-        return f"{unit}of the objective"
+        return f"{unit}of {Text().write(goal)}"
     words = {"hover_time_s": "hover", "rest_time_s": "rest"}.get(goal.name, goal.symbol)
     return f"{unit}of {words}"
 

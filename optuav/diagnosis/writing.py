@@ -119,14 +119,15 @@ def _no_plan(explained: Explanation) -> Iterator[list[str]]:
     if explained.plan.status is not Status.INFEASIBLE:
         return
     for conflict in explained.conflicts:
-        yield from _conflict(conflict, explained.plan.slot_s)
+        yield from conflict_text(conflict, explained.plan.slot_s)
     if any(conflict.certificates for conflict in explained.conflicts):
         yield _paragraph("Exact", EXACT)
     if explained.conflicts or explained.repairs or explained.plan.proof == "physics":
         yield _repairs(explained.repairs)
 
 
-def _conflict(conflict: Conflict, slot_s: float | None) -> Iterator[list[str]]:
+def conflict_text(conflict: Conflict, slot_s: float | None) -> Iterator[list[str]]:
+    """A conflict with its proofs, one block of lines each."""
     places = " → ".join(conflict.route)
     where = (
         f"on {places}" if conflict.routes == 1 else f"on {conflict.routes} routes, such as {places}"
@@ -153,10 +154,10 @@ def _clash(clash: Clash, where: str) -> Iterator[list[str]]:
     head = f"{where}: {_listed(clash.labels)} {verb}{keys}"
     lines = _paragraph("Conflict", head)
     if clash.broken:
-        dry = clash.broken and not together
-        why = "even without hovering and resting" if dry else "without hovering and resting"
-        lines += _paragraph("  there", f"{why}, {'; '.join(clash.broken)} is false")
-    proof = "bracketed: no times satisfy them"
+        even = "without" if together else "even without"
+        lines += _paragraph("  there", f"{'; '.join(clash.broken)}, {even} any stay")
+    far = "" if math.isinf(clash.far_s) else f" whose sum is at most {clash.far_s:g} s"
+    proof = f"bracketed: no times{far} satisfy them"
     if together:
         proof += " all, though they do if any one of them is left out"
     yield [*lines, *_paragraph("  proof", proof)]

@@ -8,12 +8,19 @@ from typing import Any
 import optuav
 from optuav.diagnosis import explain, repairs
 from optuav.diagnosis.conflict import Conflict, conflicts
+from optuav.diagnosis.writing import conflict_text
 from optuav.mission import Mission
 from tests.diagnosis.missions import PAPER, SMALL
 
 
 def diagnosed(mission: Mission, **options: Any) -> tuple[Conflict, ...]:
     return conflicts(optuav.formulate(mission, **options))
+
+
+def flowing(conflict: Conflict) -> str:
+    """A conflict as one line of words."""
+    blocks = conflict_text(conflict, None)
+    return " ".join(" ".join(line.split()) for block in blocks for line in block)
 
 
 def test_linear_constraints_that_conflict_have_their_certificate() -> None:
@@ -37,7 +44,18 @@ def test_wells_that_conflict_are_told_by_their_moments() -> None:
         "P4.a not past full after the rest at b1",
     )
     (broken,) = conflict.clash.broken
-    assert re.fullmatch(r"P4.a state of charge: 0\.8\d+ >= 0\.99", broken)
+    assert re.fullmatch(r"P4.a state of charge: 0\.8\d+ >= 0\.99 would be false", broken)
+
+
+def test_how_far_a_clash_is_proved_is_said() -> None:
+    """Both of its constraints could hold after a rest without end, for all that was looked at."""
+    mission = SMALL.replace({"limits.min_soc": 0.99})
+    asked = {"problem": "P4", "building": "b1", "order": "hover-first"}
+    (conflict,) = diagnosed(mission, **asked)
+    assert conflict.clash is not None
+    assert conflict.clash.far_s == 1e4
+    assert conflict.to_dict()["clash"]["far_s"] == 1e4
+    assert "no times whose sum is at most 10000 s satisfy them" in flowing(conflict)
 
 
 def test_a_well_that_runs_dry_in_flight_is_told_by_stage_and_leg() -> None:
@@ -48,6 +66,9 @@ def test_a_well_that_runs_dry_in_flight_is_told_by_stage_and_leg() -> None:
     (label,) = conflict.clash.labels
     assert label.startswith("P3.a not dry")
     assert "the flight hover → destination" in label
+    (broken,) = conflict.clash.broken
+    assert broken.startswith("the available well would be empty after stage 4 (brake) of the fl")
+    assert "hover → destination, even without any stay" in flowing(conflict)
 
 
 def test_repairs_repair_and_one_digit_less_does_not() -> None:

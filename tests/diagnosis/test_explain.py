@@ -387,3 +387,27 @@ def test_figures_of_the_hover_point_have_no_price(problem: str) -> None:
     explained = explain(PAPER, problem=problem, perspective="battery")
     assert "min_altitude_m" not in prices(explained)
     assert "edge" not in str(explained)
+
+
+def test_a_free_hover_point_is_held_and_said_so() -> None:
+    """A second more is worth what solving again with the point held and 1 s more brings."""
+    explained = explain(SMALL, hover_point="free", perspective="battery")
+    assert explained.notes[0].startswith("with the hover point held where it is")
+    assert "hover point held" in str(explained)
+    held = SMALL.replace({"route.hover_m": list(explained.plan.mission.route.hover_m or ())})
+    later = held.replace({"limits.deadline_s": held.limits.deadline_s + 1.0})
+    before, after = (optuav.solve(each, perspective="battery") for each in (held, later))
+    assert before.hover_time_s == pytest.approx(explained.plan.hover_time_s, abs=1e-4)
+    (price,) = [each for each in explained.prices if each.key == "limits.deadline_s"]
+    assert price.more == pytest.approx(after.hover_time_s - before.hover_time_s, abs=1e-6)
+
+
+def test_without_a_plan_a_free_hover_point_is_told_of_the_nearest() -> None:
+    explained = explain(
+        SMALL.replace({"buildings": [], "limits.deadline_s": 60}),
+        hover_point="free",
+        perspective="battery",
+    )
+    assert not explained
+    assert explained.notes[0].startswith("told for hovering at w_U")
+    assert {each.key for each in explained.repairs} >= {"limits.deadline_s"}
