@@ -163,7 +163,7 @@ def read(path: Path, columns: Sequence[Column], least: int = 1) -> Table:
             value = _value(row[place], column, size)
             if value is None:
                 gap = "an empty cell" if not row[place] else row[place]
-                words = _allowed(row[place], headings[place])
+                words = _allowed(row[place], headings[place], column)
                 faults.append(Fault(headings[place], gap, words, where))
             else:
                 cells[name].append(value)
@@ -271,8 +271,10 @@ def _value(cell: str, column: Column, size: float) -> float | str | None:
     return value if value == 0.0 or SIZES[0] <= abs(value) <= SIZES[1] else None
 
 
-def _allowed(cell: str, heading: str) -> str:
+def _allowed(cell: str, heading: str, column: Column) -> str:
     """What a cell should have said."""
+    if column.kind == "text":
+        return "a word"
     try:
         finite = math.isfinite(float(cell))
     except ValueError:

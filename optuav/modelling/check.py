@@ -124,11 +124,12 @@ def check(model: Model, point: Mapping[str, Any]) -> Checks:
     Raises
     ------
     InputError
-        If a value is no number or array of numbers, or the arrays do not broadcast.
+        If a value is no number or array of numbers, or the arrays do not broadcast with one another
+        and with the model's.
     KeyError
         If a variable has no value.
     """
-    point = _numbers(point)
+    point = _numbers(point, model)
     rows = []
     done: dict[int, Any] = {}
     stated = list(relations(model))  # kept, so that no two nodes share an identity
@@ -151,8 +152,8 @@ def check(model: Model, point: Mapping[str, Any]) -> Checks:
     return Checks(rows)
 
 
-def _numbers(point: Mapping[str, Any]) -> dict[str, Any]:
-    """The values of a point as numbers and arrays."""
+def _numbers(point: Mapping[str, Any], model: Model) -> dict[str, Any]:
+    """The values of a point as numbers and arrays that broadcast with those of the model."""
     found: dict[str, Any] = {}
     faults = []
     for name, value in point.items():
@@ -161,11 +162,14 @@ def _numbers(point: Mapping[str, Any]) -> dict[str, Any]:
         except (TypeError, ValueError):
             faults.append(Fault(name, repr(value), "a number or an array of numbers"))
     shapes = {name: np.shape(value) for name, value in found.items() if np.ndim(value)}
+    kept = (each.value for name, each in model.given.items() if name not in found)
+    own = {np.shape(value) for value in kept if np.ndim(value)}
     try:
-        np.broadcast_shapes(*shapes.values())
+        np.broadcast_shapes(*shapes.values(), *own)
     except ValueError:
         told = ", ".join(f"{name} {shape}" for name, shape in shapes.items())
-        faults.append(Fault("point", told, "arrays whose shapes broadcast"))
+        model_has = f", also with the model's {', '.join(map(str, sorted(own)))}" if own else ""
+        faults.append(Fault("point", told, f"arrays whose shapes broadcast{model_has}"))
     if faults:
         raise InputError(faults)
     return found

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
@@ -14,7 +14,7 @@ from optuav.engines.sensitivity import ShadowPrice
 from optuav.engines.solution import Solution
 from optuav.errors import Fault, InputError, SolverError
 from optuav.mission.network import Network
-from optuav.modelling import Checks, check
+from optuav.modelling import Checks, Model, check
 from optuav.modelling.traits import Traits, traits
 from optuav.plan import Plan
 from optuav.solving.against_p1 import against_p1
@@ -53,7 +53,7 @@ class Program:
     def __str__(self) -> str:
         if not self.parts:
             return "nothing can be flown: " + "; ".join(self.reasons)
-        return "\n\n".join(str(part.model) for part in self.parts)
+        return self._pages(str)
 
     def __repr__(self) -> str:
         name, count = self.worked_out.mission.name, len(self.parts)
@@ -74,7 +74,23 @@ class Program:
 
     def to_latex(self) -> str:
         """The declared models as LaTeX ``align*`` environments (package amsmath)."""
-        return "\n\n".join(part.model.to_latex() for part in self.parts)
+        return self._pages(Model.to_latex, "% ")
+
+    def _pages(self, write: Callable[[Model], str], mark: str = "") -> str:
+        """The models in writing; of several, each under a line that tells its routes."""
+        pages = [write(part.model) for part in self.parts]
+        if len(pages) > 1:
+            heads = (f"{mark}{k} of {len(pages)}: " for k in range(1, len(pages) + 1))
+            told = map(self._routes_of, self.parts)
+            pages = [f"{h}{t}\n{page}" for h, t, page in zip(heads, told, pages, strict=True)]
+        return "\n\n".join(pages)
+
+    def _routes_of(self, part: Part) -> str:
+        """Which routes a model speaks of."""
+        orders = {self.worked_out.itineraries.order(route) for route in part.routes}
+        order = orders.pop() if len(orders) == 1 else "with a rest"
+        words = (order or "without a rest").replace("-", " ")
+        return words + (f", {len(part.routes)} routes" if len(part.routes) > 1 else "")
 
     def check(self, point: Mapping[str, Any]) -> Checks:
         """Every constraint at a point, from wherever it comes, evaluated in NumPy.

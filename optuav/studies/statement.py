@@ -47,7 +47,7 @@ def statement(program: Program, form: str = "text") -> str:
     if form == "text":
         return str(program)
     if form == "latex":
-        return "\n\n".join(part.model.to_latex() for part in program.parts)
+        return program.to_latex()
     for part in program.parts:
         need_linear(part.model)
     solutions = [answer(part.model, len(part.routes), program.question) for part in program.parts]

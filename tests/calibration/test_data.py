@@ -64,6 +64,11 @@ def test_all_faults_are_told_at_once(file: Path) -> None:
     ]
 
 
+def test_a_gap_among_words_asks_for_a_word(file: Path) -> None:
+    text = "time_s,current_A,phase\n0,1,rest\n1,1,\n"
+    assert faults(file, text) == ["log.csv, line 3: phase = an empty cell: a word"]
+
+
 @pytest.mark.parametrize(
     ("header", "words"),
     [

@@ -114,6 +114,22 @@ def test_arrays_that_do_not_fit_are_refused_with_their_shapes() -> None:
         check(model, {"x": [1.0, 2.0], "y": [1.0, 2.0, 3.0]})
 
 
+def test_arrays_fit_those_of_the_model() -> None:
+    """A model of two programmes takes one number, or two, and refuses three in words."""
+    model = Model("test")
+    x = model.variable("x", "x", unit="s", upper=Parameter("limit", "L", "s", np.array([1.0, 2.0])))
+    model.subject_to("twice", 2.0 * x <= 100.0)
+    assert check(model, {"x": 1.5})[-1].satisfied.tolist() == [False, True]
+    words = r"x \(3,\): arrays whose shapes broadcast, also with the model's \(2,\)$"
+    with pytest.raises(InputError, match=words):
+        check(model, {"x": [1.0, 2.0, 3.0]})
+    assert check(model, {"x": [1.0, 2.0, 3.0], "limit": 2.5})[-1].satisfied.tolist() == [
+        True,
+        True,
+        False,
+    ]
+
+
 def test_parameters_may_be_given_other_values() -> None:
     model = Model("test")
     x = model.variable("x", "x", unit="s", upper=Parameter("limit", "L", "s", 1.0))

@@ -180,6 +180,10 @@ def test_a_mission_without_a_plan_is_said_to_have_none() -> None:
     assert found.chances.no_plan == 1.0
     assert found.chances.flyable is None
     assert "no plan 100.0%" in str(found)
+    told = str(found)
+    assert "No hover as it stands" in told
+    assert "Longest hover" not in told
+    assert "No effect" not in told
 
 
 # The plan that is held fixed

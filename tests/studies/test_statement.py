@@ -30,6 +30,21 @@ def test_text_and_latex_are_the_programs_own() -> None:
     assert latex.count(r"\begin{align*}") == len(program.parts) == 2
 
 
+def test_of_several_models_each_tells_its_routes() -> None:
+    """Both orders of P4 read alike otherwise; one model alone needs no such line."""
+    both = optuav.formulate("paper", "P4", building="b1", perspective="available")
+    lines = str(both).splitlines()
+    assert [line for line in lines if " of 2: " in line] == [
+        "1 of 2: rest first",
+        "2 of 2: hover first",
+    ]
+    assert "% 2 of 2: hover first\n\\begin{align*}" in both.to_latex()
+    every = str(optuav.formulate("paper", "P1", perspective="battery"))
+    assert every.startswith("1 of 2: without a rest\nP1: ")
+    assert "\n2 of 2: with a rest, 20 routes\nP1: " in every
+    assert " of 1: " not in str(optuav.formulate("paper", "P3", perspective="battery"))
+
+
 @pytest.mark.parametrize("form", ["lp", "mps"])
 @pytest.mark.parametrize("perspective", ["battery", "energy", "adjusted"])
 def test_a_file_holds_the_route_that_solve_takes(

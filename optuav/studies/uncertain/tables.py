@@ -24,12 +24,20 @@ def sensitivity_tables(found: Sensitivity) -> Iterator[RenderableType]:
     yield Text(f"{found.mission.name}: what matters most, {found.perspective}", style="bold")
     yield ""
     moving = [each for each in found.effects if each.swing_s(found.hover_time_s) > MOVES_S]
-    yield f"Longest hover {found.hover_time_s:.2f} s; one key at a time, everything else held:"
-    yield _effects(found, moving[:MOST_ROWS])
+    stands = (
+        f"Longest hover {found.hover_time_s:.2f} s"
+        if found.hover_time_s
+        else "No hover as it stands"
+    )
+    yield f"{stands}; one key at a time, everything else held:"
+    if moving:
+        yield _effects(found, moving[:MOST_ROWS])
+    else:
+        yield "no key within its range changes that; optuav explain tells what would"
     if len(moving) > MOST_ROWS:
         yield Text(f"and {len(moving) - MOST_ROWS} more with smaller effects")
     idle = [each.key for each in found.effects if each not in moving]
-    if idle:
+    if moving and idle:
         yield Text(f"No effect: {', '.join(idle)}")
     if found.chances is not None:
         yield ""
