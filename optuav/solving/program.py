@@ -254,10 +254,7 @@ class Program:
         """
         from optuav.solving.compiled import CompiledProgram
 
-        asked = replace(self.question, engine=engine or self.question.engine)
-        if asked.engine == "grid" and asked.slot_s is None:
-            asked = replace(asked, slot_s=self.worked_out.mission.limits.slot_s)
-        return CompiledProgram(self, asked)
+        return CompiledProgram(self, replace(self.question, engine=engine or self.question.engine))
 
     def best(self, solutions: Sequence[Solution]) -> tuple[int, int] | None:
         """Part and entry of the best answer by the tie rule; None without an answer."""
