@@ -39,7 +39,8 @@ class Solution:
     values
         Values of the variables by name, one a programme; NaN without an answer.
     binding
-        By label of a constraint, whether it holds with equality at the answer, one a programme.
+        By label of a constraint, whether it holds with equality at the answer (from the grid:
+        whether a slot more or less of an unknown would violate it), one a programme.
     multipliers
         By label of a constraint, its multiplier: seconds of objective per unit of the constraint,
         ≥ 0, one a programme. Empty from engines that have none.

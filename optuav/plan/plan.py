@@ -154,7 +154,8 @@ class Plan(Record):
     status
         What is known of the problem as stated.
     binding
-        Labels of the constraints that hold with equality.
+        Labels of the constraints that hold with equality; from the grid, of those that a slot more
+        or less of a time would violate.
     reasons
         Why there is no plan, in words; empty if there is one.
     notes
