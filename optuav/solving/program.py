@@ -147,7 +147,7 @@ class Program:
         if self.question.perspective == AVAILABLE and self._takes_turns:
             from optuav.solving.scheduled_plan import scheduled_plan
 
-            return scheduled_plan(self.question, self.worked_out, self.parts)
+            return replayed(scheduled_plan(self.question, self.worked_out, self.parts))
         solutions = self._answers()
         asked = replace(self.question, engine=solutions[0].engine)
         statuses = {status for solution in solutions for status in solution.statuses}

@@ -36,6 +36,7 @@ from optuav.solving.planning import (
 )
 from optuav.solving.program import Program
 from optuav.solving.question import AUTO
+from optuav.solving.replayed import replayed
 from optuav.status import Status
 
 if TYPE_CHECKING:
@@ -75,7 +76,7 @@ def several_stops(
     InputError
         If the question is one that several stops do not go with.
     SolverError
-        If the search ends early without a plan.
+        If the search ends early without a plan, or its plan fails the simulation.
     """
     if faults := tuple(_faults(program, rests, hovers)):
         raise InputError(faults)
@@ -258,7 +259,7 @@ def _plan(program: Program, everywhere: Network, found: Found, asked_for: str) -
         phases=flown,
         soc=counted(worked_out, flown, _states_of_charge(worked_out, stops)),
     )
-    return plan.model_copy(update={"binding": tuple(_binding(plan))})
+    return replayed(plan.model_copy(update={"binding": tuple(_binding(plan))}))
 
 
 def _states_of_charge(worked_out: Network, stops: Stops) -> dict[str, float]:

@@ -71,6 +71,7 @@ def test_slots_are_searched_to_the_end(schedule: str, min_soc: float) -> None:
     assert plan.proof.startswith("exhaustive")
     assert plan.hover_time_s == pytest.approx(-longest_s)
     assert plan.mission_time_s == pytest.approx(mission_s)
+    assert plan.flyable is True
 
 
 @pytest.mark.parametrize("schedule", SCHEDULES)

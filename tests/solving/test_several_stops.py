@@ -37,6 +37,7 @@ def test_two_rests_and_two_hovers_make_an_ordinary_plan() -> None:
     assert plan.status is Status.OPTIMAL
     assert plan.runs_dry_s is None
     assert plan.overfull_s is None
+    assert plan.flyable is True
     assert optuav.audit(plan).flyable
 
 
