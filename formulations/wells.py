@@ -9,11 +9,10 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from typing import Any
 
+from formulations.named_wells import named
 from formulations.pool import pool
 from formulations.quantities import Quantities
 from formulations.taper import tapered, trends
-from optuav.modelling import Expression, Let
-from optuav.modelling.expression import Trend
 from optuav.physics import battery
 
 
@@ -45,7 +44,7 @@ def _levels(given: Quantities, hover: Any, rest: Any) -> Iterator[tuple[Any, bat
             else:
                 level = battery.step(whole, level, phase)
             words = "" if isinstance(step, str) else "by eqs (15)-(16), a stage of flight"
-        level = _named(level, number, words, trends(given, hover, rest) if given.tapers else ())
+        level = named(level, number, words, trends(given, hover, rest) if given.tapers else ())
         yield step, level
 
 
@@ -53,20 +52,3 @@ def wells(given: Quantities, hover: Any, rest: Any) -> Any:
     """(y1 + y2)/B after the steps of the itinerary, from a full battery, as far as it tapers."""
     *_, (_, last) = levels(given, hover, rest)
     return battery.state_of_charge(pool(given), last)
-
-
-def _named(level: battery.Wells, number: int, words: str, known: Sequence[Trend]) -> battery.Wells:
-    """Names for the wells after a step, else each step would multiply the printed problem."""
-    if not isinstance(level.available_As, Expression):
-        return level
-    return battery.Wells(
-        Let(
-            f"available after step {number}",
-            f"y1_{number}",
-            "A s",
-            level.available_As,
-            words,
-            known,
-        ),
-        Let(f"bound after step {number}", f"y2_{number}", "A s", level.bound_As, words),
-    )

@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import re
+from pathlib import Path
 
 import numpy as np
 import pytest
 from matplotlib.mathtext import MathTextParser
 
+import formulations
 from formulations.formulation import Formulation
 from formulations.p3 import P3
 from formulations.p4 import P4
@@ -204,3 +206,10 @@ def test_formulation_of_ones_own() -> None:
 
     assert Least.model(quantities()).title == "Least"
     assert P3.model(quantities()).title == "P3: longest hover on a given route without a rest"
+
+
+@pytest.mark.parametrize("name", ["p1", "p2", "p3", "p4", "wells", "algorithm1", "algorithm2"])
+def test_a_statement_stays_short(name: str) -> None:
+    """Under 60 lines a file, so that it can be shown to a class."""
+    text = (Path(formulations.__file__).parent / f"{name}.py").read_text("utf-8")
+    assert len(text.splitlines()) < 60

@@ -1,0 +1,38 @@
+"""Names for the charge in both wells after a step."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from optuav.modelling import Expression, Let
+from optuav.modelling.expression import Trend
+from optuav.physics import battery
+
+
+def named(level: battery.Wells, number: int, words: str, known: Sequence[Trend]) -> battery.Wells:
+    """Names for the wells after a step, else each step would multiply the printed problem.
+
+    Parameters
+    ----------
+    level
+        Charge in both wells after it [A s]; numbers need no names.
+    number
+        Of the step, from 1.
+    words
+        What is printed instead of what it stands for; empty if that is.
+    known
+        What is known of the available well after it.
+    """
+    if not isinstance(level.available_As, Expression):
+        return level
+    return battery.Wells(
+        Let(
+            f"available after step {number}",
+            f"y1_{number}",
+            "A s",
+            level.available_As,
+            words,
+            known,
+        ),
+        Let(f"bound after step {number}", f"y2_{number}", "A s", level.bound_As, words),
+    )
