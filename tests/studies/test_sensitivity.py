@@ -10,7 +10,7 @@ import pytest
 
 import optuav
 from optuav.errors import InputError
-from optuav.studies.uncertain.ensemble import Base
+from optuav.studies.uncertain.ensemble import Base, Ensemble
 from optuav.studies.uncertain.fixed_plan import FixedPlan
 from optuav.studies.uncertain.spread import drawn, spreads
 from optuav.studies.uncertain.study import Sensitivity, _chances
@@ -193,9 +193,9 @@ def test_a_plan_that_the_battery_cannot_deliver_is_never_flyable() -> None:
     """The optimum of `paper` runs dry and is charged past full; that of `matrice350` is neither."""
     for name, expected in (("paper", False), ("matrice350", True)):
         mission = optuav.load(name)
-        kept = FixedPlan.of(optuav.solve(mission, perspective="battery"), mission).kept(
-            {"battery.capacity_As": np.array([mission.battery.capacity_As])}
-        )
+        fixed = FixedPlan.of(optuav.solve(mission, perspective="battery"), mission)
+        columns = {"battery.capacity_As": np.array([mission.battery.capacity_As])}
+        kept = fixed.kept(Ensemble(Base.of(mission), columns))
         assert kept["never dry"][0] == expected
         assert kept["never past full"][0] == expected
         for condition in ("legs and thrust", "link", "charge left", "deadline"):
@@ -214,7 +214,7 @@ def test_a_fixed_plan_is_flyable_where_the_replay_says_so() -> None:
         "laser": {"visibility_km": {"percent": 30}},
     }
     columns = drawn(spreads(mission, stated), 5, 0, 40)
-    kept = FixedPlan.of(plan, mission).kept(columns)
+    kept = FixedPlan.of(plan, mission).kept(Ensemble(Base.of(mission), columns))
     flyable = np.logical_and.reduce(list(kept.values()))
     where = [float(each) for each in optuav.graph(mission).nodes["hover"]["position_m"]]
     for number in range(40):

@@ -109,10 +109,13 @@ class Ensemble:
         The mission that varies.
     columns
         What varies.
+    known_radius_m
+        Their coverage radius (variant, 1) [m] where it is known.
     """
 
     base: Base
     columns: Columns
+    known_radius_m: Any = None
 
     @cached_property
     def count(self) -> int:
@@ -127,7 +130,8 @@ class Ensemble:
     @cached_property
     def coverage_radius_m(self) -> Any:
         """d_max (variant, 1) or a number [m]."""
-        return vehicle.coverage_radius_m(self.mission)
+        known_m = self.known_radius_m
+        return vehicle.coverage_radius_m(self.mission) if known_m is None else known_m
 
     @cached_property
     def position_m(self) -> Table:
@@ -150,8 +154,7 @@ class Ensemble:
             return can_be_flown
         ends = np.sort(np.stack(self._start_end, axis=1), axis=1)
         lines, line = np.unique(ends, axis=0, return_inverse=True)
-        low_m, high_m = (self.position_m[:, lines[:, side]] for side in (0, 1))
-        free = clear(self.base.obstacles, low_m, high_m, lines - FIRST_BUILDING)
+        free = clear(self.base.obstacles, self.position_m, lines, lines - FIRST_BUILDING)
         return np.asarray(can_be_flown & free[:, line])
 
     @cached_property
@@ -161,10 +164,15 @@ class Ensemble:
         if self.mission.laser is None:
             return vehicle.Load(np.zeros((1, places)), np.zeros((1, places)))
         laser_m = _points(self.mission.laser.position_m)
-        exempt = np.maximum(np.arange(places) - FIRST_BUILDING, CLEAR)[:, None]
-        lamp_m, place_m = np.broadcast_arrays(laser_m, self.position_m)
-        sight = clear(self.base.obstacles, lamp_m, place_m, exempt)
-        distance_m = norm(tuple(np.moveaxis(place_m - lamp_m, -1, 0)))
+        rows = max(len(laser_m), len(self.position_m))
+        lit_m = np.concatenate(
+            [np.broadcast_to(m, (rows, *m.shape[1:])) for m in (self.position_m, laser_m)], axis=1
+        )
+        number = np.arange(places)
+        exempt = np.maximum(number - FIRST_BUILDING, CLEAR)[:, None]
+        lines = np.stack([np.full(places, places), number], axis=1)
+        sight = clear(self.base.obstacles, lit_m, lines, exempt)
+        distance_m = norm(tuple(np.moveaxis(self.position_m - laser_m, -1, 0)))
         load = vehicle.charging(self.mission, distance_m)
         return vehicle.Load(*(np.where(sight, _table(each), 0.0) for each in load))
 

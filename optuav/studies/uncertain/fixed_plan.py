@@ -14,7 +14,7 @@ from optuav.mission import Mission, vehicle
 from optuav.mission.places import ENDS, HOVER
 from optuav.modelling import check
 from optuav.plan import Plan
-from optuav.studies.uncertain.ensemble import Base, Columns, Ensemble
+from optuav.studies.uncertain.ensemble import Base, Ensemble
 
 CONDITIONS = {
     "legs and thrust": (),
@@ -64,9 +64,9 @@ class FixedPlan:
         words = "a plan over the places of this mission, with one hover and at most one rest"
         raise InputError([Fault("plan", " → ".join(plan.route), words)])
 
-    def kept(self, columns: Columns) -> dict[str, Booleans]:
-        """Which conditions are kept, in every variant."""
-        ensemble = Ensemble(self.base, columns)
+    def kept(self, variants: Ensemble) -> dict[str, Booleans]:
+        """Which conditions are kept, in every variant of the mission."""
+        ensemble = Ensemble(self.base, variants.columns, variants.coverage_radius_m)
         every = np.arange(ensemble.count)
         route = np.zeros_like(every)
         rests = bool(self.base.worked_out.itineraries.building[0] >= 0)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
-from optuav.mission.sight import CLEAR, Numbers, Points, Prisms, crossed
+from optuav.mission.sight import CLEAR, MARGIN_M, Numbers, Points, Prisms, crossed
 
 FEW = 256
 """Lines of a bundle that are tried one by one rather than as a bundle."""
@@ -13,15 +13,17 @@ FEW = 256
 Booleans = npt.NDArray[np.bool_]
 
 
-def clear(obstacles: Prisms, start_m: Points, end_m: Points, exempt: Numbers) -> Booleans:
-    """Whether lines cross no building; False where an end is not known.
+def clear(obstacles: Prisms, position_m: Points, lines: Numbers, exempt: Numbers) -> Booleans:
+    """Whether lines between places cross no building; False where an end is not known.
 
     Parameters
     ----------
     obstacles
         The buildings.
-    start_m, end_m
-        Ends of the lines (variant, line, 3) [m].
+    position_m
+        Places (variant, place, 3) [m].
+    lines
+        Numbers of the two places that each line joins (line, 2).
     exempt
         Buildings that do not block a line (line, k), by number; negative for none.
 
@@ -29,41 +31,86 @@ def clear(obstacles: Prisms, start_m: Points, end_m: Points, exempt: Numbers) ->
     -------
     (variant, line)
     """
-    ends_m = np.concatenate([start_m, end_m], axis=2)
-    free: Booleans = np.asarray(np.isfinite(ends_m).all(axis=2))
-    still = (ends_m == ends_m[:1]).all(axis=(0, 2))
-    free[:, still] = _crossing_none(obstacles, ends_m[0, still], exempt[still])
+    known: Booleans = np.asarray(np.isfinite(position_m).all(axis=2))
+    free: Booleans = np.asarray(known[:, lines].all(axis=2))
+    stays = (position_m == position_m[:1]).all(axis=(0, 2))
+    still = stays[lines].all(axis=1)
+    first_m = position_m[0, lines[still]].reshape(-1, 6)
+    free[:, still] &= _crossing_none(obstacles, first_m, exempt[still])
     for line in np.flatnonzero(free.any(axis=0) & ~still).tolist():
-        known = np.flatnonzero(free[:, line])
-        free[known, line] = _bundle(obstacles, ends_m[known, line], exempt[line])
+        (here,) = np.nonzero(free[:, line])
+        ends_m = np.concatenate([position_m[here, end].T for end in lines[line]])
+        free[here, line] = _bundle(obstacles, ends_m, exempt[line])
     return free
 
 
 def _bundle(obstacles: Prisms, ends_m: Points, exempt: Numbers) -> Booleans:
-    """Whether the lines of a bundle (line, 6) are clear: all at once, or in two halves."""
-    low, high = ends_m.min(axis=0), ends_m.max(axis=0)
-    if not _may_cross(obstacles, low, high, exempt):
-        return np.ones(len(ends_m), bool)
-    if len(ends_m) <= FEW:
-        return _crossing_none(obstacles, ends_m, np.tile(exempt, (len(ends_m), 1)))
-    widest = ends_m[:, np.argmax(high - low)]
-    order = np.argsort(widest, kind="stable")
-    free = np.empty(len(ends_m), bool)
+    """Whether the lines of a bundle (6, line) are clear: all at once, or in two halves."""
+    low, high = ends_m.min(axis=1), ends_m.max(axis=1)
+    count = ends_m.shape[1]
+    met = _met(obstacles, low, high, exempt)
+    if not met.size:
+        return np.ones(count, bool)
+    if _through_one_wall(obstacles, met, low, high):
+        return np.zeros(count, bool)
+    if count <= FEW:
+        return _crossing_none(obstacles, ends_m.T, np.tile(exempt, (count, 1)))
+    order = np.argpartition(ends_m[np.argmax(high - low)], count // 2)
+    free = np.empty(count, bool)
     for half in np.array_split(order, 2):
-        free[half] = _bundle(obstacles, ends_m[half], exempt)
+        free[half] = _bundle(obstacles, ends_m[:, half], exempt)
     return free
 
 
-def _may_cross(obstacles: Prisms, low: Points, high: Points, exempt: Numbers) -> bool:
-    """Whether a building stands in the hull of the two boxes that hold the ends of a bundle."""
+def _met(obstacles: Prisms, low: Points, high: Points, exempt: Numbers) -> Numbers:
+    """Footprints of buildings in the hull of the two boxes that hold the ends of a bundle."""
     import shapely
 
-    corners = [(x, y) for k in (0, 3) for x in (low[k], high[k]) for y in (low[k + 1], high[k + 1])]
-    hull = shapely.convex_hull(shapely.multipoints(corners))
+    hull = shapely.convex_hull(shapely.multipoints(_corners(low, high).reshape(-1, 2)))
     footprint = obstacles.tree.query(hull, predicate="intersects")
     below = obstacles.roof_m[footprint] > min(low[2], low[5])
     exempted = (obstacles.building[footprint, None] == exempt).any(axis=1)
-    return bool((below & ~exempted).any())
+    return np.asarray(footprint[below & ~exempted])
+
+
+def _through_one_wall(obstacles: Prisms, footprint: Numbers, low: Points, high: Points) -> bool:
+    """Whether all lines between two boxes go through the same wall of a building.
+
+    Let s be how far a place stands before a wall [m] and |s'| how far one behind it. The line from
+    one to the other meets the wall's plane at their mean with weights |s'| and s. That it does so
+    beside the wall or above it is, times s + |s'|, affine in either place: if the lines between the
+    corners of the boxes all go through the wall, from the same side, all lines do. They are told to
+    do so only if they do by `MARGIN_M`, which is far more than rounding.
+    """
+    import shapely
+
+    rings = shapely.get_exterior_ring(obstacles.tree.geometries[footprint])
+    corner_m, ring = shapely.get_coordinates(rings, return_index=True)
+    (side,) = np.nonzero(ring[1:] == ring[:-1])
+    way_m = corner_m[side + 1] - corner_m[side]
+    length_m = np.hypot(*way_m.T)[:, None, None]
+    along = way_m / length_m[:, 0]
+    before = np.stack([-along[:, 1], along[:, 0]], axis=1)
+    seen_m = _corners(low, high) - corner_m[side, None, None]  # (wall, box, corner, 2)
+    near_m, far_m = np.moveaxis(np.einsum("wbck,wk->wbc", seen_m, before), 1, 0)
+    here_m, there_m = np.moveaxis(np.einsum("wbck,wk->wbc", seen_m, along), 1, 0)
+    roof_m = obstacles.roof_m[footprint][ring[side], None, None] - 2.0 * MARGIN_M
+    near_m, far_m = near_m[:, :, None], far_m[:, None, :]
+    opposite = (np.minimum(near_m, -far_m) > MARGIN_M) | (np.minimum(-near_m, far_m) > MARGIN_M)
+    near_m, far_m = abs(near_m), abs(far_m)
+    at_m = here_m[:, :, None] * far_m + there_m[:, None, :] * near_m
+    height_m = high[2] * far_m + high[5] * near_m
+    apart_m = near_m + far_m
+    through = opposite & (height_m < roof_m * apart_m)
+    through &= (at_m > MARGIN_M * apart_m) & (at_m < (length_m - MARGIN_M) * apart_m)
+    return bool(through.all(axis=(1, 2)).any())
+
+
+def _corners(low: Points, high: Points) -> Points:
+    """Corners on the map of the boxes of both ends (box, corner, 2) [m]."""
+    return np.array(
+        [[(x, y) for x in (low[k], high[k]) for y in (low[k + 1], high[k + 1])] for k in (0, 3)]
+    )
 
 
 def _crossing_none(obstacles: Prisms, ends_m: Points, exempt: Numbers) -> Booleans:

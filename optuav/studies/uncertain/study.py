@@ -304,12 +304,12 @@ def _chances(
     flyable = 0
     for first in range(0, samples, at_once):
         some = slice(first, min(first + at_once, samples))
-        columns = drawn(uncertain, seed, first, some.stop - first)
-        found = longest(Ensemble(base, columns), perspective)
+        ensemble = Ensemble(base, drawn(uncertain, seed, first, some.stop - first))
+        found = longest(ensemble, perspective)
         hover_s[some] = np.nan_to_num(found.hover_time_s, nan=0.0)
         wins += np.bincount(found.itinerary + 1, minlength=len(wins))
         if plan is not None:
-            holds = plan.kept(columns)
+            holds = plan.kept(ensemble)
             flyable += int(np.logical_and.reduce(list(holds.values())).sum())
             kept = {name: kept[name] + int(holds[name].sum()) for name in kept}
     names = base.worked_out.places.names
