@@ -13,8 +13,6 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-import numpy as np
-
 from optuav.diagnosis.certificate import constrained, linear_part, subset
 from optuav.engines import bracket
 from optuav.engines.arrays import Booleans
@@ -94,10 +92,10 @@ def impossible(
     programmes: int,
     values: Mapping[str, Any] | None = None,
 ) -> Booleans:
-    """Where no times are known that satisfy some of the constraints, and sum up to `FAR_S`."""
+    """Where it is proved that no times which sum up to `FAR_S` satisfy some of the constraints."""
     far = Relation(_sum(model), "<=", FAR_S)
     part = subset(model, [*constraints, Constraint("", far, "s", "")])
-    return np.isnan(bracket.some_point(part, programmes, values)[model.variables[0].name])
+    return bracket.no_point(part, programmes, values)
 
 
 def reach_s(model: Model, constraints: Sequence[Constraint], row: Mapping[str, Any]) -> float:
@@ -108,10 +106,10 @@ def reach_s(model: Model, constraints: Sequence[Constraint], row: Mapping[str, A
     """
     part = subset(model, constraints)
     try:
-        known = bracket.some_point(part, 1, row)[model.variables[0].name]
+        ended = bracket.no_point(part, 1, row)
     except InputError:
         return FAR_S
-    return math.inf if np.isnan(known).all() else FAR_S
+    return math.inf if ended.all() else FAR_S
 
 
 def _sum(model: Model) -> Expression:

@@ -14,7 +14,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from optuav.engines.arrays import Booleans, Floats
-from optuav.engines.bracketing import largest, shortest
+from optuav.engines.bracketing import Interval, largest, shortest
 from optuav.engines.exponential_form import Rows, rows_of, stated_forms
 from optuav.engines.multipliers import local_multipliers
 from optuav.engines.solution import Solution
@@ -163,11 +163,24 @@ def some_point(
 
     What is sought does not matter, nor how the times compare with others.
     """
-    names = [each.name for each in model.variables]
-    rows, x_top, y_top, usable = stated(model, programmes, values or {}, *names)
-    found = largest(rows, x_top, y_top, any_point=True)
+    names, found, usable = _any_point(model, programmes, values)
     times = (np.where(usable, each, np.nan) for each in (found.x, found.y))
     return dict(zip(names, times, strict=False))
+
+
+def no_point(model: Model, programmes: int, values: Mapping[str, Any] | None = None) -> Booleans:
+    """Where it is proved that no times satisfy all constraints; parameters as for `solve`."""
+    _, found, usable = _any_point(model, programmes, values)
+    return usable & np.isneginf(found.beyond)
+
+
+def _any_point(
+    model: Model, programmes: int, values: Mapping[str, Any] | None
+) -> tuple[list[str], Interval, Booleans]:
+    """Names of the times, what is known of them, and where the figures are numbers."""
+    names = [each.name for each in model.variables]
+    rows, x_top, y_top, usable = stated(model, programmes, values or {}, *names)
+    return names, largest(rows, x_top, y_top, any_point=True), usable
 
 
 def _values(model: Model) -> dict[str, Any]:
