@@ -368,7 +368,7 @@ def test_reasons_of_single_programmes_are_told_once_each() -> None:
     found = optuav.compare(two_buildings(limits__deadline_s=80), slots=(10.0,), engines=("grid",))
     text = " ".join(str(found).split())
     assert "P4 b1 rest-first has no plan: the flight alone takes 88.32 s" in text
-    assert text.count("has no plan") == 3
+    assert text.count("has no plan:") == 3
     assert "1 more has no plan either; --json tells why." in text
 
 
