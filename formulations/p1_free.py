@@ -11,7 +11,7 @@ from formulations.p1 import P1
 from formulations.quantities import QUANTITIES
 from optuav.modelling import Model
 from optuav.physics.battery import Phase
-from optuav.physics.flight import Loads
+from optuav.physics.loads import Loads
 from optuav.physics.quantity import Vector, dot, norm
 
 AXES = ("x", "y", "z")

@@ -24,7 +24,7 @@ from optuav.calibration.estimation import CONFIDENCE, Interval, Unknown, estimat
 from optuav.calibration.fit import Fit, Panel, Value, unclear, values_of
 from optuav.errors import Fault, InputError
 from optuav.mission.words import nearest
-from optuav.physics.flight import regime_leg
+from optuav.physics.regimes import regime_leg
 
 COLUMNS = (
     Column("time", "time"),

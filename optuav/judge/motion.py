@@ -10,6 +10,8 @@ import numpy as np
 from optuav.judge.phases import Phase, displacement_m
 from optuav.mission import Mission, vehicle
 from optuav.physics import flight
+from optuav.physics.motion import state_at
+from optuav.physics.regimes import regime_motion
 from optuav.plan.trace import Floats
 
 
@@ -39,7 +41,7 @@ def motion(mission: Mission, phase: Phase, passed_s: Floats) -> Motion:
         pitch_rad = roll_rad = unknown
     elif mission.flight.model == "regimes":
         given = mission.flight
-        travelled_m, speed_m_s = flight.regime_motion(
+        travelled_m, speed_m_s = regime_motion(
             length_m, given.acceleration_m_s2, phase.peak_speed_m_s, passed_s
         )
         share, pitch_rad, roll_rad = travelled_m / length_m, unknown, unknown
@@ -47,7 +49,7 @@ def motion(mission: Mission, phase: Phase, passed_s: Floats) -> Motion:
         airframe, motor = vehicle.airframe(mission), vehicle.motor(mission)
         wind_N = mission.wind.force_N
         leg = flight.leg(airframe, motor, way_m, wind_N)
-        state = flight.state_at(motor, airframe.external_force_N(wind_N), leg, passed_s)
+        state = state_at(motor, airframe.external_force_N(wind_N), leg, passed_s)
         position_m = start_m + np.stack(state.position_m, axis=1)
         return Motion(
             position_m, state.speed_m_s, state.attitude.pitch_rad, state.attitude.roll_rad

@@ -14,7 +14,8 @@ from optuav.mission import Mission, vehicle
 from optuav.mission.places import ENDS
 from optuav.mission.sight import CLEAR, Prisms, crossed, prisms
 from optuav.mission.vehicle import Load
-from optuav.physics import flight
+from optuav.physics.flight import STAGES
+from optuav.physics.loads import Loads
 from optuav.plan.plan import Kind
 
 NOTHING = Load(0.0, 0.0)
@@ -226,8 +227,8 @@ def _stated(site: Site, move: Move, start_s: float) -> Iterator[Stage]:
         start_s += stage.duration_s
 
 
-def _flown(loads: flight.Loads, start_s: float) -> Iterator[Stage]:
-    names = flight.STAGES if len(loads.durations_s) > 1 else ("flight",)
+def _flown(loads: Loads, start_s: float) -> Iterator[Stage]:
+    names = STAGES if len(loads.durations_s) > 1 else ("flight",)
     columns = (loads.durations_s, loads.currents_A, loads.powers_W)
     for name, duration_s, *drawn in zip(names, *columns, strict=True):
         yield Stage(name, start_s, float(duration_s), Load(*map(float, drawn)), NOTHING)

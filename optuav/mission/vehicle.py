@@ -8,7 +8,9 @@ import numpy as np
 
 from optuav.mission.schema import Mission
 from optuav.physics import battery, flight, laser, link, rotor
+from optuav.physics.loads import Loads
 from optuav.physics.quantity import Quantity, Vector, norm
+from optuav.physics.regimes import regime_leg
 
 MOTOR_FIELDS = tuple(rotor.Motor.__dataclass_fields__)
 AIRFRAME_FIELDS = tuple(flight.Airframe.__dataclass_fields__)
@@ -101,11 +103,11 @@ def rest_load(mission: Mission) -> Load:
     return Load(0.0, 0.0)
 
 
-def leg_loads(mission: Mission, displacement_m: Vector) -> tuple[flight.Loads, Quantity]:
+def leg_loads(mission: Mission, displacement_m: Vector) -> tuple[Loads, Quantity]:
     """What a leg draws by the mission's flight model, and its peak speed [m/s]."""
     given = mission.flight
     if given.model == "regimes":
-        return flight.regime_leg(
+        return regime_leg(
             norm(displacement_m),
             given.acceleration_m_s2,
             given.flight_current_A,

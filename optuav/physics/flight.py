@@ -1,4 +1,4 @@
-"""One flight leg from rest to rest: the six-stage model, and loads by regime.
+"""One flight leg from rest to rest by the six-stage model.
 
 Six stages: turn, accelerate, turn, brake, turn, hover. With the unit path vector u, external force
 F_e (gravity and wind), p = F_e·u and full thrust F, the net force along the path is
@@ -11,20 +11,18 @@ References
    drone-based antenna array", IEEE Transactions on Communications, 2019, eqs (25)-(51) and
    appendix D. Its eq (46) lacks a factor 1/√2, its eq (82) inverts A/m and the angles of its
    lemma 2 do not solve its own force balance; the forms used here do.
-.. [2] W. Jaafar, H. Yanikomeroglu, "Dynamics of laser-charged UAVs: a battery perspective",
-   IEEE Internet of Things Journal, 2020, eqs (6)-(7).
 """
 
 from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
 
 from optuav.physics import rotor
+from optuav.physics.loads import Loads
 from optuav.physics.quantity import (
     TINY,
     Quantity,
@@ -91,40 +89,6 @@ class Attitude:
 
 
 LEVEL = Attitude(0.0, 0.0)
-
-
-@dataclass(frozen=True)
-class Loads:
-    """What a leg draws in each of its stages.
-
-    Parameters
-    ----------
-    durations_s
-        Duration of every stage [s], one entry a stage, each a scalar or an array over legs; NaN
-        where the leg cannot be flown.
-    currents_A, powers_W
-        Current drawn [A] and power drawn [W], > 0, one entry a stage; a scalar is the same for all
-        legs.
-    """
-
-    durations_s: tuple[Quantity, ...]
-    currents_A: tuple[Quantity, ...]
-    powers_W: tuple[Quantity, ...]
-
-    @property
-    def duration_s(self) -> Quantity:
-        """Flight time of the leg [s]."""
-        return sum(self.durations_s)
-
-    @property
-    def charge_As(self) -> Quantity:
-        """Charge drawn on the leg [A s]."""
-        return sum(t * i for t, i in zip(self.durations_s, self.currents_A, strict=True))
-
-    @property
-    def energy_J(self) -> Quantity:
-        """Energy drawn on the leg [J], [2]_ eq (6)."""
-        return sum(t * p for t, p in zip(self.durations_s, self.powers_W, strict=True))
 
 
 @dataclass(frozen=True)
@@ -323,181 +287,3 @@ def impossible(airframe: Airframe, motor: rotor.Motor, wind_N: Vector) -> str | 
         f"the rotors give {thrust_N:.6g} N at full speed, "
         f"but weight and wind take {external_N:.6g} N"
     )
-
-
-@dataclass(frozen=True)
-class LegState:
-    """Where the UAV is on a leg, and what it does, at some moments.
-
-    Where there is no state, on a leg that cannot be flown or before the leg begins, the stage is 0
-    and everything else NaN.
-
-    Parameters
-    ----------
-    stage
-        1 to 5 in flight, 6 once it hovers at the end.
-    position_m
-        From the start of the leg [m], components.
-    speed_m_s
-        Along the path [m/s]: the rate of change of the position, so 0 in the turn of stage 3, in
-        which the model freezes the position and keeps the speed for stage 4.
-    attitude
-        Pitch and roll [rad].
-    rotor_speeds_rad_s
-        Speeds of rotors 1 (+x), 2 (+y), 3 (−x) and 4 (−y) [rad/s].
-    current_A, power_W
-        Drawn by all rotors [A], [W].
-    """
-
-    stage: Quantity
-    position_m: Vector
-    speed_m_s: Quantity
-    attitude: Attitude
-    rotor_speeds_rad_s: tuple[Quantity, Quantity, Quantity, Quantity]
-    current_A: Quantity
-    power_W: Quantity
-
-
-def state_at(motor: rotor.Motor, external_force_N: Vector, leg: Leg, time_s: Quantity) -> LegState:
-    """State of the UAV on one leg at given moments; floats and arrays.
-
-    Parameters
-    ----------
-    motor
-        The rotors.
-    external_force_N
-        F_e [N], held by the hover at the end.
-    leg
-        One leg (scalar fields).
-    time_s
-        Moments since the leg began [s], ≥ 0; a scalar or an array.
-    """
-    time = np.asarray(time_s, dtype=float)
-    ends = np.cumsum([float(t) for t in leg.loads.durations_s])
-    exists = (time >= 0.0) & ~np.isnan(ends[-1])
-    stage = np.where(exists, np.searchsorted(ends, time, side="right") + 1, 0)
-    in_stage = time - np.concatenate([[0.0], ends])[np.maximum(stage, 1) - 1]
-    _, t2, _, t4, _ = leg.loads.durations_s
-    a2, a4, whole = leg.acceleration_m_s2, leg.braking_m_s2, leg.distance_m
-    accelerated, halfway = 0.5 * a2 * in_stage**2, 0.5 * a2 * t2**2
-    braked = halfway + leg.peak_speed_m_s * in_stage - 0.5 * a4 * in_stage**2
-    by_stage = [stage == number for number in range(1, 7)]
-    travelled = np.select(by_stage, [0.0, accelerated, halfway, braked, whole, whole], np.nan)
-    speed = np.select(by_stage, [0.0, a2 * in_stage, 0.0, a4 * (t4 - in_stage), 0.0, 0.0], np.nan)
-    x, y, z = (travelled / np.maximum(whole, TINY) * way for way in leg.displacement_m)
-    speeds = _rotor_speeds_at(motor, external_force_N, leg, stage, in_stage)
-    return LegState(
-        stage=stage[()],
-        position_m=(x, y, z),
-        speed_m_s=speed[()],
-        attitude=_attitude_at(leg, stage, in_stage),
-        rotor_speeds_rad_s=speeds,
-        current_A=sum(rotor.current(motor, v) for v in speeds),
-        power_W=sum(rotor.power(motor, v) for v in speeds),
-    )
-
-
-def _turns(leg: Leg) -> Iterator[tuple[int, Attitude, Attitude, Quantity, Quantity]]:
-    """Stages 1, 3 and 5: number, attitude before and after, times of pitching and rolling [s]."""
-    attitudes = itertools.pairwise((LEVEL, leg.cruise, leg.brake, LEVEL))
-    times_s = leg.turn_times_s
-    for stage, (before, after) in zip((1, 3, 5), attitudes, strict=True):
-        yield stage, before, after, times_s[stage - 1], times_s[stage]
-
-
-def _turn_share(in_movement_s: Quantity, duration_s: Quantity) -> Quantity:
-    """Share of a turn done [-] when it speeds up for one half of its time and slows down after."""
-    done = np.clip(in_movement_s / np.maximum(duration_s, TINY), 0.0, 1.0)
-    return np.where(done < 0.5, 2.0 * done**2, 1.0 - 2.0 * (1.0 - done) ** 2)
-
-
-def _attitude_at(leg: Leg, stage: Quantity, in_stage: Quantity) -> Attitude:
-    pitch = roll = np.full(np.shape(stage), np.nan)
-    for number, before, after, pitch_s, roll_s in _turns(leg):
-        # The stage after a turn keeps the attitude the turn leads to.
-        turning, turned = stage == number, stage == number + 1
-        pitched = np.where(turned, 1.0, _turn_share(in_stage, pitch_s))
-        rolled = np.where(turned, 1.0, _turn_share(in_stage - pitch_s, roll_s))
-        here = turning | turned
-        pitch = np.where(here, (1 - pitched) * before.pitch_rad + pitched * after.pitch_rad, pitch)
-        roll = np.where(here, (1 - rolled) * before.roll_rad + rolled * after.roll_rad, roll)
-    return Attitude(pitch[()], roll[()])
-
-
-def _rotor_speeds_at(
-    motor: rotor.Motor, external_force_N: Vector, leg: Leg, stage: Quantity, in_stage: Quantity
-) -> tuple[Quantity, Quantity, Quantity, Quantity]:
-    """Speeds of the four rotors [rad/s]; a turn to a larger angle pushes on the far side."""
-    shares = np.full((rotor.ROTORS, *np.shape(stage)), np.nan)
-    shares = np.where((stage == 2) | (stage == 4), 1.0, shares)
-    hover = rotor.hover_speed(motor, external_force_N) / motor.max_speed_rad_s
-    shares = np.where(stage == 6, hover, shares)
-    number = np.arange(rotor.ROTORS).reshape(-1, *(1 for _ in np.shape(stage)))
-    for turn, before, after, pitch_s, roll_s in _turns(leg):
-        pitching = in_stage < pitch_s
-        speeding_up = np.where(pitching, in_stage < pitch_s / 2, in_stage - pitch_s < roll_s / 2)
-        growing = np.where(
-            pitching, after.pitch_rad >= before.pitch_rad, after.roll_rad >= before.roll_rad
-        )
-        # Pitch works on rotors 1 and 3, roll on 2 and 4: the same pattern, shifted by one. The
-        # opposite torque takes the opposite rotor.
-        shift = np.where(pitching, 0, 1) + np.where(growing == speeding_up, 0, 2)
-        pattern = np.asarray(TURNING_SPEEDS)[(number - shift) % rotor.ROTORS]
-        shares = np.where(stage == turn, pattern, shares)
-    first, second, third, fourth = (motor.max_speed_rad_s * share[()] for share in shares)
-    return first, second, third, fourth
-
-
-def regime_leg(
-    distance_m: Quantity,
-    acceleration_m_s2: Quantity,
-    current_A: Quantity,
-    power_W: Quantity,
-    max_speed_m_s: Quantity = math.inf,
-) -> tuple[Loads, Quantity]:
-    """A leg of constant load: accelerate, cruise at the speed cap if it is reached, brake.
-
-    Parameters
-    ----------
-    distance_m
-        d [m], ≥ 0.
-    acceleration_m_s2
-        a of speeding up and of braking [m/s²], > 0.
-    current_A, power_W
-        Drawn in flight [A], [W].
-    max_speed_m_s
-        v, speed cap [m/s], > 0; none by default.
-
-    Returns
-    -------
-    Loads of its single stage, T = 2 sqrt(d/a) or d/v + v/a [s] where the cap is reached, and the
-    peak speed [m/s].
-    """
-    peak = np.minimum(np.sqrt(distance_m * acceleration_m_s2), max_speed_m_s)
-    duration = distance_m / np.maximum(peak, TINY) + peak / acceleration_m_s2
-    return Loads((duration,), (current_A,), (power_W,)), peak
-
-
-def regime_motion(
-    distance_m: Quantity, acceleration_m_s2: Quantity, peak_speed_m_s: Quantity, time_s: Quantity
-) -> tuple[Quantity, Quantity]:
-    """Way travelled [m] and speed [m/s] on a leg of constant load at moments after its start.
-
-    Parameters
-    ----------
-    distance_m
-        d [m], > 0.
-    acceleration_m_s2
-        a of speeding up and of braking [m/s²], > 0.
-    peak_speed_m_s
-        As `regime_leg` gives it [m/s], > 0.
-    time_s
-        Since the leg began [s], from 0 to its end.
-    """
-    rise_s = peak_speed_m_s / acceleration_m_s2
-    end_s = distance_m / peak_speed_m_s + rise_s
-    rising, left = np.minimum(time_s, rise_s), np.minimum(end_s - time_s, rise_s)
-    speed = acceleration_m_s2 * np.minimum(rising, left)
-    cruised_s = np.clip(time_s - rise_s, 0.0, end_s - 2.0 * rise_s)
-    braked = 0.5 * acceleration_m_s2 * (rise_s**2 - left**2)
-    return 0.5 * acceleration_m_s2 * rising**2 + peak_speed_m_s * cruised_s + braked, speed

@@ -14,6 +14,8 @@ from optuav.mission import Mission, vehicle
 from optuav.mission.places import Places, places
 from optuav.mission.sight import Points, prisms
 from optuav.physics import flight
+from optuav.physics.motion import state_at
+from optuav.physics.regimes import regime_leg
 from optuav.plots.bands import NAMES_PT, Band, draw_bands, swatch
 from optuav.plots.labels import settle
 from optuav.plots.style import (
@@ -136,7 +138,7 @@ def _six_stages(mission: Mission, way: tuple[float, float, float], axes: LegAxes
         if begin == finish:
             continue
         time_s = _within(begin, finish)
-        state = flight.state_at(motor, force_N, flown, time_s)
+        state = state_at(motor, force_N, flown, time_s)
         freezes = number == FREEZING_STAGE
         speed = np.full(len(time_s), flown.peak_speed_m_s) if freezes else state.speed_m_s
         axes.speed.plot(time_s, speed, color=BLACK, linestyle=":" if freezes else "-")
@@ -185,7 +187,7 @@ def _constant_load(mission: Mission, way: tuple[float, float, float], axes: LegA
     given = mission.flight
     assert given.model == "regimes"
     rate = given.acceleration_m_s2
-    loads, peak = flight.regime_leg(
+    loads, peak = regime_leg(
         math.hypot(*way),
         rate,
         given.flight_current_A,

@@ -1,4 +1,4 @@
-"""Legs: known numbers of the paper's UAV, the laws of motion, loads, regimes."""
+"""Legs: known numbers of the paper's UAV, the laws of motion, loads."""
 
 from __future__ import annotations
 
@@ -16,6 +16,7 @@ from scipy.integrate import quad, solve_ivp
 
 from optuav.modelling import Parameter, Variable, evaluate
 from optuav.physics import flight, rotor
+from optuav.physics.motion import LegState, state_at
 from tests.physics.reference import (
     AIRFRAME,
     DESTINATION_M,
@@ -58,8 +59,8 @@ class Case(NamedTuple):
     def unit(self) -> np.ndarray:
         return np.array(self.displacement_m) / math.hypot(*self.displacement_m)
 
-    def at(self, time_s: object) -> flight.LegState:
-        return flight.state_at(MOTOR, tuple(self.force_N), self.leg, time_s)
+    def at(self, time_s: object) -> LegState:
+        return state_at(MOTOR, tuple(self.force_N), self.leg, time_s)
 
 
 COMPONENT = st.floats(-1.0, 1.0)
@@ -96,7 +97,7 @@ def thrust_direction(pitch: float, roll: float) -> np.ndarray:
     )
 
 
-def over_stages(case: Case, quantity: Callable[[flight.LegState], np.ndarray]) -> np.ndarray:
+def over_stages(case: Case, quantity: Callable[[LegState], np.ndarray]) -> np.ndarray:
     """Integral of a quantity of the states over each stage, by Gauss and Legendre."""
     begin, end = np.array(list(itertools.pairwise(stage_ends(case.leg)))).T[:, :, np.newaxis]
     nodes, weights = np.polynomial.legendre.leggauss(5)
@@ -341,7 +342,7 @@ def test_states_of_the_paper() -> None:
     early = [begin + 0.25 * t for begin, t in zip(ends[::2], (pitch1, pitch3, pitch5), strict=True)]
     late = [begin + 0.75 * t for begin, t in zip(ends[::2], (pitch1, pitch3, pitch5), strict=True)]
     half = V_MAX / math.sqrt(2.0)
-    states = flight.state_at(MOTOR, (0.0, 0.0, -WEIGHT_N), PAPER, [*middle, ends[-1] + 100.0])
+    states = state_at(MOTOR, (0.0, 0.0, -WEIGHT_N), PAPER, [*middle, ends[-1] + 100.0])
     np.testing.assert_array_equal(states.stage, [1, 2, 3, 4, 5, 6])
     assert states.speed_m_s[[0, 2, 4, 5]].tolist() == [0.0, 0.0, 0.0, 0.0]
     np.testing.assert_allclose(states.speed_m_s[[1, 3]], 154.89 / 2, rtol=1e-4)
@@ -352,7 +353,7 @@ def test_states_of_the_paper() -> None:
     assert states.power_W[5] == printed("1310.994")
     down, up = [0.0, half, V_MAX, half], [V_MAX, half, 0.0, half]
     for moments, patterns in ((early, (down, up, down)), (late, (up, down, up))):
-        speeds = flight.state_at(MOTOR, (0.0, 0.0, -WEIGHT_N), PAPER, moments).rotor_speeds_rad_s
+        speeds = state_at(MOTOR, (0.0, 0.0, -WEIGHT_N), PAPER, moments).rotor_speeds_rad_s
         np.testing.assert_allclose(np.transpose(speeds), patterns, rtol=1e-14)
 
 
@@ -360,7 +361,7 @@ def test_states_outside_the_leg() -> None:
     """Before it, and on a leg that cannot be flown, there is none: stage 0 and NaN."""
     gone = flight.leg(AIRFRAME, MOTOR, TO_HOVER_M, (30.0, 0.0, 0.0))
     for leg, time_s in ((PAPER, -1e-9), (PAPER, math.nan), (gone, 0.0), (gone, 10.0)):
-        state = flight.state_at(MOTOR, (0.0, 0.0, -WEIGHT_N), leg, time_s)
+        state = state_at(MOTOR, (0.0, 0.0, -WEIGHT_N), leg, time_s)
         assert state.stage == 0
         numbers = (
             *state.position_m,
@@ -381,7 +382,7 @@ def test_leg_of_no_length_takes_no_time() -> None:
     assert leg.loads.durations_s == (0.0,) * 5
     assert (leg.loads.charge_As, leg.loads.energy_J, leg.peak_speed_m_s) == (0.0, 0.0, 0.0)
     assert leg.switching_times_s == (0.0,) * 14
-    state = flight.state_at(MOTOR, (0.0, 0.0, -WEIGHT_N), leg, 0.0)
+    state = state_at(MOTOR, (0.0, 0.0, -WEIGHT_N), leg, 0.0)
     assert state.stage == 6
     assert state.position_m == CALM
     assert state.current_A / 4 == printed("23.2276")
@@ -455,64 +456,6 @@ def test_force_just_below_the_thrust_is_possible(wind_N: Triple, way: Triple) ->
     assert flight.impossible(FOUR_NEWTON, FIVE_NEWTON, wind_N) is None
 
 
-# Regimes
-
-
-def test_regime_legs_of_the_papers_results() -> None:
-    """The fitted acceleration gives the flight time that every row of Table II shares."""
-    loads, _ = flight.regime_leg(math.hypot(1000.0, 2501.0152), 12.2349, 93.658, 1443.05)
-    assert 2 * loads.duration_s == printed("59.35")
-    assert loads.charge_As == pytest.approx(93.658 * 59.35 / 2, rel=1e-4)
-    assert loads.energy_J == pytest.approx(1443.05 * 59.35 / 2, rel=1e-4)
-
-
-@given(st.floats(0.01, 1e5), st.floats(0.1, 50.0), st.floats(0.5, 300.0))
-@example(100.0, 4.0, 20.0)
-def test_regime_leg_covers_its_distance(distance: float, acceleration: float, cap: float) -> None:
-    """The speed rises, stays below the cap and falls: its integral is the way."""
-    loads, peak = flight.regime_leg(distance, acceleration, 90.0, 1400.0, cap)
-    T = loads.duration_s
-    ramp = peak / acceleration
-    assert peak <= cap
-
-    def speed(t: float) -> float:
-        return min(acceleration * t, cap, acceleration * (T - t))
-
-    breaks = [0.0, ramp, T - ramp, T]
-    covered = sum(quad(speed, *stretch)[0] for stretch in itertools.pairwise(breaks))
-    assert covered == pytest.approx(distance, rel=1e-9)
-    assert max(speed(ramp), speed(T / 2)) == pytest.approx(peak, rel=1e-9)
-    assert loads.charge_As == pytest.approx(90.0 * T)
-    assert loads.energy_J == pytest.approx(1400.0 * T)
-
-
-@given(st.floats(0.1, 50.0), st.floats(0.5, 300.0), st.floats(0.0, 1.0))
-def test_regime_leg_in_closed_form(acceleration: float, cap: float, share: float) -> None:
-    """2 sqrt(d/a) up to d = v²/a, d/v + v/a from there on, with no step between."""
-    reach = cap**2 / acceleration
-    for distance, expected in (
-        (share * reach, 2 * math.sqrt(share * reach / acceleration)),
-        (reach, 2 * cap / acceleration),
-        ((1 + share) * reach, (1 + share) * reach / cap + cap / acceleration),
-    ):
-        loads, _ = flight.regime_leg(distance, acceleration, 1.0, 1.0, cap)
-        assert loads.duration_s == pytest.approx(expected, rel=1e-12)
-        free, peak = flight.regime_leg(distance, acceleration, 1.0, 1.0)
-        assert free.duration_s == pytest.approx(2 * math.sqrt(distance / acceleration), rel=1e-12)
-        assert peak == pytest.approx(math.sqrt(distance * acceleration), rel=1e-12)
-
-
-def test_regime_legs_in_arrays() -> None:
-    """Element by element; no way takes no time."""
-    distances = np.array([0.0, 1e-6, 30.0, 32.0, 33.0, 1e4])
-    loads, peak = flight.regime_leg(distances, 2.0, 93.0, 1440.0, 8.0)
-    one_by_one = [flight.regime_leg(d, 2.0, 93.0, 1440.0, 8.0) for d in distances]
-    np.testing.assert_array_equal(loads.duration_s, [each.duration_s for each, _ in one_by_one])
-    np.testing.assert_array_equal(loads.charge_As, [each.charge_As for each, _ in one_by_one])
-    np.testing.assert_array_equal(peak, [each for _, each in one_by_one])
-    assert (loads.duration_s[0], loads.energy_J[0], peak[0]) == (0.0, 0.0, 0.0)
-
-
 # Symbols
 
 
@@ -540,7 +483,3 @@ def test_symbols_give_what_floats_give() -> None:
         (leg.switching_times_s[9], number.switching_times_s[9]),
     ):
         assert evaluate(tree, given_values) == value
-    loads, peak = flight.regime_leg(x, 12.0, gust, 1400.0, 50.0)
-    loads_there, peak_there = flight.regime_leg(300.0, 12.0, 2.5, 1400.0, 50.0)
-    assert evaluate(loads.charge_As, given_values) == loads_there.charge_As
-    assert evaluate(peak, given_values) == peak_there

@@ -17,6 +17,7 @@ import numpy.typing as npt
 
 from optuav.mission import Mission, vehicle
 from optuav.physics import flight
+from optuav.physics.loads import Loads
 from tests.kibam import Kibam
 
 Array = npt.NDArray[np.float64]
@@ -46,7 +47,7 @@ def hidden(mission: Mission, from_m: Array, to_m: Array, exempt: str = "") -> np
     return found
 
 
-def leg(mission: Mission, start_m: Array, end_m: Array) -> flight.Loads:
+def leg(mission: Mission, start_m: Array, end_m: Array) -> Loads:
     """What legs draw; either end may be an array (point, 3) [m]."""
     x, y, z = np.moveaxis(end_m - start_m, -1, 0)
     return flight.leg(
@@ -57,7 +58,7 @@ def leg(mission: Mission, start_m: Array, end_m: Array) -> flight.Loads:
 class Way(NamedTuple):
     """An itinerary at hover points (point, 3): its legs, and net currents [A] of the stays."""
 
-    legs: list[flight.Loads]
+    legs: list[Loads]
     hover_A: Array
     charge_A: float
     blocked: npt.NDArray[np.bool_]
