@@ -134,21 +134,24 @@ def symbol_for(quantity: Field[Any], value: Any) -> Parameter | None:
     return Parameter(quantity.name, meta["symbol"], meta["unit"], value, meta["key"])
 
 
-def steps_for(steps: Sequence[Any]) -> tuple[Any, ...]:
-    """Steps of a model: figures that differ between its itineraries become symbols."""
+def steps_for(steps: Sequence[Any], *, varies: bool = False) -> tuple[Any, ...]:
+    """Steps of a model: figures that differ between its itineraries become symbols.
+
+    Parameters of the model, with shadow prices, where they vary.
+    """
+
+    def figure(name: str, symbol: str, unit: str, value: Any) -> Any:
+        return Parameter(name, symbol, unit, value, varies=varies) if np.ndim(value) else value
+
     return tuple(
         step
         if isinstance(step, str)
         else Phase(
-            _figure(f"step_{number}_current_A", f"I_{number}", "A", step.current_A),
-            _figure(f"step_{number}_duration_s", f"t_{number}", "s", step.duration_s),
+            figure(f"step_{number}_current_A", f"I_{number}", "A", step.current_A),
+            figure(f"step_{number}_duration_s", f"t_{number}", "s", step.duration_s),
         )
         for number, step in enumerate(steps, start=1)
     )
-
-
-def _figure(name: str, symbol: str, unit: str, value: Any) -> Any:
-    return Parameter(name, symbol, unit, value, varies=False) if np.ndim(value) else value
 
 
 QUANTITIES = tuple(each for each in fields(Quantities) if each.metadata)

@@ -26,8 +26,8 @@ def sensitivity(
         ),
     ] = None,
     perspective: Annotated[
-        str, typer.Option(help="battery, energy, adjusted or available: how charge is counted.")
-    ] = "battery",
+        str, typer.Option(help="available, battery, energy or adjusted: how charge counts.")
+    ] = "available",
     plan: Annotated[
         Path | None,
         typer.Option(metavar="PLAN", help="A saved plan to hold fixed; else the mission's best."),

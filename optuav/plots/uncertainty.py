@@ -76,11 +76,10 @@ def tornado(
         low_s, high_s = margins([hover_time_s, *ends_s], 0.12)
         ax.set(xlim=(low_s, high_s), ylim=(len(shown) - 0.4, -0.6))
         for row, each in enumerate(shown):
-            for end, value, colour in (
-                (each.hover_low_s, each.low, ORANGE),
-                (each.hover_high_s, each.high, BLUE),
-            ):
-                _bar(ax, row, hover_time_s, end, value, colour)
+            for end_s, value, colour in _ends(each):
+                if end_s is None:
+                    _lost(ax, row, hover_time_s, value, colour)
+            _bars(ax, row, hover_time_s, each)
         ax.axvline(hover_time_s, color=BLACK, linewidth=0.8)
         ax.set_yticks(range(len(shown)), [_short(each.key) for each in shown])
         ax.tick_params(axis="y", length=0.0)
@@ -97,42 +96,53 @@ def tornado(
     return ax
 
 
-def _bar(
-    ax: Axes, row: int, hover_time_s: float, end_s: float | None, value: float, colour: str
-) -> None:
-    if end_s is None:
-        left = ax.get_xlim()[0]
-        ax.barh(
-            row,
-            left - hover_time_s,
-            left=hover_time_s,
-            height=0.7,
-            fill=False,
-            edgecolor=colour,
-            hatch="////",
-            linewidth=0.5,
-        )
-        ax.annotate(
-            f" {_value(value)}: no plan",
-            (left, row),
-            va="center",
-            ha="left",
-            fontsize=6.5,
-            bbox={"facecolor": "white", "edgecolor": "none", "pad": 0.5},
-        )
-        return
-    ax.barh(row, end_s - hover_time_s, left=hover_time_s, height=0.7, color=colour, linewidth=0.0)
-    if abs(end_s - hover_time_s) > MOVES_S:
-        right = end_s > hover_time_s
-        ax.annotate(
-            _value(value),
-            (end_s, row),
-            (2.0 if right else -2.0, 0.0),
-            textcoords="offset points",
-            va="center",
-            ha="left" if right else "right",
-            fontsize=6.5,
-        )
+def _bars(ax: Axes, row: int, hover_time_s: float, swing: Swing) -> None:
+    """Both ends of a key, the shorter bar before the longer; at their tips the values."""
+    bars = [(s - hover_time_s, value, colour) for s, value, colour in _ends(swing) if s is not None]
+    for width_s, _, colour in sorted(bars, key=lambda bar: -abs(bar[0])):
+        ax.barh(row, width_s, left=hover_time_s, height=0.7, color=colour, linewidth=0.0)
+    for towards, side in ((-1.0, "right"), (1.0, "left")):
+        beyond = {
+            value: towards * width_s for width_s, value, _ in bars if towards * width_s > MOVES_S
+        }
+        if beyond:
+            ax.annotate(
+                " and ".join(map(_value, beyond)),
+                (hover_time_s + towards * max(beyond.values()), row),
+                (2.0 * towards, 0.0),
+                textcoords="offset points",
+                va="center",
+                ha=side,
+                fontsize=6.5,
+            )
+
+
+def _lost(ax: Axes, row: int, hover_time_s: float, value: float, colour: str) -> None:
+    """An end without a plan: an empty bar as far as the picture goes."""
+    left = ax.get_xlim()[0]
+    ax.barh(
+        row,
+        left - hover_time_s,
+        left=hover_time_s,
+        height=0.7,
+        fill=False,
+        edgecolor=colour,
+        hatch="////",
+        linewidth=0.5,
+    )
+    ax.annotate(
+        f" {_value(value)}: no plan",
+        (left, row),
+        va="center",
+        ha="left",
+        fontsize=6.5,
+        bbox={"facecolor": "white", "edgecolor": "none", "pad": 0.5},
+    )
+
+
+def _ends(swing: Swing) -> tuple[tuple[float | None, float, str], ...]:
+    """Hover time [s], value of the key and colour at both ends."""
+    return (swing.hover_low_s, swing.low, ORANGE), (swing.hover_high_s, swing.high, BLUE)
 
 
 def hover_times(

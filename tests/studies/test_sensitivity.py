@@ -33,7 +33,39 @@ def direct() -> Sensitivity:
             "limits.deadline_s": 5000,
         }
     )
-    return optuav.sensitivity(mission, {})
+    return optuav.sensitivity(mission, {}, perspective="battery")
+
+
+def test_the_available_well_counts_unless_asked_otherwise() -> None:
+    """As everywhere: what is told is the hover time of `solve` without a perspective."""
+    found = optuav.sensitivity("paper", {})
+    assert found.perspective == "available"
+    assert found.hover_time_s == pytest.approx(optuav.solve("paper").hover_time_s)
+
+
+@pytest.mark.parametrize(
+    ("name", "key"),
+    [
+        ("paper", "battery.capacity_As"),
+        ("paper", "battery.flow_rate_per_s"),
+        ("paper", "rotor.max_speed_rad_s"),
+        ("paper-table2", "battery.available_fraction"),
+        ("paper-table2", "flight.hover_current_A"),
+        ("paper-table2", "flight.acceleration_m_s2"),
+        ("matrice350", "flight.max_speed_m_s"),
+        ("matrice350", "laser.visibility_km"),
+    ],
+)
+def test_exact_elasticities_of_a_battery_that_must_not_run_dry(name: str, key: str) -> None:
+    """Rates by shadow prices of both wells are those of solving again, 0.1 % to either side."""
+    mission = optuav.load(name)
+    now = effect(optuav.sensitivity(mission, {}, samples=1), key)
+    less, more = (
+        optuav.solve(mission.replace({key: now.now * (1 + step)})) for step in (-1e-3, 1e-3)
+    )
+    assert less.route == more.route
+    measured = (more.hover_time_s - less.hover_time_s) / (more.hover_time_s + less.hover_time_s)
+    assert now.exact_elasticity == pytest.approx(1e3 * measured, rel=1e-3)
 
 
 def test_elasticities_of_a_direct_flight_by_hand(direct: Sensitivity) -> None:
@@ -71,7 +103,7 @@ def test_a_kink_has_no_elasticity() -> None:
     )
     plan = optuav.solve(mission, perspective="battery")
     both = mission.replace({"limits.deadline_s": plan.mission_time_s})
-    found = effect(optuav.sensitivity(both, {}), "limits.deadline_s")
+    found = effect(optuav.sensitivity(both, {}, perspective="battery"), "limits.deadline_s")
     assert found.exact_elasticity is None
     assert found.hover_high_s == pytest.approx(plan.hover_time_s)
     assert found.hover_low_s == pytest.approx(plan.hover_time_s - 0.1 * plan.mission_time_s)
@@ -80,7 +112,7 @@ def test_a_kink_has_no_elasticity() -> None:
 def test_single_keys_are_what_solving_again_tells() -> None:
     """On `paper`, with the laser, the link and the rotors."""
     mission = optuav.load("paper")
-    found = optuav.sensitivity(mission, {})
+    found = optuav.sensitivity(mission, {}, perspective="battery")
     keys = ("body.mass_kg", "rotor.max_speed_rad_s", "link.path_loss_exponent", "limits.min_soc")
     for key in (*keys, "laser.wavelength_nm", "limits.min_altitude_m"):
         each = effect(found, key)
@@ -148,7 +180,7 @@ def test_quantiles_of_a_single_uniform_key_by_hand() -> None:
         }
     )
     stated = {"battery": {"capacity_As": {"percent": 10}}}
-    found = optuav.sensitivity(mission, stated, samples=20_000)
+    found = optuav.sensitivity(mission, stated, perspective="battery", samples=20_000)
     assert found.chances is not None
     hover_s, swing_s = found.hover_time_s, 0.1 * 0.95 * 72000 / 72.073
     for share, value_s in found.chances.quantiles_s.items():

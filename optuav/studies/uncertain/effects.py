@@ -2,19 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 
+from formulations.p1 import P1
 from formulations.perspectives import AVAILABLE
-from formulations.quantities import QUANTITIES
-from optuav.engines import closed_form
-from optuav.engines.solution import Solution
+from formulations.quantities import steps_for
+from optuav.engines import bracket, closed_form
 from optuav.mission.sight import Points
-from optuav.solving import formulate
+from optuav.modelling import Model
 from optuav.studies.uncertain.ensemble import Base, Ensemble
-from optuav.studies.uncertain.longest import longest
+from optuav.studies.uncertain.longest import NO_ROUTE, longest
 from optuav.studies.uncertain.spread import Spread
 
 PLACE = frozenset(
@@ -27,7 +27,8 @@ PLACE = frozenset(
         "end_gap_m",
     }
 )
-"""Quantities of constraints in which no time occurs."""
+"""Quantities of constraints in which no time occurs: where the hover point lies is no choice, it is
+always on the rim of what is covered."""
 STEP = 1e-5
 """Relative step of the derivatives of parameters by keys."""
 
@@ -130,47 +131,38 @@ def _apart(base: Base, spreads: Sequence[Spread], values: Points, each: int) -> 
 
 
 def _exact(base: Base, spreads: Sequence[Spread], perspective: str) -> list[float | None]:
-    """Rates dΔ/dkey [s per unit] by the chain rule over the parameters of the winning programme."""
-    nothing: list[float | None] = [None] * len(spreads)
-    if perspective == AVAILABLE or not spreads:
-        return nothing
-    program = formulate(base.mission, "P1", perspective=perspective)
-    solutions = [closed_form.solve(part.model, len(part.routes)) for part in program.parts]
-    chosen = program.best(solutions) if solutions else None
-    if chosen is None:
-        return nothing
-    number, entry = chosen
-    part = program.parts[number]
-    price = _prices(solutions[number], entry)
-    steps = np.array([STEP * (abs(each.key.now) or each.high - each.low) for each in spreads])
-    now = np.array([each.key.now for each in spreads])
-    values = np.stack([now - steps, now + steps], axis=1).reshape(-1)
-    variants = np.arange(len(values))
-    route = np.full(len(values), part.routes[entry])
-    rests = len(part.model.variables) > 1
-    given = _apart(base, spreads, values, 2).quantities(variants, route, rests=rests)
-    rates: list[float | None] = []
-    for k, step in enumerate(steps.tolist()):
-        rate: float | None = 0.0
-        for name, (less, more) in price.items():
-            column = np.broadcast_to(getattr(given, name), len(values))[2 * k : 2 * k + 2]
-            slope = float(column[1] - column[0]) / (2.0 * step)
-            if slope == 0.0 or rate is None:
-                continue
-            alike = np.isclose(less, more, rtol=1e-6, atol=1e-9)
-            rate = rate + slope * more if alike and np.isfinite(slope) else None
-        rates.append(rate)
-    return rates
+    """Rates dΔ/dkey [s per unit] by the chain rule over the parameters of the winning programme.
 
-
-def _prices(solution: Solution, entry: int) -> Mapping[str, tuple[float, float]]:
-    """Shadow prices of the winner's own programme, on either side.
-
-    Where the hover point lies is no choice: it is always on the rim of what is covered.
+    Of every key there are three variants: a step below its value, as it stands, a step above.
     """
-    found = solution.shadow_prices(entry)
-    return {
-        name: (found[name].less, found[name].more)
-        for name in (each.name for each in QUANTITIES)
-        if name in found and name not in PLACE
-    }
+    if not spreads:
+        return []
+    now = np.array([each.key.now for each in spreads])
+    winner = longest(_apart(base, spreads[:1], now[:1], 1), perspective).itinerary[0]
+    if winner == NO_ROUTE:
+        return [None] * len(spreads)
+    steps = np.array([STEP * (abs(each.key.now) or each.high - each.low) for each in spreads])
+    values = (now[:, None] + steps[:, None] * [-1.0, 0.0, 1.0]).reshape(-1)
+    model = _model(_apart(base, spreads, values, 3), int(winner), perspective)
+    engine = bracket if perspective == AVAILABLE else closed_form
+    prices = engine.solve(model, 1, model.row(1)).shadow_prices()
+    rates = np.zeros(len(spreads))
+    for name in prices.keys() - PLACE:
+        figure = np.broadcast_to(model.parameters[name].value, len(values))
+        below, _, above = figure.reshape(-1, 3).T
+        slopes = (above - below) / (2.0 * steps)
+        rate = np.nan if prices[name].has_kink else prices[name].more
+        rates += np.where(slopes == 0.0, 0.0, slopes * rate)
+    return [float(rate) if np.isfinite(rate) else None for rate in rates]
+
+
+def _model(ensemble: Ensemble, itinerary: int, perspective: str) -> Model:
+    """(P1) of one itinerary in all variants, in which the stages of flight are parameters too."""
+    variants = np.arange(ensemble.count)
+    given = ensemble.quantities(
+        variants,
+        np.full_like(variants, itinerary),
+        rests=bool(ensemble.base.worked_out.itineraries.building[itinerary] >= 0),
+        steps=perspective == AVAILABLE,
+    )
+    return P1.model(replace(given, steps=steps_for(given.steps, varies=True)), perspective)

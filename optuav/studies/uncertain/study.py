@@ -186,7 +186,7 @@ def sensitivity(
     mission: Mission | str | Path,
     uncertainty: Mapping[str, Any] | str | Path | None = None,
     *,
-    perspective: str = "battery",
+    perspective: str = "available",
     plan: Plan | None = None,
     samples: int = 10_000,
     seed: int = 0,
@@ -205,7 +205,7 @@ def sensitivity(
         factor. Or the same as a dict. Without it every number that is measured rather than chosen
         is within 10 % of its value. Samples are independent from key to key.
     perspective
-        ``"battery"``, ``"energy"``, ``"adjusted"`` or ``"available"``.
+        ``"available"``, ``"battery"``, ``"energy"`` or ``"adjusted"``.
     plan
         What is flown in spite of the uncertainty; by default the best plan of the mission.
     samples
