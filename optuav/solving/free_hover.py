@@ -13,7 +13,7 @@ from optuav.mission import Mission, vehicle
 from optuav.physics.quantity import Vector
 from optuav.plan import Plan
 from optuav.solving.hover_region import region
-from optuav.solving.hover_search import Search
+from optuav.solving.hover_search import best_points
 from optuav.solving.open_routes import OpenRoutes, open_routes
 from optuav.solving.planning import Part
 from optuav.solving.program import Program
@@ -50,10 +50,9 @@ class FreeProgram(Program):
         own = self.own.solve()
         if not self.parts:
             return own
-        search = Search(self.question, self.worked_out, region(own.mission))
-        points_m = [
-            (each.routes.index[each.entry], each.point_m) for each in search.best(self.routes)
-        ]
+        where = region(own.mission)
+        found = best_points(self.routes, self.question, self.worked_out, where)
+        points_m = [(each.routes.index[each.entry], each.point_m) for each in found]
         points_m.sort(key=lambda each: int(each[0]))
         plans = [own, *(self._plan_at(tuple(point_m.tolist())) for _, point_m in points_m)]
         if own.mission.route.hover_m is not None:
