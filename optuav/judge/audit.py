@@ -17,7 +17,7 @@ from optuav.mission.files import label
 from optuav.mission.words import printable, shown
 from optuav.plan import Plan
 from optuav.plan.file import DERIVED, to_dict
-from optuav.plan.plan import LARGEST
+from optuav.plan.phases import LARGEST
 from optuav.plan.trace import Event
 
 MOST_SHOWN = 20

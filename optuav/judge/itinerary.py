@@ -8,7 +8,7 @@ from typing import Literal
 
 from optuav.mission import Mission
 from optuav.plan import Plan, Stage
-from optuav.plan.plan import Kind
+from optuav.plan.phases import Kind
 
 
 @dataclass(frozen=True)

@@ -16,7 +16,7 @@ from optuav.mission.sight import CLEAR, Prisms, crossed, prisms
 from optuav.mission.vehicle import Load
 from optuav.physics.flight import STAGES
 from optuav.physics.loads import Loads
-from optuav.plan.plan import Kind
+from optuav.plan.phases import Kind
 
 NOTHING = Load(0.0, 0.0)
 Point = tuple[float, float, float]

@@ -19,7 +19,7 @@ from optuav.mission.validate import format_breaches
 from optuav.mission.words import nearest, shown
 from optuav.plan import Plan
 from optuav.plan.file import LARGEST_BYTES, read_plan, record_faults
-from optuav.plan.plan import Amount, Record
+from optuav.plan.phases import Amount, Record
 
 MOST_STOPS = 10_000
 """Most stops that an itinerary may have."""

@@ -1,6 +1,7 @@
 """A plan and its files."""
 
 from optuav.plan.file import load_plan
-from optuav.plan.plan import Phase, Plan, Stage, Stop
+from optuav.plan.phases import Phase, Stage, Stop
+from optuav.plan.plan import Plan
 
 __all__ = ["Phase", "Plan", "Stage", "Stop", "load_plan"]

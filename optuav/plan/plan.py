@@ -2,136 +2,21 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Sequence
-from functools import partial, reduce
+from collections.abc import Iterator
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, Literal, Self
+from typing import TYPE_CHECKING, Any, Self
 
-from pydantic import BaseModel, ConfigDict, Field, StrictBool, StrictStr, model_validator
+from pydantic import StrictBool, model_validator
 
 from optuav.errors import NoPlanError
-from optuav.mission import Mission, vehicle
-from optuav.mission.flown import fly
+from optuav.mission import Mission
 from optuav.mission.places import ENDS
-from optuav.physics import battery
-from optuav.physics.charging import STEPS
-from optuav.physics.quantity import Quantity
+from optuav.plan.phases import Amount, Kind, Number, Phase, Record, Stop
+from optuav.plan.wells import overfull_s, runs_dry_s
 from optuav.status import Status
 
 if TYPE_CHECKING:
     import pandas
-
-ROUNDING = 1e-9
-"""Share of the capacity by which rounding may carry a well past its limit [-]."""
-
-LARGEST = 1e100
-"""Largest number in a plan, so that products stay finite."""
-
-Kind = Literal["flight", "hover", "rest"]
-Number = Annotated[float, Field(strict=True, ge=-LARGEST, le=LARGEST)]
-Amount = Annotated[float, Field(strict=True, ge=0.0, le=LARGEST)]
-Packs = Annotated[tuple[Number, ...], Field(min_length=1)]
-
-
-class Record(BaseModel):
-    """Frozen data of a plan, as it stands in its file."""
-
-    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
-
-
-class Stage(Record):
-    """A stretch of constant current.
-
-    Parameters
-    ----------
-    duration_s
-        [s], ≥ 0.
-    current_A, power_W
-        Net, into the battery [A], [W]: negative while they drain it. Where charging tapers, what is
-        offered: a full battery takes less.
-    """
-
-    duration_s: Amount
-    current_A: Number
-    power_W: Number
-
-
-class Phase(Record):
-    """A leg, a hover or a rest.
-
-    Parameters
-    ----------
-    kind
-        ``"flight"``, ``"hover"`` or ``"rest"``.
-    start_place, end_place
-        Names of places; the same while hovering and resting.
-    start_s
-        When it begins, counted from take-off [s].
-    stages
-        Its stretches of constant current, in order; at least one.
-    distance_m, peak_speed_m_s
-        Of a leg [m], [m/s]; 0 otherwise.
-    edited
-        Whether its figures were stated by the user in a graph.
-    available_As, bound_As
-        Charge in the wells at its end [A s], one entry a pack; pooled packs count as one.
-    """
-
-    kind: Kind
-    start_place: StrictStr
-    end_place: StrictStr
-    start_s: Amount
-    stages: Annotated[tuple[Stage, ...], Field(min_length=1)]
-    distance_m: Amount
-    peak_speed_m_s: Amount
-    edited: StrictBool
-    available_As: Packs
-    bound_As: Packs
-
-    @property
-    def duration_s(self) -> float:
-        """How long it takes [s]."""
-        return sum(stage.duration_s for stage in self.stages)
-
-    @property
-    def end_s(self) -> float:
-        """When it ends, counted from take-off [s]."""
-        return self.start_s + self.duration_s
-
-    @property
-    def current_A(self) -> float:
-        """Mean net current into the battery [A]."""
-        return self._mean([stage.current_A for stage in self.stages])
-
-    @property
-    def power_W(self) -> float:
-        """Mean net power into the battery [W]."""
-        return self._mean([stage.power_W for stage in self.stages])
-
-    def _mean(self, values: list[float]) -> float:
-        weights = [stage.duration_s for stage in self.stages]
-        if not sum(weights):
-            return values[0]
-        return sum(v * w for v, w in zip(values, weights, strict=True)) / sum(weights)
-
-
-class Stop(Record):
-    """A stay at one place.
-
-    Parameters
-    ----------
-    kind
-        ``"hover"`` or ``"rest"``.
-    at
-        Name of the place.
-    start_s, duration_s
-        When, counted from take-off, and for how long [s].
-    """
-
-    kind: Literal["hover", "rest"]
-    at: str
-    start_s: Amount
-    duration_s: Amount
 
 
 class Plan(Record):
@@ -270,9 +155,7 @@ class Plan(Record):
     @property
     def runs_dry_s(self) -> float | None:
         """When the available well is empty, or no pack is left to fly on [s]; None if never."""
-        if self.mission.battery.schedule != "pooled":
-            return fly(self.mission, self._net()).ended_s
-        return self._first_passing(battery.time_to_empty, lambda level, full: level < -ROUNDING)
+        return runs_dry_s(self.mission, self._existing())
 
     @property
     def overfull_s(self) -> float | None:
@@ -281,12 +164,7 @@ class Plan(Record):
         Under a schedule other than ``"pooled"``, and where charging tapers, a full pack takes no
         more than it can hold.
         """
-        given = self.mission.battery
-        if given.schedule != "pooled" or given.charging == "taper":
-            return None
-        return self._first_passing(
-            battery.time_to_full, lambda level, full: level > full + ROUNDING
-        )
+        return overfull_s(self.mission, self._existing())
 
     @property
     def warnings(self) -> tuple[str, ...]:
@@ -312,30 +190,6 @@ class Plan(Record):
     def _time(self, kind: Kind) -> float:
         return sum((each.duration_s for each in self._existing() if each.kind == kind), 0.0)
 
-    def _net(self) -> Iterator[tuple[Kind, list[battery.Phase]]]:
-        """Kind and stages of every phase, as the packs see them."""
-        for phase in self._existing():
-            yield (
-                phase.kind,
-                [battery.Phase(stage.current_A, stage.duration_s) for stage in phase.stages],
-            )
-
-    def _first_passing(
-        self,
-        moment: Callable[[battery.Battery, battery.Wells, float], Quantity],
-        beyond: Callable[[float, float], bool],
-    ) -> float | None:
-        """First moment [s] at which y1/B passes a limit; within a stage an end is the extreme."""
-        pool = vehicle.pool(self.mission)
-        charged = STEPS[self.mission.battery.charging]
-        wells, start_s = pool.full, 0.0
-        for stage in (stage for phase in self._existing() for stage in phase.stages):
-            end = charged(pool, wells, battery.Phase(stage.current_A, stage.duration_s))
-            if beyond(end.available_As / pool.capacity_As, pool.available_fraction):
-                return start_s + min(float(moment(pool, wells, stage.current_A)), stage.duration_s)
-            wells, start_s = end, start_s + stage.duration_s
-        return None
-
     def summary(self) -> str:
         """The plan as an aligned block of text."""
         from optuav.plan.summary import summary
@@ -359,21 +213,3 @@ class Plan(Record):
         from optuav.plan.frame import to_frame
 
         return to_frame(self)
-
-
-def wells_at_ends(
-    mission: Mission, phases: Iterable[tuple[Kind, Sequence[battery.Phase]]]
-) -> list[battery.Wells]:
-    """Wells [A s] at the end of every phase, a kind and stages, from full packs.
-
-    Pooled packs are one battery that takes what it is given, past full too unless charging tapers;
-    under another schedule there is an entry a pack.
-    """
-    if mission.battery.schedule != "pooled":
-        return fly(mission, phases).wells
-    pool = vehicle.pool(mission)
-    wells, ends = pool.full, []
-    for _, stages in phases:
-        wells = reduce(partial(STEPS[mission.battery.charging], pool), stages, wells)
-        ends.append(wells)
-    return ends

@@ -9,7 +9,8 @@ from collections.abc import Iterator
 
 from optuav.mission import vehicle
 from optuav.mission.words import printable
-from optuav.plan.plan import Phase, Plan
+from optuav.plan.phases import Phase
+from optuav.plan.plan import Plan
 
 WIDTH = 80
 LABEL = 13

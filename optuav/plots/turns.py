@@ -13,6 +13,7 @@ from optuav.mission.flown import packs as packs_of
 from optuav.physics.battery import Battery, Phase, Wells, step
 from optuav.physics.packs import NOBODY, Stretch
 from optuav.plan import Plan
+from optuav.plan.wells import net_stages
 from optuav.plots.bands import swatch
 from optuav.plots.labels import root, settle
 from optuav.plots.panels import panels
@@ -72,15 +73,12 @@ def packs(plans: Sequence[Plan], axes: Sequence[Axes] | None = None) -> Sequence
 def _panel(ax: Axes, plan: Plan) -> None:
     given = plan.mission.battery
     pack = packs_of(plan.mission).pack
-    jobs = [
-        (phase.kind, [Phase(stage.current_A, stage.duration_s) for stage in phase.stages])
-        for phase in plan.phases
-    ]
     before = pack.full
     for phase in plan.phases:
         ax.axvspan(phase.start_s, phase.end_s, color=KINDS[phase.kind], alpha=0.13, linewidth=0.0)
     wells = Wells(*(np.full(packs_of(plan.mission).count, float(well)) for well in before))
-    for stretch in (each for job in fly(plan.mission, jobs).stretches for each in job):
+    stretches = fly(plan.mission, net_stages(plan.phases)).stretches
+    for stretch in (each for carried in stretches for each in carried):
         _curves(ax, pack, wells, stretch)
         _strips(ax, stretch)
         wells = Wells(*(well[0] for well in stretch.wells))

@@ -20,7 +20,8 @@ from optuav.mission.sight import Numbers
 from optuav.modelling import Model, check, evaluate
 from optuav.modelling.expression import Variable, leaves
 from optuav.modelling.traits import traits
-from optuav.plan.plan import Phase, Plan, Stage, wells_at_ends
+from optuav.plan import Phase, Plan, Stage
+from optuav.plan.wells import wells_at_ends
 from optuav.solving.dispatch import answer
 from optuav.solving.given import moments_on, quantities
 from optuav.solving.question import AUTO, Question
