@@ -24,8 +24,9 @@ from optuav.diagnosis.exact import combination
 from optuav.engines.linear_form import linear_form
 from optuav.modelling.affine import NotAffineError, affine
 from optuav.modelling.check import relations
-from optuav.modelling.expression import Parameter, leaves
+from optuav.modelling.expression import Parameter
 from optuav.modelling.model import Constraint, Model
+from optuav.modelling.walk import leaves
 
 NOTHING = Fraction(0)
 ROUNDING = Fraction(1, 10**11)
@@ -226,7 +227,7 @@ def subset(model: Model, constraints: Sequence[Constraint]) -> Model:
 
 def _is_linear(constraint: Constraint) -> bool:
     try:
-        for side in (constraint.relation.left, constraint.relation.right):
+        for side in constraint.relation.sides:
             affine(side, {})
     except NotAffineError:
         return False
@@ -334,5 +335,5 @@ def _constraints(model: Model) -> Iterator[Constraint]:
 
 def constrained(constraint: Constraint) -> tuple[Parameter, ...]:
     """The parameters that a constraint speaks of."""
-    sides = constraint.relation.left, constraint.relation.right
+    sides = constraint.relation.sides
     return tuple(each for each in leaves(*sides) if isinstance(each, Parameter))

@@ -19,8 +19,8 @@ from optuav.diagnosis.repair import repairs_of
 from optuav.mission import Mission
 from optuav.modelling import Model, NotAffineError, Relation, Variable, check
 from optuav.modelling.check import relations
-from optuav.modelling.expression import fold, leaves
 from optuav.modelling.notation import Text
+from optuav.modelling.walk import fold, has_unknowns, leaves
 from optuav.plan import Plan
 from optuav.solving import Program
 from optuav.solving.dispatch import answer
@@ -136,8 +136,7 @@ def _sides(program: Program, part: Part, entry: int, values: dict[str, float]) -
     model = part.model
     labels = words(program.worked_out, part, entry, [each.label for each in relations(model)])
     for constraint, label, row in zip(relations(model), labels, check(model, values), strict=True):
-        sides = constraint.relation.left, constraint.relation.right
-        if not any(isinstance(leaf, Variable) for leaf in leaves(*sides)):
+        if not has_unknowns(*constraint.relation.sides):
             continue
         slack = float(row.slack)
         yield Side(
@@ -155,7 +154,7 @@ def _sides(program: Program, part: Part, entry: int, values: dict[str, float]) -
 def _statement(relation: Relation) -> str:
     """A constraint as mathematics; one too long to read by its values alone."""
     notation = Text()
-    sides = relation.left, relation.right
+    sides = relation.sides
     if sum(fold(side, lambda leaf: 1, _terms, lambda let, inner: 1) for side in sides) > LONGEST:
         return ""
     return notation.write(relation).replace(notation.after, " ")

@@ -13,8 +13,9 @@ from optuav.diagnosis.keys import keys
 from optuav.engines import closed_form
 from optuav.engines.sensitivity import ShadowPrice
 from optuav.engines.solution import Solution
-from optuav.modelling import Model, Parameter, Variable
-from optuav.modelling.expression import Operand, leaves
+from optuav.modelling import Model, Parameter
+from optuav.modelling.expression import Operand
+from optuav.modelling.walk import has_unknowns, leaves
 from optuav.solving import Program
 from optuav.solving.ties import SAME_S
 
@@ -156,9 +157,8 @@ def _held(model: Model) -> set[str]:
     free: list[Operand] = []
     fixed: list[Operand] = []
     for constraint in model.constraints:
-        sides = constraint.relation.left, constraint.relation.right
-        moves = any(isinstance(leaf, Variable) for leaf in leaves(*sides))
-        (free if moves else fixed).extend(sides)
+        sides = constraint.relation.sides
+        (free if has_unknowns(*sides) else fixed).extend(sides)
     free += [model.objective, *model.preferences]
     free += [bound for each in model.variables for bound in (each.lower, each.upper)]
     return _names(fixed) - _names(free)

@@ -22,9 +22,10 @@ from optuav.engines.tapered import Tapered
 from optuav.errors import InputError
 from optuav.modelling.check import check, relations
 from optuav.modelling.exponential import CONSTANT, Exponential, Monomial
-from optuav.modelling.expression import Leaf, Variable, fold
+from optuav.modelling.expression import Leaf, Variable
 from optuav.modelling.longest import lifted, uncapped, without_parts
 from optuav.modelling.model import Model
+from optuav.modelling.walk import fold
 from optuav.status import Status
 
 NAME = "bracket"
@@ -211,7 +212,7 @@ def _binding(model: Model, values: Mapping[str, Any], answered: Booleans) -> dic
     done: dict[int, Any] = {}
     stated = list(relations(model))  # kept, so that no two nodes share an identity
     for each, row in zip(stated, check(model, values), strict=True):
-        sides = (each.relation.left, each.relation.right)
+        sides = each.relation.sides
         if not any(fold(side, _is_unknown, _any, done=done) is True for side in sides):
             continue
         tight = answered & (np.abs(row.slack) <= TIGHT * np.maximum(1.0, np.abs(row.right)))

@@ -18,8 +18,8 @@ import numpy as np
 from optuav.engines.arrays import Booleans, Floats
 from optuav.engines.linear_form import linear_form
 from optuav.engines.solution import Solution
-from optuav.modelling.expression import evaluate
 from optuav.modelling.model import Model
+from optuav.modelling.walk import evaluate
 from optuav.status import Status
 
 NAME = "closed-form"

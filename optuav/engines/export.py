@@ -174,9 +174,7 @@ def _programme(model: Model, values: Mapping[str, Any], remarks: Iterable[str]) 
     labels = [constraint.label for constraint in model.constraints]
     for constraint, name in zip(model.constraints, _names(labels, "c_"), strict=True):
         relation = constraint.relation
-        left, right = (
-            _form(constraint.label, side, values) for side in (relation.left, relation.right)
-        )
+        left, right = (_form(constraint.label, side, values) for side in relation.sides)
         excess = left.plus(right, -1.0)
         coefficients = tuple(float(excess.coefficients.get(each, 0.0)) for each in names)
         if not any(coefficients) and holding(relation.sense, left.constant, right.constant):

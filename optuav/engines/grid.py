@@ -26,8 +26,9 @@ from optuav.engines.solution import Solution
 from optuav.errors import InputError, SolverError
 from optuav.modelling.affine import NotAffineError, affine
 from optuav.modelling.check import TOLERANCE, check, holding, relations
-from optuav.modelling.expression import Relation, evaluate
+from optuav.modelling.expression import Relation
 from optuav.modelling.model import Model
+from optuav.modelling.walk import evaluate
 from optuav.status import Status
 
 NAME = "grid"
@@ -159,7 +160,7 @@ def _flat(relation: Relation, parameters: Values) -> Test | None:
 
 
 def _holds(relation: Relation, values: Values, done: dict[int, Any]) -> Any:
-    sides = (evaluate(side, values, done) for side in (relation.left, relation.right))
+    sides = (evaluate(side, values, done) for side in relation.sides)
     return holding(relation.sense, *sides)
 
 

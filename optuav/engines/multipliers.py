@@ -50,7 +50,7 @@ def active(model: Model, values: Point) -> Active:
     stated = list(relations(model))  # kept, so that no two nodes share an identity
     for number, constraint in enumerate(stated):
         relation = constraint.relation
-        left, right = (slope(side, values, done) for side in (relation.left, relation.right))
+        left, right = (slope(side, values, done) for side in relation.sides)
         if not np.all(nearly(left.value, right.value)):
             continue
         for turn in {"<=": (1.0,), ">=": (-1.0,), "==": (1.0, -1.0)}[relation.sense]:

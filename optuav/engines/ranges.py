@@ -8,8 +8,8 @@ from typing import Any
 
 from optuav.errors import InputError
 from optuav.modelling.affine import NotAffineError, affine
-from optuav.modelling.expression import evaluate
 from optuav.modelling.model import Model
+from optuav.modelling.walk import evaluate
 
 Values = Mapping[str, Any]
 

@@ -19,8 +19,8 @@ import numpy as np
 
 from optuav.modelling.check import Checks, check
 from optuav.modelling.derivative import slope
-from optuav.modelling.expression import evaluate
 from optuav.modelling.model import Model
+from optuav.modelling.walk import evaluate
 
 
 class Residuals(NamedTuple):

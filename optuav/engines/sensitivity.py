@@ -31,8 +31,8 @@ from optuav.engines.multipliers import (
 from optuav.engines.optimal_points import MOST_ROWS, optimal_points
 from optuav.modelling.check import relations
 from optuav.modelling.derivative import slope
-from optuav.modelling.expression import Variable, leaves
 from optuav.modelling.model import Model
+from optuav.modelling.walk import has_unknowns
 
 
 class ShadowPrice(NamedTuple):
@@ -94,7 +94,7 @@ def _with_edges(
     worse = -np.inf * model.towards
     for constraint in model.constraints:
         relation = constraint.relation
-        if any(isinstance(leaf, Variable) for leaf in leaves(relation.left, relation.right)):
+        if has_unknowns(*relation.sides):
             continue
         left, right = slope(relation.left, parameters), slope(relation.right, parameters)
         met = nearly(left.value, right.value)
@@ -120,7 +120,7 @@ def _rates(model: Model, values: Point, multipliers: Mapping[str, Any]) -> dict[
         if not np.any(weight):
             continue
         relation = constraint.relation
-        left, right = (slope(side, values, done) for side in (relation.left, relation.right))
+        left, right = (slope(side, values, done) for side in relation.sides)
         if not (left.by.keys() | right.by.keys()) & rates.keys():
             continue
         # Both bounds of an unknown share a label: the weight belongs to the one that is met.

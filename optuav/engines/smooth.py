@@ -35,9 +35,10 @@ from optuav.engines.ranges import implied_upper_bounds, lower_bounds, own_upper_
 from optuav.engines.solution import Solution, stacked, unanswered
 from optuav.errors import InputError, SolverError
 from optuav.modelling.check import check, holding
-from optuav.modelling.expression import Operand, Relation, Variable, evaluate, fold, leaves
+from optuav.modelling.expression import Operand, Relation, Variable
 from optuav.modelling.longest import lifted
 from optuav.modelling.model import Model
+from optuav.modelling.walk import evaluate, fold, leaves
 from optuav.status import Status
 
 NAME = "casadi"
@@ -364,11 +365,11 @@ class Compiled:
 
 
 def _has_unknowns(relation: Relation) -> bool:
-    return any(isinstance(each, Variable) for each in leaves(relation.left, relation.right))
+    return any(isinstance(each, Variable) for each in leaves(*relation.sides))
 
 
 def _holds(relation: Relation, values: Mapping[str, Any]) -> bool:
-    sides = (evaluate(side, values) for side in (relation.left, relation.right))
+    sides = (evaluate(side, values) for side in relation.sides)
     return bool(holding(relation.sense, *sides))
 
 

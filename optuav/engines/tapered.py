@@ -23,9 +23,10 @@ from optuav.engines.exponential_form import Rows, Section, falling
 from optuav.engines.sign_changes import Margin, Numbers, close_in
 from optuav.engines.sweeping import WIDTH_S
 from optuav.modelling.check import slack
-from optuav.modelling.expression import Call, Let, Relation, Variable, evaluate, leaves
+from optuav.modelling.expression import Call, Let, Relation
 from optuav.modelling.longest import speaks_of_parts
 from optuav.modelling.model import Constraint, Model
+from optuav.modelling.walk import evaluate, has_unknowns
 
 ROUNDING = 1e-11
 """By how much a constraint must be missed to fail, relative to max(1, |right side|)."""
@@ -52,11 +53,7 @@ class Tapered:
         self.values, self.others, self.x_top, self.y_top = values, others, x_top, y_top
         self.x = model.objective.name
         self.y = next((each.name for each in model.variables if each.name != self.x), None)
-        self.asked = [
-            each
-            for each in model.constraints
-            if speaks_of_parts(each.relation.left, each.relation.right)
-        ]
+        self.asked = [each for each in model.constraints if speaks_of_parts(*each.relation.sides)]
 
     def narrowed(self, found: Interval) -> Interval:
         """What is left of an interval for the longest x, one a programme."""
@@ -112,7 +109,7 @@ class Tapered:
         given = {n: v[which] if np.ndim(v) else v for n, v in self.values.items()} | point
         least, done = np.full(np.shape(x), np.inf), dict[int, Any]()
         for each in self.asked:
-            sides = (evaluate(s, given, done) for s in (each.relation.left, each.relation.right))
+            sides = (evaluate(s, given, done) for s in each.relation.sides)
             left, right = sides
             short = slack(each.relation.sense, left, right) / np.maximum(1.0, np.abs(right))
             least = np.minimum(least, short + ROUNDING)
@@ -132,7 +129,7 @@ class Tapered:
     def _known(self, constraint: Constraint) -> tuple[Any, Any]:
         """Whether a constraint is known to fall with x and rise with y, or to rise with x alone."""
         relation = constraint.relation
-        left, fixed = self._without_divisor(relation.left), not _has_unknowns(relation.right)
+        left, fixed = self._without_divisor(relation.left), not has_unknowns(relation.right)
         if not isinstance(left, Let) or not fixed or relation.sense != ">=":
             return False, False
         falls: Any = False
@@ -151,11 +148,11 @@ class Tapered:
         if not isinstance(tree, Call) or tree.ufunc is not np.divide:
             return tree
         above, below = tree.arguments
-        fixed = not _has_unknowns(below) and np.all(evaluate(below, self.values) > 0.0)
+        fixed = not has_unknowns(below) and np.all(evaluate(below, self.values) > 0.0)
         return above if fixed else tree
 
     def _certain(self, relation: Relation) -> Any:
-        sides = (evaluate(side, self.values) for side in (relation.left, relation.right))
+        sides = (evaluate(side, self.values) for side in relation.sides)
         return slack(relation.sense, *sides) >= 0.0
 
 
@@ -181,7 +178,3 @@ class _Ceiling:
             return np.where(np.isnan(y), -1.0, found)
 
         return margin
-
-
-def _has_unknowns(tree: Any) -> bool:
-    return any(isinstance(each, Variable) for each in leaves(tree))

@@ -2,8 +2,9 @@
 
 from optuav.modelling.affine import Affine, NotAffineError, affine
 from optuav.modelling.check import Check, Checks, check
-from optuav.modelling.expression import Expression, Let, Parameter, Relation, Variable, evaluate
+from optuav.modelling.expression import Expression, Let, Parameter, Relation, Variable
 from optuav.modelling.model import Constraint, Model
+from optuav.modelling.walk import evaluate
 
 __all__ = [
     "Affine",

@@ -8,7 +8,8 @@ from typing import Any
 
 import numpy as np
 
-from optuav.modelling.expression import Leaf, Operand, Parameter, fold, leaves
+from optuav.modelling.expression import Leaf, Operand, Parameter
+from optuav.modelling.walk import fold, leaves
 
 
 class NotAffineError(ValueError):

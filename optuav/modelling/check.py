@@ -9,9 +9,10 @@ from typing import Any
 import numpy as np
 
 from optuav.errors import Fault, InputError
-from optuav.modelling.expression import Sense, evaluate
+from optuav.modelling.expression import Sense
 from optuav.modelling.model import Constraint, Model
 from optuav.modelling.table import table
+from optuav.modelling.walk import evaluate
 
 TOLERANCE = 1e-9
 """A constraint holds if it is short by no more than this, relative to max(1, |right side|)."""

@@ -12,7 +12,8 @@ from typing import Any
 
 import numpy as np
 
-from optuav.modelling.expression import Leaf, Operand, Parameter, fold
+from optuav.modelling.expression import Leaf, Operand, Parameter
+from optuav.modelling.walk import fold
 
 
 @dataclass(frozen=True)

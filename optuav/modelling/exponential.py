@@ -14,7 +14,8 @@ from typing import Any, Literal, TypeAlias
 import numpy as np
 from numpy.lib.mixins import NDArrayOperatorsMixin
 
-from optuav.modelling.expression import Leaf, Operand, Parameter, fold
+from optuav.modelling.expression import Leaf, Operand, Parameter
+from optuav.modelling.walk import fold
 
 Factor: TypeAlias = tuple[str, Literal["time", "levelling"]]
 Monomial: TypeAlias = frozenset[Factor]

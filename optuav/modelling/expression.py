@@ -7,9 +7,9 @@ library's symbols, or text.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any, Literal, NamedTuple, TypeAlias, TypeVar
+from typing import Any, Literal, NamedTuple, TypeAlias
 
 import numpy as np
 from numpy.lib.mixins import NDArrayOperatorsMixin
@@ -171,7 +171,6 @@ class Let(Expression):
 
 
 Leaf: TypeAlias = Variable | Parameter
-Result = TypeVar("Result")
 
 
 @dataclass(frozen=True)
@@ -205,119 +204,3 @@ class Trend(NamedTuple):
     falls_with: tuple[str, ...]
     rises_with: tuple[str, ...]
     where: tuple[Relation, ...]
-
-
-def fold(
-    expression: Operand,
-    leaf: Callable[[Leaf], Result],
-    call: Callable[[Any, tuple[Any, ...]], Result],
-    let: Callable[[Let, Result], Result] | None = None,
-    done: dict[int, Any] | None = None,
-) -> Any:
-    """Walk a tree bottom-up, every node once.
-
-    Parameters
-    ----------
-    expression
-        The tree; a bare number or array is returned as it is.
-    leaf, call
-        What a variable or parameter, and what a ufunc on folded arguments, becomes.
-    let
-        What a named quantity becomes; by default what it stands for.
-    done
-        What nodes became, by identity: hand the same one to the walks of trees that share nodes.
-    """
-    done = {} if done is None else done
-
-    def value(node: Operand) -> Any:
-        if isinstance(node, Call):
-            return call(node.ufunc, tuple(done[id(each)] for each in node.arguments))
-        if isinstance(node, Let):
-            inner = done[id(node.expression)]
-            return inner if let is None else let(node, inner)
-        if isinstance(node, Variable | Parameter):
-            return leaf(node)
-        return node
-
-    for node in _order(expression) if not done else _upwards(expression, done):
-        done[id(node)] = value(node)
-    return done[id(expression)]
-
-
-def _order(expression: Operand) -> list[Operand]:
-    """Nodes of a tree, each after its operands; found once, as a tree never changes."""
-    if not isinstance(expression, Expression):
-        return [expression]
-    if expression.order is None:
-        expression.order = _upwards(expression, {})
-    return expression.order
-
-
-def _upwards(expression: Operand, done: Mapping[int, Any]) -> list[Operand]:
-    """Nodes of a tree that are not done, each after its operands."""
-    found: list[Operand] = []
-    seen: set[int] = set()
-    waiting = [expression]
-    while waiting:  # no recursion: a sum over a thousand phases is a deep tree
-        node = waiting[-1]
-        known = id(node) in seen or id(node) in done
-        below = (
-            [] if known else [n for n in _operands(node) if id(n) not in seen and id(n) not in done]
-        )
-        if below:
-            waiting += reversed(below)
-        else:
-            waiting.pop()
-            if not known:
-                seen.add(id(node))
-                found.append(node)
-    return found
-
-
-def _operands(node: Operand) -> tuple[Operand, ...]:
-    if isinstance(node, Call):
-        return node.arguments
-    return (node.expression,) if isinstance(node, Let) else ()
-
-
-def evaluate(
-    expression: Operand, values: Mapping[str, Any], done: dict[int, Any] | None = None
-) -> Any:
-    """Value of an expression with numbers or arrays in place of its leaves.
-
-    Parameters
-    ----------
-    expression
-        The tree.
-    values
-        By name; a parameter that is not named keeps its own value.
-    done
-        As of `fold`, for trees that share nodes.
-
-    Raises
-    ------
-    KeyError
-        If a variable has no value.
-    """
-
-    def leaf(node: Leaf) -> Any:
-        if isinstance(node, Parameter) and node.name not in values:
-            return node.value
-        return values[node.name]
-
-    return fold(expression, leaf, lambda ufunc, arguments: ufunc(*arguments), done=done)
-
-
-def leaves(*expressions: Operand) -> Iterator[Leaf]:
-    """Variables and parameters of some trees, in order of first appearance, each name once."""
-    found: dict[str, Leaf] = {}
-
-    def leaf(node: Leaf) -> None:
-        known = found.setdefault(node.name, node)
-        if known is not node:
-            raise ValueError(f"two different symbols are called {node.name!r}")
-
-    done: dict[int, Any] = {}
-    for expression in expressions:
-        fold(expression, leaf, lambda ufunc, arguments: None, done=done)
-    yield from found.values()

@@ -10,9 +10,10 @@ from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
 
-from optuav.modelling.expression import Call, Let, Operand, fold
+from optuav.modelling.expression import Call, Let, Operand
 from optuav.modelling.model import Constraint, Model
 from optuav.modelling.notation import Notation
+from optuav.modelling.walk import fold
 
 INDEX = "j"
 """What runs where lines differ in a number alone."""
@@ -43,7 +44,7 @@ def definition_lines(model: Model, notation: Notation) -> list[Line]:
 
 def _constraint(stated: Constraint, notation: Notation) -> Said:
     relation = stated.relation
-    number = _only_number(_outermost(relation.left, relation.right))
+    number = _only_number(_outermost(*relation.sides))
     pattern = "" if number is None else notation.write(relation, _indexed)
     return Said(notation.write(relation), stated.label, pattern, number)
 

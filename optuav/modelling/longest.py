@@ -14,17 +14,9 @@ from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
 
-from optuav.modelling.expression import (
-    Call,
-    Expression,
-    Let,
-    Operand,
-    Relation,
-    Variable,
-    evaluate,
-    fold,
-)
+from optuav.modelling.expression import Call, Expression, Let, Operand, Relation, Variable
 from optuav.modelling.model import Constraint, Model
+from optuav.modelling.walk import evaluate, fold
 
 Limits: TypeAlias = Callable[..., Iterable[tuple[str, Relation]]]
 
@@ -145,9 +137,7 @@ def without_parts(model: Model) -> Model:
     """The model without the constraints that speak of parts of times."""
     found = copy(model)
     found.constraints = [
-        each
-        for each in model.constraints
-        if not speaks_of_parts(each.relation.left, each.relation.right)
+        each for each in model.constraints if not speaks_of_parts(*each.relation.sides)
     ]
     return found
 

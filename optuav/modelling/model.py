@@ -10,14 +10,8 @@ from pathlib import Path
 from types import FrameType
 from typing import Any, Literal
 
-from optuav.modelling.expression import (
-    Let,
-    Operand,
-    Parameter,
-    Relation,
-    Variable,
-    leaves,
-)
+from optuav.modelling.expression import Let, Operand, Parameter, Relation, Variable
+from optuav.modelling.walk import leaves
 
 
 @dataclass(frozen=True)
@@ -136,7 +130,7 @@ class Model:
         for variable in self.variables:
             trees += [variable, variable.lower, variable.upper]
         for constraint in self.constraints:
-            trees += [constraint.relation.left, constraint.relation.right]
+            trees += constraint.relation.sides
         return trees
 
     @property

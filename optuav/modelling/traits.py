@@ -10,9 +10,10 @@ import numpy as np
 
 from optuav.modelling.affine import NotAffineError, affine
 from optuav.modelling.exponential import NotExponentialError, exponential
-from optuav.modelling.expression import Leaf, Variable, fold
+from optuav.modelling.expression import Leaf, Variable
 from optuav.modelling.longest import uncapped
 from optuav.modelling.model import Model
+from optuav.modelling.walk import fold
 
 KINKED = frozenset({np.absolute, np.sign, np.heaviside, np.maximum, np.minimum})
 """Functions without a derivative somewhere."""
@@ -99,7 +100,7 @@ def _first_unlevelled(model: Model) -> tuple[str, str]:
     whole = uncapped(model)  # kept, so that no two nodes share an identity
     done: dict[int, Any] = {}
     for constraint in whole.constraints:
-        for side in (constraint.relation.left, constraint.relation.right):
+        for side in constraint.relation.sides:
             try:
                 exponential(side, {}, done)
             except NotExponentialError as error:
@@ -111,10 +112,7 @@ def _first_nonlinear(model: Model) -> tuple[str, str]:
     named = [("objective", model.objective)]
     named += [("preference", each) for each in model.preferences]
     for constraint in model.constraints:
-        named += [
-            (constraint.label, side)
-            for side in (constraint.relation.left, constraint.relation.right)
-        ]
+        named += [(constraint.label, side) for side in constraint.relation.sides]
     for label, tree in named:
         try:
             affine(tree, {})

@@ -18,8 +18,8 @@ from optuav.mission.one_stop import in_words, one_stop_is_enough
 from optuav.mission.phases import phases
 from optuav.mission.sight import Numbers
 from optuav.modelling import Model, check, evaluate
-from optuav.modelling.expression import Variable, leaves
 from optuav.modelling.traits import traits
+from optuav.modelling.walk import has_unknowns
 from optuav.plan import Phase, Plan, Stage
 from optuav.plan.wells import wells_at_ends
 from optuav.solving.dispatch import answer
@@ -246,8 +246,6 @@ def _between_slots(slot_s: float, model: Model, parameters: Mapping[str, float])
     )
     for constraint in model.constraints:
         relation = constraint.relation
-        if relation.sense == "==" and not any(
-            isinstance(leaf, Variable) for leaf in leaves(relation.right)
-        ):
+        if relation.sense == "==" and not has_unknowns(relation.right):
             right = float(evaluate(relation.right, parameters))
             yield f"{constraint.label}: exactly {right:.6g} {constraint.unit} are asked for"

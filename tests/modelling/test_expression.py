@@ -13,7 +13,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from optuav.modelling import Expression, Let, Parameter, Relation, Variable, evaluate
-from optuav.modelling.expression import Call, leaves
+from optuav.modelling.expression import Call
+from optuav.modelling.walk import leaves
 from optuav.physics.battery import Battery, Phase, after, state_of_charge
 
 UNARY = (

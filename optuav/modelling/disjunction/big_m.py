@@ -87,7 +87,7 @@ class BigM(Join):
         self, case: Case, relation: Relation, sense: Sense, tops: Mapping[str, Operand]
     ) -> Operand:
         """M: by how much a row may be violated while the unknowns keep their bounds."""
-        small, large = relation.left, relation.right
+        small, large = relation.sides
         if sense == ">=":
             small, large = large, small
         slopes = case.numbers(small, large).coefficients

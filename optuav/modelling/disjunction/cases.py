@@ -97,7 +97,7 @@ def _shape(case: Case) -> tuple[Any, ...]:
     rows = [
         (each.label, write(each.relation), *map(np.sign, excess.coefficients.values()))
         for each in model.constraints
-        for excess in (case.numbers(each.relation.left, each.relation.right),)
+        for excess in (case.numbers(*each.relation.sides),)
     ]
     bounds = [(each.name, write(each.lower), write(each.upper)) for each in model.variables]
     goals = [write(goal) for goal in (model.objective, *model.preferences)]

@@ -12,8 +12,9 @@ from optuav.modelling.affine import NotAffineError
 from optuav.modelling.disjunction.cases import Case, goals, indexed
 from optuav.modelling.disjunction.join import Join
 from optuav.modelling.disjunction.substitution import applied
-from optuav.modelling.expression import Leaf, Operand, Parameter, Relation, Variable, fold
+from optuav.modelling.expression import Leaf, Operand, Parameter, Relation, Variable
 from optuav.modelling.model import Constraint
+from optuav.modelling.walk import fold
 
 
 class Hull(Join):

@@ -10,18 +10,10 @@ import numpy as np
 
 from optuav.modelling.disjunction.cases import Case, indexed
 from optuav.modelling.disjunction.substitution import applied, is_number, substituted
-from optuav.modelling.expression import (
-    Expression,
-    Operand,
-    Parameter,
-    Relation,
-    Sense,
-    Variable,
-    evaluate,
-    leaves,
-)
+from optuav.modelling.expression import Expression, Operand, Parameter, Relation, Sense, Variable
 from optuav.modelling.model import Constraint, Model
 from optuav.modelling.notation import Text
+from optuav.modelling.walk import evaluate, leaves
 
 
 class Join:

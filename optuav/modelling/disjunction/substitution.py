@@ -6,7 +6,8 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from optuav.modelling.expression import Operand, fold
+from optuav.modelling.expression import Operand
+from optuav.modelling.walk import fold
 
 
 def is_number(operand: Operand, number: float) -> bool:

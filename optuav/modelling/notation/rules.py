@@ -8,7 +8,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from optuav.modelling.expression import Operand, Relation, Sense, Variable, fold
+from optuav.modelling.expression import Operand, Relation, Sense, Variable
+from optuav.modelling.walk import fold
 
 LIST, SUM, SIGN, PRODUCT, POWER, ATOM = range(6)
 """How tightly a written expression holds together."""
@@ -114,7 +115,7 @@ class Notation(ABC):
             What the symbols of named quantities become.
         """
         if isinstance(expression, Relation):
-            left, right = (self.write(each, called) for each in (expression.left, expression.right))
+            left, right = (self.write(each, called) for each in expression.sides)
             return f"{left} {self.senses[expression.sense]}{self.after}{right}"
         written = fold(
             expression,
