@@ -6,20 +6,22 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
-from pydantic import Field, StrictStr, ValidationError
+from annotated_types import Len
+from pydantic import Strict, ValidationError
 
 from optuav.errors import Fault, InputError
 from optuav.judge.itinerary import Itinerary, Stop
 from optuav.mission import Mission, load, shipped
-from optuav.mission.faults import Statement
+from optuav.mission.faults import Breach, Statement
 from optuav.mission.files import label, read_text
 from optuav.mission.load import LARGEST_FILE, parse
 from optuav.mission.places import ENDS
+from optuav.mission.quantities import Allowed, Number
 from optuav.mission.validate import format_breaches
-from optuav.mission.words import nearest, shown
+from optuav.mission.words import allowed, nearest, shown
 from optuav.plan import Plan
-from optuav.plan.file import LARGEST_BYTES, read_plan, record_faults
-from optuav.plan.phases import Amount, Record
+from optuav.plan.file import LARGEST_BYTES, read_plan
+from optuav.plan.phases import Record
 
 MOST_STOPS = 10_000
 """Most stops that an itinerary may have."""
@@ -28,20 +30,32 @@ MOST_STOPS = 10_000
 class StopTable(Record):
     """A table [[stops]]."""
 
-    at: StrictStr
-    kind: Literal["rest", "hover"]
-    duration_s: Amount
+    at: Annotated[str, Strict(), Allowed("the name of a place")]
+    kind: Annotated[Literal["rest", "hover"], Allowed('"rest" or "hover"')]
+    duration_s: Annotated[float, Number("s", ge=0, le=1e7)]
+
+
+STOP = f"a table with {', '.join(StopTable.model_fields)}"
 
 
 class ItineraryFile(Record):
     """An itinerary as its file states it."""
 
-    mission: StrictStr
-    stops: Annotated[tuple[StopTable, ...], Field(max_length=MOST_STOPS)]
+    mission: Annotated[
+        str,
+        Strict(),
+        Len(1),
+        Allowed("the name of a shipped mission, or a path relative to this file"),
+    ]
+    stops: Annotated[
+        tuple[StopTable, ...],
+        Len(0, MOST_STOPS),
+        Allowed(f"tables [[stops]], each {STOP}; at most {MOST_STOPS}, or stops = []"),
+    ]
 
 
 def read(path: str | Path) -> tuple[Plan | Itinerary, dict[str, Any]]:
-    """Read a saved plan (JSON) or an itinerary (TOML), told apart by how they begin.
+    """Read a saved plan (JSON) or an itinerary (TOML), told apart by name or by how they begin.
 
     Returns
     -------
@@ -52,7 +66,8 @@ def read(path: str | Path) -> tuple[Plan | Itinerary, dict[str, Any]]:
     InputError
         With everything that keeps the file from being either.
     """
-    if read_text(Path(path), LARGEST_BYTES).lstrip().startswith("{"):
+    text = read_text(Path(path), LARGEST_BYTES)
+    if Path(path).suffix == ".json" or text.lstrip().startswith("{"):
         return read_plan(path)
     return read_itinerary(path), {}
 
@@ -75,17 +90,17 @@ def read_itinerary(path: str | Path) -> Itinerary:
     file = Path(path)
     source = label(file)
     document = parse(read_text(file, LARGEST_FILE), file)
-    faults = Statement(document, {(): source}).faults(format_breaches(document))
-    document.pop("schema", None)
-    stated = None
+    statement = Statement(document, {(): source})
+    breaches = format_breaches(document)
+    stated = mission = None
     try:
-        stated = ItineraryFile.model_validate(document)
+        stated = ItineraryFile.model_validate({k: v for k, v in document.items() if k != "schema"})
     except ValidationError as error:
-        faults += record_faults(error, source)
-    mission = None
-    if isinstance(document.get("mission"), str):
+        breaches += _breaches(error, statement)
+    faults = statement.faults(breaches)
+    if not any(key == ("mission",) for key, _ in breaches):
         try:
-            mission = _mission(document["mission"], file.parent)
+            mission = _mission(document["mission"], file)
         except InputError as error:
             faults += error.faults
     if mission is not None:
@@ -97,8 +112,30 @@ def read_itinerary(path: str | Path) -> Itinerary:
     )
 
 
-def _mission(name: str, directory: Path) -> Mission:
-    return load(name if name in shipped() else directory / name)
+def _breaches(error: ValidationError, statement: Statement) -> Iterator[Breach]:
+    """Pydantic's errors by key and in our words."""
+    for detail in error.errors(include_url=False, include_context=False, include_input=False):
+        key = detail["loc"]
+        name = str(key[-1])
+        model = StopTable if len(key) == 3 else ItineraryFile
+        if len(key) == 2:
+            yield Breach(key, STOP)
+        elif name not in model.model_fields:
+            yield Breach(key, f"unknown key{nearest(name, model.model_fields)}")
+        else:
+            missing = "" if statement.holds(key) else "is missing; "
+            yield Breach(key, f"{missing}{allowed(model, name)}")
+
+
+def _mission(name: str, file: Path) -> Mission:
+    """The mission of an itinerary; a file that cannot be read is a fault of the key."""
+    try:
+        return load(name if name in shipped() else file.parent / name)
+    except InputError as error:
+        raise InputError(
+            each if each.key else Fault("mission", shown(name), each.allowed, label(file))
+            for each in error.faults
+        ) from None
 
 
 def _unknown_places(mission: Mission, stops: Any, source: str) -> Iterator[Fault]:

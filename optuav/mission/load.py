@@ -124,7 +124,7 @@ def _read(source: str | Path, directory: Path) -> _File:
     else:
         path = directory / source
         name = label(path)
-    hint = nearest(str(source), shipped()) or f"; shipped missions are {', '.join(shipped())}"
+    hint = nearest(Path(source).name, shipped()) or f"; shipped missions are {', '.join(shipped())}"
     document = parse(read_text(path, LARGEST_FILE, hint=hint), path)
     faults = Statement(document, {(): name}).faults(format_breaches(document))
     document.pop("schema", None)

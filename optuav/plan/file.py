@@ -8,11 +8,13 @@ from pathlib import Path
 from typing import Any
 
 from pydantic import ValidationError
+from pydantic_core import ErrorDetails
 
 from optuav.errors import Fault, InputError
 from optuav.mission import Mission
 from optuav.mission.files import label, read_text, write_text
-from optuav.mission.words import shown
+from optuav.mission.quantities import short
+from optuav.mission.words import safe_name, shown
 from optuav.plan.plan import Plan
 
 SCHEMA = 1
@@ -32,6 +34,17 @@ DERIVED = (
     "warnings",
 )
 """What the data repeat for their readers; it follows from the phases, which decide."""
+
+TYPES = {
+    "float_type": "a number",
+    "finite_number": "a finite number",
+    "string_type": "a string",
+    "bool_type": "true or false",
+    "tuple_type": "a list",
+    "dict_type": "an object",
+    "model_type": "an object",
+}
+"""What a value may be, by pydantic's name of the error."""
 
 
 def to_dict(plan: Plan) -> dict[str, Any]:
@@ -117,11 +130,14 @@ def read_plan(path: str | Path) -> tuple[Plan, dict[str, Any]]:
         data = json.loads(text, parse_constant=_no_constant)
     except (ValueError, RecursionError) as error:
         raise InputError([Fault("", "", f"is not JSON: {_first_line(error)}", source)]) from None
-    if not isinstance(data, dict) or data.get("kind") != KIND:
+    if not isinstance(data, dict) or "kind" not in data:
         raise InputError([Fault("", "", f'is no plan: "kind": "{KIND}" is missing', source)])
+    if data["kind"] != KIND:
+        raise InputError([Fault("kind", shown(data["kind"]), f'"{KIND}"', source)])
     if data.get("schema") != SCHEMA:
+        value = shown(data["schema"]) if "schema" in data else ""
         words = f"{SCHEMA} is the only version that is read"
-        raise InputError([Fault("schema", shown(data.get("schema")), words, source)])
+        raise InputError([Fault("schema", value, words, source)])
     return _plan(data, source), data
 
 
@@ -136,27 +152,57 @@ def _first_line(error: Exception) -> str:
 def _plan(data: dict[str, Any], source: str) -> Plan:
     fields = {k: v for k, v in data.items() if k not in ("schema", "kind", "mission", *DERIVED)}
     faults: list[Fault] = []
-    mission = None
+    if "mission" in data:
+        try:
+            fields["mission"] = Mission.from_dict(data["mission"])
+        except InputError as error:
+            fields["mission"] = None
+            faults += [
+                Fault(f"mission.{each.key}".rstrip("."), each.value, each.allowed, source)
+                for each in error.faults
+            ]
+    told = {"mission"} if faults else set()
     try:
-        mission = Mission.from_dict(data.get("mission"))  # type: ignore[arg-type]
-    except InputError as error:
-        faults += [
-            Fault(f"mission.{each.key}".rstrip("."), each.value, each.allowed, source)
-            for each in error.faults
-        ]
-    try:
-        plan = Plan.model_validate({**fields, "mission": mission})
+        plan = Plan.model_validate(fields)
     except ValidationError as error:
-        faults += [each for each in record_faults(error, source) if each.key != "mission"]
+        faults += [each for each in _record_faults(error, source) if each.key not in told]
     if faults:
         raise InputError(faults)
     return plan
 
 
-def record_faults(error: ValidationError, source: str) -> Iterator[Fault]:
-    """What is wrong with a record, by dotted key and in our words."""
-    for detail in error.errors(include_url=False):
-        key = ".".join(str(part) for part in detail["loc"])
+def _record_faults(error: ValidationError, source: str) -> Iterator[Fault]:
+    """What is wrong with the data of a plan, by dotted key and in our words.
+
+    A list counts as too short for pydantic where its entries are wrong, and is told by them.
+    """
+    details = error.errors(include_url=False)
+    above = {detail["loc"][:depth] for detail in details for depth in range(1, len(detail["loc"]))}
+    for detail in details:
+        if detail["loc"] in above:
+            continue
+        key = ".".join(safe_name(part) for part in detail["loc"])
         value = "" if detail["type"] == "missing" or not key else shown(detail["input"])
-        words = detail["msg"].removeprefix("Value error, ")
-        yield Fault(key, value, words[:1].lower() + words[1:], source)
+        yield Fault(key, value, _words(detail), source)
+
+
+def _words(detail: ErrorDetails) -> str:
+    """What would have been allowed where pydantic found an error."""
+    known = detail.get("ctx", {})
+    match detail["type"]:
+        case "missing":
+            return "is missing"
+        case "extra_forbidden":
+            return "unknown key"
+        case "greater_than_equal":
+            return f"a number, x >= {short(known['ge'])}"
+        case "less_than_equal":
+            return f"a number, x <= {short(known['le'])}"
+        case "literal_error" | "enum":
+            return str(known["expected"])
+        case "too_short":
+            return "a list that is not empty"
+        case "value_error":
+            return str(known["error"])
+        case kind:
+            return TYPES.get(kind, detail["msg"])

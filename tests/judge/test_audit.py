@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import copy
 import json
+import re
 from collections.abc import Iterator
 from functools import cache
 from pathlib import Path
@@ -235,6 +236,69 @@ def test_all_faults_of_an_itinerary_are_told_at_once(tmp_path: Path) -> None:
 def test_what_is_no_plan_is_refused(text: str, tmp_path: Path) -> None:
     with pytest.raises(InputError):
         optuav.audit(itinerary(tmp_path, text))
+
+
+STOP = '[[stops]]\nat = "b1"\nkind = "rest"\nduration_s = 5\n'
+SECONDS = "a number, 0 <= x <= 1e7 [s]"
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("stops = 3", "stops = 3: tables [[stops]], each a table"),
+        ('stops = ["b1"]', "stops.0 = 'b1': a table with at, kind, duration_s"),
+        (STOP * 10_001, "at most 10000"),
+        (STOP.replace("duration_s = 5", ""), f"stops.0.duration_s: is missing; {SECONDS}"),
+        (STOP.replace("_s = 5", "_min = 5"), "unknown key; did you mean 'duration_s'?"),
+        *(
+            (STOP.replace("= 5", f"= {value}"), f"stops.0.duration_s = {shown}: {SECONDS}")
+            for value, shown in (
+                ("-5", "-5"),
+                ("nan", "nan"),
+                ("inf", "inf"),
+                ("1e300", "1e+300"),
+                ("true", "true"),
+                ('"long"', "'long'"),
+                ("2026-01-01", "2026-01-01"),
+                ("1" + "0" * 400, "an integer of 1329 bits"),
+            )
+        ),
+        (STOP.replace('"b1"', "9"), "stops.0.at = 9: the name of a place"),
+        (STOP.replace('"b1"', '"b99"'), "stops.0.at = 'b99': is no place of the mission paper"),
+        (STOP.replace('"rest"', '"Rest"'), 'stops.0.kind = \'Rest\': "rest" or "hover"'),
+    ],
+)
+def test_a_broken_itinerary_is_refused_in_our_words(text: str, words: str, tmp_path: Path) -> None:
+    """Field, value and what is allowed, in one line of its file."""
+    path = itinerary(tmp_path, f'schema = 1\nmission = "paper"\n{text}')
+    with pytest.raises(InputError) as raised:
+        optuav.audit(path)
+    assert str(raised.value).startswith(f"{path}: stops")
+    assert words in str(raised.value)
+    assert not re.search("input|field|extra|tuple|dictionary", str(raised.value), re.IGNORECASE)
+
+
+def test_the_mission_of_an_itinerary_is_refused_as_its_key(tmp_path: Path) -> None:
+    """One that does not exist by the itinerary's key and file; one that is broken by its own."""
+    for name, words in (
+        ("papr", "mission = 'papr': there is no such file; did you mean 'paper'?"),
+        (".", "mission = '.': is a directory, not a file"),
+        ("", "mission = '': the name of a shipped mission, or a path relative to this file"),
+    ):
+        path = itinerary(tmp_path, f'schema = 1\nmission = "{name}"\nstops = []')
+        with pytest.raises(InputError, match=re.escape(f"{path}: {words}")):
+            optuav.audit(path)
+    (tmp_path / "mine.toml").write_text("schema = 1\n", "utf-8")
+    with pytest.raises(InputError, match=r"mine\.toml: route: is missing"):
+        optuav.audit(itinerary(tmp_path, 'schema = 1\nmission = "mine.toml"\nstops = []'))
+
+
+@pytest.mark.parametrize("content", ["[1, 2]", "3", "null", '"x"'])
+def test_a_json_file_is_a_plan_or_nothing(content: str, tmp_path: Path) -> None:
+    path = tmp_path / "plan.json"
+    path.write_text(content, "utf-8")
+    with pytest.raises(InputError, match='is no plan: "kind": "optuav plan" is missing'):
+        optuav.audit(path)
 
 
 def test_no_stops_at_all_is_a_flight(tmp_path: Path) -> None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import math
 import os
+import re
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -136,7 +137,7 @@ def test_times_are_null_where_there_is_no_plan(kind: str) -> None:
         (b"[]", "is no plan"),
         (b"null", "is no plan"),
         (b"{}", '"kind": "optuav plan" is missing'),
-        (b'{"kind": "optuav plan"}', "schema = None: 1"),
+        (b'{"kind": "optuav plan"}', "schema: 1 is the only"),
         (b'{"kind": "optuav plan", "schema": 2}', "schema = 2: 1"),
         (TEXTS["optimal"].replace("719.5", "NaN719.5").encode(), "is not JSON"),
         (b'{"kind": "optuav plan", "schema": 1, "slot_s": NaN}', "NaN is no JSON number"),
@@ -187,6 +188,16 @@ def test_all_that_is_wrong_is_told_at_once(tmp_path: Path) -> None:
         *("phases.3.available_As.0", "phases.4.edited = 'no'"),
     ):
         assert f"plan.json: {key}" in text
+    assert not re.search("input|field|extra|tuple|dictionary", text, re.IGNORECASE)
+
+
+def test_a_list_is_told_by_what_is_wrong_in_it(tmp_path: Path) -> None:
+    """And not as too short, though nothing sound is left of it."""
+    data = json.loads(TEXTS["optimal"])
+    data["phases"][1]["stages"][0]["duration_s"] = -1.0
+    text = refusal(json.dumps(data), tmp_path)
+    assert text.endswith("phases.1.stages.0.duration_s = -1.0: a number, x >= 0")
+    assert "\n" not in text
 
 
 @pytest.mark.parametrize(
