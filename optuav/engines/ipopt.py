@@ -1,13 +1,10 @@
-"""IPOPT behind CasADi: what it is asked for and what it says; NumPy's functions on its symbols."""
+"""IPOPT behind CasADi: what it is asked for, and what it says."""
 
 from __future__ import annotations
 
-import operator
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from typing import Any
-
-import numpy as np
 
 from optuav.engines.arrays import Floats
 from optuav.errors import SolverError
@@ -29,43 +26,6 @@ UNUSABLE = "Invalid_Number_Detected"
 NO_WAY_IN = "Infeasible_Problem_Detected"
 
 
-def operations() -> Mapping[np.ufunc, Callable[..., Any]]:
-    """What a ufunc becomes on CasADi's symbols."""
-    import casadi
-
-    return {
-        np.add: operator.add,
-        np.subtract: operator.sub,
-        np.multiply: operator.mul,
-        np.divide: operator.truediv,
-        np.power: operator.pow,
-        np.negative: operator.neg,
-        np.positive: operator.pos,
-        np.absolute: casadi.fabs,
-        np.sign: casadi.sign,
-        np.heaviside: lambda a, b: (a > 0.0) + (a == 0.0) * b,
-        np.square: lambda a: a * a,
-        np.reciprocal: lambda a: 1.0 / a,
-        np.sqrt: casadi.sqrt,
-        np.exp: casadi.exp,
-        np.expm1: casadi.expm1,
-        np.log: casadi.log,
-        np.log1p: casadi.log1p,
-        np.log10: casadi.log10,
-        np.sin: casadi.sin,
-        np.cos: casadi.cos,
-        np.tan: casadi.tan,
-        np.tanh: casadi.tanh,
-        np.arcsin: casadi.asin,
-        np.arccos: casadi.acos,
-        np.arctan: casadi.atan,
-        np.hypot: casadi.hypot,
-        np.arctan2: casadi.atan2,
-        np.maximum: casadi.fmax,
-        np.minimum: casadi.fmin,
-    }
-
-
 @contextmanager
 def told() -> Iterator[None]:
     """Turn whatever the library raises into the one error that engines raise."""
@@ -75,6 +35,19 @@ def told() -> Iterator[None]:
         raise SolverError(f"engine casadi needs the package casadi: {error}") from error
     except RuntimeError as error:
         raise SolverError(f"casadi failed: {error}") from error
+
+
+def prepared(
+    programme: Mapping[str, Any], time_limit_s: float | None, accuracy: float, iterations: int
+) -> Any:
+    """A programme of CasADi's symbols, made ready for `run`."""
+    options: dict[str, Any] = {**OPTIONS, "ipopt.tol": accuracy, "ipopt.max_iter": iterations}
+    if time_limit_s is not None:
+        options["ipopt.max_wall_time"] = time_limit_s
+    with told():
+        import casadi
+
+        return casadi.nlpsol("programme", "ipopt", programme, options)
 
 
 def run(programme: Any, arguments: Mapping[str, Floats]) -> tuple[Any, str]:

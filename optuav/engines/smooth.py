@@ -10,83 +10,34 @@ References
 
 from __future__ import annotations
 
-import itertools
 import math
 import time
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
 from optuav.engines.arrays import Floats
-from optuav.engines.ipopt import (
-    NO_WAY_IN,
-    OPTIONS,
-    SOLVED,
-    TOO_SLOW,
-    UNBOUNDED,
-    UNUSABLE,
-    operations,
-    run,
-    told,
-)
-from optuav.engines.ranges import implied_upper_bounds, lower_bounds, own_upper_bounds
+from optuav.engines.casadi_form import NAME, CasadiForm
+from optuav.engines.ipopt import NO_WAY_IN, SOLVED, TOO_SLOW, UNBOUNDED, UNUSABLE, prepared, run
+from optuav.engines.ranges import lower_bounds, own_upper_bounds
+from optuav.engines.scaling import ScaledProgramme, scaled_programme
 from optuav.engines.solution import Solution, stacked, unanswered
-from optuav.errors import InputError, SolverError
+from optuav.errors import SolverError
 from optuav.modelling.check import check, holding
-from optuav.modelling.expression import Operand, Relation, Variable
+from optuav.modelling.expression import Relation
 from optuav.modelling.longest import lifted
 from optuav.modelling.model import Model
-from optuav.modelling.walk import evaluate, fold, leaves
+from optuav.modelling.walk import evaluate
 from optuav.status import Status
 
-NAME = "casadi"
 PROOF = "local: the best of several starts"
-SHARES = (0.02, 0.5, 0.98)
-"""Where the starts lie between the bounds of an unknown."""
-MOST_STARTS = 27
-TYPICAL = 1000.0
-"""Reach of an unknown for which nothing states a bound."""
-LEAST = 1e-3
-"""Least reach by which an unknown is scaled, where the constraints leave it next to none."""
 EQUAL = 1e-10
 """Relative loss of the objective that the preferences may use up."""
-AT_BOUND = 1e-9
-"""Relative distance from a bound that is as good as none."""
-STEEP = 100.0
-"""Largest slope of an objective as IPOPT sees it; its tolerances are absolute."""
 ACCURACY = 1e-10
 """What IPOPT asks of optimality, scaled, unless a caller is content with less."""
 ITERATIONS = 3000
-
-
-@dataclass(frozen=True)
-class _Data:
-    """Numbers of one programme: of the parameters, and of the unknowns before scaling.
-
-    Bounds, sides and starts are as IPOPT gets them.
-    """
-
-    parameters: Mapping[str, Any]
-    numbers: Floats
-    lower: Floats
-    upper: Floats
-    scale: Floats
-    starts: Sequence[Floats]
-    sides: Mapping[str, Floats]
-
-    def arguments(self, start: Floats, more: Sequence[float]) -> dict[str, Floats]:
-        """Of a call from a start, with further parameters and as many more rows ≤ 0."""
-        kept = len(more) - 1
-        return {
-            "x0": start,
-            "p": np.concatenate([self.numbers, self.scale, more]),
-            "lbx": self.lower / self.scale,
-            "ubx": self.upper / self.scale,
-            "lbg": np.append(self.sides["lbg"], np.full(kept, -math.inf)),
-            "ubg": np.append(self.sides["ubg"], np.zeros(kept)),
-        }
 
 
 class Compiled:
@@ -118,67 +69,15 @@ class Compiled:
         accuracy: float = ACCURACY,
         iterations: int = ITERATIONS,
     ) -> None:
-        with told():
-            import casadi
-
         self.lifted = lifted(model)
-        self.model = model = self.lifted.model
-        self.accuracy = accuracy
-        self.iterations = iterations
+        self.model = self.lifted.model
         self.time_limit_s = time_limit_s
-        self.names = [variable.name for variable in model.variables]
-        self.given = list(model.given)
-        self.base = model.row(0)
-        unknowns = casadi.SX.sym("x", len(self.names))
-        scales = casadi.SX.sym("s", len(self.names))
-        parameters = casadi.SX.sym("p", len(self.given))
-        steepness = casadi.SX.sym("w")
-        leaves = {name: unknowns[k] * scales[k] for k, name in enumerate(self.names)}
-        leaves |= {name: parameters[k] for k, name in enumerate(self.given)}
-        table = operations()
-
-        def applied(ufunc: np.ufunc, arguments: tuple[Any, ...]) -> Any:
-            if ufunc not in table:
-                raise InputError(f"engine {NAME} does not know the function {ufunc.__name__}")
-            return table[ufunc](*arguments)
-
-        def symbols(tree: Operand) -> Any:
-            return casadi.SX(fold(tree, lambda leaf: leaves[leaf.name], applied))
-
-        self.sign = 1.0 if model.sense == "maximise" else -1.0
-        cost = -self.sign * symbols(model.objective)
-        # A constraint without unknowns leaves IPOPT no interior to walk in.
-        self.constraints = [each for each in model.constraints if _has_unknowns(each.relation)]
-        self.settled = [each for each in model.constraints if not _has_unknowns(each.relation)]
-        self.relations = [each.relation for each in self.constraints]
-        excess = [symbols(each.left) - symbols(each.right) for each in self.relations]
-        everything = casadi.vertcat(parameters, scales)
-        self._slope = casadi.Function(
-            "slope", [unknowns, everything], [casadi.gradient(cost, unknowns)]
-        )
-        # Of later goals each keeps the earlier ones as good as they were.
-        goals = [cost / steepness, *map(symbols, model.preferences)]
-        floors = casadi.SX.sym("floor", len(model.preferences))
+        self.base = self.model.row(0)
+        self.form = CasadiForm(self.model)
+        self.senses = [each.relation.sense for each in self.form.constraints]
         self._programmes = [
-            self._solver(
-                unknowns,
-                casadi.vertcat(everything, steepness, *(floors[j] for j in range(k))),
-                goal,
-                [*excess, *(goals[j] - floors[j] for j in range(k))],
-            )
-            for k, goal in enumerate(goals)
+            prepared(each, time_limit_s, accuracy, iterations) for each in self.form.programmes
         ]
-
-    def _solver(self, unknowns: Any, parameters: Any, cost: Any, excess: Sequence[Any]) -> Any:
-        import casadi
-
-        options: dict[str, Any] = {**OPTIONS, "ipopt.tol": self.accuracy}
-        options["ipopt.max_iter"] = self.iterations
-        if self.time_limit_s is not None:
-            options["ipopt.max_wall_time"] = self.time_limit_s
-        programme = {"x": unknowns, "p": parameters, "f": cost, "g": casadi.vertcat(*excess)}
-        with told():
-            return casadi.nlpsol("programme", "ipopt", programme, options)
 
     @np.errstate(divide="ignore", invalid="ignore", over="ignore")
     def solve(
@@ -199,116 +98,73 @@ class Compiled:
             If IPOPT fails or the time limit passes.
         """
         parameters = {**self.base, **values}
-        numbers = np.array([float(parameters[name]) for name in self.given])
+        numbers = np.array([float(parameters[name]) for name in self.form.given])
         if not np.isfinite(numbers).all():
             return unanswered(self.model, NAME, PROOF, Status.ERROR, "a parameter is no number")
         lower = lower_bounds(self.model, parameters)
         upper = own_upper_bounds(self.model, parameters)
-        if any(lower[name] > upper[name] for name in self.names):
+        if any(lower[name] > upper[name] for name in self.form.names):
             return unanswered(
                 self.model, NAME, "bounds contradict", Status.INFEASIBLE, "not handed to IPOPT"
             )
-        broken = [each.label for each in self.settled if not _holds(each.relation, parameters)]
+        broken = [each.label for each in self.form.settled if not _holds(each.relation, parameters)]
         if broken:
             words = f"does not hold whatever the unknowns: {', '.join(broken)}"
             return unanswered(self.model, NAME, "evaluated", Status.INFEASIBLE, words)
-        data = self._data(parameters, numbers, lower, upper)
+        scaled = scaled_programme(self.lifted, parameters, numbers, lower, upper)
         if starts:
-            points = [np.array([start[name] for name in self.names]) for start in starts]
-            data = replace(data, starts=[point / data.scale for point in points])
-        steepness = self._steepness(data)
-        begin = time.monotonic()
-        best: tuple[float, dict[str, float], Any] | None = None
+            scaled = replace(scaled, starts=scaled.scaled(starts))
+        steepness = scaled.steepness(self.form.slope)
+        best, said = self._best(scaled, steepness)
+        if best is None:
+            return self._nothing(said)
+        point, answer = best
+        point = self._preferred(point, scaled, steepness)
+        weights = np.asarray(answer["lam_g"]).ravel() * steepness
+        at_bounds = np.asarray(answer["lam_x"]).ravel() * steepness / scaled.scale
+        return self._solution(parameters, point, weights, at_bounds, said)
+
+    def _best(
+        self, scaled: ScaledProgramme, steepness: float
+    ) -> tuple[tuple[dict[str, float], Any] | None, list[str]]:
+        """The best point that IPOPT reaches from any start, its answer, and all its words."""
+        begin, most = time.monotonic(), -math.inf
+        best: tuple[dict[str, float], Any] | None = None
         said: list[str] = []
-        for start in data.starts:
+        for start in scaled.starts:
             if self.time_limit_s is not None and time.monotonic() - begin > self.time_limit_s:
                 raise SolverError(f"{NAME} did not finish within the time limit")
-            answer, word = run(self._programmes[0], data.arguments(start, [steepness]))
+            arguments = scaled.arguments(self.senses, start, [steepness])
+            answer, word = run(self._programmes[0], arguments)
             said.append(word)
             if word in TOO_SLOW:
                 raise SolverError(f"{NAME} did not finish within the time limit")
-            point = self._point(answer, data)
-            if word not in SOLVED or not self._feasible(parameters, point):
+            point = scaled.point(answer)
+            if word not in SOLVED or not self._feasible(scaled.parameters, point):
                 continue
-            value = self.sign * float(evaluate(self.model.objective, {**parameters, **point}))
-            if best is None or value > best[0] + EQUAL * max(1.0, abs(best[0])):
-                best = (value, point, answer)
-        if best is None:
-            return self._nothing(said)
-        point = self._preferred(best[1], data, steepness)
-        weights = np.asarray(best[2]["lam_g"]).ravel() * steepness
-        at_bounds = np.asarray(best[2]["lam_x"]).ravel() * steepness / data.scale
-        return self._solution(parameters, point, weights, at_bounds, said)
-
-    def _data(
-        self,
-        parameters: Mapping[str, Any],
-        numbers: Floats,
-        lower: Mapping[str, float],
-        upper: Mapping[str, float],
-    ) -> _Data:
-        implied = implied_upper_bounds(self.model, parameters, lower)
-        spans = [
-            _span(lower[name], min(implied[name], upper[name]), upper[name]) for name in self.names
-        ]
-        first, scale = np.array(spans).reshape(-1, 2).T
-        free = len(self.names) - len(self.lifted.parts)
-        shares = itertools.islice(itertools.product(SHARES, repeat=free), MOST_STARTS)
-        low = [-math.inf if each.sense == "<=" else 0.0 for each in self.relations]
-        high = [math.inf if each.sense == ">=" else 0.0 for each in self.relations]
-        return _Data(
-            parameters,
-            numbers,
-            np.array([lower[name] for name in self.names]),
-            np.array([upper[name] for name in self.names]),
-            scale,
-            [self._start(share, first, scale, parameters) for share in shares],
-            {"lbg": np.array(low), "ubg": np.array(high)},
-        )
-
-    def _start(
-        self, shares: Sequence[float], first: Floats, scale: Floats, parameters: Mapping[str, Any]
-    ) -> Floats:
-        """A start at shares of the way between the bounds; parts of times as long as they can."""
-        free = (first + np.array([*shares, *[0.0] * len(self.lifted.parts)]) * scale).tolist()
-        point = dict(zip(self.names, free, strict=True))
-        point |= self.lifted.shares({**parameters, **point})
-        return np.array([point[name] for name in self.names]) / scale
-
-    def _steepness(self, data: _Data) -> float:
-        """What to divide the objective by, from its slope halfway between the bounds."""
-        halfway = data.starts[len(data.starts) // 2]
-        slope = np.asarray(self._slope(halfway, np.concatenate([data.numbers, data.scale])))
-        largest = float(np.abs(slope).max(initial=0.0))
-        return largest / STEEP if math.isfinite(largest) and largest > 0.0 else 1.0
-
-    def _point(self, answer: Any, data: _Data) -> dict[str, float]:
-        found = np.clip(np.asarray(answer["x"]).ravel() * data.scale, data.lower, data.upper)
-        for bound in (data.lower, data.upper):
-            # An interior point stops short of a bound that it was on its way to.
-            reach = AT_BOUND * np.maximum(1.0, np.abs(bound))
-            found = np.where(np.isfinite(bound) & (np.abs(found - bound) <= reach), bound, found)
-        point = dict(zip(self.names, found.tolist(), strict=True))
-        return point | self.lifted.shares({**data.parameters, **point})
+            reached = float(evaluate(self.model.objective, {**scaled.parameters, **point}))
+            if best is None or self.model.towards * reached > most + EQUAL * max(1.0, abs(most)):
+                best, most = (point, answer), self.model.towards * reached
+        return best, said
 
     def _feasible(self, parameters: Mapping[str, Any], point: Mapping[str, float]) -> bool:
         return all(bool(row.satisfied) for row in check(self.model, {**parameters, **point}))
 
     def _preferred(
-        self, point: dict[str, float], data: _Data, steepness: float
+        self, point: dict[str, float], scaled: ScaledProgramme, steepness: float
     ) -> dict[str, float]:
         """Among points as good as the best, the one that the preferences take, one by one."""
         floors: list[float] = []
         goals = [self.model.objective, *self.model.preferences]
         for number, programme in enumerate(self._programmes[1:]):
-            kept = float(evaluate(goals[number], {**data.parameters, **point}))
-            kept = kept if number else -self.sign * kept
+            kept = float(evaluate(goals[number], {**scaled.parameters, **point}))
+            kept = kept if number else -self.model.towards * kept
             floors.append(kept + EQUAL * max(1.0, abs(kept)))
-            start = np.array([point[name] for name in self.names]) / data.scale
-            scaled = [floors[0] / steepness, *floors[1:]]
-            answer, word = run(programme, data.arguments(start, [steepness, *scaled]))
-            found = self._point(answer, data)
-            if word in SOLVED and self._feasible(data.parameters, found):
+            (start,) = scaled.scaled([point])
+            more = [steepness, floors[0] / steepness, *floors[1:]]
+            answer, word = run(programme, scaled.arguments(self.senses, start, more))
+            found = scaled.point(answer)
+            if word in SOLVED and self._feasible(scaled.parameters, found):
                 point = found
         return point
 
@@ -336,7 +192,7 @@ class Compiled:
         rows = check(self.model, {**parameters, **point})
         multipliers = {
             each.label: float(weight if each.relation.sense == "==" else abs(weight))
-            for each, weight in zip(self.constraints, weights, strict=True)
+            for each, weight in zip(self.form.constraints, weights, strict=True)
         }
         for variable, weight in zip(self.model.variables, np.abs(at_bounds), strict=True):
             multipliers[variable.label] = multipliers.get(variable.label, 0.0) + float(weight)
@@ -348,7 +204,7 @@ class Compiled:
                 continue
             tight = abs(float(row.slack)) <= 1e-7 * max(1.0, abs(float(row.right)))
             binding[row.label] = binding.get(row.label, False) or tight
-        for each in self.settled:
+        for each in self.form.settled:
             multipliers[each.label], binding[each.label] = 0.0, False
         return Solution(
             engine=NAME,
@@ -364,25 +220,9 @@ class Compiled:
         )
 
 
-def _has_unknowns(relation: Relation) -> bool:
-    return any(isinstance(each, Variable) for each in leaves(*relation.sides))
-
-
 def _holds(relation: Relation, values: Mapping[str, Any]) -> bool:
     sides = (evaluate(side, values) for side in relation.sides)
     return bool(holding(relation.sense, *sides))
-
-
-def _span(lower: float, likely: float, upper: float) -> tuple[float, float]:
-    """Where the starts of an unknown begin and how far they reach, from its bounds.
-
-    `likely` is the upper bound that the constraints put on it as well.
-    """
-    if math.isinf(lower):
-        return (-0.5 * TYPICAL if math.isinf(upper) else upper - TYPICAL), TYPICAL
-    if not likely > lower or math.isinf(likely):
-        return lower, TYPICAL
-    return lower, max(likely - lower, LEAST)
 
 
 def solve(model: Model, programmes: int, time_limit_s: float | None = None) -> Solution:

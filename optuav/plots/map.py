@@ -96,7 +96,7 @@ def mission_map(subject: Plan | Mission, axes: MapAxes | None = None) -> MapAxes
         entries.append(draw_from_side(axes.height, shown, [way]))
         axes.plan.set_title(_title(subject))
         _legend(legend, entries, "" if plan else _why(subject))
-        _write(axes, shown, [way], _plan_labels(shown, [way]))
+        _write(axes, [way], _plan_labels(shown, [way]))
     return axes
 
 
@@ -140,7 +140,7 @@ def trajectories(plans: Mapping[str, Plan], axes: MapAxes | None = None) -> MapA
             f"{printed(shown.mission.name)}: trajectories in the perspective {counted}"
         )
         _legend(legend, entries)
-        _write(axes, shown, ways, _plan_labels(shown, ways, times=False))
+        _write(axes, ways, _plan_labels(shown, ways, times=False))
     return axes
 
 
@@ -254,7 +254,7 @@ def _height_labels(ways: Sequence[Way]) -> list[Label]:
     return [Label(short.get(name) or printed(name), at) for name, at in corners.items()]
 
 
-def _write(axes: MapAxes, shown: Scene, ways: Sequence[Way], labels: Sequence[Label]) -> None:
+def _write(axes: MapAxes, ways: Sequence[Way], labels: Sequence[Label]) -> None:
     flat = [np.array(way.points)[:, :2] for way in ways]
     group_thousands(*axes)
     settle(axes.plan)

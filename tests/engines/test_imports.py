@@ -60,7 +60,12 @@ def test_solvers_are_imported_inside_functions(module: Path) -> None:
     top |= {str(node.module) for node in body if isinstance(node, ast.ImportFrom)}
     assert not any(name.startswith(HEAVY) for name in top)
     libraries = {name.partition(".")[0] for name in imported(module)} & {"casadi", "cvxpy"}
-    owned = {"linear": {"cvxpy"}, "solvers": {"cvxpy"}, "smooth": {"casadi"}, "ipopt": {"casadi"}}
+    owned = {
+        "linear": {"cvxpy"},
+        "solvers": {"cvxpy"},
+        "casadi_form": {"casadi"},
+        "ipopt": {"casadi"},
+    }
     assert libraries <= owned.get(module.stem, set())
 
 

@@ -10,7 +10,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from optuav.engines import closed_form, ipopt, smooth
+from optuav.engines import casadi_form, closed_form, smooth
 from optuav.errors import InputError, SolverError
 from optuav.modelling import Model, Parameter, evaluate
 from optuav.modelling.derivative import PARTIALS
@@ -24,10 +24,10 @@ def one(upper: float = math.inf, lower: float = 0.0) -> tuple[Model, object]:
     return model, model.variable("x", "x", unit="s", lower=lower, upper=upper)
 
 
-@pytest.mark.parametrize("ufunc", ipopt.operations(), ids=lambda ufunc: ufunc.__name__)
+@pytest.mark.parametrize("ufunc", casadi_form.operations(), ids=lambda ufunc: ufunc.__name__)
 def test_functions_are_those_of_numpy(ufunc: np.ufunc) -> None:
     """Every ufunc has the values of NumPy on CasADi's symbols."""
-    operation = ipopt.operations()[ufunc]
+    operation = casadi_form.operations()[ufunc]
     symbols = casadi.SX.sym("x", ufunc.nin)
     function = casadi.Function("f", [symbols], [operation(*(symbols[k] for k in range(ufunc.nin)))])
     rng = np.random.default_rng(0)
@@ -38,7 +38,7 @@ def test_functions_are_those_of_numpy(ufunc: np.ufunc) -> None:
 
 def test_every_function_has_a_derivative() -> None:
     """What the engine takes has shadow prices; powers stand apart."""
-    assert ipopt.operations().keys() == PARTIALS.keys() | {np.power}
+    assert casadi_form.operations().keys() == PARTIALS.keys() | {np.power}
 
 
 def test_unknown_function_is_refused_by_name() -> None:

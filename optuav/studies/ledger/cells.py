@@ -35,7 +35,6 @@ ROWS = (
     Row(1200, "energy", "697", "756.35", ("28.31", "5.01", "33.17")),
     Row(1200, "adjusted", "950", "1009.35", ("5.09", "-25.58", "5.09")),
 )
-CELLS = 30
 FITTED = {(1, 697.0), (1, 950.0), (2, 697.0), (2, 950.0)}
 """η number and hover time [s] of the cells that `paper-table2` was fitted to."""
 IMPOSSIBLE = {(2, "-12.79"), (3, "11.71"), (3, "33.17")}
