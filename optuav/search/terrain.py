@@ -9,6 +9,7 @@ draws Q takes it to (y − Q, z e^(−k'T) + Z), a stay of duration t at the cur
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -22,6 +23,19 @@ Booleans = npt.NDArray[np.bool_]
 
 ORIGIN, HOVER, DESTINATION, FIRST_BUILDING = 0, 1, 2, 3
 """Numbers of places."""
+
+
+ROUNDING = 1e-11
+"""Share of the capacity by which a limit must be missed before a box falls [-]."""
+
+
+class Flown(NamedTuple):
+    """The legs of a sequence, each (leg, box): duration [s], Q [A s], e^(−k'T) [-], Z [A s]."""
+
+    duration_s: Floats
+    charge_As: Floats
+    remaining: Floats
+    tilt_As: Floats
 
 
 @dataclass(frozen=True)
