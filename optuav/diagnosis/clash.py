@@ -13,7 +13,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from optuav.diagnosis.certificate import constrained, linear_part, subset
+from optuav.diagnosis.proving import constrained, linear_part, subset
 from optuav.engines import bracket
 from optuav.engines.arrays import Booleans
 from optuav.errors import InputError

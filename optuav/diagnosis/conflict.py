@@ -8,8 +8,9 @@ from typing import Any
 
 import numpy as np
 
-from optuav.diagnosis.certificate import Certificate, certificates
+from optuav.diagnosis.certificate import Certificate
 from optuav.diagnosis.clash import Clash, clash, impossible, told
+from optuav.diagnosis.proving import certificates
 from optuav.errors import InputError
 from optuav.mission.itineraries import NO_LEG
 from optuav.mission.network import Network

@@ -11,10 +11,10 @@ from typing import Any
 import numpy as np
 
 from optuav.diagnosis.asked import Asked, asked
-from optuav.diagnosis.certificate import bound
 from optuav.diagnosis.conflict import conflicts
 from optuav.diagnosis.explanation import Explanation, Side
 from optuav.diagnosis.prices import prices
+from optuav.diagnosis.proving import bound
 from optuav.diagnosis.repair import repairs_of
 from optuav.mission import Mission
 from optuav.modelling import Model, NotAffineError, Relation, Variable, check

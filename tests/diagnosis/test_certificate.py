@@ -15,7 +15,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import optuav
-from optuav.diagnosis.certificate import Bound, Certificate, bound, certificates
+from optuav.diagnosis.certificate import Bound, Certificate
+from optuav.diagnosis.proving import bound, certificates
 from optuav.engines.linear_form import linear_form
 from optuav.modelling import Model, Parameter
 

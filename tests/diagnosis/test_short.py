@@ -7,7 +7,7 @@ from fractions import Fraction
 import pytest
 
 import optuav
-from optuav.diagnosis.certificate import certificates
+from optuav.diagnosis.proving import certificates
 from optuav.diagnosis.short import shortened, written
 from tests.diagnosis.missions import PAPER
 
