@@ -11,22 +11,27 @@ edited graph, and buildings in the way of a leg, may not.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any, NamedTuple
 
+import numpy as np
+import numpy.typing as npt
+
+from optuav.mission.itineraries import NO_LEG
 from optuav.mission.network import Network
-from optuav.mission.places import ENDS
+from optuav.mission.places import DESTINATION, ENDS, FIRST_BUILDING, HOVER, ORIGIN
+from optuav.mission.sight import Numbers, Points
 
 if TYPE_CHECKING:
     from optuav.mission.graph import Graph
+
+Booleans = npt.NDArray[np.bool_]
 
 FIGURES = ("duration_s", "charge_As", "energy_J")
 UNITS = {"duration_s": "s", "charge_As": "A s", "energy_J": "J"}
 TOLERANCE = 1e-9
 """Relative; a detour that is shorter by rounding alone is none."""
-
-Costs = Mapping[tuple[str, str], Mapping[str, float]]
 
 
 @dataclass(frozen=True)
@@ -59,6 +64,72 @@ class Shortcut:
         )
 
 
+class _Flown(NamedTuple):
+    """The legs that may be flown: names of places, where legs begin and end, `FIGURES` (leg, 3)."""
+
+    names: Sequence[str]
+    start: Numbers
+    end: Numbers
+    figures: Points
+
+    def between(self, start: Any, end: Any) -> Any:
+        """Numbers of the legs between places; −1 where there is none."""
+        ends, wanted = self.start * len(self.names) + self.end, start * len(self.names) + end
+        order = np.argsort(ends)
+        at = np.minimum(np.searchsorted(ends, wanted, sorter=order), len(order) - 1)
+        return np.where(ends[order[at]] == wanted, order[at], NO_LEG)[()]
+
+    def followed(self, legs: Numbers) -> tuple[Numbers, Numbers]:
+        """Every one of some legs, with every leg that begins where it ends."""
+        order = np.argsort(self.start, kind="stable")
+        low, high = (
+            np.searchsorted(self.start, self.end[legs], side, sorter=order)
+            for side in ("left", "right")
+        )
+        count = high - low
+        number = np.arange(count.sum()) - np.repeat(np.cumsum(count) - count, count)
+        return np.repeat(legs, count), order[np.repeat(low, count) + number]
+
+    def shorter(self, first: Numbers, second: Numbers) -> Booleans:
+        """In which figures two legs together take less than the direct one (pair, 3).
+
+        In the first alone where there is no direct one; in none where one of the two is missing.
+        """
+        by_way = self.figures[first] + self.figures[second]
+        direct = self.between(self.start[first], self.end[second])
+        missing = direct == NO_LEG
+        straight = np.where(missing[:, None], np.inf, self.figures[direct])
+        less: Booleans = straight > by_way * (1.0 + TOLERANCE)
+        less[missing, 1:] = False
+        less[(first == NO_LEG) | (second == NO_LEG)] = False
+        return less
+
+    def shortcuts(self, first: int, second: int) -> Iterator[Shortcut]:
+        """What two legs break, figure by figure."""
+        start, stop, end = self.start[first], self.start[second], self.end[second]
+        direct = self.between(start, end)
+        for number in np.flatnonzero(self.shorter(np.array([first]), np.array([second]))[0]):
+            yield Shortcut(
+                (self.names[start], self.names[stop], self.names[end]),
+                FIGURES[number],
+                math.inf if direct == NO_LEG else float(self.figures[direct, number]),
+                float(self.figures[first, number] + self.figures[second, number]),
+            )
+
+
+def _flown(legs: Network | Graph) -> _Flown:
+    """The legs of a graph or a mission that may be flown."""
+    if isinstance(legs, Network):
+        table, where = legs.legs, np.flatnonzero(legs.legs.flyable)
+        figures = np.stack([getattr(table, figure)[where] for figure in FIGURES], axis=1)
+        return _Flown(legs.places.names, table.start[where], table.end[where], figures)
+    names = [*ENDS, *(name for name in legs if name not in ENDS)]
+    numbers = {name: number for number, name in enumerate(names)}
+    start, end = (np.array([numbers[each[k]] for each in legs.edges], int) for k in (0, 1))
+    figures = np.array([[data[each] for each in FIGURES] for *_, data in legs.edges(data=True)])
+    return _Flown(names, start, end, figures.reshape(-1, len(FIGURES)))
+
+
 def one_stop_is_enough(legs: Network | Graph) -> tuple[Shortcut, ...]:
     """Where routes with more than one stop could pay in the linear perspectives.
 
@@ -72,22 +143,25 @@ def one_stop_is_enough(legs: Network | Graph) -> tuple[Shortcut, ...]:
     The shortcuts that break the triangle inequality; empty if one stop is enough. Of a way that has
     no direct leg there is one entry.
     """
-    costs = _costs(legs)
-    after: dict[str, list[str]] = {}
-    for start, end in costs:
-        after.setdefault(start, []).append(end)
-    found: list[Shortcut] = []
-    for start, stop in costs:
-        if stop in ENDS or start == "destination":
-            continue
-        for end in after.get(stop, ()):
-            if end not in (start, "origin") and (start, end) != ("origin", "destination"):
-                found += _broken(costs, (start, stop, end))
-        if start == "hover" and "hover" in after.get(stop, ()):
-            before = [*_broken(costs, ("origin", "hover", stop))]
-            behind = [*_broken(costs, (stop, "hover", "destination"))]
-            found += before + behind if before and behind else []
-    return tuple(found)
+    flown = _flown(legs)
+    if not len(flown.start):
+        return ()
+    to_stop = np.flatnonzero((flown.end >= FIRST_BUILDING) & (flown.start != DESTINATION))
+    first, second = flown.followed(to_stop)
+    start, end = flown.start[first], flown.end[second]
+    around = (start == HOVER) & (end == HOVER)
+    by_way = ~around & (start != end) & (end != ORIGIN)
+    by_way &= (start != ORIGIN) | (end != DESTINATION)
+    by_way[by_way] = flown.shorter(first[by_way], second[by_way]).any(axis=1)
+    found = [(leg, leg, after) for leg, after in zip(first[by_way], second[by_way], strict=True)]
+    there, back = first[around], second[around]
+    arriving, leaving = flown.between(ORIGIN, HOVER), flown.between(HOVER, DESTINATION)
+    before = flown.shorter(np.full_like(there, arriving), there).any(axis=1)
+    behind = flown.shorter(back, np.full_like(back, leaving)).any(axis=1)
+    for leg, after in zip(there[before & behind], back[before & behind], strict=True):
+        found += [(leg, arriving, leg), (leg, after, leaving)]
+    found.sort(key=lambda each: each[0])
+    return tuple(each for _, leg, after in found for each in flown.shortcuts(leg, after))
 
 
 def in_words(shortcuts: Sequence[Shortcut]) -> str:
@@ -99,33 +173,3 @@ def in_words(shortcuts: Sequence[Shortcut]) -> str:
         )
     more = f", and {len(shortcuts) - 1} more such" if len(shortcuts) > 1 else ""
     return f"a route with more than one stop may be better and was not tried: {shortcuts[0]}{more}"
-
-
-def _costs(legs: Network | Graph) -> Costs:
-    """Figures of the legs that may be flown, by names of start and end."""
-    if not isinstance(legs, Network):
-        return {(start, end): data for start, end, data in legs.edges(data=True)}
-    names, table = legs.places.names, legs.legs
-    columns = [getattr(table, figure).tolist() for figure in FIGURES]
-    return {
-        (names[start], names[end]): dict(zip(FIGURES, row, strict=True))
-        for start, end, flyable, *row in zip(
-            table.start.tolist(), table.end.tolist(), table.flyable.tolist(), *columns, strict=True
-        )
-        if flyable
-    }
-
-
-def _broken(costs: Costs, places: tuple[str, str, str]) -> Iterator[Shortcut]:
-    """The figures in which two legs together take less than the direct one."""
-    first, stop, last = places
-    if (first, stop) not in costs or (stop, last) not in costs:
-        return
-    direct = costs.get((first, last))
-    for figure in FIGURES:
-        by_way = float(costs[first, stop][figure] + costs[stop, last][figure])
-        straight = math.inf if direct is None else float(direct[figure])
-        if straight > by_way * (1.0 + TOLERANCE):
-            yield Shortcut(places, figure, straight, by_way)
-        if direct is None:
-            return

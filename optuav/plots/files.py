@@ -59,6 +59,8 @@ def save_map(mission: Mission, directory: str | Path) -> list[Path]:
 def save_profile(replayed: Replayed, path: str | Path) -> Path:
     """Write altitude, speed and power over a simulated plan as a PNG file.
 
+    The same plan gives the same bytes.
+
     Parameters
     ----------
     replayed
@@ -80,24 +82,7 @@ def save_profile(replayed: Replayed, path: str | Path) -> Path:
 
 
 def save_animation(replayed: Replayed, path: str | Path) -> Path:
-    """Write a simulated plan as a moving picture, a GIF of some seconds.
-
-    The same plan gives the same bytes.
-
-    Parameters
-    ----------
-    replayed
-        From `optuav.replay`.
-    path
-        The file; what is there is replaced, whole or not at all.
-
-    Raises
-    ------
-    InputError
-        If matplotlib is missing, or the file cannot be written.
-    NoPlanError
-        If nothing is flown.
-    """
+    """Write a simulated plan as a GIF of some seconds; otherwise as `save_profile`."""
     from optuav.plots import animate
 
     write_bytes(Path(path), gif(animate(replayed)))

@@ -4,13 +4,18 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 
 from optuav.errors import InputError
 from optuav.plan import Plan
-from optuav.plots.style import page
+from optuav.plots.bands import swatch
+from optuav.plots.labels import root
+from optuav.plots.style import KINDS, page
 
 WIDTH_IN, AROUND_IN = 7.2, 0.7
+MOST = 7
+"""Entries of a legend side by side."""
 
 
 def panels(plans: Sequence[Plan], axes: Sequence[Axes] | None, height_in: float) -> Sequence[Axes]:
@@ -31,3 +36,10 @@ def panels(plans: Sequence[Plan], axes: Sequence[Axes] | None, height_in: float)
         ax.set_xlim(0.0, end_s or 1.0)
     axes[-1].set_xlabel("time since take-off $t$ [s]")
     return axes
+
+
+def legend_below(ax: Axes, handles: Sequence[Artist], plans: Sequence[Plan]) -> None:
+    """Put a legend below all panels: what is drawn, and the bands of the phases that occur."""
+    kinds = dict.fromkeys(phase.kind for plan in plans for phase in plan.phases)
+    entries = [*handles, *(swatch(KINDS[kind], kind) for kind in kinds)]
+    root(ax).legend(handles=entries, loc="outside lower center", ncols=min(len(entries), MOST))

@@ -14,9 +14,8 @@ from optuav.physics.battery import Battery, Phase, Wells, step
 from optuav.physics.packs import NOBODY, Stretch
 from optuav.plan import Plan
 from optuav.plan.wells import net_stages
-from optuav.plots.bands import swatch
-from optuav.plots.labels import root, settle
-from optuav.plots.panels import panels
+from optuav.plots.labels import settle
+from optuav.plots.panels import legend_below, panels
 from optuav.plots.style import (
     BLACK,
     BLUE,
@@ -64,8 +63,7 @@ def packs(plans: Sequence[Plan], axes: Sequence[Axes] | None = None) -> Sequence
             _panel(ax, plan)
         for ax in axes[:-1]:
             ax.tick_params(bottom=False)
-        most = max(len(plan.phases[0].available_As) for plan in plans)
-        _legend(axes[-1], most, list(dict.fromkeys(p.kind for plan in plans for p in plan.phases)))
+        legend_below(axes[-1], _lines(plans), plans)
         settle(axes[0])
     return axes
 
@@ -121,10 +119,10 @@ def _colour(number: int) -> str:
     return COLOURS[number % len(COLOURS)]
 
 
-def _legend(ax: Axes, count: int, kinds: Sequence[str]) -> None:
-    lines = [
-        Line2D([], [], color=_colour(number), label=f"pack {number + 1}") for number in range(count)
+def _lines(plans: Sequence[Plan]) -> list[Line2D]:
+    """What the legend says of the lines."""
+    most = max(len(plan.phases[0].available_As) for plan in plans)
+    return [
+        *(Line2D([], [], color=_colour(pack), label=f"pack {pack + 1}") for pack in range(most)),
+        Line2D([], [], color=BLACK, linewidth=0.5, label="bound well $y_2/(1-ω)B$"),
     ]
-    lines.append(Line2D([], [], color=BLACK, linewidth=0.5, label="bound well $y_2/(1-ω)B$"))
-    handles = [*lines, *(swatch(KINDS[kind], kind) for kind in kinds)]
-    root(ax).legend(handles=handles, loc="outside lower center", ncols=min(len(handles), 7))

@@ -6,21 +6,21 @@ from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
+from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
 from optuav.mission import Mission, vehicle
 from optuav.plan import Plan
-from optuav.plots.bands import NAMES_PT, draw_bands, swatch
+from optuav.plots.bands import NAMES_PT, draw_bands
 from optuav.plots.charge import Course, course, phase_band
-from optuav.plots.labels import Label, place, root, settle
-from optuav.plots.panels import panels
+from optuav.plots.labels import Label, place, settle
+from optuav.plots.panels import legend_below, panels
 from optuav.plots.style import (
     BLACK,
     BLUE,
     GREY,
-    KINDS,
     SKY,
     VERMILLION,
     group_thousands,
@@ -63,7 +63,7 @@ def wells(plans: Sequence[Plan], axes: Sequence[Axes] | None = None) -> Sequence
             draw_wells(ax, plan.mission, each)
             ax.set_title(_title(plan), pad=NAMES_PT)
         group_thousands(*axes)
-        _legend(axes[-1], list(dict.fromkeys(each.kind for plan in plans for each in plan.phases)))
+        legend_below(axes[-1], _entries(), plans)
         settle(axes[0])
         for ax, plan, each in zip(axes, plans, lived, strict=True):
             draw_bands([ax], [phase_band(each) for each in plan.phases if each.duration_s > 0.0])
@@ -139,14 +139,13 @@ def _mark_moments(ax: Axes, plan: Plan, lived: Course) -> None:
     place(ax, marks, under, [[(0.0, total_As[0]), (lived.time_s[-1], total_As[0])]])
 
 
-def _legend(ax: Axes, kinds: Sequence[str]) -> None:
-    handles = [
+def _entries() -> list[Artist]:
+    """What the legend says of the wells."""
+    return [
         Line2D([], [], color=BLACK, linewidth=0.9, label="total $y_1 + y_2$"),
         Patch(color=BLUE, linewidth=0.0, label="available $y_1$"),
         Patch(color=SKY, linewidth=0.0, label="bound $y_2$"),
         Patch(
             facecolor="none", edgecolor=VERMILLION, hatch=HATCH, linewidth=0.0, label="not there"
         ),
-        *(swatch(KINDS[kind], kind) for kind in kinds),
     ]
-    root(ax).legend(handles=handles, loc="outside lower center", ncols=len(handles))
