@@ -142,7 +142,7 @@ def all_legs(worked_out: Network, graph: Graph | None = None) -> Legs:
     table = legs_between(worked_out.mission, where, prisms(worked_out.mission), start, end)
     if graph is None:
         return table
-    from optuav.mission.graph import edited_legs
+    from optuav.mission.edited import edited_legs
 
     gone = np.array([name not in graph for name in where.names])
     one_stop = np.zeros((len(gone), len(gone)), bool)

@@ -219,7 +219,7 @@ def work_out(mission: Mission, graph: Graph | None = None) -> Network:
     """Places, legs and itineraries of a mission, or of its graph that was edited."""
     if graph is None:
         return network(mission)
-    from optuav.mission.graph import edited_network
+    from optuav.mission.edited import edited_network
 
     return edited_network(mission, graph)
 

@@ -17,7 +17,8 @@ from hypothesis import strategies as st
 
 import optuav
 from optuav.mission import Mission
-from optuav.mission.graph import EDGE_FIGURES, edited_network
+from optuav.mission.edited import edited_network
+from optuav.mission.graph import EDGE_FIGURES
 from tests.mission.strategies import missions
 from tests.solving.by_hand import longest_of_all
 

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 import optuav
 from optuav.mission import Mission
-from optuav.mission.graph import edited_network
+from optuav.mission.edited import edited_network
 from optuav.mission.itineraries import ORDERS, Order
 from optuav.mission.network import Network, network
 from optuav.mission.routes import TRAJECTORIES, nearest_building, trajectory_routes
