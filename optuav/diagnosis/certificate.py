@@ -95,7 +95,7 @@ class Combination:
         return bool(self.rows) and all(row.multiplier >= 0 for row in self.rows)
 
     def __str__(self) -> str:
-        from optuav.diagnosis.writing import combination_text
+        from optuav.diagnosis.proof_words import combination_text
 
         return "\n".join(combination_text(self))
 
