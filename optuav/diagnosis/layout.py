@@ -21,8 +21,11 @@ def paragraph(label: str, words: str) -> list[str]:
     )
 
 
-def columns(rows: Iterable[tuple[str, ...]]) -> list[str]:
-    """Rows as lined-up columns under the label; the last one wraps."""
+def columns(rows: Iterable[tuple[str, ...]], *, formulas: bool = False) -> list[str]:
+    """Rows as lined-up columns under the label; the last one wraps.
+
+    Formulas stay whole where they can: below their row, as near to their column as they fit.
+    """
     table = [*rows]
     if not table:
         return []
@@ -31,8 +34,12 @@ def columns(rows: Iterable[tuple[str, ...]]) -> list[str]:
     for row in table:
         cells = [f"{cell:<{width}}" for cell, width in zip(row, widths, strict=True)]
         start = " " * LABEL + "  ".join(cells[:-1]) + ("  " if len(cells) > 1 else "")
+        last = cells[-1].rstrip()
+        if formulas and LABEL <= WIDTH - len(last) < len(start):
+            lines += [start.rstrip(), f"{last:>{WIDTH}}"]
+            continue
         lines += textwrap.wrap(
-            cells[-1].rstrip(),
+            last,
             WIDTH,
             initial_indent=start,
             subsequent_indent=" " * (len(start) + 2),

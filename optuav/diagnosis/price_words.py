@@ -28,7 +28,7 @@ def price_blocks(explained: Explanation) -> Iterator[list[str]]:
             (_name(each), f"{each.symbol} = {with_unit(each.value, each.unit)}", _rates(each))
             for each in worth
         ]
-        head = f"{explained.objective} per unit, the other parameters held:"
+        head = f"{explained.objective} per unit of a parameter, the others held:"
         yield [*paragraph("Prices", head), *columns(rows)]
         yield [
             line
@@ -61,10 +61,9 @@ def _edges(price: Price) -> Iterator[str]:
 
 
 def _rates(price: Price) -> str:
-    unit = "" if price.unit == "1" else f" per {price.unit}"
     if not price.has_kink:
-        return f"{_signed(price.more)}{unit}"
-    return f"{_signed(price.less)} below, {_signed(price.more)} above{unit}"
+        return _signed(price.more)
+    return f"{_signed(price.less)} below, {_signed(price.more)} above"
 
 
 def _signed(value: float) -> str:

@@ -21,7 +21,7 @@ def combination_text(used: Combination) -> list[str]:
         for row in used.rows
     ]
     rows.append(("sum", "", _inequality(used.coefficients, used.limit, number) + false))
-    return columns(rows)
+    return columns(rows, formulas=True)
 
 
 def _inequality(

@@ -111,9 +111,9 @@ def _optimum(explained: Explanation) -> Iterator[list[str]]:
     binding = [each for each in explained.constraints if each.binds]
     spare = [each for each in explained.constraints if not each.binds]
     moments = [each for each in binding if _of_wells(each)]
-    lines = columns(_sides(each for each in binding if not _of_wells(each)))
+    lines = columns(_sides(each for each in binding if not _of_wells(each)), formulas=True)
     yield labelled("Binding", lines + columns((each.label,) for each in moments))
-    lines = columns(_spare(each for each in spare if not _of_wells(each)))
+    lines = columns(_spare(each for each in spare if not _of_wells(each)), formulas=True)
     yield labelled("To spare", lines + columns(_well_moments(spare)))
     if explained.bound is not None:
         head = "no point that satisfies these constraints is better:"

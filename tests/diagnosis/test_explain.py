@@ -31,12 +31,12 @@ Proof        no point that satisfies these constraints is better:
              819.016 ×  P3.a state of charge  0.00122098·Δ ≤ 0.841068
              sum                              Δ ≤ 688.848
 
-Prices       s of hover per unit, the other parameters held:
+Prices       s of hover per unit of a parameter, the others held:
              battery.packs        N = 2               +389.033
-             battery.capacity_As  B_i = 36000 A s     +0.0216129 per A s
+             battery.capacity_As  B_i = 36000 A s     +0.0216129
              limits.min_soc       η0 = 0.05           −819.016
-             flight_charge_As     Q_fl = 7843.11 A s  −0.0113752 per A s
-             hover_current_A      I_hv = 87.9104 A    −7.8358 per A
+             flight_charge_As     Q_fl = 7843.11 A s  −0.0113752
+             hover_current_A      I_hv = 87.9104 A    −7.8358
 
 One more     one more of battery.packs brings 389 s of hover
              one more A s of battery.capacity_As brings 0.0216 s of hover
@@ -49,28 +49,28 @@ No effect    limits.deadline_s, flight_time_s"""
 P4_TEXT = """\
 Optimum      rest 392.14 s at b1, hover 719.54 s at hover
 
-Binding      P4.a state of charge  1 − (Q_fl + I_hv·Δ − I_rest·T') / (N·B_i) ≥
-                                     η0
+Binding      P4.a state of charge
+                                  1 − (Q_fl + I_hv·Δ − I_rest·T') / (N·B_i) ≥ η0
              P4.b deadline         Δ + T' ≤ T_max − T_fl
 
 To spare     bounds of Δ   719.54 s   Δ ≥ 0
              bounds of T'  392.144 s  T' ≥ 0
 
 Proof        no point that satisfies these constraints is better:
-             735.366 ×   P4.a state of charge  0.00122098·Δ − 0.000138889·T' ≤
-                                                 0.824078
+             735.366 ×   P4.a state of charge
+                                        0.00122098·Δ − 0.000138889·T' ≤ 0.824078
              0.102134 ×  P4.b deadline         Δ + T' ≤ 1111.68
              sum                               Δ ≤ 719.54
 
-Prices       s of hover per unit, the other parameters held:
+Prices       s of hover per unit of a parameter, the others held:
              battery.packs        N = 2               +349.299
-             battery.capacity_As  B_i = 36000 A s     +0.0194055 per A s
+             battery.capacity_As  B_i = 36000 A s     +0.0194055
              limits.min_soc       η0 = 0.05           −735.366
-             limits.deadline_s    T_max = 1200 s      +0.102134 per s
-             flight_charge_As     Q_fl = 9066.42 A s  −0.0102134 per A s
-             hover_current_A      I_hv = 87.9104 A    −7.34896 per A
-             rest_current_A       I_rest = 10 A       +4.00513 per A
-             flight_time_s        T_fl = 88.3163 s    −0.102134 per s
+             limits.deadline_s    T_max = 1200 s      +0.102134
+             flight_charge_As     Q_fl = 9066.42 A s  −0.0102134
+             hover_current_A      I_hv = 87.9104 A    −7.34896
+             rest_current_A       I_rest = 10 A       +4.00513
+             flight_time_s        T_fl = 88.3163 s    −0.102134
 
 One more     one more of battery.packs brings 349 s of hover
              one more A s of battery.capacity_As brings 0.0194 s of hover
@@ -126,6 +126,25 @@ def below_the_head(explained: Explanation) -> str:
 
 def test_the_words_for_the_direct_route_of_the_paper() -> None:
     assert below_the_head(explain("paper", perspective="battery", problem="P3")) == P3_TEXT
+
+
+@pytest.mark.parametrize("perspective", ["battery", "available"])
+@pytest.mark.parametrize("changes", [{}, {"limits.min_soc": 0.99}, {"limits.deadline_s": 60}])
+def test_long_names_break_neither_formulas_nor_prices(
+    changes: dict[str, float], perspective: str
+) -> None:
+    """Every comparison has both sides on its line, every price its number, within 80 columns."""
+    town = [each.model_dump() for each in optuav.load("paper").buildings]
+    for each in town:
+        each["name"] = f"roof {each['name']} of the national research centre for light and flight"
+    mission = optuav.load("paper").replace({**changes, "buildings": town})
+    lines = str(explain(mission, perspective=perspective)).splitlines()
+    assert max(map(len, lines)) <= 80
+    for line in lines:
+        assert not re.search(r"(≤|≥|<=|>=|·|/|−)$", line), line
+    if not changes:
+        start = next(k for k, line in enumerate(lines) if line.startswith("Prices"))
+        assert all(" = " in line for line in lines[start + 1 : lines.index("", start)])
 
 
 def test_the_words_for_one_rest_on_b1() -> None:
@@ -376,7 +395,7 @@ def test_infinite_prices_are_null_in_data() -> None:
     found = prices(explained)["deadline_s"]
     assert math.isinf(found.less)
     assert found.to_dict()["less"] is None
-    assert "no plan below, +1 above per s" in str(explained)
+    assert "no plan below, +1 above" in str(explained)
 
 
 @pytest.mark.parametrize("problem", ["P1", "P2"])
