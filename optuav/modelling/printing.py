@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import textwrap
 from collections.abc import Iterator, Sequence
 
@@ -13,6 +14,7 @@ from optuav.modelling.notation import Latex, Notation, Text
 
 WIDTH = 96
 MARGIN = 11
+LONGEST_SYMBOL = 12
 
 
 def text(model: Model) -> str:
@@ -33,7 +35,7 @@ def text(model: Model) -> str:
         (each.symbol, each.name, notation.write(each.value), each.unit, each.key)
         for each in model.parameters.values()
     ]
-    lines += ["where", *_columns(given, "  ")] if given else []
+    lines += ["where", *_parameters(given)] if given else []
     return "\n".join(line.rstrip().replace(notation.after, " ") for line in lines)
 
 
@@ -105,11 +107,28 @@ def _conditions(model: Model, notation: Notation) -> Iterator[tuple[str, list[Li
             yield head, rows
 
 
-def _columns(rows: Sequence[tuple[str, ...]], indent: str) -> list[str]:
-    """Rows as lined-up columns; the last one continues on lines of its own where it is long."""
-    widths = [max(map(len, column)) for column in zip(*rows, strict=True)][:-1]
+def _parameters(rows: Sequence[tuple[str, ...]]) -> list[str]:
+    """The table of parameters; where it is too wide, long symbols have a line of their own."""
+    lines = _columns(rows, "  ")
+    fits = max(map(len, lines)) <= WIDTH
+    return lines if fits else _columns(rows, "  ", longest=LONGEST_SYMBOL)
+
+
+def _columns(
+    rows: Sequence[tuple[str, ...]], indent: str, *, longest: float = math.inf
+) -> list[str]:
+    """Rows as lined-up columns; the last one continues on lines of its own where it is long.
+
+    First cells that are longer than `longest` stand on the line before the rest of their row.
+    """
+    heads = ["" if len(head) > longest else head for head, *_ in rows]
+    rest = [[*cells] for _, *cells in rows]
+    widths = [max(map(len, column)) for column in (heads, *zip(*rest, strict=True))][:-1]
     lines = []
-    for row in rows:
+    for (first, *_), head, cells in zip(rows, heads, rest, strict=True):
+        if first != head:
+            lines.append(f"{indent}{first}")
+        row = [head, *cells]
         padded = (f"{cell:<{width}}  " for cell, width in zip(row, widths, strict=False))
         start = "".join([indent, *padded])
         wrapped = textwrap.wrap(

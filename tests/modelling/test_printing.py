@@ -271,6 +271,22 @@ def test_page_of_text() -> None:
     assert max(map(len, page.splitlines())) <= WIDTH
 
 
+@pytest.mark.parametrize("perspective", ["battery", "energy", "adjusted", "wells", "available"])
+@pytest.mark.parametrize("problem", ["P1", "P2", "P2-tight", "P4"])
+def test_ranges_over_many_routes_fit_on_the_page(problem: str, perspective: str) -> None:
+    """Every parameter is on it, in columns that line up, long symbols above their row."""
+    building = "b1" if problem == "P4" else None
+    program = optuav.formulate("paper", problem, perspective=perspective, building=building)
+    lines = str(program).splitlines()
+    assert max(map(len, lines)) <= WIDTH
+    table = lines[-lines[::-1].index("where") :]
+    for name, parameter in program.parts[-1].model.parameters.items():
+        (row,) = (k for k, line in enumerate(table) if f" {name} " in line)
+        assert f"  {parameter.symbol} " in table[row] or table[row - 1] == f"  {parameter.symbol}"
+    ends = {line.index("limits.") for line in table if "limits." in line}
+    assert len(ends) == 1
+
+
 def test_goal_that_an_earlier_one_settles_is_not_printed() -> None:
     """Smallest x says nothing after smallest p + 2 x; it does after smallest x² or x + y."""
     for objective, page in (
