@@ -17,8 +17,8 @@ from optuav.mission import Mission, load
 from optuav.mission.network import network
 from optuav.plan import Plan
 from optuav.solving import Program, formulate
+from optuav.solving.declaring import work_out
 from optuav.solving.question import PROBLEMS, question
-from optuav.solving.solve import work_out
 
 OPTIONS = frozenset(signature(formulate).parameters) - {"mission"}
 

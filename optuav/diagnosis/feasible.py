@@ -14,8 +14,8 @@ from optuav.engines.ranges import Values, implied_upper_bounds, lower_bounds, ow
 from optuav.errors import InputError
 from optuav.modelling import Model, NotAffineError, check
 from optuav.modelling.exponential import NotExponentialError
+from optuav.solving.declaring import declared
 from optuav.solving.dispatch import answer
-from optuav.solving.solve import declared
 from optuav.status import Status
 
 SAMPLES = 25

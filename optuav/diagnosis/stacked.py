@@ -14,9 +14,9 @@ from optuav.mission.feasibility import impossibilities
 from optuav.mission.network import Network
 from optuav.mission.sight import Numbers
 from optuav.physics.battery import Phase
+from optuav.solving.declaring import groups
 from optuav.solving.given import quantities
 from optuav.solving.question import Question
-from optuav.solving.solve import groups
 
 AT_ONCE = 1 << 13
 """Itineraries worked on together: few enough to stay in the cache, and in bounded memory."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import NoReturn
 
 import numpy as np
@@ -10,14 +10,16 @@ import numpy as np
 from optuav.engines.sensitivity import ShadowPrice
 from optuav.errors import InputError
 from optuav.mission import Mission, vehicle
+from optuav.mission.network import network
 from optuav.physics.quantity import Vector
 from optuav.plan import Plan
+from optuav.solving.declaring import declared_program
 from optuav.solving.hover_region import region
 from optuav.solving.hover_search import best_points
 from optuav.solving.open_routes import OpenRoutes, open_routes
 from optuav.solving.planning import Part
 from optuav.solving.program import Program
-from optuav.solving.question import Question
+from optuav.solving.question import AUTO, Question
 from optuav.solving.ties import best
 from optuav.status import Status
 
@@ -74,15 +76,8 @@ class FreeProgram(Program):
 
     def _plan_at(self, hover_m: Vector | None) -> Plan:
         """The best plan with a given hover point; None for w_U."""
-        from optuav.solving.solve import formulate
-
-        asked = self.question
-        return formulate(
-            self.worked_out.mission.replace({"route.hover_m": hover_m}),
-            trajectory=asked.trajectory,
-            order=asked.order,
-            perspective=asked.perspective,
-        ).solve()
+        mission = self.worked_out.mission.replace({"route.hover_m": hover_m})
+        return declared_program(_held(self.question), network(mission)).solve()
 
     def shadow_prices(self) -> dict[str, ShadowPrice]:
         """Refused: a free hover point has no prices of its own.
@@ -124,13 +119,14 @@ def _gain(plan: Plan, own: Plan) -> str:
     return f"hover point free: {point} gives {more_s:.4f} s more than {name}"
 
 
+def _held(asked: Question) -> Question:
+    """The same question with the hover point where the mission has it, to the best engine."""
+    return replace(asked, engine=AUTO, time_limit_s=None, hover_point="w_U")
+
+
 def free_program(asked: Question, mission: Mission) -> FreeProgram:
     """Declare (P1) with the hover point free: a part for the direct route, one with a rest."""
-    from optuav.solving.solve import formulate
-
-    own = formulate(
-        mission, trajectory=asked.trajectory, order=asked.order, perspective=asked.perspective
-    )
+    own = declared_program(_held(asked), network(mission))
     where = region(mission)
     if where.low_m > where.high_m or np.isnan(vehicle.hover_load(mission).current_A):
         return FreeProgram(asked, own.worked_out, (), own.reasons, own, ())

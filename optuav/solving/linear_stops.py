@@ -21,21 +21,19 @@ import numpy as np
 
 from optuav.errors import SolverError
 from optuav.mission.network import Network
+from optuav.mission.one_stop import FIGURES, TOLERANCE
 from optuav.mission.phases import rest_net
 from optuav.mission.places import DESTINATION, FIRST_BUILDING, HOVER, ORIGIN
 from optuav.mission.sight import Booleans, Numbers
 from optuav.plan import Plan
 from optuav.search.sequences import patterns, sequences
+from optuav.solving.everywhere import terrain, ways
 from optuav.solving.given import quantities
 from optuav.solving.planning import Part
 from optuav.solving.program import Program
-from optuav.solving.several_stops import terrain, ways
 
 MOST_SEQUENCES = 1 << 20
 """Sequences that are compared at most."""
-TOLERANCE = 1e-9
-"""Relative; a way around that takes less by rounding alone is none shorter."""
-FIGURES = ("duration_s", "charge_As", "energy_J")
 
 
 def linear_stops(program: Program, everywhere: Network, rests: int, hovers: int) -> Plan:

@@ -12,20 +12,18 @@ from formulations.perspectives import PAPER
 from optuav.errors import Fault, InputError, SolverError
 from optuav.mission import vehicle
 from optuav.mission.feasibility import beyond_it
-from optuav.mission.itineraries import NO_LEG, Itineraries
-from optuav.mission.legs import Legs, all_pairs, legs_between
 from optuav.mission.network import Network
-from optuav.mission.phases import hover_net, phases_along, rest_net
-from optuav.mission.places import FIRST_BUILDING, HOVER
+from optuav.mission.phases import phases_along, rest_net
+from optuav.mission.places import FIRST_BUILDING
 from optuav.mission.quantities import Number
-from optuav.mission.sight import Numbers, Points, prisms
 from optuav.mission.words import shown
 from optuav.physics.quantity import TINY
 from optuav.plan import Plan
 from optuav.search.branch import TIE_S, Found, Progress, search
-from optuav.search.terrain import Terrain
 from optuav.search.trial import Stops
+from optuav.solving.everywhere import all_legs, terrain, ways
 from optuav.solving.given import quantities
+from optuav.solving.linear_stops import linear_stops
 from optuav.solving.planning import (
     counted,
     plan_for,
@@ -85,8 +83,6 @@ def several_stops(
     program = replace(program, question=replace(program.question, stops=rests, hovers=hovers))
     everywhere = replace(program.worked_out, legs=all_legs(program.worked_out, graph))
     if program.question.perspective != "available":
-        from optuav.solving.linear_stops import linear_stops
-
         return linear_stops(program, everywhere, rests, hovers)
     found = search(
         terrain(everywhere),
@@ -129,88 +125,6 @@ def _faults(program: Program, rests: int, hovers: int) -> Iterator[Fault]:
     if (buildings := len(program.worked_out.mission.buildings)) > MOST_BUILDINGS:
         words = f"at most {MOST_BUILDINGS} with several stops"
         yield Fault("buildings", str(buildings), words)
-
-
-def all_legs(worked_out: Network, graph: Graph | None = None) -> Legs:
-    """The legs between any two places of a mission.
-
-    A graph from `optuav.graph` has the legs with one building on the way, so those that it lacks
-    are forbidden; legs between other places are as computed, unless it states them too.
-    """
-    where = worked_out.places
-    start, end = all_pairs(len(where.names))
-    table = legs_between(worked_out.mission, where, prisms(worked_out.mission), start, end)
-    if graph is None:
-        return table
-    from optuav.mission.edited import edited_legs
-
-    gone = np.array([name not in graph for name in where.names])
-    one_stop = np.zeros((len(gone), len(gone)), bool)
-    one_stop[worked_out.legs.start, worked_out.legs.end] = True
-    needed = one_stop[start, end] | gone[start] | gone[end]
-    return edited_legs(table, where.names, graph, needed)
-
-
-def terrain(worked_out: Network) -> Terrain:
-    """What a search knows of a mission; there is no way where it has no leg that can be flown."""
-    mission, table = worked_out.mission, worked_out.legs
-    places = len(worked_out.places.names)
-
-    def square(figures: Points, absent: float) -> Points:
-        filled = np.full((*figures.shape[:-1], places, places), absent)
-        filled[..., table.start, table.end] = np.where(table.flyable, figures, absent)
-        return filled
-
-    stay_current_A = np.zeros(places)
-    stay_current_A[HOVER] = hover_net(worked_out).current_A
-    buildings = np.arange(places - FIRST_BUILDING)
-    stay_current_A[FIRST_BUILDING:] = rest_net(worked_out, buildings).current_A
-    pool = vehicle.pool(mission)
-    return Terrain(
-        pool,
-        mission.limits.deadline_s,
-        mission.limits.min_soc * float(pool.capacity_As),
-        square(table.duration_s, np.inf),
-        square(table.durations_s, 0.0),
-        square(table.currents_A, 0.0),
-        stay_current_A,
-        mission.battery.charging == "taper",
-    )
-
-
-def ways(worked_out: Network, places: Numbers, building: Numbers) -> Itineraries:
-    """Sequences of places as itineraries over a table of legs.
-
-    Parameters
-    ----------
-    worked_out
-        Its legs lead between any two places.
-    places
-        Numbers of the places (place, sequence), −1 behind the last of a sequence.
-    building
-        Number of the building that each rests on (sequence,), −1 for none.
-    """
-    table = worked_out.legs
-    number = np.full((len(worked_out.places.names),) * 2, NO_LEG, dtype=np.intp)
-    number[table.start, table.end] = np.arange(len(table.start))
-    legs = np.where(places[1:] >= 0, number[places[:-1], places[1:]], NO_LEG).T
-    flown = legs != NO_LEG
-
-    def total(per_leg: Points) -> Points:
-        sums: Points = np.where(flown, per_leg[legs], 0.0).sum(axis=1)
-        return sums
-
-    hovers_first = (places == HOVER).argmax(axis=0)
-    rests_first = (places == FIRST_BUILDING + building).argmax(axis=0)
-    return Itineraries(
-        legs,
-        building,
-        (building >= 0) & (rests_first < hovers_first),
-        np.asarray(np.where(flown, table.flyable[legs], True).all(axis=1)),
-        total(table.duration_s),
-        total(table.charge_As),
-        total(table.energy_J),
-    )
 
 
 def _plan(program: Program, everywhere: Network, found: Found, asked_for: str) -> Plan:

@@ -6,33 +6,24 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-import numpy as np
-
 from formulations.formulation import Formulation
-from formulations.perspectives import AVAILABLE, PAPER
-from formulations.quantities import Quantities
+from formulations.perspectives import AVAILABLE
 from optuav.errors import Fault, InputError
 from optuav.mission import Mission, load
-from optuav.mission.feasibility import blocked, impossibilities
-from optuav.mission.network import Network, network
-from optuav.mission.routes import nearest_building, trajectory_routes
-from optuav.mission.sight import Numbers
 from optuav.mission.words import shown
-from optuav.modelling import Model
-from optuav.modelling.traits import traits
 from optuav.plan import Plan
-from optuav.solving.dispatch import refuse_unfit
-from optuav.solving.given import quantities
-from optuav.solving.planning import Part
+from optuav.solving.declaring import declared_program, work_out
+from optuav.solving.free_hover import free_program
 from optuav.solving.program import Program
-from optuav.solving.question import AUTO, Question, question
+from optuav.solving.question import AUTO, question
+from optuav.solving.several_stops import several_stops
 
 if TYPE_CHECKING:
     from optuav.mission.graph import Graph
     from optuav.search.branch import Progress
 
-MOST_REASONS = 10
-"""Blocked legs that are named one by one."""
+PROMISING = ("P1", "P3", "P4")
+"""Problems of which a plan tells what the paper's perspective would have promised."""
 
 
 def formulate(
@@ -111,21 +102,11 @@ def formulate(
         hover_point,
     )
     if asked.hover_point == "free":
-        from optuav.solving.free_hover import free_program
-
         if graph is not None:
             words = "with hover_point='free': none, its legs lead to one hover point"
             raise InputError([Fault("graph", shown(graph), words)])
         return free_program(asked, asked_mission)
-    worked_out = work_out(asked_mission, graph)
-    reasons = impossibilities(worked_out)
-    parts = () if reasons else _parts(asked, worked_out)
-    if not parts and not reasons:
-        reasons = _no_route(asked, worked_out)
-    if asked.engine != AUTO:
-        for part in parts:
-            refuse_unfit(traits(part.model), asked)
-    return Program(asked, worked_out, parts, reasons)
+    return declared_program(asked, work_out(asked_mission, graph))
 
 
 def solve(
@@ -190,16 +171,9 @@ def solve(
         plan = program.solve()
         if plan and plan.engine == "bracket" and perspective == AVAILABLE and problem in PROMISING:
             promised = replace(program.question, perspective="battery", engine=AUTO)
-            parts = _parts(promised, program.worked_out)
-            return beside(plan, Program(promised, program.worked_out, parts, ()).solve())
+            return beside(plan, declared_program(promised, program.worked_out).solve())
         return plan
-    from optuav.solving.several_stops import several_stops
-
     return several_stops(program, stops, hovers, graph, progress)
-
-
-PROMISING = ("P1", "P3", "P4")
-"""Problems of which a plan tells what the paper's perspective would have promised."""
 
 
 def beside(plan: Plan, promised: Plan) -> Plan:
@@ -213,84 +187,3 @@ def beside(plan: Plan, promised: Plan) -> Plan:
     if promised.runs_dry_s is not None:
         words += f"; that plan would run dry and fall at {promised.runs_dry_s:.2f} s"
     return plan.model_copy(update={"notes": (*plan.notes, words)})
-
-
-def work_out(mission: Mission, graph: Graph | None = None) -> Network:
-    """Places, legs and itineraries of a mission, or of its graph that was edited."""
-    if graph is None:
-        return network(mission)
-    from optuav.mission.edited import edited_network
-
-    return edited_network(mission, graph)
-
-
-def _parts(asked: Question, worked_out: Network) -> tuple[Part, ...]:
-    """The declarations that answer a question, each over the itineraries it serves."""
-    return tuple(
-        Part(model, which)
-        for which, rests in groups(asked, worked_out)
-        if (model := declared(asked, quantities(worked_out, which, rests=rests))) is not None
-    )
-
-
-def groups(asked: Question, worked_out: Network) -> list[tuple[Numbers, bool]]:
-    """Itineraries that one declaration serves, and whether they may rest on the way."""
-    routes = worked_out.itineraries
-    allowed = trajectory_routes(worked_out, asked.trajectory or "optimal", asked.order)
-    by_way = allowed[routes.building[allowed] >= 0]
-    direct = allowed[routes.building[allowed] < 0]
-    if asked.building is not None:
-        by_way = by_way[routes.building[by_way] == _number(worked_out, asked.building)]
-        direct = direct[:0]
-    if asked.slot_s is not None and asked.trajectory in ("traj1", "traj2"):
-        # A rest takes at least one slot, so to pass a building by is a choice of its own.
-        direct = by_way
-    found = [(direct, False), (by_way, True)]
-    if asked.problem == "P3":
-        found = found[:1]
-    elif asked.problem == "P4":
-        found = found[1:]
-    return [
-        (which, rests) for group, rests in found for which in _together(asked, worked_out, group)
-    ]
-
-
-def declared(asked: Question, given: Quantities) -> Model | None:
-    """The question declared of some itineraries; None where it has no use for their rests."""
-    model = asked.formulation.model(given, asked.perspective)
-    has_rest = any(variable.name == "rest_time_s" for variable in model.variables)
-    return model if given.rests == has_rest else None
-
-
-def _together(asked: Question, worked_out: Network, group: Numbers) -> list[Numbers]:
-    """Itineraries that one declaration serves: through the wells, the order of stays matters."""
-    if asked.perspective in PAPER:
-        return [group] if len(group) else []
-    rest_first = worked_out.itineraries.rest_first[group]
-    return [each for each in (group[rest_first], group[~rest_first]) if len(each)]
-
-
-def _number(worked_out: Network, building: str) -> int:
-    return [each.name for each in worked_out.mission.buildings].index(building)
-
-
-def _no_route(asked: Question, worked_out: Network) -> tuple[str, ...]:
-    """Why no itinerary of the question can be flown."""
-    routes = worked_out.itineraries
-    if not worked_out.mission.buildings and asked.trajectory != "direct" and asked.problem != "P3":
-        return ("the mission has no building to go by way of",)
-    direct = asked.problem == "P3" or asked.trajectory == "direct"
-    wanted = (routes.building < 0) if direct else (routes.building >= 0)
-    if asked.building is not None:
-        wanted &= routes.building == _number(worked_out, asked.building)
-    if asked.trajectory == "traj1":
-        wanted &= routes.building == nearest_building(worked_out)
-    if asked.order is not None:
-        wanted &= routes.rest_first == (asked.order == "rest-first")
-    found: dict[str, None] = {}
-    for index in np.flatnonzero(wanted & ~routes.flyable).tolist():
-        found.update(dict.fromkeys(blocked(worked_out, index)))
-        if len(found) > MOST_REASONS:
-            return (*tuple(found)[:MOST_REASONS], "and other legs are blocked as well")
-    unused = f"{asked.problem_name} declares no rest_time_s by way of a building"
-    return tuple(found) or (unused,)

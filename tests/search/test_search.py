@@ -21,7 +21,7 @@ from optuav.search.branch import TIE_S, Found, search
 from optuav.search.sequences import patterns, sequences
 from optuav.search.terrain import Terrain
 from optuav.search.trial import Trial
-from optuav.solving.several_stops import all_legs, terrain
+from optuav.solving.everywhere import all_legs, terrain
 
 
 def terrain_of(mission: Mission) -> Terrain:

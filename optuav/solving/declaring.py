@@ -1,0 +1,126 @@
+"""From a question to its declarations, each over the itineraries that it serves."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from formulations.perspectives import PAPER
+from formulations.quantities import Quantities
+from optuav.mission import Mission
+from optuav.mission.edited import edited_network
+from optuav.mission.feasibility import blocked, impossibilities
+from optuav.mission.network import Network, network
+from optuav.mission.routes import nearest_building, trajectory_routes
+from optuav.mission.sight import Numbers
+from optuav.modelling import Model
+from optuav.modelling.traits import traits
+from optuav.solving.dispatch import refuse_unfit
+from optuav.solving.given import quantities
+from optuav.solving.planning import Part
+from optuav.solving.program import Program
+from optuav.solving.question import AUTO, Question
+
+if TYPE_CHECKING:
+    from optuav.mission.graph import Graph
+
+MOST_REASONS = 10
+"""Blocked legs that are named one by one."""
+
+
+def declared_program(asked: Question, worked_out: Network) -> Program:
+    """The question as a program; without parts, and with reasons, where nothing can be flown.
+
+    Raises
+    ------
+    InputError
+        If the engine that was asked for does not take the problem.
+    """
+    reasons = impossibilities(worked_out)
+    parts = () if reasons else _parts(asked, worked_out)
+    if not parts and not reasons:
+        reasons = _no_route(asked, worked_out)
+    if asked.engine != AUTO:
+        for part in parts:
+            refuse_unfit(traits(part.model), asked)
+    return Program(asked, worked_out, parts, reasons)
+
+
+def work_out(mission: Mission, graph: Graph | None = None) -> Network:
+    """Places, legs and itineraries of a mission, or of its graph that was edited."""
+    if graph is None:
+        return network(mission)
+    return edited_network(mission, graph)
+
+
+def _parts(asked: Question, worked_out: Network) -> tuple[Part, ...]:
+    """The declarations that answer a question, each over the itineraries it serves."""
+    return tuple(
+        Part(model, which)
+        for which, rests in groups(asked, worked_out)
+        if (model := declared(asked, quantities(worked_out, which, rests=rests))) is not None
+    )
+
+
+def groups(asked: Question, worked_out: Network) -> list[tuple[Numbers, bool]]:
+    """Itineraries that one declaration serves, and whether they may rest on the way."""
+    routes = worked_out.itineraries
+    allowed = trajectory_routes(worked_out, asked.trajectory or "optimal", asked.order)
+    by_way = allowed[routes.building[allowed] >= 0]
+    direct = allowed[routes.building[allowed] < 0]
+    if asked.building is not None:
+        by_way = by_way[routes.building[by_way] == _number(worked_out, asked.building)]
+        direct = direct[:0]
+    if asked.slot_s is not None and asked.trajectory in ("traj1", "traj2"):
+        # A rest takes at least one slot, so to pass a building by is a choice of its own.
+        direct = by_way
+    found = [(direct, False), (by_way, True)]
+    if asked.problem == "P3":
+        found = found[:1]
+    elif asked.problem == "P4":
+        found = found[1:]
+    return [
+        (which, rests) for group, rests in found for which in _together(asked, worked_out, group)
+    ]
+
+
+def declared(asked: Question, given: Quantities) -> Model | None:
+    """The question declared of some itineraries; None where it has no use for their rests."""
+    model = asked.formulation.model(given, asked.perspective)
+    has_rest = any(variable.name == "rest_time_s" for variable in model.variables)
+    return model if given.rests == has_rest else None
+
+
+def _together(asked: Question, worked_out: Network, group: Numbers) -> list[Numbers]:
+    """Itineraries that one declaration serves: through the wells, the order of stays matters."""
+    if asked.perspective in PAPER:
+        return [group] if len(group) else []
+    rest_first = worked_out.itineraries.rest_first[group]
+    return [each for each in (group[rest_first], group[~rest_first]) if len(each)]
+
+
+def _number(worked_out: Network, building: str) -> int:
+    return [each.name for each in worked_out.mission.buildings].index(building)
+
+
+def _no_route(asked: Question, worked_out: Network) -> tuple[str, ...]:
+    """Why no itinerary of the question can be flown."""
+    routes = worked_out.itineraries
+    if not worked_out.mission.buildings and asked.trajectory != "direct" and asked.problem != "P3":
+        return ("the mission has no building to go by way of",)
+    direct = asked.problem == "P3" or asked.trajectory == "direct"
+    wanted = (routes.building < 0) if direct else (routes.building >= 0)
+    if asked.building is not None:
+        wanted &= routes.building == _number(worked_out, asked.building)
+    if asked.trajectory == "traj1":
+        wanted &= routes.building == nearest_building(worked_out)
+    if asked.order is not None:
+        wanted &= routes.rest_first == (asked.order == "rest-first")
+    found: dict[str, None] = {}
+    for index in np.flatnonzero(wanted & ~routes.flyable).tolist():
+        found.update(dict.fromkeys(blocked(worked_out, index)))
+        if len(found) > MOST_REASONS:
+            return (*tuple(found)[:MOST_REASONS], "and other legs are blocked as well")
+    unused = f"{asked.problem_name} declares no rest_time_s by way of a building"
+    return tuple(found) or (unused,)
