@@ -8,15 +8,21 @@ charges in the stays. Where charging tapers, nothing passes full.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
-from typing import Any
+from collections.abc import Iterable, Iterator, Sequence
+from itertools import repeat
+from typing import Any, TypeAlias
 
 from formulations.quantities import Quantities
 from formulations.wells import levels
 from optuav.modelling import Relation
 
+Telling: TypeAlias = tuple[bool, bool]
+"""Whether "not dry" and "not past full" at the end of a step tell what no other limit implies."""
 
-def well_limits(given: Quantities, hover: Any, rest: Any) -> Iterator[tuple[str, Relation]]:
+
+def well_limits(
+    given: Quantities, hover: Any, rest: Any, telling: Iterable[Telling] = repeat((True, True))
+) -> Iterator[tuple[str, Relation]]:
     """What keeps y1/B within 0 and ω, with the moment of each, in order.
 
     Parameters
@@ -25,11 +31,16 @@ def well_limits(given: Quantities, hover: Any, rest: Any) -> Iterator[tuple[str,
         Quantities of the itinerary, with its steps.
     hover, rest
         Δ and T' [s]; the latter None where the itinerary does not rest.
+    telling
+        Which of them to state, step by step.
     """
-    for moment, (step, level) in zip(moments(given.steps), levels(given, hover, rest), strict=True):
-        share = level.available_As / given.battery_As
-        yield f"not dry {moment}", Relation(share, ">=", 0.0)
-        if isinstance(step, str) and not given.tapers:
+    ends = zip(moments(given.steps), levels(given, hover, rest), telling, strict=False)
+    for moment, (step, level), (dry, past_full) in ends:
+        if dry or past_full:
+            share = level.available_As / given.battery_As
+        if dry:
+            yield f"not dry {moment}", Relation(share, ">=", 0.0)
+        if past_full and isinstance(step, str) and not given.tapers:
             yield f"not past full {moment}", Relation(share, "<=", given.available_fraction)
 
 

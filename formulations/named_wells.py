@@ -23,7 +23,7 @@ def named(level: battery.Wells, number: int, words: str, known: Sequence[Trend])
     known
         What is known of the available well after it.
     """
-    if not isinstance(level.available_As, Expression):
+    if not isinstance(level.total_As, Expression):
         return level
     return battery.Wells(
         Let(

@@ -33,17 +33,15 @@ def _levels(given: Quantities, hover: Any, rest: Any) -> Iterator[tuple[Any, bat
         "hover": battery.Phase(-given.hover_current_A, hover),
         "rest": battery.Phase(given.rest_current_A, rest),
     }
-    level = whole.full
+    level: Any = whole.full
     for number, step in enumerate(given.steps, start=1):
-        if isinstance(step, battery.Stretch):
-            level, words = battery.along(whole, level, step), ""
+        phase = stays[step] if isinstance(step, str) else step
+        if isinstance(step, str) and given.tapers:
+            level = tapered(whole, level, phase, step)
         else:
-            phase = stays[step] if isinstance(step, str) else step
-            if isinstance(step, str) and given.tapers:
-                level = tapered(whole, level, phase, step)
-            else:
-                level = battery.step(whole, level, phase)
-            words = "" if isinstance(step, str) else "by eqs (15)-(16), a stage of flight"
+            stretch = phase if isinstance(phase, battery.Stretch) else battery.stretch(whole, phase)
+            level = battery.along(whole, level, stretch)
+        words = "by eqs (15)-(16), a stage of flight" if isinstance(step, battery.Phase) else ""
         level = named(level, number, words, trends(given, hover, rest) if given.tapers else ())
         yield step, level
 

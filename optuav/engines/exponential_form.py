@@ -8,8 +8,7 @@ times. In x alone and in y alone, g turns at most once; so it has at most two ro
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, fields, replace
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -36,8 +35,7 @@ WIDTH_S = 1e-11
 """To which the ends of what rows admit are found [s]."""
 
 
-@dataclass(frozen=True)
-class Rows:
+class Rows(NamedTuple):
     """Coefficients of rows; all but the last two (row, programme).
 
     Parameters
@@ -60,29 +58,25 @@ class Rows:
     @property
     def usable(self) -> Booleans:
         """Programmes without a NaN among their coefficients."""
-        found = ~np.isnan([getattr(self, name) for name in FIELDS[:6]]).any(axis=(0, 1))
-        return np.asarray(found)
+        return np.asarray(~np.isnan(self[:6]).any(axis=(0, 1)))
 
     def take(self, which: Any) -> Rows:
         """The rows of some programmes, by their numbers or a slice."""
         if isinstance(which, slice):
-            return Rows(*(getattr(self, name)[..., which] for name in FIELDS))
-        return Rows(*(getattr(self, name).take(which, axis=-1) for name in FIELDS))
+            return Rows(*(each[..., which] for each in self))
+        return Rows(*(each.take(which, axis=-1) for each in self))
 
     def keep(self, rows: Any) -> Rows:
         """Some of the rows of all programmes."""
-        return replace(self, **{name: getattr(self, name)[rows] for name in FIELDS[:6]})
+        a, b, c, d, e, f = (each[rows] for each in self[:6])
+        return Rows(a, b, c, d, e, f, self.rate_x_per_s, self.rate_y_per_s)
 
     def at(self, x: Floats, y: Floats) -> Floats:
         """g at a point of each programme."""
         return Section.at_x(self, x).at(y)
 
 
-FIELDS = tuple(each.name for each in fields(Rows))
-
-
-@dataclass(frozen=True)
-class Section:
+class Section(NamedTuple):
     """Rows in y alone: a + d y + e W ≥ 0, the first three (row, programme)."""
 
     a: Floats
@@ -247,7 +241,7 @@ def rows_of(
     for form in forms:
         rates |= form.rates_per_s
     kx, ky = (
-        np.broadcast_to(np.where(rate == 0.0, TINY, rate), programmes)
+        np.full(programmes, np.where(rate == 0.0, TINY, rate))
         for rate in (rates.get(name or "", 0.0) for name in (x, y))
     )
     V, W = levelled(kx, reach_s), levelled(ky, reach_s)
@@ -258,7 +252,8 @@ def rows_of(
     kept = []
     for form, side in zip(forms, sizes, strict=True):
         highest = {each: c * most[each] for each, c in form.terms.items() if each in most}
-        size = sum(map(np.abs, highest.values()))
+        shares = {each: np.abs(high) for each, high in highest.items()}
+        size = sum(shares.values())
         _refuse_others(form, highest, reach_s, size)
         # Never more than a check of the answer outside the engine admits.
         allowance = np.minimum(ROUNDING * (size + side), 0.5 * TOLERANCE * np.maximum(1.0, side))
@@ -266,7 +261,7 @@ def rows_of(
         least = sum((np.minimum(each, 0.0) for each in highest.values()), constant)
         if not np.all(least >= 0.0):
             dust = DUST * size
-            terms = {each: form.terms[each] * (abs(high) >= dust) for each, high in highest.items()}
+            terms = {each: form.terms[each] * (shares[each] >= dust) for each in highest}
             kept.append({**terms, CONSTANT: constant})
     table = np.zeros((6, len(kept), programmes))
     for row, terms in enumerate(kept):

@@ -45,9 +45,11 @@ def close_in(margins: Margins, holds: Ends, fails: Ends, width: float) -> tuple[
     held, failed = x1.copy(), x2.copy()
     open_: Any = slice(None)
     margin = margins(open_)
-    span, share = x2 - x1, f1 / (f1 - f2)
-    for _ in range(MOST_STEPS):
-        wide = np.abs(span) > width
+    x3, f3 = x2, f2
+    for step in range(MOST_STEPS):
+        span = x2 - x1
+        size = np.abs(span)
+        wide = size > width
         count = np.count_nonzero(wide)
         if not count:
             break
@@ -55,16 +57,16 @@ def close_in(margins: Margins, holds: Ends, fails: Ends, width: float) -> tuple[
             _store(held, failed, open_, x1, x2, f1)
             open_ = np.flatnonzero(wide) if isinstance(open_, slice) else open_[wide]
             margin = margins(open_)
-            x1, x2, f1, f2, span, share = (each[wide] for each in (x1, x2, f1, f2, span, share))
-        least = np.minimum(0.5 * width / np.abs(span), 0.5)
+            every = (x1, x2, x3, f1, f2, f3, span, size)
+            x1, x2, x3, f1, f2, f3, span, size = (each[wide] for each in every)
+        share = _share(span, x3 - x1, f1, f2, f3) if step else f1 / (f1 - f2)
+        least = np.minimum(0.5 * width / size, 0.5)
         x = x1 + np.minimum(np.maximum(share, least), 1.0 - least) * span
         f = margin(x)
         same = (f >= 0.0) == (f1 >= 0.0)
         x3, f3 = np.where(same, x1, x2), np.where(same, f1, f2)
         x2, f2 = np.where(same, x2, x1), np.where(same, f2, f1)
         x1, f1 = x, f
-        span = x2 - x1
-        share = _share(span, x3 - x1, f1, f2, f3)
     _store(held, failed, open_, x1, x2, f1)
     return held, failed
 

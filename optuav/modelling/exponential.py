@@ -52,8 +52,13 @@ class Exponential(NDArrayOperatorsMixin):
     def __sub__(self, other: Any) -> Exponential:
         return _sum(self, _form(other), -1.0)
 
+    def __rsub__(self, other: Any) -> Exponential:
+        return _sum(_form(other), self, -1.0)
+
     def __mul__(self, other: Any) -> Exponential:
-        return _apply(np.multiply, (self, other))
+        return _product(self, other) if isinstance(other, Exponential) else _times(self, other)
+
+    __radd__, __rmul__ = __add__, __mul__
 
     def __array_ufunc__(self, ufunc: np.ufunc, method: str, *inputs: Any, **options: Any) -> Any:
         if method != "__call__" or options:

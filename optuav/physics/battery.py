@@ -77,6 +77,29 @@ class Wells(NamedTuple):
         """y = y1 + y2 [A s]."""
         return self.available_As + self.bound_As
 
+    def tilted(self, available_fraction: Quantity) -> Tilted:
+        """The same as `Tilted` wells."""
+        total = self.total_As
+        return Tilted(available_fraction, total, self.available_As - available_fraction * total)
+
+
+class Tilted(NamedTuple):
+    """Both wells by ω [-], their total y and the tilt z = y1 − ωy [A s]; a `Stretch` maps each."""
+
+    available_fraction: Quantity
+    total_As: Quantity
+    tilt_As: Quantity
+
+    @property
+    def available_As(self) -> Quantity:
+        """y1 [A s]."""
+        return self.available_fraction * self.total_As + self.tilt_As
+
+    @property
+    def bound_As(self) -> Quantity:
+        """y2 [A s]."""
+        return (1.0 - self.available_fraction) * self.total_As - self.tilt_As
+
 
 class Phase(NamedTuple):
     """A stretch of constant current: I [A], > 0 while charging, for a duration [s], ≥ 0."""
@@ -103,7 +126,8 @@ def step(battery: Battery, wells: Wells, phase: Phase) -> Wells:
     phase
         Current [A], > 0 while charging, and duration [s], ≥ 0.
     """
-    return along(battery, wells, _stretch(battery, phase))
+    end = along(battery, wells, stretch(battery, phase))
+    return Wells(end.available_As, end.bound_As)
 
 
 class Stretch(NamedTuple):
@@ -138,19 +162,19 @@ def compose(battery: Battery, phases: Phase) -> Stretch:
     )
 
 
-def _stretch(battery: Battery, phase: Phase) -> Stretch:
+def stretch(battery: Battery, phase: Phase) -> Stretch:
+    """One phase of constant current as a `Stretch`."""
     current_A, duration_s = phase
     remaining, integral_s = levelling(battery, duration_s)
     tilt_As = (1.0 - battery.available_fraction) * current_A * integral_s
     return Stretch(current_A * duration_s, remaining, tilt_As)
 
 
-def along(battery: Battery, wells: Wells, stretch: Stretch) -> Wells:
+def along(battery: Battery, wells: Wells | Tilted, stretch: Stretch) -> Tilted:
     """Wells [A s] after a `Stretch`, the same as after its phases one by one."""
     share = battery.available_fraction
-    total = wells.total_As + stretch.charge_As
-    tilt = (wells.available_As - share * wells.total_As) * stretch.remaining + stretch.tilt_As
-    return Wells(share * total + tilt, (1.0 - share) * total - tilt)
+    _, total, tilt = wells if isinstance(wells, Tilted) else wells.tilted(share)
+    return Tilted(share, total + stretch.charge_As, tilt * stretch.remaining + stretch.tilt_As)
 
 
 def falls_throughout(battery: Battery, current_A: Quantity) -> Quantity:

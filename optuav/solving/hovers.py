@@ -4,15 +4,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
-from itertools import compress, pairwise, zip_longest
+from itertools import accumulate, chain, pairwise, zip_longest
 from typing import Any, Literal, NamedTuple, TypeAlias
 
 import numpy as np
 
-from formulations.available import well_limits
+from formulations.available import Telling, well_limits
 from formulations.perspectives import AVAILABLE, PERSPECTIVES
-from formulations.pool import pool
 from formulations.quantities import Quantities
 from optuav.engines.arrays import Booleans, Floats
 from optuav.engines.bracketing import largest, shortest
@@ -105,36 +103,51 @@ def longest_hovers(
         "hover_current_A": hover_current_A,
         "rest_current_A": rest_current_A,
     }
-    figures = {name: np.asarray(value, dtype=float) for name, value in given.items()}
-    flown = [
-        [battery.Phase(*(np.asarray(each, dtype=float) for each in phase)) for phase in leg]
-        for leg in legs
-    ]
+    figures = {name: _figure(value) for name, value in given.items()}
+    flown = [[battery.Phase(*map(_figure, phase)) for phase in leg] for leg in legs]
     shape = _shape(flown, stays, figures)
-    count = int(np.prod(shape, dtype=int))
+    count = math.prod(shape)
     found = np.empty((3, count))
     for first in range(0, count, AT_ONCE):
         here = slice(first, min(first + AT_ONCE, count))
         cut = {name: _cut(each, here) for name, each in figures.items()}
-        parts = [_table(leg, here) for leg in flown]
-        found[:, here] = _bracket(parts, STAYS[stays], cut, here.stop - first, shortest_rest)
+        found[:, here] = _bracket(_legs(flown, here), STAYS[stays], cut, shortest_rest)
     return Hovers(*found.reshape(3, *shape))
 
 
-def _cut(figure: Floats, here: slice) -> Any:
-    return figure.ravel()[here] if figure.ndim else float(figure)
+def _figure(value: Any) -> Any:
+    """A number, or an array of numbers."""
+    array = np.asarray(value, dtype=float)
+    return array if array.ndim else float(array)
 
 
-def _table(leg: Leg, here: slice) -> battery.Phase:
-    """Currents and durations of some of the itineraries on a leg (phase, itinerary)."""
-    table = np.empty((2, len(leg), here.stop - here.start))
-    for place, phase in enumerate(leg):
+def _cut(figure: Any, here: slice) -> Any:
+    return figure if isinstance(figure, float) else figure.ravel()[here]
+
+
+class _Legs(NamedTuple):
+    """Currents [A] and durations [s] of all stages, one leg after another (stage, itinerary).
+
+    Leg m is made of stages ends[m] to ends[m + 1].
+    """
+
+    current_A: Floats
+    duration_s: Floats
+    ends: Sequence[int]
+
+
+def _legs(flown: Sequence[Leg], here: slice) -> _Legs:
+    """The legs of some of the itineraries."""
+    ends = list(accumulate(map(len, flown), initial=0))
+    table = np.empty((2, ends[-1], here.stop - here.start))
+    for stage, phase in enumerate(chain.from_iterable(flown)):
         for kind, figure in enumerate(phase):
-            table[kind, place] = _cut(figure, here)
-    return battery.Phase(*table)
+            table[kind, stage] = _cut(figure, here)
+    current_A, duration_s = table
+    return _Legs(current_A, duration_s, ends)
 
 
-def _shape(legs: Sequence[Leg], stays: str, figures: Mapping[str, Floats]) -> tuple[int, ...]:
+def _shape(legs: Sequence[Leg], stays: str, figures: Mapping[str, Any]) -> tuple[int, ...]:
     """The one shape of all figures that are arrays; every fault at once."""
     faults = []
     if stays not in STAYS:
@@ -145,15 +158,15 @@ def _shape(legs: Sequence[Leg], stays: str, figures: Mapping[str, Floats]) -> tu
     every = dict(figures)
     for number, leg in enumerate(legs, start=1):
         for stage, phase in enumerate(leg, start=1):
-            every[f"legs: current of stage {stage} of leg {number}"] = np.asarray(phase.current_A)
-            every[f"legs: duration of stage {stage} of leg {number}"] = np.asarray(phase.duration_s)
-    shapes = dict.fromkeys(each.shape for each in every.values() if each.ndim)
+            every[f"legs: current of stage {stage} of leg {number}"] = phase.current_A
+            every[f"legs: duration of stage {stage} of leg {number}"] = phase.duration_s
+    shapes = dict.fromkeys(each.shape for each in every.values() if not isinstance(each, float))
     if len(shapes) > 1:
         faults.append(Fault("shapes", ", ".join(map(str, shapes)), "one shape for all arrays"))
     faults += [
         Fault(name, "NaN", "a number")
         for name, each in every.items()
-        if math.isnan(np.vdot(each, each))
+        if math.isnan(each if isinstance(each, float) else np.vdot(each, each))
     ]
     if faults:
         raise InputError(faults)
@@ -161,41 +174,31 @@ def _shape(legs: Sequence[Leg], stays: str, figures: Mapping[str, Floats]) -> tu
 
 
 def _bracket(
-    legs: Sequence[battery.Phase],
-    stays: Sequence[str],
-    figures: Mapping[str, Any],
-    count: int,
-    shortest_rest: bool,
+    legs: _Legs, stays: Sequence[str], figures: Mapping[str, Any], shortest_rest: bool
 ) -> Floats:
-    flight_s = sum(leg.duration_s.sum(axis=0) for leg in legs)
-    charge_As = -sum((leg.current_A * leg.duration_s).sum(axis=0) for leg in legs)
     unused: dict[str, Any] = dict.fromkeys(UNUSED, np.nan)
+    steps, telling = _steps(legs, stays, figures)
     given = Quantities(
         packs=1.0,
-        flight_time_s=flight_s,
-        flight_charge_As=charge_As,
+        flight_time_s=legs.duration_s.sum(axis=0),
+        flight_charge_As=-(legs.current_A * legs.duration_s).sum(axis=0),
         rests="rest" in stays,
+        steps=steps,
         **figures,
         **unused,
     )
-    steps, telling = _steps(given, legs, stays)
-    given = replace(given, steps=steps)
+    left_s = given.time_left
     hover, rest = unknown("hover"), unknown("rest") if given.rests else None
-    forms, sizes = [], []
     stayed = hover if rest is None else hover + rest
-    forms.append(given.time_left - stayed)
-    sizes.append(given.time_left)
-    forms.append(
-        PERSPECTIVES[AVAILABLE](given, hover, 0.0 if rest is None else rest) - given.min_soc
-    )
-    sizes.append(1.0)
-    for _, limit in compress(well_limits(given, hover, rest), telling):
+    soc = PERSPECTIVES[AVAILABLE](given, hover, 0.0 if rest is None else rest)
+    forms, sizes = [left_s - stayed, soc - given.min_soc], [left_s, 1.0]
+    for _, limit in well_limits(given, hover, rest, telling):
         margin = limit.left - limit.right if limit.sense == ">=" else limit.right - limit.left
         forms.append(margin if isinstance(margin, Exponential) else Exponential({CONSTANT: margin}))
         sizes.append(1.0)
-    x_top = np.broadcast_to(np.maximum(given.time_left, 0.0), count).astype(float)
-    rows = rows_of(forms, sizes, "hover", "rest" if given.rests else None, count, x_top)
-    y_top = x_top if given.rests else np.zeros(count)
+    x_top = np.maximum(left_s, 0.0)
+    rows = rows_of(forms, sizes, "hover", "rest" if given.rests else None, len(x_top), x_top)
+    y_top = x_top if given.rests else np.zeros(len(x_top))
     found = largest(rows, x_top, y_top)
     rest_s = shortest(rows, found, y_top) if shortest_rest else found.y
     return np.stack([found.x, rest_s, found.beyond])
@@ -212,32 +215,34 @@ UNUSED = (
 
 
 def _steps(
-    given: Quantities, legs: Sequence[battery.Phase], stays: Sequence[str]
-) -> tuple[tuple[Any, ...], list[bool]]:
+    legs: _Legs, stays: Sequence[str], figures: Mapping[str, Any]
+) -> tuple[tuple[Any, ...], list[Telling]]:
     """What happens on the way, and which limits of the wells the others do not imply.
 
     Where y1 falls all along what comes next, the end of that tells more: so phases of a leg are
     taken together, and before them there is no need to look. Who only drains does not pass full,
     who only charges does not run dry.
     """
-    whole = pool(given)
-    current_A = {"hover": -given.hover_current_A, "rest": given.rest_current_A}
+    whole = battery.Battery(
+        figures["capacity_As"], figures["available_fraction"], figures["flow_rate_per_s"]
+    )
+    current_A = {"hover": -figures["hover_current_A"], "rest": figures["rest_current_A"]}
+    falling = battery.falls_throughout(whole, legs.current_A).all(axis=1).tolist()
     steps: list[Any] = []
     falls: list[bool] = []
-    for leg, stay in zip_longest(legs, stays):
-        falling = battery.falls_throughout(whole, leg.current_A).all(axis=1)
-        starts = [k for k, fell in enumerate(falling.tolist()) if k == 0 or not fell]
-        for first, last in pairwise([*starts, len(falling)]):
-            run = battery.Phase(leg.current_A[first:last], leg.duration_s[first:last])
+    for (start, end), stay in zip_longest(pairwise(legs.ends), stays):
+        starts = [k for k in range(start, end) if k == start or not falling[k]]
+        for first, last in pairwise([*starts, end]):
+            run = battery.Phase(legs.current_A[first:last], legs.duration_s[first:last])
             steps.append(battery.compose(whole, run))
-            falls.append(bool(falling[first]))
+            falls.append(falling[first])
         if stay:
             steps.append(stay)
             falls.append(bool(np.all(battery.falls_throughout(whole, current_A[stay]))))
     telling = []
     for step, next_falls in zip(steps, [*falls[1:], False], strict=True):
         stay_A = current_A[step] if isinstance(step, str) else None
-        telling.append(not next_falls and (stay_A is None or bool(np.any(stay_A < 0.0))))
-        if stay_A is not None:
-            telling.append(bool(np.any(stay_A > 0.0)))
+        drains = stay_A is None or bool(np.any(stay_A < 0.0))
+        charges = stay_A is not None and bool(np.any(stay_A > 0.0))
+        telling.append((drains and not next_falls, charges))
     return tuple(steps), telling
