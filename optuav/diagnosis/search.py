@@ -15,6 +15,8 @@ NEGLIGIBLE = 1e-9
 """Share of a change that is as good as none."""
 MOST_DIGITS = 8
 """Digits that a small change may ask for; engines tell no smaller ones apart."""
+TINY = 1e-300
+"""Stands in for what is nearer to 0, so that its digits are numbers."""
 FINER = 6
 """Digits that are added where the rounded value is not feasible."""
 
@@ -121,7 +123,7 @@ def _digits(key: Key, bad: float, good: float) -> range:
         return range(1)
     first = math.floor(math.log10(abs(good - key.now))) - 1
     if good:
-        leading = math.floor(math.log10(min(abs(good), abs(bad) or math.inf)))
+        leading = math.floor(math.log10(max(min(abs(good), abs(bad) or math.inf), TINY)))
         first = min(max(first, leading - MOST_DIGITS + 1), leading - 2)
     return range(first, first - FINER, -1)
 

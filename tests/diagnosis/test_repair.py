@@ -6,7 +6,7 @@ import math
 from typing import Any
 
 import pytest
-from hypothesis import assume, given, settings
+from hypothesis import assume, example, given, settings
 from hypothesis import strategies as st
 
 import optuav
@@ -216,6 +216,7 @@ def test_whole_numbers_are_found_exactly(now: int, edge: int, sign: int) -> None
     assert repair.value == edge
 
 
+@example(1.0, -5e-324, -1)
 @given(st.floats(-150.0, 150.0), st.floats(-150.0, 150.0), signs)
 def test_keys_with_a_sign_are_searched_through_zero(now: float, edge: float, sign: int) -> None:
     assume(1e-3 < sign * (edge - now) < 1e3 * abs(now))
