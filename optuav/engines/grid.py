@@ -21,7 +21,7 @@ from typing import Any
 import numpy as np
 
 from optuav.engines.arrays import Booleans, Floats
-from optuav.engines.ranges import implied_upper_bounds, lower_bounds, slot_ranges
+from optuav.engines.ranges import linear_excesses, lower_bounds, slot_ranges, upper_bounds_by
 from optuav.engines.solution import Solution
 from optuav.errors import InputError, SolverError
 from optuav.modelling.affine import NotAffineError, affine
@@ -124,20 +124,23 @@ Test = Callable[[Mapping[str, Floats], dict[int, Any]], Any]
 
 def tests(model: Model, parameters: Values) -> list[Test]:
     """One test for every constraint between unknowns; their own bounds are met by the axes."""
-    return [*_flat_tests(model, parameters), *_curved_tests(model, parameters)]
+    flat, curved = _tests(model, parameters)
+    return [*flat, *curved]
 
 
-def _flat_tests(model: Model, parameters: Values) -> list[Test]:
-    every = (_flat(each.relation, parameters) for each in model.constraints)
-    return [each for each in every if each is not None]
+def _tests(model: Model, parameters: Values) -> tuple[list[Test], list[Test]]:
+    """Those of linear inequalities, and those of all other constraints."""
 
-
-def _curved_tests(model: Model, parameters: Values) -> list[Test]:
     def test(relation: Relation) -> Test:
         return lambda points, done: _holds(relation, {**parameters, **points}, done)
 
-    relations = (each.relation for each in model.constraints)
-    return [test(each) for each in relations if _flat(each, parameters) is None]
+    flat, curved = list[Test](), list[Test]()
+    for constraint in model.constraints:
+        if (straight := _flat(constraint.relation, parameters)) is not None:
+            flat.append(straight)
+        else:
+            curved.append(test(constraint.relation))
+    return flat, curved
 
 
 def _flat(relation: Relation, parameters: Values) -> Test | None:
@@ -174,24 +177,25 @@ def cells(constraints: Sequence[Test], points: Mapping[str, Floats]) -> Booleans
     return np.broadcast_to(holds, shape)
 
 
-def _blocks(model: Model, parameters: Values, slot_s: float) -> Iterator[dict[str, Floats]]:
-    """All cells in blocks of bounded size: axes by name, shaped to broadcast.
+def _blocks(
+    model: Model, parameters: Values, slot_s: float, most: int
+) -> Iterator[dict[str, Floats]]:
+    """All cells in blocks of at most so many: axes by name, shaped to broadcast.
 
     The last unknown is cut into stretches; the one before it runs as far as it can go when the
     last one is at the beginning of its stretch.
     """
     *outer, last = axes(model, parameters, slot_s)
     names = [variable.name for variable in model.variables]
-    most = CURVED_CELLS_AT_ONCE if _curved_tests(model, parameters) else CELLS_AT_ONCE
     if not outer:
         for begin in range(0, len(last), most):
             yield {names[0]: last[begin : begin + most]}
         return
-    lower = lower_bounds(model, parameters)
+    lower, excesses = lower_bounds(model, parameters), linear_excesses(model, parameters)
     begin = 0
     while begin < len(last):
         lower[names[1]] = float(last[begin])
-        farthest = implied_upper_bounds(model, parameters, lower)[names[0]]
+        farthest = upper_bounds_by(excesses, lower)[names[0]]
         width = int(np.searchsorted(outer[0], farthest + TOLERANCE * max(1.0, farthest), "right"))
         step = max(1, most // max(1, width))
         yield {names[0]: outer[0][:width], names[1]: last[begin : begin + step, None]}
@@ -218,9 +222,10 @@ def _best_cell(
 ) -> dict[str, float] | None:
     """The best feasible cell, ties broken by the model's preferences; None if there is none."""
     sign = model.towards
-    flat, curved = _flat_tests(model, parameters), _curved_tests(model, parameters)
+    flat, curved = _tests(model, parameters)
+    most = CURVED_CELLS_AT_ONCE if curved else CELLS_AT_ONCE
     best: tuple[list[float], dict[str, float]] | None = None
-    for block in _blocks(model, parameters, slot_s):
+    for block in _blocks(model, parameters, slot_s, most):
         if time.monotonic() > latest:
             raise SolverError(f"{NAME} did not see every cell within the time limit")
         points: Mapping[str, Floats] | None = block

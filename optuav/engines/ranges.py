@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from typing import Any
 
 from optuav.errors import InputError
-from optuav.modelling.affine import NotAffineError, affine
+from optuav.modelling.affine import Affine, NotAffineError, affine
 from optuav.modelling.model import Model
 from optuav.modelling.walk import evaluate
 
@@ -31,7 +31,12 @@ def implied_upper_bounds(
     model: Model, parameters: Values, lower: Mapping[str, float]
 ) -> dict[str, float]:
     """Upper bounds that linear constraints put on each unknown, the others at their lower."""
-    upper = dict.fromkeys(lower, math.inf)
+    return upper_bounds_by(linear_excesses(model, parameters), lower)
+
+
+def linear_excesses(model: Model, parameters: Values) -> list[Affine]:
+    """What the linear constraints want to be at most 0; an equation gives two."""
+    found: list[Affine] = []
     for constraint in model.constraints:
         try:
             form = affine(constraint.relation.left, parameters).plus(
@@ -40,16 +45,23 @@ def implied_upper_bounds(
         except NotAffineError:
             continue
         signs = {"<=": (1.0,), ">=": (-1.0,), "==": (1.0, -1.0)}[constraint.relation.sense]
-        for excess in map(form.times, signs):
-            coefficients = excess.coefficients
-            if any(coefficient < 0.0 for coefficient in coefficients.values()):
-                continue
-            least = excess.constant + sum(coefficients[name] * lower[name] for name in coefficients)
-            if math.isinf(least):
-                continue
-            for name, coefficient in coefficients.items():
-                if coefficient > 0.0:
-                    upper[name] = min(upper[name], lower[name] - least / coefficient)
+        found += map(form.times, signs)
+    return found
+
+
+def upper_bounds_by(excesses: Iterable[Affine], lower: Mapping[str, float]) -> dict[str, float]:
+    """As `implied_upper_bounds`, by what is to be at most 0."""
+    upper = dict.fromkeys(lower, math.inf)
+    for excess in excesses:
+        coefficients = excess.coefficients
+        if any(coefficient < 0.0 for coefficient in coefficients.values()):
+            continue
+        least = excess.constant + sum(coefficients[name] * lower[name] for name in coefficients)
+        if math.isinf(least):
+            continue
+        for name, coefficient in coefficients.items():
+            if coefficient > 0.0:
+                upper[name] = min(upper[name], lower[name] - least / coefficient)
     return upper
 
 

@@ -204,12 +204,11 @@ def test_answer_does_not_depend_on_the_size_of_blocks(
     assert [grid.solve(model, 1, 1.0).point(0) for model in models] == whole
 
 
-def test_no_block_is_larger_than_allowed(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_no_block_is_larger_than_allowed() -> None:
     """Memory is bounded, and the blocks together hold every cell that can be feasible once."""
-    monkeypatch.setattr(grid, "CELLS_AT_ONCE", 500)
     model = P4.model(quantities())
     seen = []
-    for points in grid._blocks(model, model.row(0), 1.0):
+    for points in grid._blocks(model, model.row(0), 1.0, 500):
         hover, rest = np.broadcast_arrays(points["hover_time_s"], points["rest_time_s"])
         assert hover.size <= 500
         seen += list(zip(hover.ravel(), rest.ravel(), strict=True))
