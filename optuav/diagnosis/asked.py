@@ -20,7 +20,8 @@ from optuav.solving import Program, formulate
 from optuav.solving.declaring import work_out
 from optuav.solving.question import PROBLEMS, question
 
-OPTIONS = frozenset(signature(formulate).parameters) - {"mission"}
+SIGNATURE = signature(formulate)
+OPTIONS = frozenset(SIGNATURE.parameters) - {"mission"}
 
 
 @dataclass(frozen=True)
@@ -44,7 +45,7 @@ class Asked:
 
     def case(self, mission: Mission | None = None) -> Case:
         """The question and the mission worked out, without declarations."""
-        stated = signature(formulate).bind(mission or self.mission, **self.options)
+        stated = SIGNATURE.bind(mission or self.mission, **self.options)
         stated.apply_defaults()
         graph = stated.arguments.pop("graph")
         worked_out = work_out(stated.arguments["mission"], graph)

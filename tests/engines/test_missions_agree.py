@@ -1,6 +1,6 @@
 """Random missions, from file to checked plan: four engines against exact arithmetic.
 
-Fifty in the suite, ten thousand in the campaign (``make soak``). Deadlines and batteries are drawn
+Twenty in the suite, ten thousand in the campaign (``make soak``). Deadlines and batteries are drawn
 so that time, charge, both or neither are short.
 """
 
@@ -24,6 +24,7 @@ from optuav.solving import Program, formulate
 from optuav.solving.compiled import CompiledProgram
 from optuav.status import Status
 from tests.engines.random_missions import Exact, exact
+from tests.examples import few
 from tests.formulations.given import LINEAR
 from tests.mission.strategies import documents
 
@@ -109,6 +110,7 @@ def _rest(parameters: Any) -> Any:
 RESTING = ("rest_current_A", "rest_received_W")
 
 
+@few(20)
 @pytest.mark.campaign
 @given(questions(), st.sampled_from(SLOTS_S))
 def test_engines_agree_on_whole_missions(
@@ -128,7 +130,7 @@ def test_engines_agree_on_whole_missions(
     assert not wrong, "\n".join(wrong)
 
 
-@settings(suppress_health_check=[HealthCheck.filter_too_much])
+@settings(few(20), suppress_health_check=[HealthCheck.filter_too_much])
 @pytest.mark.campaign
 @given(questions(), st.sampled_from(list(PRICED_WITHIN)))
 def test_prices_of_whole_missions_are_differences(

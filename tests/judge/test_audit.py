@@ -17,6 +17,7 @@ from hypothesis import strategies as st
 import optuav
 from optuav import InputError, Mission, Plan
 from optuav.judge import Audit, Itinerary, Stop
+from tests.examples import few
 from tests.mission.strategies import missions
 from tests.plan.made import INFEASIBLE, feasible, plans
 
@@ -100,7 +101,7 @@ def path(tmp_path_factory: pytest.TempPathFactory) -> Path:
     st.floats(SPOILT, 1e6),
     st.sampled_from([-1.0, 1.0]),
 )
-@settings(suppress_health_check=[HealthCheck.filter_too_much, HealthCheck.too_slow])
+@settings(few(25), suppress_health_check=[HealthCheck.filter_too_much, HealthCheck.too_slow])
 def test_one_spoiled_number_is_caught(
     path: Path, draw: st.DataObject, data: dict[str, Any], times: float, sign: float
 ) -> None:

@@ -27,6 +27,7 @@ from optuav.mission.itineraries import ORDERS
 from optuav.solving import Program, formulate
 from optuav.solving.planning import Part
 from optuav.status import Status
+from tests.examples import few
 from tests.mission.strategies import Document, documents
 from tests.plan.made import available_by_integration
 from tests.solving.delivered import longer, rests, slack
@@ -222,7 +223,7 @@ def test_plans_can_be_flown_and_none_is_longer(record_property: Any) -> None:
     """Both ends of every bracket, the plan's simulation, and what other engines find."""
     tally = Counter[str]()
 
-    @settings(suppress_health_check=[HealthCheck.filter_too_much, HealthCheck.too_slow])
+    @settings(few(20), suppress_health_check=[HealthCheck.filter_too_much, HealthCheck.too_slow])
     @given(questions(), st.integers(5, 60))
     def each(program: Program, slots: int) -> None:
         judge(program, slots, tally)

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import itertools
-
 import numpy as np
 import pytest
 
@@ -59,12 +57,14 @@ def test_slots_are_searched_to_the_end(schedule: str, min_soc: float) -> None:
     mission = small(schedule, **{"limits.min_soc": min_soc})
     worked_out, slot_s = network(mission), 8.0
     steps = slot_s * np.arange(1, 25)
-    tried = [
-        (-hover_s, float(worked_out.itineraries.flight_time_s[route]) + hover_s + rest_s, route)
-        for route in range(len(worked_out.itineraries))
-        for hover_s, rest_s in itertools.product(steps, steps if route else [0.0])
-        if can_be_flown(worked_out, route, hover_s, rest_s)
-    ]
+    tried = []
+    for route, flight_s in enumerate(worked_out.itineraries.flight_time_s.tolist()):
+        for hover_s in steps[::-1]:  # shorter ones are no better than the first that can be flown
+            rests = steps if route else [0.0]
+            flown = [rest_s for rest_s in rests if can_be_flown(worked_out, route, hover_s, rest_s)]
+            tried += [(-hover_s, flight_s + hover_s + rest_s, route) for rest_s in flown]
+            if flown:
+                break
     plan = optuav.solve(mission, perspective="available", slot_s=slot_s)
     longest_s, mission_s, _ = min(tried)
     assert plan.status is Status.OPTIMAL

@@ -19,6 +19,7 @@ import optuav
 from formulations.formulation import Formulation
 from optuav import InputError, Mission, Plan
 from optuav.modelling import Model
+from tests.examples import few
 from tests.mission.strategies import missions
 from tests.solving.by_hand import hovering, longest_of_all, programme, ways
 
@@ -387,7 +388,7 @@ def test_of_equal_plans_the_fewest_stops_then_the_first_building_then_rest_first
     assert hover_first.route[1:3] == ("hover", "second")
 
 
-@settings(suppress_health_check=[HealthCheck.filter_too_much])
+@settings(few(20), suppress_health_check=[HealthCheck.filter_too_much])
 @given(missions(), perspective_names)
 def test_the_rest_is_the_shortest_that_its_hover_admits(mission: Mission, perspective: str) -> None:
     """A second less of it, and the state of charge falls short."""
@@ -476,7 +477,8 @@ def test_a_hover_that_charges_lasts_as_long_as_the_deadline() -> None:
 
 
 @pytest.mark.slow
-def test_ten_thousand_buildings() -> None:
+@pytest.mark.parametrize("buildings", [2_000, pytest.param(10_000, marks=pytest.mark.soak)])
+def test_thousands_of_buildings(buildings: int) -> None:
     """A town of low houses with walls: the plan made by hand from its graph."""
     houses = [
         {
@@ -484,7 +486,7 @@ def test_ten_thousand_buildings() -> None:
             "position_m": [60.0 * (k % 100) - 2000, 60.0 * (k // 100) - 2000, 20 + k * 7 % 25],
             "footprint_m": [40, 40],
         }
-        for k in range(10_000)
+        for k in range(buildings)
     ]
     mission = PAPER.replace({"buildings": houses, "route.origin_m": [0, 0, 70]})
     plan = optuav.solve(mission, perspective="battery")
