@@ -41,7 +41,13 @@ class Fault:
 
 
 class InputError(OptuavError, ValueError):
-    """Input that cannot be used: `faults` has all that is wrong, the message the first of it."""
+    """Input that cannot be used: `faults` has all that is wrong, the message the first of it.
+
+    Parameters
+    ----------
+    faults
+        All that is wrong, at least one; or words on the input as a whole.
+    """
 
     def __init__(self, faults: Iterable[Fault] | str) -> None:
         self.faults: tuple[Fault, ...] = (

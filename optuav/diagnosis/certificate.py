@@ -131,10 +131,12 @@ def _number(value: Fraction) -> dict[str, Any]:
 
 @dataclass(frozen=True)
 class Certificate(Combination):
-    """Constraints that contradict each other: they add up to 0 ≤ something negative.
+    """Constraints that contradict each other: they add up to 0 ≤ something negative (Farkas).
 
     Parameters
     ----------
+    rows
+        The constraints that are used; none of them can be spared.
     positive
         Symbols of the unknowns that are 0 or more, by constraints that need not be among the rows.
     """
@@ -152,6 +154,8 @@ class Bound(Combination):
 
     Parameters
     ----------
+    rows
+        The constraints that are used.
     objective
         Coefficients of what is maximised by symbol of the unknown, exact, without zeros.
     """

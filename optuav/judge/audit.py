@@ -88,6 +88,11 @@ def audit(plan: Plan | Itinerary | str | Path) -> Audit:
         simulation, or an itinerary in TOML, which states ``schema = 1``, the ``mission`` and its
         ``[[stops]]``.
 
+    Returns
+    -------
+    Audit
+        The verdict, true where the plan can be flown; with the events that say why not.
+
     Raises
     ------
     InputError

@@ -31,7 +31,27 @@ Minutes = Annotated[float, Number("min", ge=1, le=1e4)]
 
 
 class Datasheet(Section):
-    """What the owner of a multirotor knows of it; `mission` makes a mission of that."""
+    """What the owner of a multirotor knows of it; `mission` makes a mission of that.
+
+    Parameters
+    ----------
+    mass_kg, payload_kg
+        Take-off mass of the published flight times [kg], 0.05 to 1000, and what it carries on top,
+        as the receiver of the laser [kg], 0 to 1000.
+    packs, cells
+        Battery packs, and cells of a pack in series [-], 1 to 100.
+    capacity_mAh
+        Of one pack [mAh], 10 to 1e6.
+    hover_min, cruise_min
+        Until the battery is empty, hovering without payload and at cruise speed [min], 1 to 1e4;
+        the latter as when hovering, unless stated.
+    cruise_speed_m_s
+        [m/s], 0.5 to 100.
+    reserve_percent
+        Charge that shall be left after landing [%], 0 to 90.
+    laser_power_W
+        That the laser draws [W], 0 to 1e6.
+    """
 
     mass_kg: Annotated[float, Number("kg", ge=0.05, le=1000)]
     """Take-off mass of the published flight times [kg]."""
@@ -89,7 +109,11 @@ class Datasheet(Section):
 
     @property
     def load_factor(self) -> float:
-        """Power with over power without payload [-], by the momentum theory of rotors."""
+        """Power with over power without payload [-], by the momentum theory of rotors.
+
+        Hover power grows with the mass to the power of 3/2 (W. Johnson, "Helicopter Theory",
+        Dover, 1994, chapter 2).
+        """
         return math.sqrt((1.0 + self.payload_kg / self.mass_kg) ** 3)
 
     def mission(self) -> Mission:

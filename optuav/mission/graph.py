@@ -46,6 +46,11 @@ def graph(mission: Mission) -> Graph:
     ----------
     mission
         Any valid mission.
+
+    Returns
+    -------
+    networkx.DiGraph
+        A graph of its own, which may be edited and handed to `optuav.solve`.
     """
     return as_graph(network(mission))
 
@@ -97,6 +102,11 @@ def validate_graph(view: Graph) -> tuple[Fault, ...]:
     ----------
     view
         A graph, perhaps edited by hand.
+
+    Returns
+    -------
+    tuple of Fault
+        By node and edge, with their attributes as keys.
     """
     import networkx
 

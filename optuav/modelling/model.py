@@ -69,7 +69,13 @@ class Model:
         first_slot: int = 0,
         binary: bool = False,
     ) -> Variable:
-        """Declare an unknown, see `Variable`; at least zero unless stated otherwise."""
+        """Declare an unknown, see `Variable`; at least zero unless stated otherwise.
+
+        Raises
+        ------
+        ValueError
+            If the model has one of that name.
+        """
         if any(each.name == name for each in self.variables):
             raise ValueError(f"the model has a variable {name!r} already")
         label = label or f"bounds of {symbol}"
@@ -91,6 +97,11 @@ class Model:
         """Give an intermediate quantity a name, so that the printed programme stays short.
 
         With words, they are printed instead of the expression.
+
+        Raises
+        ------
+        ValueError
+            If the model has one of that name.
         """
         if any(each.name == name for each in self.lets):
             raise ValueError(f"the model has a quantity {name!r} already")
@@ -116,7 +127,15 @@ class Model:
         self.preferences.append(expression)
 
     def subject_to(self, label: str, relation: Relation, *, unit: str = "1") -> None:
-        """Add a constraint under a label of its own."""
+        """Add a constraint under a label of its own.
+
+        Raises
+        ------
+        TypeError
+            If it compares no expressions.
+        ValueError
+            If the label is taken.
+        """
         if not isinstance(relation, Relation):
             raise TypeError(f"{label}: a constraint compares expressions with <=, >= or ==")
         if any(each.label == label for each in self.constraints):

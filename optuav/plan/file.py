@@ -92,7 +92,12 @@ def load_plan(path: str | Path) -> Plan:
     Parameters
     ----------
     path
-        A JSON file.
+        A JSON file, up to 200 MB.
+
+    Returns
+    -------
+    Plan
+        The plan, its mission inside.
 
     Raises
     ------

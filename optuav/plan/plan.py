@@ -203,13 +203,30 @@ class Plan(Record):
         return to_dict(self)
 
     def save(self, path: str | Path) -> None:
-        """Write the plan as JSON, whole or not at all; `optuav.load_plan` reads it back."""
+        """Write the plan as JSON, whole or not at all; `optuav.load_plan` reads it back.
+
+        Parameters
+        ----------
+        path
+            The file; what is there is replaced.
+
+        Raises
+        ------
+        InputError
+            If the directory is missing or cannot be written to.
+        """
         from optuav.plan.file import save
 
         save(self, path)
 
     def to_frame(self) -> pandas.DataFrame:
-        """One row a phase; needs pandas (``pip install optuav[frame]``)."""
+        """One row a phase; needs pandas (``pip install optuav[frame]``).
+
+        Raises
+        ------
+        ModuleNotFoundError
+            If pandas is not installed.
+        """
         from optuav.plan.frame import to_frame
 
         return to_frame(self)

@@ -90,7 +90,10 @@ def save_animation(replayed: Replayed, path: str | Path) -> Path:
 
 
 def save_fit(found: Fit, directory: str | Path) -> list[Path]:
-    """Write the picture of a calibration as ``fit.png``, if it rests on observations."""
+    """Write the picture of a calibration as ``fit.png``, if it rests on observations.
+
+    Otherwise as `save_pictures`.
+    """
     from optuav.plots import fit
 
     if not found.panels:

@@ -48,7 +48,19 @@ def hover_bars(shown: Sequence[Bar], title: str, ax: Axes | None = None) -> Axes
 
 
 def charge_bars(shown: Sequence[Bar], title: str, min_soc: float, ax: Axes | None = None) -> Axes:
-    """Draw the charge left η1 of every trajectory, grouped by perspective, and η0 [-]."""
+    """Draw the charge left η1 of every trajectory, grouped by perspective.
+
+    Parameters
+    ----------
+    shown
+        At least one; perspectives appear in the order in which they come.
+    title
+        What is shown.
+    min_soc
+        η0, marked among the charges [-].
+    ax
+        Where to draw; on a page of its own by default.
+    """
     percent = [None if each.soc is None else 100.0 * each.soc for each in shown]
     return _draw(shown, percent, "charge left $η_1(T)$ [%]", title, 100.0 * min_soc, ax)
 

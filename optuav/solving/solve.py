@@ -65,21 +65,26 @@ def formulate(
         end is counted in charge; ``"battery"``, ``"energy"`` or ``"adjusted"``: the paper's, which
         look at the end alone; ``"wells"``: as ``"battery"``, but step by step through both wells.
     slot_s
-        Length of the time slots [s], > 0; None for continuous times.
+        Length of the time slots [s], 0.001 to 1e7; None for continuous times.
     engine
-        ``"closed-form"``, ``"cvxpy"``, ``"casadi"``, ``"grid"`` (slots; without `slot_s` the
-        mission's ``limits.slot_s``) or ``"auto"``: the grid for slots, else the first that takes
-        the model.
+        ``"closed-form"``, ``"cvxpy"``, ``"bracket"``, ``"casadi"``, ``"grid"`` (slots; without
+        `slot_s` the mission's ``limits.slot_s``) or ``"auto"``: the grid for slots, else the first
+        that takes the model.
     graph
         A graph from `optuav.graph` that was edited; its figures replace the computed ones.
     time_limit_s
-        Longest that the engine may take [s], > 0; None for no limit.
+        Longest that the engine may take [s], > 0 and at most 1e9; None for no limit.
     solver
         Solver behind the engine cvxpy, by CVXPY's name; HiGHS by default.
     hover_point
         ``"w_U"``: the UAV hovers at ``route.hover_m`` of the mission, or where that is not stated
         at w_U of the paper; ``"free"``: wherever is best within reach of the device, for P1 in
         continuous times and any perspective but ``"wells"`` (engine casadi, locally optimal).
+
+    Returns
+    -------
+    Program
+        The declared models; without any, and with reasons, where nothing can be flown.
 
     Raises
     ------
@@ -132,9 +137,9 @@ def solve(
     Parameters
     ----------
     stops, hovers
-        Most rests, and pieces in which the UAV may hover, in any order over all places, for P1 with
-        the trajectory optimal; places may be visited again. In the perspectives of the paper one of
-        each is enough, under `available` it is not.
+        Most rests, 0 to 10, and pieces in which the UAV may hover, 1 to 10, in any order over all
+        places, for P1 with the trajectory optimal; places may be visited again. In the perspectives
+        of the paper one of each is enough, under `available` it is not.
     progress
         Told how far the search over several stops is: the best hover time so far [s], and how many
         boxes of durations it has looked at and has open.

@@ -165,7 +165,12 @@ def compare_by(
     perspective
         One of these four, where it is not varied.
     slot_s
-        Length of the time slots [s], > 0; None for continuous times.
+        Length of the time slots [s], 0.001 to 1e7; None for continuous times.
+
+    Returns
+    -------
+    Choices
+        The plans; printed, a table.
 
     Raises
     ------

@@ -138,9 +138,15 @@ def compare_schedules(
     mission
         A mission, the name of a shipped one, or the path of a mission file.
     periods_s
-        Turns of the schedule ``"alternating"`` [s]; its own as well where the mission has one.
+        Turns of the schedule ``"alternating"`` [s], 0.001 to 1e7; its own as well where the
+        mission has one.
     slot_s
-        Length of the time slots [s], > 0; None for continuous times.
+        Length of the time slots [s], 0.001 to 1e7; None for continuous times.
+
+    Returns
+    -------
+    Schedules
+        The plan under every schedule, pooled packs first; printed, a table.
 
     Raises
     ------
