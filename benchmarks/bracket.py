@@ -16,6 +16,7 @@ from optuav.mission import Mission, load
 from optuav.mission.network import network
 from optuav.physics.battery import Phase
 from optuav.solving import formulate, solve
+from optuav.solving.delivered import arguments
 from optuav.solving.given import quantities
 from optuav.solving.hovers import Hovers, Stays, longest_hovers
 
@@ -72,25 +73,8 @@ def _batches(mission: Mission) -> Iterator[Batch]:
     direct = routes.building < 0
     for which in (direct, ~direct & routes.rest_first, ~direct & ~routes.rest_first):
         given = quantities(worked_out, np.flatnonzero(which & routes.flyable))
-        legs: list[list[Phase]] = [[]]
-        stays = []
-        for step in given.steps:
-            if isinstance(step, str):
-                stays.append(step)
-                legs.append([])
-            else:
-                legs[-1].append(step)
-        order: Stays = "rest-first" if stays[0] == "rest" else "hover-first"
-        figures = {
-            "deadline_s": given.deadline_s,
-            "min_soc": given.min_soc,
-            "capacity_As": given.battery_As,
-            "available_fraction": given.available_fraction,
-            "flow_rate_per_s": given.flow_rate_per_s,
-            "hover_current_A": given.hover_current_A,
-            "rest_current_A": given.rest_current_A if len(stays) > 1 else 0.0,
-        }
-        yield Batch(legs, order if len(stays) > 1 else "hover", figures)
+        figures = arguments(given)
+        yield Batch(figures.pop("legs"), figures.pop("stays"), figures)
 
 
 def _missions(batch: Batch, count: int) -> Batch:

@@ -26,6 +26,12 @@ def delivered(given: Quantities, count: int) -> Mapping[str, Floats]:
         from optuav.engines import bracket
 
         return bracket.solve(P1.model(given, AVAILABLE), count).values
+    found = longest_hovers(**arguments(given))
+    return {"hover_time_s": found.hover_time_s, "rest_time_s": found.rest_time_s}
+
+
+def arguments(given: Quantities) -> dict[str, Any]:
+    """What `longest_hovers` takes, by name: legs between the stays, their order, and figures."""
     legs: list[list[Any]] = [[]]
     stays: list[str] = []
     for step in given.steps:
@@ -35,15 +41,14 @@ def delivered(given: Quantities, count: int) -> Mapping[str, Floats]:
         else:
             legs[-1].append(step)
     (order,) = (name for name in get_args(Stays) if STAYS[name] == tuple(stays))
-    found = longest_hovers(
-        legs,
-        order,
-        deadline_s=given.deadline_s,
-        min_soc=given.min_soc,
-        capacity_As=given.battery_As,
-        available_fraction=given.available_fraction,
-        flow_rate_per_s=given.flow_rate_per_s,
-        hover_current_A=given.hover_current_A,
-        rest_current_A=given.rest_current_A,
-    )
-    return {"hover_time_s": found.hover_time_s, "rest_time_s": found.rest_time_s}
+    return {
+        "legs": legs,
+        "stays": order,
+        "deadline_s": given.deadline_s,
+        "min_soc": given.min_soc,
+        "capacity_As": given.battery_As,
+        "available_fraction": given.available_fraction,
+        "flow_rate_per_s": given.flow_rate_per_s,
+        "hover_current_A": given.hover_current_A,
+        "rest_current_A": given.rest_current_A,
+    }
