@@ -9,7 +9,13 @@ from optuav.modelling.expression import Trend
 from optuav.physics import battery
 
 
-def named(level: battery.Wells, number: int, words: str, known: Sequence[Trend]) -> battery.Wells:
+def named(
+    level: battery.Wells,
+    number: int,
+    words: str,
+    known: Sequence[Trend],
+    most: battery.Wells | None,
+) -> battery.Wells:
     """Names for the wells after a step, else each step would multiply the printed problem.
 
     Parameters
@@ -21,7 +27,9 @@ def named(level: battery.Wells, number: int, words: str, known: Sequence[Trend])
     words
         What is printed instead of what it stands for; empty if that is.
     known
-        What is known of the available well after it.
+        What is known of how the available well after it goes with the times.
+    most
+        What both hold at most while the times are within ranges, if that is known.
     """
     if not isinstance(level.total_As, Expression):
         return level
@@ -33,6 +41,14 @@ def named(level: battery.Wells, number: int, words: str, known: Sequence[Trend])
             level.available_As,
             words,
             known,
+            most and most.available_As,
         ),
-        Let(f"bound after step {number}", f"y2_{number}", "A s", level.bound_As, words),
+        Let(
+            f"bound after step {number}",
+            f"y2_{number}",
+            "A s",
+            level.bound_As,
+            words,
+            most=most and most.bound_As,
+        ),
     )

@@ -11,7 +11,7 @@ from typing import Any, TypeAlias
 
 from formulations.quantities import Quantities
 from formulations.taper import trends
-from formulations.wells import wells
+from formulations.wells import most, wells
 from optuav.modelling import Expression, Let
 
 Perspective: TypeAlias = Callable[[Quantities, Any, Any], Any]
@@ -53,7 +53,8 @@ def delivered(given: Quantities, hover: Any, rest: Any) -> Any:
     end = wells(given, hover, rest)
     if not isinstance(end, Expression):
         return end
-    return Let("state of charge at the end", "η", "1", end, trends=trends(given, hover, rest))
+    known = trends(given, hover, rest)
+    return Let("state of charge at the end", "η", "1", end, "", known, most(given, hover, rest))
 
 
 PAPER: tuple[str, ...] = ("battery", "energy", "adjusted")

@@ -16,21 +16,24 @@ currents up to I with y1 ≤ ωB, so the longest s leaves no less in either well
   leaves less in both wells (y2 falls as z ≤ 0), which a rest that tapers keeps, or less of y1 and y
   behind the rest, which the legs keep.
 
-Without a rest they rise with Δ where hovering charges, I_hv ≤ 0: then y1 and y do not fall.
+*What is never exceeded.* While Δ and T' are within ranges, no well holds more after a step than it
+would if both had held as much as they can before it: the order of (y1, y2) is kept throughout.
 """
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
 
+from formulations.pool import pool
 from formulations.quantities import Quantities
 from optuav.modelling import Expression, Let, Relation
-from optuav.modelling.expression import Trend, Variable
+from optuav.modelling.expression import Call, Range, Trend, Variable
 from optuav.modelling.longest import LongestPart
 from optuav.physics import charging
-from optuav.physics.battery import Battery, Phase, Wells, step
+from optuav.physics.battery import Battery, Phase, Stretch, Wells, along, step, stretch
 
 
 def tapered(whole: Battery, level: Wells, phase: Phase, stay: str) -> Wells:
@@ -97,7 +100,41 @@ def trends(given: Quantities, hover: Any, rest: Any) -> tuple[Trend, ...]:
     if isinstance(rest, Variable):
         charges = Relation(given.rest_current_A, ">=", 0.0)
         return (Trend((hover.name,), (rest.name,), (*drains, charges)),)
-    return (
-        Trend((hover.name,), (), drains),
-        Trend((), (hover.name,), (Relation(drawn_A, "<=", 0.0),)),
-    )
+    return (Trend((hover.name,), (), drains),)
+
+
+def highest(given: Quantities, hover: Any, rest: Any) -> Iterator[Wells]:
+    """What both wells hold at most after every step, in the ranges of Δ and T'.
+
+    Nothing where charging does not taper, and for times that are numbers.
+    """
+    if not given.tapers or not isinstance(hover, Variable):
+        return
+    whole = pool(given)
+    battery = whole.capacity_As, whole.available_fraction, whole.flow_rate_per_s
+    stays = {"hover": (-given.hover_current_A, *Range.of(hover))}
+    if isinstance(rest, Variable):
+        stays["rest"] = (given.rest_current_A, *Range.of(rest))
+    level = whole.full
+    for each in given.steps:
+        if isinstance(each, str):
+            operands = (*level, *stays[each], *battery)
+            level = Wells(*(Call(well, operands) for well in (most_available, most_bound)))
+        else:
+            part = each if isinstance(each, Stretch) else stretch(whole, each)
+            level = along(whole, level, part)
+        yield level
+
+
+def most_available(y1: Any, y2: Any, current: Any, least: Any, most: Any, *battery: Any) -> Any:
+    """y1 at most after a stay from a least to a most time, in numbers."""
+    return _most_after(y1, y2, current, least, most, *battery).available_As
+
+
+def most_bound(y1: Any, y2: Any, current: Any, least: Any, most: Any, *battery: Any) -> Any:
+    """y2 at most after a stay from a least to a most time, in numbers."""
+    return _most_after(y1, y2, current, least, most, *battery).bound_As
+
+
+def _most_after(y1: Any, y2: Any, current: Any, least: Any, most: Any, *battery: Any) -> Wells:
+    return charging.most_tapered(Battery(*battery), Wells(y1, y2), current, least, most)

@@ -12,7 +12,7 @@ from typing import Any
 from formulations.named_wells import named
 from formulations.pool import pool
 from formulations.quantities import Quantities
-from formulations.taper import tapered, trends
+from formulations.taper import highest, tapered, trends
 from optuav.physics import battery
 
 
@@ -34,6 +34,7 @@ def _levels(given: Quantities, hover: Any, rest: Any) -> Iterator[tuple[Any, bat
         "rest": battery.Phase(given.rest_current_A, rest),
     }
     level: Any = whole.full
+    most = highest(given, hover, rest)
     for number, step in enumerate(given.steps, start=1):
         phase = stays[step] if isinstance(step, str) else step
         if isinstance(step, str) and given.tapers:
@@ -42,7 +43,8 @@ def _levels(given: Quantities, hover: Any, rest: Any) -> Iterator[tuple[Any, bat
             stretch = phase if isinstance(phase, battery.Stretch) else battery.stretch(whole, phase)
             level = battery.along(whole, level, stretch)
         words = "by eqs (15)-(16), a stage of flight" if isinstance(step, battery.Phase) else ""
-        level = named(level, number, words, trends(given, hover, rest) if given.tapers else ())
+        known = trends(given, hover, rest) if given.tapers else ()
+        level = named(level, number, words, known, next(most, None))
         yield step, level
 
 
@@ -50,3 +52,10 @@ def wells(given: Quantities, hover: Any, rest: Any) -> Any:
     """(y1 + y2)/B after the steps of the itinerary, from a full battery, as far as it tapers."""
     *_, (_, last) = levels(given, hover, rest)
     return battery.state_of_charge(pool(given), last)
+
+
+def most(given: Quantities, hover: Any, rest: Any) -> Any:
+    """What `wells` is at most, in the ranges of Δ and T', where charging tapers."""
+    *_, (_, last) = levels(given, hover, rest)
+    highest_level = battery.Wells(last.available_As.most, last.bound_As.most)
+    return battery.state_of_charge(pool(given), highest_level)

@@ -5,31 +5,34 @@ it has the form that `bracketing` solves, and more points: what no time is beyon
 beyond here. If the answer satisfies the model itself, it is the longest. Otherwise the model itself
 is evaluated. Where what is asked of the wells falls with x and rises with y (the model states its
 trends), the largest y that the other rows admit is best for every x, and the rows hold up to some x
-and nowhere beyond: both ends of an interval around it are evaluated. Elsewhere the longest time
-that was met is told, with what has not been ruled out.
+and nowhere beyond: both ends of an interval around it are evaluated. Elsewhere what is asked is
+bounded over boxes of both times, by what the model states it to be at most (see `boxes`).
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from functools import reduce
 from typing import Any
 
 import numpy as np
 
 from optuav.engines.arrays import Booleans, Floats
+from optuav.engines.boxes import Boxes, search
 from optuav.engines.bracketing import Interval
 from optuav.engines.exponential_form import Rows, Section, falling
 from optuav.engines.sign_changes import Margin, Numbers, close_in
 from optuav.engines.sweeping import WIDTH_S
 from optuav.modelling.check import slack
-from optuav.modelling.expression import Call, Let, Relation
+from optuav.modelling.expression import Call, Let, Operand, Range, Relation
 from optuav.modelling.longest import speaks_of_parts
 from optuav.modelling.model import Constraint, Model
 from optuav.modelling.walk import evaluate, has_unknowns
 
 ROUNDING = 1e-11
 """By how much a constraint must be missed to fail, relative to max(1, |right side|)."""
+AT_ONCE = 64
+"""Programmes whose boxes are searched together."""
 
 
 class Tapered:
@@ -54,16 +57,26 @@ class Tapered:
         self.x = model.objective.name
         self.y = next((each.name for each in model.variables if each.name != self.x), None)
         self.asked = [each for each in model.constraints if speaks_of_parts(*each.relation.sides)]
+        self.bounded = list(self._bounded())
 
     def narrowed(self, found: Interval) -> Interval:
         """What is left of an interval for the longest x, one a programme."""
-        x, y, beyond = (each.copy() for each in found)
-        known = np.flatnonzero(~np.isnan(x))
-        lost = known[self._margin(x[known], y[known], known) < 0.0]
-        if not len(lost):
-            return found
+        left = Interval(*(each.copy() for each in found))
+        known = np.flatnonzero(~np.isnan(left.x))
+        lost = known[self._margin(left.x[known], left.y[known], known) < 0.0]
+        if len(lost):
+            self._follow(lost, *left)
+        open_ = np.flatnonzero(~left.proved)
+        for some in np.split(open_, range(AT_ONCE, len(open_), AT_ONCE)):
+            self._bound(some, *left)
+        return left
+
+    def _follow(self, lost: Numbers, x: Floats, y: Floats, beyond: Floats) -> None:
+        """Go along the largest y from the x that is lost to one that holds, and tell both there.
+
+        That none is beyond it is proved where all falls with x and the largest y is best.
+        """
         here, ceiling_s = _Ceiling(self, lost), x[lost]
-        falls, rises = self._trends()
         low, high = np.zeros(len(lost)), ceiling_s.copy()
         at_low, at_high = (here.margin(slice(None))(end) for end in (low, high))
         held, never = at_high >= 0.0, at_low < 0.0
@@ -77,10 +90,47 @@ class Tapered:
             )
         low = np.where(held, ceiling_s, np.where(never, np.nan, low))
         x[lost], y[lost] = low, here.y(low, slice(None))
-        proved = falls[lost] & ~held
+        proved = self._falls()[lost] & ~held
         beyond[lost[proved]] = np.where(never, -np.inf, high)[proved]
-        beyond[lost[rises[lost]]] = -np.inf
-        return Interval(x, y, beyond)
+
+    def _bound(self, which: Numbers, x: Floats, y: Floats, beyond: Floats) -> None:
+        """Search the boxes of programmes that stayed open, and tell there what was found."""
+        zero, y_top = np.zeros(len(which)), self.y_top[which]
+        x_low = np.where(np.isnan(x[which]), zero, x[which])
+        start = Boxes(x_low, beyond[which], zero, y_top, np.arange(len(which)))
+        found = search(
+            start,
+            lambda boxes: self._most(boxes, which),
+            lambda at_x, at_y, among: self._all(at_x, at_y, which[among]),
+            x[which],
+            y[which],
+            WIDTH_S,
+        )
+        x[which], y[which], beyond[which] = found
+
+    def _all(self, x: Floats, y: Floats, which: Numbers) -> Floats:
+        """How far all constraints hold at points of some programmes."""
+        others: Floats = self.others.take(which).at(x, y).min(axis=0, initial=np.inf)
+        found: Floats = np.minimum(others, self._margin(x, y, which))
+        return found
+
+    def _most(self, boxes: Boxes, which: Numbers) -> Floats:
+        """The least of what all constraints are at most over boxes of some programmes."""
+        among = which[boxes.programme]
+        over = Section.over_x(self.others.take(among), boxes.x_low, boxes.x_high)
+        least: Floats = over.most(boxes.y_low, boxes.y_high).min(axis=0, initial=np.inf)
+        ranges = {self.x: (boxes.x_low, boxes.x_high)}
+        if self.y:
+            ranges[self.y] = boxes.y_low, boxes.y_high
+        given = self._of(among)
+        for name, ends in ranges.items():
+            given |= {f"{end} {name}": at for end, at in zip(Range._fields, ends, strict=True)}
+        done = dict[int, Any]()
+        for most, right in self.bounded:
+            left, fixed = (evaluate(each, given, done) for each in (most, right))
+            short = (left - fixed) / np.maximum(1.0, np.abs(fixed))
+            least = np.minimum(least, short + ROUNDING)
+        return least
 
     def shortest(self, found: Interval, shortest_s: Floats) -> Floats:
         """Smallest y for the x of each programme, from one below which none will do.
@@ -106,7 +156,7 @@ class Tapered:
     def _margin(self, x: Floats, y: Floats, which: Numbers) -> Floats:
         """How far the constraints on parts of times hold at points of some programmes."""
         point = {self.x: x} | ({self.y: y} if self.y else {})
-        given = {n: v[which] if np.ndim(v) else v for n, v in self.values.items()} | point
+        given = self._of(which) | point
         least, done = np.full(np.shape(x), np.inf), dict[int, Any]()
         for each in self.asked:
             sides = (evaluate(s, given, done) for s in each.relation.sides)
@@ -115,41 +165,44 @@ class Tapered:
             least = np.minimum(least, short + ROUNDING)
         return least
 
-    def _trends(self) -> tuple[Booleans, Booleans]:
-        """Of each programme: whether all falls with x, with the largest y best, or rises with x."""
+    def _of(self, which: Numbers) -> dict[str, Any]:
+        """Values of the parameters of some programmes."""
+        return {name: v[which] if np.ndim(v) else v for name, v in self.values.items()}
+
+    def _falls(self) -> Booleans:
+        """Of each programme: whether all falls with x, with the largest y best."""
         falls, up, down = falling(self.others, self.x_top, self.y_top)
-        count = len(self.x_top)
-        monotone = (falls & (up | down)).all(axis=0)
-        each = [self._known(constraint) for constraint in self.asked]
-        return (
-            monotone & np.all([np.broadcast_to(known[0], count) for known in each], axis=0),
-            np.all([np.broadcast_to(known[1], count) for known in each], axis=0),
-        )
+        known = [np.broadcast_to(self._known_to_fall(c), self.x_top.shape) for c in self.asked]
+        found: Booleans = np.logical_and.reduce(np.vstack([falls & (up | down), *known]))
+        return found
 
-    def _known(self, constraint: Constraint) -> tuple[Any, Any]:
-        """Whether a constraint is known to fall with x and rise with y, or to rise with x alone."""
-        relation = constraint.relation
-        left, fixed = self._without_divisor(relation.left), not has_unknowns(relation.right)
-        if not isinstance(left, Let) or not fixed or relation.sense != ">=":
-            return False, False
-        falls: Any = False
-        rises: Any = False
-        for trend in left.trends:
-            where = reduce(np.logical_and, map(self._certain, trend.where))
-            others = {self.y} - {None}
-            if self.x in trend.falls_with and others <= set(trend.rises_with):
-                falls = falls | where
-            if self.x in trend.rises_with and not others:
-                rises = rises | where
-        return falls, rises
+    def _known_to_fall(self, constraint: Constraint) -> Any:
+        """Whether a constraint is known to fall with x and rise with y."""
+        quantity, _ = self._quantity(constraint)
+        found: Any = False
+        for trend in () if quantity is None else quantity.trends:
+            if self.x in trend.falls_with and {self.y} - {None} <= set(trend.rises_with):
+                found = found | reduce(np.logical_and, map(self._certain, trend.where))
+        return found
 
-    def _without_divisor(self, tree: Any) -> Any:
-        """What goes as a quotient by something positive does; other trees as they are."""
-        if not isinstance(tree, Call) or tree.ufunc is not np.divide:
-            return tree
-        above, below = tree.arguments
-        fixed = not has_unknowns(below) and np.all(evaluate(below, self.values) > 0.0)
-        return above if fixed else tree
+    def _quantity(self, constraint: Constraint) -> tuple[Let | None, Operand]:
+        """The quantity that is to be no less than something fixed, and by what it is divided."""
+        relation, below = constraint.relation, 1.0
+        left: Operand = relation.left
+        if isinstance(left, Call) and left.ufunc is np.divide:
+            left, below = left.arguments
+        fixed = relation.sense == ">=" and not has_unknowns(relation.right)
+        known = isinstance(left, Let) and fixed and not has_unknowns(below)
+        if known and np.all(evaluate(below, self.values) > 0.0):
+            return left, below
+        return None, below
+
+    def _bounded(self) -> Iterator[tuple[Operand, Operand]]:
+        """What constraints are known to be at most, and what that must not fall below."""
+        for each in self.asked:
+            quantity, below = self._quantity(each)
+            if quantity is not None and quantity.most is not None:
+                yield quantity.most / below, each.relation.right
 
     def _certain(self, relation: Relation) -> Any:
         sides = (evaluate(side, self.values) for side in relation.sides)

@@ -151,6 +151,9 @@ class Let(Expression):
         What is printed instead of an expression that would fill a page.
     trends
         What is known of how it goes with the unknowns.
+    most
+        What it is at most while the unknowns are within ranges, in the `Range` of each; None if
+        that is not known.
     """
 
     def __init__(
@@ -161,9 +164,11 @@ class Let(Expression):
         expression: Operand,
         words: str = "",
         trends: Sequence[Trend] = (),
+        most: Operand | None = None,
     ) -> None:
         self.words = words
         self.trends = trends
+        self.most = most
         self.name = name
         self.symbol = symbol
         self.unit = unit
@@ -188,6 +193,23 @@ class Relation:
 
     def __bool__(self) -> bool:
         raise TypeError("a relation has no truth value; hand it to Model.subject_to")
+
+
+class Range(NamedTuple):
+    """The ends of a range of an unknown, themselves unknowns."""
+
+    least: Variable
+    most: Variable
+
+    @classmethod
+    def of(cls, unknown: Variable) -> Range:
+        """The range of an unknown."""
+        return cls(*(_end(unknown, words) for words in cls._fields))
+
+
+def _end(unknown: Variable, words: str) -> Variable:
+    name, symbol = f"{words} {unknown.name}", f"{words} {unknown.symbol}"
+    return Variable(name, symbol, unknown.unit, unknown.lower, unknown.upper, unknown.label, 0)
 
 
 class Trend(NamedTuple):
