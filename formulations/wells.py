@@ -34,7 +34,7 @@ def _levels(given: Quantities, hover: Any, rest: Any) -> Iterator[tuple[Any, bat
         "rest": battery.Phase(given.rest_current_A, rest),
     }
     level: Any = whole.full
-    most = highest(given, hover, rest)
+    highs = highest(given, hover, rest)
     for number, step in enumerate(given.steps, start=1):
         phase = stays[step] if isinstance(step, str) else step
         if isinstance(step, str) and given.tapers:
@@ -44,7 +44,7 @@ def _levels(given: Quantities, hover: Any, rest: Any) -> Iterator[tuple[Any, bat
             level = battery.along(whole, level, stretch)
         words = "by eqs (15)-(16), a stage of flight" if isinstance(step, battery.Phase) else ""
         known = trends(given, hover, rest) if given.tapers else ()
-        level = named(level, number, words, known, next(most, None))
+        level = named(level, number, words, known, next(highs, None))
         yield step, level
 
 
