@@ -115,7 +115,7 @@ def highest(given: Quantities, hover: Any, rest: Any) -> Iterator[Wells]:
     stays = {"hover": (-given.hover_current_A, *Range.of(hover))}
     if isinstance(rest, Variable):
         stays["rest"] = (given.rest_current_A, *Range.of(rest))
-    level = whole.full
+    level: Any = whole.full
     for each in given.steps:
         if isinstance(each, str):
             operands = (*level, *stays[each], *battery)
