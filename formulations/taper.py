@@ -118,7 +118,8 @@ def highest(given: Quantities, hover: Any, rest: Any) -> Iterator[Wells]:
     level: Any = whole.full
     for each in given.steps:
         if isinstance(each, str):
-            operands = (*level, *stays[each], *battery)
+            wells = level.available_As, level.bound_As
+            operands = (*wells, *stays[each], *battery)
             level = Wells(*(Call(well, operands) for well in (most_available, most_bound)))
         else:
             part = each if isinstance(each, Stretch) else stretch(whole, each)
