@@ -52,3 +52,8 @@ def named(
             most=most and most.bound_As,
         ),
     )
+
+
+def most_of(level: battery.Wells) -> battery.Wells:
+    """What named wells hold at most while the times are within ranges."""
+    return battery.Wells(*(getattr(well, "most", None) for well in level))

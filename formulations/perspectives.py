@@ -9,10 +9,13 @@ from collections.abc import Callable, Mapping
 from dataclasses import replace
 from typing import Any, TypeAlias
 
+from formulations.named_wells import most_of
+from formulations.pool import pool
 from formulations.quantities import Quantities
 from formulations.taper import trends
-from formulations.wells import most, wells
+from formulations.wells import levels, wells
 from optuav.modelling import Expression, Let
+from optuav.physics.battery import state_of_charge
 
 Perspective: TypeAlias = Callable[[Quantities, Any, Any], Any]
 
@@ -53,8 +56,9 @@ def delivered(given: Quantities, hover: Any, rest: Any) -> Any:
     end = wells(given, hover, rest)
     if not isinstance(end, Expression):
         return end
-    known = trends(given, hover, rest)
-    return Let("state of charge at the end", "η", "1", end, "", known, most(given, hover, rest))
+    *_, (_, last) = levels(given, hover, rest)
+    known, most = trends(given, hover, rest), state_of_charge(pool(given), most_of(last))
+    return Let("state of charge at the end", "η", "1", end, "", known, most)
 
 
 PAPER: tuple[str, ...] = ("battery", "energy", "adjusted")

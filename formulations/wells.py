@@ -52,10 +52,3 @@ def wells(given: Quantities, hover: Any, rest: Any) -> Any:
     """(y1 + y2)/B after the steps of the itinerary, from a full battery, as far as it tapers."""
     *_, (_, last) = levels(given, hover, rest)
     return battery.state_of_charge(pool(given), last)
-
-
-def most(given: Quantities, hover: Any, rest: Any) -> Any:
-    """What `wells` is at most, in the ranges of Δ and T', where charging tapers."""
-    *_, (_, last) = levels(given, hover, rest)
-    highest_level = battery.Wells(last.available_As.most, last.bound_As.most)
-    return battery.state_of_charge(pool(given), highest_level)
