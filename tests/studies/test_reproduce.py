@@ -17,6 +17,8 @@ import optuav  # noqa: E402
 from optuav.errors import InputError  # noqa: E402
 from optuav.studies.curves import battery_size, charging, wind  # noqa: E402
 from optuav.studies.reproduce import NAMES, STUDIES  # noqa: E402
+from optuav.studies.reproduce import battery_size as by_battery_size  # noqa: E402
+from optuav.studies.reproduce import more_stops as by_more_stops  # noqa: E402
 from optuav.studies.reproduce.document import Heading, Paragraph, Table, markdown, page  # noqa: E402
 from optuav.studies.reproduce.exhibit import Exhibit, number  # noqa: E402
 from tests.cli.run import refused, run  # noqa: E402
@@ -106,6 +108,16 @@ def test_the_report_counts_the_fit(written: Path) -> None:
     assert "by construction" in text
 
 
+@pytest.fixture
+def coarse(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Few points of the curves that take long, and few stops at the mission's own deadline."""
+    monkeypatch.setattr(battery_size, "HALVINGS", 5)
+    monkeypatch.setattr(by_battery_size, "POINTS", dict.fromkeys(by_battery_size.POINTS, 5))
+    monkeypatch.setattr(by_more_stops, "TIMES", (1.0,))
+    monkeypatch.setattr(by_more_stops, "WAYS", {"one rest, one hover": (1, 1)})
+
+
+@pytest.mark.usefixtures("coarse")
 def test_a_mission_of_ones_own(tmp_path: Path) -> None:
     """All studies, without the paper's numbers and figures."""
     files = optuav.reproduce(tmp_path, mission=small())
@@ -124,6 +136,7 @@ def test_a_mission_without_laser_wind_or_roofs(tmp_path: Path) -> None:
     assert any(name.startswith("hover-time") for name in names)
 
 
+@pytest.mark.usefixtures("coarse")
 def test_a_mission_that_cannot_be_flown_gets_a_report(tmp_path: Path) -> None:
     optuav.reproduce(tmp_path, mission=small(**{"limits.deadline_s": 20.0}))
     assert (tmp_path / "report.html").is_file()

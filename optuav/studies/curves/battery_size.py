@@ -10,7 +10,7 @@ from optuav.plan import Plan
 from optuav.solving import solve
 
 CHARGING = ("flight.charge_current_A", "flight.charge_power_W")
-HALVINGS = 40
+HALVINGS = 30
 LARGEST_PACK = 4.0
 """How many times the mission's pack is the largest that is tried."""
 
