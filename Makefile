@@ -13,7 +13,7 @@ run: $(VENV)/run.stamp
 	$(BIN)/optuav solve matrice350 --plot plan-matrice350
 
 test: lint
-	$(BIN)/python -m pytest -n 2
+	$(BIN)/python -m pytest -n 2 --dist worksteal
 
 lint: $(VENV)/dev.stamp
 	$(BIN)/ruff check
@@ -28,7 +28,7 @@ bench-modellers: $(VENV)-bench/installed.stamp
 	$(VENV)-bench/bin/python -m benchmarks modellers
 
 soak: $(VENV)/dev.stamp
-	$(BIN)/python -m pytest -n 2 -m "soak or campaign" --hypothesis-profile=soak
+	$(BIN)/python -m pytest -n 2 --dist worksteal -m "soak or campaign" --hypothesis-profile=soak
 
 pins:
 	$(MAKE) $(VENV)-pins/created.stamp VENV=$(VENV)-pins
