@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Callable
+from dataclasses import replace
 
 import numpy as np
 from matplotlib.animation import FuncAnimation
@@ -17,7 +18,6 @@ from optuav.plan.trace import Trace
 from optuav.plots.bands import NAMES_PT, draw_bands, swatch
 from optuav.plots.charge import Course
 from optuav.plots.labels import Label, place, settle
-from optuav.plots.map import SYMBOLS
 from optuav.plots.moving import drawn
 from optuav.plots.replayed import Replayed, trace_bands
 from optuav.plots.scene import Scene, draw_plan_view, drawn_sight_lines, scene, scenery_labels
@@ -92,7 +92,7 @@ def _still(replayed: Replayed) -> Figure:
     trace = replayed.trace
     figure = page(7.6, 3.8)
     figure.set_dpi(DOTS_PER_INCH)
-    left, right = figure.subplots(1, 2, width_ratios=(1.0, 1.15))
+    left, right = figure.subplots(1, 2, width_ratios=(1.0, 1.0))
     lived = Course(trace.time_s, trace.available_As.sum(axis=1), trace.bound_As.sum(axis=1))
     draw_wells(right, replayed.mission, lived)
     right.set(xlim=(0.0, trace.time_s[-1] or 1.0), xlabel="time since take-off $t$ [s]")
@@ -122,15 +122,17 @@ def _draw_map(ax: Axes, shown: Scene, trace: Trace) -> None:
 
 
 def _name_places(ax: Axes, shown: Scene, trace: Trace) -> None:
+    """Names without symbols, for which a small map has no room."""
     x, y, _ = trace.position_m.T
     reached = [int(np.flatnonzero(trace.phase == number)[-1]) for number in np.unique(trace.phase)]
     named = {str(trace.start_place[0]): 0, **{str(trace.end_place[at]): at for at in reached}}
-    labels = [
-        Label(SYMBOLS.get(name) or printed(name), (float(x[at]), float(y[at])))
-        for name, at in named.items()
-    ]
+    labels = [Label(printed(name), (float(x[at]), float(y[at]))) for name, at in named.items()]
     written = {label.at for label in labels}
-    labels += [label for label in scenery_labels(shown) if tuple(label.at) not in written]
+    labels += [
+        replace(label, text=label.text.partition(" $")[0])
+        for label in scenery_labels(shown)
+        if tuple(label.at) not in written
+    ]
     place(ax, labels, [np.stack([x, y], axis=1)], drawn_sight_lines(ax))
 
 

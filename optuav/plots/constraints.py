@@ -20,6 +20,7 @@ from optuav.modelling import Constraint, Model, Variable, evaluate
 from optuav.modelling.check import relations
 from optuav.plan import Plan
 from optuav.plots.labels import Label, place, settle
+from optuav.plots.moments import in_words
 from optuav.plots.style import (
     BLACK,
     BLUE,
@@ -39,6 +40,8 @@ from optuav.plots.style import (
 COLOURS = (VERMILLION, BLUE, GREEN, PURPLE, ORANGE, SKY)
 BOUND = "#595959"
 """Colour of the bounds of the unknowns."""
+BACKING = {"facecolor": "white", "alpha": 0.8, "edgecolor": "none", "pad": 0.3}
+"""What keeps a label apart from the points of the grid behind it."""
 STEEP = 4.0
 """Slope on the page from which a label runs along its line."""
 MOST_POINTS = 40
@@ -109,7 +112,7 @@ def plane(
         ax.set(xlabel=_words(across), ylabel=_words(upward))
         group_thousands(ax)
         cells = _draw_grid(ax, model, parameters, counted, slot_s)
-        labels, lines = _draw_constraints(ax, model, parameters)
+        labels, lines = _draw_constraints(ax, model, parameters, _route(plans))
         for plan, point in marked:
             _mark(ax, plan, point, (across.symbol, upward.symbol))
         ax.legend(loc="upper left", bbox_to_anchor=(1.01, 1.0), labelspacing=0.9)
@@ -144,8 +147,13 @@ def _worth_seeing(
     return seen
 
 
+def _route(plans: Sequence[Plan]) -> tuple[str, ...]:
+    """The places on the way, as far as a plan tells."""
+    return next((plan.route for plan in plans if plan), ())
+
+
 def _title(model: Model, plans: Sequence[Plan]) -> str:
-    route = next((plan.route for plan in plans if plan), ())
+    route = _route(plans)
     return "\n".join([model.title, *([" → ".join(map(printed, route))] if route else [])])
 
 
@@ -247,7 +255,7 @@ def _all(holds: Iterable[Booleans], shape: tuple[int, ...]) -> Booleans:
 
 
 def _draw_constraints(
-    ax: Axes, model: Model, parameters: Mapping[str, Any]
+    ax: Axes, model: Model, parameters: Mapping[str, Any], route: Sequence[str]
 ) -> tuple[list[Label], list[Points]]:
     """Draw the boundaries that cut, with their forbidden sides; their labels and lines."""
     upward, across = model.variables
@@ -255,13 +263,15 @@ def _draw_constraints(
     values = {**parameters, across.name: x, upward.name: y[:, None]}
     labels, lines = list[Label](), list[Points]()
     colours = itertools.cycle(COLOURS)
+    stated = [each.label for each in model.constraints]
     for constraint, excess, others_hold in _cuts(model, values, (SAMPLES, SAMPLES)):
         colour = next(colours) if constraint.declared_at else BOUND
+        name = in_words(constraint.label, stated, route)
         if constraint.relation.sense != "==" and excess.min() < 0.0:
             lowest = [excess.min(), min(0.0, excess.max())]
             ax.contourf(x, y, excess, levels=lowest, colors=[colour], alpha=0.1, zorder=0.5)
         if excess.max() < 0.0:
-            words = f"{constraint.label}\n(holds nowhere here)"
+            words = f"{name}\n(holds nowhere here)"
             ax.add_patch(Rectangle((0.0, 0.0), 0.0, 0.0, color=colour, alpha=0.2, label=words))
         if not excess.min() < 0.0 < excess.max():
             continue
@@ -272,8 +282,8 @@ def _draw_constraints(
         for edge in edges:
             ax.plot(*edge.T, color=colour, linewidth=2.0, zorder=3, solid_capstyle="round")
         middle, steep = _middle(ax, max(edges or found, key=len))
-        style = {"color": colour, "rotation": 90.0 if steep else 0.0}
-        labels.append(Label(constraint.label, middle, style=style))
+        style = {"color": colour, "rotation": 90.0 if steep else 0.0, "bbox": BACKING}
+        labels.append(Label(name, middle, style=style))
     return labels, lines
 
 

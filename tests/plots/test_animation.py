@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -10,14 +11,16 @@ import pytest
 
 pytest.importorskip("matplotlib")
 from matplotlib.colors import to_rgba
+from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
+from matplotlib.text import Text
 from PIL import Image
 
 import optuav
 from optuav import plots
 from optuav.errors import InputError, NoPlanError
 from optuav.plots import animation, files
-from optuav.plots.style import BLACK, ORANGE, VERMILLION
+from optuav.plots.style import BLACK, ORANGE, VERMILLION, styled
 
 
 @pytest.fixture(scope="module")
@@ -60,6 +63,24 @@ def test_power_comes_from_the_laser_while_it_hovers(falling: optuav.Replay) -> N
 def test_it_turns_red_when_it_is_dry(moment_s: float, colour: str, falling: optuav.Replay) -> None:
     craft = lines(falling, moment_s)["craft"]
     assert to_rgba(craft.get_markerfacecolor()) == to_rgba(colour)
+
+
+@pytest.mark.parametrize("name", ["paper", "matrice350"])
+def test_places_of_the_route_are_named_beside_them(
+    name: str, overlaps: Callable[[Figure], list[tuple[str, str]]]
+) -> None:
+    """Within half an inch, and without names on each other."""
+    plan = optuav.solve(name)
+    with styled():
+        still = animation._still(optuav.replay(plan))
+    named = {text.get_text(): text for text in still.axes[0].texts}
+    assert {*plan.route, "device", "laser"} <= named.keys()
+    assert overlaps(still) == []
+    for place in plan.route:
+        box = Text.get_window_extent(named[place])
+        point = still.axes[0].transData.transform(named[place].xy)
+        nearest = np.clip(point, box.min, box.max)
+        assert np.hypot(*(point - nearest)) < 0.5 * still.dpi
 
 
 def test_a_small_file_the_same_bytes_again(

@@ -16,6 +16,7 @@ from matplotlib.figure import Figure
 import optuav
 from optuav import plots
 from optuav.errors import InputError
+from optuav.plots.moments import in_words
 
 Drawn = tuple[Axes, list[optuav.Plan]]
 
@@ -149,9 +150,9 @@ def test_of_the_steps_of_the_wells_only_those_that_cut_are_drawn(
     """Hovering first and resting on b10: the landings there and at the end, of 17 steps."""
     ax, plan = lasting({}, "b10", "hover-first")
     assert {text.get_text() for text in ax.texts} == {
-        "P4.a not dry after stage 5 of flight 2",
-        "P4.a not dry after stage 5 of flight 3",
-        "P4.a not past full after the rest",
+        "available well empty, end of flight to b10",
+        "available well empty, end of flight to destination",
+        "available well full after the rest",
         "P4.b deadline",
         "bounds of Δ",
         "bounds of T'",
@@ -160,6 +161,17 @@ def test_of_the_steps_of_the_wells_only_those_that_cut_are_drawn(
     assert near[:2] == pytest.approx([0.0, 0.0], abs=0.1)
     assert near[2] > 100.0
     assert overlaps(ax.figure) == []
+
+
+def test_limits_of_the_well_are_told_by_the_route_where_a_plan_tells_it() -> None:
+    """By the number of the flight otherwise, and by its stage before the last one."""
+    labels = [f"P1.b not dry after stage {k} of flight 2" for k in (1, 2)]
+    route = ("origin", "hover", "the $ roof", "destination")
+    assert in_words(labels[0], labels, route) == (
+        "available well empty, stage 1 of flight to the \\$ roof"
+    )
+    assert in_words(labels[1], labels, ()) == "available well empty, end of flight 2"
+    assert in_words("P1.d hover time", labels, route) == "P1.d hover time"
 
 
 def test_lines_are_thick_where_they_alone_decide() -> None:
