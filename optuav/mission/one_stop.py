@@ -16,17 +16,14 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 
 from optuav.mission.itineraries import NO_LEG
 from optuav.mission.network import Network
 from optuav.mission.places import DESTINATION, ENDS, FIRST_BUILDING, HOVER, ORIGIN
-from optuav.mission.sight import Numbers, Points
+from optuav.mission.sight import Booleans, Numbers, Points
 
 if TYPE_CHECKING:
     from optuav.mission.graph import Graph
-
-Booleans = npt.NDArray[np.bool_]
 
 FIGURES = ("duration_s", "charge_As", "energy_J")
 UNITS = {"duration_s": "s", "charge_As": "A s", "energy_J": "J"}

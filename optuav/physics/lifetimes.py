@@ -32,7 +32,7 @@ from optuav.physics.packs import Load, Packs
 from optuav.physics.quantity import TINY
 from optuav.physics.schedules import SCHEDULES
 
-Numbers: TypeAlias = NDArray[np.float64]
+Floats: TypeAlias = NDArray[np.float64]
 
 FORGOTTEN = 20.0
 """Time constants of the wells after which of their start no more than `SAME` is left."""
@@ -248,9 +248,9 @@ class _Round:
         tilt = tilt + self.tilt_As[-1] * (math.expm1(-exponent * rounds) / math.expm1(-exponent))
         return Wells(self.share * total + tilt, (1.0 - self.share) * total - tilt)
 
-    def available_As(self, wells: Wells) -> Numbers:
+    def available_As(self, wells: Wells) -> Floats:
         """y1 [A s] at the end of every phase of a round that starts from some wells."""
         tilt = wells.available_As - self.share * wells.total_As
         level = self.share * (wells.total_As + self.total_As)
-        found: Numbers = level + np.multiply.outer(self.decays, tilt) + self.tilt_As
+        found: Floats = level + np.multiply.outer(self.decays, tilt) + self.tilt_As
         return found

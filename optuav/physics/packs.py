@@ -27,7 +27,7 @@ ROUNDING = 1e-12
 
 NOBODY = -1
 
-Numbers: TypeAlias = NDArray[np.float64]
+Floats: TypeAlias = NDArray[np.float64]
 Indices: TypeAlias = NDArray[np.intp]
 Marks: TypeAlias = NDArray[np.bool_]
 
@@ -47,7 +47,7 @@ class Load(NamedTuple):
 
     draw_A: float
     charge_A: float
-    duration_s: float | Numbers
+    duration_s: float | Floats
 
 
 class Stretch(NamedTuple):
@@ -68,13 +68,13 @@ class Stretch(NamedTuple):
         (course, pack): at its end [A s].
     """
 
-    start_s: Numbers
-    duration_s: Numbers
+    start_s: Floats
+    duration_s: Floats
     carrier: Indices
     served: Indices
     emptied: Marks
     filled: Marks
-    currents_A: Numbers
+    currents_A: Floats
     wells: Wells
 
 
@@ -111,7 +111,7 @@ class Packs:
         self.wells = Wells(*(np.full((1, self.count), well) for well in self._top))
         self.in_service: Marks = np.ones((1, self.count), dtype=bool)
         self.carrier: Indices = np.array([NOBODY])
-        self.clock_s: Numbers = np.array([0.0])
+        self.clock_s: Floats = np.array([0.0])
         self._courses = np.arange(1)
 
     @property
@@ -181,19 +181,19 @@ class Packs:
             stays[:] = False
         return np.where(stays, self.carrier, self.next_carrier(self.carrier))
 
-    def _turn(self) -> Numbers:
+    def _turn(self) -> Floats:
         """Which turn of the clock it is."""
         assert self.period_s is not None
-        turn: Numbers = np.floor(self.clock_s / self.period_s)
+        turn: Floats = np.floor(self.clock_s / self.period_s)
         return turn
 
-    def _turn_left_s(self) -> Numbers | float:
+    def _turn_left_s(self) -> Floats | float:
         """How long carriers stay by the clock [s]."""
         if self.schedule != "alternating" or self.count == 1:
             return np.inf
         assert self.period_s is not None
         left_s = (self._turn() + 1.0) * self.period_s - self.clock_s
-        longest_s: Numbers = np.maximum(left_s, np.spacing(self.clock_s))
+        longest_s: Floats = np.maximum(left_s, np.spacing(self.clock_s))
         return longest_s
 
     def _served(self, carrier: Indices, filled: Marks, last: Indices) -> Indices:
@@ -209,7 +209,7 @@ class Packs:
     def _stretch(
         self,
         load: Load,
-        longest_s: Numbers,
+        longest_s: Floats,
         carrier: Indices,
         served: Indices,
         filled: Marks,
@@ -240,12 +240,12 @@ class Packs:
 
     def _until(
         self,
-        crossing: Callable[[Battery, Wells, Numbers], Quantity],
+        crossing: Callable[[Battery, Wells, Floats], Quantity],
         where: Marks,
         number: Indices,
-        currents_A: Numbers,
-        longest_s: Numbers,
-    ) -> Numbers:
+        currents_A: Floats,
+        longest_s: Floats,
+    ) -> Floats:
         """When a well of one pack of some courses reaches its limit, at most a time [s]."""
         if not where.any():
             return longest_s
@@ -256,7 +256,7 @@ class Packs:
         length_s[where] = np.minimum(moment_s, length_s[where])
         return length_s
 
-    def _after(self, currents_A: Numbers, duration_s: Numbers, full: Marks) -> Wells:
+    def _after(self, currents_A: Floats, duration_s: Floats, full: Marks) -> Wells:
         """Wells after constant currents, but for full packs that are kept full."""
         passed_s = duration_s[:, None]
         end = step(self.pack, self.wells, Phase(currents_A, passed_s))

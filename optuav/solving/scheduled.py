@@ -17,7 +17,7 @@ from optuav.mission.flown import loads, packs
 from optuav.mission.network import Network
 from optuav.mission.phases import phases
 from optuav.physics.battery import Phase
-from optuav.physics.packs import Marks, Numbers, Packs
+from optuav.physics.packs import Floats, Marks, Packs
 
 STEP_S = 1.0
 """Steps of Δ and T' that are all tried."""
@@ -65,7 +65,7 @@ def longest_hover(
     """
     step_s, least_s = slot_s or STEP_S, 0.0
     ways = [_Way(worked_out, route, rests) for route, rests in choices]
-    found: list[tuple[float, _Way, Numbers]] = []
+    found: list[tuple[float, _Way, Floats]] = []
     for way in ways:
         rests_s = way.rests_s(step_s, slots=slot_s is not None)
         hovers_s = way.longest_s(rests_s, step_s, least_s)
@@ -89,8 +89,8 @@ def longest_hover(
 
 
 def _closer(
-    hover_s: float, way: _Way, rests_s: Numbers, step_s: float
-) -> tuple[float, _Way, Numbers]:
+    hover_s: float, way: _Way, rests_s: Floats, step_s: float
+) -> tuple[float, _Way, Floats]:
     """The best pair in smaller steps: first all rests that were as good, then those nearby."""
     before_s = step_s
     for share in CLOSER:
@@ -125,15 +125,15 @@ class _Way:
             if each.kind != "flight"
         }
 
-    def rests_s(self, step_s: float, *, slots: bool) -> Numbers:
+    def rests_s(self, step_s: float, *, slots: bool) -> Floats:
         """Rests to try [s]: every whole step up to the deadline; in slots, one at least."""
         if not self.rests:
             return np.zeros(1)
         last = int(np.floor(self.left_s / step_s + SLACK))
-        found: Numbers = step_s * np.arange(1.0 if slots else 0.0, last + 1.0)
+        found: Floats = step_s * np.arange(1.0 if slots else 0.0, last + 1.0)
         return found
 
-    def near(self, rest_s: float, reach_s: float, step_s: float) -> Numbers:
+    def near(self, rest_s: float, reach_s: float, step_s: float) -> Floats:
         """Rests around one [s]."""
         if not self.rests:
             return np.zeros(1)
@@ -142,8 +142,8 @@ class _Way:
         return found[(found >= 0.0) & (found <= self.left_s)]
 
     def longest_s(
-        self, rests_s: Numbers, step_s: float, least_s: float, most_s: float = np.inf
-    ) -> Numbers:
+        self, rests_s: Floats, step_s: float, least_s: float, most_s: float = np.inf
+    ) -> Floats:
         """Longest hovers in whole steps for some rests [s]; NaN where shorter than the best.
 
         Tried from the top down: no longer than the packs hold out in the hover itself, than the
@@ -181,11 +181,11 @@ class _Way:
             rows_s = np.append(self._below(rest_s, share * step_s), rest_s)
         return rest_s
 
-    def _below(self, rest_s: float, reach_s: float) -> Numbers:
+    def _below(self, rest_s: float, reach_s: float) -> Floats:
         near = self.near(rest_s, reach_s, 0.1 * reach_s)
         return near[near < rest_s]
 
-    def _bound_s(self, rests_s: Numbers) -> Numbers:
+    def _bound_s(self, rests_s: Floats) -> Floats:
         """What deadline and charge counting leave for the hover [s]."""
         bound = self.left_s - rests_s
         if self.nets_A["hover"] < 0.0:
@@ -193,7 +193,7 @@ class _Way:
             bound = np.minimum(bound, spare_As / -self.nets_A["hover"])
         return bound
 
-    def _flyable(self, start: Packs, hovers_s: Numbers, rests_s: Numbers) -> Marks:
+    def _flyable(self, start: Packs, hovers_s: Floats, rests_s: Floats) -> Marks:
         """Whether packs at the hover point hold out to the end, and enough is left in all."""
         rows = np.flatnonzero(hovers_s + rests_s <= self.left_s + SLACK * STEP_S)
         before = self.at
@@ -213,13 +213,13 @@ class _Way:
         enough[rows] = ~start.exhausted & (left_As >= self.least_As)
         return enough
 
-    def _begun(self, rests_s: Numbers) -> Packs:
+    def _begun(self, rests_s: Floats) -> Packs:
         """Packs that arrive at the hover point, one course a rest."""
         carried = packs(self.worked_out.mission).take(np.zeros(len(rests_s), dtype=np.intp))
         self._carry(carried, np.zeros(1), rests_s, slice(0, self.at))
         return carried
 
-    def _carry(self, carried: Packs, hovers_s: Numbers, rests_s: Numbers, which: slice) -> None:
+    def _carry(self, carried: Packs, hovers_s: Floats, rests_s: Floats, which: slice) -> None:
         """Let packs carry some phases, with one hover and one rest [s] a course."""
         for each in phases(self.worked_out, self.route, hovers_s, rests_s)[which]:
             stages = map(Phase, each.currents_A, each.durations_s)
