@@ -10,7 +10,14 @@ from typing import Annotated, Any
 import typer
 from rich.console import Console, RenderableType
 
-from optuav.cli.options import JsonOption, MissionArgument, PlotOption, SetOption, mission_of
+from optuav.cli.options import (
+    JsonOption,
+    MissionArgument,
+    PlotOption,
+    SaveTableOption,
+    SetOption,
+    mission_of,
+)
 from optuav.cli.progress import progress
 from optuav.errors import Fault, InputError
 from optuav.mission.files import label, make_directory, refusal, write_text
@@ -57,10 +64,7 @@ def compare(
     ] = False,
     settings: SetOption = None,
     as_json: JsonOption = False,
-    save: Annotated[
-        Path | None,
-        typer.Option("--save", metavar="FILE", help="Write every detail, as .csv or .json."),
-    ] = None,
+    save: SaveTableOption = None,
     plot: PlotOption = None,
 ) -> None:
     """Compare answers in slots and in continuous times, by all engines, or plans.

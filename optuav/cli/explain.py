@@ -8,7 +8,20 @@ from typing import Annotated, Any
 
 import typer
 
-from optuav.cli.options import JsonOption, SetOption, mission_of
+from optuav.cli.options import (
+    BUILDING,
+    ENGINE,
+    HOVER_POINT,
+    ORDER,
+    PERSPECTIVE,
+    PROBLEM,
+    SLOT,
+    TIME_LIMIT,
+    TRAJECTORY,
+    JsonOption,
+    SetOption,
+    mission_of,
+)
 from optuav.errors import Fault, InputError
 
 NO = 1
@@ -22,30 +35,15 @@ def explain(
             help="Name of a shipped mission, a mission file, or a saved plan (a .json file).",
         ),
     ],
-    problem: Annotated[
-        str | None, typer.Option(help="P1 (the default), P2, P2-tight, P3 or P4.")
-    ] = None,
-    trajectory: Annotated[
-        str | None, typer.Option(help="For P1 and P2: optimal, direct, traj1 or traj2.")
-    ] = None,
-    building: Annotated[str | None, typer.Option(help="For P4: where to rest.")] = None,
-    order: Annotated[
-        str | None, typer.Option(help="rest-first or hover-first; the better by default.")
-    ] = None,
-    perspective: Annotated[
-        str | None, typer.Option(help="How charge is counted; available by default.")
-    ] = None,
-    slot_s: Annotated[
-        float | None,
-        typer.Option("--slot-s", help="Length of time slots in seconds; continuous by default."),
-    ] = None,
-    engine: Annotated[str | None, typer.Option(help="Who answers; auto by default.")] = None,
-    time_limit_s: Annotated[
-        float | None, typer.Option("--time-limit-s", help="Longest search in seconds.")
-    ] = None,
-    hover_point: Annotated[
-        str | None, typer.Option("--hover-point", help="w_U (the default), or free.")
-    ] = None,
+    problem: Annotated[str | None, PROBLEM] = None,
+    trajectory: Annotated[str | None, TRAJECTORY] = None,
+    building: Annotated[str | None, BUILDING] = None,
+    order: Annotated[str | None, ORDER] = None,
+    perspective: Annotated[str | None, PERSPECTIVE] = None,
+    slot_s: Annotated[float | None, SLOT] = None,
+    engine: Annotated[str | None, ENGINE] = None,
+    time_limit_s: Annotated[float | None, TIME_LIMIT] = None,
+    hover_point: Annotated[str | None, HOVER_POINT] = None,
     settings: SetOption = None,
     as_json: JsonOption = False,
 ) -> None:

@@ -9,7 +9,16 @@ from typing import Annotated
 import typer
 
 import optuav
-from optuav.cli.options import MissionArgument, SetOption, mission_of
+from optuav.cli.options import (
+    BUILDING,
+    ORDER,
+    PERSPECTIVE,
+    PROBLEM,
+    TRAJECTORY,
+    MissionArgument,
+    SetOption,
+    mission_of,
+)
 from optuav.errors import Fault, InputError
 
 NO = 1
@@ -18,18 +27,11 @@ WIDTH = 80
 
 def formulate(
     mission: MissionArgument,
-    problem: Annotated[str, typer.Option(help="P1, P2, P2-tight, P3 or P4.")] = "P1",
-    trajectory: Annotated[
-        str | None, typer.Option(help="For P1 and P2: optimal, direct, traj1 or traj2.")
-    ] = None,
-    building: Annotated[str | None, typer.Option(help="For P4: where to rest.")] = None,
-    order: Annotated[
-        str | None, typer.Option(help="rest-first or hover-first; both by default.")
-    ] = None,
-    perspective: Annotated[
-        str,
-        typer.Option(help="available, battery, energy, adjusted or wells: how charge counts."),
-    ] = "available",
+    problem: Annotated[str, PROBLEM] = "P1",
+    trajectory: Annotated[str | None, TRAJECTORY] = None,
+    building: Annotated[str | None, BUILDING] = None,
+    order: Annotated[str | None, ORDER] = None,
+    perspective: Annotated[str, PERSPECTIVE] = "available",
     settings: SetOption = None,
     latex: Annotated[bool, typer.Option("--latex", help="Print LaTeX (package amsmath).")] = False,
     lp: Annotated[bool, typer.Option("--lp", help="Print a file in CPLEX LP format.")] = False,

@@ -35,6 +35,29 @@ PlotOption = Annotated[
     ),
 ]
 
+SaveTableOption = Annotated[
+    Path | None,
+    typer.Option("--save", metavar="FILE", help="Write every detail, as .csv or .json."),
+]
+
+# What is asked: the same words where it may be left out and where it has a default.
+PROBLEM = typer.Option(help="P1, P2, P2-tight, P3 or P4.", show_default="P1")
+TRAJECTORY = typer.Option(help="For P1 and P2: optimal, direct, traj1 or traj2.")
+BUILDING = typer.Option(help="For P4: where to rest.")
+ORDER = typer.Option(help="rest-first or hover-first; by default the better of both.")
+PERSPECTIVE = typer.Option(
+    help="available, battery, energy, adjusted or wells: how charge counts.",
+    show_default="available",
+)
+SLOT = typer.Option("--slot-s", help="Length of time slots in seconds; continuous by default.")
+ENGINE = typer.Option(
+    help="auto, closed-form, cvxpy, bracket, casadi or grid.", show_default="auto"
+)
+TIME_LIMIT = typer.Option("--time-limit-s", help="Longest search in seconds.")
+HOVER_POINT = typer.Option(
+    "--hover-point", help="w_U, or free: wherever hovering is longest.", show_default="w_U"
+)
+
 
 def mission_of(source: str, settings: Sequence[str] | None) -> Mission:
     """The mission of an argument, with the ``--set`` options applied.

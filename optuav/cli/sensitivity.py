@@ -10,7 +10,14 @@ import typer
 from rich.console import Console
 
 from optuav.cli.compare import make_ready
-from optuav.cli.options import JsonOption, MissionArgument, PlotOption, SetOption, mission_of
+from optuav.cli.options import (
+    JsonOption,
+    MissionArgument,
+    PlotOption,
+    SaveTableOption,
+    SetOption,
+    mission_of,
+)
 from optuav.mission.files import write_text
 
 NO = 1
@@ -36,10 +43,7 @@ def sensitivity(
     seed: Annotated[int, typer.Option(help="What they are drawn from.")] = 0,
     settings: SetOption = None,
     as_json: JsonOption = False,
-    save: Annotated[
-        Path | None,
-        typer.Option("--save", metavar="FILE", help="Write every detail, as .csv or .json."),
-    ] = None,
+    save: SaveTableOption = None,
     plot: PlotOption = None,
 ) -> None:
     """Tell which numbers matter most, and what their uncertainty means for the hover time.

@@ -12,6 +12,15 @@ import typer
 
 import optuav
 from optuav.cli.options import (
+    BUILDING,
+    ENGINE,
+    HOVER_POINT,
+    ORDER,
+    PERSPECTIVE,
+    PROBLEM,
+    SLOT,
+    TIME_LIMIT,
+    TRAJECTORY,
     JsonOption,
     MissionArgument,
     PlotOption,
@@ -30,34 +39,18 @@ OTHER = {"battery": "available", "available": "battery"}
 
 def solve(
     mission: MissionArgument,
-    problem: Annotated[str, typer.Option(help="P1, P2, P2-tight, P3 or P4.")] = "P1",
-    trajectory: Annotated[
-        str | None, typer.Option(help="For P1 and P2: optimal, direct, traj1 or traj2.")
-    ] = None,
-    building: Annotated[str | None, typer.Option(help="For P4: where to rest.")] = None,
-    order: Annotated[
-        str | None, typer.Option(help="rest-first or hover-first; the better by default.")
-    ] = None,
-    perspective: Annotated[
-        str,
-        typer.Option(help="available, battery, energy, adjusted or wells: how charge counts."),
-    ] = "available",
-    slot_s: Annotated[
-        float | None,
-        typer.Option("--slot-s", help="Length of time slots in seconds; continuous by default."),
-    ] = None,
-    engine: Annotated[
-        str, typer.Option(help="auto, closed-form, cvxpy, bracket, casadi or grid.")
-    ] = "auto",
+    problem: Annotated[str, PROBLEM] = "P1",
+    trajectory: Annotated[str | None, TRAJECTORY] = None,
+    building: Annotated[str | None, BUILDING] = None,
+    order: Annotated[str | None, ORDER] = None,
+    perspective: Annotated[str, PERSPECTIVE] = "available",
+    slot_s: Annotated[float | None, SLOT] = None,
+    engine: Annotated[str, ENGINE] = "auto",
     solver: Annotated[
         str | None, typer.Option(help="Solver behind cvxpy, by its name; HIGHS by default.")
     ] = None,
-    time_limit_s: Annotated[
-        float | None, typer.Option("--time-limit-s", help="Longest search in seconds.")
-    ] = None,
-    hover_point: Annotated[
-        str, typer.Option("--hover-point", help="w_U, or free: wherever hovering is longest.")
-    ] = "w_U",
+    time_limit_s: Annotated[float | None, TIME_LIMIT] = None,
+    hover_point: Annotated[str, HOVER_POINT] = "w_U",
     stops: Annotated[
         int, typer.Option(help="Most rests, in any order over all buildings; with P1.")
     ] = 1,
