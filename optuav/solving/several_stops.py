@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 from dataclasses import replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -128,35 +129,31 @@ def _faults(program: Program, rests: int, hovers: int) -> Iterator[Fault]:
 
 
 def _plan(program: Program, everywhere: Network, found: Found, asked_for: str) -> Plan:
-    asked = replace(program.question, engine=ENGINE)
-    if found.stops is None:
-        if found.bound_s > 0.0:
-            raise SolverError(f"the search {found.ended} without a plan, nor proof that none is")
+    asked, stops = replace(program.question, engine=ENGINE), found.stops
+    if stops is None and found.bound_s <= 0.0:
         why = program.reasons
         if program.parts:
             why = shortfalls(asked, program.worked_out, program.parts)
         why = (f"no plan with {asked_for} keeps the battery and the deadline", *why)
         proof = "branch and bound over all sequences of stops"
         return plan_without(asked, program.worked_out, Status.INFEASIBLE, proof, why)
-    stops = found.stops
-    gap_s = found.bound_s - stops.hover_s
-    proved = gap_s <= 3.0 * TIE_S
+    hover_s = -math.inf if stops is None else stops.hover_s
     proof = f"branch and bound: with {asked_for} no plan hovers longer than {found.bound_s:.6f} s"
-    simple = proved and asked.stops and len(stops.stays_s) <= 2
-    one = program.solve() if simple else None
-    if one and one.hover_time_s >= stops.hover_s - TIE_S:
+    one = _with_one_stop(program) if not stops or found.ended or len(stops.stays_s) <= 2 else None
+    if one and one.hover_time_s >= hover_s - TIE_S:
         # Of as good plans with one rest and one hover, its engine knows the shortest.
-        return one.model_copy(update={"engine": ENGINE, "proof": proof})
+        known = _known(found, one.hover_time_s)
+        known["notes"] = (*one.notes, *known["notes"])
+        return one.model_copy(update={"engine": ENGINE, "proof": proof, **known})
+    if stops is None:
+        raise SolverError(f"the search {found.ended} without a plan, nor proof that none is")
     way = ways(everywhere, stops.places[:, None], np.array([-1]))
     worked_out = replace(everywhere, itineraries=way)
     legs = [int(leg) for leg in way.legs[0]]
     stays_s = stops.stays_s.tolist()
     flown = with_wells(worked_out, phases_along(worked_out, worked_out.legs, legs, stays_s))
-    notes = []
-    if found.ended:
-        notes.append(
-            f"the search {found.ended}; not proved to be best, a gap of {gap_s:.3g} s is left"
-        )
+    known = _known(found, hover_s)
+    notes = [*known["notes"]]
     if worked_out.legs.edited[legs].any():
         notes.append("some legs have figures from the graph, not from the flight model")
     if worked_out.places.edited[stops.places].any():
@@ -168,12 +165,36 @@ def _plan(program: Program, everywhere: Network, found: Found, asked_for: str) -
         worked_out,
         engine=asked.engine,
         proof=proof,
-        status=Status.OPTIMAL if proved else Status.FEASIBLE,
+        status=known["status"],
         notes=tuple(notes),
         phases=flown,
         soc=counted(worked_out, flown, _states_of_charge(worked_out, stops)),
     )
     return replayed(plan.model_copy(update={"binding": tuple(_binding(plan))}))
+
+
+def _with_one_stop(program: Program) -> Plan | None:
+    """The best plan with one rest and one hover; None where there may be no rest, or none is known.
+
+    A search that ends early is never worse than it.
+    """
+    if not program.question.stops:
+        return None
+    try:
+        return program.solve()
+    except SolverError:
+        return None
+
+
+def _known(found: Found, hover_s: float) -> dict[str, Any]:
+    """Whether a hover time is the longest, and a note on what a search that ended leaves open."""
+    gap_s, notes = found.bound_s - hover_s, []
+    if found.ended:
+        notes.append(
+            f"the search {found.ended}; not proved to be best, a gap of {gap_s:.3g} s is left"
+        )
+    status = Status.OPTIMAL if gap_s <= 3.0 * TIE_S else Status.FEASIBLE
+    return {"status": status, "notes": tuple(notes)}
 
 
 def _states_of_charge(worked_out: Network, stops: Stops) -> dict[str, float]:
