@@ -21,9 +21,9 @@ DOTS_PER_INCH = 110
 
 def pictures() -> Iterator[tuple[str, Axes]]:
     """Name of every picture, and one of its axes."""
-    plan = optuav.solve("paper", perspective="battery")
+    plan, promised = (optuav.solve("paper", perspective=each) for each in ("available", "battery"))
     yield "map", plots.mission_map(plan).plan
-    yield "battery", plots.battery(plan).wells
+    yield "promised", plots.wells([promised, plan])[0]
     direct = [
         optuav.solve("paper", "P3", perspective=perspective)
         for perspective in ("battery", "available")
@@ -34,7 +34,7 @@ def pictures() -> Iterator[tuple[str, Axes]]:
     )
     (part,) = program.parts
     yield "plane", plots.plane(part.model, part.model.row(0), [program.solve()])
-    yield "profile", plots.profile(optuav.replay(plan)).speed
+    yield "profile", plots.profile(optuav.replay(promised)).speed
     found = optuav.sensitivity("paper", {})
     swings = [
         plots.Swing(each.key, each.low, each.high, each.hover_low_s, each.hover_high_s)
