@@ -106,7 +106,7 @@ def solve(
 
 def _by_the_other_perspective(plan: Plan) -> Iterator[Plan]:
     """What the same question gives where charge alone counts, or where the battery has to last."""
-    if not plan or plan.perspective not in OTHER or plan.mission.battery.schedule != "pooled":
+    if not plan or plan.perspective not in OTHER or plan.mission.battery.takes_turns:
         return
     other = optuav.solve(
         plan.mission,

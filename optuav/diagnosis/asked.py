@@ -55,7 +55,7 @@ class Asked:
     def takes_turns(self) -> bool:
         """Whether packs take turns in it, of which a declaration knows nothing."""
         available = self.options.get("perspective", AVAILABLE) == AVAILABLE
-        return available and self.mission.battery.schedule != "pooled"
+        return available and self.mission.battery.takes_turns
 
 
 def asked(subject: Program | Plan | Mission | str | Path, options: Mapping[str, Any]) -> Asked:

@@ -140,7 +140,7 @@ def replay(plan: Plan | Itinerary, *, method: Method = "exact") -> Replay:
 
 
 def _course(mission: Mission, flown: tuple[Phase, ...], method: Method) -> Course:
-    if mission.battery.schedule == "pooled":
+    if not mission.battery.takes_turns:
         return pooled(mission, flown, FOLLOWERS[method])
     if method != "exact":
         words = f'exact: {method} goes with battery.schedule = "pooled" only'

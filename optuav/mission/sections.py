@@ -148,6 +148,11 @@ class Battery(Section):
     hover_energy_J: Energy | None = None
     """Energy E_2 of the full battery in hover [J]; without it derived from the loads."""
 
+    @property
+    def takes_turns(self) -> bool:
+        """Whether packs carry one after the other; a single one is the pooled battery."""
+        return self.schedule != "pooled" and self.packs > 1
+
     @model_validator(mode="before")
     @classmethod
     def _rate_per_second(cls, stated: Any) -> Any:

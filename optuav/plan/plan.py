@@ -161,7 +161,7 @@ class Plan(Record):
     def overfull_s(self) -> float | None:
         """When charging first drives the available well past full [s]; None if it never does.
 
-        Under a schedule other than ``"pooled"``, and where charging tapers, a full pack takes no
+        Where packs take turns, and where charging tapers, a full pack takes no
         more than it can hold.
         """
         return overfull_s(self.mission, self._existing())
@@ -171,8 +171,8 @@ class Plan(Record):
         """What keeps the plan from being flown as it stands, in words; empty if nothing does."""
         found = []
         if self.runs_dry_s is not None:
-            pooled = self.mission.battery.schedule == "pooled"
-            what = "the available well runs dry" if pooled else "no pack is left to fly on"
+            turns = self.mission.battery.takes_turns
+            what = "no pack is left to fly on" if turns else "the available well runs dry"
             found.append(f"{what} at {self.runs_dry_s:.2f} s: this plan cannot be flown")
         if self.overfull_s is not None:
             found.append(

@@ -18,7 +18,7 @@ ROUNDING = 1e-9
 
 def runs_dry_s(mission: Mission, phases: Sequence[Phase]) -> float | None:
     """When the available well is empty, or no pack is left to fly on [s]; None if never."""
-    if mission.battery.schedule != "pooled":
+    if mission.battery.takes_turns:
         return fly(mission, net_stages(phases)).ended_s
     return _first_passing(
         mission, phases, battery.time_to_empty, lambda level, full: level < -ROUNDING
@@ -27,7 +27,7 @@ def runs_dry_s(mission: Mission, phases: Sequence[Phase]) -> float | None:
 
 def overfull_s(mission: Mission, phases: Sequence[Phase]) -> float | None:
     """When charging first drives the available well past full [s]; None if it never does."""
-    if mission.battery.schedule != "pooled" or mission.battery.charging == "taper":
+    if mission.battery.takes_turns or mission.battery.charging == "taper":
         return None
     return _first_passing(
         mission, phases, battery.time_to_full, lambda level, full: level > full + ROUNDING
@@ -49,9 +49,9 @@ def wells_at_ends(
     """Wells [A s] at the end of every phase, a kind and stages, from full packs.
 
     Pooled packs are one battery that takes what it is given, past full too unless charging tapers;
-    under another schedule there is an entry a pack.
+    where packs take turns there is an entry a pack.
     """
-    if mission.battery.schedule != "pooled":
+    if mission.battery.takes_turns:
         return fly(mission, phases).wells
     pool = vehicle.pool(mission)
     wells, ends = pool.full, []

@@ -22,9 +22,9 @@ if TYPE_CHECKING:
 def save_pictures(plan: Plan, directory: str | Path, beside: Sequence[Plan] = ()) -> list[Path]:
     """Write the pictures of a plan as PNG files.
 
-    ``map.png``, ``battery.png``, ``wells.png`` if there are plans to compare it with, and
-    ``leg.png`` of the first leg that the flight model describes; the map alone where there is no
-    plan. The same plan gives the same bytes.
+    ``map.png``; ``battery.png``, or ``packs.png`` where packs take turns; ``wells.png`` if there
+    are plans to compare it with; and ``leg.png`` of the first leg that the flight model describes;
+    the map alone where there is no plan. The same plan gives the same bytes.
 
     Parameters
     ----------
@@ -111,10 +111,12 @@ def save_figures(figures: Iterable[tuple[str, Figure | None]], folder: Path) -> 
 
 
 def _figures(plan: Plan, beside: Sequence[Plan]) -> Iterator[tuple[str, Figure | None]]:
-    from optuav.plots import battery, leg, mission_map, wells
+    from optuav.plots import battery, leg, mission_map, packs, wells
 
     yield "map.png", mission_map(plan).plan.get_figure(root=True)
-    if plan:
+    if plan and plan.mission.battery.takes_turns:
+        yield "packs.png", packs([plan])[0].get_figure(root=True)
+    elif plan:
         yield "battery.png", battery(plan).wells.get_figure(root=True)
     if plan and beside:
         yield "wells.png", wells([plan, *beside])[0].get_figure(root=True)

@@ -169,7 +169,7 @@ def soc_at_end(
 def counted(worked_out: Network, flown: Sequence[Phase], soc: dict[str, float]) -> dict[str, float]:
     """States of charge, with what the packs hold in place of what they were offered."""
     packs = worked_out.mission.battery
-    if packs.schedule == "pooled" and packs.charging == "constant":
+    if not packs.takes_turns and packs.charging == "constant":
         return soc
     left_As = sum(flown[-1].available_As) + sum(flown[-1].bound_As)
     return {**soc, "battery": left_As / (packs.packs * packs.capacity_As)}

@@ -196,7 +196,7 @@ class Program:
     @property
     def _takes_turns(self) -> bool:
         """Whether packs take turns, which a declared model knows nothing of."""
-        return self.worked_out.mission.battery.schedule != "pooled"
+        return self.worked_out.mission.battery.takes_turns
 
     def shadow_prices(self) -> dict[str, ShadowPrice]:
         """What one more unit of every named parameter brings; empty where there is no answer.

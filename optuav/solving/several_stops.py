@@ -120,9 +120,9 @@ def _faults(program: Program, rests: int, hovers: int) -> Iterator[Fault]:
     if asked.perspective not in (*PAPER, "available"):
         words = f"{', '.join((*PAPER, 'available'))} with several stops"
         yield Fault("perspective", shown(asked.perspective), words)
-    schedule = program.worked_out.mission.battery.schedule
-    if asked.perspective == "available" and schedule != "pooled":
-        yield Fault("battery.schedule", shown(schedule), "pooled with several stops")
+    battery = program.worked_out.mission.battery
+    if asked.perspective == "available" and battery.takes_turns:
+        yield Fault("battery.schedule", shown(battery.schedule), "pooled with several stops")
     if (buildings := len(program.worked_out.mission.buildings)) > MOST_BUILDINGS:
         words = f"at most {MOST_BUILDINGS} with several stops"
         yield Fault("buildings", str(buildings), words)

@@ -47,6 +47,18 @@ def test_without_a_plan_there_is_a_map_alone(nothing: optuav.Plan, tmp_path: Pat
     assert written == [tmp_path / "map.png"] == list(tmp_path.iterdir())
 
 
+def test_packs_that_take_turns_are_drawn_as_such(tmp_path: Path) -> None:
+    """There is no pooled battery whose wells could be shown; a single pack is one."""
+    direct = optuav.load("paper").replace({"battery.schedule": "round-robin"})
+    plan = optuav.solve(direct, "P3", slot_s=50)
+    written = plots.save_pictures(plan, tmp_path / "two")
+    assert [path.name for path in written] == ["map.png", "packs.png", "leg.png"]
+    assert (tmp_path / "two" / "packs.png").read_bytes().startswith(PNG)
+    alone = optuav.solve(direct.replace({"battery.packs": 1}), "P3", perspective="battery")
+    written = plots.save_pictures(alone, tmp_path / "one")
+    assert [path.name for path in written] == ["map.png", "battery.png", "leg.png"]
+
+
 def test_a_leg_with_figures_of_the_user_is_not_drawn_from_the_model(paper: optuav.Plan) -> None:
     from optuav.plots import files
 

@@ -144,3 +144,14 @@ def test_nothing_feasible_is_said() -> None:
 def test_questions_that_only_pooled_packs_can_be_asked(option: dict[str, str]) -> None:
     with pytest.raises(InputError, match="schedule"):
         optuav.solve(small("sequential"), perspective="available", **option)
+
+
+@pytest.mark.parametrize("schedule", SCHEDULES)
+def test_a_single_pack_is_the_pooled_battery(schedule: str) -> None:
+    """Proved, by the same engine, without a word of turns that nobody takes."""
+    mission = small(schedule, **{"battery.packs": 1, "battery.capacity_As": 12_000})
+    plan = optuav.solve(mission)
+    pooled = optuav.solve(mission.replace({"battery.schedule": "pooled", "battery.period_s": None}))
+    assert plan.status is Status.OPTIMAL
+    for name in ("engine", "proof", "phases", "soc", "notes", "warnings", "flyable"):
+        assert getattr(plan, name) == getattr(pooled, name), name
