@@ -26,6 +26,12 @@ AT_ONCE = 1 << 14
 """Boxes that are looked at together."""
 GAP_HALVINGS = 20
 """Of the gap that a search leaves which ended early."""
+GAP_BOXES = 2_000_000
+"""Boxes that are looked at for that where no time limit is given."""
+GAP_SHARE = 0.2
+"""Of a time limit that is kept for finding that gap."""
+INTERRUPTED_S = 1.0
+"""That finding it may take after an interruption [s]."""
 
 Progress = Callable[[float, int, int], None]
 """Told the best hover time so far [s], and how many boxes have been looked at and are open."""
@@ -117,6 +123,7 @@ class _Search:
             ended = str(reason)
         except KeyboardInterrupt:
             ended = "was interrupted"
+            self.time_limit_s = time.monotonic() - self.started_s + INTERRUPTED_S
         bound_s = self._bound_s() if begun else self.terrain.longest_stay_s
         best = self.incumbent.best
         if best is not None:
@@ -155,7 +162,7 @@ class _Search:
 
     def _looked_at(self, boxes: Boxes) -> Boxes:
         """What is left of some boxes; a plan found in them may become the best."""
-        if time.monotonic() - self.started_s > self.time_limit_s:
+        if self._late((1.0 - GAP_SHARE) * self.time_limit_s):
             raise _EarlyEnd(f"ended after {self.time_limit_s:g} s")
         self.examined += len(boxes)
         left = self.bound.possible(boxes, self.incumbent.to_beat_s(boxes))
@@ -166,15 +173,26 @@ class _Search:
             self.progress(best_s, self.examined, sum(map(len, self.open)))
         return left
 
+    def _late(self, limit_s: float) -> bool:
+        return time.monotonic() - self.started_s > limit_s
+
     def _bound_s(self) -> float:
-        """Hover time that no plan exceeds [s], by halving over what the open boxes let through."""
+        """Hover time that no plan exceeds [s], by halving over what the open boxes let through.
+
+        As far as that is found in time, or in so many boxes.
+        """
         low_s, high_s = self.incumbent.longest_s + TIE_S, self.terrain.longest_stay_s
         if not self.open:
             return low_s
         low_s, left = max(low_s, 0.0), list(self.open)
+        budget = GAP_BOXES if self.time_limit_s == np.inf else np.inf
         for _ in range(GAP_HALVINGS):
-            middle_s = 0.5 * (low_s + high_s)
-            passed = [self.bound.possible(boxes, np.full(len(boxes), middle_s)) for boxes in left]
+            middle_s, passed = 0.5 * (low_s + high_s), []
+            for boxes in left:
+                budget -= len(boxes)
+                if budget < 0 or self._late(self.time_limit_s):
+                    return high_s
+                passed.append(self.bound.possible(boxes, np.full(len(boxes), middle_s)))
             if any(map(len, passed)):
                 low_s, left = middle_s, [boxes for boxes in passed if len(boxes)]
             else:

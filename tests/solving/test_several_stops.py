@@ -18,6 +18,17 @@ from optuav.search import branch
 from optuav.status import Status
 
 PAPER = optuav.load("paper")
+LOOSE = {
+    "buildings": PAPER.to_dict()["buildings"][4:6],
+    "battery.charge_current_A": 10.38,
+    "laser.power_W": 4.981e4,
+    "battery.available_fraction": 0.3151,
+    "battery.flow_rate_per_s": 1.39e-4,
+    "battery.charging": "taper",
+    "limits.deadline_s": 1964.0,
+    "limits.min_soc": 0.3887,
+}
+"""Changes of `paper` for which bounds are weak."""
 PAPER_NAMES = [building.name for building in PAPER.buildings]
 LINEAR = ("battery", "energy", "adjusted")
 
@@ -155,6 +166,21 @@ def test_the_budget_of_boxes_leaves_a_gap_that_covers_the_optimum(
     assert plan.status is Status.FEASIBLE
     assert plan.hover_time_s <= 742.8337 <= bound_s + 1e-5
     assert bound_s < 2300.0
+
+
+def test_finding_the_gap_keeps_the_time_limit(monkeypatch: pytest.MonkeyPatch) -> None:
+    """By a clock that goes on by 0.1 s with every look at boxes."""
+    clock_s, possible = [0.0], branch.Bound.possible
+
+    def look(*asked: Any) -> Any:
+        clock_s[0] += 0.1
+        return possible(*asked)
+
+    monkeypatch.setattr(branch.Bound, "possible", look)
+    monkeypatch.setattr(branch.time, "monotonic", lambda: clock_s[0])
+    plan = available(PAPER.replace(LOOSE), stops=2, time_limit_s=15)
+    assert "ended after 15 s; not proved to be best" in plan.notes[0]
+    assert clock_s[0] < 15.2
 
 
 def test_a_search_that_ends_at_once_is_as_good_as_one_stop() -> None:
