@@ -9,7 +9,7 @@ is predicted only.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -20,9 +20,10 @@ from optuav.calibration.estimation import Unknown, estimate
 from optuav.calibration.fit import Fit, Panel, rounded, unclear, values_of
 from optuav.calibration.flown import QUANTITIES, quantities
 from optuav.calibration.table_statement import Cell, Statement, read_statement, tie, value_of
-from optuav.errors import InputError
+from optuav.errors import Fault, InputError
 from optuav.mission import Mission
 from optuav.mission.network import Network, network
+from optuav.mission.words import shown
 
 SHARE_OF_RESOLUTION = 1.0 / math.sqrt(12.0)
 """Standard deviation of a rounding error, in steps of the rounding."""
@@ -53,7 +54,8 @@ def fit_table(files: Iterable[str | Path]) -> Fit:
     Raises
     ------
     InputError
-        With every fault of the statement, or if it has fewer numbers to fit than free keys.
+        With every fault of the statement, if it has fewer numbers to fit than free keys, or if a
+        row cannot be flown with the values found.
     """
     paths = [Path(file) for file in files]
     if len(paths) != 1:
@@ -79,6 +81,7 @@ def fit_table(files: Iterable[str | Path]) -> Fit:
     values = values_of(found, keys, f"fitted to {count} numbers of the table")
     mission = stated.with_values(found.values.tolist())
     told = _told(stated, mission)
+    _refuse_unflown(stated, cells, told)
     products = {
         key: rounded(value_of(mission, key))
         for key, factors in stated.tied.items()
@@ -101,15 +104,26 @@ def fit_table(files: Iterable[str | Path]) -> Fit:
 
 def _told(stated: Statement, mission: Mission) -> Points:
     """The numbers of the table as a mission has them."""
-    worked_out: dict[tuple[tuple[str, Any], ...], Network] = {}
+    different: list[Mapping[str, Any]] = []
+    networks: list[Network] = []
     found = []
     for row in stated.rows:
-        if row.changes not in worked_out:
-            changed = mission.replace(dict(row.changes)) if row.changes else mission
-            worked_out[row.changes] = network(tie(changed, stated.tied))
-        told = quantities(worked_out[row.changes], row.stay)
+        if row.changes not in different:
+            changed = mission.replace(row.changes) if row.changes else mission
+            different.append(row.changes)
+            networks.append(network(tie(changed, stated.tied)))
+        told = quantities(networks[different.index(row.changes)], row.stay)
         found += [told[cell.quantity] for cell in row.cells]
     return np.array(found)
+
+
+def _refuse_unflown(stated: Statement, cells: Sequence[Cell], told: Points) -> None:
+    """Refuse rows that the values found cannot fly: nothing is told by them, nothing predicted."""
+    unflown = {cell.row for cell, each in zip(cells, told, strict=True) if not math.isfinite(each)}
+    words = "a row that can be flown; none of the values tried can: start from others in [free]"
+    faults = [Fault("rows", shown(name), words, stated.source) for name in sorted(unflown)]
+    if faults:
+        raise InputError(faults)
 
 
 def _panels(cells: Sequence[Cell], told: Points) -> Iterator[Panel]:

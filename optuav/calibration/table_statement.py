@@ -14,7 +14,7 @@ from optuav.errors import Fault, InputError
 from optuav.mission import Mission, load, shipped
 from optuav.mission.files import label, read_text, refusal
 from optuav.mission.itineraries import ORDERS
-from optuav.mission.words import nearest, shown
+from optuav.mission.words import nearest, number, shown
 
 LARGEST_FILE = 2_000_000
 WITHOUT_LASER = ("laser", "flight.charge_current_A", "flight.charge_power_W")
@@ -38,7 +38,7 @@ class Row:
 
     name: str
     stay: Mapping[str, Any]
-    changes: tuple[tuple[str, Any], ...]
+    changes: Mapping[str, Any]
     cells: tuple[Cell, ...]
 
 
@@ -48,6 +48,8 @@ class Statement:
 
     Parameters
     ----------
+    source
+        The file, fit to print.
     mission
         With everything that is known, the free keys at their starting values.
     base
@@ -58,6 +60,7 @@ class Statement:
         Keys that are the product of others.
     """
 
+    source: str
     mission: Mission
     base: str
     known: Mapping[str, Any]
@@ -115,23 +118,24 @@ class _Reader:
             self.fault("rows", None, words)
         if self.faults or mission is None:
             raise InputError(self.faults)
-        stated = Statement(mission, base, known, free, tied, tuple(rows))
+        stated = Statement(self.source, mission, base, known, free, tied, tuple(rows))
         self.try_rows(stated)
         return stated
 
     def try_rows(self, stated: Statement) -> None:
         """Refuse rows whose keys or building the mission does not have."""
         names = [building.name for building in stated.mission.buildings]
-        for number, row in enumerate(stated.rows):
+        for place, row in enumerate(stated.rows):
             building = row.stay["building"]
             if building and building not in names:
                 words = f"a building of the mission{nearest(str(building), names)}"
-                self.fault(f"rows[{number}].given.building", building, words)
+                self.fault(f"rows[{place}].given.building", building, words)
             try:
-                stated.mission.replace(dict(row.changes))
+                stated.mission.replace(row.changes)
             except InputError as error:
                 for fault in error.faults:
-                    self.fault(f"rows[{number}].given.{fault.key}", None, fault.allowed)
+                    key = f"rows[{place}].given.{fault.key}"
+                    self.faults.append(Fault(key, fault.value, fault.allowed, self.source))
         if self.faults:
             raise InputError(self.faults)
 
@@ -166,6 +170,9 @@ class _Reader:
         for key, names in _flat(self.table("tied")).items():
             if isinstance(names, list) and names and all(isinstance(each, str) for each in names):
                 found[key] = tuple(names)
+                for each in names:
+                    if number(each) is None:
+                        self.fault(f"tied.{key}", each, "products of keys that are numbers")
             else:
                 self.fault(f"tied.{key}", names, "a list of the keys whose product it is")
         return found
@@ -212,7 +219,7 @@ class _Reader:
         changes = {key: tables["given"][key] for key in tables["given"] if key not in STAY}
         if stay["laser"] is False:
             changes |= dict.fromkeys(WITHOUT_LASER)
-        return Row(name, stay, tuple(_flat(changes).items()), tuple(cells))
+        return Row(name, stay, _flat(changes), tuple(cells))
 
     def check_stay(self, where: str, stay: Mapping[str, Any]) -> None:
         for key in ("hover_time_s", "rest_time_s"):

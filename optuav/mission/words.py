@@ -32,7 +32,9 @@ def number(name: str) -> Number | None:
     model = SECTIONS.get(table)
     if model is None or key not in model.model_fields:
         return None
-    return next((item for item in _described(model, key) if isinstance(item, Number)), None)
+    found = (item for item in _described(model, key) if isinstance(item, Allowed | Number))
+    whole = next(found, None)  # what comes after describes the components of a vector
+    return whole if isinstance(whole, Number) else None
 
 
 def _described(model: type[BaseModel], key: str) -> Iterator[object]:

@@ -119,6 +119,7 @@ flight.acceleration_m_s2 = -1
 flight.flight_curent_A = 3
 [tied]
 flight.charge_power_W = 3
+flight.charge_current_A = ["wind.force_N", "flight.nope"]
 [resolution]
 flight_time = 1
 [[rows]]
@@ -135,6 +136,8 @@ fit = { battery_percent = "much", flight_time_s = 3 }
         "free.flight.acceleration_m_s2 = -1: a number above 0",
         "flight.flight_curent_A",
         "tied.flight.charge_power_W = 3: a list",
+        "tied.flight.charge_current_A = 'wind.force_N': products of keys that are numbers",
+        "tied.flight.charge_current_A = 'flight.nope': products",
         "resolution.flight_time: unknown quantity; did you mean 'flight_time_s'?",
         "hover_time_s = -5: 0 or above",
         "laser = 3: true or false",
@@ -168,6 +171,55 @@ fit = {{ battery_percent = 90 }}
     )
     with pytest.raises(InputError, match=words):
         optuav.fit_table([file])
+
+
+def test_rows_may_state_vectors_and_buildings(tmp_path: Path) -> None:
+    """`given` takes any key of the mission: the mass, from what two flights in wind leave over."""
+    winds = ([0.5, 0, 0], [0, 1, 0])
+    rows = []
+    for wind in winds:
+        flown = {"wind.force_N": wind, "buildings": [{"name": "a", "position_m": [10, 10, 3]}]}
+        mission = optuav.load("paper").replace({"body.mass_kg": 1.35, **flown})
+        plan = optuav.solve(mission, "P3", perspective="battery")
+        assert plan.soc is not None
+        rows.append(
+            f"""
+[[rows]]
+given.hover_time_s = {plan.hover_time_s!r}
+given.wind.force_N = {wind}
+given.buildings = [{{ name = "a", position_m = [10, 10, 3] }}]
+fit.battery_percent = {100.0 * plan.soc["battery"]!r}
+"""
+        )
+    file = tmp_path / "table.toml"
+    head = "free.body.mass_kg = 1.2\nresolution.battery_percent = 1e-6\n"
+    file.write_text(head + "".join(rows), "utf-8")
+    assert optuav.fit_table([file]).changes["body.mass_kg"] == pytest.approx(1.35, rel=1e-6)
+
+
+def test_a_row_that_cannot_be_flown_is_refused(tmp_path: Path) -> None:
+    """In a gale no capacity helps, and nothing is proposed."""
+    file = tmp_path / "table.toml"
+    file.write_text(
+        """
+[free]
+battery.capacity_As = 30000
+[resolution]
+battery_percent = 0.01
+[[rows]]
+name = "calm"
+given = { hover_time_s = 600 }
+fit = { battery_percent = 20 }
+[[rows]]
+name = "gale"
+given = { hover_time_s = 600, wind.force_N = [50, 0, 0] }
+fit = { battery_percent = 50 }
+""",
+        "utf-8",
+    )
+    with pytest.raises(InputError, match="rows = 'gale': a row that can be flown") as caught:
+        optuav.fit_table([file])
+    assert len(caught.value.faults) == 1
 
 
 def test_rests_and_other_keys_may_be_free(tmp_path: Path) -> None:
