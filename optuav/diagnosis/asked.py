@@ -19,9 +19,16 @@ from optuav.plan import Plan
 from optuav.solving import Program, formulate
 from optuav.solving.declaring import work_out
 from optuav.solving.question import PROBLEMS, question
+from optuav.solving.scheduled_plan import ENGINE as SIMULATION
+from optuav.solving.several_stops import ENGINE as SEARCH
 
 SIGNATURE = signature(formulate)
 OPTIONS = frozenset(SIGNATURE.parameters) - {"mission"}
+STOPS = (
+    "several stops are searched for, and no single programme declares them: there are no "
+    "constraints, prices or repairs to tell of; for one rest and one hover there are, if the "
+    "mission is explained"
+)
 
 
 @dataclass(frozen=True)
@@ -71,7 +78,8 @@ def asked(subject: Program | Plan | Mission | str | Path, options: Mapping[str, 
     Raises
     ------
     InputError
-        If options are given for anything but a mission, or a plan does not tell its question.
+        If options are given for anything but a mission, or a plan does not tell its question, or
+        has several stops.
     """
     if isinstance(subject, Program | Plan) and options:
         raise InputError(
@@ -99,7 +107,15 @@ def _of_program(program: Program) -> Asked:
     return Asked(mission, options)
 
 
+def of_several_stops(plan: Plan) -> bool:
+    """Whether a plan answers a question of several stops, which no single programme declares."""
+    kinds = [phase.kind for phase in plan.phases]
+    return plan.engine == SEARCH or kinds.count("rest") > 1 or kinds.count("hover") > 1
+
+
 def _of_plan(plan: Plan) -> Asked:
+    if of_several_stops(plan):
+        raise InputError(f"the plan's question cannot be asked again: {STOPS}")
     if any(phase.edited for phase in plan.phases):
         raise InputError("the plan is over an edited graph: explain its mission with graph=")
     if plan.problem not in PROBLEMS:
@@ -109,4 +125,6 @@ def _of_plan(plan: Plan) -> Asked:
         )
     recorded = {name: getattr(plan, name) for name in OPTIONS & type(plan).model_fields.keys()}
     stated = {name: value for name, value in recorded.items() if value not in (None, "")}
+    if plan.engine == SIMULATION:
+        del stated["engine"]  # it answers without being named
     return Asked(plan.mission, stated)

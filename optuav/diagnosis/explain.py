@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from optuav.diagnosis.asked import Asked, asked
+from optuav.diagnosis.asked import STOPS, Asked, asked, of_several_stops
 from optuav.diagnosis.conflict import conflicts
 from optuav.diagnosis.explanation import Explanation, Side
 from optuav.diagnosis.prices import prices
@@ -44,7 +44,7 @@ def explain(subject: Program | Plan | Mission | str | Path, /, **options: Any) -
     subject
         A plan, a program of `optuav.formulate`, or a mission as `optuav.solve` takes it.
     **options
-        Those of `optuav.solve`, with a mission.
+        Those of `optuav.formulate`, with a mission.
 
     Returns
     -------
@@ -59,6 +59,8 @@ def explain(subject: Program | Plan | Mission | str | Path, /, **options: Any) -
     SolverError
         If the engine fails.
     """
+    if isinstance(subject, Plan) and of_several_stops(subject) and not options:
+        return Explanation(subject, notes=(STOPS,))
     question = asked(subject, options)
     program = question.program()
     plan = subject if isinstance(subject, Plan) and subject else program.solve()

@@ -3,12 +3,16 @@
 from __future__ import annotations
 
 import re
+from pathlib import Path
 from typing import Any
+
+import pytest
 
 import optuav
 from optuav.diagnosis import explain, repairs
 from optuav.diagnosis.conflict import Conflict, conflicts
 from optuav.diagnosis.writing import conflict_text
+from optuav.errors import InputError
 from optuav.mission import Mission
 from tests.diagnosis.missions import PAPER, SMALL
 
@@ -111,3 +115,29 @@ def test_packs_that_take_turns_have_no_repairs() -> None:
     """No declaration knows of the turns, so that none could be verified."""
     turns = PAPER.replace({"battery.schedule": "sequential", "limits.min_soc": 0.99})
     assert repairs(turns, problem="P3") == ()
+
+
+@pytest.mark.parametrize("min_soc", [0.05, 0.99])
+def test_a_saved_plan_of_packs_that_take_turns_is_told_as_its_mission(
+    min_soc: float, tmp_path: Path
+) -> None:
+    """Whatever answered it, and whether or not there is a plan: as if the mission were asked."""
+    turns = PAPER.replace({"battery.schedule": "sequential", "limits.min_soc": min_soc})
+    optuav.solve(turns, "P3", slot_s=50).save(tmp_path / "turns.json")
+    saved = optuav.load_plan(tmp_path / "turns.json")
+    assert bool(saved) == (min_soc == 0.05)
+    assert str(explain(saved)) == str(explain(turns, problem="P3", slot_s=50))
+
+
+@pytest.mark.parametrize("min_soc", [0.05, 0.99])
+def test_a_plan_of_several_stops_is_not_explained_by_those_of_one(min_soc: float) -> None:
+    """No programme declares them; its repairs cannot be sought either."""
+    mission = SMALL.replace({"limits.min_soc": min_soc, "limits.deadline_s": 200})
+    plan = optuav.solve(mission, stops=2)
+    assert plan.engine == "search"
+    assert bool(plan) == (min_soc == 0.05)
+    explained = explain(plan)
+    assert (explained.constraints, explained.prices, explained.repairs) == ((), (), ())
+    assert "several stops are searched for" in " ".join(str(explained).split())
+    with pytest.raises(InputError, match="several stops are searched for"):
+        repairs(plan)
