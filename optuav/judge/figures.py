@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 
 from optuav.judge.phases import Phase
-from optuav.judge.tolerance import same
+from optuav.judge.tolerance import TOLERANCE, same
 from optuav.mission import vehicle
 from optuav.physics.battery import Wells
 from optuav.plan import Phase as Planned
@@ -14,6 +14,9 @@ from optuav.plan.trace import Event
 
 MISMATCH = "mismatch"
 """Kind of the event that a figure is not what it should be."""
+
+IN_SLOTS = ("P1", "P2", "P2-tight", "P3", "P4")
+"""Problems whose stays are whole slots; those of one's own may bound them otherwise."""
 
 Compared = tuple[str, float, float, str, float]
 """Name of a figure, as stated, as simulated, its unit, and the scale of its tolerance."""
@@ -58,6 +61,42 @@ def mismatches(
         if name in soc:
             figure = (name, stated_soc, soc[name], "", 1.0)
             yield from _mismatch("soc", phases[-1].end_s, figure)
+    if plan.slot_s is not None and plan.problem in IN_SLOTS:
+        yield from _broken_slots(plan, plan.slot_s)
+
+
+def contradicted_verdict(plan: Plan, events: Sequence[Event]) -> Iterator[Event]:
+    """The verdict that a plan states, where its simulation has another.
+
+    Parameters
+    ----------
+    plan
+        As it states itself.
+    events
+        Of its simulation.
+    """
+    violations = [event for event in events if event.violation]
+    broken = [event for event in violations if event.kind != MISMATCH]
+    end_s = plan.mission_time_s
+    if plan.flyable is True and broken:
+        yield Event(MISMATCH, end_s, "flyable: the plan says that it can be flown, it cannot")
+    if plan.flyable is False and not violations:
+        yield Event(MISMATCH, end_s, "flyable: the plan says that it cannot be flown, it can")
+
+
+def _broken_slots(plan: Plan, slot_s: float) -> Iterator[Event]:
+    """Stays of no whole slots, other than a hover that the deadline cuts short."""
+    at_deadline = same(plan.mission_time_s, plan.mission.limits.deadline_s)
+    for number, stay in enumerate(plan.phases):
+        cut_short = stay.kind == "hover" and at_deadline
+        if stay.kind == "flight" or cut_short:
+            continue
+        slots = stay.duration_s / slot_s
+        if abs(slots - round(slots)) > TOLERANCE * max(1.0, slots):
+            words = (
+                f"slot_s: the plan says {slot_s:.10g} s, but phases[{number}] is {slots:.10g} slots"
+            )
+            yield Event(MISMATCH, stay.start_s, words, slot_s, None, "s")
 
 
 def _motion(stated: Planned, found: Phase) -> Iterator[Compared]:

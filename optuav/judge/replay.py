@@ -13,7 +13,7 @@ from optuav.errors import Fault, InputError, NoPlanError
 from optuav.judge import table
 from optuav.judge.course import Course, pooled, scheduled
 from optuav.judge.energies import energies, states_of_charge
-from optuav.judge.figures import mismatches
+from optuav.judge.figures import contradicted_verdict, mismatches
 from optuav.judge.itinerary import Itinerary, moves
 from optuav.judge.limits import impossible, kept
 from optuav.judge.phases import Phase, Site, phases
@@ -135,6 +135,7 @@ def replay(plan: Plan | Itinerary, *, method: Method = "exact") -> Replay:
     events = [*course.events, *kept(plan.mission, flown, soc["battery"])]
     if isinstance(plan, Plan):
         events += mismatches(plan, flown, course.ends, soc)
+        events += contradicted_verdict(plan, events)
     events.sort(key=lambda event: event.time_s)
     return Replay(plan, method, flown, course, soc, tuple(events))
 

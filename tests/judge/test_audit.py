@@ -127,6 +127,25 @@ def test_every_spoiled_number_of_a_plan_is_caught(name: str, path: Path) -> None
         assert caught(spoiled(data, way, value * 1.01 or 0.01), path), way
 
 
+def test_slots_that_stays_do_not_fill_are_caught(path: Path) -> None:
+    """One stay suffices; a hover that the deadline ends may be cut short in its last slot."""
+    for name, slot_s in (("slots", 20.0), ("slots", 25.001)):
+        assert caught(spoiled(data_of(name), ("slot_s",), slot_s), path), slot_s
+    data = data_of("cut short")
+    assert data["mission_time_s"] == pytest.approx(800.0)
+    assert not caught(data, path)
+    assert not caught(spoiled(data, ("slot_s",), 7.0), path)
+
+
+@pytest.mark.parametrize("name", ["flyable", "direct"])
+def test_a_verdict_that_was_changed_is_caught(name: str, path: Path) -> None:
+    """Both ways; where nothing was simulated, there is nothing to compare."""
+    data = data_of(name)
+    assert data["flyable"] is (name == "flyable")
+    assert caught(spoiled(data, ("flyable",), not data["flyable"]), path)
+    assert not caught(spoiled(data, ("flyable",), None), path)
+
+
 def test_times_of_an_edited_leg_are_compared_with_what_follows(path: Path) -> None:
     """The user's own figures are taken as they are, but the moments and wells follow from them."""
     data = data_of("edited")
