@@ -55,7 +55,7 @@ class Capability:
             where, why = model.nonlinear_label, model.nonlinear_words
             return f"it takes linear models only; {where!r} is not: {why}"
         if self.needs_smooth and not model.smooth:
-            return "it needs derivatives; the model has kinks"
+            return f"it needs derivatives; {model.rough} has kinks, or none that are known"
         if self.needs_lower_bounds and model.open_below:
             return f"it needs a lower bound on {', '.join(model.open_below)}"
         if model.integer and not self.integer:

@@ -34,29 +34,57 @@ PARTIALS: Mapping[np.ufunc, Partials] = {
     np.negative: lambda value, a: (-1.0,),
     np.positive: lambda value, a: (1.0,),
     np.absolute: lambda value, a: (np.sign(a),),
+    np.fabs: lambda value, a: (np.sign(a),),
+    np.floor: lambda value, a: (0.0,),
+    np.ceil: lambda value, a: (0.0,),
+    np.trunc: lambda value, a: (0.0,),
     np.sign: lambda value, a: (0.0,),
     np.heaviside: lambda value, a, b: (0.0, np.where(a == 0.0, 1.0, 0.0)),
     np.square: lambda value, a: (2.0 * a,),
     np.reciprocal: lambda value, a: (-value * value,),
     np.sqrt: lambda value, a: (0.5 / value,),
+    np.cbrt: lambda value, a: (1.0 / (3.0 * value * value),),
     np.exp: lambda value, a: (value,),
+    np.exp2: lambda value, a: (np.log(2.0) * value,),
     np.expm1: lambda value, a: (value + 1.0,),
     np.log: lambda value, a: (1.0 / a,),
     np.log1p: lambda value, a: (1.0 / (1.0 + a),),
+    np.log2: lambda value, a: (1.0 / (np.log(2.0) * a),),
     np.log10: lambda value, a: (1.0 / (np.log(10.0) * a),),
     np.sin: lambda value, a: (np.cos(a),),
     np.cos: lambda value, a: (-np.sin(a),),
     np.tan: lambda value, a: (1.0 + value * value,),
+    np.sinh: lambda value, a: (np.cosh(a),),
+    np.cosh: lambda value, a: (np.sinh(a),),
     np.tanh: lambda value, a: (1.0 - value * value,),
     np.arcsin: lambda value, a: (1.0 / np.sqrt(1.0 - a * a),),
     np.arccos: lambda value, a: (-1.0 / np.sqrt(1.0 - a * a),),
     np.arctan: lambda value, a: (1.0 / (1.0 + a * a),),
+    np.arcsinh: lambda value, a: (1.0 / np.sqrt(a * a + 1.0),),
+    np.arccosh: lambda value, a: (1.0 / np.sqrt(a * a - 1.0),),
+    np.arctanh: lambda value, a: (1.0 / (1.0 - a * a),),
+    np.deg2rad: lambda value, a: (np.pi / 180.0,),
+    np.radians: lambda value, a: (np.pi / 180.0,),
+    np.rad2deg: lambda value, a: (180.0 / np.pi,),
+    np.degrees: lambda value, a: (180.0 / np.pi,),
+    np.logaddexp: lambda value, a, b: (np.exp(a - value), np.exp(b - value)),
     np.hypot: lambda value, a, b: (a / value, b / value),
     np.arctan2: lambda value, a, b: (b / (a * a + b * b), -a / (a * a + b * b)),
     np.maximum: lambda value, a, b: (np.where(a >= b, 1.0, 0.0), np.where(a >= b, 0.0, 1.0)),
+    np.fmax: lambda value, a, b: (np.where(a >= b, 1.0, 0.0), np.where(a >= b, 0.0, 1.0)),
     np.minimum: lambda value, a, b: (np.where(a <= b, 1.0, 0.0), np.where(a <= b, 0.0, 1.0)),
+    np.fmin: lambda value, a, b: (np.where(a <= b, 1.0, 0.0), np.where(a <= b, 0.0, 1.0)),
 }
 """Partial derivatives by argument, from the value and the arguments; powers stand apart."""
+
+DIFFERENTIABLE = PARTIALS.keys() | {np.power}
+"""Functions with a derivative here, at least almost everywhere."""
+
+SMOOTH = DIFFERENTIABLE - {
+    np.absolute, np.fabs, np.sign, np.heaviside, np.floor, np.ceil, np.trunc,
+    np.maximum, np.fmax, np.minimum, np.fmin,
+}  # fmt: skip
+"""Those of them without steps and kinks."""
 
 
 def slope(

@@ -9,14 +9,12 @@ from typing import Any
 import numpy as np
 
 from optuav.modelling.affine import NotAffineError, affine
+from optuav.modelling.derivative import DIFFERENTIABLE, SMOOTH
 from optuav.modelling.exponential import NotExponentialError, exponential
 from optuav.modelling.expression import Leaf, Variable
 from optuav.modelling.longest import uncapped
 from optuav.modelling.model import Model
 from optuav.modelling.walk import fold
-
-KINKED = frozenset({np.absolute, np.sign, np.heaviside, np.maximum, np.minimum})
-"""Functions without a derivative somewhere."""
 
 
 @dataclass(frozen=True)
@@ -30,11 +28,13 @@ class Traits:
     linear
         Whether objective and constraints are affine in them.
     smooth
-        Whether they have derivatives everywhere.
+        Whether they are known to have derivatives everywhere.
     integer
         Whether some variable is binary.
     open_below
         Symbols of the variables without a lower bound.
+    rough
+        Name of the first function because of which they are not smooth; empty if they are.
     nonlinear_label, nonlinear_words
         The first constraint (or "objective") that is not affine, and why; empty if all are.
     longest
@@ -49,6 +49,7 @@ class Traits:
     smooth: bool
     integer: bool
     open_below: tuple[str, ...] = ()
+    rough: str = ""
     nonlinear_label: str = ""
     nonlinear_words: str = ""
     longest: bool = False
@@ -65,18 +66,20 @@ class Traits:
 def traits(model: Model) -> Traits:
     """Properties of a model, found by walking its trees."""
     label, words = _first_nonlinear(model)
+    rough = _first_rough(model)
     longest = _longest(model)
     form, why = _first_unlevelled(model) if longest else ("", "")
     return Traits(
         unknowns=len(model.variables),
         linear=not label,
-        smooth=_smooth(model),
+        smooth=not rough,
         integer=any(variable.binary for variable in model.variables),
         open_below=tuple(
             variable.symbol
             for variable in model.variables
             if isinstance(variable.lower, float) and variable.lower == -math.inf
         ),
+        rough=rough,
         nonlinear_label=label,
         nonlinear_words=words,
         longest=longest,
@@ -121,9 +124,12 @@ def _first_nonlinear(model: Model) -> tuple[str, str]:
     return "", ""
 
 
-def _smooth(model: Model) -> bool:
-    """Whether no kinked function stands over a variable."""
-    kinks = []
+def _first_rough(model: Model) -> str:
+    """Name of the first function over an unknown that is not known to be smooth; else nothing.
+
+    Over parameters alone steps and kinks do no harm, but what no derivative is known of does.
+    """
+    rough: list[str] = []
     done: dict[int, Any] = {}
 
     def leaf(node: Leaf) -> bool:
@@ -131,10 +137,10 @@ def _smooth(model: Model) -> bool:
 
     def call(ufunc: np.ufunc, arguments: tuple[Any, ...]) -> bool:
         varies = any(each is True for each in arguments)
-        if varies and ufunc in KINKED:
-            kinks.append(ufunc)
+        if ufunc not in (SMOOTH if varies else DIFFERENTIABLE):
+            rough.append(ufunc.__name__)
         return varies
 
     for tree in model.expressions:
         fold(tree, leaf, call, done=done)
-    return not kinks
+    return rough[0] if rough else ""

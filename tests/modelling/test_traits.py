@@ -14,6 +14,7 @@ from formulations.p1 import P1
 from formulations.p2 import P2, P2Tight
 from formulations.p3 import P3
 from formulations.p4 import P4
+from optuav.engines.capabilities import takers
 from optuav.modelling import Model, Parameter
 from optuav.modelling.traits import traits
 from optuav.solving import formulate
@@ -49,6 +50,9 @@ def of(relation: Callable[[Any, Any], Any]) -> Model:
         pytest.param(lambda x, y: y >= np.sign(x), False, False, id="sign"),
         pytest.param(lambda x, y: y >= np.heaviside(x, 1.0), False, False, id="step"),
         pytest.param(lambda x, y: y >= np.sqrt(np.abs(x) + 1.0), False, False, id="kink below"),
+        pytest.param(lambda x, y: y >= np.cbrt(x), False, True, id="cube root"),
+        pytest.param(lambda x, y: x * y <= np.floor(p), False, True, id="steps of p"),
+        pytest.param(lambda x, y: x * y <= np.mod(p, 2.0), False, False, id="unknown of p"),
     ],
 )
 def test_linear_and_smooth(relation: Callable[[Any, Any], Any], linear: bool, smooth: bool) -> None:
@@ -59,6 +63,18 @@ def test_linear_and_smooth(relation: Callable[[Any, Any], Any], linear: bool, sm
     assert (found.nonlinear_label, bool(found.nonlinear_words)) == (
         ("", False) if linear else ("row", True)
     )
+
+
+@pytest.mark.parametrize(
+    "function",
+    [np.floor, np.ceil, np.trunc, np.rint, np.fabs, np.spacing]
+    + [lambda x, f=f: f(x, 2.0) for f in (np.fmax, np.fmin, np.mod, np.fmod, np.floor_divide)],
+)
+def test_only_what_is_known_to_be_smooth_is(function: Callable[[Any], Any]) -> None:
+    """Steps and kinks under other names, and functions of which nothing is known."""
+    found = traits(of(lambda x, y: y >= function(x)))
+    assert not found.smooth
+    assert takers(found, slots=False) == ("grid",)
 
 
 def test_first_nonlinear_place_is_named() -> None:

@@ -78,7 +78,7 @@ def test_model_that_no_engine_takes() -> None:
 @pytest.mark.parametrize(
     ("problem", "asked", "why"),
     [
-        (Kinked, {"engine": "casadi"}, "it needs derivatives; the model has kinks"),
+        (Kinked, {"engine": "casadi"}, "it needs derivatives; minimum has kinks, or none"),
         (Kinked, {"engine": "cvxpy"}, "'objective' is not: minimum of the unknowns is not linear"),
         (Binary, {"engine": "casadi"}, "it takes no binary unknowns"),
         (Binary, {"engine": "closed-form"}, "it takes no binary unknowns"),
