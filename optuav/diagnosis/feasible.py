@@ -13,6 +13,8 @@ from optuav.engines.arrays import Booleans, Floats
 from optuav.engines.ranges import Values, implied_upper_bounds, lower_bounds, own_upper_bounds
 from optuav.errors import InputError
 from optuav.modelling import Model, NotAffineError, check
+from optuav.modelling.affine import affine
+from optuav.modelling.check import holding
 from optuav.modelling.exponential import NotExponentialError
 from optuav.solving.declaring import declared
 from optuav.solving.dispatch import answer
@@ -49,8 +51,10 @@ def feasible(cases: Sequence[Case]) -> list[bool]:
 def _mark(found: Booleans, stack: Stack, model: Model) -> None:
     """Mark the cases of which some itinerary has feasible times."""
     slot_s, count = stack.asked.slot_s, len(stack.cases)
-    continuous = _continuous(stack, model, count)
-    for entry in np.flatnonzero(continuous).tolist():
+    possible = _continuous(stack, model, count)
+    if slot_s is not None:
+        possible &= _meetable(model, slot_s)
+    for entry in np.flatnonzero(possible).tolist():
         case = stack.cases[entry]
         if not found[case]:
             found[case] = slot_s is None or _in_slots(model, model.row(entry), slot_s)
@@ -91,6 +95,25 @@ def _reach(model: Model, parameters: Values) -> Reach:
     upper = implied_upper_bounds(model, parameters, lower)
     own = own_upper_bounds(model, parameters)
     return {name: (least, min(upper[name], own[name])) for name, least in lower.items()}
+
+
+def _meetable(model: Model, slot_s: float) -> Booleans:
+    """Whether whole slots can add up to what sums of unknowns have to equal, by programme."""
+    possible = np.array(True)
+    for relation in (constraint.relation for constraint in model.constraints):
+        if relation.sense != "==":
+            continue
+        try:
+            total, wanted = affine(relation.left, {}), affine(relation.right, {})
+        except NotAffineError:
+            continue
+        if all(np.all(each == 1.0) for each in total.coefficients.values()) and not (
+            wanted.coefficients
+        ):
+            seconds = wanted.constant - total.constant
+            nearest = slot_s * np.round(seconds / slot_s)
+            possible = possible & holding("==", nearest + total.constant, wanted.constant)
+    return possible
 
 
 def _in_slots(model: Model, parameters: Values, slot_s: float) -> bool:

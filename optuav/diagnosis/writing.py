@@ -22,6 +22,11 @@ EXACT = (
     "than the mission, times being 0 or more. --json holds all digits, as fractions"
 )
 
+NO_REPAIR = "no single number, moved up or down to a thousandfold, was seen to make it feasible"
+IN_SLOTS = (
+    "a time that whole slots have to fill exactly may do so at single values between those tried"
+)
+
 
 def text(explained: Explanation) -> str:
     """The explanation as a block of text."""
@@ -40,7 +45,7 @@ def _no_plan(explained: Explanation) -> Iterator[list[str]]:
     if any(conflict.certificates for conflict in explained.conflicts):
         yield paragraph("Exact", EXACT)
     if explained.conflicts or explained.repairs or explained.plan.proof == "physics":
-        yield _repairs(explained.repairs)
+        yield _repairs(explained.repairs, explained.plan.slot_s)
 
 
 def conflict_text(conflict: Conflict, slot_s: float | None) -> Iterator[list[str]]:
@@ -85,9 +90,9 @@ def _listed(names: Sequence[str]) -> str:
     return f"{', '.join(most)} and {last}" if most else last
 
 
-def _repairs(repairs: tuple[Repair, ...]) -> list[str]:
+def _repairs(repairs: tuple[Repair, ...], slot_s: float | None) -> list[str]:
     if not repairs:
-        return paragraph("Repairs", "no change of a single number makes it feasible")
+        return paragraph("Repairs", NO_REPAIR if slot_s is None else f"{NO_REPAIR}; {IN_SLOTS}")
     shown_ones = repairs[:MOST_REPAIRS]
     rows = [(str(each), f"now {_now(each)}") for each in shown_ones]
     lines = columns(rows)

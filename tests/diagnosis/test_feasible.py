@@ -62,3 +62,17 @@ def test_more_slots_than_can_be_searched() -> None:
     mission = PAPER.replace({"limits.deadline_s": 1e7})
     options = {"problem": "P4", "building": "b1", "slot_s": 1.0, "perspective": "battery"}
     assert is_feasible(mission, **options)
+
+
+@pytest.mark.parametrize(("beyond_s", "expected"), [(0.0, True), (0.5, False), (1e-3, False)])
+def test_an_exact_duration_is_met_by_whole_slots_or_at_once_refused(
+    beyond_s: float, expected: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """(P2) with the deadline tight: no cell is looked at where no sum of slots can be right."""
+    ample = SMALL.replace({"battery.packs": 4})
+    flight_s = optuav.solve(ample, "P3").flight_time_s
+    mission = ample.replace({"limits.deadline_s": flight_s + 700.0 + beyond_s})
+    options = {"trajectory": "direct", "slot_s": 1.0, "perspective": "battery"}
+    if not expected:
+        monkeypatch.setattr("optuav.diagnosis.feasible.grid.cells", None)
+    assert is_feasible(mission, problem="P2-tight", **options) is expected
