@@ -28,7 +28,8 @@ WANTED_S = 700.0
 #
 # Inside `declare` the quantities of the mission are symbols: `self.min_soc`, `self.time_left`. The
 # unknowns Δ and T' come from `hover_and_rest`, which leaves T' out on the direct route; the state
-# of charge comes from the perspective that is asked for. A number of your own is a `Parameter`.
+# of charge comes from the perspective that is asked for, and `keep_wells` adds what only one of
+# them asks, `available`: that the battery never runs dry. A number of your own is a `Parameter`.
 
 
 # %%
@@ -42,6 +43,7 @@ class LeastRest(Formulation):
         model.minimise(0.0 if rest is None else rest)
         model.subject_to("wanted hover", hover == wanted, unit="s")
         model.subject_to("state of charge", self.soc_end(hover, rest) >= self.min_soc)
+        self.keep_wells(model, "battery", hover, rest)
         self.keep_deadline(model, "deadline", hover, rest)
 
 

@@ -238,8 +238,8 @@ def unanswered(model: Model, engine: str, proof: str, status: Status, words: str
 
 
 def stacked(solutions: Sequence[Solution]) -> Solution:
-    """Solutions to single programmes of one model as one."""
-    first = solutions[0]
+    """Solutions to single programmes of one model as one, with the proof of those that answer."""
+    first = next((each for each in solutions if each.status.has_answer), solutions[0])
     labels = dict.fromkeys(label for each in solutions for label in each.binding)
     priced = dict.fromkeys(label for each in solutions for label in each.multipliers)
     stated = dict.fromkeys(name for each in solutions for name in each.given)

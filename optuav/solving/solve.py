@@ -50,8 +50,9 @@ def formulate(
     problem
         ``"P1"`` (longest hover over all routes of a trajectory), ``"P2"`` (shortest flight and
         rest, as printed), ``"P2-tight"`` (with the deadline tight), ``"P3"`` (direct, no rest),
-        ``"P4"`` (one rest on a building), or a subclass of `formulations.Formulation`: over the
-        direct route, and over those by way of a building if it declares ``rest_time_s`` there.
+        ``"P4"`` (one rest on a building), or a subclass of
+        `formulations.formulation.Formulation`: over the direct route, and over those by way of a
+        building if it declares ``rest_time_s`` there.
     trajectory
         For P1 and P2: ``"optimal"`` (Algorithm 2 of the paper; the default), ``"direct"``,
         ``"traj1"`` (by way of the building nearest the device) or ``"traj2"`` (the shortest in

@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from optuav.engines.solution import Solution
+from optuav.engines.solution import Solution, stacked, unanswered
 from optuav.errors import SolverError
 from optuav.modelling import Model, Parameter
 from optuav.status import Status
@@ -131,3 +131,13 @@ def test_a_solution_prints_its_constraints_and_what_it_lacks() -> None:
         "violation 0, sign 0, complementarity 0, stationarity 0.5",
     ]
     assert str(two_answers(3.0)) == "<Solution by test: 1 optimal, 1 infeasible>"
+
+
+def test_the_proof_of_stacked_solutions_is_of_one_that_answers() -> None:
+    """Not of a route that happens to be first and has no plan."""
+    none = unanswered(limited(), "test", "none of 9 starts", Status.INFEASIBLE, "")
+    answer = replace(two_answers(3.0).only(0), proof="the best of 9 starts", given={})
+    found = stacked([none, answer])
+    assert found.proof == "the best of 9 starts"
+    assert found.statuses == [Status.INFEASIBLE, Status.OPTIMAL]
+    assert stacked([none, none]).proof == "none of 9 starts"

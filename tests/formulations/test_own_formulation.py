@@ -295,6 +295,28 @@ def test_makes_a_plan_that_can_be_kept(tmp_path: Path) -> None:
     assert optuav.load_plan(tmp_path / "plan.json") == plan
 
 
+class LastingRest(LeastRest):
+    """Least rest with a battery that never runs dry."""
+
+    def declare(self, model: Model) -> None:
+        super().declare(model)
+        hover, rest = (each for each in model.variables)
+        self.keep_wells(model, "battery", hover, rest)
+
+
+def test_a_problem_of_ones_own_through_both_wells() -> None:
+    """Turned around: by the deadline of its plan, no rest hovers longer than 85 s after all."""
+    asked = {"building": "b1", "order": "hover-first"}
+    scarce = MISSION.replace({"battery.capacity_As": 9600.0})
+    plan = optuav.solve(scarce, LastingRest, **asked)
+    assert plan.status is Status.LOCALLY_OPTIMAL
+    assert plan.flyable
+    assert plan.hover_time_s == pytest.approx(85.0, abs=1e-6)
+    assert plan.rest_time_s > 0.0
+    tight = scarce.replace({"limits.deadline_s": plan.mission_time_s})
+    assert optuav.solve(tight, "P4", **asked).hover_time_s == pytest.approx(85.0, abs=1e-4)
+
+
 class Aimless(Formulation):
     """Constraints, and nothing to be sought."""
 
