@@ -12,7 +12,7 @@ from optuav.modelling.affine import NotAffineError, affine
 from optuav.modelling.derivative import DIFFERENTIABLE, SMOOTH
 from optuav.modelling.exponential import NotExponentialError, exponential
 from optuav.modelling.expression import Leaf, Variable
-from optuav.modelling.longest import uncapped
+from optuav.modelling.longest import LongestPart, uncapped
 from optuav.modelling.model import Model
 from optuav.modelling.walk import fold
 
@@ -127,7 +127,8 @@ def _first_nonlinear(model: Model) -> tuple[str, str]:
 def _first_rough(model: Model) -> str:
     """Name of the first function over an unknown that is not known to be smooth; else nothing.
 
-    Over parameters alone steps and kinks do no harm, but what no derivative is known of does.
+    Over parameters alone steps and kinks do no harm, but what no derivative is known of does. The
+    longest part of a time becomes an unknown of its own, see `lifted`.
     """
     rough: list[str] = []
     done: dict[int, Any] = {}
@@ -137,7 +138,8 @@ def _first_rough(model: Model) -> str:
 
     def call(ufunc: np.ufunc, arguments: tuple[Any, ...]) -> bool:
         varies = any(each is True for each in arguments)
-        if ufunc not in (SMOOTH if varies else DIFFERENTIABLE):
+        known = isinstance(ufunc, LongestPart) or ufunc in (SMOOTH if varies else DIFFERENTIABLE)
+        if not known:
             rough.append(ufunc.__name__)
         return varies
 
