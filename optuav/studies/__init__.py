@@ -5,7 +5,8 @@ from optuav.studies.comparison import Cell, Comparison, Method, Row
 from optuav.studies.methods import compare
 from optuav.studies.schedules import Schedules, compare_schedules
 from optuav.studies.statement import statement
-from optuav.studies.uncertain.study import Chances, Sensitivity, sensitivity
+from optuav.studies.uncertain.chances import Chances
+from optuav.studies.uncertain.study import Sensitivity, sensitivity
 
 __all__ = [
     "Cell",

@@ -10,10 +10,11 @@ import pytest
 
 import optuav
 from optuav.errors import InputError
+from optuav.studies.uncertain.chances import chances
 from optuav.studies.uncertain.ensemble import Base, Ensemble
 from optuav.studies.uncertain.fixed_plan import FixedPlan
 from optuav.studies.uncertain.spread import drawn, spreads
-from optuav.studies.uncertain.study import Sensitivity, _chances
+from optuav.studies.uncertain.study import Sensitivity
 
 SIZE = {"battery": {"capacity_As": {"percent": 10}}, "limits": {"min_soc": {"percent": 50}}}
 
@@ -149,15 +150,15 @@ def test_samples_do_not_depend_on_how_many_are_worked_out_at_once() -> None:
     )
     plan = FixedPlan.of(optuav.solve(mission, perspective="battery"), mission)
 
-    def chances(samples: int, at_once: int) -> Any:
-        return _chances(base, spread, "battery", plan, samples, 3, stated=True, at_once=at_once)
+    def drawn_by(samples: int, at_once: int) -> Any:
+        return chances(base, spread, "battery", plan, samples, 3, stated=True, at_once=at_once)
 
-    whole = chances(300, 1000)
+    whole = drawn_by(300, 1000)
     for at_once in (7, 64, 300):
-        again = chances(300, at_once)
+        again = drawn_by(300, at_once)
         assert again == whole
         assert (again.hover_times_s == whole.hover_times_s).all()
-    assert (chances(100, 1000).hover_times_s == whole.hover_times_s[:100]).all()
+    assert (drawn_by(100, 1000).hover_times_s == whole.hover_times_s[:100]).all()
 
 
 def test_the_same_seed_gives_the_same_result() -> None:
@@ -194,13 +195,13 @@ def test_quantiles_of_a_single_uniform_key_by_hand() -> None:
 
 def test_without_a_statement_all_that_is_measured_is_uncertain() -> None:
     """Nothing of what is chosen; no whole number, no 0."""
-    chances = optuav.sensitivity("matrice350", samples=10).chances
-    assert chances is not None
-    assert not chances.stated
-    assert {key.partition(".")[0] for key in chances.uncertain} == {
+    found = optuav.sensitivity("matrice350", samples=10).chances
+    assert found is not None
+    assert not found.stated
+    assert {key.partition(".")[0] for key in found.uncertain} == {
         *("battery", "laser", "link", "flight")
     }
-    assert {"battery.packs", "laser.emitter_offset_W"}.isdisjoint(chances.uncertain)
+    assert {"battery.packs", "laser.emitter_offset_W"}.isdisjoint(found.uncertain)
 
 
 def test_a_mission_without_a_plan_is_said_to_have_none() -> None:
@@ -227,7 +228,7 @@ def test_a_plan_that_the_battery_cannot_deliver_is_never_flyable() -> None:
         mission = optuav.load(name)
         fixed = FixedPlan.of(optuav.solve(mission, perspective="battery"), mission)
         columns = {"battery.capacity_As": np.array([mission.battery.capacity_As])}
-        kept = fixed.kept(Ensemble(Base.of(mission), columns))
+        kept = fixed.judged(Ensemble(Base.of(mission), columns), "battery").kept
         assert kept["never dry"][0] == expected
         assert kept["never past full"][0] == expected
         for condition in ("legs and thrust", "link", "charge left", "deadline"):
@@ -246,8 +247,8 @@ def test_a_fixed_plan_is_flyable_where_the_replay_says_so() -> None:
         "laser": {"visibility_km": {"percent": 30}},
     }
     columns = drawn(spreads(mission, stated), 5, 0, 40)
-    kept = FixedPlan.of(plan, mission).kept(Ensemble(Base.of(mission), columns))
-    flyable = np.logical_and.reduce(list(kept.values()))
+    variants = Ensemble(Base.of(mission), columns)
+    flyable = FixedPlan.of(plan, mission).judged(variants, "battery").flyable
     where = [float(each) for each in optuav.graph(mission).nodes["hover"]["position_m"]]
     for number in range(40):
         values = {key: float(column[number]) for key, column in columns.items()}
@@ -258,10 +259,41 @@ def test_a_fixed_plan_is_flyable_where_the_replay_says_so() -> None:
     assert 0.2 < flyable.mean() < 0.8
 
 
-def test_a_plan_over_other_places_is_refused() -> None:
-    plan = optuav.solve("paper", perspective="battery")
-    with pytest.raises(InputError, match="a plan over the places of this mission"):
-        FixedPlan.of(plan, optuav.load("paper").replace({"buildings.b1.name": "tower"}))
+@pytest.mark.parametrize(
+    ("changes", "words"),
+    [
+        ({"buildings.b1.name": "tower"}, "another set of buildings"),
+        ({"route.destination_m": [1900, 0, 50]}, "another destination"),
+        (
+            {"buildings.b3.position_m": [50, 600, 65], "link.device_m": [900, 3000, 0]},
+            "another device or set",
+        ),
+    ],
+)
+def test_a_plan_over_other_places_is_refused(changes: dict[str, Any], words: str) -> None:
+    """Its legs and its hover point are those of the mission that it was made for."""
+    plan = optuav.solve(optuav.load("paper").replace(changes))
+    assert plan
+    with pytest.raises(InputError, match=words):
+        optuav.sensitivity("paper", {}, plan=plan)
+
+
+@pytest.mark.parametrize("perspective", ["available", "battery", "adjusted"])
+def test_no_sample_hovers_less_than_a_fixed_plan_that_is_flyable_in_it(perspective: str) -> None:
+    """With more reach the hover point moves until b9 and b10 bar all ways; the plan's stays put."""
+    mission = optuav.load("paper")
+    plan = optuav.solve(mission)
+    spread = {"link": {"path_loss_exponent": {"percent": 10}}}
+    found = optuav.sensitivity(
+        mission, spread, perspective=perspective, plan=plan, samples=400
+    ).chances
+    assert found is not None
+    assert found.flyable is not None
+    assert 0.0 < found.flyable < 1.0
+    hovered = found.hover_times_s >= plan.hover_time_s - 1e-6
+    assert hovered.mean() >= found.flyable - 1e-12
+    assert found.no_plan + found.flyable <= 1.0 + 1e-12
+    assert found.no_plan + sum(found.routes.values()) == pytest.approx(1.0)
 
 
 # What it looks like

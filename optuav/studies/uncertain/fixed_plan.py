@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -16,8 +17,10 @@ from optuav.modelling import check
 from optuav.plan import Plan
 from optuav.studies.uncertain.ensemble import Base, Ensemble
 
+PLAN = "a plan over the places of this mission"
+LEGS = "legs and thrust"
 CONDITIONS = {
-    "legs and thrust": (),
+    LEGS: (),
     "link": ("P1.a",),
     "charge left": ("P1.b state of charge",),
     "never dry": ("P1.b not dry",),
@@ -25,6 +28,24 @@ CONDITIONS = {
     "deadline": ("P1.d",),
 }
 """What a plan has to keep, and the constraints of (P1) by the beginning of their labels."""
+
+
+class Judged(NamedTuple):
+    """A fixed plan in many variants; all arrays have one entry a variant.
+
+    Parameters
+    ----------
+    kept
+        Which of the `CONDITIONS` are kept.
+    flyable
+        Whether all of them are.
+    feasible
+        Whether it is a feasible plan in the perspective that was asked for.
+    """
+
+    kept: dict[str, Booleans]
+    flyable: Booleans
+    feasible: Booleans
 
 
 @dataclass(frozen=True)
@@ -35,11 +56,14 @@ class FixedPlan:
     ----------
     base
         The mission with its hover point where the plan has it, and the plan's itinerary alone.
+    itinerary
+        Number of that itinerary among all of the mission.
     hover_time_s, rest_time_s
         Its times [s].
     """
 
     base: Base
+    itinerary: int
     hover_time_s: float
     rest_time_s: float
 
@@ -50,8 +74,12 @@ class FixedPlan:
         Raises
         ------
         InputError
-            If the plan's route is none of the mission.
+            If the plan was made for other places, or its route is none of the mission.
         """
+        made_for, here = _scene(plan.mission), _scene(mission)
+        if moved := [words for words in here if made_for[words] != here[words]]:
+            told = f"{PLAN}, not with another {' or '.join(moved)}"
+            raise InputError([Fault("plan", " → ".join(plan.route), told)])
         place_m = [float(each) for each in vehicle.hover_point_m(plan.mission)]
         base = Base.of(mission.replace({"route.hover_m": place_m}))
         routes, names = base.worked_out.itineraries, base.worked_out.places.names
@@ -60,27 +88,42 @@ class FixedPlan:
             if building >= 0 and not routes.rest_first[number]:
                 stops.reverse()
             if tuple(stops) == tuple(plan.route[1:-1]):
-                return cls(base.only(number), plan.hover_time_s, plan.rest_time_s)
-        words = "a plan over the places of this mission, with one hover and at most one rest"
-        raise InputError([Fault("plan", " → ".join(plan.route), words)])
+                return cls(base.only(number), number, plan.hover_time_s, plan.rest_time_s)
+        told = f"{PLAN}, with one hover and at most one rest"
+        raise InputError([Fault("plan", " → ".join(plan.route), told)])
 
-    def kept(self, variants: Ensemble) -> dict[str, Booleans]:
-        """Which conditions are kept, in every variant of the mission."""
+    def judged(self, variants: Ensemble, perspective: str) -> Judged:
+        """The plan in every variant of the mission, which is solved in a perspective."""
         ensemble = Ensemble(self.base, variants.columns, variants.coverage_radius_m)
         every = np.arange(ensemble.count)
-        route = np.zeros_like(every)
         rests = bool(self.base.worked_out.itineraries.building[0] >= 0)
-        given = ensemble.quantities(every, route, rests=rests, steps=True)
+        given = ensemble.quantities(every, np.zeros_like(every), rests=rests, steps=True)
         point = {"hover_time_s": self.hover_time_s}
         if rests:
             point["rest_time_s"] = self.rest_time_s
         able = ensemble.flyable & np.isfinite(ensemble.hover_load.current_A)
-        kept = {
-            name: np.broadcast_to(able[:, 0] if not labels else True, ensemble.count).copy()
-            for name, labels in CONDITIONS.items()
-        }
+        legs = np.broadcast_to(able[:, 0], ensemble.count)
+        kept = {name: np.ones(ensemble.count, bool) for name in CONDITIONS} | {LEGS: legs}
         for row in check(P1.model(given, AVAILABLE), point):
             for name, labels in CONDITIONS.items():
                 if labels and row.label.startswith(labels):
                     kept[name] &= row.satisfied
-        return kept
+        flyable = np.logical_and.reduce(list(kept.values()))
+        feasible = flyable
+        if perspective != AVAILABLE:
+            feasible = legs
+            for row in check(P1.model(given, perspective), point):
+                feasible = feasible & row.satisfied
+        return Judged(kept, flyable, feasible)
+
+
+def _scene(mission: Mission) -> dict[str, Any]:
+    """What a plan takes for granted when it is flown elsewhere, by its name in words."""
+    laser = mission.laser
+    return {
+        "origin": mission.route.origin_m,
+        "destination": mission.route.destination_m,
+        "device": mission.link.device_m,
+        "place of the laser": laser and laser.position_m,
+        "set of buildings": mission.buildings,
+    }

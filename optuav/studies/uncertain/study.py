@@ -2,89 +2,35 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Mapping
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
-
-import numpy as np
 
 from formulations.perspectives import AVAILABLE, PAPER
 from optuav.errors import Fault, InputError
 from optuav.mission import Mission, load
 from optuav.mission.quantities import Number
-from optuav.mission.sight import Points
 from optuav.mission.words import nearest, shown
 from optuav.plan import Plan
 from optuav.solving import solve
 from optuav.studies.comparison import as_csv
+from optuav.studies.uncertain.chances import Chances, chances
 from optuav.studies.uncertain.effects import Effect, effects
-from optuav.studies.uncertain.ensemble import Base, Ensemble
-from optuav.studies.uncertain.fixed_plan import CONDITIONS, FixedPlan
-from optuav.studies.uncertain.longest import longest
+from optuav.studies.uncertain.ensemble import Base
+from optuav.studies.uncertain.fixed_plan import FixedPlan
 from optuav.studies.uncertain.spread import (
     WORLD,
     Spread,
     around,
-    drawn,
     everything,
     read_spreads,
     spreads,
 )
 
 SCHEMA, KIND = 1, "optuav sensitivity"
-AT_ONCE = 8192
-"""Samples that are worked out together: as many as fit the cache, for any number of samples."""
-SHARES = (0.05, 0.25, 0.5, 0.75, 0.95)
-"""Quantiles that are told."""
 SAMPLES = Number("-", ge=1, le=1e8, whole=True)
 SEED = Number("-", ge=0, le=2**63, whole=True)
-
-
-@dataclass(frozen=True)
-class Chances:
-    """What follows from everything that is uncertain.
-
-    Parameters
-    ----------
-    samples, seed
-        Number of samples, and what they are drawn from.
-    uncertain
-        Keys that vary.
-    stated
-        Whether their spread was stated; else all are within 10 % of their values.
-    hover_times_s
-        Longest hover of every sample [s]; 0 where there is no plan.
-    no_plan
-        Share of samples without a plan.
-    routes
-        Share of samples by the route of the best plan; the most frequent first.
-    kept
-        Share of samples in which the fixed plan keeps each condition; None without a plan.
-    flyable
-        Share of samples in which it keeps all of them; None without a plan.
-    """
-
-    samples: int
-    seed: int
-    uncertain: tuple[str, ...]
-    stated: bool
-    hover_times_s: Points = field(repr=False, compare=False)
-    no_plan: float
-    routes: Mapping[str, float]
-    kept: Mapping[str, float] | None
-    flyable: float | None
-
-    @property
-    def quantiles_s(self) -> dict[float, float]:
-        """Hover times [s] below which there is a share of the samples."""
-        found = np.quantile(self.hover_times_s, SHARES)
-        return dict(zip(SHARES, found.tolist(), strict=True))
-
-    @property
-    def mean_s(self) -> float:
-        """Mean of the hover times [s]."""
-        return float(np.mean(self.hover_times_s))
 
 
 @dataclass(frozen=True)
@@ -238,6 +184,7 @@ def sensitivity(
     stated = _stated(asked, uncertainty)
     best = solve(asked, perspective=perspective)
     fixed = plan if plan is not None else (best or None)
+    held = None if fixed is None else FixedPlan.of(fixed, asked)
     hover_s = best.hover_time_s if best else 0.0
     base = Base.of(asked)
     varied = {each.key.name: each for each in _default(asked)} | {
@@ -250,13 +197,13 @@ def sensitivity(
         uncertain = tuple(
             s for s in looked_at if s.key.name.partition(".")[0] in WORLD and "[" not in s.key.name
         )
-    chances = None
+    found = None
     if uncertain:
-        chances = _chances(
+        found = chances(
             base,
             uncertain,
             perspective,
-            None if fixed is None else FixedPlan.of(fixed, asked),
+            held,
             samples,
             seed,
             stated=stated is not None,
@@ -267,7 +214,7 @@ def sensitivity(
         hover_s,
         None if fixed is None else fixed.hover_time_s,
         effects(base, looked_at, perspective, hover_s),
-        chances,
+        found,
     )
 
 
@@ -283,50 +230,3 @@ def _stated(
 
 def _default(mission: Mission) -> list[Spread]:
     return [spread for key in everything(mission).values() if (spread := around(key)) is not None]
-
-
-def _chances(
-    base: Base,
-    uncertain: Sequence[Spread],
-    perspective: str,
-    plan: FixedPlan | None,
-    samples: int,
-    seed: int,
-    *,
-    stated: bool,
-    at_once: int = AT_ONCE,
-) -> Chances:
-    """Work out the samples, so many at once; the result does not depend on how many."""
-    routes = base.worked_out.itineraries
-    hover_s = np.empty(samples)
-    wins = np.zeros(len(routes) + 1, dtype=np.intp)
-    kept = dict.fromkeys(CONDITIONS, 0)
-    flyable = 0
-    for first in range(0, samples, at_once):
-        some = slice(first, min(first + at_once, samples))
-        ensemble = Ensemble(base, drawn(uncertain, seed, first, some.stop - first))
-        found = longest(ensemble, perspective)
-        hover_s[some] = np.nan_to_num(found.hover_time_s, nan=0.0)
-        wins += np.bincount(found.itinerary + 1, minlength=len(wins))
-        if plan is not None:
-            holds = plan.kept(ensemble)
-            flyable += int(np.logical_and.reduce(list(holds.values())).sum())
-            kept = {name: kept[name] + int(holds[name].sum()) for name in kept}
-    names = base.worked_out.places.names
-    by_route: dict[str, int] = {}
-    for number, count in enumerate(wins[1:].tolist()):
-        building = int(routes.building[number])
-        name = "direct" if building < 0 else f"by way of {names[3 + building]}"
-        by_route[name] = by_route.get(name, 0) + count
-    ranked = sorted(by_route.items(), key=lambda item: -item[1])
-    return Chances(
-        samples,
-        seed,
-        tuple(k.name for each in uncertain for k in (each.key, *each.along)),
-        stated,
-        hover_s,
-        int(wins[0]) / samples,
-        {name: count / samples for name, count in ranked if count},
-        None if plan is None else {name: count / samples for name, count in kept.items()},
-        None if plan is None else flyable / samples,
-    )

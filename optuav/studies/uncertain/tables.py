@@ -9,8 +9,9 @@ from rich.console import RenderableType
 from rich.table import Table
 from rich.text import Text
 
+from optuav.studies.uncertain.chances import Chances
 from optuav.studies.uncertain.effects import Effect
-from optuav.studies.uncertain.study import Chances, Sensitivity
+from optuav.studies.uncertain.study import Sensitivity
 
 MOST_ROWS = 24
 MOVES_S = 5e-3
@@ -90,4 +91,8 @@ def _chances(found: Sensitivity, chances: Chances) -> Iterator[RenderableType]:
         yield Text(
             f"Fixed plan {found.plan_hover_time_s:.2f} s of hover, can be flown in "
             f"{chances.flyable:.1%} of the samples; it keeps {kept}"
+        )
+        yield Text(
+            "Hover and Best count the fixed plan too, where it keeps the limits: its hover point "
+            "stays, which else moves with the reach of the radio."
         )
