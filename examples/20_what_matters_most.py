@@ -63,10 +63,21 @@ assert factors[2].swing_s(found.hover_time_s) > factors[0].swing_s(found.hover_t
 # %% [markdown]
 # ## What the tornado hides
 #
-# A key without effect may have one a little farther away, as the wells of the battery, which do not
-# bind here. Where they are slow, they decide whether a plan can be flown at all.
+# An exact rate holds for a small step only. The share of the charge that is available at once has
+# rate 0, as charge and time end this hover and not the wells; a tenth less, and the wells do. A key
+# without effect in its whole range may have one farther away, as the flow between the wells: where
+# that is slow, it decides whether a plan that counts charge alone can be flown.
 
 # %%
+share = by_key["battery.available_fraction"]
+print(
+    f"c = {share.now}: rate {share.exact_elasticity:.3f}; c = {share.low:.2f}: "
+    f"{share.hover_low_s:.1f} s instead of {found.hover_time_s:.1f} s"
+)
+
+assert abs(share.exact_elasticity) < 1e-9
+assert share.hover_low_s < found.hover_time_s - 50.0
+
 wells = by_key["battery.flow_rate_per_s"]
 slow = mission.replace({"battery.flow_rate_per_s": 1e-5, "battery.available_fraction": 0.8})
 plan = optuav.solve(slow, perspective="battery")
