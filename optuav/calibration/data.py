@@ -8,10 +8,9 @@ from __future__ import annotations
 
 import csv
 import math
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TypeVar
 
 import numpy as np
 import numpy.typing as npt
@@ -21,7 +20,6 @@ from optuav.mission.files import label, read_text
 from optuav.mission.words import nearest, shown
 
 Points = npt.NDArray[np.float64]
-Read = TypeVar("Read")
 
 LARGEST_FILE = 50_000_000
 """Most bytes that a file of measurements may have."""
@@ -46,6 +44,9 @@ UNITS: Mapping[str, Mapping[str, float]] = {
     "text": {"": 1.0},
 }
 """What a unit is worth in SI units, by kind of quantity; grams of thrust are those of a balance."""
+
+LINE = ", line "
+"""Between the file and the line of a fault."""
 
 WIDEST_STEP = 10.0
 """Longest step between lines of a record, in median steps, that is no gap."""
@@ -107,22 +108,12 @@ class Table:
     def fault(self, row: int, key: str, value: object, allowed: str) -> Fault:
         """What is wrong in a row."""
         text = value if isinstance(value, str) else f"{value:g}"
-        return Fault(key, text, allowed, f"{self.source}, line {self.lines[row]}")
+        return Fault(key, text, allowed, f"{self.source}{LINE}{self.lines[row]}")
 
-
-def together(paths: Iterable[str | Path], read: Callable[[Path], Read]) -> list[Read]:
-    """Read several files, and tell the faults of all of them at once."""
-    found, faults = list[Read](), list[Fault]()
-    for path in paths:
-        try:
-            found.append(read(Path(path)))
-        except InputError as error:
-            faults += error.faults
-    if faults:
-        raise InputError(faults)
-    if not found:
-        raise InputError("no file of measurements was named")
-    return found
+    def faults(self, wrong: npt.NDArray[np.bool_], key: str, allowed: str) -> Iterator[Fault]:
+        """What is wrong in the rows of a column of numbers."""
+        for row in np.flatnonzero(wrong).tolist():
+            yield self.fault(row, key, float(self.numbers[key][row]), allowed)
 
 
 def headings_of(path: Path) -> list[str]:
@@ -149,11 +140,11 @@ def read(path: Path, columns: Sequence[Column], least: int = 1) -> Table:
     """
     (header_line, headings), *rows = _rows(path)
     source, faults = label(path), list[Fault]()
-    places = _places(f"{source}, line {header_line}", headings, columns, faults)
+    places = _places(f"{source}{LINE}{header_line}", headings, columns, faults)
     cells: dict[str, list[float | str]] = {name: [] for name in places}
     lines = []
     for line, row in rows:
-        where = f"{source}, line {line}"
+        where = f"{source}{LINE}{line}"
         if len(row) != len(headings):
             words = f"as many as in the header, {len(headings)}"
             faults.append(Fault("cells", f"{len(row)}", words, where))

@@ -5,9 +5,11 @@ from __future__ import annotations
 import os
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass, field
+from itertools import chain
 from pathlib import Path
 from typing import Any
 
+from optuav.calibration.digits import digits
 from optuav.calibration.estimation import CONFIDENCE, Estimate, Interval
 from optuav.mission import shipped
 from optuav.mission.sections import SCHEMA
@@ -38,6 +40,13 @@ class Value:
     interval: Interval | None = None
     bootstrap: Interval | None = None
     determined: bool = True
+
+    def written(self, between: str) -> list[str]:
+        """The value and its intervals as a person writes them, `between` the ends of each."""
+        intervals = [each for each in (self.interval, self.bootstrap) if each is not None]
+        form = digits(self.value, chain.from_iterable(intervals))
+        spans = (between.join(f"{end:{form}}" for end in each) for each in intervals)
+        return [f"{self.value:{form}}", *spans]
 
 
 @dataclass(frozen=True)
@@ -164,13 +173,8 @@ def remark(value: Value) -> str:
         return f"{value.origin}; the data do not determine it"
     if value.interval is None:
         return value.origin
-    by_refitting = f", by bootstrap {span(value.bootstrap)}" if value.bootstrap else ""
-    return f"{value.origin}; {CONFIDENCE:.0%}: {span(value.interval)}{by_refitting}"
-
-
-def span(interval: Interval) -> str:
-    """An interval as a person writes it."""
-    return f"{interval.low:.5g} to {interval.high:.5g}"
+    _, *spans = value.written(" to ")
+    return f"{value.origin}; {CONFIDENCE:.0%}: {', by bootstrap '.join(spans)}"
 
 
 def values_of(

@@ -86,9 +86,11 @@ def _faults_of_cells(table: Table) -> Iterator[Fault]:
     for row, phase in enumerate(table.texts.get("phase", ())):
         if phase not in PHASES:
             yield table.fault(row, "phase", phase, f"{', '.join(PHASES)}{nearest(phase, PHASES)}")
-    for name in ("speed", "voltage"):
-        for index in np.flatnonzero(table.numbers.get(name, np.zeros(0)) < 0.0):
-            yield table.fault(int(index), name, float(table.numbers[name][index]), "0 or above")
+    for name, values in table.numbers.items():
+        if name == "speed":
+            yield from table.faults(values < 0.0, name, "0 or above")
+        if name == "voltage":
+            yield from table.faults(values <= 0.0, name, "above 0")
     if not np.max(table.numbers["current"]) > 0.0:
         largest = float(np.max(table.numbers["current"]))
         yield table.fault(0, "current", largest, "some current above 0: positive is discharge")

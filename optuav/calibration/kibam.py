@@ -28,10 +28,12 @@ from typing import TypeAlias
 
 import numpy as np
 
-from optuav.calibration.data import Points, together
+from optuav.calibration.data import Points
 from optuav.calibration.discharges import Discharge, discharges_in
 from optuav.calibration.estimation import NOTHING, Unknown, estimate
 from optuav.calibration.fit import Fit, Panel, unclear, values_of
+from optuav.calibration.plausible import doubts
+from optuav.calibration.together import together
 from optuav.errors import Fault, InputError
 from optuav.physics.battery import Battery, Phase, Wells, lifetime, step
 
@@ -106,10 +108,12 @@ def fit_kibam(files: Iterable[str | Path]) -> Fit:
         )
         for each in discharges
     )
+    largest_A = max(current_A for each in discharges for current_A, _ in each.pieces)
     warnings = [
         *unclear(found),
         *_why_unclear(discharges, bool(found.undetermined)),
         *_misses(discharges, fitted_s),
+        *doubts("at most", {"current": largest_A}),
     ]
     if few:
         warnings.append(

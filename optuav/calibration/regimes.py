@@ -17,12 +17,15 @@ from pathlib import Path
 
 import numpy as np
 
-from optuav.calibration.data import Points, together
+from optuav.calibration.data import Points
 from optuav.calibration.estimation import CONFIDENCE, Interval
 from optuav.calibration.fit import Fit, Panel, Value
 from optuav.calibration.flight_log import PHASES, Log, read_log
 from optuav.calibration.logged_legs import fit_motion, legs_in
+from optuav.calibration.plausible import doubts
+from optuav.calibration.together import together
 from optuav.errors import Fault, InputError
+from optuav.mission.words import number
 
 BATCHES = 10
 """Of the samples of a regime, for its interval."""
@@ -49,12 +52,13 @@ def fit_regimes(files: Iterable[str | Path]) -> Fit:
     -------
     Fit
         Keys of [flight] for ``flight.model = "regimes"``; with warnings where a regime or the speed
-        is missing from the logs.
+        is missing from the logs, or a load is none of a UAV.
 
     Raises
     ------
     InputError
-        With every fault of the files, or if the logs hold no flight and no hover.
+        With every fault of the files, if the logs hold no flight and no hover, or if a load is
+        none that a mission may state.
     """
     paths = [Path(file) for file in files]
     logs = together(paths, read_log)
@@ -62,7 +66,8 @@ def fit_regimes(files: Iterable[str | Path]) -> Fit:
     if not loads.keys() & {"flight", "hover"}:
         words = f"at least {BATCHES} samples of flight or of hover"
         raise InputError([Fault("", "", words, ", ".join(map(str, paths)))])
-    faults = list(_faults_of_loads(loads, ", ".join(map(str, paths))))
+    values = tuple(_values(loads))
+    faults = list(_faults_of(values, ", ".join(map(str, paths))))
     if faults:
         raise InputError(faults)
     legs = [leg for log in logs if log.speed_m_s is not None for leg in legs_in(log)]
@@ -77,9 +82,9 @@ def fit_regimes(files: Iterable[str | Path]) -> Fit:
         kind="regimes",
         sources=tuple(map(str, paths)),
         data=f"{samples} samples, {len(legs)} legs with speeds",
-        values=(*motion, *_values(loads)),
+        values=(*motion, *values),
         panels=(*_load_panels(logs, loads), *panels),
-        warnings=(*warnings, *remarks),
+        warnings=(*warnings, *remarks, *_doubts(logs, loads)),
         settings={"flight.model": "regimes"},
     )
 
@@ -97,15 +102,27 @@ def _loads(logs: Sequence[Log]) -> Iterator[tuple[str, dict[str, tuple[float, In
         yield phase, {name: _mean(values, steps_s) for name, values in columns.items()}
 
 
-def _faults_of_loads(
-    loads: Mapping[str, Mapping[str, tuple[float, Interval]]], source: str
-) -> Iterator[Fault]:
-    """Regimes that would charge the battery."""
-    for phase in ("flight", "hover", "rest"):
-        mean_A = loads[phase]["current_A"][0] if phase in loads else 0.0
-        if mean_A < 0.0:
-            words = "0 or above: positive is discharge, and a rest in the laser's light is charge"
-            yield Fault(f"mean current of {phase}", f"{mean_A:.4g} A", words, source)
+def _faults_of(values: Iterable[Value], source: str) -> Iterator[Fault]:
+    """Loads that no mission may state, as one that would charge the battery."""
+    for each in values:
+        allowed = number(each.key)
+        if allowed is not None and not allowed.accepts(each.value):
+            words = f"{allowed.words}; positive is discharge, a rest in the laser's light is charge"
+            yield Fault(f"{each.key}, {each.origin}", f"{each.value:.4g}", words, source)
+
+
+def _doubts(
+    logs: Sequence[Log], loads: Mapping[str, Mapping[str, tuple[float, Interval]]]
+) -> Iterator[str]:
+    """What no UAV draws in the air, and how fast none is."""
+    for phase in ("flight", "hover"):
+        if phase in loads:
+            current_A, power_W = (loads[phase][unit][0] for unit in ("current_A", "power_W"))
+            sizes = {"current": current_A, "voltage": power_W / current_A}
+            yield from doubts(f"in {phase}", sizes)
+    speeds_m_s = [float(np.max(log.speed_m_s)) for log in logs if log.speed_m_s is not None]
+    if speeds_m_s:
+        yield from doubts("at most", {"speed": max(speeds_m_s)})
 
 
 def _steps(log: Log) -> Points:

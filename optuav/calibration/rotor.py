@@ -19,9 +19,11 @@ from pathlib import Path
 
 import numpy as np
 
-from optuav.calibration.data import Column, Points, Table, headings_of, read, together
+from optuav.calibration.data import Column, Points, Table, headings_of, read
 from optuav.calibration.estimation import Unknown, estimate
 from optuav.calibration.fit import Fit, Panel, Value, unclear, values_of
+from optuav.calibration.plausible import doubts
+from optuav.calibration.together import together
 from optuav.errors import Fault, InputError
 from optuav.physics import rotor
 
@@ -96,14 +98,14 @@ def _table(path: Path) -> Table:
     sheet = {heading for column in SHEET[:4] for heading in column.headings}
     if sheet & set(headings_of(path)):
         table = read(path, SHEET)
-        faults = list(_not_positive(table, *table.numbers))
+        faults = list(_not_positive(table))
         if len(table.lines) > 1:
             faults.append(
                 Fault("lines", f"{len(table.lines)}", "1: a single propeller", table.source)
             )
     else:
         table = read(path, BENCH, LEAST_POINTS)
-        faults = list(_not_positive(table, *table.numbers))
+        faults = list(_not_positive(table))
         speeds = len(set(table.numbers["speed"].tolist()))
         if speeds < LEAST_POINTS:
             words = f"at least {LEAST_POINTS} different speeds; there are {speeds}"
@@ -113,10 +115,9 @@ def _table(path: Path) -> Table:
     return table
 
 
-def _not_positive(table: Table, *names: str) -> Iterator[Fault]:
-    for name in names:
-        for row in np.flatnonzero(table.numbers[name] <= 0.0):
-            yield table.fault(int(row), name, float(table.numbers[name][row]), "above 0")
+def _not_positive(table: Table) -> Iterator[Fault]:
+    for name, values in table.numbers.items():
+        yield from table.faults(values <= 0.0, name, "above 0")
 
 
 def _from_sheet(path: Path, table: Table) -> Fit:
@@ -175,6 +176,10 @@ def _from_bench(paths: list[Path], tables: list[Table]) -> Fit:
     fitted = _model(found.values, speed)
     order = np.argsort(speed)
     fastest = Value("rotor.max_speed_rad_s", float(np.max(speed)), "fastest point of the bench")
+    largest = {
+        "rotor speed": fastest.value,
+        **{name: float(np.max(measured[name])) for name in ("current", "voltage")},
+    }
     return Fit(
         kind="rotor",
         sources=tuple(map(str, paths)),
@@ -191,7 +196,7 @@ def _from_bench(paths: list[Path], tables: list[Table]) -> Fit:
             )
             for name, unit in QUANTITIES
         ),
-        warnings=unclear(found),
+        warnings=(*unclear(found), *doubts("at most", largest)),
     )
 
 

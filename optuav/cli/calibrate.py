@@ -127,17 +127,11 @@ def _values(values: list[Value], name: str) -> Table:
     for heading in ("95 % between", "by bootstrap")[: 1 + bootstrap]:
         table.add_column(heading, justify="right", no_wrap=True)
     for each in values:
-        if each.determined:
-            spans = (each.interval, each.bootstrap)[: 1 + bootstrap]
-            row = [f"{each.value:.6g}", *("–" if s is None else _span(*s) for s in spans)]
-        else:
-            row = ["?", "not determined", *([""] if bootstrap else [])]
+        row = each.written(" – ") if each.determined else ["?", "not determined"]
+        if each.interval is None:
+            row.append("–")
         table.add_row(each.key.partition(".")[2], *row)
     return table
-
-
-def _span(low: float, high: float) -> str:
-    return f"{low:.4g} {high:.4g}" if low < 0.0 else f"{low:.4g} – {high:.4g}"
 
 
 def _observations(panel: Panel) -> Table:

@@ -8,7 +8,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from optuav.calibration.data import Column, check_record, read, together
+from optuav.calibration.data import Column, check_record, read
+from optuav.calibration.together import together
 from optuav.errors import InputError
 
 COLUMNS = (
@@ -112,6 +113,18 @@ def test_faults_of_several_files_come_together(tmp_path: Path) -> None:
         together(paths, lambda path: read(path, COLUMNS))
     assert len(caught.value.faults) == 3
     assert "there is no such file" in str(caught.value.faults[-1])
+
+
+def test_equal_faults_are_told_once_with_their_lines(tmp_path: Path) -> None:
+    """Of seven empty cells five lines are named; what differs has a line of its own."""
+    file = tmp_path / "log.csv"
+    file.write_text("time_s,current_A\n" + "0,\n" * 7 + "0,much\n")
+    with pytest.raises(InputError) as caught:
+        together([file], lambda path: read(path, COLUMNS))
+    assert [fault.source.removeprefix(str(file)) for fault in caught.value.faults] == [
+        ", lines 2, 3, 4, 5, 6 and 2 more",
+        ", line 9",
+    ]
 
 
 def test_no_file_at_all() -> None:

@@ -121,7 +121,21 @@ def test_fragment_is_a_mission(tmp_path: Path) -> None:
         ("time_s,current_A,voltage_V,speed_m_s", "{n},20,20,-3", "0 or above"),
         ("time_s,current_A,voltage_V,speed_m_s", "{n},-20,20,3", "positive is discharge"),
         ("time_s,current_A,voltage_V,phase", "{n},20,20,other", "flight or of hover"),
-        ("time_s,current_A,voltage_V,speed_m_s", "{n},{sign}20,20,0", "mean current of rest"),
+        (
+            "time_s,current_A,voltage_V,speed_m_s",
+            "{n},{sign}20,20,0",
+            "rest_current_A, mean at rest = -20: .* x <= 1e6",
+        ),
+        (
+            "time_s,current_A,voltage_V,phase",
+            "{n},20,0,hover",
+            "lines 2, 3, 4, 5, 6 and 15 more: voltage = 0",
+        ),
+        (
+            "time_s,current_A,power_W,phase",
+            "{n},20,0,hover",
+            "hover_power_W, .* = 0: a number, 1e-6",
+        ),
     ],
 )
 def test_logs_that_do_not_do(header: str, row: str, words: str, tmp_path: Path) -> None:
@@ -129,3 +143,15 @@ def test_logs_that_do_not_do(header: str, row: str, words: str, tmp_path: Path) 
     file.write_text("\n".join([header, *(row.format(n=n, sign="-" * (n % 2)) for n in range(20))]))
     with pytest.raises(InputError, match=words):
         optuav.fit_regimes([file])
+
+
+def test_units_that_the_header_does_not_tell_are_doubted(tmp_path: Path) -> None:
+    """Milliamperes and millivolts under A and V: each has its warning, also in the fragment."""
+    file = tmp_path / "log.csv"
+    rows = [f"{n},{20_000 + n % 2},{22_000},{'hover' if n < 30 else 'flight'}" for n in range(60)]
+    file.write_text("\n".join(["time_s,current_A,voltage_V,phase", *rows]))
+    found = optuav.fit_regimes([file])
+    for phase in ("hover", "flight"):
+        for words in (f"the current in {phase} is 2000", f"the voltage in {phase} is 22000 V"):
+            assert any(words in warning for warning in found.warnings), words
+    assert "# Warning: the current in hover" in found.to_toml()

@@ -101,4 +101,14 @@ def test_values_that_cannot_be(tmp_path: Path) -> None:
     file.write_text(f"speed_rad_s,thrust_N,current_A,voltage_V\n{rows}")
     with pytest.raises(InputError) as caught:
         optuav.fit_rotor([file])
-    assert [fault.source.rpartition(" ")[2] for fault in caught.value.faults] == ["4", "6"]
+    (fault,) = caught.value.faults
+    assert fault.source.endswith("bench.csv, lines 4, 6")
+
+
+def test_turns_a_minute_under_radians_are_doubted(tmp_path: Path) -> None:
+    text = (DATA / "bench.csv").read_text("utf-8").replace("speed_rpm", "speed_rad_s")
+    file = tmp_path / "bench.csv"
+    file.write_text(text, "utf-8")
+    assert any(
+        "the rotor speed at most is 10122" in each for each in optuav.fit_rotor([file]).warnings
+    )
