@@ -9,8 +9,8 @@ from typing import Any
 
 import numpy as np
 
-from optuav.diagnosis.keys import keys
-from optuav.engines import closed_form
+from optuav.diagnosis.effects import Effect
+from optuav.diagnosis.keys import Key, keys
 from optuav.engines.sensitivity import ShadowPrice
 from optuav.engines.solution import Solution
 from optuav.modelling import Model, Parameter
@@ -110,8 +110,7 @@ def prices(
     own = solutions[number].shadow_prices(entry)
     rivals = [solutions[k].shadow_prices(j) for k, j in _tied(solutions, chosen)]
     row = model.row(entry)
-    exact = all(solution.engine == closed_form.NAME for solution in solutions)
-    effect = _Effect(program, solutions, chosen, towards) if exact else None
+    effect = Effect(program, solutions, chosen)
     found = []
     held = _held(model)
     for name, price in own.items():
@@ -126,30 +125,43 @@ def prices(
             more=towards * max(towards * each.more for each in sides),
         )
         key = _key(program, parameter)
-        step = _step(parameter, key, abs(float(row[name])))
+        step = _step(parameter, key, float(row[name]))
+        gain, loss = effect(parameter, step), effect(parameter, -step)
+        if open_ := math.isnan(gain) or math.isnan(loss):
+            gain, loss = both.more * step, -both.less * step
         found.append(
             Price(
                 name=name,
                 symbol=parameter.symbol,
                 unit=parameter.unit,
-                key=key,
+                key=key.name if key else "",
                 value=float(row[name]),
                 less=both.less,
                 more=both.more,
                 step=step,
-                gain=both.more * step if effect is None else effect(parameter, step),
-                loss=-both.less * step if effect is None else effect(parameter, -step),
-                solved_again=effect is not None,
+                gain=gain,
+                loss=loss,
+                solved_again=not open_,
             )
         )
     return tuple(sorted(found, key=lambda each: not each.key))
 
 
-def _step(parameter: Parameter, key: str, size: float) -> float:
-    """What "one more" is: a percent of a ratio, a unit, or the first digit of what is far less."""
-    if parameter.unit == "1" and key != "battery.packs":
-        return RATIO_STEP
-    return 1.0 if size == 0.0 or size >= RATIO_STEP else 10.0 ** math.floor(math.log10(size) - 1)
+def _step(parameter: Parameter, key: Key | None, value: float) -> float:
+    """What "one more" is: a percent of a ratio, a unit, or the first digit of what is far less.
+
+    A tenth of that, and so on, where the key could not be so large.
+    """
+    size = abs(value)
+    if parameter.unit == "1" and not (key and key.whole):
+        step = RATIO_STEP
+    elif size == 0.0 or size >= RATIO_STEP:
+        step = 1.0
+    else:
+        step = 10.0 ** math.floor(math.log10(size) - 1)
+    while key and value + step > key.high > value:
+        step /= 10.0
+    return step
 
 
 def _held(model: Model) -> set[str]:
@@ -177,33 +189,9 @@ def _tied(solutions: Sequence[Solution], chosen: tuple[int, int]) -> Iterator[tu
                 yield k, j
 
 
-def _key(program: Program, parameter: Parameter) -> str:
+def _key(program: Program, parameter: Parameter) -> Key | None:
     """The key of a parameter, if both have the same unit."""
-    units = {each.name: each.unit.replace("-", "1") for each in keys(program.worked_out.mission)}
-    return parameter.key if units.get(parameter.key) == parameter.unit else ""
-
-
-@dataclass(frozen=True)
-class _Effect:
-    """Change of the best objective by a step of one parameter, the others held."""
-
-    program: Program
-    solutions: Sequence[Solution]
-    chosen: tuple[int, int]
-    towards: float
-
-    def __call__(self, parameter: Parameter, step: float) -> float:
-        """Solved again in closed form, so that kinks on the way count."""
-        number, entry = self.chosen
-        own = np.ndim(parameter.value) > 0
-        value: Any = parameter.value + step
-        if own:
-            value = np.where(np.arange(len(value)) == entry, value, parameter.value)
-        best = -math.inf
-        for k, part in enumerate(self.program.parts):
-            objective = self.solutions[k].objective
-            if k == number or not own:
-                values = {parameter.name: value}
-                objective = closed_form.solve(part.model, len(part.routes), values).objective
-            best = max(best, np.fmax.reduce(self.towards * objective, initial=-math.inf))
-        return float(self.towards * best - self.solutions[number].objective[entry])
+    for key in keys(program.worked_out.mission):
+        if key.name == parameter.key and key.unit.replace("-", "1") == parameter.unit:
+            return key
+    return None

@@ -241,6 +241,41 @@ def test_one_more_pack_is_solved_not_extrapolated() -> None:
     assert price.gain < 0.5 * price.more
 
 
+def test_one_more_pack_is_solved_again_through_the_wells_too() -> None:
+    """In `available` the deadline takes over: 930.68 s with three packs, 597.27 s with two."""
+    price = prices(explain(PAPER))["packs"]
+    assert price.solved_again
+    assert price.gain == pytest.approx(930.68 - 597.27, abs=0.01)
+    assert price.gain < price.more - 5.0
+
+
+@pytest.mark.parametrize("perspective", ["battery", "available"])
+def test_without_any_pack_there_is_no_plan(perspective: str) -> None:
+    one = PAPER.replace({"battery.packs": 1, "battery.capacity_As": 72000})
+    price = prices(explain(one, problem="P3", perspective=perspective))["packs"]
+    assert price.solved_again
+    assert math.isinf(price.loss)
+
+
+def test_steps_stay_within_what_a_key_may_be() -> None:
+    """A percent more of 99 % would leave nothing bound."""
+    nearly_all = PAPER.replace({"battery.available_fraction": 0.99})
+    price = prices(explain(nearly_all, problem="P3"))["available_fraction"]
+    assert price.step == pytest.approx(0.001)
+    assert math.isfinite(price.gain)
+
+
+def test_rounding_is_no_change() -> None:
+    """Where charge and deadline end the hover together, another second brings nothing at all."""
+    options = {"perspective": "battery", "trajectory": "direct"}
+    both = PAPER.replace({"limits.deadline_s": 764.6402552772585})
+    explained = explain(both, **options)
+    assert prices(explained)["deadline_s"].gain == 0.0
+    assert "one more second of limits.deadline_s changes nothing" in " ".join(
+        str(explained).split()
+    )
+
+
 def test_one_more_pack_holds_more_joules_at_the_voltages_of_the_loads() -> None:
     """In `adjusted` E_1 and E_2 grow with the battery unless the mission states them."""
     price = prices(explain(PAPER, perspective="adjusted"))["packs"]
