@@ -8,11 +8,14 @@ times it is none, as the set of feasible pairs may have any shape between the st
 
 from __future__ import annotations
 
+import math
+import time
 from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
 
+from optuav.errors import SolverError
 from optuav.mission.flown import loads, packs
 from optuav.mission.network import Network
 from optuav.mission.phases import phases
@@ -38,15 +41,43 @@ class Longest(NamedTuple):
         Number of the itinerary.
     hover_time_s, rest_time_s
         Δ and T' [s].
+    ended
+        Why the search ended early, in words; empty if it came to its end.
     """
 
     route: int
     hover_time_s: float
     rest_time_s: float
+    ended: str
+
+
+class Clock:
+    """When a search has to end, and whether that came.
+
+    Parameters
+    ----------
+    limit_s
+        Longest that it may take from now on [s]; None for no limit.
+    """
+
+    def __init__(self, limit_s: float | None) -> None:
+        self.latest_s = math.inf if limit_s is None else time.monotonic() + limit_s
+        self.ended = ""
+        self._words = f"ended after {limit_s:g} s" if limit_s is not None else ""
+
+    @property
+    def is_late(self) -> bool:
+        """Whether the search has to end; what asks does so."""
+        if time.monotonic() > self.latest_s:
+            self.ended = self._words
+        return bool(self.ended)
 
 
 def longest_hover(
-    worked_out: Network, choices: Sequence[tuple[int, bool]], slot_s: float | None = None
+    worked_out: Network,
+    choices: Sequence[tuple[int, bool]],
+    slot_s: float | None = None,
+    time_limit_s: float | None = None,
 ) -> Longest | None:
     """Longest hover over some routes, and the smallest rest that it admits.
 
@@ -58,13 +89,20 @@ def longest_hover(
         Numbers of itineraries in the order in which ties are broken, each with whether it may rest.
     slot_s
         Length of the slots [s]; None for continuous times.
+    time_limit_s
+        Longest that the search may take [s], after which the best so far counts; None for no limit.
 
     Returns
     -------
     None where no pair of steps is feasible.
+
+    Raises
+    ------
+    SolverError
+        If the time is over before any feasible pair was found.
     """
-    step_s, least_s = slot_s or STEP_S, 0.0
-    ways = [_Way(worked_out, route, rests) for route, rests in choices]
+    step_s, least_s, clock = slot_s or STEP_S, 0.0, Clock(time_limit_s)
+    ways = [_Way(worked_out, route, rests, clock) for route, rests in choices]
     found: list[tuple[float, _Way, Floats]] = []
     for way in ways:
         rests_s = way.rests_s(step_s, slots=slot_s is not None)
@@ -73,6 +111,8 @@ def longest_hover(
             best_s = float(np.nanmax(hovers_s))
             found.append((best_s, way, rests_s[hovers_s == best_s]))
             least_s = max(least_s, best_s - (0.0 if slot_s else step_s))
+    if not found and clock.ended:
+        raise SolverError(f"the search {clock.ended} without a plan, nor proof that none is")
     if not found:
         return None
     if slot_s is None:
@@ -85,7 +125,7 @@ def longest_hover(
         for rest_s in [way.smallest_rest_s(hover_s, float(rests_s[0]), step_s, slots=bool(slot_s))]
     ]
     rest_s, way = min(best, key=lambda each: each[1].flight_time_s + each[0])
-    return Longest(way.route, longest_s, rest_s)
+    return Longest(way.route, longest_s, rest_s, clock.ended)
 
 
 def _closer(
@@ -107,8 +147,8 @@ def _closer(
 class _Way:
     """A route, over which hover and rest are tried."""
 
-    def __init__(self, worked_out: Network, route: int, rests: bool) -> None:
-        mission, table = worked_out.mission, worked_out.itineraries
+    def __init__(self, worked_out: Network, route: int, rests: bool, clock: Clock) -> None:
+        mission, table, self.clock = worked_out.mission, worked_out.itineraries, clock
         self.worked_out, self.route, self.rests = worked_out, route, rests
         self.flight_time_s = float(table.flight_time_s[route])
         self.kinds = [each.kind for each in phases(worked_out, route, 0.0, 0.0)]
@@ -144,13 +184,13 @@ class _Way:
     def longest_s(
         self, rests_s: Floats, step_s: float, least_s: float, most_s: float = np.inf
     ) -> Floats:
-        """Longest hovers in whole steps for some rests [s]; NaN where shorter than the best.
+        """Longest hovers in whole steps for some rests [s]; NaN where shorter, or late.
 
         Tried from the top down: no longer than the packs hold out in the hover itself, than the
         deadline leaves, and than charge counting allows, which knows no charge that is refused.
         """
         found = np.full(len(rests_s), np.nan)
-        if not len(rests_s):
+        if not len(rests_s) or self.clock.is_late:
             return found
         start = self._begun(rests_s)
         most = np.minimum(most_s, self._bound_s(rests_s))
@@ -159,7 +199,7 @@ class _Way:
         most = np.where(trial.exhausted, trial.clock_s - start.clock_s, most)
         hovers_s = step_s * np.floor(most / step_s + SLACK)
         open_ = (hovers_s >= least_s) & ~start.exhausted
-        while open_.any():
+        while open_.any() and not self.clock.is_late:
             rows = np.flatnonzero(open_)
             flown = self._flyable(start.take(rows), hovers_s[rows], rests_s[rows])
             found[rows[flown]] = hovers_s[rows[flown]]
@@ -171,10 +211,12 @@ class _Way:
     def smallest_rest_s(
         self, hover_s: float, rest_s: float, step_s: float, *, slots: bool
     ) -> float:
-        """The smallest of the rests tried with which a hover is feasible [s]."""
+        """The smallest of the rests tried with which a hover is feasible [s]; as it is, if late."""
         rows_s = self.rests_s(step_s, slots=slots)
         rows_s = np.append(rows_s[rows_s < rest_s], rest_s)
         for share in (1.0,) if slots else (1.0, *CLOSER):
+            if self.clock.is_late:
+                break
             hovers_s = np.full(len(rows_s), hover_s)
             flown = self._flyable(self._begun(rows_s), hovers_s, rows_s)
             rest_s = float(rows_s[flown][0])

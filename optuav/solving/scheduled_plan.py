@@ -22,6 +22,11 @@ CONTINUOUS = (
     f"simulation on a grid of {STEP_S:g} s, refined to {CLOSER[-1]:g} s around the best, not proved"
 )
 
+TURNS = (
+    "packs by schedule {!r}: one flies while the laser charges another; what full packs refuse is "
+    "lost, and only battery tells so"
+)
+
 
 def scheduled_plan(asked: Question, worked_out: Network, parts: Sequence[Part]) -> Plan:
     """The longest hover that the packs can deliver under the mission's schedule.
@@ -30,6 +35,8 @@ def scheduled_plan(asked: Question, worked_out: Network, parts: Sequence[Part]) 
     ------
     InputError
         If the question is one that only pooled packs can be asked.
+    SolverError
+        If the time limit passes before there is any plan.
     """
     _refuse(asked, worked_out)
     choices = sorted(
@@ -39,23 +46,24 @@ def scheduled_plan(asked: Question, worked_out: Network, parts: Sequence[Part]) 
     )
     asked = replace(asked, engine=ENGINE)
     proof = CONTINUOUS if asked.slot_s is None else IN_SLOTS
-    found = longest_hover(worked_out, choices, asked.slot_s)
+    found = longest_hover(worked_out, choices, asked.slot_s, asked.time_limit_s)
     if found is None:
         step_s = asked.slot_s or STEP_S
         why = (f"no pair of Δ and T' in steps of {step_s:g} s leaves a pack to fly on to the end",)
         return plan_without(asked, worked_out, Status.INFEASIBLE, proof, why)
-    route, hover_s, rest_s = found
+    route, hover_s, rest_s, ended = found
+    notes = [TURNS.format(worked_out.mission.battery.schedule)]
+    if ended:
+        proof = f"simulation that {ended}, not proved"
+        notes.append(f"the search {ended}; there may be a longer hover, not all pairs were tried")
     flown = planned_phases(worked_out, route, hover_s, rest_s)
     return plan_for(
         asked,
         worked_out,
         engine=ENGINE,
         proof=proof,
-        status=Status.FEASIBLE if asked.slot_s is None else Status.OPTIMAL,
-        notes=(
-            f"packs by schedule {worked_out.mission.battery.schedule!r}: one flies while the laser "
-            "charges another; what full packs refuse is lost, and only battery tells so",
-        ),
+        status=Status.FEASIBLE if asked.slot_s is None or ended else Status.OPTIMAL,
+        notes=tuple(notes),
         phases=flown,
         soc=soc_at_end(worked_out, route, flown, hover_s, rest_s),
     )

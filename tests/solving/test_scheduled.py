@@ -6,11 +6,12 @@ import numpy as np
 import pytest
 
 import optuav
-from optuav.errors import InputError
+from optuav.errors import InputError, SolverError
 from optuav.mission import Mission, load
 from optuav.mission.flown import fly
 from optuav.mission.network import Network, network
 from optuav.mission.phases import phases
+from optuav.solving import scheduled
 from optuav.status import Status
 
 SCHEDULES = {
@@ -155,3 +156,37 @@ def test_a_single_pack_is_the_pooled_battery(schedule: str) -> None:
     assert plan.status is Status.OPTIMAL
     for name in ("engine", "proof", "phases", "soc", "notes", "warnings", "flyable"):
         assert getattr(plan, name) == getattr(pooled, name), name
+
+
+class Ticking:
+    """A clock that is a second later each time that somebody looks."""
+
+    def __init__(self) -> None:
+        self.seconds = 0.0
+
+    def monotonic(self) -> float:
+        self.seconds += 1.0
+        return self.seconds
+
+
+@pytest.mark.parametrize(("slot_s", "short_s"), [(None, 60.5), (8.0, 12.5)])
+def test_past_the_time_limit_the_best_so_far_is_the_answer(
+    slot_s: float | None, short_s: float, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """It can be flown, is not called the best, and a search with more time finds no less."""
+    mission = small("sequential")
+    best_s = optuav.solve(mission, slot_s=slot_s).hover_time_s
+    found_s = []
+    for limit_s in (short_s, 2.0 * short_s, 1e6):
+        monkeypatch.setattr(scheduled, "time", Ticking())
+        plan = optuav.solve(mission, slot_s=slot_s, time_limit_s=limit_s)
+        early = limit_s < 1e6
+        assert plan.flyable is True
+        assert any(f"ended after {limit_s:g} s" in note for note in plan.notes) is early
+        assert (plan.status is Status.FEASIBLE) is (early or slot_s is None)
+        found_s.append(plan.hover_time_s)
+    assert found_s == sorted(found_s)
+    assert found_s[-1] == best_s
+    monkeypatch.setattr(scheduled, "time", Ticking())
+    with pytest.raises(SolverError, match=r"ended after 0\.5 s without a plan"):
+        optuav.solve(mission, slot_s=slot_s, time_limit_s=0.5)
