@@ -27,8 +27,8 @@ def audit(
         str,
         typer.Argument(
             metavar="FILE",
-            help="A saved plan (.json), or an itinerary (.toml): schema, mission and [[stops]] "
-            'with at, kind = "rest" or "hover", and duration_s.',
+            help="A saved plan (.json), or an itinerary (.toml): schema, mission and tables "
+            'stops with at, kind = "rest" or "hover", and duration_s.',
         ),
     ],
     as_json: JsonOption = False,

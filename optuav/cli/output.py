@@ -30,6 +30,8 @@ def deliver(
     pictures = draw(plan, plot, beside) if plot is not None else []
     if animate is not None and plan:
         pictures.append(moving(plan, animate))
+    elif animate is not None:
+        typer.echo(f"{animate} is not written: there is no plan to show", err=True)
     if as_json:
         typer.echo(json.dumps(plan.to_dict(), indent=2, ensure_ascii=False))
         return

@@ -62,12 +62,16 @@ def solve(
     animate: Annotated[
         Path | None,
         typer.Option(
-            "--animate", metavar="FILE", help="Write the mission as a GIF (needs matplotlib)."
+            "--animate", metavar="FILE", help="Write the mission as a .gif (needs matplotlib)."
         ),
     ] = None,
 ) -> None:
     """Find the longest hover for a mission, and show the plan."""
     asked = mission_of(mission, settings)
+    if animate is not None:
+        from optuav.plots.files import gif_file
+
+        gif_file(animate)
     with progress() if (stops, hovers) != (1, 1) else nullcontext() as tell:
 
         def told(best_s: float, examined: int, left: int) -> None:

@@ -8,8 +8,10 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from optuav.calibration.fit import Fit
+from optuav.errors import Fault, InputError
 from optuav.mission import Mission
 from optuav.mission.files import make_directory, write_bytes
+from optuav.mission.words import shown
 from optuav.plan import Phase, Plan
 
 if TYPE_CHECKING:
@@ -82,11 +84,26 @@ def save_profile(replayed: Replayed, path: str | Path) -> Path:
 
 
 def save_animation(replayed: Replayed, path: str | Path) -> Path:
-    """Write a simulated plan as a GIF of some seconds; otherwise as `save_profile`."""
+    """Write a simulated plan as a GIF of some seconds, a file ``.gif``; else as `save_profile`."""
+    file = gif_file(path)
     from optuav.plots import animate
 
-    write_bytes(Path(path), gif(animate(replayed)))
-    return Path(path)
+    write_bytes(file, gif(animate(replayed)))
+    return file
+
+
+def gif_file(path: str | Path) -> Path:
+    """The file of an animation.
+
+    Raises
+    ------
+    InputError
+        If its name does not end in ``.gif``.
+    """
+    file = Path(path)
+    if file.suffix.lower() != ".gif":
+        raise InputError([Fault("animation", shown(str(file)), "a name that ends in .gif")])
+    return file
 
 
 def save_fit(found: Fit, directory: str | Path) -> list[Path]:

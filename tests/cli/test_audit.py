@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 import optuav
-from tests.cli.run import WIDTH, refused, run, widest
+from tests.cli.run import WIDTH, refused, run, widest, words
 
 STAY = '[[stops]]\nat = "hover"\nkind = "hover"\nduration_s = {}\n'
 
@@ -77,3 +77,8 @@ def test_picture(itinerary: Path, tmp_path: Path) -> None:
     assert found.code == 0
     assert target.read_bytes().startswith(b"\x89PNG")
     assert f"wrote {target}" in found.out
+
+
+def test_help_tells_what_an_itinerary_holds() -> None:
+    """Brackets would be taken for markup of the screen, and vanish."""
+    assert "schema, mission and tables stops with at, kind" in words(run("audit", "--help").out)

@@ -198,8 +198,20 @@ def test_a_plan_in_motion(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> No
     asked = ("solve", "paper", "--problem", "P3", "--perspective", "available")
     found = run(*asked, "--animate", str(file), "--set", "limits.deadline_s=10")
     assert found.code == 1
+    assert "is not written: there is no plan to show" in found.err
     assert not file.exists()
     found = run(*asked, "--animate", str(file))
     assert found.code == 0
     assert file.read_bytes().startswith(b"GIF89a")
     assert f"wrote {file}" in found.out.replace("\n", "")
+
+
+@pytest.mark.parametrize("name", ["mission.png", "mission", "gif"])
+def test_an_animation_is_a_gif_by_name(
+    name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Refused before anything is solved, rather than a GIF under the name of something else."""
+    monkeypatch.setattr(optuav, "solve", None)
+    told = refused("solve", "paper", "--animate", str(tmp_path / name))
+    assert "a name that ends in .gif" in told
+    assert list(tmp_path.iterdir()) == []
