@@ -93,7 +93,7 @@ short_s, long_s = 0.0, hover.duration_s  # flyable, and not
 while long_s - short_s > 1e-3:
     middle_s = 0.5 * (short_s + long_s)
     short_s, long_s = (middle_s, long_s) if flyable(middle_s) else (short_s, middle_s)
-print(f"{short_s:.2f} s of hover can be flown, {long_s:.2f} s cannot")
+print(f"{short_s:.4f} s of hover can be flown, {long_s:.4f} s cannot")
 
 assert 605.0 < short_s < 606.0
 

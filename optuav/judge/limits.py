@@ -76,8 +76,11 @@ def _stay(mission: Mission, phase: Phase) -> Iterator[Event]:
         yield from _altitude(mission, place, start_s)
         yield from _coverage(mission, place, start_s)
     elif place.building == CLEAR and place.position_m[2] > 0.0:
-        words = f"there is no roof to rest on at {place.name}"
-        yield Event("no roof", start_s, words, place.position_m[2], 0.0, "m")
+        height_m = place.position_m[2]
+        words = (
+            f"nothing to rest on at {place.name}: no roof, and the ground is {height_m:g} m below"
+        )
+        yield Event("no roof", start_s, words)
     if mission.laser is not None and not place.sight and not phase.stated:
         words = f"no sight of the laser at {place.name}: nothing charges the battery there"
         yield Event("no sight", start_s, words, violation=False)

@@ -225,6 +225,7 @@ def test_breaking_the_limits_is_told() -> None:
     astray = judged(paper, ("hover", "b1", 10.0), ("rest", "origin", 10.0))
     coverage, roof = astray.violations
     assert (coverage.kind, roof.kind) == ("coverage", "no roof")
+    assert str(roof).endswith("nothing to rest on at origin: no roof, and the ground is 50 m below")
     assert coverage.limit == pytest.approx(501.4836, abs=5e-5)
     assert coverage.value == pytest.approx(np.linalg.norm([950, 2700, 60]))
 
