@@ -29,6 +29,8 @@ SHARE_OF_RESOLUTION = 1.0 / math.sqrt(12.0)
 """Standard deviation of a rounding error, in steps of the rounding."""
 IMPOSSIBLE = 1e9
 """Residual where a row cannot be flown, or the values are not those of a mission."""
+EDGE = 1e-3
+"""Relative distance from a value within which there is an edge that has shaped it."""
 SCALES = (1.0, 0.5, 2.0)
 """Where the fit starts, as multiples of the stated values."""
 
@@ -49,7 +51,8 @@ def fit_table(files: Iterable[str | Path]) -> Fit:
     Returns
     -------
     Fit
-        Intervals follow from the resolution, and from the residuals where those are larger.
+        Intervals follow from the resolution, and from the residuals where those are larger. With
+        warnings where the values do not meet the table, or a key lies where hardly a mission is.
 
     Raises
     ------
@@ -67,18 +70,14 @@ def fit_table(files: Iterable[str | Path]) -> Fit:
     observed = np.array([cell.observed for cell in cells])
 
     def residuals(values: Points) -> Points:
-        try:
-            told = _told(stated, stated.with_values(values.tolist()))
-        except InputError:
-            told = np.full(len(cells), math.nan)
-        left: Points = np.nan_to_num(((told - observed) / steps)[fits], nan=IMPOSSIBLE)
-        return left
+        left: Points = ((_tried(stated, values, len(cells)) - observed) / steps)[fits]
+        return np.nan_to_num(left, nan=IMPOSSIBLE)
 
     keys = tuple(stated.free)
     starts = [tuple(scale * each for each in stated.free.values()) for scale in SCALES]
     found = estimate([Unknown(key) for key in keys], residuals, starts, spread=1.0, bootstrap=False)
     count = int(fits.sum())
-    values = values_of(found, keys, f"fitted to {count} numbers of the table")
+    values = values_of(found, keys, f"fitted to {count} number{'s' * (count > 1)} of the table")
     mission = stated.with_values(found.values.tolist())
     told = _told(stated, mission)
     _refuse_unflown(stated, cells, told)
@@ -91,12 +90,16 @@ def fit_table(files: Iterable[str | Path]) -> Fit:
         kind="table",
         sources=(str(paths[0]),),
         data=(
-            f"{count} numbers of the table fitted by {len(keys)} free keys, "
-            f"{len(cells) - count} predicted"
+            f"{count} number{'s' * (count > 1)} of the table fitted by "
+            f"{len(keys)} free key{'s' * (len(keys) > 1)}, {len(cells) - count} predicted"
         ),
         values=values,
         panels=tuple(_panels(cells, told)),
-        warnings=unclear(found),
+        warnings=(
+            *unclear(found),
+            *_missed(cells, told),
+            *_at_an_edge(stated, found.values, len(cells)),
+        ),
         settings={**stated.known, **products},
         extends=stated.base,
     )
@@ -115,6 +118,41 @@ def _told(stated: Statement, mission: Mission) -> Points:
         told = quantities(networks[different.index(row.changes)], row.stay)
         found += [told[cell.quantity] for cell in row.cells]
     return np.array(found)
+
+
+def _tried(stated: Statement, values: Points, count: int) -> Points:
+    """The numbers of the table with values that may be none of a mission; NaN then."""
+    try:
+        return _told(stated, stated.with_values(values.tolist()))
+    except InputError:
+        return np.full(count, math.nan)
+
+
+def _missed(cells: Sequence[Cell], told: Points) -> Iterator[str]:
+    """That the table asks for what the values do not give."""
+    fitted = [(cell, each) for cell, each in zip(cells, told.tolist(), strict=True) if cell.fits]
+    steps = [abs(each - cell.observed) / cell.resolution for cell, each in fitted]
+    missed = sum(each > 1.0 for each in steps)
+    if missed:
+        cell, value = fitted[int(np.argmax(steps))]
+        yield (
+            f"the values do not meet the table: {missed} of {len(fitted)} numbers are missed by "
+            f"more than their rounding, {cell.quantity} of {cell.row} by "
+            f"{value - cell.observed:+.3g}"
+        )
+
+
+def _at_an_edge(stated: Statement, values: Points, count: int) -> Iterator[str]:
+    """Which keys the fit has driven to where no mission is, or none that can be flown."""
+    for place, key in enumerate(stated.free):
+        for words, factor in (("less", 1.0 - EDGE), ("more", 1.0 + EDGE)):
+            beyond = values.copy()
+            beyond[place] *= factor
+            if not np.isfinite(_tried(stated, beyond, count)).all():
+                yield (
+                    f"{key.rpartition('.')[2]} is at an edge: with a thousandth {words} of it the "
+                    "rows cannot be flown, or it is out of its range"
+                )
 
 
 def _refuse_unflown(stated: Statement, cells: Sequence[Cell], told: Points) -> None:

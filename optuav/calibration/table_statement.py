@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import tomllib
+from collections import Counter
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -101,6 +102,7 @@ class _Reader:
     def __init__(self, source: str, directory: Path, document: dict[str, Any]) -> None:
         self.source, self.directory, self.document = source, directory, document
         self.faults: list[Fault] = []
+        self.unresolved = Counter[str]()
 
     def fault(self, key: str, value: object, allowed: str) -> None:
         self.faults.append(Fault(key, "" if value is None else shown(value), allowed, self.source))
@@ -116,6 +118,9 @@ class _Reader:
         if len(cells) < len(free):
             words = f"as many numbers to fit as free keys: {len(free)}; there are {len(cells)}"
             self.fault("rows", None, words)
+        for quantity, count in self.unresolved.items():
+            words = "the step to which the table is rounded, above 0"
+            self.fault(f"resolution.{quantity}", None, f"{words}, for {_numbers(count)}")
         if self.faults or mission is None:
             raise InputError(self.faults)
         stated = Statement(self.source, mission, base, known, free, tied, tuple(rows))
@@ -210,8 +215,7 @@ class _Reader:
                     self.fault(f"{where}.{key}.{quantity}", None, _unknown_quantity(quantity))
                 elif self.number(f"{where}.{key}.{quantity}", value):
                     if quantity not in resolution:
-                        words = "the step to which the table is rounded, above 0"
-                        self.fault(f"resolution.{quantity}", None, words)
+                        self.unresolved[quantity] += 1
                     step = resolution.get(quantity, 1.0)
                     cells.append(Cell(name, quantity, float(value), step, key == "fit"))
         stay = {**STAY, **{key: tables["given"][key] for key in STAY if key in tables["given"]}}
@@ -254,6 +258,10 @@ class _Reader:
 
 def _unknown_quantity(name: str) -> str:
     return f"unknown quantity{nearest(name, QUANTITIES)}; known are {', '.join(QUANTITIES)}"
+
+
+def _numbers(count: int) -> str:
+    return f"{count} number{'s' * (count > 1)}"
 
 
 def _flat(table: Mapping[str, Any], before: str = "") -> dict[str, Any]:

@@ -16,7 +16,7 @@ from rich.text import Text
 
 from optuav.cli.options import JsonOption, PlotOption
 from optuav.mission import load
-from optuav.mission.files import make_directory, write_text
+from optuav.mission.files import make_directory, must_be_new, write_text
 
 if TYPE_CHECKING:
     from optuav.calibration import Fit, Panel, Value
@@ -57,13 +57,15 @@ def calibrate(
     as_json: JsonOption = False,
     save: Annotated[
         Path | None,
-        typer.Option("--save", metavar="FILE", help="Write a mission file with the values."),
+        typer.Option("--save", metavar="FILE", help="Write a new mission file with the values."),
     ] = None,
     plot: PlotOption = None,
 ) -> None:
     """Find parameters of a mission from measurements, and say how sure they are."""
     if extends is not None:
         load(extends)
+    if save is not None:
+        must_be_new(save)
     if plot is not None:
         from optuav import plots
 

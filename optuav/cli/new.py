@@ -15,7 +15,7 @@ from rich.markup import escape
 from optuav.errors import Fault, InputError
 from optuav.mission import Mission, load
 from optuav.mission.datasheet import Datasheet
-from optuav.mission.files import write_text
+from optuav.mission.files import must_be_new, write_text
 from optuav.mission.template import template
 
 REGIMES = "regimes"
@@ -67,8 +67,7 @@ def new(
         "reserve_percent": reserve_percent,
         "laser_power_W": laser_power_W,
     }
-    if file.exists():
-        raise InputError([Fault("", "", "exists already; name a new file", str(file))])
+    must_be_new(file)
     mission, remarks = _start(source, stated)
     write_text(file, template(mission, file.stem, remarks))
     Console(highlight=False, soft_wrap=True).print(

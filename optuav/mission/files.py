@@ -64,6 +64,19 @@ def read_text(path: Path, limit: int, *, hint: str = "") -> str:
         raise refusal(path, words) from None
 
 
+def must_be_new(path: Path) -> None:
+    """Refuse a name that is taken, for a file that people go on to edit.
+
+    Raises
+    ------
+    InputError
+        If there is something of that name.
+    """
+    with refusals(path, "written"):
+        if path.exists():
+            raise refusal(path, "exists already; name a new file")
+
+
 def write_text(path: Path, text: str) -> None:
     """Write a text file in UTF-8, see `write_bytes`."""
     write_bytes(path, text.encode("utf-8"))

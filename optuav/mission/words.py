@@ -54,10 +54,19 @@ def table(name: str) -> str:
 
 
 def nearest(key: str, known: Iterable[str]) -> str:
-    """Words that suggest the known key most like this one; empty if none is like it."""
+    """Words that suggest the known key most like this one; empty if none is like it.
+
+    Keys of one table are compared by their names alone: as a whole, all of them are alike.
+    """
     if len(key) > LONGEST_TEXT:
         return ""
-    like = difflib.get_close_matches(key, list(known), n=1)
+    table, dot, name = key.rpartition(".")
+    names = {each: each.removeprefix(f"{table}.") if dot else each for each in known}
+    beside = [own for each, own in names.items() if own != each]
+    if like := difflib.get_close_matches(name, beside, n=1):
+        return f"; did you mean '{table}.{like[0]}'?"
+    elsewhere = [each for each, own in names.items() if own == each != table]
+    like = difflib.get_close_matches(key, elsewhere, n=1)
     return f"; did you mean '{like[0]}'?" if like else ""
 
 

@@ -222,6 +222,40 @@ fit = { battery_percent = 50 }
     assert len(caught.value.faults) == 1
 
 
+def test_a_table_that_cannot_be_met_is_doubted(tmp_path: Path) -> None:
+    """No mass leaves -300 %; the heaviest that flies comes closest, and is told to be the edge."""
+    file = tmp_path / "table.toml"
+    rows = "".join(
+        f"""
+[[rows]]
+name = "{name}"
+given = {{ hover_time_s = {hover_s} }}
+fit = {{ battery_percent = {left} }}
+"""
+        for name, hover_s, left in (("long", 600, -300), ("short", 500, -200))
+    )
+    head = "free.body.mass_kg = 1.0\nresolution.battery_percent = 0.01\n"
+    file.write_text(head + rows, "utf-8")
+    found = optuav.fit_table([file])
+    missed, edge = found.warnings
+    assert "2 of 2 numbers are missed by more than their rounding" in missed
+    assert edge.startswith("mass_kg is at an edge: with a thousandth more")
+    assert found.data == "2 numbers of the table fitted by 1 free key, 0 predicted"
+
+
+def test_one_missing_resolution_is_one_fault(tmp_path: Path) -> None:
+    """With a count of the numbers that need it, and no suggestion where no key is like it."""
+    file = tmp_path / "table.toml"
+    row = "[[rows]]\ngiven.hover_time_s = 600\nfit.battery_percent = 20\n"
+    file.write_text(f"free.flight.nope = 3\n{4 * row}", "utf-8")
+    with pytest.raises(InputError) as caught:
+        optuav.fit_table([file])
+    key, resolution = (str(fault).removeprefix(f"{file}: ") for fault in caught.value.faults)
+    assert key == "flight.nope = 3.0: unknown key"
+    assert resolution.startswith("resolution.battery_percent: the step")
+    assert resolution.endswith("for 4 numbers")
+
+
 def test_rests_and_other_keys_may_be_free(tmp_path: Path) -> None:
     """The mass of a rotor mission, from what a plan with a rest leaves in its battery."""
     mission = optuav.load("paper").replace({"body.mass_kg": 1.35})

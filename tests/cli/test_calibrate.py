@@ -99,3 +99,12 @@ def test_data_that_tell_too_little_are_an_answer(tmp_path: Path) -> None:
 )
 def test_bad_input_leaves_by_2(arguments: tuple[str, ...], words: str) -> None:
     assert words in refused("calibrate", *arguments)
+
+
+def test_a_mission_file_is_not_overwritten(tmp_path: Path) -> None:
+    """As `optuav new`: whoever edited it keeps it."""
+    file = tmp_path / "mine.toml"
+    file.write_text("# mine", "utf-8")
+    told = refused("calibrate", "rotor", str(DATA / "propeller.csv"), "--save", str(file))
+    assert "exists already; name a new file" in told
+    assert file.read_text("utf-8") == "# mine"
