@@ -10,6 +10,8 @@ from rich.console import Console
 
 from optuav.cli.progress import progress
 
+NO = 1
+
 
 def reproduce(
     out: Annotated[Path, typer.Option("--out", metavar="DIR", help="Where to write.")] = Path(
@@ -28,12 +30,21 @@ def reproduce(
         ),
     ] = None,
 ) -> None:
-    """Make every table and figure of the paper anew, with a report that opens offline."""
+    """Make every table and figure of the paper anew, with a report that opens offline.
+
+    Exit code 1 if the mission has no plan.
+    """
     from optuav import plots
+    from optuav.mission import load
     from optuav.studies.reproduce import reproduce as made_anew
+    from optuav.studies.reproduce.plans import solve, why
 
     _ = plots.curves  # refused here where matplotlib is missing
+    asked = None if mission is None else load(mission)
     with progress() as told:
-        written = made_anew(out, only=only or (), mission=mission, progress=told)
+        written = made_anew(out, only=only or (), mission=asked, progress=told)
     screen = Console(highlight=False, soft_wrap=True)
     screen.print(f"wrote {len(written)} files, among them {out / 'report.html'}", markup=False)
+    if asked is not None and not (plan := solve(asked)):
+        screen.print(f"{asked.name} has no plan: {why(plan)}", markup=False)
+        raise typer.Exit(NO)

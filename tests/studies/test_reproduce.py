@@ -20,7 +20,7 @@ from optuav.studies.reproduce import NAMES, STUDIES  # noqa: E402
 from optuav.studies.reproduce import battery_size as by_battery_size  # noqa: E402
 from optuav.studies.reproduce import more_stops as by_more_stops  # noqa: E402
 from optuav.studies.reproduce.document import Heading, Paragraph, Table, markdown, page  # noqa: E402
-from optuav.studies.reproduce.exhibit import Exhibit, number  # noqa: E402
+from optuav.studies.reproduce.exhibit import Exhibit, LeftOut, number  # noqa: E402
 from tests.cli.run import refused, run  # noqa: E402
 
 QUICK = ("direct-path", "wind", "charging", "misprints")
@@ -35,7 +35,12 @@ def small(**values: Any) -> optuav.Mission:
 def exhibits(study: str, mission: optuav.Mission | str) -> dict[str, Exhibit]:
     (found,) = (each for each in STUDIES if each.name == study)
     asked = mission if isinstance(mission, optuav.Mission) else optuav.load(mission)
-    return {each.name: each for each in found.make(asked)}
+    return {each.name: each for each in found.make(asked) if isinstance(each, Exhibit)}
+
+
+def left_out(study: str, mission: optuav.Mission) -> list[LeftOut]:
+    (found,) = (each for each in STUDIES if each.name == study)
+    return [each for each in found.make(mission) if isinstance(each, LeftOut)]
 
 
 def contents(folder: Path) -> dict[str, bytes]:
@@ -138,8 +143,59 @@ def test_a_mission_without_laser_wind_or_roofs(tmp_path: Path) -> None:
 
 @pytest.mark.usefixtures("coarse")
 def test_a_mission_that_cannot_be_flown_gets_a_report(tmp_path: Path) -> None:
-    optuav.reproduce(tmp_path, mission=small(**{"limits.deadline_s": 20.0}))
-    assert (tmp_path / "report.html").is_file()
+    """The reason comes first, and every section that is not there is named with it."""
+    optuav.reproduce(tmp_path, mission=small(**{"limits.deadline_s": 70.0}))
+    told = (tmp_path / "report.md").read_text("utf-8")
+    reason = "the flight alone takes 75.79 s, longer than limits.deadline\\_s = 70 s"
+    first, _, rest = told.partition("## Not shown")
+    assert f"small has no plan: {reason}" in first
+    assert told.count(reason) == 2
+    for study in STUDIES:
+        assert f"## {study.title}" in rest or study.title in rest.partition("##")[0]
+    assert "Routes: ." not in told
+    assert not re.search(r"\bnan\b", told)
+
+
+@pytest.mark.usefixtures("coarse")
+def test_where_one_trajectory_has_no_plan_it_is_said_with_the_reason(tmp_path: Path) -> None:
+    """Straight on 89 % would be left, with a rest more."""
+    optuav.reproduce(tmp_path, mission=small(**{"limits.min_soc": 0.9}))
+    told = (tmp_path / "report.md").read_text("utf-8")
+    assert "No plan: direct (P1.b state of charge: 0.891068 >= 0.9" in told
+    assert "has no plan" not in told
+    assert not re.search(r"\bnan\b", told)
+
+
+def test_a_charge_that_cannot_be_left_has_no_plan_rather_than_no_number() -> None:
+    """The direct flight alone leaves 89 %: 88 % can be asked for, 5 % more cannot."""
+    (shown, _) = exhibits(
+        "least-charge", small(**{"buildings": [], "limits.min_soc": 0.88})
+    ).values()
+    assert shown.findings == ("From η0 = 93 % on there is no plan at the mission's own v_max.",)
+
+
+def test_a_reading_of_p2_without_a_plan_is_named_with_the_reason() -> None:
+    """Without roofs no plan uses the whole deadline."""
+    (shown,) = exhibits("second-problem", small(buildings=[])).values()
+    assert "P1 688.85 s" in shown.findings[-1]
+    assert "P2-tight no plan, " in shown.findings[-1]
+
+
+def test_names_of_missions_are_safe_in_files_and_texts(tmp_path: Path) -> None:
+    odd = small(name="a b/c <x> $y_1$")
+    optuav.reproduce(tmp_path / "out", mission=odd, only=("wind", "perspectives"))
+    assert (tmp_path / "out" / "figures" / "wind.a-b-c-x-y_1.png").is_file()
+    assert "<x>" not in (tmp_path / "out" / "report.html").read_text("utf-8")
+    told = (tmp_path / "out" / "report.md").read_text("utf-8")
+    assert r"a b/c \<x> \$y\_1\$" in told
+    assert {path.name for path in tmp_path.iterdir()} == {"out"}
+
+
+def test_many_plans_of_packs_that_take_turns_are_left_out_with_words() -> None:
+    """Each takes a search by simulation: half a minute where three studies ask for dozens."""
+    turns = small(**{"battery.schedule": "alternating", "battery.period_s": 10.0})
+    for study in ("least-charge", "battery-size", "more-stops"):
+        assert any("search by simulation" in each.why for each in left_out(study, turns))
 
 
 def test_nothing_is_written_where_a_study_fails(
@@ -151,7 +207,7 @@ def test_nothing_is_written_where_a_study_fails(
     monkeypatch.setattr("optuav.studies.reproduce.run.svg", fails)
     with pytest.raises(ZeroDivisionError):
         optuav.reproduce(tmp_path / "out", only=("wind",))
-    assert contents(tmp_path) == {}
+    assert not (tmp_path / "out").exists()
 
 
 def test_unknown_studies_are_named() -> None:
@@ -171,6 +227,11 @@ def test_command_line(tmp_path: Path) -> None:
     assert ran.code == 0
     assert "report.html" in ran.out
     assert (tmp_path / "out" / "figures" / "wind.paper.svg").is_file()
+    late = tmp_path / "late.toml"
+    late.write_text('schema = 1\nextends = "paper"\n[limits]\ndeadline_s = 70\n', "utf-8")
+    ran = run("reproduce", "--out", str(tmp_path), "--only", "wind", "--mission", str(late))
+    assert ran.code == 1
+    assert "late has no plan: the flight alone takes 75.79 s" in ran.out
     assert "one of" in refused("reproduce", "--only", "nothing", "--out", str(tmp_path))
     assert "nosuch" in refused("reproduce", "--mission", "nosuch", "--out", str(tmp_path))
 
@@ -272,7 +333,7 @@ def test_texts_are_escaped() -> None:
     assert "<i>" not in shown
     assert "a &lt; b" in shown
     assert "<code>y_2</code>" in shown
-    assert markdown(blocks) == "# a < b\n\nx\\_1 & `y_2`\n\n| a\\|b |\n| --- |\n| <i> |\n"
+    assert markdown(blocks) == "# a \\< b\n\nx\\_1 & `y_2`\n\n| a\\|b |\n| --- |\n| \\<i> |\n"
 
 
 @pytest.mark.parametrize(

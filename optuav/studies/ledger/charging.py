@@ -63,7 +63,11 @@ def _span(*pairs: tuple[float, float]) -> str:
 
 def _why_around() -> str:
     means = [100.0 * float(np.mean(each.efficiency)) for each in _near(papers()[0])]
-    return f"on average below 1 km it is {min(means):.2f} and {max(means):.2f} %"
+    watts = " and ".join(f"{power_W:g}" for power_W in SOURCES_W)
+    return (
+        f"for sources of {watts} W it is {min(means):.2f} and {max(means):.2f} % on average "
+        "below 1 km"
+    )
 
 
 def _trend_with_distance(scenario: Scenario) -> Value:

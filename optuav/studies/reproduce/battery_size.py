@@ -9,22 +9,35 @@ import numpy as np
 
 from optuav import plots
 from optuav.mission import Mission
-from optuav.solving import solve
 from optuav.studies.curves.battery_size import direct, pack_for, saturation, without_laser
-from optuav.studies.reproduce.exhibit import Exhibit, caption, deadline
-from optuav.studies.reproduce.perspectives import COUNTED, OURS
+from optuav.studies.reproduce.exhibit import (
+    OURS,
+    Exhibit,
+    LeftOut,
+    caption,
+    deadline,
+    heading,
+    stem,
+)
+from optuav.studies.reproduce.perspectives import COUNTED
+from optuav.studies.reproduce.plans import SEARCHED, is_searched, no_plan, solve
 
 POINTS = {"battery": 61, OURS: 25}
 
 
-def battery_size(mission: Mission) -> Iterator[Exhibit]:
+def battery_size(mission: Mission) -> Iterator[Exhibit | LeftOut]:
     """The direct path without laser by pack, and the optimum with laser and the mission's pack."""
     if mission.laser is None:
+        yield LeftOut("", "the mission has no laser")
         return
     dark, own = without_laser(mission), mission.battery.capacity_As
     for perspective in COUNTED:
+        if is_searched(mission, perspective):
+            yield LeftOut(f"perspective {perspective}", SEARCHED)
+            continue
         best = solve(mission, perspective=perspective)
         if not best:
+            yield no_plan(best, f"perspective {perspective}")
             continue
         crossing = pack_for(dark, best.hover_time_s, perspective=perspective)
         full = saturation(dark, perspective=perspective)
@@ -50,7 +63,7 @@ def battery_size(mission: Mission) -> Iterator[Exhibit]:
             if at is not None
         ]
         yield Exhibit(
-            f"battery-size.{mission.name}.{perspective}",
+            f"battery-size.{stem(mission)}.{perspective}",
             caption(
                 mission,
                 "Maximal hover time against battery size",
@@ -74,7 +87,7 @@ def battery_size(mission: Mission) -> Iterator[Exhibit]:
                         "direct, laser", packs_As, [each["direct_with_laser_s"] for each in records]
                     ),
                 ],
-                title=f"{mission.name}: hover time and battery size, {perspective}",
+                title=f"{heading(mission)}: hover time and battery size, {perspective}",
                 x_label="capacity of a pack $B_i$ [A s]",
                 y_label="hover time Δ [s]",
                 marks=marks,

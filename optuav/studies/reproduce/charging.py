@@ -10,7 +10,7 @@ from optuav import plots
 from optuav.mission import Mission
 from optuav.studies.curves.charging import harvest
 from optuav.studies.curves.settings import HOVER_S
-from optuav.studies.reproduce.exhibit import Exhibit, caption
+from optuav.studies.reproduce.exhibit import Exhibit, LeftOut, caption, heading, stem
 
 SOURCES_W = (100.0, 250.0, 500.0, 1000.0)
 """Source powers; the paper's are not in its text."""
@@ -19,10 +19,13 @@ NEAR_M = 1000.0
 POINTS = 101
 
 
-def charging(mission: Mission) -> Iterator[Exhibit]:
+def charging(mission: Mission) -> Iterator[Exhibit | LeftOut]:
     """Two pictures: the energy, and the efficiency; none where the mission states the charging."""
-    stated = mission.flight.model == "regimes" and mission.flight.charge_power_W is not None
-    if mission.laser is None or stated:
+    if mission.laser is None:
+        yield LeftOut("", "the mission has no laser")
+        return
+    if mission.flight.model == "regimes" and mission.flight.charge_power_W is not None:
+        yield LeftOut("", "the mission states with what it charges, whatever the distance")
         return
     distance_m = np.linspace(0.0, FARTHEST_M, POINTS)
     sources_W = sorted({*SOURCES_W, mission.laser.power_W})
@@ -37,15 +40,13 @@ def charging(mission: Mission) -> Iterator[Exhibit]:
         for power, curve in found.items()
         for metres, energy_J, efficiency in zip(*curve, strict=True)
     ]
-    near = [
-        100.0 * float(share)
-        for curve in found.values()
-        for metres, share in zip(curve.distance_m, curve.efficiency, strict=True)
-        if metres <= NEAR_M
-    ]
+    near = {power: 100.0 * curve.efficiency[distance_m <= NEAR_M] for power, curve in found.items()}
+    by_source = "; ".join(
+        f"{power:g} W {share.min():.1f} to {share.max():.1f} %" for power, share in near.items()
+    )
     finding = (
-        f"Below {NEAR_M / 1000.0:g} km the efficiency is {min(near):.1f} to {max(near):.1f} %. No "
-        "limit of the battery is applied."
+        f"Efficiency below {NEAR_M / 1000.0:g} km by source: {by_source}. No limit of the battery "
+        "is applied."
     )
     for name, words, y_label, scaled in (
         (
@@ -62,14 +63,14 @@ def charging(mission: Mission) -> Iterator[Exhibit]:
         ),
     ):
         yield Exhibit(
-            f"{name}.{mission.name}",
+            f"{name}.{stem(mission)}",
             caption(mission, f"{words} against distance, for several source powers", "Fig. 10"),
             plots.curves(
                 [
                     plots.Line(f"$P_s$ = {power:g} W", distance_m / 1000.0, values)
                     for power, values in scaled.items()
                 ],
-                title=f"{mission.name}: {words.lower()}",
+                title=f"{heading(mission)}: {words.lower()}",
                 x_label="distance from the laser to the UAV $d$ [km]",
                 y_label=y_label,
                 y_from_zero=True,

@@ -8,19 +8,28 @@ from formulations.perspectives import PAPER
 from optuav import plots
 from optuav.mission import Mission
 from optuav.plan import Plan
-from optuav.solving import solve
 from optuav.studies.ledger import Verdict
 from optuav.studies.ledger.scenario import papers
 from optuav.studies.ledger.statement import Entry, agrees
 from optuav.studies.ledger.table2 import statements
-from optuav.studies.reproduce.exhibit import Exhibit, caption, is_papers, percent
-from optuav.studies.reproduce.perspectives import OURS, deadlines_s
+from optuav.studies.reproduce.exhibit import (
+    OURS,
+    Exhibit,
+    LeftOut,
+    caption,
+    heading,
+    is_papers,
+    percent,
+    stem,
+)
+from optuav.studies.reproduce.perspectives import deadlines_s
+from optuav.studies.reproduce.plans import no_plan, solve, without
 
 HEAD = ("direct path", "Δ [s]", "T [s]", "η1 [%]", "η2 [%]", "η3 [%]")
 WIDTHS = (2.6, 1.0, 1.0, 1.0, 1.0, 1.0)
 
 
-def direct_path(mission: Mission) -> Iterator[Exhibit]:
+def direct_path(mission: Mission) -> Iterator[Exhibit | LeftOut]:
     """The table as it comes out for a mission, in slots of one second as in the paper."""
     plans = [
         solve(
@@ -34,17 +43,18 @@ def direct_path(mission: Mission) -> Iterator[Exhibit]:
     ]
     found = [plan for plan in plans if plan]
     if not found:
+        yield no_plan(plans[0])
         return
     rows = [_row(plan) for plan in found]
     yield Exhibit(
-        f"direct-path.{mission.name}",
+        f"direct-path.{stem(mission)}",
         caption(
             mission,
             "Perspectives on the direct path",
             "Table II",
             f"slots of {mission.limits.slot_s:g} s",
         ),
-        plots.table(HEAD, rows, title=f"{mission.name}: the direct path", widths=WIDTHS),
+        plots.table(HEAD, rows, title=f"{heading(mission)}: the direct path", widths=WIDTHS),
         [
             {
                 "deadline_s": plan.mission.limits.deadline_s,
@@ -59,7 +69,7 @@ def direct_path(mission: Mission) -> Iterator[Exhibit]:
             }
             for plan in found
         ],
-        tuple(_dry(found)),
+        (*_dry(found), *_missing(plans)),
     )
     if is_papers(mission):
         yield _beside_the_paper(mission)
@@ -84,6 +94,10 @@ def _dry(plans: list[Plan]) -> Iterator[str]:
         )
 
 
+def _missing(plans: list[Plan]) -> Iterator[str]:
+    yield from without({f"{p.mission.limits.deadline_s:g} s, {p.perspective}": p for p in plans})
+
+
 def _beside_the_paper(mission: Mission) -> Exhibit:
     """The paper's cells, each with ours below it."""
     both = papers()
@@ -105,12 +119,12 @@ def _beside_the_paper(mission: Mission) -> Exhibit:
             if not agrees(each.statement.stated, value):
                 marked[2 * number + 1, column] = "other digits than the paper's"
     return Exhibit(
-        f"table2.{mission.name}",
+        f"table2.{stem(mission)}",
         f"Table II of the paper, and every cell by {mission.name}; η at the row's Δ in whole slots",
         plots.table(
             HEAD,
             [tuple(cell.replace("-", "\N{MINUS SIGN}") for cell in row) for row in rows],
-            title=f"Table II, and the same cells by {mission.name}",
+            title=f"Table II, and the same cells by {heading(mission)}",
             widths=WIDTHS,
             marked=marked,
         ),

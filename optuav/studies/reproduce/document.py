@@ -51,6 +51,7 @@ class Picture:
 Block: TypeAlias = Heading | Paragraph | Listing | Table | Picture
 
 CODE = re.compile("`([^`]*)`")
+MARKS = re.compile(r"[_*<$]")
 STYLE = """
 body { font: 15px/1.5 "DejaVu Sans", "Segoe UI", Arial, sans-serif; color: #222; margin: 2em auto;
   max-width: 62em; padding: 0 1.2em; }
@@ -73,7 +74,7 @@ def markdown(blocks: Iterable[Block]) -> str:
 
 def _markdown(block: Block) -> str:
     if isinstance(block, Heading):
-        return f"{'#' * block.level} {block.text}"
+        return f"{'#' * block.level} {_plain(block.text)}"
     if isinstance(block, Paragraph):
         return _plain(block.text)
     if isinstance(block, Listing):
@@ -83,13 +84,14 @@ def _markdown(block: Block) -> str:
         return "\n".join(f"| {' | '.join(map(_cell, row))} |" for row in rows)
     links = f"[PNG](figures/{block.name}.png) [SVG](figures/{block.name}.svg) "
     links += f"[CSV](data/{block.name}.csv)"
-    return f"![{block.caption}](figures/{block.name}.png)\n\n{_plain(block.caption)}. {links}"
+    caption = _plain(block.caption)
+    return f"![{caption}](figures/{block.name}.png)\n\n{caption}. {links}"
 
 
 def _plain(text: str) -> str:
     """Text without marks that Markdown would read as its own, but for code."""
     return "`".join(
-        part if number % 2 else part.replace("_", r"\_").replace("*", r"\*")
+        part if number % 2 else MARKS.sub(r"\\\g<0>", part)
         for number, part in enumerate(text.split("`"))
     )
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
@@ -38,6 +39,22 @@ class Exhibit:
 
 
 @dataclass(frozen=True)
+class LeftOut:
+    """What a study does not show of a mission.
+
+    Parameters
+    ----------
+    what
+        Which part; empty for the whole study.
+    why
+        The reason in words.
+    """
+
+    what: str
+    why: str
+
+
+@dataclass(frozen=True)
 class Study:
     """A figure or table of the paper, made anew for a mission.
 
@@ -48,12 +65,28 @@ class Study:
     title
         Heading in the report.
     make
-        Its exhibits for a mission; none where it says nothing of it.
+        Its exhibits for a mission, and what of it is left out.
     """
 
     name: str
     title: str
-    make: Callable[[Mission], Iterator[Exhibit]]
+    make: Callable[[Mission], Iterator[Exhibit | LeftOut]]
+
+
+OURS = "available"
+"""The perspective in which the available well must last."""
+
+
+def stem(mission: Mission) -> str:
+    """The mission's name as a part of names of files."""
+    return re.sub(r"[^\w.-]+", "-", mission.name).strip("-.") or "mission"
+
+
+def heading(mission: Mission) -> str:
+    """The mission's name in the title of a picture."""
+    from optuav.plots.style import printed
+
+    return printed(mission.name)
 
 
 def is_papers(mission: Mission) -> bool:

@@ -8,15 +8,26 @@ from typing import Any
 
 from optuav import plots
 from optuav.mission import Mission
-from optuav.solving import solve
 from optuav.studies.curves.settings import LEAST_SOC, SPEED_SHARES
-from optuav.studies.reproduce.exhibit import Exhibit, caption, deadline, is_papers
+from optuav.studies.reproduce.exhibit import (
+    Exhibit,
+    LeftOut,
+    caption,
+    deadline,
+    heading,
+    is_papers,
+    stem,
+)
 from optuav.studies.reproduce.perspectives import COUNTED
+from optuav.studies.reproduce.plans import SEARCHED, is_searched, no_plan, solve
 
 
-def least_charge(mission: Mission) -> Iterator[Exhibit]:
+def least_charge(mission: Mission) -> Iterator[Exhibit | LeftOut]:
     """One curve a rotor speed; regime loads know none and have a single curve."""
     for perspective in COUNTED:
+        if is_searched(mission, perspective):
+            yield LeftOut(f"perspective {perspective}", SEARCHED)
+            continue
         records: list[dict[str, Any]] = [
             {
                 "max_speed_rad_s": speed,
@@ -33,6 +44,8 @@ def least_charge(mission: Mission) -> Iterator[Exhibit]:
             )
         ]
         if not any(math.isfinite(each["hover_time_s"]) for each in records):
+            lost = solve(mission, perspective=perspective)
+            yield no_plan(lost, f"perspective {perspective}")
             continue
         curves: dict[float, list[dict[str, Any]]] = {}
         for each in records:
@@ -47,17 +60,18 @@ def least_charge(mission: Mission) -> Iterator[Exhibit]:
             for speed, curve in curves.items()
         ]
         yield Exhibit(
-            f"least-charge.{mission.name}.{perspective}",
+            f"least-charge.{stem(mission)}.{perspective}",
             caption(
                 mission,
                 "Maximal hover time against the charge that must be left",
                 "Fig. 7",
+                *([] if mission.flight.model == "rotors" else ["loads by regime, without v_max"]),
                 f"perspective {perspective}",
                 deadline(mission),
             ),
             plots.curves(
                 lines,
-                title=f"{mission.name}: hover time and charge left, {perspective}",
+                title=f"{heading(mission)}: hover time and charge left, {perspective}",
                 x_label="charge that must be left $η_0$ [%]",
                 y_label="hover time Δ [s]",
             ),
@@ -87,6 +101,13 @@ def _falls(mission: Mission, records: list[dict[str, Any]]) -> Iterator[str]:
         for each in records
         if math.isclose(each["max_speed_rad_s"], own, abs_tol=1e-6)
     ]
+    lost = [least for least, hover_s in hovers if math.isnan(hover_s)]
+    hovers = hovers[: len(hovers) - len(lost)]  # more charge left is never easier
+    if lost:
+        speed = " at the mission's own v_max" if own else ""
+        yield f"From η0 = {lost[0]:g} % on there is no plan{speed}."
+    if len(hovers) < 2:
+        return
     first = hovers[0][1]
     if all(math.isclose(hover_s, first, rel_tol=1e-6) for _, hover_s in hovers):
         yield f"Δ = {first:.2f} s for every η0, which is not what ends the hover."

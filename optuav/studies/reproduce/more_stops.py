@@ -7,9 +7,8 @@ from collections.abc import Iterator
 from optuav import plots
 from optuav.mission import Mission
 from optuav.plan import Plan
-from optuav.solving import solve
-from optuav.studies.reproduce.exhibit import Exhibit, caption
-from optuav.studies.reproduce.perspectives import OURS
+from optuav.studies.reproduce.exhibit import OURS, Exhibit, LeftOut, caption, heading, stem
+from optuav.studies.reproduce.plans import SEARCHED, is_searched, no_plan, solve, why
 
 WAYS = {"one rest, one hover": (1, 1), "two rests": (2, 1), "two hovers": (1, 2)}
 """Most rests and most hovers."""
@@ -17,25 +16,31 @@ TIMES = (1.0, 2.0)
 """Deadlines over the mission's own."""
 
 
-def more_stops(mission: Mission) -> Iterator[Exhibit]:
+def more_stops(mission: Mission) -> Iterator[Exhibit | LeftOut]:
     """The longest hover with two rests, and in two pieces, in which the available well lasts."""
-    plans = {
-        (times * mission.limits.deadline_s, words): plan
+    if is_searched(mission, OURS):
+        yield LeftOut("", SEARCHED)
+        return
+    asked = {
+        (times * mission.limits.deadline_s, words): best(
+            mission, words, times * mission.limits.deadline_s
+        )
         for times in TIMES
         for words in WAYS
-        if (plan := best(mission, words, times * mission.limits.deadline_s))
     }
+    plans = {key: plan for key, plan in asked.items() if plan}
     if not plans:
+        yield no_plan(next(iter(asked.values())))
         return
     yield Exhibit(
-        f"more-stops.{mission.name}",
+        f"more-stops.{stem(mission)}",
         caption(mission, "The longest hover with more stops, perspective available", ""),
         plots.bars(
             {
                 f"{words},\n$T_{{max}}$ = {deadline_s:g} s": plan.hover_time_s
                 for (deadline_s, words), plan in plans.items()
             },
-            title=f"{mission.name}: more rests, and hovering in pieces",
+            title=f"{heading(mission)}: more rests, and hovering in pieces",
             y_label="hover time Δ [s]",
         ),
         [
@@ -50,9 +55,13 @@ def more_stops(mission: Mission) -> Iterator[Exhibit]:
             for (deadline_s, words), plan in plans.items()
         ],
         tuple(
-            f"T_max = {deadline_s:g} s, {words}: {plan.hover_time_s:.3f} s; "
-            f"{', '.join(_stays(plan))}."
-            for (deadline_s, words), plan in plans.items()
+            f"T_max = {deadline_s:g} s, {words}: "
+            + (
+                f"{plan.hover_time_s:.3f} s; {', '.join(_stays(plan))}."
+                if plan
+                else f"no plan, {why(plan)}."
+            )
+            for (deadline_s, words), plan in asked.items()
         ),
     )
 

@@ -9,15 +9,16 @@ from optuav.mission import Mission, vehicle
 from optuav.plan import Plan
 from optuav.plots.charge import course
 from optuav.plots.files import modelled_leg
-from optuav.solving import solve
-from optuav.studies.reproduce.exhibit import Exhibit, number
-from optuav.studies.reproduce.perspectives import OURS, deadlines_s
+from optuav.studies.reproduce.exhibit import OURS, Exhibit, LeftOut, heading, number, stem
+from optuav.studies.reproduce.perspectives import deadlines_s
+from optuav.studies.reproduce.plans import no_plan, solve, why
 
 
-def runs_dry(mission: Mission) -> Iterator[Exhibit]:
+def runs_dry(mission: Mission) -> Iterator[Exhibit | LeftOut]:
     """The available well over the direct path, which η1 says nothing of."""
     plan = solve(mission, "P3", perspective="battery")
     if not plan:
+        yield no_plan(plan)
         return
     level = 100.0 * plan.phases[-1].available_As[0] / float(vehicle.pool(mission).capacity_As)
     findings = [
@@ -27,10 +28,13 @@ def runs_dry(mission: Mission) -> Iterator[Exhibit]:
     if plan.runs_dry_s is not None:
         findings.append(f"It is empty at {plan.runs_dry_s:.2f} s of {plan.mission_time_s:.2f} s.")
     kept = solve(mission, "P3", perspective=OURS)
-    if kept:
-        findings.append(f"With a well that lasts, Δ = {kept.hover_time_s:.2f} s.")
+    findings.append(
+        f"With a well that lasts, Δ = {kept.hover_time_s:.2f} s."
+        if kept
+        else f"With a well that lasts there is no plan: {why(kept)}."
+    )
     yield Exhibit(
-        f"runs-dry.{mission.name}",
+        f"runs-dry.{stem(mission)}",
         f"The wells over the direct path of {mission.name}: Δ = {plan.hover_time_s:.2f} s",
         plots.battery(plan).wells,
         _course(plan),
@@ -38,21 +42,25 @@ def runs_dry(mission: Mission) -> Iterator[Exhibit]:
     )
 
 
-def overcharges(mission: Mission) -> Iterator[Exhibit]:
+def overcharges(mission: Mission) -> Iterator[Exhibit | LeftOut]:
     """Resting first charges a battery that is nearly full."""
+    if not mission.buildings:
+        yield LeftOut("", "the mission has no building to rest on")
+        return
     plans = [
         solve(mission, "P4", building=each.name, order="rest-first", perspective="battery")
         for each in mission.buildings
     ]
     found = [plan for plan in plans if plan]
     if not found:
+        yield no_plan(plans[0])
         return
     plan = max(found, key=lambda each: each.hover_time_s)
     pool = vehicle.pool(mission)
     highest = 100.0 * float(course(pool, plan).available_As.max() / pool.full.available_As)
     when = "" if plan.overfull_s is None else f", which is full from {plan.overfull_s:.2f} s on"
     yield Exhibit(
-        f"overcharges.{mission.name}",
+        f"overcharges.{stem(mission)}",
         f"The wells where {mission.name} rests first, on {plan.route[1]}: Δ = "
         f"{plan.hover_time_s:.2f} s, T' = {plan.rest_time_s:.2f} s",
         plots.battery(plan).wells,
@@ -69,7 +77,7 @@ def _course(plan: Plan) -> list[dict[str, float]]:
     ]
 
 
-def second_problem(mission: Mission) -> Iterator[Exhibit]:
+def second_problem(mission: Mission) -> Iterator[Exhibit | LeftOut]:
     """(P2) as printed asks for the shortest flight, and any Δ will do."""
     asked = mission.replace({"limits.deadline_s": deadlines_s(mission)[0]})
     plans = {
@@ -78,6 +86,7 @@ def second_problem(mission: Mission) -> Iterator[Exhibit]:
     }
     found = {problem: plan for problem, plan in plans.items() if plan}
     if "P1" not in found:
+        yield no_plan(plans["P1"])
         return
     words = {
         "P1": "(P1)\nlongest hover",
@@ -85,12 +94,12 @@ def second_problem(mission: Mission) -> Iterator[Exhibit]:
         "P2-tight": "(P2), whole\ndeadline used",
     }
     yield Exhibit(
-        f"second-problem.{mission.name}",
+        f"second-problem.{stem(mission)}",
         f"(P2) in its two readings beside (P1): {mission.name}, T_max = "
         f"{asked.limits.deadline_s:g} s",
         plots.bars(
             {words[problem]: plan.hover_time_s for problem, plan in found.items()},
-            title=f"{mission.name}: hover time by problem",
+            title=f"{heading(mission)}: hover time by problem",
             y_label="hover time Δ [s]",
         ),
         [
@@ -106,23 +115,31 @@ def second_problem(mission: Mission) -> Iterator[Exhibit]:
         ],
         (
             "The objective of (P2) as printed has no Δ: every feasible Δ is optimal, 0 included.",
-            "With Δ = T_max − T_fl − T', as the text has it, only plans that use the whole "
-            "deadline are left: "
-            + ", ".join(f"{problem} {plan.hover_time_s:.2f} s" for problem, plan in found.items())
+            "P2-tight asks, as the text does, for Δ = T_max − T_fl − T': only plans that use the "
+            "whole deadline are left.",
+            "Hover: "
+            + "; ".join(
+                f"{problem} " + (f"{plan.hover_time_s:.2f} s" if plan else f"no plan, {why(plan)}")
+                for problem, plan in plans.items()
+            )
             + ".",
         ),
     )
 
 
-def peak_speed(mission: Mission) -> Iterator[Exhibit]:
+def peak_speed(mission: Mission) -> Iterator[Exhibit | LeftOut]:
     """Speed over the first leg: nothing in the model slows the UAV down."""
     plan = solve(mission, "P3", perspective="battery")
+    if not plan:
+        yield no_plan(plan)
+        return
     first = modelled_leg(plan)
     if first is None:
+        yield LeftOut("", "the mission's legs are stated, not modelled")
         return
     legs = [phase for phase in plan.phases if phase.kind == "flight"]
     yield Exhibit(
-        f"peak-speed.{mission.name}",
+        f"peak-speed.{stem(mission)}",
         f"The first leg of {mission.name}: speed, attitude and current",
         plots.leg(mission, first.start_place, first.end_place).speed,
         [

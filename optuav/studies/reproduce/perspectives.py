@@ -7,15 +7,24 @@ from collections.abc import Iterator, Sequence
 from formulations.perspectives import PAPER
 from optuav import plots
 from optuav.mission import Mission
+from optuav.plan import Plan
 from optuav.plots.comparison import Bar
 from optuav.plots.map import WORDS
-from optuav.solving import solve
 from optuav.studies.curves.settings import DEADLINES_S
-from optuav.studies.reproduce.exhibit import Exhibit, caption, deadline, is_papers, percent
+from optuav.studies.reproduce.exhibit import (
+    OURS,
+    Exhibit,
+    LeftOut,
+    caption,
+    deadline,
+    heading,
+    is_papers,
+    percent,
+    stem,
+)
+from optuav.studies.reproduce.plans import no_plan, solve, why
 
 TRAJECTORIES = ("direct", "traj1", "traj2", "optimal")
-OURS = "available"
-"""The perspective in which the available well must last."""
 COUNTED = ("battery", OURS)
 """How charge is counted in the studies that the paper makes in one perspective."""
 FIGURES = {800.0: ("Fig. 3", "Fig. 4"), 1200.0: ("Fig. 5", "Fig. 6")}
@@ -26,7 +35,7 @@ def deadlines_s(mission: Mission) -> Sequence[float]:
     return DEADLINES_S if is_papers(mission) else (mission.limits.deadline_s,)
 
 
-def by_perspective(mission: Mission) -> Iterator[Exhibit]:
+def by_perspective(mission: Mission) -> Iterator[Exhibit | LeftOut]:
     """Two pictures a deadline, as in the paper: hover time, and charge left."""
     for deadline_s in deadlines_s(mission):
         asked = mission.replace({"limits.deadline_s": deadline_s})
@@ -35,6 +44,9 @@ def by_perspective(mission: Mission) -> Iterator[Exhibit]:
             for perspective in (*PAPER, OURS)
             for name in TRAJECTORIES
         ]
+        if not any(plan for *_, plan in plans):
+            yield no_plan(plans[-1][-1], deadline(asked))
+            continue
         shown = [
             Bar(perspective, name, plan.hover_time_s, (plan.soc or {})["battery"])
             if plan
@@ -55,17 +67,17 @@ def by_perspective(mission: Mission) -> Iterator[Exhibit]:
             for perspective, name, plan in plans
             if plan
         ]
-        heading = f"{mission.name}, T_max = {deadline_s:g} s"
+        words = f"{heading(mission)}, T_max = {deadline_s:g} s"
         hover, charge = FIGURES.get(deadline_s, ("", ""))
-        name = f"{mission.name}.{deadline_s:g}s"
+        name = f"{stem(mission)}.{deadline_s:g}s"
         yield Exhibit(
             f"hover-time.{name}",
             caption(
                 asked, "Maximal hover time by perspective and trajectory", hover, deadline(asked)
             ),
-            plots.hover_bars(shown, f"Hover time: {heading.replace('T_max', '$T_{max}$')}"),
+            plots.hover_bars(shown, f"Hover time: {words.replace('T_max', '$T_{max}$')}"),
             records,
-            tuple(_findings(shown)),
+            (*_findings(shown, plans), *_missing(plans)),
         )
         yield Exhibit(
             f"charge-left.{name}",
@@ -77,14 +89,19 @@ def by_perspective(mission: Mission) -> Iterator[Exhibit]:
             ),
             plots.charge_bars(
                 shown,
-                f"Charge left: {heading.replace('T_max', '$T_{max}$')}",
+                f"Charge left: {words.replace('T_max', '$T_{max}$')}",
                 mission.limits.min_soc,
             ),
             records,
         )
 
 
-def _findings(shown: Sequence[Bar]) -> Iterator[str]:
+def _findings(shown: Sequence[Bar], plans: Sequence[tuple[str, str, Plan]]) -> Iterator[str]:
+    routes = {
+        perspective: " → ".join(plan.route)
+        for perspective, name, plan in plans
+        if plan and name == "optimal"
+    }
     for perspective in dict.fromkeys(each.perspective for each in shown):
         own = {
             each.trajectory: each.hover_time_s
@@ -97,4 +114,14 @@ def _findings(shown: Sequence[Bar]) -> Iterator[str]:
                 for name, hover_s in own.items()
                 if name != "optimal" and hover_s >= own["optimal"] - 1e-6
             ]
-            yield f"{perspective}: {own['optimal']:.2f} s by {' and '.join(best) or 'no other'}."
+            by = " and ".join(best) or routes[perspective]
+            yield f"{perspective}: {own['optimal']:.2f} s by {by}."
+
+
+def _missing(plans: Sequence[tuple[str, str, Plan]]) -> Iterator[str]:
+    lost: dict[tuple[str, str], list[str]] = {}
+    for perspective, name, plan in plans:
+        if not plan:
+            lost.setdefault((WORDS[name], why(plan)), []).append(perspective)
+    for (name, reason), perspectives in lost.items():
+        yield f"No plan by {name}, {', '.join(perspectives)}: {reason}."

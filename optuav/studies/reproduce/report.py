@@ -8,8 +8,9 @@ from optuav.mission import Mission
 from optuav.studies.ledger import Ledger, Verdict, cells
 from optuav.studies.ledger.admitted import loads_exist
 from optuav.studies.reproduce.document import Block, Heading, Listing, Paragraph, Picture, Table
-from optuav.studies.reproduce.exhibit import Exhibit, Study
+from optuav.studies.reproduce.exhibit import Exhibit, LeftOut, Study
 from optuav.studies.reproduce.misprints import all_misprints
+from optuav.studies.reproduce.plans import solve, why
 
 PAPER = (
     'W. Jaafar, H. Yanikomeroglu, "Dynamics of Laser-Charged UAVs: A Battery Perspective", IEEE '
@@ -28,6 +29,7 @@ def title(missions: Sequence[Mission], entries: Ledger | None) -> str:
 def blocks(
     missions: Sequence[Mission],
     made: Mapping[Study, Sequence[Exhibit]],
+    left_out: Sequence[tuple[Study, Mission, LeftOut]],
     entries: Ledger | None,
 ) -> Iterator[Block]:
     """The report.
@@ -38,14 +40,21 @@ def blocks(
         What it is about.
     made
         The studies with their exhibits, in order.
+    left_out
+        What of them is not there.
     entries
         The ledger; None where it was not asked for.
     """
     yield Heading(title(missions, entries), 1)
+    names = " and ".join(mission.name for mission in missions)
+    word = "mission" if len(missions) == 1 else "missions"
     yield Paragraph(
-        f"Everything here was computed by optuav from the missions "
-        f"{', '.join(mission.name for mission in missions)}. The paper: {PAPER}."
+        f"Everything here was computed by optuav from the {word} {names}. The paper: {PAPER}."
     )
+    for mission in missions:
+        if not (plan := solve(mission)):
+            yield Paragraph(f"{mission.name} has no plan: {why(plan)}.")
+    yield from _left_out(left_out)
     if entries is not None:
         yield from _in_short(entries)
         yield from _fit(entries)
@@ -61,6 +70,22 @@ def blocks(
                 yield _misprints(missions)
     if entries is not None:
         yield from _whole(entries)
+
+
+def _left_out(left_out: Sequence[tuple[Study, Mission, LeftOut]]) -> Iterator[Block]:
+    """What is not there, by reason."""
+    by_reason: dict[tuple[str, str], list[str]] = {}
+    for study, mission, each in left_out:
+        what = f"{study.title}, {each.what}" if each.what else study.title
+        by_reason.setdefault((mission.name, each.why), []).append(what)
+    if by_reason:
+        yield Heading("Not shown")
+        yield Listing(
+            tuple(
+                f"{name}: {'; '.join(what)}. Why: {reason}."
+                for (name, reason), what in by_reason.items()
+            )
+        )
 
 
 def _in_short(entries: Ledger) -> Iterator[Block]:

@@ -16,7 +16,7 @@ from optuav.studies.reproduce.battery_size import battery_size
 from optuav.studies.reproduce.charging import charging
 from optuav.studies.reproduce.direct_path import direct_path
 from optuav.studies.reproduce.document import markdown, page
-from optuav.studies.reproduce.exhibit import Exhibit, Study
+from optuav.studies.reproduce.exhibit import Exhibit, LeftOut, Study
 from optuav.studies.reproduce.least_charge import least_charge
 from optuav.studies.reproduce.misprints import misprints
 from optuav.studies.reproduce.more_stops import more_stops
@@ -85,13 +85,24 @@ def reproduce(
     missions = _missions(mission)
     chosen = _chosen(only)
     with_ledger = mission is None and (not only or LEDGER in only)
-    make_directory(Path(directory))
-    files = dict(_files(missions, chosen, with_ledger, progress))
+    files = _made(Path(directory), lambda: dict(_files(missions, chosen, with_ledger, progress)))
     for name in ("figures", "data"):
         make_directory(Path(directory) / name)
     for name, content in files.items():
         write_bytes(Path(directory) / name, content)
     return [Path(directory) / name for name in files]
+
+
+def _made(directory: Path, files: Callable[[], dict[str, bytes]]) -> dict[str, bytes]:
+    """Files for a directory that is made first, and taken away again where they fail."""
+    new = not directory.exists()
+    make_directory(directory)
+    try:
+        return files()
+    except BaseException:
+        if new:
+            directory.rmdir()
+        raise
 
 
 def _missions(mission: Mission | str | Path | None) -> tuple[Mission, ...]:
@@ -119,6 +130,7 @@ def _files(
 ) -> Iterator[tuple[str, bytes]]:
     """Every file by its name in the directory."""
     made: dict[Study, list[Exhibit]] = {}
+    left_out: list[tuple[Study, Mission, LeftOut]] = []
     pictures: dict[str, bytes] = {}
     steps = len(chosen) * len(missions) + 1
     for number, study in enumerate(chosen):
@@ -127,6 +139,9 @@ def _files(
             if progress is not None:
                 progress(number * len(missions) + place, steps, f"{study.name} of {mission.name}")
             for exhibit in study.make(mission):
+                if isinstance(exhibit, LeftOut):
+                    left_out.append((study, mission, exhibit))
+                    continue
                 made[study].append(exhibit)
                 figure = exhibit.axes.get_figure(root=True)
                 assert figure is not None
@@ -140,6 +155,6 @@ def _files(
             progress(steps - 1, steps, LEDGER)
         entries = ledger()
         yield "data/ledger.csv", entries.to_csv().encode()
-    report = list(blocks(missions, made, entries))
+    report = list(blocks(missions, made, left_out, entries))
     yield "report.md", markdown(report).encode()
     yield "report.html", page(title(missions, entries), report, pictures).encode()

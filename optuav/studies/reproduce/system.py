@@ -6,20 +6,23 @@ from collections.abc import Iterator
 
 from optuav import plots
 from optuav.mission import Mission
-from optuav.solving import solve
-from optuav.studies.reproduce.exhibit import Exhibit, caption, deadline
+from optuav.studies.reproduce.exhibit import Exhibit, LeftOut, caption, deadline, stem
 from optuav.studies.reproduce.perspectives import COUNTED, TRAJECTORIES
+from optuav.studies.reproduce.plans import no_plan, solve, without
 
 
-def system(mission: Mission) -> Iterator[Exhibit]:
+def system(mission: Mission) -> Iterator[Exhibit | LeftOut]:
     """The map, counting charge, and once more where the available well must last."""
     for perspective in COUNTED:
         plans = {
             name: solve(mission, trajectory=name, perspective=perspective) for name in TRAJECTORIES
         }
         found = [name for name in plans if plans[name]]
+        if not found:
+            yield no_plan(plans["optimal"], f"perspective {perspective}")
+            continue
         yield Exhibit(
-            f"system.{mission.name}.{perspective}",
+            f"system.{stem(mission)}.{perspective}",
             caption(
                 mission,
                 "System and trajectories",
@@ -43,5 +46,6 @@ def system(mission: Mission) -> Iterator[Exhibit]:
                 "Routes: "
                 + "; ".join(f"{name} {' → '.join(plans[name].route)}" for name in found)
                 + ".",
+                *without(plans),
             ),
         )

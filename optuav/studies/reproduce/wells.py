@@ -7,20 +7,29 @@ from collections.abc import Iterator
 from optuav import plots
 from optuav.mission import Mission
 from optuav.plots.levels import moments
-from optuav.solving import solve
-from optuav.studies.reproduce.exhibit import Exhibit, caption, number, percent, sentence
+from optuav.studies.reproduce.exhibit import (
+    Exhibit,
+    LeftOut,
+    caption,
+    number,
+    percent,
+    sentence,
+    stem,
+)
 from optuav.studies.reproduce.perspectives import COUNTED
+from optuav.studies.reproduce.plans import no_plan, solve
 
 
-def wells(mission: Mission) -> Iterator[Exhibit]:
+def wells(mission: Mission) -> Iterator[Exhibit | LeftOut]:
     """The wells at the end of every phase of the optimal plan."""
     for perspective in COUNTED:
         plan = solve(mission, perspective=perspective)
         if not plan:
+            yield no_plan(plan, f"perspective {perspective}")
             continue
         levels = moments(plan)
         yield Exhibit(
-            f"wells.{mission.name}.{perspective}",
+            f"wells.{stem(mission)}.{perspective}",
             caption(
                 mission,
                 "The wells of the kinetic battery over the optimal plan",

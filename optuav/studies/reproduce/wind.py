@@ -8,18 +8,19 @@ from optuav import plots
 from optuav.mission import Mission
 from optuav.studies.curves.settings import HOVER_S
 from optuav.studies.curves.wind import AXES, calmest_N, hover_energy, limits_N
-from optuav.studies.reproduce.exhibit import Exhibit, caption, number
+from optuav.studies.reproduce.exhibit import Exhibit, LeftOut, caption, heading, number, stem
 
 
-def wind(mission: Mission) -> Iterator[Exhibit]:
+def wind(mission: Mission) -> Iterator[Exhibit | LeftOut]:
     """Curves along x, y and z; regime loads do not know wind."""
     if mission.flight.model != "rotors":
+        yield LeftOut("", "loads that are stated by regime know no wind")
         return
     curves = {axis: hover_energy(mission, along, HOVER_S) for axis, along in AXES.items()}
     limits = {axis: limits_N(mission, along) for axis, along in AXES.items()}
     level, up = limits["x"], limits["z"]
     yield Exhibit(
-        f"wind.{mission.name}",
+        f"wind.{stem(mission)}",
         caption(
             mission,
             f"Energy of {HOVER_S:g} s of hover, radio included, against wind",
@@ -30,7 +31,7 @@ def wind(mission: Mission) -> Iterator[Exhibit]:
                 plots.Line(f"wind along ${axis}$", curve.force_N, curve.energy_J / 1000.0)
                 for axis, curve in curves.items()
             ],
-            title=f"{mission.name}: energy of {HOVER_S:g} s of hover against wind",
+            title=f"{heading(mission)}: energy of {HOVER_S:g} s of hover against wind",
             x_label="wind force $F_w$ [N]",
             y_label="hover and radio energy $E_{hv}$ [kJ]",
             marks=[

@@ -1,0 +1,45 @@
+"""Plans that several studies show, each found once."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from functools import lru_cache
+from typing import Any
+
+from optuav import solving
+from optuav.mission import Mission
+from optuav.plan import Plan
+from optuav.studies.reproduce.exhibit import OURS, LeftOut
+
+REMEMBERED = 256
+SEARCHED = (
+    "the study takes many plans, and where the packs take turns each is a search by simulation"
+)
+
+
+@lru_cache(maxsize=REMEMBERED)
+def solve(mission: Mission, problem: str = "P1", **options: Any) -> Plan:
+    """As `optuav.solve`, and remembered."""
+    return solving.solve(mission, problem, **options)
+
+
+def why(plan: Plan) -> str:
+    """Why there is no plan."""
+    return "; ".join(plan.reasons) or plan.proof
+
+
+def no_plan(plan: Plan, what: str = "") -> LeftOut:
+    """A study, or a part of it, that a missing plan leaves out."""
+    return LeftOut(what, why(plan))
+
+
+def without(plans: Mapping[str, Plan]) -> Iterator[str]:
+    """Which of several plans there are not, and why; nothing where all are there."""
+    lost = [f"{name} ({why(plan)})" for name, plan in plans.items() if not plan]
+    if lost:
+        yield f"No plan: {'; '.join(lost)}."
+
+
+def is_searched(mission: Mission, perspective: str) -> bool:
+    """Whether a plan takes seconds: the wells of packs that take turns are simulated."""
+    return perspective == OURS and mission.battery.schedule != "pooled"
