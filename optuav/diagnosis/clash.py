@@ -17,8 +17,8 @@ from optuav.diagnosis.proving import constrained, linear_part, subset
 from optuav.engines import bracket
 from optuav.engines.arrays import Booleans
 from optuav.errors import InputError
-from optuav.modelling import Expression, Model, Relation, check
-from optuav.modelling.check import Check
+from optuav.modelling import Expression, Model, Relation
+from optuav.modelling.check import Check, evaluated
 from optuav.modelling.expression import Variable
 from optuav.modelling.model import Constraint
 
@@ -123,7 +123,7 @@ def told(
     """A clash in words, with labels as a reader takes them."""
     part = subset(model, constraints)
     nothing = {each.name: 0.0 for each in model.variables}
-    sides = check(part, {**row, **nothing})[: len(constraints)]
+    sides = evaluated(part, {**row, **nothing})[: len(constraints)]
     names = tuple(labels)
     keys = (each.key for one in constraints for each in constrained(one) if each.key)
     return Clash(

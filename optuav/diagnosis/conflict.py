@@ -12,8 +12,6 @@ from optuav.diagnosis.certificate import Certificate
 from optuav.diagnosis.clash import Clash, clash, impossible, told
 from optuav.diagnosis.proving import certificates
 from optuav.errors import InputError
-from optuav.mission.itineraries import NO_LEG
-from optuav.mission.network import Network
 from optuav.modelling.exponential import NotExponentialError
 from optuav.modelling.traits import traits
 from optuav.solving import Program
@@ -128,12 +126,4 @@ def _in_places(program: Program, part: Part, entry: int, proof: Certificate) -> 
 
 
 def _names(program: Program, part: Part, entry: int) -> tuple[str, ...]:
-    return route_names(program.worked_out, int(part.routes[entry]))
-
-
-def route_names(worked_out: Network, route: int) -> tuple[str, ...]:
-    """Names of the places of an itinerary in the order in which they are reached."""
-    legs, names = worked_out.itineraries.legs[route], worked_out.places.names
-    flown = [int(leg) for leg in legs if leg != NO_LEG]
-    table = worked_out.legs
-    return (names[table.start[flown[0]]], *(names[table.end[leg]] for leg in flown))
+    return program.worked_out.route_names(int(part.routes[entry]))

@@ -17,8 +17,8 @@ from optuav.diagnosis.prices import prices
 from optuav.diagnosis.proving import bound
 from optuav.diagnosis.repair import repairs_of
 from optuav.mission import Mission
-from optuav.modelling import Model, NotAffineError, Relation, Variable, check
-from optuav.modelling.check import relations
+from optuav.modelling import Model, NotAffineError, Relation, Variable
+from optuav.modelling.check import evaluated, relations
 from optuav.modelling.notation import Text
 from optuav.modelling.walk import fold, has_unknowns, leaves
 from optuav.plan import Plan
@@ -137,7 +137,9 @@ def _sides(program: Program, part: Part, entry: int, values: dict[str, float]) -
     """The constraints that unknowns move; others compare figures that the mission fixes."""
     model = part.model
     labels = words(program.worked_out, part, entry, [each.label for each in relations(model)])
-    for constraint, label, row in zip(relations(model), labels, check(model, values), strict=True):
+    for constraint, label, row in zip(
+        relations(model), labels, evaluated(model, values), strict=True
+    ):
         if not has_unknowns(*constraint.relation.sides):
             continue
         slack = float(row.slack)

@@ -12,9 +12,9 @@ from optuav.engines import bracket, closed_form, grid
 from optuav.engines.arrays import Booleans, Floats
 from optuav.engines.ranges import Values, implied_upper_bounds, lower_bounds, own_upper_bounds
 from optuav.errors import InputError
-from optuav.modelling import Model, NotAffineError, check
+from optuav.modelling import Model, NotAffineError
 from optuav.modelling.affine import affine
-from optuav.modelling.check import holding
+from optuav.modelling.check import evaluated, holding
 from optuav.modelling.exponential import NotExponentialError
 from optuav.solving.declaring import declared
 from optuav.solving.dispatch import answer
@@ -81,7 +81,7 @@ def _continuous(stack: Stack, model: Model, count: int) -> Booleans:
 
 def _satisfied(model: Model, values: Values) -> Booleans:
     """Where values satisfy every constraint, evaluated in NumPy."""
-    holds = np.broadcast_arrays(*(row.satisfied for row in check(model, values)))
+    holds = np.broadcast_arrays(*(row.satisfied for row in evaluated(model, values)))
     return np.asarray(np.logical_and.reduce(holds))
 
 

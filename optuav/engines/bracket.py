@@ -20,7 +20,7 @@ from optuav.engines.multipliers import local_multipliers
 from optuav.engines.solution import Solution
 from optuav.engines.tapered import Tapered
 from optuav.errors import InputError
-from optuav.modelling.check import check, relations
+from optuav.modelling.check import evaluated, relations
 from optuav.modelling.exponential import CONSTANT, Exponential, Monomial
 from optuav.modelling.expression import Leaf, Variable
 from optuav.modelling.longest import lifted, uncapped, without_parts
@@ -211,7 +211,7 @@ def _binding(model: Model, values: Mapping[str, Any], answered: Booleans) -> dic
     found: dict[str, Booleans] = {}
     done: dict[int, Any] = {}
     stated = list(relations(model))  # kept, so that no two nodes share an identity
-    for each, row in zip(stated, check(model, values), strict=True):
+    for each, row in zip(stated, evaluated(model, values), strict=True):
         sides = each.relation.sides
         if not any(fold(side, _is_unknown, _any, done=done) is True for side in sides):
             continue

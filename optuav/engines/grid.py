@@ -25,7 +25,7 @@ from optuav.engines.ranges import linear_excesses, lower_bounds, slot_ranges, up
 from optuav.engines.solution import Solution
 from optuav.errors import InputError, SolverError
 from optuav.modelling.affine import NotAffineError, affine
-from optuav.modelling.check import TOLERANCE, check, holding, relations
+from optuav.modelling.check import TOLERANCE, evaluated, holding, relations
 from optuav.modelling.expression import Relation
 from optuav.modelling.model import Model
 from optuav.modelling.walk import evaluate
@@ -275,4 +275,4 @@ def _tight(model: Model, parameters: Values, point: Values, slot_s: float) -> It
     """Labels of constraints that a slot more or less of some unknown would violate."""
     for variable, step_s in itertools.product(model.variables, (slot_s, -slot_s)):
         moved = {**parameters, **point, variable.name: point[variable.name] + step_s}
-        yield from (row.label for row in check(model, moved) if not row.satisfied)
+        yield from (row.label for row in evaluated(model, moved) if not row.satisfied)

@@ -17,7 +17,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from optuav.modelling.check import Checks, check
+from optuav.modelling.check import Checks, evaluated
 from optuav.modelling.derivative import slope
 from optuav.modelling.model import Model
 from optuav.modelling.walk import evaluate
@@ -62,7 +62,7 @@ def residuals(
     multipliers
         Of the constraints, by label, of equalities signed; empty if there are none.
     """
-    rows = check(model, values)
+    rows = evaluated(model, values)
     if not multipliers or any(map(math.isnan, multipliers.values())):
         return Residuals(_violation(rows))
     negative, products, slopes = [0.0], [0.0], [0.0]

@@ -25,7 +25,7 @@ from optuav.engines.ranges import lower_bounds, own_upper_bounds
 from optuav.engines.scaling import ScaledProgramme, scaled_programme
 from optuav.engines.solution import Solution, stacked, unanswered
 from optuav.errors import SolverError
-from optuav.modelling.check import check, holding
+from optuav.modelling.check import evaluated, holding
 from optuav.modelling.expression import Relation
 from optuav.modelling.longest import lifted
 from optuav.modelling.model import Model
@@ -148,7 +148,7 @@ class Compiled:
         return best, said
 
     def _feasible(self, parameters: Mapping[str, Any], point: Mapping[str, float]) -> bool:
-        return all(bool(row.satisfied) for row in check(self.model, {**parameters, **point}))
+        return all(bool(row.satisfied) for row in evaluated(self.model, {**parameters, **point}))
 
     def _preferred(
         self, point: dict[str, float], scaled: ScaledProgramme, steepness: float
@@ -189,7 +189,7 @@ class Compiled:
         at_bounds: Floats,
         said: Sequence[str],
     ) -> Solution:
-        rows = check(self.model, {**parameters, **point})
+        rows = evaluated(self.model, {**parameters, **point})
         multipliers = {
             each.label: float(weight if each.relation.sense == "==" else abs(weight))
             for each, weight in zip(self.form.constraints, weights, strict=True)

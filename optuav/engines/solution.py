@@ -14,7 +14,7 @@ from optuav.engines.arrays import Booleans, Floats
 from optuav.engines.residuals import Residuals, residuals
 from optuav.engines.sensitivity import ShadowPrice, prices_at_a_kink, prices_of
 from optuav.errors import SolverError
-from optuav.modelling.check import check
+from optuav.modelling.check import evaluated
 from optuav.modelling.model import Model
 from optuav.modelling.table import table
 from optuav.status import Status
@@ -137,7 +137,7 @@ class Solution:
         SolverError
             If it violates a constraint, or there is none.
         """
-        rows = check(self.model, {**self.parameters_at(index), **self.point(index)})
+        rows = evaluated(self.model, {**self.parameters_at(index), **self.point(index)})
         broken = [f"{row.label} by {-row.slack:.3g}" for row in rows if not row.satisfied]
         if broken:
             raise SolverError(f"{self.engine} returned a point that violates {', '.join(broken)}")
@@ -152,7 +152,7 @@ class Solution:
         answered = np.array([status.has_answer for status in self.statuses])
         found: dict[str, Floats] = {}
         with np.errstate(invalid="ignore", over="ignore"):  # where there is no answer
-            rows = check(self.model, {**self.given, **self.values})
+            rows = evaluated(self.model, {**self.given, **self.values})
         for row in rows:
             least = np.minimum(row.slack, found.get(row.label, np.inf))
             found[row.label] = np.where(answered, least, np.nan)

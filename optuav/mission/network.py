@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from optuav.mission.itineraries import Itineraries, itineraries
+from optuav.mission.itineraries import NO_LEG, Itineraries, itineraries
 from optuav.mission.legs import Legs, legs
 from optuav.mission.places import Places, places
 from optuav.mission.schema import Mission
@@ -27,6 +27,12 @@ class Network:
     places: Places
     legs: Legs
     itineraries: Itineraries
+
+    def route_names(self, route: int) -> tuple[str, ...]:
+        """Names of the places of an itinerary in the order in which they are reached."""
+        flown = [int(leg) for leg in self.itineraries.legs[route] if leg != NO_LEG]
+        names = self.places.names
+        return (names[self.legs.start[flown[0]]], *(names[self.legs.end[leg]] for leg in flown))
 
 
 def network(mission: Mission) -> Network:

@@ -10,12 +10,15 @@ import numpy as np
 
 from optuav.errors import Fault, InputError
 from optuav.modelling.expression import Sense
+from optuav.modelling.longest import lifted
 from optuav.modelling.model import Constraint, Model
 from optuav.modelling.table import table
 from optuav.modelling.walk import evaluate
 
 TOLERANCE = 1e-9
 """A constraint holds if it is short by no more than this, relative to max(1, |right side|)."""
+MOST_NAMED = 10
+"""Points at which a constraint is violated that are told by name."""
 SIGNS: Mapping[Sense, str] = {"<=": "≤", ">=": "≥", "==": "="}
 
 
@@ -35,6 +38,10 @@ class Check:
         By how much it holds; negative where it is violated.
     satisfied
         Whether it holds within `TOLERANCE`.
+    points
+        What an array of points is, in words; by default how many there are.
+    names
+        What each of them is called; empty where they have no names.
     """
 
     label: str
@@ -45,6 +52,8 @@ class Check:
     right: Any
     slack: Any
     satisfied: Any
+    points: str = ""
+    names: tuple[str, ...] = ()
 
     def __str__(self) -> str:
         return " ".join([f"{self.label}:", *self.cells[1:]]).rstrip()
@@ -54,14 +63,25 @@ class Check:
         """Label, both sides, verdict and source line, as the table of `Checks` shows them."""
         unit = "" if self.unit == "1" else f" {self.unit}"
         if np.ndim(self.satisfied):
-            count, points = int(np.sum(self.satisfied)), np.size(self.satisfied)
-            least = f"least slack {np.min(self.slack):.6g}{unit}"
-            return self.label, f"at {points} points", f"holds at {count}, {least}", self.declared_at
+            points = self.points or f"at {np.size(self.satisfied)} points"
+            return self.label, points, self._verdict_at_points(unit), self.declared_at
         sides = f"{self.left:.6g} {SIGNS[self.sense]} {self.right:.6g}{unit}"
         verdict = f"holds, slack {abs(self.slack):.6g}{unit}"
         if not self.satisfied:
             verdict = f"VIOLATED by {-self.slack:.6g}{unit}"
         return self.label, sides, verdict, self.declared_at
+
+    def _verdict_at_points(self, unit: str) -> str:
+        """Whether it holds at all points, else at which it is violated, and by how much."""
+        violated = np.flatnonzero(~np.ravel(self.satisfied))
+        if not violated.size:
+            return f"holds at all, least slack {np.min(np.abs(self.slack)):.6g}{unit}"
+        verdict = f"VIOLATED at {violated.size} by up to {-np.min(self.slack):.6g}{unit}"
+        if len(self.names) != np.size(self.satisfied):
+            return verdict
+        named = ", ".join(self.names[index] for index in violated[:MOST_NAMED])
+        more = violated.size - MOST_NAMED
+        return f"{verdict}: {named}" + (f" and {more} more" if more > 0 else "")
 
 
 class Checks(tuple[Check, ...]):
@@ -125,12 +145,21 @@ def check(model: Model, point: Mapping[str, Any]) -> Checks:
     Raises
     ------
     InputError
-        If a value is no number or array of numbers, or the arrays do not broadcast with one another
-        and with the model's.
+        If a variable has no value, a name is neither of a variable nor of a parameter, a value is
+        no number or array of numbers, or the arrays do not broadcast with one another and with the
+        model's.
+    """
+    return evaluated(model, _numbers(point, model))
+
+
+def evaluated(model: Model, point: Mapping[str, Any]) -> Checks:
+    """`check` at a point that is known to be one; what the model does not know is passed over.
+
+    Raises
+    ------
     KeyError
         If a variable has no value.
     """
-    point = _numbers(point, model)
     rows = []
     done: dict[int, Any] = {}
     stated = list(relations(model))  # kept, so that no two nodes share an identity
@@ -156,12 +185,12 @@ def check(model: Model, point: Mapping[str, Any]) -> Checks:
 def _numbers(point: Mapping[str, Any], model: Model) -> dict[str, Any]:
     """The values of a point as numbers and arrays that broadcast with those of the model."""
     found: dict[str, Any] = {}
-    faults = []
+    faults = [*_misnamed(point, model)]
     for name, value in point.items():
         try:
             found[name] = value if isinstance(value, float) else _number(value)
         except (TypeError, ValueError):
-            faults.append(Fault(name, repr(value), "a number or an array of numbers"))
+            faults.append(Fault(name, repr(value), "a number or an array of at least one number"))
     shapes = {name: np.shape(value) for name, value in found.items() if np.ndim(value)}
     kept = (each.value for name, each in model.given.items() if name not in found)
     own = {np.shape(value) for value in kept if np.ndim(value)}
@@ -176,8 +205,25 @@ def _numbers(point: Mapping[str, Any], model: Model) -> dict[str, Any]:
     return found
 
 
+def _misnamed(point: Mapping[str, Any], model: Model) -> Iterator[Fault]:
+    """Variables without a value, and names that are of nothing in the model.
+
+    An engine that takes apart a time also tells the share of its parts; these say nothing here.
+    """
+    known = [*(each.name for each in model.variables), *model.given]
+    for variable in model.variables:
+        if variable.name not in point:
+            yield Fault(variable.name, "", "a variable of the model without a value")
+    strange = [name for name in point if name not in known]
+    shares = lifted(model).parts if strange else ()
+    for name in strange:
+        if name not in shares:
+            words = f"the model has no such name; it has {', '.join(known)}"
+            yield Fault(name, repr(point[name]), words)
+
+
 def _number(value: Any) -> Any:
     numbers = np.asarray(value)
-    if numbers.dtype.kind not in "biuf":
+    if numbers.dtype.kind not in "biuf" or not numbers.size:
         raise TypeError
     return numbers.astype(float)[()]

@@ -17,7 +17,8 @@ from optuav.mission.network import Network
 from optuav.mission.one_stop import in_words, one_stop_is_enough
 from optuav.mission.phases import phases
 from optuav.mission.sight import Numbers
-from optuav.modelling import Model, check, evaluate
+from optuav.modelling import Model, evaluate
+from optuav.modelling.check import evaluated
 from optuav.modelling.traits import traits
 from optuav.modelling.walk import has_unknowns
 from optuav.plan import Phase, Plan, Stage
@@ -214,7 +215,7 @@ def shortfalls(asked: Question, worked_out: Network, parts: Sequence[Part]) -> t
     parameters = part.model.row(entry)
     least = {each.name: evaluate(each.lower, parameters) for each in part.model.variables}
     times = ", ".join(f"{each.symbol} = {least[each.name]:g}" for each in part.model.variables)
-    broken = [row for row in check(part.model, {**parameters, **least}) if not row.satisfied]
+    broken = [row for row in evaluated(part.model, {**parameters, **least}) if not row.satisfied]
     labels = words(worked_out, part, entry, [row.label for row in broken])
     violated = [
         f"{label}: {row.left:.6g} {row.sense} {row.right:.6g} does not hold at {times}, "

@@ -12,12 +12,13 @@ from formulations.perspectives import AVAILABLE
 from optuav.engines.capabilities import ENGINES, takers
 from optuav.engines.sensitivity import ShadowPrice
 from optuav.engines.solution import Solution
-from optuav.errors import Fault, InputError, SolverError
+from optuav.errors import SolverError
 from optuav.mission.network import Network
-from optuav.modelling import Checks, Model, check
+from optuav.modelling import Checks, Model
 from optuav.modelling.traits import Traits, traits
 from optuav.plan import Plan
 from optuav.solving.against_p1 import against_p1
+from optuav.solving.checking import checks, routes_of
 from optuav.solving.dispatch import answer
 from optuav.solving.planning import TIMES, Part, plan_of, plan_without, shortfalls
 from optuav.solving.question import Question
@@ -81,16 +82,9 @@ class Program:
         pages = [write(part.model) for part in self.parts]
         if len(pages) > 1:
             heads = (f"{mark}{k} of {len(pages)}: " for k in range(1, len(pages) + 1))
-            told = map(self._routes_of, self.parts)
+            told = (routes_of(self.worked_out, part) for part in self.parts)
             pages = [f"{h}{t}\n{page}" for h, t, page in zip(heads, told, pages, strict=True)]
         return "\n\n".join(pages)
-
-    def _routes_of(self, part: Part) -> str:
-        """Which routes a model speaks of."""
-        orders = {self.worked_out.itineraries.order(route) for route in part.routes}
-        order = orders.pop() if len(orders) == 1 else "with a rest"
-        words = (order or "without a rest").replace("-", " ")
-        return words + (f", {len(part.routes)} routes" if len(part.routes) > 1 else "")
 
     def check(self, point: Mapping[str, Any]) -> Checks:
         """Every constraint at a point, from wherever it comes, evaluated in NumPy.
@@ -105,32 +99,15 @@ class Program:
         Returns
         -------
         One `Check` a constraint, in order; printed as a table with both sides, by how much each
-        holds or not, and the line that declared it.
+        holds or not, and the line that declared it; of several routes, those that violate it.
 
         Raises
         ------
         InputError
             If no model of the program has just these unknowns, or a name is neither one of
-            them nor a parameter.
+            them nor a parameter; also if it is a plan, which flies one of the routes.
         """
-        unknowns = [{each.name for each in part.model.variables} for part in self.parts]
-        stated = {name for name in point if any(name in names for names in unknowns)}
-        parts = [p for p, names in zip(self.parts, unknowns, strict=True) if names == stated]
-        if not parts:
-            known = " or ".join(dict.fromkeys(", ".join(sorted(names)) for names in unknowns))
-            raise InputError(f"a point of this program states {known or 'nothing'}")
-        parameters = dict.fromkeys(name for part in parts for name in part.model.parameters)
-        given = stated.union(*(part.model.given for part in parts))
-        if strange := [name for name in point if name not in given]:
-            words = f"is no parameter of the program; there are {', '.join(parameters)}"
-            raise InputError([Fault(name, repr(point[name]), words) for name in strange])
-        return Checks(
-            row
-            for part in parts
-            for row in check(
-                part.model, {**(part.model.row(0) if len(part.routes) == 1 else {}), **point}
-            )
-        )
+        return checks(self.worked_out, self.parts, point)
 
     def solve(self) -> Plan:
         """The best plan over all itineraries, evaluated again outside the engine.

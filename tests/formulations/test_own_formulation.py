@@ -351,7 +351,7 @@ def test_program_solution_and_checks_print_in_one_line_each() -> None:
     assert charge == "P3.a state of charge: 0.0363837 ≥ 0.05 VIOLATED by 0.0136163 p3.py:18"
     assert first == "P3.b hover time: 700 ≥ 0 s holds, slack 700 s p3.py:14"
     _, at_least, _ = map(str, program.check({"hover_time_s": [-1.0, 2.0, 3.0]}))
-    assert at_least == "P3.b hover time: at 3 points holds at 2, least slack -1 s p3.py:14"
+    assert at_least == "P3.b hover time: at 3 points VIOLATED at 1 by up to 1 s p3.py:14"
 
 
 def test_a_check_prints_as_a_table() -> None:
@@ -365,6 +365,27 @@ def test_a_check_prints_as_a_table() -> None:
         "P3.b hover time       700 ≥ 0 s         holds, slack 700 s      p3.py:14",
         "P3.b hover time       700 ≤ 1124.21 s   holds, slack 424.208 s  p3.py:14",
     ]
+
+
+def test_a_check_of_several_routes_names_those_that_violate() -> None:
+    """And not how many points there are, of which a reader knows nothing."""
+    checks = optuav.formulate("paper", "P1", perspective="battery", order="rest-first").check(
+        {"hover_time_s": 719.0, "rest_time_s": 0.0}
+    )
+    charge = next(row for row in checks if row.label == "P1.b state of charge")
+    assert charge.cells[1] == "rest first, 10 routes"
+    assert charge.cells[2].startswith("VIOLATED at 10 by up to 0.")
+    assert charge.cells[2].endswith(f": {', '.join(f'b{k}' for k in range(1, 11))}")
+    assert not checks.satisfied
+    ends = next(row for row in checks if row.label == "P1.c ends")
+    assert ends.cells[1:3] == ("rest first, 10 routes", "holds at all, least slack 0 m")
+
+
+def test_a_plan_is_no_point() -> None:
+    """It flies one of the routes, and the point would be held against all of them."""
+    program = optuav.formulate("paper", "P3", perspective="battery")
+    with pytest.raises(optuav.InputError, match=r"by name, as {'hover_time_s': 10\.0}; a plan's"):
+        program.check(program.solve())  # type: ignore[arg-type]
 
 
 def test_line_of_the_formulation_is_told_where_others_state_for_it() -> None:

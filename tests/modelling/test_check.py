@@ -64,6 +64,29 @@ def test_small_right_sides_have_an_absolute_tolerance() -> None:
     assert not only(check(model, {"x": 1.1e-9})).satisfied
 
 
+def test_names_that_the_model_has_not_and_missing_ones_are_told_together() -> None:
+    with pytest.raises(InputError) as refusal:
+        check(one_constraint("<="), {"y": 1.0})
+    assert [fault.key for fault in refusal.value.faults] == ["x", "y"]
+    assert str(refusal.value) == (
+        "x: a variable of the model without a value\ny = 1.0: the model has no such name; it has x"
+    )
+
+
+def test_no_points_are_refused() -> None:
+    """There is nothing at which a constraint could hold."""
+    with pytest.raises(InputError, match="array of at least one number"):
+        check(one_constraint("<="), {"x": []})
+
+
+def test_arrays_of_points_say_where_they_are_violated() -> None:
+    """How many, by how much at most; all of them hold with what is left at least."""
+    row = only(check(one_constraint("<="), {"x": [900.0, 1100.0, 1001.0]}))
+    assert row.cells[:3] == ("limit", "at 3 points", "VIOLATED at 2 by up to 100 s")
+    row = only(check(one_constraint("<="), {"x": [900.0, 999.0]}))
+    assert row.cells[:3] == ("limit", "at 2 points", "holds at all, least slack 1 s")
+
+
 def test_bounds_are_constraints_too() -> None:
     """Numbers, expressions and infinities; the label of the bounds stands on both."""
     model = Model("test")

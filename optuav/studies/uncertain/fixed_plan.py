@@ -13,7 +13,7 @@ from optuav.engines.arrays import Booleans
 from optuav.errors import Fault, InputError
 from optuav.mission import Mission, vehicle
 from optuav.mission.places import ENDS, HOVER
-from optuav.modelling import check
+from optuav.modelling.check import evaluated
 from optuav.plan import Plan
 from optuav.studies.uncertain.ensemble import Base, Ensemble
 
@@ -104,7 +104,7 @@ class FixedPlan:
         able = ensemble.flyable & np.isfinite(ensemble.hover_load.current_A)
         legs = np.broadcast_to(able[:, 0], ensemble.count)
         kept = {name: np.ones(ensemble.count, bool) for name in CONDITIONS} | {LEGS: legs}
-        for row in check(P1.model(given, AVAILABLE), point):
+        for row in evaluated(P1.model(given, AVAILABLE), point):
             for name, labels in CONDITIONS.items():
                 if labels and row.label.startswith(labels):
                     kept[name] &= row.satisfied
@@ -112,7 +112,7 @@ class FixedPlan:
         feasible = flyable
         if perspective != AVAILABLE:
             feasible = legs
-            for row in check(P1.model(given, perspective), point):
+            for row in evaluated(P1.model(given, perspective), point):
                 feasible = feasible & row.satisfied
         return Judged(kept, flyable, feasible)
 
