@@ -63,17 +63,16 @@ def _statement(model: Model, notation: Notation) -> Iterator[tuple[str, list[Lin
     """What is sought, and over which unknowns."""
     goals = [notation.write(each) for each in _goals(model)]
     yield model.sense, [(f",{notation.words(' then smallest ')}".join(goals), "")]
-    yield (
-        "over",
-        [
-            (
-                f"{notation.symbol(each.symbol)} {notation.member} "
-                f"{notation.interval(each)}{notation.unit(each.unit)}",
-                "" if each.label == f"bounds of {each.symbol}" else each.label,
-            )
-            for each in model.variables
-        ],
-    )
+    unknowns = [
+        (
+            f"{notation.symbol(each.symbol)} {notation.member} "
+            f"{notation.interval(each)}{notation.unit(each.unit)}",
+            "" if each.label == f"bounds of {each.symbol}" else each.label,
+        )
+        for each in model.variables
+    ]
+    if unknowns:
+        yield "over", unknowns
 
 
 def _goals(model: Model) -> list[Operand]:

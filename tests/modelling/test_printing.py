@@ -23,6 +23,12 @@ Y: Any
 X, Y = (Variable(name, name, "1", 0.0, math.inf, name, 0) for name in "xy")
 
 
+def test_a_model_without_anything_prints() -> None:
+    """As it is before the first declaration."""
+    assert str(Model("empty")) == "empty\n\nmaximise   0"
+    assert "over" not in latex(Model("empty"))
+
+
 def written(expression: Any) -> str:
     return Text().write(expression).replace("\N{NO-BREAK SPACE}", " ")
 
