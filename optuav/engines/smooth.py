@@ -116,6 +116,12 @@ class Compiled:
             scaled = replace(scaled, starts=scaled.scaled(starts))
         steepness = scaled.steepness(self.form.slope)
         best, said = self._best(scaled, steepness)
+        if best is None and UNBOUNDED in said:
+            somewhere, said_of_it = self._best(scaled, math.inf)  # the objective made level
+            if somewhere is not None:
+                proof, words = "local: the iterates diverge", ", ".join(dict.fromkeys(said))
+                return unanswered(self.model, NAME, proof, Status.UNBOUNDED, words)
+            said = said_of_it
         if best is None:
             return self._nothing(said)
         point, answer = best
@@ -170,9 +176,7 @@ class Compiled:
 
     def _nothing(self, said: Sequence[str]) -> Solution:
         words = ", ".join(dict.fromkeys(said))
-        if UNBOUNDED in said:
-            status, proof = Status.UNBOUNDED, "local: the iterates diverge"
-        elif all(word == UNUSABLE for word in said):
+        if all(word == UNUSABLE for word in said):
             status, proof = Status.ERROR, "none"
         elif NO_WAY_IN in said:
             status = Status.INFEASIBLE

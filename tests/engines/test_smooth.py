@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
+from typing import Any
 
 import casadi
 import numpy as np
@@ -39,6 +41,24 @@ def test_functions_are_those_of_numpy(ufunc: np.ufunc) -> None:
 def test_every_function_has_a_derivative() -> None:
     """What models call smooth, the engine takes, and what it takes has shadow prices."""
     assert casadi_form.operations().keys() == DIFFERENTIABLE
+
+
+@pytest.mark.parametrize(
+    ("row", "status"),
+    [
+        (lambda x: 0.0 * x == 1.0, Status.INFEASIBLE),
+        (lambda x: 0.0 * x * x <= -1.0, Status.INFEASIBLE),
+        (lambda x: np.exp(-x) >= 2.0, Status.INFEASIBLE),
+        (lambda x: 0.0 * x == 0.0, Status.UNBOUNDED),
+        (lambda x: x * x >= 4.0, Status.UNBOUNDED),
+    ],
+)
+def test_unbounded_takes_a_feasible_point(row: Callable[[Any], Any], status: Status) -> None:
+    """Where the iterates run away but no point satisfies the constraints, nothing is unbounded."""
+    model, x = one()
+    model.maximise(x)
+    model.subject_to("row", row(x))
+    assert smooth.solve(model, 1).status is status
 
 
 def test_unknown_function_is_refused_by_name() -> None:
