@@ -92,7 +92,10 @@ def test_keys_along_change_by_the_same_factor() -> None:
         ({"body": {"mass_kg": {"low": 2, "high": 1}}}, "body.mass_kg", "low < high"),
         ({"body": {"mass_kg": {"low": 1, "likely": 3, "high": 2}}}, "body.mass_kg", "low < high"),
         ({"body": {"mass_kg": {"low": -1, "high": 2}}}, "body.mass_kg", "within 1e-06"),
-        ({"body": {"mass_kg": {"percent": 200}}}, "body.mass_kg", "low < high"),
+        ({"body": {"mass_kg": {"percent": 200}}}, "body.mass_kg.percent", "at most 99.9999"),
+        ({"body": {"mass_kg": {"percent": -5}}}, "body.mass_kg.percent", "above 0, at most"),
+        ({"wind": {"force_N[0]": {"percent": 5}}}, "wind.force_N[0].percent", "no share of 0"),
+        ({"wind": {"force_N": {"percent": 5}}}, "wind.force_N", "but as wind.force_N[0], wind."),
         ({"body": {"mass_kg": {"deviation": 0}}}, "body.mass_kg.deviation", "above 0"),
         ({"body": {"mas_kg": {"percent": 1}}}, "body.mas_kg", "did you mean 'body.mass_kg'"),
         ({"battery": {"packs": {"percent": 1}}}, "battery.packs", "whole number"),
@@ -127,6 +130,20 @@ def test_what_cannot_be_spread_is_refused(document: Any, key: str, words: str) -
     (fault,) = caught.value.faults
     assert fault.key == key
     assert words in fault.allowed
+
+
+@pytest.mark.parametrize("key", ["battery.nope", "flight.nope", "flight.hover_power_W"])
+def test_nothing_is_suggested_where_nothing_is_like_it(key: str) -> None:
+    """Neither another key of the table, nor one of another table."""
+    table, _, name = key.partition(".")
+    with pytest.raises(InputError) as caught:
+        spreads(PAPER, {table: {name: {"percent": 1}}})
+    assert "did you mean" not in str(caught.value)
+
+
+def test_what_was_stated_is_shown() -> None:
+    with pytest.raises(InputError, match=r"body.mass_kg = \{ low = 2, high = 1 \}: low < high"):
+        spreads(PAPER, {"body": {"mass_kg": {"low": 2, "high": 1}}})
 
 
 def test_a_file_tells_all_its_faults_at_once(tmp_path: Path) -> None:

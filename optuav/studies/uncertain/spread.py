@@ -162,14 +162,14 @@ def spreads(mission: Mission, document: Mapping[str, Any], source: str = "") -> 
 def _spread(known: Mapping[str, Key], name: str, form: Any) -> Spread:
     key = _key(known, name)
     if not isinstance(form, dict):
-        raise InputError([Fault(name, shown(form), f"a table such as {_FORMS}")])
+        raise InputError([Fault(name, _stated(form), f"a table such as {_FORMS}")])
     numbers = {part: value for part, value in form.items() if part != "along"}
     kinds = ({"percent"}, {"low", "high"}, {"low", "likely", "high"}, {"deviation"})
     sound = all(isinstance(v, int | float) and not isinstance(v, bool) for v in numbers.values())
     if numbers.keys() not in kinds or not sound or not all(map(math.isfinite, numbers.values())):
-        raise InputError([Fault(name, shown(form), f"a table such as {_FORMS}")])
+        raise InputError([Fault(name, _stated(form), f"a table such as {_FORMS}")])
     if key.whole:
-        raise InputError([Fault(name, shown(form), "a whole number cannot be spread")])
+        raise InputError([Fault(name, _stated(form), "a whole number cannot be spread")])
     along = form.get("along", [])
     if not isinstance(along, list) or not all(isinstance(each, str) for each in along):
         raise InputError([Fault(f"{name}.along", shown(along), "a list of keys")])
@@ -177,8 +177,9 @@ def _spread(known: Mapping[str, Key], name: str, form: Any) -> Spread:
     if others and key.now == 0.0:
         raise InputError([Fault(f"{name}.along", shown(along), "nothing goes along with 0")])
     if "percent" in numbers:
+        _check_percent(key, numbers["percent"])
         reach = abs(key.now) * numbers["percent"] / 100.0
-        low, high = key.now - reach, key.now + reach
+        low, high = max(key.now - reach, key.low), min(key.now + reach, key.high)
     elif "deviation" in numbers:
         if not numbers["deviation"] > 0.0:
             raise InputError([Fault(f"{name}.deviation", shown(numbers["deviation"]), "above 0")])
@@ -191,8 +192,26 @@ def _spread(known: Mapping[str, Key], name: str, form: Any) -> Spread:
         key.low <= low < high <= key.high and low <= (low if likely is None else likely) <= high
     ):
         words = f"low < high, likely between, within {key.low:g} to {key.high:g} [{key.unit}]"
-        raise InputError([Fault(name, shown(form), words)])
+        raise InputError([Fault(name, _stated(form), words)])
     return Spread(key, low, high, likely, numbers.get("deviation"), others)
+
+
+def _check_percent(key: Key, percent: float) -> None:
+    """Refuse a share that is no range, or that leads out of what the key may be."""
+    name = f"{key.name}.percent"
+    if key.now == 0.0:
+        raise InputError([Fault(name, shown(percent), "no share of 0 is a range: low and high")])
+    most = 100.0 * min(key.now - key.low, key.high - key.now) / abs(key.now)
+    if not 0.0 < percent <= most:
+        words = f"above 0, at most {most:.6g}: within {key.low:g} to {key.high:g} [{key.unit}]"
+        raise InputError([Fault(name, shown(percent), words)])
+
+
+def _stated(form: Any) -> str:
+    """What a key was spread by, as the file has it."""
+    if not isinstance(form, dict):
+        return shown(form)
+    return f"{{ {', '.join(f'{part} = {shown(value)}' for part, value in form.items())} }}"
 
 
 def _key(known: Mapping[str, Key], name: str) -> Key:
@@ -201,6 +220,8 @@ def _key(known: Mapping[str, Key], name: str) -> Key:
     if name.startswith("buildings"):
         raise InputError([Fault(name, "", "buildings stay where they are")])
     found = KEY.fullmatch(name)
-    stated = found is not None and found[2] in getattr(SECTIONS.get(found[1]), "model_fields", {})
-    words = "the mission does not state it as a number" if stated else "unknown key"
-    raise InputError([Fault(name, "", f"{words}{nearest(name, known)}")])
+    if found is None or found[2] not in getattr(SECTIONS.get(found[1]), "model_fields", {}):
+        raise InputError([Fault(name, "", f"unknown key{nearest(name, known)}")])
+    parts = [each for each in known if each.startswith(f"{name}[")]
+    hint = f", but as {', '.join(parts)}" if parts else ""
+    raise InputError([Fault(name, "", f"the mission does not state it as a number{hint}")])
