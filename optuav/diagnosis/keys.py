@@ -1,4 +1,4 @@
-"""The numeric keys of a mission with their ranges, read from its types."""
+"""The numeric keys of a mission with their ranges, read from its types, and moving them."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from typing import get_args
 from pydantic.fields import FieldInfo
 
 from optuav.mission import Mission
-from optuav.mission.quantities import Number
+from optuav.mission.quantities import FORCE, Number
 
 TABLES = ("limits", "battery", "body", "rotor", "laser", "link", "flight")
 MOST = 1e3
@@ -26,7 +26,7 @@ class Key:
     Parameters
     ----------
     name
-        Dotted name.
+        Dotted name; of a component as ``wind.force_N[2]``.
     now
         Its value.
     low, high
@@ -82,6 +82,31 @@ def keys(mission: Mission) -> Iterator[Key]:
                 low, high = _bounds(number)
                 whole = field.annotation is int
                 yield Key(f"{table}.{name}", value, low, high, whole, number.unit)
+
+
+def wind_components(mission: Mission) -> Iterator[Key]:
+    """The components of the wind that blows."""
+    for axis, now in enumerate(mission.wind.force_N):
+        if now:
+            low, high = _bounds(FORCE)
+            yield Key(f"wind.force_N[{axis}]", now, low, high, False, FORCE.unit)
+
+
+def moved(mission: Mission, key: Key, value: float) -> Mission:
+    """The mission with another value of a key.
+
+    Raises
+    ------
+    InputError
+        If that breaks a rule of missions.
+    """
+    name, _, axis = key.name.removesuffix("]").partition("[")
+    if not axis:
+        return mission.replace({name: int(value) if key.whole else value})
+    table, field = name.split(".")
+    vector = list(getattr(getattr(mission, table), field))
+    vector[int(axis)] = value
+    return mission.replace({name: vector})
 
 
 def _range(field: FieldInfo) -> Number | None:

@@ -9,7 +9,7 @@ from typing import Any, Literal
 
 from optuav.diagnosis.asked import Asked, asked
 from optuav.diagnosis.feasible import feasible
-from optuav.diagnosis.keys import Key, keys
+from optuav.diagnosis.keys import Key, keys, moved, wind_components
 from optuav.diagnosis.search import Asking, Found, search
 from optuav.errors import InputError, SolverError
 from optuav.mission import Mission
@@ -28,12 +28,12 @@ class Repair:
     Parameters
     ----------
     key
-        Dotted key of the mission.
+        Dotted key of the mission; of a component as ``wind.force_N[2]``.
     now
         Its value.
     comparison, value
-        Feasible if key >= value, <= value, or (for a switch) == value; rounded on the feasible
-        side.
+        Feasible if key >= value, <= value, or (for a switch) == value, None if the key is to be
+        left out; rounded on the feasible side.
     up_to
         Where the feasible values end, if further on they do; None if they do not.
     resolution
@@ -42,9 +42,9 @@ class Repair:
     """
 
     key: str
-    now: float
+    now: Any
     comparison: Literal[">=", "<=", "=="]
-    value: float
+    value: Any
     up_to: float | None
     resolution: float
 
@@ -53,9 +53,11 @@ class Repair:
         """The change as a share of the larger of the two values; 1 for a switch."""
         if self.comparison == "==":
             return 1.0
-        return abs(self.value - self.now) / max(abs(self.value), abs(self.now))
+        return float(abs(self.value - self.now) / max(abs(self.value), abs(self.now)))
 
     def __str__(self) -> str:
+        if self.value is None:
+            return f"{self.key} left out"
         if self.comparison == "==":
             return f"{self.key} = {shown(self.value)}"
         if self.up_to is None:
@@ -67,7 +69,7 @@ class Repair:
         """As plain data."""
         return {
             "key": self.key,
-            "now": self.now,
+            "now": list(self.now) if isinstance(self.now, tuple) else self.now,
             "comparison": self.comparison,
             "value": self.value,
             "up_to": self.up_to,
@@ -80,8 +82,10 @@ def repairs(
 ) -> tuple[Repair, ...]:
     """Single changes that make an infeasible question feasible, the smallest first.
 
-    Each numeric key of limits, battery, body, rotor, laser, link and flight is moved up and down
-    within its range, at most a thousandfold, everything else held. Changes that no value achieves,
+    Each numeric key of limits, battery, body, rotor, laser, link and flight, and each component of
+    the wind that blows, is moved up and down within its range, at most a thousandfold, everything
+    else held; flight through buildings is allowed, and a hover point that is stated is left out.
+    Places are not moved. Changes that no value achieves,
     and those that break another rule of missions, are left out. Every change was verified by
     solving again: with the value that is offered there is an answer, with one digit less there is
     none. Where packs take turns, which no declaration knows of, none are looked for.
@@ -109,14 +113,19 @@ def repairs_of(question: Asked) -> tuple[Repair, ...]:
     """As `repairs`, for a question that is known."""
     if question.takes_turns or feasible([question.case()])[0]:
         return ()
-    found = [*_moved(question)]
-    if not question.mission.flight.through_buildings:
-        through = question.mission.replace({SWITCHED.key: True})
-        found += [SWITCHED] if feasible([question.case(through)])[0] else []
+    found = [*_moved(question), *_switched(question)]
     return tuple(sorted(found, key=lambda each: (each.size, each.key)))
 
 
-SWITCHED = Repair("flight.through_buildings", False, "==", True, None, 0.0)
+def _switched(question: Asked) -> Iterator[Repair]:
+    """Flight through buildings, and the hover point of the link in place of a stated one."""
+    mission = question.mission
+    for key, value in (("flight.through_buildings", True), ("route.hover_m", None)):
+        table, name = key.split(".")
+        now = getattr(getattr(mission, table), name)
+        if now != value and feasible([question.case(mission.replace({key: value}))])[0]:
+            yield Repair(key, now, "==", value, None, 0.0)
+
 
 Direction = tuple[Key, int]
 Judge = Callable[[Sequence[tuple[Key, float]]], list[bool]]
@@ -125,7 +134,8 @@ Judge = Callable[[Sequence[tuple[Key, float]]], list[bool]]
 
 def _moved(question: Asked) -> Iterator[Repair]:
     """The nearest values of all keys, in both directions."""
-    ways = [(key, sign) for key in keys(question.mission) for sign in (1, -1)]
+    stated = (*keys(question.mission), *wind_components(question.mission))
+    ways = [(key, sign) for key in stated for sign in (1, -1)]
     for (key, sign), found in searched(ways, _judge(question)).items():
         yield Repair(
             key=key.name,
@@ -164,8 +174,7 @@ def _judge(question: Asked) -> Judge:
         repairs, cases = [False] * len(trials), {}
         for number, (key, value) in enumerate(trials):
             try:
-                mission = question.mission.replace({key.name: int(value) if key.whole else value})
-                cases[number] = question.case(mission)
+                cases[number] = question.case(moved(question.mission, key, value))
             except (InputError, SolverError):
                 continue
         for number, repaired in zip(cases, feasible([*cases.values()]), strict=True):

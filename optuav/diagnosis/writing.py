@@ -22,7 +22,11 @@ EXACT = (
     "than the mission, times being 0 or more. --json holds all digits, as fractions"
 )
 
-NO_REPAIR = "no single number, moved up or down to a thousandfold, was seen to make it feasible"
+NO_REPAIR = (
+    "no single number, moved up or down to a thousandfold, was seen to make it feasible; places "
+    "were not moved"
+)
+NOT_TRIED = "each is one change alone; places were not moved"
 IN_SLOTS = (
     "a time that whole slots have to fill exactly may do so at single values between those tried"
 )
@@ -100,7 +104,7 @@ def _repairs(repairs: tuple[Repair, ...], slot_s: float | None) -> list[str]:
         lines[k] = f"{'  or':<{LABEL}}{lines[k][LABEL:]}"
     more = len(repairs) - len(shown_ones)
     tail = [f"{'':<{LABEL}}and {more} more, each larger"] if more else []
-    return [*labelled("Feasible if", lines), *tail]
+    return [*labelled("Feasible if", lines), *tail, f"{'':<{LABEL}}{NOT_TRIED}"]
 
 
 def _now(repair: Repair) -> str:

@@ -147,7 +147,8 @@ Mass = Annotated[float, Number("kg", ge=1e-6, le=1e6)]
 Inertia = Annotated[float, Number("kg m2", ge=1e-9, le=1e6)]
 Acceleration = Annotated[float, Number("m/s2", ge=1e-6, le=1e6)]
 Speed = Annotated[float, Number("m/s", ge=1e-3, le=1e6)]
-_ForceComponent = Annotated[float, Number("N", ge=-1e6, le=1e6)]
+FORCE = Number("N", ge=-1e6, le=1e6)
+_ForceComponent = Annotated[float, FORCE]
 Force = Annotated[
     tuple[_ForceComponent, _ForceComponent, _ForceComponent],
     Strict(),

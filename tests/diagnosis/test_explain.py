@@ -107,7 +107,8 @@ Feasible if  1240 <= rotor.max_speed_rad_s <= 110000       now 1060
   or         body.mass_kg <= 0.931                         now 1.3
   or         link.snr_threshold_dB <= -22                  now -11
   or         link.noise_power_W <= 8.08e-06                now 0.0001
-  or         link.transmit_power_W >= 109                  now 5"""
+  or         link.transmit_power_W >= 109                  now 5
+             each is one change alone; places were not moved"""
 
 
 def prices(explained: Explanation) -> dict[str, Price]:

@@ -104,6 +104,27 @@ def test_a_building_in_the_way() -> None:
         check(mission, {"problem": "P3"}, each)
 
 
+def test_a_downdraught_that_is_too_strong() -> None:
+    """The rotors give 17.2158 N, the weight takes 12.74 N: 4.4758 N are left to the wind."""
+    mission = SMALL.replace({"wind.force_N": [0.1, 0, -6]})
+    found = by_key(mission, problem="P3")
+    calmer = found["wind.force_N[2]", ">="]
+    assert calmer.value == -4.47
+    assert optuav.solve(mission.replace({"wind.force_N": [0.1, 0, calmer.value]}), "P3")
+    assert not optuav.solve(mission.replace({"wind.force_N": [0.1, 0, -4.48]}), "P3")
+    others = {key for key, _ in found if key.startswith("wind.")} - {"wind.force_N[2]"}
+    assert not others, "a level wind holds nothing up, and none blows along y"
+
+
+def test_a_hover_point_out_of_reach_may_be_left_out() -> None:
+    """Without it the UAV hovers at w_U, which the link gives."""
+    mission = SMALL.replace({"route.hover_m": [1000, 1000, 50]})
+    removed = by_key(mission, problem="P3")["route.hover_m", "=="]
+    assert str(removed) == "route.hover_m left out"
+    assert (removed.to_dict()["now"], removed.value) == ([1000, 1000, 50], None)
+    assert optuav.solve(mission.replace({removed.key: removed.value}), "P3")
+
+
 def test_too_little_charge_takes_whole_packs_or_the_exact_capacity() -> None:
     """The flight takes 7843.11 A·s, 95 % of 8255.9 A·s in one pack, or in three of 3000."""
     mission = SMALL.replace({"battery.packs": 1, "battery.capacity_As": 3000})
