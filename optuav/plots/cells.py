@@ -36,7 +36,7 @@ def table(
         By row and column, words why a cell stands out; they are printed below the table.
     """
     noted = marked or {}
-    words = list(dict.fromkeys(noted.values()))
+    words = sorted(set(noted.values()))  # in one order in all tables with the same words
     lines = len(rows) + 1 + 0.8 * len(words)
     with styled():
         ax = page(7.2, 0.45 + ROW_IN * lines).subplots()

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 from typing import Any
 
 import numpy as np
@@ -216,7 +217,7 @@ def test_a_mission_without_a_plan_is_said_to_have_none() -> None:
     told = str(found)
     assert "No hover as it stands" in told
     assert "Longest hover" not in told
-    assert "No effect" not in told
+    assert "Less than" not in told
 
 
 # The plan that is held fixed
@@ -313,6 +314,23 @@ def test_arguments_that_are_refused(arguments: dict[str, Any], words: str) -> No
     with pytest.raises(InputError) as caught:
         optuav.sensitivity("paper", **arguments)
     assert words in str(caught.value)
+
+
+def test_small_effects_are_told_as_less_than_what_is_shown(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """Not as "-0.000"; and keys that hardly move the hover time are named."""
+    monkeypatch.setattr("optuav.studies.uncertain.tables.MOST_ROWS", 40)
+    wide = {"limits": {"min_altitude_m": {"low": 20, "high": 80}}}
+    told = str(optuav.sensitivity("paper", wide, samples=10))
+    assert not re.search(r"[+-]0\.000\b", told)
+    assert "<0.001" in told
+    assert "route.origin_m[2]" in told.partition("Less than 0.005 s: ")[2]
+
+
+def test_ends_of_ranges_are_written_as_they_are_meant() -> None:
+    found = optuav.sensitivity("paper", {})
+    assert "link.device_m[1],m,3000.0,2700.0,3300.0," in found.to_csv()
 
 
 def test_data_can_be_written_and_tables_fit_a_screen() -> None:

@@ -96,7 +96,7 @@ def drawn(spreads: Sequence[Spread], seed: int, first: int, count: int) -> dict[
 
 def around(key: Key) -> Spread | None:
     """A key within 10 %; None where that is no range, as for 0 or a whole number."""
-    ends = sorted((key.now * (1.0 - SHARE), key.now * (1.0 + SHARE)))
+    ends = sorted(float(f"{key.now * share:.12g}") for share in (1.0 - SHARE, 1.0 + SHARE))
     low, high = (min(max(end, key.low), key.high) for end in ends)
     return None if key.whole or low == high else Spread(key, low, high)
 

@@ -15,7 +15,9 @@ from optuav.studies.uncertain.study import Sensitivity
 
 MOST_ROWS = 24
 MOVES_S = 5e-3
-"""Effects below this count as none [s]."""
+"""Effects below this are only named [s]."""
+ZERO, SMALL = 1e-9, 5e-4
+"""Elasticities below this would show no digit."""
 MOST_ROUTES = 4
 LONGEST_KEY = 34
 
@@ -39,7 +41,7 @@ def sensitivity_tables(found: Sensitivity) -> Iterator[RenderableType]:
         yield Text(f"and {len(moving) - MOST_ROWS} more with smaller effects")
     idle = [each.key for each in found.effects if each not in moving]
     if moving and idle:
-        yield Text(f"No effect: {', '.join(idle)}")
+        yield Text(f"Less than {MOVES_S:g} s: {', '.join(idle)}")
     if found.chances is not None:
         yield ""
         yield from _chances(found, found.chances)
@@ -55,9 +57,17 @@ def _effects(found: Sensitivity, shown: list[Effect]) -> Table:
             Text(each.key + ("+" if each.along else "")),
             _range(each),
             *("none" if s is None else f"{s:.2f}" for s in (each.hover_low_s, each.hover_high_s)),
-            *("–" if e is None else f"{e:+.3f}" for e in (each.elasticity, each.exact_elasticity)),
+            *map(_rate, (each.elasticity, each.exact_elasticity)),
         )
     return table
+
+
+def _rate(elasticity: float | None) -> str:
+    if elasticity is None:
+        return "–"
+    if abs(elasticity) < SMALL:
+        return "<0.001" if abs(elasticity) > ZERO else "0"
+    return f"{elasticity:+.3f}"
 
 
 def _range(effect: Effect) -> str:
