@@ -21,6 +21,7 @@ from optuav.studies.reproduce import battery_size as by_battery_size  # noqa: E4
 from optuav.studies.reproduce import more_stops as by_more_stops  # noqa: E402
 from optuav.studies.reproduce.document import Heading, Paragraph, Table, markdown, page  # noqa: E402
 from optuav.studies.reproduce.exhibit import Exhibit, LeftOut, number  # noqa: E402
+from optuav.studies.reproduce.plans import solve  # noqa: E402
 from tests.cli.run import refused, run  # noqa: E402
 
 QUICK = ("direct-path", "wind", "charging", "misprints")
@@ -189,6 +190,14 @@ def test_names_of_missions_are_safe_in_files_and_texts(tmp_path: Path) -> None:
     told = (tmp_path / "out" / "report.md").read_text("utf-8")
     assert r"a b/c \<x> \$y\_1\$" in told
     assert {path.name for path in tmp_path.iterdir()} == {"out"}
+
+
+def test_plans_that_studies_share_are_found_once() -> None:
+    """With the default trajectory and perspective stated, or left to `solve`."""
+    asked = small(**{"limits.deadline_s": 1111.0})
+    stated = solve(asked, perspective="available", trajectory="optimal")
+    assert solve(asked) is stated
+    assert stated.hover_time_s == optuav.solve(asked).hover_time_s
 
 
 def test_many_plans_of_packs_that_take_turns_are_left_out_with_words() -> None:

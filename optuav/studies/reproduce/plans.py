@@ -17,10 +17,15 @@ SEARCHED = (
 )
 
 
-@lru_cache(maxsize=REMEMBERED)
 def solve(mission: Mission, problem: str = "P1", **options: Any) -> Plan:
-    """As `optuav.solve`, and remembered."""
-    return solving.solve(mission, problem, **options)
+    """As `optuav.solve`, and remembered, with its defaults stated or not."""
+    defaults = {"perspective": OURS} | ({"trajectory": "optimal"} if problem == "P1" else {})
+    return _found(mission, problem, *sorted((defaults | options).items()))
+
+
+@lru_cache(maxsize=REMEMBERED)
+def _found(mission: Mission, problem: str, *options: tuple[str, Any]) -> Plan:
+    return solving.solve(mission, problem, **dict(options))
 
 
 def why(plan: Plan) -> str:
