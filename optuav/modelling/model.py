@@ -74,10 +74,12 @@ class Model:
         Raises
         ------
         ValueError
-            If the model has one of that name.
+            If the model has one of that name or with that symbol.
         """
         if any(each.name == name for each in self.variables):
             raise ValueError(f"the model has a variable {name!r} already")
+        if any(each.symbol == symbol for each in self.variables):
+            raise ValueError(f"the model has a variable with the symbol {symbol!r} already")
         label = label or f"bounds of {symbol}"
         declared = Variable(
             name, symbol, unit, lower, upper, label, first_slot, binary, _place_of_caller()
@@ -134,10 +136,12 @@ class Model:
         TypeError
             If it compares no expressions.
         ValueError
-            If the label is taken.
+            If the label is taken, or there is none.
         """
         if not isinstance(relation, Relation):
             raise TypeError(f"{label}: a constraint compares expressions with <=, >= or ==")
+        if not label.strip():
+            raise ValueError("a constraint needs a label, by which answers speak of it")
         if any(each.label == label for each in self.constraints):
             raise ValueError(f"the model has a constraint {label!r} already")
         self.constraints.append(Constraint(label, relation, unit, _place_of_caller()))

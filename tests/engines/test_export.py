@@ -175,11 +175,11 @@ def test_any_name_is_made_one_that_solvers_read(write: Writer, read: Callable[[s
     """Words of the formats, what looks like a number, letters beyond ASCII, names that collide."""
     model = Model("names\nEnd")
     unknowns = [
-        model.variable(name, "x", unit="1", upper=k + 1.0) for k, name in enumerate(HOSTILE)
+        model.variable(name, f"x_{k}", unit="1", upper=k + 1.0) for k, name in enumerate(HOSTILE)
     ]
     model.maximise(sum(unknowns))
     for k, (name, each) in enumerate(zip(HOSTILE, unknowns, strict=True)):
-        model.subject_to(name, each <= k + 0.25)
+        model.subject_to(name if name.strip() else f"row {k}", each <= k + 0.25)
     found = read(write(model, {}, ["a remark\nSubject To"]))
     assert list(found.values.values()) == pytest.approx([k + 0.25 for k in range(len(HOSTILE))])
     assert len(set(found.values)) == len(HOSTILE)
@@ -212,7 +212,7 @@ def test_numbers_are_read_back_exactly(
     """Every coefficient, side, bound, sense and constant that was declared."""
     model = Model("drawn")
     x = [
-        model.variable(f"x{k}", "x", unit="1", lower=lower, upper=upper)
+        model.variable(f"x{k}", f"x{k}", unit="1", lower=lower, upper=upper)
         for k, (_, (lower, upper)) in enumerate(columns)
     ]
     goal = sum(cost * each for (cost, _), each in zip(columns, x, strict=True))

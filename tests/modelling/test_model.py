@@ -79,3 +79,19 @@ def test_parameters_are_found_wherever_they_occur() -> None:
     model.maximise(p * x)
     model.subject_to("a", x + q <= r)
     assert list(model.parameters) == ["p", "q", "r"]
+
+
+def test_two_unknowns_with_one_symbol_are_refused() -> None:
+    """No reader could tell them apart on the page."""
+    model = Model("test")
+    model.variable("x", "Δ", unit="s")
+    with pytest.raises(ValueError, match="variable with the symbol 'Δ' already"):
+        model.variable("y", "Δ", unit="s")
+
+
+@pytest.mark.parametrize("label", ["", "  "])
+def test_a_constraint_without_a_label_is_refused(label: str) -> None:
+    model = Model("test")
+    x: Any = model.variable("x", "x", unit="1")
+    with pytest.raises(ValueError, match="needs a label"):
+        model.subject_to(label, x <= 1.0)
