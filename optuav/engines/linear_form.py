@@ -54,6 +54,7 @@ class LinearForm:
         return np.asarray(found)
 
 
+@np.errstate(divide="ignore", invalid="ignore", over="ignore")
 def linear_form(
     model: Model,
     values: Mapping[str, Any],

@@ -17,6 +17,7 @@ from optuav.errors import SolverError
 from optuav.modelling.check import evaluated
 from optuav.modelling.model import Model
 from optuav.modelling.table import table
+from optuav.modelling.usable import unusable
 from optuav.status import Status
 
 
@@ -109,6 +110,11 @@ class Solution:
         if not status.has_answer:
             raise SolverError(f"{self.engine} has no values: the programme is {status.value}")
         return {name: float(values[index]) for name, values in self.values.items()}
+
+    def refusal(self, index: int) -> str:
+        """Why a programme has an error in place of an answer: the numbers that are to blame."""
+        where = unusable(self.model, self.parameters_at(index))
+        return f"{self.engine} met numbers that it cannot use" + (f": {where}" if where else "")
 
     @property
     def status(self) -> Status:

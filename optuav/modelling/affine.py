@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
@@ -92,6 +93,14 @@ def _parameters(expression: Operand) -> tuple[str, ...]:
     return tuple(each.name for each in leaves(expression) if isinstance(each, Parameter))
 
 
+def reciprocal(divisor: Any) -> Any:
+    """1/divisor, infinite where that is 0 as NumPy has it: an engine then tells where it stands."""
+    try:
+        return 1.0 / divisor
+    except ZeroDivisionError:
+        return math.inf
+
+
 def _apply(ufunc: np.ufunc, arguments: tuple[Any, ...]) -> Any:
     if not any(isinstance(each, Affine) for each in arguments):
         return ufunc(*arguments)
@@ -106,5 +115,5 @@ def _apply(ufunc: np.ufunc, arguments: tuple[Any, ...]) -> Any:
         left, right = arguments
         return left.times(right) if isinstance(left, Affine) else right.times(left)
     if ufunc is np.divide and not isinstance(arguments[1], Affine):
-        return arguments[0].times(1.0 / arguments[1])
+        return arguments[0].times(reciprocal(arguments[1]))
     raise NotAffineError(f"{ufunc.__name__} of the unknowns is not linear")

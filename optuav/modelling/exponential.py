@@ -14,6 +14,7 @@ from typing import Any, Literal, TypeAlias
 import numpy as np
 from numpy.lib.mixins import NDArrayOperatorsMixin
 
+from optuav.modelling.affine import reciprocal
 from optuav.modelling.expression import Leaf, Operand, Parameter
 from optuav.modelling.walk import fold
 
@@ -121,7 +122,7 @@ def _apply(ufunc: np.ufunc, operands: tuple[Any, ...]) -> Exponential:
             return _product(left, right)
         return _times(left, right) if isinstance(left, Exponential) else _times(right, left)
     if ufunc is np.divide and not isinstance(operands[1], Exponential):
-        return _times(operands[0], 1.0 / operands[1])
+        return _times(operands[0], reciprocal(operands[1]))
     if ufunc is np.expm1:
         return _lost(operands[0])
     if ufunc is np.exp:

@@ -14,6 +14,8 @@ from typing import Any, Literal, NamedTuple, TypeAlias
 import numpy as np
 from numpy.lib.mixins import NDArrayOperatorsMixin
 
+from optuav.errors import InputError
+
 Sense = Literal["<=", ">=", "=="]
 Operand: TypeAlias = Any
 """An `Expression`, a number or an array of numbers."""
@@ -23,6 +25,9 @@ SENSES: Mapping[np.ufunc, Sense] = {
     np.greater_equal: ">=",
     np.equal: "==",
 }
+
+
+DIVISIONS = (np.divide, np.floor_divide, np.remainder, np.fmod)
 
 
 class Expression(NDArrayOperatorsMixin):
@@ -37,14 +42,39 @@ class Expression(NDArrayOperatorsMixin):
         rebinds = options.pop("out", (self,))[0] is self  # x += y calls the sum x from there on
         if method != "__call__" or options or ufunc.nout > 1 or not rebinds:
             return NotImplemented
-        if ufunc in SENSES:
-            return Relation(inputs[0], SENSES[ufunc], inputs[1])
-        if ufunc in (np.less, np.greater, np.not_equal):
+        if ufunc in (np.less, np.greater):
             raise TypeError("a constraint is stated with <=, >= or ==; strict ones are not closed")
-        return Call(ufunc, inputs)
+        if ufunc is np.not_equal:
+            raise TypeError("a constraint is stated with <=, >= or ==; != leaves out points only")
+        operands = tuple(_operand(self, ufunc, each) for each in inputs)
+        if ufunc in SENSES:
+            return Relation(operands[0], SENSES[ufunc], operands[1])
+        if ufunc in DIVISIONS and _is_zero(operands[1]):
+            raise InputError(f"{_called(operands[0])} is divided by 0 ({ufunc.__name__})")
+        return Call(ufunc, operands)
 
     def __bool__(self) -> bool:
         raise TypeError("an expression has no truth value until its variables have numbers")
+
+
+def _operand(met: Expression, ufunc: np.ufunc, operand: Operand) -> Operand:
+    """An operand as a tree holds it; refused if it is neither tree nor real numbers."""
+    if isinstance(operand, Expression | float | int):
+        return operand
+    numbers = np.asarray(operand)
+    if numbers.dtype.kind not in "biuf" or not numbers.size:
+        words = "operands are expressions, real numbers and arrays of them"
+        raise TypeError(f"{_called(met)}: {ufunc.__name__} takes no {operand!r:.60}; {words}")
+    return numbers if isinstance(operand, list | tuple) else operand
+
+
+def _is_zero(operand: Operand) -> bool:
+    return not isinstance(operand, Expression) and np.ndim(operand) == 0 and float(operand) == 0.0
+
+
+def _called(operand: Operand) -> str:
+    symbol = getattr(operand, "symbol", "")
+    return symbol or ("an expression" if isinstance(operand, Expression) else str(operand))
 
 
 class Call(Expression):

@@ -84,7 +84,7 @@ class CompiledProgram:
         solutions = [solver(numbers) for solver in self._solvers]
         for solution in solutions:
             if Status.ERROR in solution.statuses:
-                raise SolverError(f"{solution.engine} met numbers that it cannot use")
+                raise SolverError(solution.refusal(solution.statuses.index(Status.ERROR)))
             if Status.UNBOUNDED in solution.statuses:
                 return solution.only(solution.statuses.index(Status.UNBOUNDED))
         chosen = self._best(solutions)

@@ -16,6 +16,7 @@ from optuav.mission.routes import nearest_building, trajectory_routes
 from optuav.mission.sight import Numbers
 from optuav.modelling import Model
 from optuav.modelling.traits import traits
+from optuav.modelling.usable import refuse_misfits
 from optuav.solving.dispatch import refuse_unfit
 from optuav.solving.given import quantities
 from optuav.solving.planning import Part
@@ -35,14 +36,16 @@ def declared_program(asked: Question, worked_out: Network) -> Program:
     Raises
     ------
     InputError
-        If the engine that was asked for does not take the problem.
+        If the engine that was asked for does not take the problem, or an array in it has neither
+        one entry nor one an itinerary.
     """
     reasons = impossibilities(worked_out)
     parts = () if reasons else _parts(asked, worked_out)
     if not parts and not reasons:
         reasons = _no_route(asked, worked_out)
-    if asked.engine != AUTO:
-        for part in parts:
+    for part in parts:
+        refuse_misfits(part.model, len(part.routes))
+        if asked.engine != AUTO:
             refuse_unfit(traits(part.model), asked)
     return Program(asked, worked_out, parts, reasons)
 

@@ -11,6 +11,7 @@ import numpy as np
 from formulations.perspectives import PAPER, PERSPECTIVES
 from formulations.quantities import Quantities
 from optuav.engines.solution import Solution
+from optuav.errors import Fault, InputError
 from optuav.mission import phases as mission_phases
 from optuav.mission.itineraries import NO_LEG
 from optuav.mission.network import Network
@@ -67,9 +68,18 @@ def plan_for(asked: Question, worked_out: Network, **found: Any) -> Plan:
 def plan_of(
     asked: Question, worked_out: Network, part: Part, solution: Solution, entry: int
 ) -> Plan:
-    """The plan that belongs to the answer to one entry of a part."""
+    """The plan that belongs to the answer to one entry of a part.
+
+    Raises
+    ------
+    InputError
+        If a formulation left a time free to be negative, and it is.
+    """
     route = int(part.routes[entry])
     times = {name: solution.point(entry).get(name, 0.0) for name in TIMES}
+    if any(time_s < 0.0 for time_s in times.values()):
+        stated = "at least 0 s, or no plan is made of it: state lower=0.0"
+        raise InputError([Fault(n, f"{t:g}", stated) for n, t in times.items() if t < 0.0])
     flown = planned_phases(worked_out, route, **times)
     return plan_for(
         asked,

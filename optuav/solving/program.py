@@ -262,7 +262,7 @@ def _refuse_errors(solutions: Sequence[Solution]) -> None:
         for index, status in enumerate(solution.statuses):
             bounded = solution.beyond is not None and not np.isnan(solution.beyond[index])
             if status is Status.ERROR and not bounded:
-                raise SolverError(f"{solution.engine} met numbers that it cannot use")
+                raise SolverError(solution.refusal(index))
 
 
 def _open_s(solutions: Sequence[Solution], best_s: float) -> float:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+import math
 import re
 from pathlib import Path
 from typing import Any
@@ -315,6 +316,51 @@ def test_a_problem_of_ones_own_through_both_wells() -> None:
     assert plan.rest_time_s > 0.0
     tight = scarce.replace({"limits.deadline_s": plan.mission_time_s})
     assert optuav.solve(tight, "P4", **asked).hover_time_s == pytest.approx(85.0, abs=1e-4)
+
+
+class Backwards(Formulation):
+    """A hover time that may be negative, and is."""
+
+    def declare(self, model: Model) -> None:
+        hover = model.variable("hover_time_s", "Δ", unit="s", lower=-math.inf)
+        model.minimise(hover)
+        model.subject_to("hover time", hover >= -5.0, unit="s")
+
+
+class NoNumber(Formulation):
+    """A limit that is no number."""
+
+    def declare(self, model: Model) -> None:
+        hover = model.variable("hover_time_s", "Δ", unit="s")
+        model.maximise(hover)
+        model.subject_to("bad", hover <= Parameter("limit_s", "L", "s", math.nan), unit="s")
+
+
+class Misfit(Formulation):
+    """An array that has nothing to do with the itineraries."""
+
+    def declare(self, model: Model) -> None:
+        hover = model.variable("hover_time_s", "Δ", unit="s")
+        model.maximise(hover)
+        model.subject_to("bad", hover <= np.array([1.0, 2.0, 3.0]), unit="s")
+
+
+def test_a_negative_time_makes_no_plan() -> None:
+    with pytest.raises(optuav.InputError, match="hover_time_s = -5: at least 0 s"):
+        optuav.solve("paper", Backwards, perspective="battery")
+
+
+@pytest.mark.parametrize("engine", ["closed-form", "cvxpy", "casadi"])
+def test_numbers_that_are_none_are_named(engine: str) -> None:
+    program = optuav.formulate("paper", NoNumber, perspective="battery", engine=engine)
+    for solve in (program.solve, program.compile().solve):
+        with pytest.raises(optuav.SolverError, match=f"{engine} met .* cannot use: limit_s = nan"):
+            solve()
+
+
+def test_an_array_that_fits_no_itineraries_is_refused() -> None:
+    with pytest.raises(optuav.InputError, match=r"bad = array of shape \(3,\)"):
+        optuav.formulate("paper", Misfit, perspective="battery")
 
 
 class Aimless(Formulation):
