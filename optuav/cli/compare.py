@@ -69,7 +69,7 @@ def compare(
 ) -> None:
     """Compare answers in slots and in continuous times, by all engines, or plans.
 
-    Exit code 1 if they do not or there is no feasible plan, 3 if an engine failed.
+    Exit code 1 if answers disagree or there is no feasible plan, 3 if an engine failed.
     """
     make_ready(save, plot)
     lengths = None if slots is None else _numbers(slots)

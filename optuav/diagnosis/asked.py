@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from formulations.formulation import Formulation
 from formulations.perspectives import AVAILABLE
 from optuav.diagnosis.stacked import Case
 from optuav.errors import InputError
@@ -91,6 +92,13 @@ def asked(subject: Program | Plan | Mission | str | Path, options: Mapping[str, 
     if isinstance(subject, Plan):
         return _of_plan(subject)
     return Asked(subject if isinstance(subject, Mission) else load(subject), options)
+
+
+def with_problem(
+    problem: str | type[Formulation] | None, options: Mapping[str, Any]
+) -> dict[str, Any]:
+    """The options, with the problem among them if one is stated."""
+    return {**options} if problem is None else {"problem": problem, **options}
 
 
 def _of_program(program: Program) -> Asked:

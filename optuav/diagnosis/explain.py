@@ -10,7 +10,8 @@ from typing import Any
 
 import numpy as np
 
-from optuav.diagnosis.asked import STOPS, Asked, asked, of_several_stops
+from formulations.formulation import Formulation
+from optuav.diagnosis.asked import STOPS, Asked, asked, of_several_stops, with_problem
 from optuav.diagnosis.conflict import conflicts
 from optuav.diagnosis.explanation import Explanation, Side
 from optuav.diagnosis.prices import prices
@@ -36,15 +37,22 @@ LONGEST = 60
 """Terms of a constraint that are written out."""
 
 
-def explain(subject: Program | Plan | Mission | str | Path, /, **options: Any) -> Explanation:
+def explain(
+    subject: Program | Plan | Mission | str | Path,
+    /,
+    problem: str | type[Formulation] | None = None,
+    **options: Any,
+) -> Explanation:
     """Explain an answer: what binds and what more would bring, or what conflicts and what repairs.
 
     Parameters
     ----------
     subject
         A plan, a program of `optuav.formulate`, or a mission as `optuav.solve` takes it.
+    problem
+        With a mission: as for `optuav.formulate`.
     **options
-        Those of `optuav.formulate`, with a mission.
+        The others of `optuav.formulate`, with a mission.
 
     Returns
     -------
@@ -59,6 +67,7 @@ def explain(subject: Program | Plan | Mission | str | Path, /, **options: Any) -
     SolverError
         If the engine fails.
     """
+    options = with_problem(problem, options)
     if isinstance(subject, Plan) and of_several_stops(subject) and not options:
         return Explanation(subject, notes=(STOPS,))
     question = asked(subject, options)

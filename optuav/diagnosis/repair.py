@@ -7,7 +7,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Literal
 
-from optuav.diagnosis.asked import Asked, asked
+from formulations.formulation import Formulation
+from optuav.diagnosis.asked import Asked, asked, with_problem
 from optuav.diagnosis.feasible import feasible
 from optuav.diagnosis.keys import Key, keys, moved, wind_components
 from optuav.diagnosis.search import Asking, Found, search
@@ -78,7 +79,10 @@ class Repair:
 
 
 def repairs(
-    subject: Program | Plan | Mission | str | Path, /, **options: Any
+    subject: Program | Plan | Mission | str | Path,
+    /,
+    problem: str | type[Formulation] | None = None,
+    **options: Any,
 ) -> tuple[Repair, ...]:
     """Single changes that make an infeasible question feasible, the smallest first.
 
@@ -94,8 +98,10 @@ def repairs(
     ----------
     subject
         What `optuav.formulate` or `optuav.solve` returned, or a mission as they take it.
+    problem
+        With a mission: as for `optuav.formulate`.
     **options
-        Those of `optuav.formulate`, with a mission.
+        The others of `optuav.formulate`, with a mission.
 
     Returns
     -------
@@ -106,7 +112,7 @@ def repairs(
     InputError
         As `optuav.formulate`, or if a plan does not tell its question.
     """
-    return repairs_of(asked(subject, options))
+    return repairs_of(asked(subject, with_problem(problem, options)))
 
 
 def repairs_of(question: Asked) -> tuple[Repair, ...]:

@@ -9,7 +9,7 @@ from importlib import import_module
 from pathlib import Path
 from typing import Any
 
-from formulations.perspectives import PAPER
+from formulations.perspectives import AVAILABLE, PAPER
 from optuav.engines import closed_form
 from optuav.engines.capabilities import ENGINES
 from optuav.errors import Fault, InputError, SolverError
@@ -115,7 +115,9 @@ def _refuse(
     if time_limit_s is not None and not LIMIT.accepts(time_limit_s):
         faults.append(Fault("time_limit_s", shown(time_limit_s), f"{LIMIT.words}, or nothing"))
     if perspective not in PAPER:
-        faults.append(Fault("perspective", repr(perspective), f"one of {', '.join(PAPER)}"))
+        plans = "; available where plans are compared (compare_by, --by)"
+        words = f"one of {', '.join(PAPER)}{plans if perspective == AVAILABLE else ''}"
+        faults.append(Fault("perspective", repr(perspective), words))
     unknown = (each for each in engines if each not in ENGINES)
     faults += [Fault("engines", repr(each), f"some of {', '.join(ENGINES)}") for each in unknown]
     if faults:

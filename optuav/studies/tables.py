@@ -207,7 +207,8 @@ def _verdict(found: Comparison) -> Iterator[Text]:
             yield Text(f"{heading}  and {len(remarks) - MOST_LINES} more", style="bold red")
     count = sum(1 for _ in found.cells)
     if not (found.disagreements or found.failures) and count:
-        yield Text(f"All {count} answers agree.", style="bold green")
+        on_what = "" if found else " that nothing is feasible"
+        yield Text(f"All {count} answers agree{on_what}.", style="bold green")
 
 
 def _without_plan(found: Comparison) -> Iterator[Text]:

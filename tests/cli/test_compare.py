@@ -146,6 +146,7 @@ def test_plans_by_trajectory_where_there_are_none() -> None:
         (("--slots", "1,1.0"), "each length once"),
         (("--engines", "grid,abacus"), "engines = 'abacus': some of closed-form, cvxpy"),
         (("--perspective", "wells"), "perspective = 'wells': one of battery, energy, adjusted"),
+        (("--perspective", "available"), "available where plans are compared (compare_by, --by)"),
         (("--by", "problem"), "by = 'problem': some of perspective, trajectory"),
         (("--by", "trajectory,trajectory"), "each once"),
         (("--by", "trajectory", "--slots", "1,2"), "one length with --by"),

@@ -12,7 +12,7 @@ import pytest
 
 import optuav
 from formulations.formulation import Formulation
-from optuav.diagnosis import Explanation, explain
+from optuav.diagnosis import Explanation, explain, repairs
 from optuav.diagnosis.prices import Price
 from optuav.errors import InputError
 from optuav.modelling import Model
@@ -400,6 +400,16 @@ def test_what_nothing_keeps_finite_is_said() -> None:
     assert not explained
     assert "keeps the objective finite" in str(explained)
     assert "Feasible if" not in str(explained)
+
+
+def test_the_problem_may_be_the_second_argument() -> None:
+    """As in `solve` and `formulate`, in `repairs` too."""
+    options = {"building": "b1", "perspective": "battery"}
+    assert str(explain(SMALL, "P4", **options)) == str(explain(SMALL, problem="P4", **options))
+    lacking = SMALL.replace({"battery.capacity_As": 30000})
+    assert explain(lacking, Shortest, **options).objective == "s of rest"
+    late = SMALL.replace({"limits.deadline_s": 60})
+    assert repairs(late, "P3") == repairs(late, problem="P3") != ()
 
 
 def test_options_go_with_a_mission_only() -> None:

@@ -360,7 +360,7 @@ def test_where_nothing_is_feasible_one_sentence_takes_the_place_of_the_tables() 
         "No problem has a plan: the flight alone takes 75.79 s, longer than "
         "limits.deadline_s = 60 s."
     )
-    assert last == "All 12 answers agree."
+    assert last == "All 12 answers agree that nothing is feasible."
 
 
 def test_reasons_of_single_programmes_are_told_once_each() -> None:
