@@ -37,7 +37,7 @@ class LongestPart:
         (time, *operands) → the part, in numbers or arrays.
     limits
         (share, time, *operands) → labelled relations that any allowed part keeps, which is as long
-        as that share of the time; first the one that ends the longest.
+        as that share of the time.
     least_share
         (time, *operands) → an expression of parameters: the share is never less.
     """
@@ -152,8 +152,7 @@ class Lifted(NamedTuple):
     parts
         By name of a share: the part that it stands for, and its arguments in the model.
     silent
-        Labels of constraints of which a reader need not know: all that it adds, but those that end
-        a part.
+        Labels of the constraints that it adds, which nobody stated.
     """
 
     model: Model
@@ -188,7 +187,7 @@ def lifted(model: Model) -> Lifted:
         parts[name] = part, arguments
         stated = list(part.limits(shares[-1], *arguments))
         limits.extend(Constraint(*each, "1", "") for each in stated)
-        silent.update([label, *(each[0] for each in stated[1:])])
+        silent.update([label, *(each[0] for each in stated)])
         return shares[-1] * arguments[0]
 
     found = _rewritten(model, share)

@@ -31,6 +31,8 @@ from optuav.status import Status
 
 MOST_VIOLATED = 2
 """Constraints of which it is told in full that they do not hold."""
+ROUNDING = 1e-9
+"""Share of the capacity that rounding may take."""
 TIMES = ("hover_time_s", "rest_time_s")
 """Unknowns that make a plan; other unknowns of a formulation serve it alone."""
 
@@ -53,6 +55,7 @@ class Part:
 
 def plan_for(asked: Question, worked_out: Network, **found: Any) -> Plan:
     """A plan as an answer to a question: what was asked, and what was found."""
+    told = (*found.pop("notes", ()), *_refused(worked_out, found.get("phases", ())))
     return Plan(
         mission=worked_out.mission,
         problem=asked.problem_name,
@@ -61,8 +64,29 @@ def plan_for(asked: Question, worked_out: Network, **found: Any) -> Plan:
         order=asked.order,
         perspective=asked.perspective,
         slot_s=asked.slot_s,
+        notes=told,
         **found,
     )
+
+
+def _refused(worked_out: Network, flown: Sequence[Phase]) -> Iterator[str]:
+    """A note where charging tapered: what was offered and is not in the wells."""
+    packs = worked_out.mission.battery
+    if not flown or packs.takes_turns or packs.charging == "constant":
+        return
+    capacity_As = packs.packs * packs.capacity_As
+    offered_As = sum(each.current_A * each.duration_s for phase in flown for each in phase.stages)
+    refused_As = capacity_As + offered_As - _left_As(flown)
+    if refused_As > ROUNDING * capacity_As:
+        yield (
+            f"charging tapered: the {refused_As:.6g} A s that the full battery refused are lost, "
+            "and only battery tells so, not energy and adjusted"
+        )
+
+
+def _left_As(flown: Sequence[Phase]) -> float:
+    """What the packs hold at the end [A s]."""
+    return sum(flown[-1].available_As) + sum(flown[-1].bound_As)
 
 
 def plan_of(
@@ -182,8 +206,7 @@ def counted(worked_out: Network, flown: Sequence[Phase], soc: dict[str, float]) 
     packs = worked_out.mission.battery
     if not packs.takes_turns and packs.charging == "constant":
         return soc
-    left_As = sum(flown[-1].available_As) + sum(flown[-1].bound_As)
-    return {**soc, "battery": left_As / (packs.packs * packs.capacity_As)}
+    return {**soc, "battery": _left_As(flown) / (packs.packs * packs.capacity_As)}
 
 
 def _notes(

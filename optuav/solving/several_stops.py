@@ -215,6 +215,7 @@ def _states_of_charge(worked_out: Network, stops: Stops) -> dict[str, float]:
 def _binding(plan: Plan) -> Iterator[str]:
     """Which limits a plan reaches, in words."""
     limits, pool = plan.mission.limits, vehicle.pool(plan.mission)
+    tapers = plan.mission.battery.charging == "taper"
     if plan.mission_time_s >= limits.deadline_s * (1.0 - BINDS):
         yield "deadline"
     for phase in plan.phases:
@@ -224,7 +225,7 @@ def _binding(plan: Plan) -> Iterator[str]:
         share = phase.available_As[0] / pool.capacity_As
         if share <= BINDS:
             yield f"not dry, {where}"
-        elif phase.kind != "flight" and share >= pool.available_fraction - BINDS:
+        elif phase.kind != "flight" and not tapers and share >= pool.available_fraction - BINDS:
             yield f"not past full, {where}"
     if plan.soc is not None and plan.soc["battery"] <= limits.min_soc + BINDS:
         yield "state of charge"

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 from typing import Any
 
@@ -134,7 +135,7 @@ def test_several_stops_that_taper(mission: Mission) -> None:
     changed = mission.replace(asked)
     found = optuav.solve(changed, stops=1, hovers=2, time_limit_s=0.5)
     assert found
-    assert found.status is Status.OPTIMAL or "not proved" in found.notes[0]
+    assert found.status is Status.OPTIMAL or "not proved" in " ".join(found.notes)
     assert optuav.replay(found).flyable
     one = optuav.solve(changed)
     assert found.hover_time_s >= one.hover_time_s - 1e-3
@@ -150,3 +151,31 @@ def test_engines_that_are_refused(mission: Mission) -> None:
 def test_only_two_ways_of_charging() -> None:
     with pytest.raises(InputError, match=r"battery\.charging.*constant.*taper"):
         load("paper").replace({"battery.charging": "trickle"})
+
+
+@pytest.mark.parametrize(
+    "asked", [{"problem": "P4", "building": "b9", "order": "rest-first"}, {"stops": 2}]
+)
+def test_what_is_refused_is_told_and_binds_nothing(
+    asked: dict[str, Any], mission: Mission, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The note's figure is the charge that was offered and is not there; energies count it all."""
+    monkeypatch.setattr("optuav.search.branch.MOST_BOXES", 20_000)
+    b9 = [each.model_dump() for each in mission.buildings if each.name == "b9"]
+    long = mission.replace({"buildings": b9, "limits.deadline_s": 1600.0})
+    plan = optuav.solve(long, **asked)
+    assert plan.phases[1].available_As == pytest.approx((57_600.0,))
+    assert plan.soc is not None
+    net_As = sum(s.current_A * s.duration_s for phase in plan.phases for s in phase.stages)
+    refused_As = (1.0 - plan.soc["battery"]) * 72_000.0 + net_As
+    (note,) = (each for each in plan.notes if each.startswith("charging tapered"))
+    told = re.search(r"the (\S+) A s that the full battery refused", note)
+    assert told is not None
+    assert float(told[1]) == pytest.approx(refused_As, rel=1e-5)
+    assert plan.binding
+    assert not [label for label in plan.binding if "past full" in label]
+
+
+def test_where_nothing_is_refused_nothing_is_told(mission: Mission) -> None:
+    """The direct route of `paper` hovers and flies without being charged."""
+    assert not [each for each in optuav.solve(mission, "P3").notes if "tapered" in each]
