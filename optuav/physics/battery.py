@@ -328,8 +328,10 @@ def lifetime(
     InputError
         With everything that is wrong.
     SolverError
-        If a million jobs do not tell; it takes very small loads, or jobs that nearly recharge what
-        they draw, under ``"alternating"`` or ``"most-available"``.
+        If 50 000 steps do not tell, some ten seconds: a step ends where a job does, a turn by the
+        clock, or a pack is empty or full. Under any schedule that takes jobs that nearly recharge
+        what they draw; very small loads that never charge do it under ``"alternating"`` and
+        ``"most-available"`` only, as elsewhere rounds in which no pack is emptied are skipped.
 
     References
     ----------

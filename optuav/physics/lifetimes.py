@@ -46,8 +46,11 @@ FEWEST_ROUNDS = 64
 SMALLEST_EXPONENT = 1e-9
 """Of a round, k' times its duration, at which rounding leaves the tilt its digits."""
 
-MOST_JOBS = 1_000_000
-"""Jobs that are followed one by one, at the most."""
+MOST_STRETCHES = 50_000
+"""Stretches in which no pack changes its part that are followed one by one; some ten seconds."""
+
+TURNS_AT_ONCE = 1000
+"""Turns by the clock that are followed before it is seen how many there have been."""
 
 
 def lifetime(
@@ -152,23 +155,46 @@ def _seconds(packs: Packs, load: Sequence[tuple[float, float]]) -> float:
 def _followed(packs: Packs, jobs: list[Load], *, may_last: bool, repeats: bool) -> float:
     """Follow jobs until no pack is left, or until it is clear that this never comes [s]."""
     lowest_As: list[float] = []
-    turns = packs.count if repeats else 1
-    for _ in range(1 + MOST_JOBS // len(jobs)):
+    turns, followed = packs.count if repeats else 1, 0
+    while True:
         if repeats:
             _skip(packs, jobs)
         lowest_As.append(math.inf)
-        for job in jobs * turns:
-            packs.job([job])
+        for piece in (piece for _ in range(turns) for job in jobs for piece in _pieces(packs, job)):
+            followed += len(packs.job([piece]))
             if packs.exhausted[0]:
                 return float(packs.clock_s[0])
+            if followed > MOST_STRETCHES:
+                raise SolverError(_undecided(float(packs.clock_s[0]), may_last=may_last))
             if may_last:
                 level_As = float(packs.wells.available_As[packs.in_service].min())
                 lowest_As[-1] = min(lowest_As[-1], level_As)
         if may_last and _settled(packs, lowest_As):
             return math.inf
-    raise SolverError(
-        f"after {MOST_JOBS} jobs, {packs.clock_s[0]:.6g} s, the packs still carry the load, and "
+
+
+def _pieces(packs: Packs, job: Load) -> Iterator[Load]:
+    """A job in pieces of some turns; who carries by the clock does not mind where a job begins."""
+    if packs.schedule != "alternating" or packs.count == 1 or not job.draw_A:
+        yield job
+        return
+    assert packs.period_s is not None
+    longest_s, left_s = TURNS_AT_ONCE * packs.period_s, job.duration_s
+    while left_s > 0.0:
+        yield job._replace(duration_s=min(left_s, longest_s))
+        left_s -= longest_s
+
+
+def _undecided(clock_s: float, *, may_last: bool) -> str:
+    """What is known where so much was followed to no end."""
+    known = (
         "whether they always will is not decided"
+        if may_last
+        else "it ends, as it draws more than it charges, but when was not found"
+    )
+    return (
+        f"{MOST_STRETCHES} steps tell no lifetime: after {clock_s:.6g} s the packs still carry the "
+        f"load; {known}"
     )
 
 

@@ -10,7 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
 
-from optuav.errors import InputError
+from optuav.errors import InputError, SolverError
 from optuav.physics.battery import Battery, lifetime, time_to_empty
 from tests.physics.reference import printed
 
@@ -260,6 +260,27 @@ def test_packs_that_are_charged_in_turn() -> None:
     for schedule in ("round-robin", "most-available"):
         load = [(2.0, 60.0), (-2.5, 60.0)]
         assert lifetime(load, packs=2, schedule=schedule, **cell) == math.inf
+
+
+@pytest.mark.parametrize("schedule", SCHEDULES)
+def test_what_nearly_lasts_is_given_up_in_words(
+    schedule: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Whatever the schedule; a load that draws more than it charges is known to end."""
+    monkeypatch.setattr("optuav.physics.lifetimes.MOST_STRETCHES", 300)
+    given_packs = {"packs": 2, "schedule": schedule, **SCHEDULES[schedule], **CELL}
+    with pytest.raises(SolverError, match=r"300 steps tell no lifetime.* it ends"):
+        lifetime([(1.0, 60.0), (-0.9999, 60.0)], **given_packs)
+
+
+def test_turns_within_one_long_job_are_counted(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A single job of millions of turns; one that ends within the limit is followed to its end."""
+    short = {"packs": 2, "schedule": "alternating", **CELL}
+    whole_s = lifetime([(8.0, 1e9)], period_s=1.0, **short)
+    assert whole_s == pytest.approx(lifetime([(8.0, 1.0)], packs=2, **CELL), abs=2.0)
+    monkeypatch.setattr("optuav.physics.lifetimes.MOST_STRETCHES", 2_000)
+    with pytest.raises(SolverError, match="2000 steps tell no lifetime"):
+        lifetime([(1.0, 1e9)], period_s=1e-3, **short)
 
 
 # Bad input
