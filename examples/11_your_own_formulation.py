@@ -26,10 +26,9 @@ WANTED_S = 700.0
 # %% [markdown]
 # ## Least rest for a wanted hover time
 #
-# Inside `declare` the quantities of the mission are symbols: `self.min_soc`, `self.time_left`. The
-# unknowns Δ and T' come from `hover_and_rest`, which leaves T' out on the direct route; the state
-# of charge comes from the perspective that is asked for, and `keep_wells` adds what only one of
-# them asks, `available`: that the battery never runs dry. A number of your own is a `Parameter`.
+# Inside `declare` the mission's quantities are symbols: `self.min_soc`, `self.time_left`. Δ and T'
+# come from `hover_and_rest`, without T' on the direct route; `soc_end` goes by the perspective, and
+# `keep_wells` keeps the battery from running dry. A number of your own is a `Parameter`.
 
 
 # %%
