@@ -9,7 +9,7 @@ charges in the stays. Where charging tapers, nothing passes full.
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
-from itertools import repeat
+from itertools import islice, repeat
 from typing import Any, TypeAlias
 
 from formulations.quantities import Quantities
@@ -34,7 +34,8 @@ def well_limits(
     telling
         Which of them to state, step by step.
     """
-    ends = zip(moments(given.steps), levels(given, hover, rest), telling, strict=False)
+    told = islice(telling, len(given.steps))
+    ends = zip(moments(given.steps), levels(given, hover, rest), told, strict=True)
     for moment, (step, level), (dry, past_full) in ends:
         if dry or past_full:
             share = level.available_As / given.battery_As

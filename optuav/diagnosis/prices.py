@@ -106,7 +106,7 @@ def prices(
     """
     number, entry = chosen
     model = program.parts[number].model
-    towards = 1.0 if model.sense == "maximise" else -1.0
+    towards = model.towards
     own = solutions[number].shadow_prices(entry)
     rivals = [solutions[k].shadow_prices(j) for k, j in _tied(solutions, chosen)]
     row = model.row(entry)

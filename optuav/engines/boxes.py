@@ -19,7 +19,6 @@ MOST_ROUNDS = 400
 AT_ONCE = 256
 """Boxes of a programme that are halved in a round."""
 
-
 Programmes: TypeAlias = np.ndarray[tuple[int, ...], np.dtype[np.intp]]
 
 
@@ -62,7 +61,7 @@ def search(
     x, y = x.copy(), y.copy()
     boxes, fresh = start.take(np.zeros(len(start.programme), dtype=bool)), start
     for _ in range(MOST_ROUNDS):
-        fresh = fresh.take(most(fresh) >= 0.0)
+        fresh = fresh.take(~(most(fresh) < 0.0))  # what is no number proves nothing
         _try(fresh, margin, x, y)
         boxes = _together(boxes, fresh)
         boxes = boxes.take(~(boxes.x_high <= x[boxes.programme] + width_s))

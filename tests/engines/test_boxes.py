@@ -79,14 +79,17 @@ def test_a_known_point_is_kept_where_none_is_better() -> None:
     assert (x[0], y[0], beyond[0]) == (2.0, 0.5, 2.0 + 1e-8)
 
 
-def test_what_cannot_be_dropped_is_not_called_proved(monkeypatch: pytest.MonkeyPatch) -> None:
-    """A bound that tells nothing leaves all of the range open."""
+@pytest.mark.parametrize("bound", [1.0, math.nan])
+def test_what_cannot_be_dropped_is_not_called_proved(
+    monkeypatch: pytest.MonkeyPatch, bound: float
+) -> None:
+    """A bound that tells nothing, or is no number, leaves all of the range open."""
     monkeypatch.setattr(boxes, "MOST_ROUNDS", 20)
     zero, far = np.zeros(1), np.ones(1)
     start = Boxes(zero, far, zero, far, np.array([0]))
 
     def anything(within: Boxes) -> Floats:
-        return np.ones_like(within.x_low)
+        return np.full_like(within.x_low, bound)
 
     def never(x: Floats, y: Floats, _: Programmes) -> Floats:
         return np.full_like(x, -1.0)
