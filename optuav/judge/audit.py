@@ -81,6 +81,8 @@ class Audit:
 def audit(plan: Plan | Itinerary | str | Path) -> Audit:
     """Judge a plan by simulating it from its mission, see `optuav.replay`.
 
+    Whether it is the best is not judged: of ``slot_s`` only that every stay is in whole slots.
+
     Parameters
     ----------
     plan

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 
 from optuav.judge.phases import Phase
-from optuav.judge.tolerance import TOLERANCE, same
+from optuav.judge.tolerance import same
 from optuav.mission import vehicle
 from optuav.physics.battery import Wells
 from optuav.plan import Phase as Planned
@@ -92,7 +92,7 @@ def _broken_slots(plan: Plan, slot_s: float) -> Iterator[Event]:
         if stay.kind == "flight" or cut_short:
             continue
         slots = stay.duration_s / slot_s
-        if abs(slots - round(slots)) > TOLERANCE * max(1.0, slots):
+        if not same(round(slots) * slot_s, stay.duration_s):
             words = (
                 f"slot_s: the plan says {slot_s:.10g} s, but phases[{number}] is {slots:.10g} slots"
             )

@@ -116,7 +116,8 @@ Footprint = Annotated[
 
 # Time
 Duration = Annotated[float, Number("s", gt=0, le=1e7)]
-Slot = Annotated[float, Number("s", ge=1e-3, le=1e7)]
+SLOT = Number("s", ge=1e-3, le=1e7)
+Slot = Annotated[float, SLOT]
 
 # Shares
 StateOfCharge = Annotated[float, Number("-", ge=0, lt=1)]

@@ -11,7 +11,8 @@ from pydantic import StrictBool, model_validator
 from optuav.errors import NoPlanError
 from optuav.mission import Mission
 from optuav.mission.places import ENDS
-from optuav.plan.phases import Amount, Kind, Number, Phase, Record, Stop
+from optuav.mission.quantities import Slot
+from optuav.plan.phases import Kind, Number, Phase, Record, Stop
 from optuav.plan.wells import overfull_s, runs_dry_s
 from optuav.status import Status
 
@@ -33,7 +34,7 @@ class Plan(Record):
         As asked: names of the problem, of the trajectory, of the building to rest on, of the order
         of rest and hover (None where nothing was asked), and of the perspective.
     slot_s
-        Length of the slots [s]; None for continuous times.
+        Length of the slots [s], 0.001 to 1e7; None for continuous times.
     engine, proof
         Who answered, and how it knows.
     status
@@ -60,7 +61,7 @@ class Plan(Record):
     building: str | None
     order: str | None
     perspective: str
-    slot_s: Amount | None
+    slot_s: Slot | None
     engine: str
     proof: str
     status: Status

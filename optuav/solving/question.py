@@ -17,7 +17,7 @@ from optuav.engines.capabilities import ENGINES
 from optuav.errors import Fault, InputError
 from optuav.mission import Mission
 from optuav.mission.itineraries import ORDERS, Order
-from optuav.mission.quantities import Number
+from optuav.mission.quantities import SLOT, Number
 from optuav.mission.routes import TRAJECTORIES, Trajectory
 from optuav.mission.words import nearest, shown
 
@@ -34,7 +34,6 @@ ROUTED = ("P1", "P2", "P2-tight")
 AUTO = "auto"
 HoverPoint = Literal["w_U", "free"]
 HOVER_POINTS: tuple[HoverPoint, ...] = ("w_U", "free")
-SLOT = Number("s", ge=1e-3, le=1e7)
 LIMIT = Number("s", gt=0.0, le=1e9)
 
 

@@ -15,12 +15,13 @@ from optuav.engines.capabilities import ENGINES
 from optuav.errors import Fault, InputError, SolverError
 from optuav.mission import Mission, load
 from optuav.mission.itineraries import ORDERS
+from optuav.mission.quantities import SLOT
 from optuav.mission.words import shown
 from optuav.modelling import Model, evaluate
 from optuav.modelling.check import TOLERANCE
 from optuav.plan import Plan
 from optuav.solving import Program, formulate
-from optuav.solving.question import LIMIT, SLOT
+from optuav.solving.question import LIMIT
 from optuav.solving.route_choice import route_choice
 from optuav.status import Status
 from optuav.studies.bound import bound

@@ -137,6 +137,21 @@ def test_slots_that_stays_do_not_fill_are_caught(path: Path) -> None:
     assert not caught(spoiled(data, ("slot_s",), 7.0), path)
 
 
+def test_slots_that_cannot_be_asked_for_are_no_plan(path: Path) -> None:
+    """Among them those of no length, which no stay can be counted in."""
+    for slot_s in (0, 0.0, 1e-320, 1e-9, 1e99):
+        path.write_text(json.dumps(spoiled(data_of("slots"), ("slot_s",), slot_s)), "utf-8")
+        with pytest.raises(InputError, match=r"slot_s.*a number, x [<>]= "):
+            optuav.audit(path)
+
+
+def test_slots_that_divide_every_stay_are_true_of_what_is_flown(path: Path) -> None:
+    """No other plan of slots this short is looked for: that would be solving."""
+    data = data_of("slots")
+    assert {stop["duration_s"] % 5.0 for stop in data["stops"]} == {0.0}
+    assert not caught(spoiled(data, ("slot_s",), 5.0), path)
+
+
 @pytest.mark.parametrize("name", ["flyable", "direct"])
 def test_a_verdict_that_was_changed_is_caught(name: str, path: Path) -> None:
     """Both ways; where nothing was simulated, there is nothing to compare."""
