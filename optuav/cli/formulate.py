@@ -11,9 +11,11 @@ import typer
 import optuav
 from optuav.cli.options import (
     BUILDING,
+    HOVER_POINT,
     ORDER,
     PERSPECTIVE,
     PROBLEM,
+    SLOT,
     TRAJECTORY,
     MissionArgument,
     SetOption,
@@ -32,6 +34,8 @@ def formulate(
     building: Annotated[str | None, BUILDING] = None,
     order: Annotated[str | None, ORDER] = None,
     perspective: Annotated[str, PERSPECTIVE] = "available",
+    slot_s: Annotated[float | None, SLOT] = None,
+    hover_point: Annotated[str, HOVER_POINT] = "w_U",
     settings: SetOption = None,
     latex: Annotated[bool, typer.Option("--latex", help="Print LaTeX (package amsmath).")] = False,
     lp: Annotated[bool, typer.Option("--lp", help="Print a file in CPLEX LP format.")] = False,
@@ -42,8 +46,8 @@ def formulate(
 ) -> None:
     """Print a problem as it is solved, with its parameters.
 
-    --lp and --mps hold one linear programme with numbers: of several routes
-    the one that solve takes. Exit code 1 if nothing can be flown.
+    --lp and --mps hold one linear programme with numbers, its times continuous:
+    of several routes the one that solve takes. Exit code 1 if nothing can fly.
     """
     forms = [name for name, asked in (("latex", latex), ("lp", lp), ("mps", mps)) if asked]
     if len(forms) > 1:
@@ -56,6 +60,8 @@ def formulate(
         building=building,
         order=order,
         perspective=perspective,
+        slot_s=slot_s,
+        hover_point=hover_point,
     )
     if not program.parts:
         typer.echo(textwrap.fill(str(program), WIDTH, subsequent_indent="  "))

@@ -11,6 +11,7 @@ import numpy as np
 from optuav.errors import Fault, InputError
 from optuav.mission.network import Network
 from optuav.modelling import Checks, check
+from optuav.solving.heading import routes_of
 from optuav.solving.planning import Part
 
 
@@ -62,14 +63,6 @@ def _checks_of(
         replace(row, points=points, names=names) if np.shape(row.satisfied) == (count,) else row
         for row in check(part.model, told)
     )
-
-
-def routes_of(worked_out: Network, part: Part) -> str:
-    """Which routes a model speaks of."""
-    orders = {worked_out.itineraries.order(route) for route in part.routes}
-    order = orders.pop() if len(orders) == 1 else "with a rest"
-    words = (order or "without a rest").replace("-", " ")
-    return words + (f", {len(part.routes)} routes" if len(part.routes) > 1 else "")
 
 
 def _names(worked_out: Network, part: Part) -> tuple[str, ...]:

@@ -18,8 +18,9 @@ from optuav.modelling import Checks, Model
 from optuav.modelling.traits import Traits, traits
 from optuav.plan import Plan
 from optuav.solving.against_p1 import against_p1
-from optuav.solving.checking import checks, routes_of
+from optuav.solving.checking import checks
 from optuav.solving.dispatch import answer
+from optuav.solving.heading import routes_of, slots_of
 from optuav.solving.planning import TIMES, Part, plan_of, plan_without, shortfalls
 from optuav.solving.question import Question
 from optuav.solving.replayed import replayed
@@ -78,8 +79,11 @@ class Program:
         return self._pages(Model.to_latex, "% ")
 
     def _pages(self, write: Callable[[Model], str], mark: str = "") -> str:
-        """The models in writing; of several, each under a line that tells its routes."""
+        """The models in writing, each under a line on its slots; of several, also on its routes."""
         pages = [write(part.model) for part in self.parts]
+        if (slot_s := self.question.slot_s) is not None:
+            slots = [mark + slots_of(part.model, slot_s) for part in self.parts]
+            pages = [f"{line}\n{page}" for line, page in zip(slots, pages, strict=True)]
         if len(pages) > 1:
             heads = (f"{mark}{k} of {len(pages)}: " for k in range(1, len(pages) + 1))
             told = (routes_of(self.worked_out, part) for part in self.parts)

@@ -10,7 +10,7 @@ import numpy as np
 from optuav.engines.export import need_linear, to_lp, to_mps
 from optuav.errors import Fault, InputError, NoPlanError
 from optuav.mission.itineraries import NO_LEG
-from optuav.mission.words import printable
+from optuav.mission.words import printable, shown
 from optuav.modelling import Model
 from optuav.solving import Program
 from optuav.solving.dispatch import answer
@@ -36,7 +36,8 @@ def statement(program: Program, form: str = "text") -> str:
     Raises
     ------
     InputError
-        If the form does not exist, or a file is asked for and a constraint is not linear.
+        If the form does not exist, or a file is asked for and a constraint is not linear, or times
+        are in slots.
     NoPlanError
         If nothing can be flown.
     """
@@ -50,6 +51,8 @@ def statement(program: Program, form: str = "text") -> str:
         return program.to_latex()
     for part in program.parts:
         need_linear(part.model)
+    if (slot_s := program.question.slot_s) is not None:
+        raise InputError([Fault("slot_s", shown(slot_s), "LP and MPS files hold continuous times")])
     solutions = [answer(part.model, len(part.routes), program.question) for part in program.parts]
     chosen = program.best(solutions)
     number, entry = chosen or _shortest(program)

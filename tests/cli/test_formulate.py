@@ -79,6 +79,24 @@ def test_settings_and_options_reach_the_programme() -> None:
     assert hover_s == pytest.approx(plan.hover_time_s, rel=1e-9)
 
 
+def test_a_free_hover_point_and_slots_are_asked_for_as_of_solve() -> None:
+    """The page of the same program in Python; slots say how the times are counted."""
+    asked = ("formulate", "paper", "--perspective", "battery")
+    found = run(*asked, "--hover-point", "free")
+    program = optuav.formulate("paper", perspective="battery", hover_point="free")
+    assert found.out.rstrip() == str(program)
+    assert "z_w ∈ (−∞, ∞) m" in found.out
+    found = run(*asked, "--slot-s", "5", "--problem", "P4", "--building", "b1")
+    assert found.out.startswith("in whole slots of 5 s, Δ ≥ 5 s, T' ≥ 5 s\nP4: ")
+    both = run(*asked, "--slot-s", "5", "--trajectory", "traj1", "--latex").out.splitlines()
+    assert [line for line in both if line.startswith("%")] == [
+        "% 1 of 2: without a rest, 2 routes",
+        "% in whole slots of 5 s, the last of Δ cut short by its bound",
+        "% 2 of 2: with a rest, 2 routes",
+        "% in whole slots of 5 s, Δ ≥ 5 s, T' ≥ 5 s",
+    ]
+
+
 def test_what_cannot_fly_is_an_honest_no() -> None:
     for option in ([], ["--lp"], ["--latex"]):
         found = run(
@@ -96,6 +114,10 @@ def test_what_cannot_fly_is_an_honest_no() -> None:
         (("--problem", "P4"), "problem P4 needs the name of a building"),
         (("--problem", "P3", "--building", "b1"), "problem P3 takes none"),
         (("--perspective", "wells", "--lp"), "'P1.b state of charge' is not linear"),
+        (("--slot-s", "5", "--mps"), "slot_s = 5.0: LP and MPS files hold continuous times"),
+        (("--slot-s", "0"), "slot_s = 0.0: a number, 0.001 <= x"),
+        (("--hover-point", "free", "--lp"), "'P1.a outage' is not linear"),
+        (("--hover-point", "here"), "hover_point = 'here': one of w_U, free"),
         (("--save", "no/such/folder/x.lp", "--lp"), "there is no directory"),
         (("--set", "limits.min_soc=7"), "limits.min_soc = 7"),
     ],

@@ -1,0 +1,33 @@
+"""What stands above a declared model in writing: the routes it speaks of, and its slots."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+
+from optuav.mission.network import Network
+from optuav.modelling import Model
+from optuav.solving.planning import Part
+
+
+def routes_of(worked_out: Network, part: Part) -> str:
+    """Which routes a model speaks of."""
+    orders = {worked_out.itineraries.order(route) for route in part.routes}
+    rests = any(each.name == "rest_time_s" for each in part.model.variables)
+    order = orders.pop() if len(orders) == 1 else "with a rest"
+    words = order.replace("-", " ") if order and rests else "without a rest"
+    return words + (f", {len(part.routes)} routes" if len(part.routes) > 1 else "")
+
+
+def slots_of(model: Model, slot_s: float) -> str:
+    """What slots ask of the unknowns; the model does not say it, counting is up to engines."""
+    return ", ".join([f"in whole slots of {slot_s:g} s", *_ends(model, slot_s)])
+
+
+def _ends(model: Model, slot_s: float) -> Iterator[str]:
+    """Where the slots of each unknown begin and end, if not where its bounds do."""
+    for time in (each for each in model.variables if not each.binary):
+        if time.first_slot > 0:
+            yield f"{time.symbol} ≥ {time.first_slot * slot_s:g} s"
+        if not (isinstance(time.upper, float) and math.isinf(time.upper)):
+            yield f"the last of {time.symbol} cut short by its bound"
