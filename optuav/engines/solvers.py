@@ -46,7 +46,7 @@ class Solver:
     Parameters
     ----------
     name
-        As CVXPY calls it; None for HiGHS.
+        As CVXPY calls it, in letters of any case; None for HiGHS.
     whole
         Whether some unknowns take whole numbers only.
     time_limit_s
@@ -61,15 +61,16 @@ class Solver:
     """
 
     def __init__(self, name: str | None, whole: bool, time_limit_s: float | None) -> None:
-        name = name or DEFAULT_SOLVER
+        asked = name or DEFAULT_SOLVER
         try:
             import cvxpy
         except ImportError as error:
             raise SolverError(f"engine cvxpy needs the package cvxpy: {error}") from error
 
         installed = cvxpy.installed_solvers()  # type: ignore[no-untyped-call]
+        name = asked.upper()
         if name not in installed:
-            raise InputError(f"CVXPY has no solver {name!r}; installed: {', '.join(installed)}")
+            raise InputError(f"CVXPY has no solver {asked!r}; installed: {', '.join(installed)}")
         if whole and name not in (able := _takers_of_whole_numbers()):
             raise InputError(
                 f"the solver {name} takes no whole numbers; installed ones that do: "

@@ -76,7 +76,7 @@ def formulate(
     time_limit_s
         Longest that the engine may take [s], > 0 and at most 1e9; None for no limit.
     solver
-        Solver behind the engine cvxpy, by CVXPY's name; HiGHS by default.
+        Solver behind the engine cvxpy, by CVXPY's name in any case; HiGHS by default.
     hover_point
         ``"w_U"``: the UAV hovers at ``route.hover_m`` of the mission, or where that is not stated
         at w_U of the paper; ``"free"``: wherever is best within reach of the device, for P1 in

@@ -209,6 +209,17 @@ def test_missing_solver_names_the_installed_ones(capsys: pytest.CaptureFixture[s
     assert "GUROBO" in capsys.readouterr().err
 
 
+@pytest.mark.parametrize("name", ["HiGHS", "highs"])
+def test_a_solver_is_known_by_its_name_in_any_case(name: str) -> None:
+    """What follows from the name does not depend on it: settings, limits, what the proof says."""
+    asked = {"engine": "cvxpy", "slot_s": 60.0, "perspective": "battery", "time_limit_s": 60.0}
+    plan = solve("paper", "P3", solver=name, **asked)  # type: ignore[arg-type]
+    assert plan == solve("paper", "P3", solver="HIGHS", **asked)  # type: ignore[arg-type]
+    assert plan.proof == "branch and bound (HIGHS)"
+    with pytest.raises(InputError, match=r"no solver 'gurobo'; installed: .*HIGHS"):
+        solve("paper", engine="cvxpy", solver="gurobo", perspective="battery")
+
+
 def test_solver_without_a_time_limit_is_refused() -> None:
     """Silently without a limit would be worse."""
     with pytest.raises(InputError, match="SCIPY takes no time limit"):
