@@ -4,15 +4,18 @@ from __future__ import annotations
 
 import os
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import asdict, dataclass, field
+from dataclasses import asdict, dataclass, field, replace
 from itertools import chain
 from pathlib import Path
 from typing import Any
 
 from optuav.calibration.digits import digits
 from optuav.calibration.estimation import CONFIDENCE, Estimate, Interval
-from optuav.mission import shipped
+from optuav.calibration.plausible import doubts_beside
+from optuav.mission import Mission, shipped
 from optuav.mission.sections import SCHEMA
+
+IN_THE_AIR = ("flight.flight_current_A", "flight.hover_current_A")
 
 
 @dataclass(frozen=True)
@@ -123,6 +126,20 @@ class Fit:
         """What is determined, by dotted key, as `optuav.Mission.replace` takes it."""
         found = {each.key: rounded(each.value) for each in self.values if each.determined}
         return {**self.settings, **found}
+
+    def beside(self, mission: Mission) -> Fit:
+        """The fit for a mission: a warning more for every load that its battery hardly holds.
+
+        Parameters
+        ----------
+        mission
+            The mission that the values are for; of its battery, what the fit found comes first.
+        """
+        found = {each.key: each.value for each in self.values if each.determined}
+        battery = {key: value for key, value in found.items() if key.startswith("battery.")}
+        loads = {key.rpartition(".")[2]: found[key] for key in IN_THE_AIR if key in found}
+        more = doubts_beside(mission.replace(battery), loads)
+        return replace(self, warnings=(*self.warnings, *more))
 
     def to_dict(self) -> dict[str, Any]:
         """Everything as plain data."""

@@ -62,8 +62,7 @@ def calibrate(
     plot: PlotOption = None,
 ) -> None:
     """Find parameters of a mission from measurements, and say how sure they are."""
-    if extends is not None:
-        load(extends)
+    base = None if extends is None else load(extends)
     if save is not None:
         must_be_new(save)
     if plot is not None:
@@ -80,6 +79,7 @@ def calibrate(
         Kind.table: calibration.fit_table,
     }[kind]
     found = fit(files)
+    found = found.beside(base or load(found.extends))
     written = []
     if save is not None:
         write_text(save, found.to_toml(extends, save))

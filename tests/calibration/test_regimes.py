@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 import optuav
+from optuav.calibration import Fit, Value
 from optuav.errors import InputError
 
 DATA = Path(__file__).parents[2] / "examples" / "data"
@@ -155,3 +156,29 @@ def test_units_that_the_header_does_not_tell_are_doubted(tmp_path: Path) -> None
         for words in (f"the current in {phase} is 2000", f"the voltage in {phase} is 22000 V"):
             assert any(words in warning for warning in found.warnings), words
     assert "# Warning: the current in hover" in found.to_toml()
+
+
+def test_loads_are_doubted_that_the_battery_hardly_holds(tmp_path: Path) -> None:
+    """Milliamperes that could be amperes: 800 A are 160 C for 5 A h, and 27 C for 30 A h."""
+    file = tmp_path / "log.csv"
+    rows = [f"{n},{800 + n % 2},22,hover" for n in range(20)]
+    file.write_text("\n".join(["time_s,current_A,voltage_V,phase", *rows]))
+    found = optuav.fit_regimes([file])
+    paper = optuav.load("paper").replace({"battery.packs": 1})
+    small, large = (paper.replace({"battery.capacity_As": 3600.0 * Ah}) for Ah in (5, 30))
+    (words,) = set(found.beside(small).warnings) - set(found.warnings)
+    assert words.startswith("hover_current_A = 800.5 would empty the full battery of the mission ")
+    assert "paper, 18000 A s, in 22.5 s: look at the units" in words
+    assert f"# Warning: {words}" in found.beside(small).to_toml()
+    assert found.beside(large) == found
+
+
+def test_a_battery_that_was_found_counts_before_that_of_the_mission() -> None:
+    """Where one fit tells capacity and load, the mission's own capacity is none of the values."""
+    values = tuple(
+        Value(key, value, "known")
+        for key, value in (("battery.capacity_As", 1e6), ("flight.hover_current_A", 800.0))
+    )
+    found = Fit("table", (), "", values, ())
+    tiny = optuav.load("paper").replace({"battery.capacity_As": 100.0})
+    assert found.beside(tiny).warnings == ()

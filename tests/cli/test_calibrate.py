@@ -68,6 +68,17 @@ def test_extends_another_mission(tmp_path: Path) -> None:
     assert optuav.load(file).limits.deadline_s == 777
 
 
+def test_the_battery_of_the_mission_that_is_extended_tells_of_units(tmp_path: Path) -> None:
+    """Written over the mission's own battery: a warning, and exit code 0 all the same."""
+    base = tmp_path / "small.toml"
+    base.write_text('schema = 1\nextends = "paper"\nbattery.capacity_As = 600\n')
+    asked = ("calibrate", "regimes", str(DATA / EXAMPLES["regimes"]))
+    assert "would empty" not in run(*asked).out
+    ran = run(*asked, "--extends", str(base))
+    assert ran.code == 0
+    assert "would empty the full battery of the mission small, 1200 A s, in" in ran.out
+
+
 def test_json_has_everything() -> None:
     told = json.loads(run("calibrate", "rotor", str(DATA / "bench.csv"), "--json").out)
     assert told["kind"] == "rotor"
