@@ -104,6 +104,7 @@ def longest_hover(
     step_s, least_s, clock = slot_s or STEP_S, 0.0, Clock(time_limit_s)
     ways = [_Way(worked_out, route, rests, clock) for route, rests in choices]
     found: list[tuple[float, _Way, Floats]] = []
+    searched = 0
     for way in ways:
         rests_s = way.rests_s(step_s, slots=slot_s is not None)
         hovers_s = way.longest_s(rests_s, step_s, least_s)
@@ -111,8 +112,15 @@ def longest_hover(
             best_s = float(np.nanmax(hovers_s))
             found.append((best_s, way, rests_s[hovers_s == best_s]))
             least_s = max(least_s, best_s - (0.0 if slot_s else step_s))
+        searched += not clock.ended
     if not found and clock.ended:
-        raise SolverError(f"the search {clock.ended} without a plan, nor proof that none is")
+        raise SolverError(
+            f"the search by battery.schedule = {worked_out.mission.battery.schedule!r} "
+            f"{clock.ended}, the time limit, without a plan or proof that there is none: "
+            f"{searched} of {len(ways)} routes were searched, Δ and T' in steps of {step_s:g} s. "
+            "Allow more time (time_limit_s), or ask for less: longer slots (slot_s), or one "
+            "trajectory"
+        )
     if not found:
         return None
     if slot_s is None:

@@ -146,7 +146,11 @@ def _plan(program: Program, everywhere: Network, found: Found, asked_for: str) -
         known["notes"] = (*one.notes, *known["notes"])
         return one.model_copy(update={"engine": ENGINE, "proof": proof, **known})
     if stops is None:
-        raise SolverError(f"the search {found.ended} without a plan, nor proof that none is")
+        raise SolverError(
+            f"the search {found.ended} without a plan or proof that there is none: with "
+            f"{asked_for} no plan hovers longer than {found.bound_s:.6g} s. Allow more time "
+            "(time_limit_s), or fewer stops or hovers"
+        )
     way = ways(everywhere, stops.places[:, None], np.array([-1]))
     worked_out = replace(everywhere, itineraries=way)
     legs = [int(leg) for leg in way.legs[0]]
