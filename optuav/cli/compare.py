@@ -76,6 +76,7 @@ def compare(
     asked = mission_of(mission, settings)
     from optuav import studies
     from optuav.studies import tables
+    from optuav.studies.choice_tables import choice_tables
 
     pictures: list[Path] = []
     if by is not None:
@@ -90,9 +91,7 @@ def compare(
             return
         plans = studies.compare_by(asked, _names(by), perspective=perspective, slot_s=slot_s)
         pictures = plans.save_pictures(plot) if plot is not None else []
-        _deliver(
-            plans.to_dict(), plans.to_csv(), tables.choice_tables(plans), as_json, save, pictures
-        )
+        _deliver(plans.to_dict(), plans.to_csv(), choice_tables(plans), as_json, save, pictures)
         if not any(row.hover_time_s is not None for row in plans.rows):
             raise typer.Exit(NO)
         return

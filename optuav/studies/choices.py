@@ -44,8 +44,13 @@ class Choice:
         State of charge at the end by perspective [-]; η1 is ``"battery"``. None without a plan.
     route
         Names of places; empty without a plan.
-    runs_dry_s
-        When the available well is empty [s]; None if it never is, or without a plan.
+    flyable
+        Whether its simulation found nothing against it; None without a plan.
+    runs_dry_s, overfull_s
+        When the available well is empty, and when charging drives it past full [s]; None if it
+        never is, or without a plan.
+    proof
+        How the answer is known.
     reasons
         Why there is no plan, in words.
     """
@@ -58,7 +63,10 @@ class Choice:
     mission_time_s: float | None
     soc: Mapping[str, float] | None
     route: tuple[str, ...]
+    flyable: bool | None
     runs_dry_s: float | None
+    overfull_s: float | None
+    proof: str
     reasons: tuple[str, ...]
 
 
@@ -84,7 +92,8 @@ class Choices:
     rows: tuple[Choice, ...]
 
     def __str__(self) -> str:
-        from optuav.studies.tables import as_text, choice_tables
+        from optuav.studies.choice_tables import choice_tables
+        from optuav.studies.tables import as_text
 
         return as_text(choice_tables(self))
 
@@ -100,7 +109,10 @@ class Choices:
                 "mission_time_s": row.mission_time_s,
                 **{f"soc_{name}": (row.soc or {}).get(name) for name in PAPER},
                 "route": " > ".join(row.route),
+                "flyable": row.flyable,
                 "runs_dry_s": row.runs_dry_s,
+                "overfull_s": row.overfull_s,
+                "proof": row.proof,
             }
             for row in self.rows
         ]
@@ -210,6 +222,9 @@ def _choice(plan: Plan) -> Choice:
         mission_time_s=plan.mission_time_s if plan else None,
         soc=plan.soc,
         route=plan.route if plan else (),
+        flyable=plan.flyable,
         runs_dry_s=plan.runs_dry_s if plan else None,
+        overfull_s=plan.overfull_s if plan else None,
+        proof=plan.proof,
         reasons=plan.reasons,
     )

@@ -8,7 +8,6 @@ from pathlib import Path
 from typing import Any
 
 from rich.console import RenderableType
-from rich.table import Table
 from rich.text import Text
 
 from formulations.perspectives import AVAILABLE
@@ -19,6 +18,7 @@ from optuav.physics.schedules import SCHEDULES
 from optuav.plan import Plan
 from optuav.solving import solve
 from optuav.studies.comparison import as_csv
+from optuav.studies.tables import plain_table
 
 SCHEMA = 1
 KIND = "optuav comparison of schedules"
@@ -101,7 +101,7 @@ class Schedules:
         heading = f"{self.mission.name}: longest hover by schedule of the packs, {times}"
         yield Text(heading, style="bold")
         yield ""
-        table = Table(box=None, pad_edge=False, padding=(0, 2, 0, 0), header_style="")
+        table = plain_table()
         table.add_column("schedule", no_wrap=True)
         for name in ("Δ [s]", "brings [s]", "T' [s]", "η1 [%]"):
             table.add_column(Text(name), justify="right", no_wrap=True)

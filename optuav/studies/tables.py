@@ -1,4 +1,4 @@
-"""Comparisons as rich tables, of at most 80 columns or as wide as a screen that has more."""
+"""Comparisons of methods as rich tables: 80 columns, or as wide as a screen that has more."""
 
 from __future__ import annotations
 
@@ -9,7 +9,6 @@ from rich.console import Console, RenderableType
 from rich.table import Table
 from rich.text import Text
 
-from optuav.studies.choices import Choices
 from optuav.studies.comparison import Cell, Comparison, Method, Row
 
 WIDTH = 80
@@ -69,7 +68,7 @@ def _gap_tables(found: Comparison, *, wide: bool) -> Iterator[RenderableType]:
 def _gaps(found: Comparison, methods: Sequence[Method], *, wide: bool) -> Table:
     """Gaps of one row a programme: each beside its bound, or the bounds in slots at the end."""
     others = [each for each in found.methods[1:] if each.slot_s is None] if wide else []
-    table = _table(2 if wide else 1)
+    table = plain_table(2 if wide else 1)
     table.add_column("problem", no_wrap=True, max_width=LONGEST_NAME)
     table.add_column(Text("Δ [s]"), justify="right", no_wrap=True)
     for method in others:
@@ -136,7 +135,7 @@ def _agreement(row: Row) -> Text:
 
 
 def _worth(found: Comparison, times: bool) -> Table:
-    table = _table()
+    table = plain_table()
     table.add_column("method", no_wrap=True)
     for heading in ("largest gap [s]", "its bound [s]", "agree", *(["time [s]"] if times else [])):
         table.add_column(Text(heading), justify="right", no_wrap=True)
@@ -168,7 +167,7 @@ def _proofs(found: Comparison) -> Table:
         if cell.hover_time_s is not None:
             kind = cell.method.name.removesuffix(f" {cell.method.slot_s or 0.0:g} s")
             proofs.setdefault(kind, {})[cell.proof.partition(";")[0]] = None
-    table = _table()
+    table = plain_table()
     table.add_column("method", no_wrap=True)
     table.add_column("how it knows")
     for kind, words in proofs.items():
@@ -229,35 +228,6 @@ def _has(count: int) -> str:
     return "has" if count == 1 else "have"
 
 
-def choice_tables(found: Choices) -> Iterator[RenderableType]:
-    """One line a plan."""
-    times = "continuous times" if found.slot_s is None else f"slots of {found.slot_s:g} s"
-    heading = f"{found.mission.name}: longest hover by {' and '.join(found.by)}, {times}"
-    yield Text(heading, style="bold")
-    yield ""
-    table = _table()
-    for name in ("perspective", "trajectory"):
-        table.add_column(name, no_wrap=True)
-    for name in ("Δ [s]", "T' [s]", "T [s]", "η1 [%]"):
-        table.add_column(Text(name), justify="right", no_wrap=True)
-    table.add_column("by way of", no_wrap=True, max_width=LONGEST_NAME)
-    table.add_column(Text("dry at [s]"), justify="right", no_wrap=True)
-    before = ""
-    for row in found.rows:
-        figures = (row.hover_time_s, row.rest_time_s, row.mission_time_s)
-        table.add_row(
-            row.perspective if row.perspective != before else "",
-            row.trajectory,
-            *(NONE if each is None else f"{each:.2f}" for each in figures),
-            f"{100.0 * row.soc['battery']:.2f}" if row.soc else "–",
-            Text(", ".join(row.route[1:-1]) or "–"),
-            "–" if row.runs_dry_s is None else f"{row.runs_dry_s:.0f}",
-        )
-        before = row.perspective
-    yield table
-    for why in dict.fromkeys(why for row in found.rows for why in row.reasons):
-        yield Text(f"Because {why}")
-
-
-def _table(apart: int = 2) -> Table:
+def plain_table(apart: int = 2) -> Table:
+    """A table without lines, its columns so many blanks apart."""
     return Table(box=None, pad_edge=False, padding=(0, apart, 0, 0), header_style="")

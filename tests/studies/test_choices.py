@@ -70,7 +70,9 @@ def test_every_plan_is_the_one_that_solve_finds(table2: Choices) -> None:
         assert row.mission_time_s == plan.mission_time_s
         assert row.soc == plan.soc
         assert row.route == plan.route
-        assert row.runs_dry_s == plan.runs_dry_s
+        assert row.flyable is plan.flyable
+        assert (row.runs_dry_s, row.overfull_s) == (plan.runs_dry_s, plan.overfull_s)
+        assert row.proof == plan.proof
 
 
 @pytest.mark.parametrize(
@@ -141,3 +143,40 @@ def test_printed_it_fits_80_columns(table2: Choices) -> None:
     assert max(map(len, lines)) <= 80
     assert lines[0] == "paper-table2: longest hover by perspective and trajectory, slots of 1 s"
     assert lines[3].split()[:6] == ["battery", "direct", "950.00", "0.00", "1009.35", "5.09"]
+
+
+def flies_in(found: Choices) -> list[str]:
+    """The last column of the table."""
+    return [line.rpartition("  ")[2] for line in str(found).splitlines()[3 : 3 + len(found.rows)]]
+
+
+def test_printed_it_tells_what_can_be_flown_and_how_it_is_known() -> None:
+    """Resting first charges past full, also where `energy` never lets it run dry."""
+    found = optuav.compare_by("paper")
+    flies = flies_in(found)
+    charge_only = ["dry 660 s", "dry 1096 s", "dry 1095 s", "dry 1095 s"]
+    overfull = ["yes", "full 364 s", "full 157 s", "full 157 s"]
+    assert flies == [*charge_only, *overfull, *charge_only, *["yes"] * 4]
+    assert str(found).splitlines()[20:] == [
+        "dry: cannot be flown, no available charge is left then",
+        "full: cannot be flown, charging would drive the available well past full",
+        "",
+        "battery, energy, adjusted: closed form: linear programming duality",
+        "available: bracketed: a feasible time, and proof that none is longer",
+    ]
+    assert [row["flyable"] for row in found.records()] == [each == "yes" for each in flies]
+
+
+def test_plans_of_one_perspective_that_are_known_otherwise_are_named() -> None:
+    """At 80 s the direct flight alone leaves time: a plan by one proof, none by another."""
+    late = optuav.load("paper").replace({"limits.deadline_s": 80})
+    lines = str(optuav.compare_by(late, ("trajectory",), perspective="available")).splitlines()
+    assert lines[8].startswith("available direct, available optimal: bracketed: a feasible time")
+    assert lines[10].startswith("available traj1, available traj2: bracketed: proof that no times")
+
+
+def test_what_ends_with_too_little_charge_is_told() -> None:
+    """`adjusted` trusts a voltage that falls with the load: 19.99 % are left where 20 % must be."""
+    found = optuav.compare_by("matrice350", ("perspective",))
+    assert flies_in(found) == ["yes", "yes", "low", "yes"]
+    assert "\nlow: cannot be flown, less than limits.min_soc is left" in str(found)
