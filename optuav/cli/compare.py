@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 from collections.abc import Iterable
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated, Any, NamedTuple
 
 import typer
 from rich.console import Console, RenderableType
@@ -20,9 +20,10 @@ from optuav.cli.options import (
 )
 from optuav.cli.progress import progress
 from optuav.errors import Fault, InputError
+from optuav.mission import Mission
 from optuav.mission.files import label, make_directory, refusal, write_text
 
-NO, ENGINE_FAILED = 1, 3
+YES, NO, ENGINE_FAILED = 0, 1, 3
 
 
 def compare(
@@ -74,46 +75,82 @@ def compare(
     make_ready(save, plot)
     lengths = None if slots is None else _numbers(slots)
     asked = mission_of(mission, settings)
-    from optuav import studies
-    from optuav.studies import tables
-    from optuav.studies.choice_tables import choice_tables
-
-    pictures: list[Path] = []
     if by is not None:
         _refuse_with_by(lengths, engines=engines, time_limit_s=time_limit_s, times=times or None)
-        slot_s = lengths[0] if lengths else None
-        if by == "schedule":
-            turns = studies.compare_schedules(asked, slot_s=slot_s)
-            pictures = turns.save_pictures(plot) if plot is not None else []
-            _deliver(turns.to_dict(), turns.to_csv(), turns.tables(), as_json, save, pictures)
-            if not any(turns.plans):
-                raise typer.Exit(NO)
-            return
-        plans = studies.compare_by(asked, _names(by), perspective=perspective, slot_s=slot_s)
-        pictures = plans.save_pictures(plot) if plot is not None else []
-        _deliver(plans.to_dict(), plans.to_csv(), choice_tables(plans), as_json, save, pictures)
-        if not any(row.hover_time_s is not None for row in plans.rows):
-            raise typer.Exit(NO)
-        return
-    options: dict[str, Any] = {} if engines is None else {"engines": _names(engines)}
-    options |= {} if lengths is None else {"slots": lengths}
+    slot_s = lengths[0] if lengths else None
+    if by == "schedule":
+        found = _by_schedule(asked, slot_s, plot)
+    elif by is not None:
+        found = _by_choice(asked, _names(by), perspective, slot_s, plot)
+    else:
+        options: dict[str, Any] = {} if engines is None else {"engines": _names(engines)}
+        options |= {} if lengths is None else {"slots": lengths}
+        options |= {"perspective": perspective, "time_limit_s": time_limit_s}
+        found = _by_method(asked, options, plot, times=times)
+    _deliver(found, as_json, save)
+    if found.code:
+        raise typer.Exit(found.code)
+
+
+class Found(NamedTuple):
+    """A comparison: as data, as CSV, as tables and pictures, and the exit code that it deserves."""
+
+    data: dict[str, Any]
+    table: str
+    shown: Iterable[RenderableType]
+    pictures: list[Path]
+    code: int
+
+
+def _by_method(
+    mission: Mission, options: dict[str, Any], plot: Path | None, *, times: bool
+) -> Found:
+    """The answers of all engines, in slots and in continuous times."""
+    from optuav import studies
+    from optuav.studies import tables
+
     with progress() as told:
-        found = studies.compare(
-            asked, perspective=perspective, time_limit_s=time_limit_s, progress=told, **options
-        )
-    pictures = found.save_pictures(plot) if plot is not None else []
-    _deliver(
+        found = studies.compare(mission, progress=told, **options)
+    disagree = not found.agrees or not found
+    return Found(
         found.to_dict(times=times),
         found.to_csv(times=times),
         tables.comparison_tables(found, times=times, width=_width(tables.WIDTH)),
-        as_json,
-        save,
-        pictures,
+        found.save_pictures(plot) if plot is not None else [],
+        ENGINE_FAILED if found.failures else NO if disagree else YES,
     )
-    if found.failures:
-        raise typer.Exit(ENGINE_FAILED)
-    if not found.agrees or not found:
-        raise typer.Exit(NO)
+
+
+def _by_choice(
+    mission: Mission, by: list[str], perspective: str, slot_s: float | None, plot: Path | None
+) -> Found:
+    """Plans by perspective and trajectory."""
+    from optuav import studies
+    from optuav.studies.choice_tables import choice_tables
+
+    found = studies.compare_by(mission, by, perspective=perspective, slot_s=slot_s)
+    has_plan = any(row.hover_time_s is not None for row in found.rows)
+    return Found(
+        found.to_dict(),
+        found.to_csv(),
+        choice_tables(found),
+        found.save_pictures(plot) if plot is not None else [],
+        YES if has_plan else NO,
+    )
+
+
+def _by_schedule(mission: Mission, slot_s: float | None, plot: Path | None) -> Found:
+    """Plans by schedule of the packs."""
+    from optuav import studies
+
+    found = studies.compare_schedules(mission, slot_s=slot_s)
+    return Found(
+        found.to_dict(),
+        found.to_csv(),
+        found.tables(),
+        found.save_pictures(plot) if plot is not None else [],
+        YES if any(found.plans) else NO,
+    )
 
 
 def make_ready(save: Path | None, plot: Path | None) -> None:
@@ -161,28 +198,21 @@ def _width(otherwise: int) -> int:
     return screen.width if screen.is_terminal else otherwise
 
 
-def _deliver(
-    data: dict[str, Any],
-    table: str,
-    shown: Iterable[RenderableType],
-    as_json: bool,
-    save: Path | None,
-    pictures: list[Path],
-) -> None:
+def _deliver(found: Found, as_json: bool, save: Path | None) -> None:
     """Print a comparison, and write what was asked for."""
     from optuav.studies.tables import as_text
 
-    text = json.dumps(data, indent=2, ensure_ascii=False)
+    text = json.dumps(found.data, indent=2, ensure_ascii=False)
     if save is not None:
-        write_text(save, table if save.suffix == ".csv" else f"{text}\n")
+        write_text(save, found.table if save.suffix == ".csv" else f"{text}\n")
     if as_json:
         typer.echo(text)
         return
     screen = Console(highlight=False)
     if screen.is_terminal:
-        for each in shown:
+        for each in found.shown:
             screen.print(each)
     else:
-        typer.echo(as_text(shown))
-    for path in ([save] if save else []) + pictures:
+        typer.echo(as_text(found.shown))
+    for path in ([save] if save else []) + found.pictures:
         screen.print(f"wrote {path}", style="dim", markup=False, soft_wrap=True)

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import shlex
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import nullcontext
+from functools import partial
 from pathlib import Path
 from typing import Annotated
 
@@ -73,12 +74,6 @@ def solve(
 
         gif_file(animate)
     with progress() if (stops, hovers) != (1, 1) else nullcontext() as tell:
-
-        def told(best_s: float, examined: int, left: int) -> None:
-            words = f"hover {best_s:.3f} s so far, {examined} boxes looked at, {left} open"
-            if tell is not None:
-                tell(examined, None, words)
-
         plan = optuav.solve(
             asked,
             problem,
@@ -93,7 +88,7 @@ def solve(
             hover_point=hover_point,
             stops=stops,
             hovers=hovers,
-            progress=told,
+            progress=tell and partial(_tell_boxes, tell),
         )
     from optuav.cli.output import deliver
 
@@ -106,6 +101,13 @@ def solve(
         raise typer.Exit(NO)
     if plan.status is Status.FEASIBLE:
         raise typer.Exit(NOT_PROVED)
+
+
+def _tell_boxes(
+    tell: Callable[[int, int | None, str], None], best_s: float, examined: int, left: int
+) -> None:
+    """How far a search over several stops is."""
+    tell(examined, None, f"hover {best_s:.3f} s so far, {examined} boxes looked at, {left} open")
 
 
 def _by_the_other_perspective(plan: Plan) -> Iterator[Plan]:
