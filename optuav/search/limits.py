@@ -1,9 +1,7 @@
 """What must not be negative in a box of plans, and what a second of each stay is worth to it.
 
-One corner of a box has the longest rests and the shortest hovers. A second of stay i more or less
-changes y1 after a later phase, by τ, by ∂y1/∂t_i = ωI_i + e^(−k'τ) ((1−ω) I_i − k'z_i), where z_i
-is the tilt at the end of the stay; interval arithmetic bounds it over the box. The same holds for y
-at the end, where the derivative is I_i.
+The limits of y1 are those along a corner of the box, with its prices (`optuav.search.corner`); the
+charge at the end is a limit as well, where a second of a stay is worth its current.
 
 A sum of limits with weights ≥ 0 is a limit as well. Two kinds are useful: those that level the
 prices of early and late stays, and those in which a rest's price in a limit on y1 ≥ 0 cancels
@@ -14,13 +12,13 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Iterator, Sequence
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
-from optuav.physics.battery import levelling
 from optuav.physics.quantity import TINY
 from optuav.search.boxes import Boxes
+from optuav.search.corner import Corner
 from optuav.search.terrain import Floats, Flown, Terrain
 
 
@@ -46,69 +44,17 @@ def limits(
     terrain: Terrain, boxes: Boxes, legs: Flown, low_s: Floats, high_s: Floats
 ) -> Iterator[Limit]:
     """0 ≤ y1 after every leg, y1 ≤ ωB after every stay, and the charge left at the end."""
-    battery, stops = terrain.battery, len(boxes.pattern)
-    share, rate = battery.available_fraction, battery.rate_per_s
-    hover = np.array(boxes.pattern)
-    current_A = terrain.stay_current_A[boxes.places[1:-1]]
-    faded_s = {True: levelling(battery, high_s), False: levelling(battery, low_s)}
-    """Shares that remain, and their integrals, after the longest and the shortest stays."""
-    total = short_total = np.full(len(boxes), battery.capacity_As)
-    tilt = short_tilt = low_tilt = high_tilt = np.zeros(len(boxes))
-    weakest, strongest = np.empty_like(low_s), np.empty_like(low_s)
-    least, most = np.ones_like(low_s), np.ones_like(low_s)
-
-    def prices(past: int) -> Floats:
-        """Of the stays that lie in the past, 0 for the others."""
-        price_A = np.zeros_like(low_s)
-        for stay in range(past):
-            push_A = strongest[stay] if hover[stay] else weakest[stay]
-            much = (push_A > 0.0) == hover[stay]
-            fade = np.where(much, most[stay], least[stay])
-            price_A[stay] = share * current_A[stay] + push_A * fade
-            if hover[stay]:
-                price_A[stay] *= -1.0
-        return price_A
-
-    for stop in range(stops + 1):
-        remaining, offset = legs.remaining[stop], legs.tilt_As[stop]
-        total, short_total = (each - legs.charge_As[stop] for each in (total, short_total))
-        tilt, short_tilt, low_tilt, high_tilt = (
-            each * remaining + offset for each in (tilt, short_tilt, low_tilt, high_tilt)
-        )
-        least[:stop] *= remaining
-        most[:stop] *= remaining
-        yield Limit(share * total + tilt, prices(stop), full=False)
-        if stop == stops:
-            break
-        charging_A = (1.0 - share) * current_A[stop]
-        after = {
-            long: (remains[stop], charging_A * integral_s[stop])
-            for long, (remains, integral_s) in faded_s.items()
-        }
-
-        def at(tilt_As: Floats, long: bool, after: Any = after) -> Floats:
-            remains, gained_As = after[long]
-            moved: Floats = tilt_As * remains + gained_As
-            return moved
-
-        rests = not hover[stop]
-        best_s, worst_s = (high_s, low_s) if rests else (low_s, high_s)
-        total = total + current_A[stop] * best_s[stop]
-        short_total = short_total + current_A[stop] * worst_s[stop]
-        tilt, short_tilt = at(tilt, rests), at(short_tilt, not rests)
-        low_tilt, high_tilt = (
-            np.minimum(at(low_tilt, True), at(low_tilt, False)),
-            np.maximum(at(high_tilt, True), at(high_tilt, False)),
-        )
-        weakest[stop] = charging_A - rate * high_tilt
-        strongest[stop] = charging_A - rate * low_tilt
-        least[:stop] *= after[True][0]
-        most[:stop] *= after[False][0]
+    corner = Corner(terrain, boxes, legs, low_s, high_s)
+    for _ in boxes.pattern:
+        corner.fly()
+        yield Limit(corner.available_As, corner.prices_A, full=False)
+        corner.stay()
         if not terrain.tapers:
-            room_As = battery.full.available_As - (share * short_total + short_tilt)
-            yield Limit(room_As, prices(stop + 1), full=True)
-    price_A = np.where(hover[:, None], -current_A, current_A)
-    yield Limit(total - terrain.least_charge_As, price_A, full=False)
+            yield Limit(corner.room_As, corner.prices_A, full=True)
+    corner.fly()
+    yield Limit(corner.available_As, corner.prices_A, full=False)
+    price_A = np.where(np.array(boxes.pattern)[:, None], -corner.current_A, corner.current_A)
+    yield Limit(corner.total_As - terrain.least_charge_As, price_A, full=False)
 
 
 def _sum(one: Limit, other: Limit, weight: Floats) -> Limit:
