@@ -9,7 +9,7 @@ flight, where the optimum is 719.5 s.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -19,6 +19,7 @@ import numpy as np
 from formulations.perspectives import PAPER
 from formulations.quantities import Quantities
 from optuav.engines.ranges import last_slot, lower_bounds, own_upper_bounds
+from optuav.engines.solution import Solution
 from optuav.errors import Fault, InputError, SolverError
 from optuav.mission import Mission
 from optuav.mission.one_stop import in_words, one_stop_is_enough
@@ -139,36 +140,22 @@ def route_choice(
     enough = in_words(one_stop_is_enough(program.worked_out))
     if not program.parts:
         return RouteChoice(program.solve(), form, None, None, None, "physics", (enough,))
-    asked = program.question
     models, parts = _alternatives(program)
     joined = disjunction(models, form)
-    if asked.slot_s is not None:
-        # Whole slots are counted up to a bound; no time is longer than the deadline.
-        most = last_slot(program.worked_out.mission.limits.deadline_s, asked.slot_s, begun=True) + 1
-        for each in joined.variables:
-            each.upper = 1.0 if each.binary else asked.slot_s * most
-    solution = answer(joined, 1, asked)
+    if program.question.slot_s is not None:
+        _bound_slots(joined, program.question.slot_s, program.worked_out.mission)
+    solution = answer(joined, 1, program.question)
     if not solution.status.has_answer:
-        if solution.status is not Status.INFEASIBLE:
-            raise SolverError(f"{solution.engine} did not solve the choice: {solution.words[0]}")
-        why = shortfalls(asked, program.worked_out, program.parts)
-        plan = plan_without(asked, program.worked_out, solution.status, solution.proof, why)
+        plan = _no_plan(program, solution)
         return RouteChoice(plan, form, None, None, joined, solution.proof, (enough,))
-    point = solution.point(0)
-    part = parts[int(np.argmax([point[f"choice[{k}]"] for k in range(1, len(parts) + 1)]))]
-    times = answer(part.model, 1, asked)
-    times.verify()
-    hover_s, chosen_s = float(times.objective[0]), float(solution.objective[0])
-    if abs(hover_s - chosen_s) > AGREES_S:
-        raise SolverError(
-            f"{solution.engine} returned {chosen_s:.9g} s for all routes together, "
-            f"but {hover_s:.9g} s for the one that it chose"
-        )
-    relaxed = answer(disjunction(models, form, relaxed=True), 1, replace(asked, slot_s=None))
-    relaxation_s = float(relaxed.objective[0])
-    gap_s = relaxation_s - hover_s
+    part, times = _chosen(program, parts, solution)
+    relaxed = disjunction(models, form, relaxed=True)
+    relaxation = answer(relaxed, 1, replace(program.question, slot_s=None))
+    relaxation_s = float(relaxation.objective[0])
+    gap_s = relaxation_s - float(times.objective[0])
     proof = f"{solution.proof}; the LP relaxation leaves {max(gap_s, 0.0):.3g} s"
-    plan = plan_of(asked, program.worked_out, part, times, 0).model_copy(update={"proof": proof})
+    plan = plan_of(program.question, program.worked_out, part, times, 0)
+    plan = plan.model_copy(update={"proof": proof})
     tight = f"the LP relaxation in the form {form} bounds the hover time by {relaxation_s:.3f} s"
     return RouteChoice(plan, form, relaxation_s, gap_s, joined, proof, (tight, enough))
 
@@ -181,6 +168,49 @@ def _refuse(form: str, perspective: str) -> None:
         faults.append(Fault("perspective", repr(perspective), f"one of {', '.join(PAPER)}"))
     if faults:
         raise InputError(faults)
+
+
+def _bound_slots(joined: Disjunction, slot_s: float, mission: Mission) -> None:
+    """Bounds up to which whole slots are counted: no time is longer than the deadline."""
+    most = last_slot(mission.limits.deadline_s, slot_s, begun=True) + 1
+    for each in joined.variables:
+        each.upper = 1.0 if each.binary else slot_s * most
+
+
+def _no_plan(program: Program, solution: Solution) -> Plan:
+    """The plan where the choice has no answer.
+
+    Raises
+    ------
+    SolverError
+        If that is not for sure.
+    """
+    if solution.status is not Status.INFEASIBLE:
+        raise SolverError(f"{solution.engine} did not solve the choice: {solution.words[0]}")
+    asked, worked_out = program.question, program.worked_out
+    why = shortfalls(asked, worked_out, program.parts)
+    return plan_without(asked, worked_out, solution.status, solution.proof, why)
+
+
+def _chosen(program: Program, parts: Sequence[Part], solution: Solution) -> tuple[Part, Solution]:
+    """The route that was chosen, and the answer of its own programme.
+
+    Raises
+    ------
+    SolverError
+        If that is another than the one of all routes together.
+    """
+    point = solution.point(0)
+    part = parts[int(np.argmax([point[f"choice[{k}]"] for k in range(1, len(parts) + 1)]))]
+    times = answer(part.model, 1, program.question)
+    times.verify()
+    hover_s, chosen_s = float(times.objective[0]), float(solution.objective[0])
+    if abs(hover_s - chosen_s) > AGREES_S:
+        raise SolverError(
+            f"{solution.engine} returned {chosen_s:.9g} s for all routes together, "
+            f"but {hover_s:.9g} s for the one that it chose"
+        )
+    return part, times
 
 
 def _alternatives(program: Program) -> tuple[dict[str, Model], list[Part]]:

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping, Sequence
 
 import numpy as np
 
 from optuav import plots
 from optuav.mission import Mission
+from optuav.plan import Plan
 from optuav.studies.curves.battery_size import direct, pack_for, saturation, without_laser
 from optuav.studies.reproduce.exhibit import (
     OURS,
@@ -41,27 +42,9 @@ def battery_size(mission: Mission) -> Iterator[Exhibit | LeftOut]:
             continue
         crossing = pack_for(dark, best.hover_time_s, perspective=perspective)
         full = saturation(dark, perspective=perspective)
-        ends = [pack for pack in (crossing, full) if pack is not None]
-        packs_As = np.linspace(
-            0.8 * own, max([1.15 * own, *(1.06 * end for end in ends)]), POINTS[perspective]
-        )
-        records = [
-            {
-                "pack_As": float(pack),
-                "direct_without_laser_s": _hover_s(direct(dark, pack, perspective=perspective)),
-                "direct_with_laser_s": _hover_s(direct(mission, pack, perspective=perspective)),
-                "optimum_with_laser_and_own_pack_s": best.hover_time_s,
-            }
-            for pack in packs_As
-        ]
-        marks = [
-            plots.Mark(at, words)
-            for at, words in (
-                (crossing, f"as long without laser: {crossing:.0f} A s" if crossing else ""),
-                (full, f"ended by the deadline: {full:.0f} A s" if full else ""),
-            )
-            if at is not None
-        ]
+        last_As = max([1.15 * own, *(1.06 * end for end in (crossing, full) if end is not None)])
+        packs_As = np.linspace(0.8 * own, last_As, POINTS[perspective])
+        records = [_record(mission, dark, best, float(pack), perspective) for pack in packs_As]
         yield Exhibit(
             f"battery-size.{stem(mission)}.{perspective}",
             caption(
@@ -72,33 +55,50 @@ def battery_size(mission: Mission) -> Iterator[Exhibit | LeftOut]:
                 deadline(mission),
             ),
             plots.curves(
-                [
-                    plots.Line(
-                        f"optimal, laser, $B_i$ = {own:g} A s",
-                        packs_As,
-                        [best.hover_time_s] * len(packs_As),
-                    ),
-                    plots.Line(
-                        "direct, no laser",
-                        packs_As,
-                        [each["direct_without_laser_s"] for each in records],
-                    ),
-                    plots.Line(
-                        "direct, laser", packs_As, [each["direct_with_laser_s"] for each in records]
-                    ),
-                ],
+                _lines(own, records),
                 title=f"{heading(mission)}: hover time and battery size, {perspective}",
                 x_label="capacity of a pack $B_i$ [A s]",
                 y_label="hover time Δ [s]",
-                marks=marks,
+                marks=list(_marks(crossing, full)),
             ),
             records,
             tuple(_findings(own, best.hover_time_s, crossing, full)),
         )
 
 
-def _hover_s(plan: object) -> float:
-    return float(plan.hover_time_s) if plan else math.nan  # type: ignore[attr-defined]
+def _record(
+    mission: Mission, dark: Mission, best: Plan, pack_As: float, perspective: str
+) -> dict[str, float]:
+    """Hover times with one pack [s]: of the direct path without laser and with, and the optimum."""
+    return {
+        "pack_As": pack_As,
+        "direct_without_laser_s": _hover_s(direct(dark, pack_As, perspective=perspective)),
+        "direct_with_laser_s": _hover_s(direct(mission, pack_As, perspective=perspective)),
+        "optimum_with_laser_and_own_pack_s": best.hover_time_s,
+    }
+
+
+def _hover_s(plan: Plan) -> float:
+    return plan.hover_time_s if plan else math.nan
+
+
+def _lines(own_As: float, records: Sequence[Mapping[str, float]]) -> list[plots.Line]:
+    packs_As = [each["pack_As"] for each in records]
+    return [
+        plots.Line(name, packs_As, [each[column] for each in records])
+        for name, column in (
+            (f"optimal, laser, $B_i$ = {own_As:g} A s", "optimum_with_laser_and_own_pack_s"),
+            ("direct, no laser", "direct_without_laser_s"),
+            ("direct, laser", "direct_with_laser_s"),
+        )
+    ]
+
+
+def _marks(crossing: float | None, full: float | None) -> Iterator[plots.Mark]:
+    if crossing is not None:
+        yield plots.Mark(crossing, f"as long without laser: {crossing:.0f} A s")
+    if full is not None:
+        yield plots.Mark(full, f"ended by the deadline: {full:.0f} A s")
 
 
 def _findings(
