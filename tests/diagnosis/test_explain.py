@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import importlib
 import json
 import math
 import re
@@ -132,9 +133,14 @@ def test_the_words_for_the_direct_route_of_the_paper() -> None:
 @pytest.mark.parametrize("perspective", ["battery", "available"])
 @pytest.mark.parametrize("changes", [{}, {"limits.min_soc": 0.99}, {"limits.deadline_s": 60}])
 def test_long_names_break_neither_formulas_nor_prices(
-    changes: dict[str, float], perspective: str
+    changes: dict[str, float], perspective: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Every comparison has both sides on its line, every price its number, within 80 columns."""
+    """Every comparison has both sides on its line, every price its number, within 80 columns.
+
+    Repairs name no building; they are not looked for.
+    """
+    told = importlib.import_module("optuav.diagnosis.explain")
+    monkeypatch.setattr(told, "repairs_of", lambda question: ())
     town = [each.model_dump() for each in optuav.load("paper").buildings]
     for each in town:
         each["name"] = f"roof {each['name']} of the national research centre for light and flight"
@@ -409,7 +415,8 @@ def test_the_problem_may_be_the_second_argument() -> None:
     lacking = SMALL.replace({"battery.capacity_As": 30000})
     assert explain(lacking, Shortest, **options).objective == "s of rest"
     late = SMALL.replace({"limits.deadline_s": 60})
-    assert repairs(late, "P3") == repairs(late, problem="P3") != ()
+    asked = {"perspective": "battery"}
+    assert repairs(late, "P3", **asked) == repairs(late, problem="P3", **asked) != ()
 
 
 def test_options_go_with_a_mission_only() -> None:

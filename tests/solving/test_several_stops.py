@@ -169,8 +169,9 @@ def test_the_budget_of_boxes_leaves_a_gap_that_covers_the_optimum(
 
 
 def test_finding_the_gap_keeps_the_time_limit(monkeypatch: pytest.MonkeyPatch) -> None:
-    """By a clock that goes on by 0.1 s with every look at boxes."""
+    """By a clock that goes on by 0.1 s with every look at boxes, a few at a time."""
     clock_s, possible = [0.0], branch.Bound.possible
+    monkeypatch.setattr(branch, "AT_ONCE", 200)
 
     def look(*asked: Any) -> Any:
         clock_s[0] += 0.1

@@ -392,6 +392,7 @@ def test_of_equal_plans_the_fewest_stops_then_the_first_building_then_rest_first
 @given(missions(), perspective_names)
 def test_the_rest_is_the_shortest_that_its_hover_admits(mission: Mission, perspective: str) -> None:
     """A second less of it, and the state of charge falls short."""
+    assume(mission.laser is not None and mission.buildings)
     plan = optuav.solve(mission, perspective=perspective)
     assume(bool(plan) and plan.rest_time_s > 1.0)
     view = optuav.graph(mission)

@@ -18,6 +18,7 @@ from optuav.errors import InputError  # noqa: E402
 from optuav.studies.curves import battery_size, charging, wind  # noqa: E402
 from optuav.studies.reproduce import NAMES, STUDIES  # noqa: E402
 from optuav.studies.reproduce import battery_size as by_battery_size  # noqa: E402
+from optuav.studies.reproduce import least_charge as by_least_charge  # noqa: E402
 from optuav.studies.reproduce import more_stops as by_more_stops  # noqa: E402
 from optuav.studies.reproduce.document import Heading, Paragraph, Table, markdown, page  # noqa: E402
 from optuav.studies.reproduce.exhibit import Exhibit, LeftOut, number  # noqa: E402
@@ -115,12 +116,24 @@ def test_the_report_counts_the_fit(written: Path) -> None:
 
 
 @pytest.fixture
-def coarse(monkeypatch: pytest.MonkeyPatch) -> None:
+def few_points(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Of the curves over battery size."""
+    monkeypatch.setattr(by_battery_size, "POINTS", dict.fromkeys(by_battery_size.POINTS, 5))
+
+
+@pytest.fixture
+def coarse(monkeypatch: pytest.MonkeyPatch, few_points: None) -> None:
     """Few points of the curves that take long, and few stops at the mission's own deadline."""
     monkeypatch.setattr(battery_size, "HALVINGS", 5)
-    monkeypatch.setattr(by_battery_size, "POINTS", dict.fromkeys(by_battery_size.POINTS, 5))
+    monkeypatch.setattr(by_least_charge, "SPEED_SHARES", (1.0, 1.1))
     monkeypatch.setattr(by_more_stops, "TIMES", (1.0,))
     monkeypatch.setattr(by_more_stops, "WAYS", {"one rest, one hover": (1, 1)})
+
+
+@pytest.fixture
+def png_alone(monkeypatch: pytest.MonkeyPatch) -> None:
+    """No picture is drawn a second time as SVG, where the words are the matter."""
+    monkeypatch.setattr("optuav.studies.reproduce.run.svg", lambda figure: b"")
 
 
 @pytest.mark.usefixtures("coarse")
@@ -133,6 +146,7 @@ def test_a_mission_of_ones_own(tmp_path: Path) -> None:
     assert "of the paper" not in (tmp_path / "report.md").read_text("utf-8").partition("##")[2]
 
 
+@pytest.mark.usefixtures("png_alone")
 def test_a_mission_without_laser_wind_or_roofs(tmp_path: Path) -> None:
     """Regime loads know no wind, and without laser there is no charging to draw."""
     bare = battery_size.without_laser(optuav.load("paper-table2")).replace({"buildings": []})
@@ -142,7 +156,7 @@ def test_a_mission_without_laser_wind_or_roofs(tmp_path: Path) -> None:
     assert any(name.startswith("hover-time") for name in names)
 
 
-@pytest.mark.usefixtures("coarse")
+@pytest.mark.usefixtures("coarse", "png_alone")
 def test_a_mission_that_cannot_be_flown_gets_a_report(tmp_path: Path) -> None:
     """The reason comes first, and every section that is not there is named with it."""
     optuav.reproduce(tmp_path, mission=small(**{"limits.deadline_s": 70.0}))
@@ -157,7 +171,7 @@ def test_a_mission_that_cannot_be_flown_gets_a_report(tmp_path: Path) -> None:
     assert not re.search(r"\bnan\b", told)
 
 
-@pytest.mark.usefixtures("coarse")
+@pytest.mark.usefixtures("coarse", "png_alone")
 def test_where_one_trajectory_has_no_plan_it_is_said_with_the_reason(tmp_path: Path) -> None:
     """Straight on 89 % would be left, with a rest more."""
     optuav.reproduce(tmp_path, mission=small(**{"limits.min_soc": 0.9}))
@@ -182,6 +196,7 @@ def test_a_reading_of_p2_without_a_plan_is_named_with_the_reason() -> None:
     assert "P2-tight no plan, " in shown.findings[-1]
 
 
+@pytest.mark.usefixtures("png_alone")
 def test_names_of_missions_are_safe_in_files_and_texts(tmp_path: Path) -> None:
     odd = small(name="a b/c <x> $y_1$")
     optuav.reproduce(tmp_path / "out", mission=odd, only=("wind", "perspectives"))
@@ -200,6 +215,7 @@ def test_plans_that_studies_share_are_found_once() -> None:
     assert stated.hover_time_s == optuav.solve(asked).hover_time_s
 
 
+@pytest.mark.usefixtures("coarse")
 def test_many_plans_of_packs_that_take_turns_are_left_out_with_words() -> None:
     """Each takes a search by simulation: half a minute where three studies ask for dozens."""
     turns = small(**{"battery.schedule": "alternating", "battery.period_s": 10.0})
@@ -263,6 +279,7 @@ def test_bars_stand_for_the_plans() -> None:
     assert shown.axes.get_ylabel() == "hover time Δ [s]"
 
 
+@pytest.mark.usefixtures("few_points")
 def test_curves_of_battery_size_cross_at_the_marks() -> None:
     """39 162 and 46 194 A s: where the direct path is as good, and where the deadline ends it."""
     shown = exhibits("battery-size", "paper-table2")["battery-size.paper-table2.battery"]
