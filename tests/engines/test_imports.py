@@ -69,15 +69,20 @@ def test_solvers_are_imported_inside_functions(module: Path) -> None:
     assert libraries <= owned.get(module.stem, set())
 
 
-LOADED = f"import sys; print(*[name for name in {HEAVY!r} if name in sys.modules])"
+LOADED = f"""
+import sys
+print("loaded:", *[name for name in {HEAVY!r} if name in sys.modules])
+"""
 
 
-def loaded(program: str) -> set[str]:
-    """Which heavy modules a program has loaded at its end."""
+def loaded(*programs: str) -> list[set[str]]:
+    """Which heavy modules are loaded at the end of each of some programs, run in one process."""
+    script = "".join(f"{program}{LOADED}" for program in programs)
     done = subprocess.run(
-        [sys.executable, "-c", f"{program}\n{LOADED}"], capture_output=True, text=True, check=True
+        [sys.executable, "-c", script], capture_output=True, text=True, check=True
     )
-    return set(done.stdout.splitlines()[-1].split())
+    told = [line for line in done.stdout.splitlines() if line.startswith("loaded:")]
+    return [set(line.split()[1:]) for line in told]
 
 
 COMMAND = """
@@ -87,32 +92,27 @@ try:
 except SystemExit as exit:
     assert not exit.code
 """
+LIGHT = {
+    "import": "import optuav",
+    "formulations": "import formulations.p4, optuav.engines.sensitivity",
+    "compile": "optuav.formulate('paper').compile().solve().shadow_prices()",
+    "command line": "import optuav.cli",
+    "formulate": COMMAND.format(arguments=["formulate", "paper"]),
+    "solve": COMMAND.format(arguments=["solve", "paper"]),
+    "slots": COMMAND.format(arguments=["solve", "paper", "--slot-s", "60"]),
+}
 
 
-@pytest.mark.parametrize(
-    "program",
-    [
-        pytest.param("import optuav", id="import"),
-        pytest.param("import optuav.cli", id="command line"),
-        pytest.param(COMMAND.format(arguments=["solve", "paper"]), id="solve"),
-        pytest.param(COMMAND.format(arguments=["solve", "paper", "--slot-s", "60"]), id="slots"),
-        pytest.param(COMMAND.format(arguments=["formulate", "paper"]), id="formulate"),
-        pytest.param(
-            "import optuav\nc = optuav.formulate('paper').compile()\nc.solve().shadow_prices()",
-            id="compile",
-        ),
-        pytest.param("import formulations.p4, optuav.engines.sensitivity", id="formulations"),
-    ],
-)
-def test_nothing_heavy_is_loaded_for(program: str) -> None:
-    """Neither solvers nor plotting nor the slow parts of scipy."""
-    assert loaded(program) == set()
+def test_nothing_heavy_is_loaded() -> None:
+    """Neither solvers nor plotting nor the slow parts of scipy, one thing done after another."""
+    found = dict(zip(LIGHT, loaded(*LIGHT.values()), strict=True))
+    assert found == {name: set() for name in LIGHT}
 
 
 @pytest.mark.parametrize(("engine", "library"), [("cvxpy", "cvxpy"), ("casadi", "casadi")])
 def test_an_engine_loads_its_own_library(engine: str, library: str) -> None:
     """The list above would see it."""
     asked = f"'P3', engine={engine!r}, perspective='battery'"
-    found = loaded(f"import optuav; optuav.solve('paper', {asked})")
+    (found,) = loaded(f"import optuav; optuav.solve('paper', {asked})")
     assert library in found
     assert not found & ({"cvxpy", "casadi", "matplotlib"} - {library})

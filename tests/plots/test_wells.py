@@ -17,6 +17,7 @@ from matplotlib.figure import Figure
 import optuav
 from optuav import plots
 from optuav.errors import InputError, NoPlanError
+from optuav.plots import files
 from optuav.plots.style import BLUE, SKY, VERMILLION
 
 
@@ -111,7 +112,8 @@ def test_what_cannot_be_drawn_is_refused(plans: list[optuav.Plan], drawn: Sequen
 
 
 def test_they_are_saved_where_there_is_something_beside(
-    plans: list[optuav.Plan], tmp_path: Path
+    plans: list[optuav.Plan], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
+    monkeypatch.setattr(files, "png", lambda figure: b"")
     names = [path.name for path in plots.save_pictures(plans[0], tmp_path, plans[1:])]
     assert names == ["map.png", "battery.png", "wells.png", "leg.png"]

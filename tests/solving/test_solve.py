@@ -82,7 +82,7 @@ def test_the_optimum_is_the_one_worked_out_by_hand(mission: Mission, perspective
 @pytest.mark.parametrize("trajectory", ["optimal", "traj1"])
 def test_p2_as_printed_prefers_the_shortest_mission(engine: str, trajectory: str) -> None:
     """Any Δ is optimal; every engine returns the one of the shortest mission, 0, and says so."""
-    plan = optuav.solve("paper", "P2", engine=engine, trajectory=trajectory, perspective="battery")
+    plan = optuav.solve(SMALL, "P2", engine=engine, trajectory=trajectory, perspective="battery")
     assert plan.hover_time_s == pytest.approx(0.0, abs=1e-9)
     assert plan.rest_time_s == pytest.approx(0.0, abs=1e-9)
     assert any("holds no Δ" in note for note in plan.notes)
@@ -567,12 +567,12 @@ def test_another_process_has_the_same_answer() -> None:
         for name in ("paper", "paper-table2")
         for way in ("optimal", "traj2")
     ]
-    for seed in ("1", "2"):
-        printed = subprocess.run(
-            [sys.executable, "-W", "error", "-c", script],
-            env={**os.environ, "PYTHONHASHSEED": seed, "PYTHONPATH": os.pathsep.join(sys.path)},
-            capture_output=True,
-            text=True,
-            check=True,
-        )
-        assert printed.stdout.splitlines() == here
+    seed = "2" if os.environ.get("PYTHONHASHSEED") == "1" else "1"
+    printed = subprocess.run(
+        [sys.executable, "-W", "error", "-c", script],
+        env={**os.environ, "PYTHONHASHSEED": seed, "PYTHONPATH": os.pathsep.join(sys.path)},
+        capture_output=True,
+        text=True,
+        check=True,
+    )
+    assert printed.stdout.splitlines() == here
