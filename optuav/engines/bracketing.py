@@ -44,7 +44,7 @@ class Interval(NamedTuple):
 def largest(rows: Rows, x_top: Floats, y_top: Floats, *, any_point: bool = False) -> Interval:
     """Bracket the largest x of every programme.
 
-    Without y, the points where a row ceases to hold are all found, and tried from the largest.
+    Where y is 0, the points where a row ceases to hold are all found, and tried from the largest.
 
     Parameters
     ----------
@@ -56,12 +56,13 @@ def largest(rows: Rows, x_top: Floats, y_top: Floats, *, any_point: bool = False
         Whether to leave it at any point where looking for the largest x takes long.
     """
     if not y_top.any():
-        x = Section(rows.a, rows.b, rows.c, rows.rate_x_per_s).largest(x_top)
-        beyond = np.where(np.isnan(x), -np.inf, np.minimum(x + WIDTH_S, x_top))
-        return Interval(x, np.where(np.isnan(x), x, 0.0), beyond)
+        return _alone(rows, x_top)
     falls, up, down = falling(rows, x_top, y_top)
     x, y, beyond = _monotone(rows, x_top, y_top, falls & up, falls & down & ~up)
     lost = np.flatnonzero(~((rows.at(x, y) >= 0.0).all(axis=0) | np.isneginf(beyond)))
+    if len(alone := lost[y_top[lost] == 0.0]):
+        x[alone], y[alone], beyond[alone] = _alone(rows.take(alone), x_top[alone])
+        lost = lost[y_top[lost] > 0.0]
     if len(lost):
         left = rows.take(lost)
         y[lost] = Section.at_x(left, x[lost]).smallest(y_top[lost])
@@ -71,6 +72,13 @@ def largest(rows: Rows, x_top: Floats, y_top: Floats, *, any_point: bool = False
             rows.take(lost), x_top[lost], y_top[lost], beyond[lost], any_point=any_point
         )
     return Interval(np.where(np.isnan(y), np.nan, x), y, beyond)
+
+
+def _alone(rows: Rows, x_top: Floats) -> Interval:
+    """The largest x where y is 0."""
+    x = Section(rows.a, rows.b, rows.c, rows.rate_x_per_s).largest(x_top)
+    beyond = np.where(np.isnan(x), -np.inf, np.minimum(x + WIDTH_S, x_top))
+    return Interval(x, np.where(np.isnan(x), x, 0.0), beyond)
 
 
 def shortest(rows: Rows, found: Interval, y_top: Floats) -> Floats:

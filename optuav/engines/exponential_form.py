@@ -71,6 +71,15 @@ class Rows(NamedTuple):
         a, b, c, d, e, f = (each[rows] for each in self[:6])
         return Rows(a, b, c, d, e, f, self.rate_x_per_s, self.rate_y_per_s)
 
+    def mirrored(self, which: Booleans) -> Rows:
+        """The rows of all programmes, in some of them with x and y in each other's place."""
+        if not which.any():
+            return self
+        a, b, c, d, e, f, kx, ky = self
+        pairs = ((b, d), (c, e), (d, b), (e, c), (kx, ky), (ky, kx))
+        b, c, d, e, kx, ky = (np.where(which, swapped, kept) for kept, swapped in pairs)
+        return Rows(a, b, c, d, e, f, kx, ky)
+
     def at(self, x: Floats, y: Floats) -> Floats:
         """g at a point of each programme."""
         return Section.at_x(self, x).at(y)

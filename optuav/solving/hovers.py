@@ -3,22 +3,20 @@
 from __future__ import annotations
 
 import math
+import sys
 from collections.abc import Mapping, Sequence
-from itertools import accumulate, chain, pairwise, zip_longest
+from itertools import accumulate, chain
 from typing import Any, Literal, NamedTuple, TypeAlias
 
 import numpy as np
 
-from formulations.available import Telling, well_limits
-from formulations.perspectives import AVAILABLE, PERSPECTIVES
-from formulations.quantities import Quantities
 from optuav.engines.arrays import Booleans, Floats
 from optuav.engines.bracketing import largest, shortest
-from optuav.engines.exponential_form import rows_of
 from optuav.engines.sweeping import WIDTH_S
 from optuav.errors import Fault, InputError
-from optuav.modelling.exponential import CONSTANT, Exponential, unknown
 from optuav.physics import battery
+from optuav.physics.quantity import TINY
+from optuav.solving.hover_rows import Legs, hover_rows
 
 Leg: TypeAlias = Sequence[battery.Phase]
 Stays: TypeAlias = Literal["hover", "rest-first", "hover-first"]
@@ -29,6 +27,20 @@ STAYS: Mapping[str, tuple[str, ...]] = {
 }
 AT_ONCE = 1 << 13
 """Itineraries worked on together: few enough to stay in the cache, and in bounded memory."""
+
+LARGEST = sys.float_info.max
+ANY = (-LARGEST, LARGEST, "a finite number")
+NOT_NEGATIVE = (0.0, LARGEST, "a finite number ≥ 0")
+RANGES: Mapping[str, tuple[float, float, str]] = {
+    "deadline_s": NOT_NEGATIVE,
+    "min_soc": (0.0, 1.0, "0 to 1"),
+    "capacity_As": (TINY, LARGEST, "a finite number > 0"),
+    "available_fraction": (TINY, math.nextafter(1.0, 0.0), "between 0 and 1, neither included"),
+    "flow_rate_per_s": NOT_NEGATIVE,
+    "hover_current_A": ANY,
+    "rest_current_A": ANY,
+}
+"""Least and largest figure of each name, and both in words."""
 
 
 class Hovers(NamedTuple):
@@ -55,7 +67,7 @@ class Hovers(NamedTuple):
 
 def longest_hovers(
     legs: Sequence[Leg],
-    stays: Stays = "hover",
+    stays: Stays | Sequence[Stays] = "hover",
     *,
     deadline_s: Any,
     min_soc: Any,
@@ -77,13 +89,16 @@ def longest_hovers(
     ----------
     legs
         What is flown before, between and after the stays: one leg more than stays, each a sequence
-        of `optuav.physics.battery.Phase` (current [A], negative while it drains, and duration [s]).
+        of `optuav.physics.battery.Phase` (current [A], negative while it drains, and duration [s],
+        ≥ 0).
     stays
-        ``"hover"``, ``"rest-first"`` or ``"hover-first"``.
+        ``"hover"``, ``"rest-first"`` or ``"hover-first"``, or one of these for each itinerary. Then
+        there are three legs, of which one that only hovers flies the last two without a stop: the
+        third may last 0 s.
     deadline_s, min_soc
-        T_max [s] and η0 [-].
+        T_max [s], ≥ 0, and η0 [-], 0 to 1.
     capacity_As, available_fraction, flow_rate_per_s
-        B of all packs together [A s], ω [-] and k_F [1/s].
+        B of all packs together [A s], > 0, ω [-], in (0, 1), and k_F [1/s], ≥ 0.
     hover_current_A, rest_current_A
         Net current drawn while hovering, and that charges while resting [A].
     shortest_rest
@@ -92,7 +107,7 @@ def longest_hovers(
     Raises
     ------
     InputError
-        If the number of legs does not fit the stays, shapes differ, or a figure is no number.
+        If the number of legs does not fit the stays, shapes differ, or a figure is out of range.
     """
     given = {
         "deadline_s": deadline_s,
@@ -105,14 +120,25 @@ def longest_hovers(
     }
     figures = {name: _figure(value) for name, value in given.items()}
     flown = [[battery.Phase(*map(_figure, phase)) for phase in leg] for leg in legs]
-    shape = _shape(flown, stays, figures)
+    order = stays if isinstance(stays, str) else np.asarray(stays, dtype=str)
+    shape = _shape(flown, order, figures)
     count = math.prod(shape)
     found = np.empty((3, count))
     for first in range(0, count, AT_ONCE):
         here = slice(first, min(first + AT_ONCE, count))
-        cut = {name: _cut(each, here) for name, each in figures.items()}
-        found[:, here] = _bracket(_legs(flown, here), STAYS[stays], cut, shortest_rest)
+        table, cut = _legs(flown, here), {name: _cut(each, here) for name, each in figures.items()}
+        if not _in_range(table, cut):
+            raise InputError(_faults(flown, order, figures))
+        found[:, here] = _bracket(table, _cut(order, here), cut, shortest_rest)
     return Hovers(*found.reshape(3, *shape))
+
+
+def _bracket(legs: Legs, stays: Any, figures: Mapping[str, Any], shortest_rest: bool) -> Floats:
+    rows, x_top = hover_rows(legs, figures, stays == "rest-first")
+    y_top = np.where(stays == "hover", 0.0, x_top)
+    found = largest(rows, x_top, y_top)
+    rest_s = shortest(rows, found, y_top) if shortest_rest else found.y
+    return np.stack([found.x, rest_s, found.beyond])
 
 
 def _figure(value: Any) -> Any:
@@ -122,21 +148,11 @@ def _figure(value: Any) -> Any:
 
 
 def _cut(figure: Any, here: slice) -> Any:
-    return figure if isinstance(figure, float) else figure.ravel()[here]
+    """A figure of some itineraries; what is no array holds for all."""
+    return figure.ravel()[here] if isinstance(figure, np.ndarray) else figure
 
 
-class _Legs(NamedTuple):
-    """Currents [A] and durations [s] of all stages, one leg after another (stage, itinerary).
-
-    Leg m is made of stages ends[m] to ends[m + 1].
-    """
-
-    current_A: Floats
-    duration_s: Floats
-    ends: Sequence[int]
-
-
-def _legs(flown: Sequence[Leg], here: slice) -> _Legs:
+def _legs(flown: Sequence[Leg], here: slice) -> Legs:
     """The legs of some of the itineraries."""
     ends = list(accumulate(map(len, flown), initial=0))
     table = np.empty((2, ends[-1], here.stop - here.start))
@@ -144,105 +160,71 @@ def _legs(flown: Sequence[Leg], here: slice) -> _Legs:
         for kind, figure in enumerate(phase):
             table[kind, stage] = _cut(figure, here)
     current_A, duration_s = table
-    return _Legs(current_A, duration_s, ends)
+    return Legs(current_A, duration_s, ends)
 
 
-def _shape(legs: Sequence[Leg], stays: str, figures: Mapping[str, Any]) -> tuple[int, ...]:
-    """The one shape of all figures that are arrays; every fault at once."""
+def _shape(flown: Sequence[Leg], stays: Any, figures: Mapping[str, Any]) -> tuple[int, ...]:
+    """The one shape of all that are arrays."""
+    shapes = _shapes(flown, stays, figures)
+    if len(shapes) > 1 or len(flown) != _legs_needed(stays):
+        raise InputError(_faults(flown, stays, figures))
+    return shapes[0] if shapes else ()
+
+
+def _shapes(flown: Sequence[Leg], stays: Any, figures: Mapping[str, Any]) -> list[tuple[int, ...]]:
+    stages = chain.from_iterable(chain.from_iterable(flown))
+    every = (stays, *figures.values(), *stages)
+    return list(dict.fromkeys(each.shape for each in every if isinstance(each, np.ndarray)))
+
+
+def _legs_needed(stays: Any) -> int:
+    """One more than stays; 0 if one of these is unknown."""
+    if isinstance(stays, str):
+        return len(STAYS[stays]) + 1 if stays in STAYS else 0
+    return 3 if np.isin(stays, list(STAYS)).all() else 0
+
+
+def _in_range(legs: Legs, figures: Mapping[str, Any]) -> bool:
+    """Whether all that is handed over can be worked with."""
+    return (
+        _within(legs.current_A, *ANY)
+        and _within(legs.duration_s, *NOT_NEGATIVE)
+        and all(_within(each, *RANGES[name]) for name, each in figures.items())
+    )
+
+
+def _within(figure: Any, least: float, most: float, _: str) -> bool:
+    if isinstance(figure, float):
+        return least <= figure <= most
+    return bool(figure.min(initial=least) >= least and figure.max(initial=most) <= most)
+
+
+def _faults(flown: Sequence[Leg], stays: Any, figures: Mapping[str, Any]) -> list[Fault]:
+    """Everything that is wrong."""
     faults = []
-    if stays not in STAYS:
-        faults.append(Fault("stays", repr(stays), f"one of {', '.join(STAYS)}"))
-    elif len(legs) != len(STAYS[stays]) + 1:
-        needed = len(STAYS[stays]) + 1
-        faults.append(Fault("legs", f"{len(legs)} legs", f"{needed} go with {stays!r}"))
-    every = dict(figures)
-    for number, leg in enumerate(legs, start=1):
-        for stage, phase in enumerate(leg, start=1):
-            every[f"legs: current of stage {stage} of leg {number}"] = phase.current_A
-            every[f"legs: duration of stage {stage} of leg {number}"] = phase.duration_s
-    shapes = dict.fromkeys(each.shape for each in every.values() if not isinstance(each, float))
-    if len(shapes) > 1:
+    if not (needed := _legs_needed(stays)):
+        unknown = set(np.ravel(stays).tolist()) - STAYS.keys()
+        faults.append(Fault("stays", ", ".join(sorted(unknown)), f"one of {', '.join(STAYS)}"))
+    elif len(flown) != needed:
+        which = repr(stays) if isinstance(stays, str) else "stays that are told one by one"
+        faults.append(Fault("legs", f"{len(flown)} legs", f"{needed} go with {which}"))
+    if len(shapes := _shapes(flown, stays, figures)) > 1:
         faults.append(Fault("shapes", ", ".join(map(str, shapes)), "one shape for all arrays"))
+    every = [(name, figure, RANGES[name]) for name, figure in figures.items()]
+    for number, leg in enumerate(flown, start=1):
+        for stage, phase in enumerate(leg, start=1):
+            where = f"of stage {stage} of leg {number}"
+            every.append((f"legs: current {where}", phase.current_A, ANY))
+            every.append((f"legs: duration {where}", phase.duration_s, NOT_NEGATIVE))
     faults += [
-        Fault(name, "NaN", "a number")
-        for name, each in every.items()
-        if math.isnan(each if isinstance(each, float) else np.vdot(each, each))
+        Fault(name, _outside(figure, *allowed), allowed[-1])
+        for name, figure, allowed in every
+        if not _within(figure, *allowed)
     ]
-    if faults:
-        raise InputError(faults)
-    return next(iter(shapes), ())
+    return faults
 
 
-def _bracket(
-    legs: _Legs, stays: Sequence[str], figures: Mapping[str, Any], shortest_rest: bool
-) -> Floats:
-    unused: dict[str, Any] = dict.fromkeys(UNUSED, np.nan)
-    steps, telling = _steps(legs, stays, figures)
-    given = Quantities(
-        packs=1.0,
-        flight_time_s=legs.duration_s.sum(axis=0),
-        flight_charge_As=-(legs.current_A * legs.duration_s).sum(axis=0),
-        rests="rest" in stays,
-        steps=steps,
-        **figures,
-        **unused,
-    )
-    left_s = given.time_left
-    hover, rest = unknown("hover"), unknown("rest") if given.rests else None
-    stayed = hover if rest is None else hover + rest
-    soc = PERSPECTIVES[AVAILABLE](given, hover, 0.0 if rest is None else rest)
-    forms, sizes = [left_s - stayed, soc - given.min_soc], [left_s, 1.0]
-    for _, limit in well_limits(given, hover, rest, telling):
-        margin = limit.left - limit.right if limit.sense == ">=" else limit.right - limit.left
-        forms.append(margin if isinstance(margin, Exponential) else Exponential({CONSTANT: margin}))
-        sizes.append(1.0)
-    x_top = np.maximum(left_s, 0.0)
-    rows = rows_of(forms, sizes, "hover", "rest" if given.rests else None, len(x_top), x_top)
-    y_top = x_top if given.rests else np.zeros(len(x_top))
-    found = largest(rows, x_top, y_top)
-    rest_s = shortest(rows, found, y_top) if shortest_rest else found.y
-    return np.stack([found.x, rest_s, found.beyond])
-
-
-UNUSED = (
-    "nominal_voltage_V",
-    "flight_energy_J",
-    "hover_power_W",
-    "hover_received_W",
-    "rest_received_W",
-)
-"""Quantities that this perspective does not speak of."""
-
-
-def _steps(
-    legs: _Legs, stays: Sequence[str], figures: Mapping[str, Any]
-) -> tuple[tuple[Any, ...], list[Telling]]:
-    """What happens on the way, and which limits of the wells the others do not imply.
-
-    Where y1 falls all along what comes next, the end of that tells more: so phases of a leg are
-    taken together, and before them there is no need to look. Who only drains does not pass full,
-    who only charges does not run dry.
-    """
-    whole = battery.Battery(
-        figures["capacity_As"], figures["available_fraction"], figures["flow_rate_per_s"]
-    )
-    current_A = {"hover": -figures["hover_current_A"], "rest": figures["rest_current_A"]}
-    falling = battery.falls_throughout(whole, legs.current_A).all(axis=1).tolist()
-    steps: list[Any] = []
-    falls: list[bool] = []
-    for (start, end), stay in zip_longest(pairwise(legs.ends), stays):
-        starts = [k for k in range(start, end) if k == start or not falling[k]]
-        for first, last in pairwise([*starts, end]):
-            run = battery.Phase(legs.current_A[first:last], legs.duration_s[first:last])
-            steps.append(battery.compose(whole, run))
-            falls.append(falling[first])
-        if stay:
-            steps.append(stay)
-            falls.append(bool(np.all(battery.falls_throughout(whole, current_A[stay]))))
-    telling = []
-    for step, next_falls in zip(steps, [*falls[1:], False], strict=True):
-        stay_A = current_A[step] if isinstance(step, str) else None
-        drains = stay_A is None or bool(np.any(stay_A < 0.0))
-        charges = stay_A is not None and bool(np.any(stay_A > 0.0))
-        telling.append((drains and not next_falls, charges))
-    return tuple(steps), telling
+def _outside(figure: Any, least: float, most: float, _: str) -> str:
+    """The first entry that is out of range."""
+    every = np.ravel(figure)
+    return f"{every[~((every >= least) & (every <= most))][0]:g}"

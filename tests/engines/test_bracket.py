@@ -248,12 +248,87 @@ def test_many_at_once_are_each_alone() -> None:
         )
 
 
+def together(cases: list[dict[str, Any]]) -> dict[str, Any]:
+    """Itineraries that stay in different orders as one call; missing stages and legs last 0 s."""
+
+    def stage(case: dict[str, Any], leg: int, place: int) -> tuple[float, float]:
+        flown = case["legs"][leg] if leg < len(case["legs"]) else []
+        return flown[place] if place < len(flown) else (-1.0, 0.0)
+
+    legs = [
+        [Phase(*np.transpose([stage(case, leg, place) for case in cases])) for place in range(3)]
+        for leg in range(3)
+    ]
+    names = cases[0].keys() - {"legs", "stays"}
+    arrays = {name: np.array([case[name] for case in cases]) for name in names}
+    return {"legs": legs, "stays": [case["stays"] for case in cases], **arrays}
+
+
+def disagreements(seed: int, count: int) -> list[dict[str, Any]]:
+    """Random itineraries of which the answers alone and among others contradict each other."""
+    rng = np.random.default_rng(seed)
+    cases = [figures(rng) for _ in range(count)]
+    among, wrong = longest(together(cases)), []
+    for case, hover_s, rest_s, beyond_s in zip(cases, *among, strict=True):
+        alone = longest(case)
+        flown = math.isnan(hover_s) or delivered(case, np.array(hover_s), np.array(rest_s), 50)
+        close = np.array_equal(np.isnan(hover_s), np.isnan(alone.hover_time_s))
+        beaten = hover_s > alone.beyond_s + WIDTH_S or alone.hover_time_s > beyond_s + WIDTH_S
+        if not flown or not close or beaten:
+            wrong.append(case)
+    return wrong
+
+
+def test_itineraries_that_stay_in_different_orders() -> None:
+    """In one call the battery delivers each answer, and none is beyond what is proved of it alone.
+
+    One that only hovers has no rest, even where the others are charged while they do.
+    """
+    assert disagreements(0, 400) == []
+
+
+@pytest.mark.soak
+@pytest.mark.parametrize("seed", range(1, 51))
+def test_many_itineraries_that_stay_in_different_orders(seed: int) -> None:
+    """50 times 400 more."""
+    assert disagreements(seed, 400) == []
+
+
 def test_faults_of_the_arrays_are_told_at_once() -> None:
     case = figures(np.random.default_rng(3)) | {"stays": "rest-first", "deadline_s": math.nan}
     case["legs"] = [[Phase(np.array([-1.0, -2.0]), np.ones(3))]]
     with pytest.raises(optuav.InputError) as error:
         longest(case)
     assert {fault.key for fault in error.value.faults} >= {"legs", "shapes", "deadline_s"}
+
+
+def test_figures_out_of_range_are_told_at_once() -> None:
+    """An endless deadline used to end in a false proof that no hover is possible."""
+    case = figures(np.random.default_rng(3)) | {"stays": "hover"}
+    case["legs"] = [[Phase(-1.0, np.array([1.0, -2.0]))], [Phase(math.inf, 1.0)]]
+    case |= {"deadline_s": math.inf, "min_soc": 1.5, "available_fraction": 1.0}
+    case |= {"capacity_As": np.array([1.0, 0.0]), "flow_rate_per_s": -1.0}
+    with pytest.raises(optuav.InputError) as error:
+        longest(case)
+    assert {fault.key: fault.value for fault in error.value.faults} == {
+        "deadline_s": "inf",
+        "min_soc": "1.5",
+        "capacity_As": "0",
+        "available_fraction": "1",
+        "flow_rate_per_s": "-1",
+        "legs: duration of stage 1 of leg 1": "-2",
+        "legs: current of stage 1 of leg 2": "inf",
+    }
+
+
+@pytest.mark.parametrize(
+    ("stays", "key"), [("loiter", "stays"), (["hover", "loiter"], "stays"), (["hover"] * 2, "legs")]
+)
+def test_unknown_stays_and_legs_that_do_not_go_with_them(stays: Any, key: str) -> None:
+    case = figures(np.random.default_rng(3)) | {"legs": [[Phase(-1.0, 1.0)]] * 2, "stays": stays}
+    with pytest.raises(optuav.InputError) as error:
+        longest(case)
+    assert [fault.key for fault in error.value.faults] == [key]
 
 
 # What the constraints are reduced to

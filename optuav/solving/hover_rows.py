@@ -1,0 +1,121 @@
+"""Rows of the engine bracket for many itineraries, from the arrays of their legs."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from itertools import pairwise, zip_longest
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from formulations.available import Telling, well_limits
+from formulations.perspectives import AVAILABLE, PERSPECTIVES
+from formulations.quantities import Quantities
+from optuav.engines.arrays import Booleans, Floats
+from optuav.engines.exponential_form import Rows, rows_of
+from optuav.modelling.exponential import CONSTANT, Exponential, unknown
+from optuav.physics import battery
+
+UNUSED = (
+    "nominal_voltage_V",
+    "flight_energy_J",
+    "hover_power_W",
+    "hover_received_W",
+    "rest_received_W",
+)
+"""Quantities that this perspective does not speak of."""
+
+
+class Legs(NamedTuple):
+    """Currents [A] and durations [s] of all stages, one leg after another (stage, itinerary).
+
+    Leg m is made of stages ends[m] to ends[m + 1].
+    """
+
+    current_A: Floats
+    duration_s: Floats
+    ends: Sequence[int]
+
+
+def hover_rows(
+    legs: Legs, figures: Mapping[str, Any], rest_first: bool | Booleans
+) -> tuple[Rows, Floats]:
+    """What Δ and T', the x and y of the rows, have to satisfy, and the time left for them [s].
+
+    Parameters
+    ----------
+    legs
+        One more than stays, of which there are one or two.
+    figures
+        What `longest_hovers` takes, by name: numbers, or arrays with one entry an itinerary.
+    rest_first
+        Whether the rest comes before the hover, where there are both.
+    """
+    hover_A, rest_A = -figures["hover_current_A"], figures["rest_current_A"]
+    # A stay is to the wells a current for a time: the one before the last is the rest here.
+    rests = len(legs.ends) > 3
+    earlier_A = _either(rest_first, rest_A, hover_A)
+    later_A = _either(rest_first, hover_A, rest_A) if rests else hover_A
+    stays_A = {"rest": earlier_A, "hover": later_A} if rests else {"hover": later_A}
+    steps, telling = _steps(legs, stays_A, figures)
+    unused: dict[str, Any] = dict.fromkeys(UNUSED, np.nan)
+    given = Quantities(
+        packs=1.0,
+        flight_time_s=legs.duration_s.sum(axis=0),
+        flight_charge_As=-(legs.current_A * legs.duration_s).sum(axis=0),
+        rests=rests,
+        steps=steps,
+        **unused,
+        **{**figures, "hover_current_A": -later_A, "rest_current_A": earlier_A},
+    )
+    hover, rest = unknown("hover"), unknown("rest") if rests else None
+    soc = PERSPECTIVES[AVAILABLE](given, hover, 0.0 if rest is None else rest)
+    left_s = given.time_left
+    forms = [left_s - (hover if rest is None else hover + rest), soc - given.min_soc]
+    sizes = [left_s, 1.0]
+    for _, limit in well_limits(given, hover, rest, telling):
+        margin = limit.left - limit.right if limit.sense == ">=" else limit.right - limit.left
+        forms.append(margin if isinstance(margin, Exponential) else Exponential({CONSTANT: margin}))
+        sizes.append(1.0)
+    reach_s = np.maximum(left_s, 0.0)
+    rows = rows_of(forms, sizes, "hover", "rest" if rests else None, len(reach_s), reach_s)
+    return rows.mirrored(~np.asarray(rest_first)) if rests else rows, reach_s
+
+
+def _either(which: bool | Booleans, one: Any, other: Any) -> Any:
+    if isinstance(which, bool):
+        return one if which else other
+    return np.where(which, one, other)
+
+
+def _steps(
+    legs: Legs, stays_A: Mapping[str, Any], figures: Mapping[str, Any]
+) -> tuple[tuple[Any, ...], list[Telling]]:
+    """What happens on the way, and which limits of the wells the others do not imply.
+
+    Where y1 falls all along what comes next, the end of that tells more: so phases of a leg are
+    taken together, and before them there is no need to look. Who only drains does not pass full,
+    who only charges does not run dry.
+    """
+    whole = battery.Battery(
+        figures["capacity_As"], figures["available_fraction"], figures["flow_rate_per_s"]
+    )
+    falling = battery.falls_throughout(whole, legs.current_A).all(axis=1).tolist()
+    steps: list[Any] = []
+    falls: list[bool] = []
+    for (start, end), stay in zip_longest(pairwise(legs.ends), stays_A):
+        starts = [k for k in range(start, end) if k == start or not falling[k]]
+        for first, last in pairwise([*starts, end]):
+            run = battery.Phase(legs.current_A[first:last], legs.duration_s[first:last])
+            steps.append(battery.compose(whole, run))
+            falls.append(falling[first])
+        if stay:
+            steps.append(stay)
+            falls.append(bool(np.all(battery.falls_throughout(whole, stays_A[stay]))))
+    telling = []
+    for step, next_falls in zip(steps, [*falls[1:], False], strict=True):
+        stay_A = stays_A[step] if isinstance(step, str) else None
+        drains = stay_A is None or bool(np.any(stay_A < 0.0))
+        charges = stay_A is not None and bool(np.any(stay_A > 0.0))
+        telling.append((drains and not next_falls, charges))
+    return tuple(steps), telling
