@@ -108,9 +108,9 @@ def test_the_markdown_leads_to_the_files(written: Path) -> None:
 def test_the_report_counts_the_fit(written: Path) -> None:
     """24 of 30 cells, 14 of them fitted, and two at an edge; 6 parameters for 6 numbers."""
     text = (written / "report.md").read_text("utf-8")
-    assert "Of the 30 cells of Table II 24 show their printed digits by `paper-table2`" in text
-    assert "14 were used in the fit, 10 are predicted. 2 more miss the last digit" in text
-    assert "in hover all 26 show theirs. The other 4 cannot" in text
+    assert "Of the 30 cells of Table II 26 agree with `paper-table2`: 24 in every printed" in text
+    assert "14 were used in the fit and 10 are predicted, and 2 to one digit less" in text
+    assert "in hover all 26 show every digit. The other 4 cannot" in text
     assert "6 free parameters and 6 different numbers" in text
     assert "by construction" in text
 

@@ -118,11 +118,12 @@ def _fit(entries: Ledger) -> Iterator[Block]:
     flight_W, hover_W = cells.SHOW_ALL_W.values()
     yield Heading("Table II and the fit behind it")
     yield Paragraph(
-        f"Of the {len(found)} cells of Table II {fitted + predicted} show their printed digits by "
-        f"`paper-table2`: {fitted} were used in the fit, {predicted} are predicted. {within} more "
-        "miss the last digit by less than the fit leaves open, as what it met was rounded: with "
+        f"Of the {len(found)} cells of Table II {fitted + predicted + within} agree with "
+        f"`paper-table2`: {fitted + predicted} in every printed digit, of which {fitted} were used "
+        f"in the fit and {predicted} are predicted, and {within} to one digit less. What these "
+        "miss by is less than the fit leaves open, as what it met was rounded: with "
         f"{flight_W} W in flight and {hover_W} W in hover all {fitted + predicted + within} show "
-        f"theirs. The other {ruled_out} cannot, whatever the loads."
+        f"every digit. The other {ruled_out} cannot, whatever the loads."
     )
     yield Paragraph(
         f"The fit has {len(cells.FREE_PARAMETERS)} free parameters and {cells.FIT_NUMBERS} "
