@@ -5,6 +5,7 @@ from __future__ import annotations
 import itertools
 import math
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -23,6 +24,8 @@ MOST_PAIRS = 1 << 21
 """Lines that are tried at once, times buildings."""
 BUILDINGS_PASSED = 4
 """About as many buildings a piece of a line passes, where they stand evenly on the map."""
+REMEMBERED = 4
+"""Sets of buildings whose prisms are kept: missions that are compared share theirs as a rule."""
 CLEAR = -1
 """In place of the number of a building: there is none."""
 
@@ -60,9 +63,14 @@ def outline_m(building: Building) -> tuple[tuple[float, float], ...] | None:
 
 def prisms(mission: Mission) -> Prisms:
     """The mission's buildings that have a footprint."""
+    return _prisms(mission.buildings)
+
+
+@lru_cache(maxsize=REMEMBERED)
+def _prisms(buildings: tuple[Building, ...]) -> Prisms:
     import shapely
 
-    outlines = [outline_m(building) for building in mission.buildings]
+    outlines = [outline_m(building) for building in buildings]
     sides = np.array([len(outline or ()) for outline in outlines], dtype=np.intp)
     (with_footprint,) = np.nonzero(sides)
     corners = np.array([corner for outline in outlines for corner in outline or ()])
@@ -73,7 +81,7 @@ def prisms(mission: Mission) -> Prisms:
     return Prisms(
         shapely.STRtree(inner),
         with_footprint,
-        np.array([mission.buildings[k].position_m[2] for k in with_footprint]),
+        np.array([buildings[k].position_m[2] for k in with_footprint]),
     )
 
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import itertools
 import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
@@ -29,6 +28,8 @@ CLEARANCE = 1.5
 """Least distance between two labels [pt]."""
 STRONG, FAINT = 1.0, 4.0
 """Distance of the dots that stand for a line [pt]."""
+MOST_DOTS = 2000
+"""Along a straight part of one."""
 OUTSIDE, PER_POINT = 1000.0, 0.5
 """What a label costs that leaves the axes, and each point of distance; a covered dot costs 1."""
 MOST_COVERED = 2
@@ -174,8 +175,10 @@ def _dots(ax: Axes, lines: Iterable[Any], spacing: float) -> Points:
     found = [np.empty((0, 2))]
     for line in lines:
         corners = ax.transData.transform(np.asarray(line, dtype=float))
-        found.append(corners)
-        for start, end in itertools.pairwise(corners):
-            count = min(2000, int(math.hypot(*(end - start)) / spacing))
-            found.append(start + np.linspace(0.0, 1.0, count + 1)[:, None] * (end - start))
+        ways = np.diff(corners, axis=0)
+        parts = np.minimum(MOST_DOTS, np.hypot(*ways.T) / spacing).astype(int)
+        segment = np.repeat(np.arange(len(ways)), parts + 1)
+        number = np.arange(len(segment)) - np.searchsorted(segment, segment)
+        share = number / np.maximum(1, parts[segment])
+        found += [corners, corners[segment] + share[:, None] * ways[segment]]
     return np.concatenate(found)

@@ -1,6 +1,6 @@
 """Random missions, from file to checked plan: four engines against exact arithmetic.
 
-Twenty in the suite, ten thousand in the campaign (``make soak``). Deadlines and batteries are drawn
+Ten in the suite, ten thousand in the campaign (``make soak``). Deadlines and batteries are drawn
 so that time, charge, both or neither are short.
 """
 
@@ -110,7 +110,7 @@ def _rest(parameters: Any) -> Any:
 RESTING = ("rest_current_A", "rest_received_W")
 
 
-@few(20)
+@few(10)
 @pytest.mark.campaign
 @given(questions(), st.sampled_from(SLOTS_S))
 def test_engines_agree_on_whole_missions(
@@ -130,7 +130,7 @@ def test_engines_agree_on_whole_missions(
     assert not wrong, "\n".join(wrong)
 
 
-@settings(few(20), suppress_health_check=[HealthCheck.filter_too_much])
+@settings(few(10), suppress_health_check=[HealthCheck.filter_too_much])
 @pytest.mark.campaign
 @given(questions(), st.sampled_from(list(PRICED_WITHIN)))
 def test_prices_of_whole_missions_are_differences(
