@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import pytest
 from hypothesis import settings
+from hypothesis.internal.conjecture import providers
 
 # The same examples on every machine, so that what passes here passes in CI; soak draws afresh.
 settings.register_profile("default", deadline=None, derandomize=True, max_examples=50)
@@ -11,6 +12,15 @@ settings.register_profile(
     "soak", deadline=None, derandomize=False, max_examples=10_000, print_blob=True
 )
 settings.load_profile("default")
+
+
+def pytest_sessionstart() -> None:
+    """Draw no constants from the modules that happen to be loaded.
+
+    With them the examples of a test depend on which tests ran before it in the same worker.
+    """
+    if settings().derandomize:
+        providers._get_local_constants = providers.Constants
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import importlib
 import re
 import shutil
 import subprocess
@@ -11,6 +12,8 @@ from pathlib import Path
 
 import pytest
 from hatchling.build import build_wheel
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
 import optuav
 
@@ -96,3 +99,28 @@ def test_tracked_files_are_clean(pattern: re.Pattern[str]) -> None:
         if pattern.search(line)
     ]
     assert found == []
+
+
+def test_examples_do_not_depend_on_what_is_loaded(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Else a test's examples change with the tests before it, and failures cannot be repeated."""
+    if not settings().derandomize:
+        pytest.skip("this profile draws afresh")
+
+    def examples() -> list[float]:
+        drawn: list[float] = []
+
+        @given(st.floats(0.0, 1e6))
+        @settings(max_examples=300)
+        def look(number: float) -> None:
+            drawn.append(number)
+
+        look()
+        return drawn
+
+    before = examples()
+    (tmp_path / "many_numbers.py").write_text(f"NUMBERS = {[k + 0.123 for k in range(50)]}")
+    monkeypatch.syspath_prepend(tmp_path)
+    importlib.import_module("many_numbers")
+    assert examples() == before
