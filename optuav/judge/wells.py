@@ -64,7 +64,7 @@ def _integrated_at(pool: Battery, wells: Wells, current_A: float, passed_s: Floa
     end_s = float(passed_s[-1])
     if end_s == 0.0:
         return Wells(*(np.full(len(passed_s), float(each)) for each in wells))
-    return Wells(*_solve(pool, wells, current_A, end_s, t_eval=passed_s).y)
+    return Wells(*_solve(pool, wells, current_A, end_s, t_eval=passed_s / end_s).y)
 
 
 def _integrated_empty_s(pool: Battery, wells: Wells, current_A: float, duration_s: float) -> float:
@@ -83,10 +83,10 @@ def _integrated_held(pool: Battery, wells: Wells, passed_s: Floats) -> Wells:
     share, rate = pool.available_fraction, pool.flow_rate_per_s
     end_s = max(float(passed_s[-1]), np.finfo(float).tiny)
     found = solve_ivp(
-        lambda _, y: rate * (available_As / share - y / (1.0 - share)),
-        (0.0, end_s),
+        lambda _, y: end_s * rate * (available_As / share - y / (1.0 - share)),
+        (0.0, 1.0),
         [bound_As],
-        t_eval=np.minimum(passed_s, end_s),
+        t_eval=passed_s / end_s,
         method="LSODA",
         rtol=RELATIVE,
         atol=ABSOLUTE * pool.capacity_As,
@@ -107,22 +107,25 @@ def _passing_s(
 
     beyond.direction = direction  # type: ignore[attr-defined]
     found_s = _solve(pool, wells, current_A, duration_s, events=beyond).t_events[0]
-    return float(found_s[0]) if len(found_s) else np.inf
+    return float(found_s[0]) * duration_s if len(found_s) else np.inf
 
 
 def _solve(pool: Battery, wells: Wells, current_A: float, end_s: float, **options: Any) -> Any:
-    """(11)-(12) of the paper, integrated."""
+    """(11)-(12) of the paper, integrated over shares of a duration.
+
+    Over seconds LSODA does not come to an end where there are next to none.
+    """
     from scipy.integrate import solve_ivp
 
     share, rate = pool.available_fraction, pool.flow_rate_per_s
 
     def slope(_: float, y: Floats) -> list[float]:
         flow_A = rate * (y[1] / (1.0 - share) - y[0] / share)
-        return [current_A + flow_A, -flow_A]
+        return [end_s * (current_A + flow_A), end_s * -flow_A]
 
     return solve_ivp(
         slope,
-        (0.0, end_s),
+        (0.0, 1.0),
         np.array(wells, dtype=float),
         method="LSODA",
         rtol=RELATIVE,

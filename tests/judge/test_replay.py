@@ -148,6 +148,20 @@ def test_both_methods_agree_on_any_itinerary(mission: Mission, data: st.DataObje
     assert exact.soc == pytest.approx(integrated.soc, abs=LEVEL)
 
 
+@pytest.mark.parametrize("charging", ["constant", "taper"])
+@pytest.mark.parametrize("stay_s", [5e-324, 1e-303, 1e-100, 1e-12])
+def test_stays_of_next_to_no_time_are_integrated(stay_s: float, charging: str) -> None:
+    """LSODA, given such a span in seconds, made steps without end."""
+    mission = optuav.load("paper").replace({"battery.charging": charging})
+    stops = [Stop("b9", "rest", stay_s), Stop("hover", "hover", stay_s), Stop("b9", "rest", 100.0)]
+    exact, integrated = (
+        optuav.replay(Itinerary(mission, tuple(stops)), method=m) for m in ("exact", "solve_ivp")
+    )
+    assert exact.flyable
+    assert integrated.flyable
+    assert exact.soc == pytest.approx(integrated.soc, abs=LEVEL)
+
+
 @pytest.mark.parametrize("name", [*feasible()[:3], "table 2", "wind", "edited"])
 def test_table_is_one_motion(name: str) -> None:
     """It starts at the origin, ends at the destination, and its speed is that of its position."""

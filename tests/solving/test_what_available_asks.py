@@ -42,17 +42,20 @@ def crossings(worked_out: Network, route: int, times_s: tuple[float, float]) -> 
         for stage in phase.stages:
             current = stage.current_A / capacity_As
 
-            def slope(_: float, y: Floats, current: float = current) -> list[float]:
+            # In shares of the stage, as LSODA does not come to an end over next to no seconds.
+            def slope(
+                _: float, y: Floats, current: float = current, end_s: float = stage.duration_s
+            ) -> list[float]:
                 shared = flow * (y[1] / (1.0 - share) - y[0] / share)
-                return [current + shared, -shared]
+                return [end_s * (current + shared), end_s * -shared]
 
             found = solve_ivp(
                 slope,
-                (0.0, stage.duration_s),
+                (0.0, 1.0),
                 wells,
                 method="LSODA",
                 events=(dry, past_full),
-                max_step=max(stage.duration_s, 1e-9) / 20.0,
+                max_step=0.05,
                 rtol=1e-10,
                 atol=1e-12,
             )
