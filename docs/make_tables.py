@@ -10,13 +10,12 @@ import re
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from typing import Any
 
-import typer.main
 from typer.core import TyperArgument
 
 import optuav
 from formulations.formulation import Formulation
 from formulations.perspectives import PAPER, PERSPECTIVES
-from optuav.cli.app import app
+from optuav.cli.app import program
 from optuav.engines.capabilities import CAPABILITIES, Capability
 from optuav.mission.itineraries import ORDERS
 from optuav.mission.routes import TRAJECTORIES
@@ -163,8 +162,7 @@ def capabilities() -> Iterator[Row]:
 def commands() -> Iterator[Row]:
     """Every command, and the first paragraph of its help."""
     yield ("command", "does")
-    group: Any = typer.main.get_command(app)
-    for name, command in group.commands.items():
+    for name, command in program().commands.items():
         arguments = [each.metavar for each in command.params if isinstance(each, TyperArgument)]
         told = " ".join(command.help.partition("\n\n")[0].split()).removesuffix(".")
         yield (f"`{' '.join(['optuav', name, *arguments])}`", told[0].lower() + told[1:])

@@ -12,12 +12,11 @@ from types import ModuleType
 from typing import Any
 
 import pytest
-import typer.main
 
 import optuav
 from formulations.perspectives import PERSPECTIVES
 from formulations.quantities import QUANTITIES, Quantities
-from optuav.cli.app import app
+from optuav.cli.app import program
 from optuav.engines.capabilities import ENGINES
 from optuav.mission import Mission
 from optuav.mission.sections import SECTIONS
@@ -79,8 +78,7 @@ def test_commands_of_the_readme_are_those_of_the_program() -> None:
     """Its table has every command and no other, and the options it names exist."""
     readme = ROOT / "README.md"
     listed = [row["command"].split() for row in table(readme, "command")]
-    group = typer.main.get_command(app)
-    commands: dict[str, Any] = group.commands  # type: ignore[attr-defined]
+    commands: dict[str, Any] = program().commands
     assert sorted(words[1] for words in listed) == sorted(commands)
     assert {words[0] for words in listed} == {"optuav"}
     known = {option for each in commands.values() for p in each.params for option in p.opts}

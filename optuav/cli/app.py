@@ -9,7 +9,8 @@ from __future__ import annotations
 import signal
 import sys
 from collections.abc import Sequence
-from typing import Annotated
+from functools import cache
+from typing import Annotated, Any
 
 import typer
 from rich.console import Console
@@ -81,6 +82,12 @@ for command in (
     app.command()(command)
 
 
+@cache
+def program() -> Any:
+    """All commands as one, put together at the first call."""
+    return typer.main.get_command(app)
+
+
 def main(arguments: Sequence[str] | None = None) -> None:
     """Run a command and leave with its exit code."""
     if hasattr(signal, "SIGPIPE"):
@@ -91,7 +98,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
             stream.reconfigure(errors="replace")
     screen = Console(stderr=True, highlight=False, soft_wrap=True)
     try:
-        app(args=None if arguments is None else list(arguments))
+        program()(args=None if arguments is None else list(arguments))
     except InputError as error:
         screen.print("error:", style="bold red", end=" ")
         screen.print(str(error).replace("\n", "\n       "), markup=False)

@@ -16,6 +16,7 @@ from optuav.modelling.expression import (
 )
 
 Result = TypeVar("Result")
+LEAVES = (Variable, Parameter)
 
 
 def fold(
@@ -42,13 +43,11 @@ def fold(
 
     def value(node: Operand) -> Any:
         if isinstance(node, Call):
-            return call(node.ufunc, tuple(done[id(each)] for each in node.arguments))
+            return call(node.ufunc, tuple([done[id(each)] for each in node.arguments]))
         if isinstance(node, Let):
             inner = done[id(node.expression)]
             return inner if let is None else let(node, inner)
-        if isinstance(node, Variable | Parameter):
-            return leaf(node)
-        return node
+        return leaf(node) if isinstance(node, LEAVES) else node
 
     for node in _order(expression) if not done else _upwards(expression, done):
         done[id(node)] = value(node)
@@ -68,20 +67,21 @@ def _upwards(expression: Operand, done: Mapping[int, Any]) -> list[Operand]:
     """Nodes of a tree that are not done, each after its operands."""
     found: list[Operand] = []
     seen: set[int] = set()
+    opened: set[int] = set()
     waiting = [expression]
     while waiting:  # no recursion: a sum over a thousand phases is a deep tree
-        node = waiting[-1]
-        known = id(node) in seen or id(node) in done
-        below = (
-            [] if known else [n for n in _operands(node) if id(n) not in seen and id(n) not in done]
-        )
-        if below:
+        node = waiting.pop()
+        key = id(node)
+        if key in seen or key in done:
+            continue
+        below = () if key in opened else _operands(node)
+        if below:  # it is met again once these are found
+            opened.add(key)
+            waiting.append(node)
             waiting += reversed(below)
         else:
-            waiting.pop()
-            if not known:
-                seen.add(id(node))
-                found.append(node)
+            seen.add(key)
+            found.append(node)
     return found
 
 
