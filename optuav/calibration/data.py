@@ -13,13 +13,11 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-import numpy.typing as npt
 
+from optuav.arrays import Booleans, Floats
 from optuav.errors import Fault, InputError
 from optuav.mission.files import label, read_text
 from optuav.mission.words import nearest, shown
-
-Points = npt.NDArray[np.float64]
 
 LARGEST_FILE = 50_000_000
 """Most bytes that a file of measurements may have."""
@@ -102,7 +100,7 @@ class Table:
 
     source: str
     lines: tuple[int, ...]
-    numbers: Mapping[str, Points]
+    numbers: Mapping[str, Floats]
     texts: Mapping[str, tuple[str, ...]]
 
     def fault(self, row: int, key: str, value: object, allowed: str) -> Fault:
@@ -110,7 +108,7 @@ class Table:
         text = value if isinstance(value, str) else f"{value:g}"
         return Fault(key, text, allowed, f"{self.source}{LINE}{self.lines[row]}")
 
-    def faults(self, wrong: npt.NDArray[np.bool_], key: str, allowed: str) -> Iterator[Fault]:
+    def faults(self, wrong: Booleans, key: str, allowed: str) -> Iterator[Fault]:
         """What is wrong in the rows of a column of numbers."""
         for row in np.flatnonzero(wrong).tolist():
             yield self.fault(row, key, float(self.numbers[key][row]), allowed)

@@ -9,14 +9,8 @@ from pathlib import Path
 
 import numpy as np
 
-from optuav.calibration.data import (
-    Column,
-    Points,
-    Table,
-    check_record,
-    headings_of,
-    read,
-)
+from optuav.arrays import Floats
+from optuav.calibration.data import Column, Table, check_record, headings_of, read
 from optuav.errors import Fault, InputError
 
 LIFETIMES = (
@@ -57,7 +51,7 @@ class Discharge:
         return len({current_A for current_A, _ in self.pieces}) == 1
 
     @property
-    def changes(self) -> tuple[Points, Points]:
+    def changes(self) -> tuple[Floats, Floats]:
         """By how much the current changes [A] and how long before the end [s]."""
         currents_A, durations_s = map(np.array, zip(*self.pieces, strict=True))
         rounds = math.ceil(self.lifetime_s / durations_s.sum()) if not self.constant else 1

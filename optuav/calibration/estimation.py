@@ -24,7 +24,7 @@ from typing import Literal, NamedTuple
 
 import numpy as np
 
-from optuav.calibration.data import Points
+from optuav.arrays import Floats
 
 CONFIDENCE = 0.95
 """Share of intervals that cover the truth."""
@@ -51,7 +51,7 @@ WIDE = math.log(10.0)
 ROUNDING = 1e-3
 """Component of a blind direction that may come from rounding."""
 
-Residuals = Callable[[Points], Points]
+Residuals = Callable[[Floats], Floats]
 
 
 class Unknown(NamedTuple):
@@ -88,8 +88,8 @@ class Estimate:
         Parameters that the data do not determine, or cannot tell apart.
     """
 
-    values: Points
-    residuals: Points
+    values: Floats
+    residuals: Floats
     spread: float | None
     intervals: tuple[Interval, ...] | None
     bootstrap: tuple[Interval, ...] | None
@@ -142,9 +142,9 @@ def estimate(
 class _Found(NamedTuple):
     """An optimum in transformed parameters, and how far from its start."""
 
-    x: Points
-    residuals: Points
-    jacobian: Points
+    x: Floats
+    residuals: Floats
+    jacobian: Floats
     way: float
 
     @property
@@ -152,7 +152,7 @@ class _Found(NamedTuple):
         return float(self.residuals @ self.residuals)
 
 
-def _fit(residuals: Residuals, start: Points, method: Literal["trf", "lm"] = "trf") -> _Found:
+def _fit(residuals: Residuals, start: Floats, method: Literal["trf", "lm"] = "trf") -> _Found:
     """Steps of "trf" keep out of directions in which the data are blind; "lm" is fast."""
     from scipy.optimize import least_squares
 
@@ -162,7 +162,7 @@ def _fit(residuals: Residuals, start: Points, method: Literal["trf", "lm"] = "tr
     return _Found(answer.x, answer.fun, np.asarray(answer.jac), way)
 
 
-def _inner(unknowns: Sequence[Unknown], values: Sequence[float]) -> Points:
+def _inner(unknowns: Sequence[Unknown], values: Sequence[float]) -> Floats:
     """Logarithms and logits."""
     return np.array(
         [
@@ -172,12 +172,12 @@ def _inner(unknowns: Sequence[Unknown], values: Sequence[float]) -> Points:
     )
 
 
-def _outer(unknowns: Sequence[Unknown]) -> Callable[[Points], Points]:
+def _outer(unknowns: Sequence[Unknown]) -> Callable[[Floats], Floats]:
     """The way back, within what a mission may be."""
     shares = np.array([unknown.kind == "share" for unknown in unknowns])
     low, high = np.where(shares, [[-LOGIT], [LOGIT]], np.reshape(LOGARITHM, (2, 1)))
 
-    def outer(x: Points) -> Points:
+    def outer(x: Floats) -> Floats:
         grown = np.exp(np.clip(x, low, high))
         return np.where(shares, grown / (1.0 + grown), grown)
 
@@ -187,12 +187,12 @@ def _outer(unknowns: Sequence[Unknown]) -> Callable[[Points], Points]:
 class _Errors(NamedTuple):
     """Standard errors of the parameters for s = 1 and along the direction that is seen best."""
 
-    parameters: Points
+    parameters: Floats
     least: float
     rank: int
 
 
-def _errors(jacobian: Points) -> _Errors:
+def _errors(jacobian: Floats) -> _Errors:
     """Errors by the singular values; where the data are blind, larger than anything."""
     rows, columns = jacobian.shape
     _, sizes, directions = np.linalg.svd(jacobian, full_matrices=rows < columns)
@@ -225,24 +225,24 @@ def _quantile(freedom: int, spread: float | None) -> float:
 
 
 def _intervals(
-    outer: Callable[[Points], Points], x: Points, below: Points, above: Points
+    outer: Callable[[Floats], Floats], x: Floats, below: Floats, above: Floats
 ) -> tuple[Interval, ...]:
     lows, highs = outer(x + below), outer(x + above)
     return tuple(map(Interval, lows.tolist(), highs.tolist()))
 
 
 def _refits(
-    outer: Callable[[Points], Points], residuals: Residuals, best: _Found, freedom: int
+    outer: Callable[[Floats], Floats], residuals: Residuals, best: _Found, freedom: int
 ) -> tuple[Interval, ...]:
     """Intervals by the bootstrap-t."""
     random = np.random.default_rng(SEED)
     count = len(best.residuals)
 
-    def errors(fit: _Found) -> Points:
+    def errors(fit: _Found) -> Floats:
         own = math.sqrt(fit.sum_of_squares / freedom)
         return np.maximum(own * _errors(fit.jacobian).parameters, np.finfo(float).tiny)
 
-    def shifted(shift: Points, x: Points) -> Points:
+    def shifted(shift: Floats, x: Floats) -> Floats:
         return residuals(outer(x)) + shift
 
     pool = (best.residuals - best.residuals.mean()) * math.sqrt(count / freedom)

@@ -9,7 +9,8 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 
-from optuav.calibration.data import Column, Points, Table, check_record, read
+from optuav.arrays import Floats
+from optuav.calibration.data import Column, Table, check_record, read
 from optuav.errors import Fault, InputError
 from optuav.mission.words import nearest
 
@@ -44,10 +45,10 @@ class Log:
         One of `PHASES` a sample.
     """
 
-    time_s: Points
-    current_A: Points
-    power_W: Points
-    speed_m_s: Points | None
+    time_s: Floats
+    current_A: Floats
+    power_W: Floats
+    speed_m_s: Floats | None
     phase: npt.NDArray[np.str_]
 
 

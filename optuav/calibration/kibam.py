@@ -28,7 +28,7 @@ from typing import TypeAlias
 
 import numpy as np
 
-from optuav.calibration.data import Points
+from optuav.arrays import Floats
 from optuav.calibration.discharges import Discharge, discharges_in
 from optuav.calibration.estimation import NOTHING, Unknown, estimate
 from optuav.calibration.fit import Fit, Panel, unclear, values_of
@@ -37,7 +37,7 @@ from optuav.calibration.together import together
 from optuav.errors import Fault, InputError
 from optuav.physics.battery import Battery, Phase, Wells, lifetime, step
 
-Asked: TypeAlias = Callable[[float, float], tuple[Points, Points]]
+Asked: TypeAlias = Callable[[float, float], tuple[Floats, Floats]]
 
 KEYS = ("battery.capacity_As", "battery.available_fraction", "battery.flow_rate_per_s")
 LEAST_DISCHARGES = 3
@@ -88,11 +88,11 @@ def fit_kibam(files: Iterable[str | Path]) -> Fit:
         raise InputError([Fault("", "", words, ", ".join(map(str, paths)))])
     asked = _asked(discharges)
 
-    def residuals(values: Points) -> Points:
+    def residuals(values: Floats) -> Floats:
         capacity_As, share, rate = values
         capacities_As, sensitivities = asked(share, rate)
         usual = np.exp(np.mean(np.log(sensitivities)))
-        left: Points = np.log(capacities_As / capacity_As) / usual
+        left: Floats = np.log(capacities_As / capacity_As) / usual
         return left
 
     unknowns = (Unknown(KEYS[0]), Unknown(KEYS[1], "share"), Unknown(KEYS[2]))
@@ -150,12 +150,12 @@ def _asked(discharges: Sequence[Discharge]) -> Asked:
     lifetimes_s = np.array([each.lifetime_s for each in discharges])
     earlier_s = np.repeat(EARLIER * lifetimes_s, [len(sizes) for sizes, _ in changes])
 
-    def taken(battery: Battery, times_s: Points) -> Points:
+    def taken(battery: Battery, times_s: Floats) -> Floats:
         unit = step(battery, Wells(0.0, 0.0), Phase(1.0, times_s)).available_As
-        charge_As: Points = np.add.reduceat(changes_A * unit, first)
+        charge_As: Floats = np.add.reduceat(changes_A * unit, first)
         return np.maximum(charge_As, NOTHING)
 
-    def asked(share: float, rate_per_s: float) -> tuple[Points, Points]:
+    def asked(share: float, rate_per_s: float) -> tuple[Floats, Floats]:
         battery = Battery(1.0, share, rate_per_s)
         now, before = taken(battery, before_end_s), taken(battery, before_end_s - earlier_s)
         return now / share, np.maximum((1.0 - before / now) / EARLIER, LEAST_SENSITIVITY)

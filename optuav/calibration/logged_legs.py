@@ -12,7 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from optuav.calibration.data import Points
+from optuav.arrays import Floats
 from optuav.calibration.estimation import Unknown, estimate
 from optuav.calibration.fit import Panel, Value, unclear, values_of
 from optuav.calibration.flight_log import LEAST_SAMPLES, Log
@@ -26,8 +26,8 @@ REACHED = 0.98
 class Leg:
     """A leg as logged: times from its middle [s], speeds [m/s], distance [m]."""
 
-    time_s: Points
-    speed_m_s: Points
+    time_s: Floats
+    speed_m_s: Floats
     distance_m: float
 
 
@@ -57,7 +57,7 @@ def fit_motion(
     observed = np.concatenate([leg.speed_m_s for leg in legs])
     fastest = float(np.max(observed))
 
-    def speeds(acceleration_m_s2: float, cap_m_s: float) -> Points:
+    def speeds(acceleration_m_s2: float, cap_m_s: float) -> Floats:
         return np.concatenate([_speed(leg, acceleration_m_s2, cap_m_s) for leg in legs])
 
     keys: tuple[str, ...] = ("flight.acceleration_m_s2", "flight.max_speed_m_s")
@@ -97,9 +97,9 @@ def fit_motion(
     return values_of(found, keys, f"fitted to the speed of {len(legs)} legs"), (panel,), warnings
 
 
-def _speed(leg: Leg, acceleration_m_s2: float, cap_m_s: float) -> Points:
+def _speed(leg: Leg, acceleration_m_s2: float, cap_m_s: float) -> Floats:
     """Speed [m/s] of the bang-bang leg of the same distance."""
     loads, peak_m_s = regime_leg(leg.distance_m, acceleration_m_s2, 1.0, 1.0, cap_m_s)
     before_end_s = 0.5 * loads.durations_s[0] - np.abs(leg.time_s)
-    speed_m_s: Points = np.clip(acceleration_m_s2 * before_end_s, 0.0, peak_m_s)
+    speed_m_s: Floats = np.clip(acceleration_m_s2 * before_end_s, 0.0, peak_m_s)
     return speed_m_s

@@ -17,7 +17,7 @@ from pathlib import Path
 
 import numpy as np
 
-from optuav.calibration.data import Points
+from optuav.arrays import Floats
 from optuav.calibration.estimation import CONFIDENCE, Interval
 from optuav.calibration.fit import Fit, Panel, Value
 from optuav.calibration.flight_log import PHASES, Log, read_log
@@ -125,12 +125,12 @@ def _doubts(
         yield from doubts("at most", {"speed": max(speeds_m_s)})
 
 
-def _steps(log: Log) -> Points:
+def _steps(log: Log) -> Floats:
     """How long each sample stands for [s]."""
     return np.gradient(log.time_s)
 
 
-def _mean(values: Points, steps_s: Points) -> tuple[float, Interval]:
+def _mean(values: Floats, steps_s: Floats) -> tuple[float, Interval]:
     """Mean over time, and its interval by batch means."""
     from scipy.special import stdtrit
 

@@ -19,7 +19,8 @@ from pathlib import Path
 
 import numpy as np
 
-from optuav.calibration.data import Column, Points, Table, headings_of, read
+from optuav.arrays import Floats
+from optuav.calibration.data import Column, Table, headings_of, read
 from optuav.calibration.estimation import Unknown, estimate
 from optuav.calibration.fit import Fit, Panel, Value, unclear, values_of
 from optuav.calibration.plausible import doubts
@@ -156,7 +157,7 @@ def _from_bench(paths: list[Path], tables: list[Table]) -> Fit:
     speed = measured["speed"]
     weights = {name: 1.0 / float(np.max(measured[name])) for name, _ in QUANTITIES}
 
-    def residuals(values: Points) -> Points:
+    def residuals(values: Floats) -> Floats:
         model = _model(values, speed)
         return np.concatenate(
             [weights[name] * (model[name] - measured[name]) for name, _ in QUANTITIES]
@@ -200,7 +201,7 @@ def _from_bench(paths: list[Path], tables: list[Table]) -> Fit:
     )
 
 
-def _model(values: Points, speed_rad_s: Points) -> dict[str, Points]:
+def _model(values: Floats, speed_rad_s: Floats) -> dict[str, Floats]:
     """Thrust [N], current [A] and voltage [V] at steady speeds."""
     motor = rotor.Motor(
         **dict(zip(KEYS, values, strict=True)), inertia_kg_m2=0.0, max_speed_rad_s=math.inf
@@ -212,7 +213,7 @@ def _model(values: Points, speed_rad_s: Points) -> dict[str, Points]:
     }
 
 
-def _start(measured: dict[str, Points]) -> tuple[float, ...]:
+def _start(measured: dict[str, Floats]) -> tuple[float, ...]:
     """Values of a usual motor that fit the fastest point."""
     fastest = int(np.argmax(measured["speed"]))
     v, thrust, i, e = (float(measured[name][fastest]) for name in measured)

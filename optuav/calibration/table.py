@@ -15,7 +15,7 @@ from typing import Any
 
 import numpy as np
 
-from optuav.calibration.data import Points
+from optuav.arrays import Floats
 from optuav.calibration.estimation import Unknown, estimate
 from optuav.calibration.fit import Fit, Panel, rounded, unclear, values_of
 from optuav.calibration.flown import QUANTITIES, quantities
@@ -69,8 +69,8 @@ def fit_table(files: Iterable[str | Path]) -> Fit:
     steps = np.array([SHARE_OF_RESOLUTION * cell.resolution for cell in cells])
     observed = np.array([cell.observed for cell in cells])
 
-    def residuals(values: Points) -> Points:
-        left: Points = ((_tried(stated, values, len(cells)) - observed) / steps)[fits]
+    def residuals(values: Floats) -> Floats:
+        left: Floats = ((_tried(stated, values, len(cells)) - observed) / steps)[fits]
         return np.nan_to_num(left, nan=IMPOSSIBLE)
 
     keys = tuple(stated.free)
@@ -105,7 +105,7 @@ def fit_table(files: Iterable[str | Path]) -> Fit:
     )
 
 
-def _told(stated: Statement, mission: Mission) -> Points:
+def _told(stated: Statement, mission: Mission) -> Floats:
     """The numbers of the table as a mission has them."""
     different: list[Mapping[str, Any]] = []
     networks: list[Network] = []
@@ -120,7 +120,7 @@ def _told(stated: Statement, mission: Mission) -> Points:
     return np.array(found)
 
 
-def _tried(stated: Statement, values: Points, count: int) -> Points:
+def _tried(stated: Statement, values: Floats, count: int) -> Floats:
     """The numbers of the table with values that may be none of a mission; NaN then."""
     try:
         return _told(stated, stated.with_values(values.tolist()))
@@ -128,7 +128,7 @@ def _tried(stated: Statement, values: Points, count: int) -> Points:
         return np.full(count, math.nan)
 
 
-def _missed(cells: Sequence[Cell], told: Points) -> Iterator[str]:
+def _missed(cells: Sequence[Cell], told: Floats) -> Iterator[str]:
     """That the table asks for what the values do not give."""
     fitted = [(cell, each) for cell, each in zip(cells, told.tolist(), strict=True) if cell.fits]
     steps = [abs(each - cell.observed) / cell.resolution for cell, each in fitted]
@@ -142,7 +142,7 @@ def _missed(cells: Sequence[Cell], told: Points) -> Iterator[str]:
         )
 
 
-def _at_an_edge(stated: Statement, values: Points, count: int) -> Iterator[str]:
+def _at_an_edge(stated: Statement, values: Floats, count: int) -> Iterator[str]:
     """Which keys the fit has driven to where no mission is, or none that can be flown."""
     for place, key in enumerate(stated.free):
         for words, factor in (("less", 1.0 - EDGE), ("more", 1.0 + EDGE)):
@@ -155,7 +155,7 @@ def _at_an_edge(stated: Statement, values: Points, count: int) -> Iterator[str]:
                 )
 
 
-def _refuse_unflown(stated: Statement, cells: Sequence[Cell], told: Points) -> None:
+def _refuse_unflown(stated: Statement, cells: Sequence[Cell], told: Floats) -> None:
     """Refuse rows that the values found cannot fly: nothing is told by them, nothing predicted."""
     unflown = {cell.row for cell, each in zip(cells, told, strict=True) if not math.isfinite(each)}
     words = "a row that can be flown; none of the values tried can: start from others in [free]"
@@ -164,7 +164,7 @@ def _refuse_unflown(stated: Statement, cells: Sequence[Cell], told: Points) -> N
         raise InputError(faults)
 
 
-def _panels(cells: Sequence[Cell], told: Points) -> Iterator[Panel]:
+def _panels(cells: Sequence[Cell], told: Floats) -> Iterator[Panel]:
     for quantity in dict.fromkeys(cell.quantity for cell in cells):
         own = [number for number, cell in enumerate(cells) if cell.quantity == quantity]
         words = quantity.rpartition("_")[0]

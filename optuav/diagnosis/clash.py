@@ -13,9 +13,9 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
+from optuav.arrays import Booleans
 from optuav.diagnosis.proving import constrained, linear_part, subset
 from optuav.engines import bracket
-from optuav.engines.arrays import Booleans
 from optuav.errors import InputError
 from optuav.modelling import Expression, Model, Relation
 from optuav.modelling.check import Check, evaluated

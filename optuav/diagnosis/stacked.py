@@ -10,9 +10,9 @@ import numpy as np
 
 from formulations.perspectives import PAPER
 from formulations.quantities import QUANTITIES, Quantities
+from optuav.arrays import Integers
 from optuav.mission.feasibility import impossibilities
 from optuav.mission.network import Network
-from optuav.mission.sight import Numbers
 from optuav.physics.battery import Phase
 from optuav.solving.declaring import groups
 from optuav.solving.given import quantities
@@ -44,12 +44,12 @@ class Stack(NamedTuple):
 
     asked: Question
     given: Quantities
-    cases: Numbers
+    cases: Integers
 
 
 def stacks(cases: Sequence[Case]) -> Iterator[Stack]:
     """All itineraries that can be flown, those together that a single declaration can serve."""
-    alike: dict[Any, list[tuple[Quantities, Numbers]]] = {}
+    alike: dict[Any, list[tuple[Quantities, Integers]]] = {}
     for number, (asked, worked_out) in enumerate(cases):
         if impossibilities(worked_out):
             continue
@@ -73,9 +73,9 @@ def _kind(given: Quantities) -> tuple[Any, ...]:
 
 
 def _portions(
-    members: Sequence[tuple[Quantities, Numbers]],
-) -> Iterator[list[tuple[Quantities, Numbers]]]:
-    portion: list[tuple[Quantities, Numbers]] = []
+    members: Sequence[tuple[Quantities, Integers]],
+) -> Iterator[list[tuple[Quantities, Integers]]]:
+    portion: list[tuple[Quantities, Integers]] = []
     for member in members:
         if portion and sum(len(each) for _, each in (*portion, member)) > AT_ONCE:
             yield portion

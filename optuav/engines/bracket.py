@@ -13,7 +13,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from optuav.engines.arrays import Booleans, Floats
+from optuav.arrays import Booleans, Floats
 from optuav.engines.bracketing import Interval, largest, shortest
 from optuav.engines.exponential_form import Rows, rows_of, stated_forms
 from optuav.engines.multipliers import local_multipliers

@@ -13,7 +13,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from optuav.engines.arrays import Booleans, Floats
+from optuav.arrays import Booleans, Floats
 from optuav.engines.exponential_form import Rows, Section, falling
 from optuav.engines.sign_changes import Margin, close_in
 from optuav.engines.sweeping import WIDTH_S, sweep

@@ -15,7 +15,7 @@ from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
 
-from optuav.engines.arrays import Booleans, Floats
+from optuav.arrays import Booleans, Floats
 from optuav.engines.linear_form import linear_form
 from optuav.engines.solution import Solution
 from optuav.modelling.model import Model

@@ -12,8 +12,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from optuav.engines.arrays import Booleans, Floats
-from optuav.engines.sign_changes import Ends, Margin, Numbers, close_in
+from optuav.arrays import Booleans, Floats, Integers
+from optuav.engines.sign_changes import Ends, Margin, close_in
 from optuav.modelling.check import TOLERANCE, relations
 from optuav.modelling.exponential import (
     CONSTANT,
@@ -163,7 +163,7 @@ class Section(NamedTuple):
         turn = _turn(self.d, self.e, self.rate_per_s)
         return np.where((turn > 0.0) & (turn < top), turn, top)
 
-    def _holding(self, points: list[tuple[Numbers, Floats]]) -> tuple[Numbers, Floats]:
+    def _holding(self, points: list[tuple[Integers, Floats]]) -> tuple[Integers, Floats]:
         """Those of some points, each with its programme, at which all rows hold."""
         where, y = (np.concatenate(each) for each in zip(*points, strict=True))
         tried = Section(
@@ -181,7 +181,7 @@ class Section(NamedTuple):
         found[which] = self._edges(which, (zero, at_zero), (zero + top, at_top))
         return found
 
-    def _edges(self, which: tuple[Numbers, ...], holds: Ends, fails: Ends) -> Floats:
+    def _edges(self, which: tuple[Integers, ...], holds: Ends, fails: Ends) -> Floats:
         """The last points that hold, of single (row, programme) with ends on either side."""
         a, d, e = (each[which] for each in (self.a, self.d, self.e))
         rate = self.rate_per_s[which[1]]

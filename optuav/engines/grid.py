@@ -20,7 +20,7 @@ from typing import Any
 
 import numpy as np
 
-from optuav.engines.arrays import Booleans, Floats
+from optuav.arrays import Booleans, Floats
 from optuav.engines.ranges import linear_excesses, lower_bounds, slot_ranges, upper_bounds_by
 from optuav.engines.solution import Solution
 from optuav.errors import InputError, SolverError

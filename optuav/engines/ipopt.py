@@ -6,7 +6,7 @@ from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from typing import Any
 
-from optuav.engines.arrays import Floats
+from optuav.arrays import Floats
 from optuav.errors import SolverError
 
 OPTIONS = {

@@ -18,7 +18,7 @@ from typing import Any
 
 import numpy as np
 
-from optuav.engines.arrays import Floats
+from optuav.arrays import Floats
 from optuav.engines.linear_form import LinearForm, by_label, linear_form
 from optuav.engines.ranges import own_upper_bounds, slot_ranges
 from optuav.engines.solution import Solution, stacked, unanswered

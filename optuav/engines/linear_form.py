@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from optuav.engines.arrays import Booleans, Floats
+from optuav.arrays import Booleans, Floats
 from optuav.modelling.affine import Affine, affine
 from optuav.modelling.check import TOLERANCE, relations
 from optuav.modelling.expression import Operand

@@ -14,7 +14,7 @@ from typing import Any
 
 import numpy as np
 
-from optuav.engines.arrays import Floats
+from optuav.arrays import Floats
 from optuav.modelling.check import relations
 from optuav.modelling.derivative import Slope, slope
 from optuav.modelling.model import Model

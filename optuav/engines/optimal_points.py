@@ -6,7 +6,7 @@ import itertools
 
 import numpy as np
 
-from optuav.engines.arrays import Floats
+from optuav.arrays import Floats
 from optuav.engines.exponential_form import Section, rows_of, stated_forms
 from optuav.engines.linear_form import LinearForm, linear_form
 from optuav.engines.multipliers import Point

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from optuav.engines.arrays import Floats
+from optuav.arrays import Floats
 from optuav.engines.ranges import implied_upper_bounds
 from optuav.modelling.longest import Lifted
 

@@ -12,10 +12,9 @@ from collections.abc import Callable
 from typing import Any, TypeAlias
 
 import numpy as np
-import numpy.typing as npt
 
-Numbers: TypeAlias = npt.NDArray[np.intp]
-Floats: TypeAlias = npt.NDArray[np.float64]
+from optuav.arrays import Floats
+
 Margin: TypeAlias = Callable[[Floats], Floats]
 """Values at one point of each interval."""
 Margins: TypeAlias = Callable[[Any], Margin]

@@ -18,7 +18,7 @@ from typing import Any
 
 import numpy as np
 
-from optuav.engines.arrays import Floats
+from optuav.arrays import Floats
 from optuav.engines.casadi_form import NAME, CasadiForm
 from optuav.engines.ipopt import NO_WAY_IN, SOLVED, TOO_SLOW, UNBOUNDED, UNUSABLE, prepared, run
 from optuav.engines.ranges import lower_bounds, own_upper_bounds

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from optuav.engines.arrays import Booleans, Floats
+from optuav.arrays import Booleans, Floats
 from optuav.engines.residuals import Residuals, residuals
 from optuav.engines.sensitivity import ShadowPrice, prices_at_a_kink, prices_of
 from optuav.errors import SolverError

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from optuav.engines.arrays import Booleans, Floats
+from optuav.arrays import Booleans, Floats
 from optuav.engines.exponential_form import Rows, Section, falling, levelled
 
 WIDTH_S = 1e-8

@@ -17,11 +17,11 @@ from typing import Any
 
 import numpy as np
 
-from optuav.engines.arrays import Booleans, Floats
+from optuav.arrays import Booleans, Floats, Integers
 from optuav.engines.boxes import Boxes, search
 from optuav.engines.bracketing import Interval
 from optuav.engines.exponential_form import Rows, Section, falling
-from optuav.engines.sign_changes import Margin, Numbers, close_in
+from optuav.engines.sign_changes import Margin, close_in
 from optuav.engines.sweeping import WIDTH_S
 from optuav.modelling.check import slack
 from optuav.modelling.expression import Call, Let, Operand, Range, Relation
@@ -71,7 +71,7 @@ class Tapered:
             self._bound(some, *left)
         return left
 
-    def _follow(self, lost: Numbers, x: Floats, y: Floats, beyond: Floats) -> None:
+    def _follow(self, lost: Integers, x: Floats, y: Floats, beyond: Floats) -> None:
         """Go along the largest y from the x that is lost to one that holds, and tell both there.
 
         That none is beyond it is proved where all falls with x and the largest y is best.
@@ -93,7 +93,7 @@ class Tapered:
         proved = self._falls()[lost] & ~held
         beyond[lost[proved]] = np.where(never, -np.inf, high)[proved]
 
-    def _bound(self, which: Numbers, x: Floats, y: Floats, beyond: Floats) -> None:
+    def _bound(self, which: Integers, x: Floats, y: Floats, beyond: Floats) -> None:
         """Search the boxes of programmes that stayed open, and tell there what was found."""
         zero, y_top = np.zeros(len(which)), self.y_top[which]
         x_low = np.where(np.isnan(x[which]), zero, x[which])
@@ -108,13 +108,13 @@ class Tapered:
         )
         x[which], y[which], beyond[which] = found
 
-    def _all(self, x: Floats, y: Floats, which: Numbers) -> Floats:
+    def _all(self, x: Floats, y: Floats, which: Integers) -> Floats:
         """How far all constraints hold at points of some programmes."""
         others: Floats = self.others.take(which).at(x, y).min(axis=0, initial=np.inf)
         found: Floats = np.minimum(others, self._margin(x, y, which))
         return found
 
-    def _most(self, boxes: Boxes, which: Numbers) -> Floats:
+    def _most(self, boxes: Boxes, which: Integers) -> Floats:
         """The least of what all constraints are at most over boxes of some programmes."""
         among = which[boxes.programme]
         over = Section.over_x(self.others.take(among), boxes.x_low, boxes.x_high)
@@ -153,7 +153,7 @@ class Tapered:
         y[short], _ = close_in(margins, *ends, WIDTH_S)
         return y
 
-    def _margin(self, x: Floats, y: Floats, which: Numbers) -> Floats:
+    def _margin(self, x: Floats, y: Floats, which: Integers) -> Floats:
         """How far the constraints on parts of times hold at points of some programmes."""
         point = {self.x: x} | ({self.y: y} if self.y else {})
         given = self._of(which) | point
@@ -165,7 +165,7 @@ class Tapered:
             least = np.minimum(least, short + ROUNDING)
         return least
 
-    def _of(self, which: Numbers) -> dict[str, Any]:
+    def _of(self, which: Integers) -> dict[str, Any]:
         """Values of the parameters of some programmes."""
         return {name: v[which] if np.ndim(v) else v for name, v in self.values.items()}
 
@@ -212,7 +212,7 @@ class Tapered:
 class _Ceiling:
     """Some programmes with the largest y that the other rows admit for every x."""
 
-    def __init__(self, tapered: Tapered, which: Numbers) -> None:
+    def __init__(self, tapered: Tapered, which: Integers) -> None:
         self.tapered, self.which = tapered, which
         self.rows, self.y_top = tapered.others.take(which), tapered.y_top[which]
 

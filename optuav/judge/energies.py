@@ -7,9 +7,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from optuav.arrays import Floats
 from optuav.judge.phases import Phase
 from optuav.mission import Mission, vehicle
-from optuav.plan.trace import Floats
 
 PERSPECTIVES = ("battery", "energy", "adjusted")
 """The perspectives from which the state of charge is told."""

@@ -7,12 +7,12 @@ from typing import NamedTuple
 
 import numpy as np
 
+from optuav.arrays import Floats
 from optuav.judge.phases import Phase, displacement_m
 from optuav.mission import Mission, vehicle
 from optuav.physics import flight
 from optuav.physics.motion import state_at
 from optuav.physics.regimes import regime_motion
-from optuav.plan.trace import Floats
 
 
 class Motion(NamedTuple):

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from optuav.arrays import Floats
 from optuav.errors import Fault, InputError, NoPlanError
 from optuav.judge import table
 from optuav.judge.course import Course, pooled, scheduled
@@ -21,7 +22,7 @@ from optuav.judge.wells import FOLLOWERS, Method
 from optuav.mission import Mission, vehicle
 from optuav.physics.battery import Wells
 from optuav.plan import Plan
-from optuav.plan.trace import Event, Floats, Trace
+from optuav.plan.trace import Event, Trace
 
 if TYPE_CHECKING:
     import pandas

@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from optuav.arrays import Floats
 from optuav.errors import NoPlanError
 from optuav.judge.course import Course, Stretch
 from optuav.judge.energies import PERSPECTIVES, Energies, energies, states_of_charge
@@ -16,7 +17,7 @@ from optuav.judge.wells import Follower
 from optuav.mission import Mission
 from optuav.physics.battery import Battery
 from optuav.physics.charging import holding_current
-from optuav.plan.trace import Floats, Trace
+from optuav.plan.trace import Trace
 
 POINTS = 65
 """Moments of a stretch, its ends among them."""

@@ -7,9 +7,9 @@ from typing import Any, Literal, NamedTuple, TypeAlias
 
 import numpy as np
 
+from optuav.arrays import Floats
 from optuav.physics import battery, charging
 from optuav.physics.battery import Battery, Wells
-from optuav.plan.trace import Floats
 
 Method = Literal["exact", "solve_ivp"]
 

@@ -13,7 +13,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from optuav.mission.sight import Points
+from optuav.arrays import Floats
 
 UP = np.array([0.0, 0.0, 1.0])
 SLACK_M = 1e-6
@@ -23,16 +23,16 @@ SLACK_M = 1e-6
 class Side(NamedTuple):
     """The points w with normal·w ≥ least_m; the normal has length 1."""
 
-    normal: Points
+    normal: Floats
     least_m: float
 
-    def depth_m(self, points_m: Points) -> Points:
+    def depth_m(self, points_m: Floats) -> Floats:
         """How far points (point, 3) [m] are inside, negative outside [m]."""
-        depth: Points = points_m @ self.normal - self.least_m
+        depth: Floats = points_m @ self.normal - self.least_m
         return depth
 
 
-def clear_sides(outline_m: Points, roof_m: float, from_m: Points) -> list[Side]:
+def clear_sides(outline_m: Floats, roof_m: float, from_m: Floats) -> list[Side]:
     """Half-spaces in which every line from a point passes a building by.
 
     Parameters
@@ -63,7 +63,7 @@ def clear_sides(outline_m: Points, roof_m: float, from_m: Points) -> list[Side]:
     ]
 
 
-def _planes(roof: Points, from_m: Points) -> Iterator[Side]:
+def _planes(roof: Floats, from_m: Floats) -> Iterator[Side]:
     """Both sides of the roof, of the facades, and of the planes through a point and an edge."""
     found = [(UP, roof[0])]
     for corner, following in zip(roof, np.roll(roof, -1, axis=0), strict=True):

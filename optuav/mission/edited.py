@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from optuav.arrays import Booleans, Floats
 from optuav.errors import Fault, InputError
 from optuav.mission.graph import EDGE_FIGURES, SOURCE, node_name, validate_graph
 from optuav.mission.itineraries import itineraries
@@ -15,7 +16,6 @@ from optuav.mission.legs import Legs
 from optuav.mission.network import Network, network
 from optuav.mission.places import ENDS, HOVER, Places
 from optuav.mission.schema import Mission
-from optuav.mission.sight import Booleans, Points
 from optuav.mission.words import shown
 
 if TYPE_CHECKING:
@@ -96,7 +96,7 @@ def edited_legs(
 
 def _strangers(where: Places, view: Graph) -> Iterator[Fault]:
     """What belongs to another mission: places that this one has not, or has elsewhere."""
-    known: dict[object, Points] = dict(zip(where.names, where.position_m, strict=True))
+    known: dict[object, Floats] = dict(zip(where.names, where.position_m, strict=True))
     for node, data in view.nodes(data=True):
         if node not in known:
             yield Fault(node_name(node), "", "the mission has no such place", SOURCE)

@@ -7,11 +7,10 @@ from dataclasses import dataclass, fields
 from typing import Literal
 
 import numpy as np
-import numpy.typing as npt
 
+from optuav.arrays import Booleans, Floats, Integers
 from optuav.mission.legs import Legs
 from optuav.mission.places import Places
-from optuav.mission.sight import Numbers, Points
 
 Order = Literal["rest-first", "hover-first"]
 ORDERS: tuple[Order, Order] = ("rest-first", "hover-first")
@@ -40,18 +39,18 @@ class Itineraries:
         Totals over its legs [s], [A s], [J].
     """
 
-    legs: Numbers
-    building: Numbers
-    rest_first: npt.NDArray[np.bool_]
-    flyable: npt.NDArray[np.bool_]
-    flight_time_s: Points
-    flight_charge_As: Points
-    flight_energy_J: Points
+    legs: Integers
+    building: Integers
+    rest_first: Booleans
+    flyable: Booleans
+    flight_time_s: Floats
+    flight_charge_As: Floats
+    flight_energy_J: Floats
 
     def __len__(self) -> int:
         return len(self.building)
 
-    def take(self, which: Sequence[int] | Numbers) -> Itineraries:
+    def take(self, which: Sequence[int] | Integers) -> Itineraries:
         """The itineraries with the given numbers, in that order."""
         chosen = np.asarray(which, dtype=np.intp)
         return Itineraries(**{each.name: getattr(self, each.name)[chosen] for each in fields(self)})
@@ -86,8 +85,8 @@ def itineraries(table: Legs, where: Places) -> Itineraries:
     building = np.concatenate([[-1], np.repeat(np.arange(count), 2)]).astype(np.intp)
     flown = numbers != NO_LEG
 
-    def total(per_leg: Points) -> Points:
-        sums: Points = np.where(flown, per_leg[numbers], 0.0).sum(axis=1)
+    def total(per_leg: Floats) -> Floats:
+        sums: Floats = np.where(flown, per_leg[numbers], 0.0).sum(axis=1)
         return sums
 
     return Itineraries(

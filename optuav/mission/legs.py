@@ -5,12 +5,12 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 
+from optuav.arrays import Booleans, Floats, Integers
 from optuav.mission import vehicle
 from optuav.mission.places import DESTINATION, FIRST_BUILDING, HOVER, ORIGIN, Places
 from optuav.mission.schema import Mission
-from optuav.mission.sight import CLEAR, Numbers, Points, Prisms, crossed
+from optuav.mission.sight import CLEAR, Prisms, crossed
 from optuav.physics.quantity import norm
 
 
@@ -34,37 +34,37 @@ class Legs:
         Whether its figures were stated by the user rather than computed.
     """
 
-    start: Numbers
-    end: Numbers
-    distance_m: Points
-    peak_speed_m_s: Points
-    durations_s: Points
-    currents_A: Points
-    powers_W: Points
-    crosses: Numbers
-    flyable: npt.NDArray[np.bool_]
-    edited: npt.NDArray[np.bool_]
+    start: Integers
+    end: Integers
+    distance_m: Floats
+    peak_speed_m_s: Floats
+    durations_s: Floats
+    currents_A: Floats
+    powers_W: Floats
+    crosses: Integers
+    flyable: Booleans
+    edited: Booleans
 
     @property
-    def duration_s(self) -> Points:
+    def duration_s(self) -> Floats:
         """Flight time [s]."""
-        total: Points = self.durations_s.sum(axis=0)
+        total: Floats = self.durations_s.sum(axis=0)
         return total
 
     @property
-    def charge_As(self) -> Points:
+    def charge_As(self) -> Floats:
         """Charge drawn [A s]."""
-        total: Points = (self.durations_s * self.currents_A).sum(axis=0)
+        total: Floats = (self.durations_s * self.currents_A).sum(axis=0)
         return total
 
     @property
-    def energy_J(self) -> Points:
+    def energy_J(self) -> Floats:
         """Energy drawn [J]."""
-        total: Points = (self.durations_s * self.powers_W).sum(axis=0)
+        total: Floats = (self.durations_s * self.powers_W).sum(axis=0)
         return total
 
 
-def one_stop_legs(buildings: int) -> tuple[Numbers, Numbers]:
+def one_stop_legs(buildings: int) -> tuple[Integers, Integers]:
     """Starts and ends of all legs with at most one building on the way.
 
     Legs 0 and 1 are origin → hover and hover → destination; legs 2 + 4 b to 5 + 4 b belong to
@@ -79,7 +79,7 @@ def one_stop_legs(buildings: int) -> tuple[Numbers, Numbers]:
     )
 
 
-def all_pairs(places: int) -> tuple[Numbers, Numbers]:
+def all_pairs(places: int) -> tuple[Integers, Integers]:
     """Starts and ends of the legs between any two places, both ways, ordered by start and end."""
     start, end = np.divmod(np.arange(places * places), places)
     apart = start != end
@@ -92,7 +92,7 @@ def legs(mission: Mission, where: Places, obstacles: Prisms) -> Legs:
 
 
 def legs_between(
-    mission: Mission, where: Places, obstacles: Prisms, start: Numbers, end: Numbers
+    mission: Mission, where: Places, obstacles: Prisms, start: Integers, end: Integers
 ) -> Legs:
     """A table of legs, as `one_stop_legs` or `all_pairs` name them by their places.
 
@@ -128,7 +128,7 @@ def legs_between(
     )
 
 
-def _blockers(where: Places, obstacles: Prisms, start: Numbers, end: Numbers) -> Numbers:
+def _blockers(where: Places, obstacles: Prisms, start: Integers, end: Integers) -> Integers:
     """A building in the way of each leg, the same there and back; −1 where its place is unknown."""
     found = np.full(len(start), CLEAR, dtype=np.intp)
     known = np.flatnonzero(np.isfinite(where.position_m[start] + where.position_m[end]).all(axis=1))

@@ -17,10 +17,10 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
+from optuav.arrays import Booleans, Floats, Integers
 from optuav.mission.itineraries import NO_LEG
 from optuav.mission.network import Network
 from optuav.mission.places import DESTINATION, ENDS, FIRST_BUILDING, HOVER, ORIGIN
-from optuav.mission.sight import Booleans, Numbers, Points
 
 if TYPE_CHECKING:
     from optuav.mission.graph import Graph
@@ -65,9 +65,9 @@ class _Flown(NamedTuple):
     """The legs that may be flown: names of places, where legs begin and end, `FIGURES` (leg, 3)."""
 
     names: Sequence[str]
-    start: Numbers
-    end: Numbers
-    figures: Points
+    start: Integers
+    end: Integers
+    figures: Floats
 
     def between(self, start: Any, end: Any) -> Any:
         """Numbers of the legs between places; −1 where there is none."""
@@ -76,7 +76,7 @@ class _Flown(NamedTuple):
         at = np.minimum(np.searchsorted(ends, wanted, sorter=order), len(order) - 1)
         return np.where(ends[order[at]] == wanted, order[at], NO_LEG)[()]
 
-    def followed(self, legs: Numbers) -> tuple[Numbers, Numbers]:
+    def followed(self, legs: Integers) -> tuple[Integers, Integers]:
         """Every one of some legs, with every leg that begins where it ends."""
         order = np.argsort(self.start, kind="stable")
         low, high = (
@@ -87,7 +87,7 @@ class _Flown(NamedTuple):
         number = np.arange(count.sum()) - np.repeat(np.cumsum(count) - count, count)
         return np.repeat(legs, count), order[np.repeat(low, count) + number]
 
-    def shorter(self, first: Numbers, second: Numbers) -> Booleans:
+    def shorter(self, first: Integers, second: Integers) -> Booleans:
         """In which figures two legs together take less than the direct one (pair, 3).
 
         In the first alone where there is no direct one; in none where one of the two is missing.

@@ -5,11 +5,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 
+from optuav.arrays import Booleans, Floats, Integers
 from optuav.mission import vehicle
 from optuav.mission.schema import Mission
-from optuav.mission.sight import CLEAR, Numbers, Points, Prisms, crossed
+from optuav.mission.sight import CLEAR, Prisms, crossed
 
 ORIGIN, HOVER, DESTINATION, FIRST_BUILDING = 0, 1, 2, 3
 ENDS = ("origin", "hover", "destination")
@@ -34,14 +34,14 @@ class Places:
     """
 
     names: tuple[str, ...]
-    position_m: Points
-    laser_sight: npt.NDArray[np.bool_]
-    received_power_W: Points
-    charge_current_A: Points
-    edited: npt.NDArray[np.bool_]
+    position_m: Floats
+    laser_sight: Booleans
+    received_power_W: Floats
+    charge_current_A: Floats
+    edited: Booleans
 
     @property
-    def buildings(self) -> Numbers:
+    def buildings(self) -> Integers:
         """Numbers of the places that are buildings."""
         return np.arange(FIRST_BUILDING, len(self.names))
 

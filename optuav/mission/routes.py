@@ -6,10 +6,10 @@ from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 
+from optuav.arrays import Integers
 from optuav.mission.itineraries import Order
 from optuav.mission.network import Network
 from optuav.mission.places import DESTINATION, FIRST_BUILDING, ORIGIN
-from optuav.mission.sight import Numbers
 
 if TYPE_CHECKING:
     import networkx
@@ -25,7 +25,9 @@ SAME_S = 1e-6
 """Flight times that differ by no more than this are equal [s]."""
 
 
-def trajectory_routes(worked_out: Network, name: Trajectory, order: Order | None = None) -> Numbers:
+def trajectory_routes(
+    worked_out: Network, name: Trajectory, order: Order | None = None
+) -> Integers:
     """Numbers of the flyable itineraries that a trajectory may use.
 
     Parameters
@@ -63,7 +65,7 @@ def nearest_building(worked_out: Network) -> int:
     return int(np.argmin(((roofs - device_m) ** 2).sum(axis=1)))
 
 
-def _shortest(worked_out: Network, usable: Numbers) -> set[int]:
+def _shortest(worked_out: Network, usable: Integers) -> set[int]:
     """Of some itineraries by way of a building, the shortest in time (several where they tie)."""
     import networkx
 

@@ -9,14 +9,10 @@ from functools import lru_cache
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
+from optuav.arrays import Floats, Integers
 from optuav.mission.schema import Mission
 from optuav.mission.sections import Building
-
-Points = npt.NDArray[np.float64]
-Numbers = npt.NDArray[np.intp]
-Booleans = npt.NDArray[np.bool_]
 
 MARGIN_M = 1e-6
 """How far walls and roofs are moved inwards [m], so that to graze a building is not to cross it."""
@@ -45,8 +41,8 @@ class Prisms:
     """
 
     tree: Any
-    building: Numbers
-    roof_m: Points
+    building: Integers
+    roof_m: Floats
 
 
 def outline_m(building: Building) -> tuple[tuple[float, float], ...] | None:
@@ -85,7 +81,7 @@ def _prisms(buildings: tuple[Building, ...]) -> Prisms:
     )
 
 
-def crossed(obstacles: Prisms, start_m: Points, end_m: Points, exempt: Numbers) -> Numbers:
+def crossed(obstacles: Prisms, start_m: Floats, end_m: Floats, exempt: Integers) -> Integers:
     """A building that each straight line runs through, −1 for a line with a clear way.
 
     A line crosses a building if it runs inside the footprint below the roof; to graze a wall, a
@@ -124,8 +120,8 @@ def crossed(obstacles: Prisms, start_m: Points, end_m: Points, exempt: Numbers) 
 
 
 def _through(
-    obstacles: Prisms, low_m: Points, high_m: Points, exempt: Numbers
-) -> tuple[Numbers, Numbers]:
+    obstacles: Prisms, low_m: Floats, high_m: Floats, exempt: Integers
+) -> tuple[Integers, Integers]:
     """Pairs of lines and buildings that they cross; each line by its low and its high end."""
     import shapely
 
@@ -141,7 +137,7 @@ def _through(
     return line[inside], obstacles.building[footprint[inside]]
 
 
-def _on_map(start_m: Points, end_m: Points) -> Any:
+def _on_map(start_m: Floats, end_m: Floats) -> Any:
     """Lines seen from above; an upright one is a point."""
     import shapely
 

@@ -21,18 +21,16 @@ from collections.abc import Iterator, Sequence
 from functools import partial
 from itertools import accumulate
 from numbers import Integral, Real
-from typing import Any, NamedTuple, TypeAlias
+from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from optuav.arrays import Floats
 from optuav.errors import Fault, InputError, SolverError
 from optuav.physics.battery import Battery, Phase, Wells, step
 from optuav.physics.packs import Load, Packs
 from optuav.physics.quantity import TINY
 from optuav.physics.schedules import SCHEDULES
-
-Floats: TypeAlias = NDArray[np.float64]
 
 FORGOTTEN = 20.0
 """Time constants of the wells after which of their start no more than `SAME` is left."""

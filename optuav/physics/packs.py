@@ -12,11 +12,11 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Sequence
 from copy import copy
 from dataclasses import dataclass
-from typing import NamedTuple, TypeAlias
+from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from optuav.arrays import Booleans, Floats, Integers
 from optuav.physics.battery import Battery, Phase, Wells, step, time_to_empty, time_to_full
 from optuav.physics.charging import held
 from optuav.physics.quantity import Quantity
@@ -26,10 +26,6 @@ ROUNDING = 1e-12
 """Share of the capacity by which rounding may carry a well past its limit [-]."""
 
 NOBODY = -1
-
-Floats: TypeAlias = NDArray[np.float64]
-Indices: TypeAlias = NDArray[np.intp]
-Marks: TypeAlias = NDArray[np.bool_]
 
 
 class Load(NamedTuple):
@@ -70,10 +66,10 @@ class Stretch(NamedTuple):
 
     start_s: Floats
     duration_s: Floats
-    carrier: Indices
-    served: Indices
-    emptied: Marks
-    filled: Marks
+    carrier: Integers
+    served: Integers
+    emptied: Booleans
+    filled: Booleans
     currents_A: Floats
     wells: Wells
 
@@ -109,18 +105,18 @@ class Packs:
             self.count = 1
         self._top = Wells(*map(float, self.pack.full))
         self.wells = Wells(*(np.full((1, self.count), well) for well in self._top))
-        self.in_service: Marks = np.ones((1, self.count), dtype=bool)
-        self.carrier: Indices = np.array([NOBODY])
+        self.in_service: Booleans = np.ones((1, self.count), dtype=bool)
+        self.carrier: Integers = np.array([NOBODY])
         self.clock_s: Floats = np.array([0.0])
         self._courses = np.arange(1)
 
     @property
-    def exhausted(self) -> Marks:
+    def exhausted(self) -> Booleans:
         """Whether every pack was seen empty, which ends a course; its clock tells when [s]."""
-        none: Marks = ~np.any(self.in_service, axis=1)
+        none: Booleans = ~np.any(self.in_service, axis=1)
         return none
 
-    def take(self, courses: Indices | Sequence[int]) -> Packs:
+    def take(self, courses: Integers | Sequence[int]) -> Packs:
         """Some courses, each as often as it is named; they go on from here on their own."""
         found = copy(self)
         found.wells = Wells(*(well[courses] for well in self.wells))
@@ -152,27 +148,27 @@ class Packs:
                 found.append(stretch)
         return found
 
-    def next_carrier(self, before: Indices) -> Indices:
+    def next_carrier(self, before: Integers) -> Integers:
         """Numbers of the packs that carry on after others, by the schedule."""
         if self.schedule == "round-robin":
             return self._following(before)
         if self.schedule == "alternating":
             return self._following(self._turn().astype(np.intp) % self.count - 1)
         if self.schedule == "most-available":
-            chosen: Indices = np.where(self.in_service, self.wells.available_As, -np.inf).argmax(
+            chosen: Integers = np.where(self.in_service, self.wells.available_As, -np.inf).argmax(
                 axis=1
             )
             return chosen
-        first: Indices = self.in_service.argmax(axis=1)
+        first: Integers = self.in_service.argmax(axis=1)
         return first
 
-    def _following(self, before: Indices) -> Indices:
+    def _following(self, before: Integers) -> Integers:
         """The next packs in service, by number and round again."""
         steps = (np.arange(self.count) - before[:, None] - 1) % self.count
-        nearest: Indices = np.where(self.in_service, steps, self.count).argmin(axis=1)
+        nearest: Integers = np.where(self.in_service, steps, self.count).argmin(axis=1)
         return nearest
 
-    def _carriers(self, waiting: Marks) -> Indices:
+    def _carriers(self, waiting: Booleans) -> Integers:
         """Who carries: another at the start of a job, after an empty one, and when a turn ends."""
         if self.count == 1:
             return np.zeros_like(self.carrier)
@@ -196,7 +192,7 @@ class Packs:
         longest_s: Floats = np.maximum(left_s, np.spacing(self.clock_s))
         return longest_s
 
-    def _served(self, carrier: Indices, filled: Marks, last: Indices) -> Indices:
+    def _served(self, carrier: Integers, filled: Booleans, last: Integers) -> Integers:
         """Who is charged: the emptiest idle pack, and the one filled last where all are full."""
         if self.count == 1:
             return np.zeros_like(carrier)
@@ -210,9 +206,9 @@ class Packs:
         self,
         load: Load,
         longest_s: Floats,
-        carrier: Indices,
-        served: Indices,
-        filled: Marks,
+        carrier: Integers,
+        served: Integers,
+        filled: Booleans,
     ) -> Stretch:
         """Go on until a pack is empty or full, for a time at most [s]."""
         packs = np.arange(self.count)
@@ -241,8 +237,8 @@ class Packs:
     def _until(
         self,
         crossing: Callable[[Battery, Wells, Floats], Quantity],
-        where: Marks,
-        number: Indices,
+        where: Booleans,
+        number: Integers,
         currents_A: Floats,
         longest_s: Floats,
     ) -> Floats:
@@ -256,7 +252,7 @@ class Packs:
         length_s[where] = np.minimum(moment_s, length_s[where])
         return length_s
 
-    def _after(self, currents_A: Floats, duration_s: Floats, full: Marks) -> Wells:
+    def _after(self, currents_A: Floats, duration_s: Floats, full: Booleans) -> Wells:
         """Wells after constant currents, but for full packs that are kept full."""
         passed_s = duration_s[:, None]
         end = step(self.pack, self.wells, Phase(currents_A, passed_s))

@@ -9,10 +9,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
+from optuav.arrays import Floats, Integers
+
 if TYPE_CHECKING:
     import pandas
 
-Floats = npt.NDArray[np.float64]
 Texts = npt.NDArray[np.str_]
 
 
@@ -100,7 +101,7 @@ class Trace:
     roll_rad: Floats
     kind: Texts
     stage: Texts
-    phase: npt.NDArray[np.intp]
+    phase: Integers
     start_place: Texts
     end_place: Texts
     current_A: Floats

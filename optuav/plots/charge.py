@@ -9,8 +9,8 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.lines import Line2D
 
+from optuav.arrays import Floats
 from optuav.mission import vehicle
-from optuav.mission.sight import Points
 from optuav.physics.battery import Battery, Phase, Wells
 from optuav.physics.charging import STEPS
 from optuav.plan import Phase as Planned
@@ -44,9 +44,9 @@ class BatteryAxes(NamedTuple):
 class Course(NamedTuple):
     """Charge in the wells over time: arrays of one length [s], [A s]."""
 
-    time_s: Points
-    available_As: Points
-    bound_As: Points
+    time_s: Floats
+    available_As: Floats
+    bound_As: Floats
 
 
 def battery(plan: Plan, axes: BatteryAxes | None = None) -> BatteryAxes:

@@ -12,10 +12,9 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.patches import Rectangle
 
+from optuav.arrays import Booleans, Floats
 from optuav.engines import grid
-from optuav.engines.arrays import Booleans
 from optuav.errors import InputError
-from optuav.mission.sight import Points
 from optuav.modelling import Constraint, Model, Variable, evaluate
 from optuav.modelling.check import relations
 from optuav.plan import Plan
@@ -124,9 +123,9 @@ def plane(
 def _worth_seeing(
     model: Model,
     parameters: Mapping[str, Any],
-    counted: Sequence[Points],
+    counted: Sequence[Floats],
     marked: Sequence[tuple[float, ...]],
-) -> list[Points]:
+) -> list[Floats]:
     """The grid as far as it is feasible and somewhat farther, where that is much less than all."""
     upward, across = model.variables
     y, x = (np.linspace(0.0, values.max(initial=0.0), SAMPLES) for values in counted)
@@ -168,8 +167,8 @@ def _words(variable: Variable) -> str:
 
 
 def _draw_grid(
-    ax: Axes, model: Model, parameters: Mapping[str, Any], counted: list[Points], slot_s: float
-) -> Points:
+    ax: Axes, model: Model, parameters: Mapping[str, Any], counted: list[Floats], slot_s: float
+) -> Floats:
     """Draw the grid, dots where it is feasible and crosses elsewhere; the points (n, 2) shown."""
     every = [max(1, math.ceil(len(values) / MOST_POINTS)) for values in counted]
     upward, across = (values[::n] for values, n in zip(counted, every, strict=True))
@@ -223,7 +222,7 @@ class Cut(NamedTuple):
     """
 
     constraint: Constraint
-    excess: Points
+    excess: Floats
     others_hold: Booleans
 
 
@@ -256,12 +255,12 @@ def _all(holds: Iterable[Booleans], shape: tuple[int, ...]) -> Booleans:
 
 def _draw_constraints(
     ax: Axes, model: Model, parameters: Mapping[str, Any], route: Sequence[str]
-) -> tuple[list[Label], list[Points]]:
+) -> tuple[list[Label], list[Floats]]:
     """Draw the boundaries that cut, with their forbidden sides; their labels and lines."""
     upward, across = model.variables
     x, y = (np.linspace(*limits, SAMPLES) for limits in (ax.get_xlim(), ax.get_ylim()))
     values = {**parameters, across.name: x, upward.name: y[:, None]}
-    labels, lines = list[Label](), list[Points]()
+    labels, lines = list[Label](), list[Floats]()
     colours = itertools.cycle(COLOURS)
     stated = [each.label for each in model.constraints]
     for constraint, excess, others_hold in _cuts(model, values, (SAMPLES, SAMPLES)):
@@ -287,7 +286,7 @@ def _draw_constraints(
     return labels, lines
 
 
-def _edges(line: Points, sampled: tuple[Points, Points], others_hold: Booleans) -> list[Points]:
+def _edges(line: Floats, sampled: tuple[Floats, Floats], others_hold: Booleans) -> list[Floats]:
     """The parts of a line along which its constraint alone parts feasible from not."""
     line = _dense(line)
     column, row = (
@@ -300,14 +299,14 @@ def _edges(line: Points, sampled: tuple[Points, Points], others_hold: Booleans) 
     return [part for part, here in zip(*parts, strict=True) if here[0] and len(part) > 1]
 
 
-def _dense(line: Points) -> Points:
+def _dense(line: Floats) -> Floats:
     """A line with points enough between its corners, which alone a straight one has."""
     corners = np.arange(len(line))
     between = np.linspace(0.0, len(line) - 1.0, (len(line) - 1) * PER_STRETCH + 1)
     return np.stack([np.interp(between, corners, each) for each in line.T], axis=1)
 
 
-def _middle(ax: Axes, line: Points) -> tuple[tuple[float, float], bool]:
+def _middle(ax: Axes, line: Floats) -> tuple[tuple[float, float], bool]:
     """The point half-way along a line as it is seen, and whether the line is steep there."""
     seen = ax.transAxes.inverted().transform(ax.transData.transform(line))
     steps = np.diff(seen, axis=0)

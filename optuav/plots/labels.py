@@ -8,16 +8,14 @@ from dataclasses import dataclass, field
 from typing import Any, NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patheffects import withStroke
 from matplotlib.text import Annotation
 from matplotlib.transforms import Bbox
 
+from optuav.arrays import Floats
 from optuav.plots.style import GREY
-
-Points = npt.NDArray[np.float64]
 
 POINTS_PER_INCH = 72.0
 NEAR = (4.0, 8.0)
@@ -149,7 +147,7 @@ def _write(ax: Axes, label: Label, offset_pt: tuple[float, float], *, far: bool)
 
 
 def _spots(
-    label: Label, anchor: Points, size: Bbox, pixels: float, taken: Sequence[Bbox], frame: Bbox
+    label: Label, anchor: Floats, size: Bbox, pixels: float, taken: Sequence[Bbox], frame: Bbox
 ) -> Iterable[Spot]:
     """Places that are free of other labels, and inside the axes unless the label is needed."""
     for ring in (*NEAR, *FAR) if label.needed else NEAR:
@@ -166,11 +164,11 @@ def _spots(
                 yield Spot(box, ring in FAR, PER_POINT * ring + OUTSIDE * (not inside))
 
 
-def _inside(box: Bbox, dots: Points) -> Points:
+def _inside(box: Bbox, dots: Floats) -> Floats:
     return dots[((dots >= (box.x0, box.y0)) & (dots <= (box.x1, box.y1))).all(axis=1)]
 
 
-def _dots(ax: Axes, lines: Iterable[Any], spacing: float) -> Points:
+def _dots(ax: Axes, lines: Iterable[Any], spacing: float) -> Floats:
     """Dots [px] along lines, some pixels apart."""
     found = [np.empty((0, 2))]
     for line in lines:

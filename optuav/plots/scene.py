@@ -14,9 +14,10 @@ from matplotlib.collections import LineCollection, PolyCollection
 from matplotlib.lines import Line2D
 from matplotlib.patches import Circle
 
+from optuav.arrays import Floats, Integers
 from optuav.mission import Mission, vehicle
 from optuav.mission.places import DESTINATION, HOVER, ORIGIN, Places, places
-from optuav.mission.sight import Numbers, Points, Prisms, outline_m, prisms
+from optuav.mission.sight import Prisms, outline_m, prisms
 from optuav.plots.labels import Label
 from optuav.plots.style import GREEN, GREY, PALE, PURPLE, VERMILLION, margins, printed
 
@@ -125,7 +126,7 @@ def _frame(ax: Axes, shown: Scene) -> None:
     ax.update_datalim(np.transpose([margins(values) for values in extent(shown).T]))
 
 
-def extent(shown: Scene) -> Points:
+def extent(shown: Scene) -> Floats:
     """Two corners (2, 2) of the box on the map that holds what is worth seeing [m]."""
     mission = shown.mission
     corners = [mission.link.device_m[:2]]
@@ -151,7 +152,7 @@ def _sight_lines(ax: Axes, shown: Scene) -> Iterator[Artist]:
     charging = charging[np.isfinite(shown.where.position_m[charging]).all(axis=1)]
     sight = shown.where.laser_sight[charging]
     strength = 1.0 if len(charging) <= FEW else 0.5
-    looks: tuple[tuple[Numbers, str, Any, str], ...] = (
+    looks: tuple[tuple[Integers, str, Any, str], ...] = (
         (charging[~sight], VERMILLION, (0.0, (2.0, 2.0)), "blocked sight line"),
         (charging[sight], PURPLE, "-", "clear sight line of the laser"),
     )
@@ -170,7 +171,7 @@ def _sight_lines(ax: Axes, shown: Scene) -> Iterator[Artist]:
             yield Line2D([], [], color=colour, linestyle=dashes, linewidth=0.9, label=words)
 
 
-def drawn_sight_lines(ax: Axes) -> list[Points]:
+def drawn_sight_lines(ax: Axes) -> list[Floats]:
     """Corners of the sight lines on a map."""
     bundles = [each for each in ax.collections if isinstance(each, LineCollection)]
     return [np.asarray(path.vertices) for bundle in bundles for path in bundle.get_paths()]

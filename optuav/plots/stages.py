@@ -9,10 +9,11 @@ from typing import NamedTuple, TypeAlias
 import numpy as np
 from matplotlib.axes import Axes
 
+from optuav.arrays import Floats
 from optuav.errors import Fault, InputError
 from optuav.mission import Mission, vehicle
 from optuav.mission.places import Places, places
-from optuav.mission.sight import Points, prisms
+from optuav.mission.sight import prisms
 from optuav.physics import flight
 from optuav.physics.motion import state_at
 from optuav.physics.regimes import regime_leg
@@ -177,7 +178,7 @@ def _six_stages(mission: Mission, way: tuple[float, float, float], axes: LegAxes
     ]
 
 
-def _within(begin: float, finish: float) -> Points:
+def _within(begin: float, finish: float) -> Floats:
     """Moments of a stage, its last just before the next begins."""
     return np.linspace(begin, np.nextafter(finish, begin), POINTS_PER_STAGE)
 

@@ -6,9 +6,9 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 from matplotlib.axes import Axes
 
+from optuav.arrays import Floats
 from optuav.plots.style import (
     BLACK,
     BLUE,
@@ -146,7 +146,7 @@ def _ends(swing: Swing) -> tuple[tuple[float | None, float, str], ...]:
 
 
 def hover_times(
-    times_s: npt.NDArray[np.float64],
+    times_s: Floats,
     mission: str,
     *,
     fixed_s: float | None = None,

@@ -14,7 +14,7 @@ from matplotlib.axes import Axes
 from matplotlib.patches import Rectangle
 from matplotlib.transforms import ScaledTranslation
 
-from optuav.mission.sight import Points
+from optuav.arrays import Floats
 from optuav.plan import Stop
 from optuav.plots.labels import POINTS_PER_INCH, root
 from optuav.plots.scene import Point, Scene
@@ -37,7 +37,7 @@ class Way(NamedTuple):
     look: Mapping[str, Any]
 
     @property
-    def side(self) -> Points:
+    def side(self) -> Floats:
         """Corners from the side (corner, 2): distance over ground and height [m]."""
         corners = np.array(self.points)
         steps = np.hypot(*np.diff(corners[:, :2], axis=0).T)

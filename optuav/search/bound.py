@@ -27,11 +27,12 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from optuav.arrays import Booleans, Floats
 from optuav.physics.quantity import TINY
 from optuav.search.boxes import Boxes
 from optuav.search.envelopes import enveloped
 from optuav.search.limits import against_full, levelled, limits
-from optuav.search.terrain import ROUNDING, Booleans, Floats, Flown, Terrain
+from optuav.search.terrain import ROUNDING, Flown, Terrain
 
 
 @dataclass(frozen=True)

@@ -7,7 +7,7 @@ from dataclasses import dataclass, fields, replace
 
 import numpy as np
 
-from optuav.search.terrain import Booleans, Floats, Numbers
+from optuav.arrays import Booleans, Floats, Integers
 
 Pattern = tuple[bool, ...]
 """Kinds of the stops in order: True for a hover, False for a rest."""
@@ -35,8 +35,8 @@ class Boxes:
     """
 
     pattern: Pattern
-    places: Numbers
-    rank: Numbers
+    places: Integers
+    rank: Integers
     low_s: Floats
     high_s: Floats
     promise: Floats
@@ -55,7 +55,7 @@ class Boxes:
         """Numbers of the stops that are rests."""
         return [k for k, hover in enumerate(self.pattern) if not hover]
 
-    def take(self, which: Booleans | Numbers | slice) -> Boxes:
+    def take(self, which: Booleans | Integers | slice) -> Boxes:
         """Some of the boxes."""
         return replace(
             self,

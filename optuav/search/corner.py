@@ -9,9 +9,10 @@ from __future__ import annotations
 
 import numpy as np
 
+from optuav.arrays import Floats
 from optuav.physics.battery import levelling
 from optuav.search.boxes import Boxes
-from optuav.search.terrain import Floats, Flown, Terrain
+from optuav.search.terrain import Flown, Terrain
 
 
 class Corner:

@@ -15,10 +15,11 @@ from __future__ import annotations
 
 import numpy as np
 
+from optuav.arrays import Booleans, Floats
 from optuav.physics.battery import Battery, levelling
 from optuav.physics.quantity import TINY
 from optuav.search.boxes import Boxes
-from optuav.search.terrain import ROUNDING, Booleans, Floats, Flown, Terrain
+from optuav.search.terrain import ROUNDING, Flown, Terrain
 
 
 def enveloped(

@@ -6,8 +6,8 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from optuav.arrays import Floats
 from optuav.search.boxes import Boxes
-from optuav.search.terrain import Floats
 from optuav.search.trial import Stops, Trial
 
 

@@ -16,10 +16,11 @@ from typing import NamedTuple
 
 import numpy as np
 
+from optuav.arrays import Floats
 from optuav.physics.quantity import TINY
 from optuav.search.boxes import Boxes
 from optuav.search.corner import Corner
-from optuav.search.terrain import Floats, Flown, Terrain
+from optuav.search.terrain import Flown, Terrain
 
 
 class Limit(NamedTuple):

@@ -7,15 +7,9 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from optuav.arrays import Integers
 from optuav.search.boxes import Boxes, Pattern
-from optuav.search.terrain import (
-    DESTINATION,
-    FIRST_BUILDING,
-    HOVER,
-    ORIGIN,
-    Numbers,
-    Terrain,
-)
+from optuav.search.terrain import DESTINATION, FIRST_BUILDING, HOVER, ORIGIN, Terrain
 
 AT_ONCE = 1 << 16
 """Sequences that are made at once."""
@@ -66,8 +60,8 @@ def sequences(terrain: Terrain, pattern: Pattern) -> Iterator[Boxes]:
         )
 
 
-def _rank(pattern: Pattern, number: Numbers) -> Numbers:
+def _rank(pattern: Pattern, number: Integers) -> Integers:
     """Rank of sequences by their number within the pattern."""
     late = sum(1 << (len(pattern) - stop) for stop, hover in enumerate(pattern, 1) if hover)
-    rank: Numbers = (len(pattern) << STOPS_FROM_BIT) + (number << len(pattern)) + late
+    rank: Integers = (len(pattern) << STOPS_FROM_BIT) + (number << len(pattern)) + late
     return rank

@@ -12,14 +12,9 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 
+from optuav.arrays import Floats
 from optuav.physics.battery import Battery, Phase, Wells, levelling, step
-
-Floats = npt.NDArray[np.float64]
-Numbers = npt.NDArray[np.intp]
-Booleans = npt.NDArray[np.bool_]
-
 
 ORIGIN, HOVER, DESTINATION, FIRST_BUILDING = 0, 1, 2, 3
 """Numbers of places."""

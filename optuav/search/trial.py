@@ -7,11 +7,12 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from optuav.arrays import Booleans, Floats, Integers
 from optuav.physics.battery import Phase, Wells, levelling
 from optuav.physics.charging import tapered
 from optuav.physics.quantity import TINY
 from optuav.search.boxes import Boxes
-from optuav.search.terrain import HOVER, Booleans, Floats, LegMaps, Numbers, Terrain
+from optuav.search.terrain import HOVER, LegMaps, Terrain
 
 HALVINGS = 40
 """Of a hover time; what is left is some 1e-9 s."""
@@ -33,7 +34,7 @@ class Stops:
         Number of its sequence in the order in which ties are broken.
     """
 
-    places: Numbers
+    places: Integers
     stays_s: Floats
     hover_s: float
     rank: int
@@ -59,7 +60,7 @@ class Trial:
         """Trials over a terrain."""
         return cls(terrain, terrain.leg_maps())
 
-    def slack(self, places: Numbers, stays_s: Floats) -> Floats:
+    def slack(self, places: Integers, stays_s: Floats) -> Floats:
         """How far plans keep from the limits of the wells, < 0 for those that break one [A s].
 
         Every stage of constant current is looked at where it ends: y1 is least at an end while it

@@ -8,12 +8,12 @@ import numpy as np
 
 from formulations.perspectives import PAPER
 from formulations.quantities import Quantities
+from optuav.arrays import Integers
 from optuav.mission import Mission
 from optuav.mission.edited import edited_network
 from optuav.mission.feasibility import blocked, impossibilities
 from optuav.mission.network import Network, network
 from optuav.mission.routes import nearest_building, trajectory_routes
-from optuav.mission.sight import Numbers
 from optuav.modelling import Model
 from optuav.modelling.traits import traits
 from optuav.modelling.usable import refuse_misfits
@@ -66,7 +66,7 @@ def _parts(asked: Question, worked_out: Network) -> tuple[Part, ...]:
     )
 
 
-def groups(asked: Question, worked_out: Network) -> list[tuple[Numbers, bool]]:
+def groups(asked: Question, worked_out: Network) -> list[tuple[Integers, bool]]:
     """Itineraries that one declaration serves, and whether they may rest on the way."""
     routes = worked_out.itineraries
     allowed = trajectory_routes(worked_out, asked.trajectory or "optimal", asked.order)
@@ -95,7 +95,7 @@ def declared(asked: Question, given: Quantities) -> Model | None:
     return model if given.rests == has_rest else None
 
 
-def _together(asked: Question, worked_out: Network, group: Numbers) -> list[Numbers]:
+def _together(asked: Question, worked_out: Network, group: Integers) -> list[Integers]:
     """Itineraries that one declaration serves: through the wells, the order of stays matters."""
     if asked.perspective in PAPER:
         return [group] if len(group) else []

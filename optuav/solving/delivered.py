@@ -8,7 +8,7 @@ from typing import Any, get_args
 from formulations.p1 import P1
 from formulations.perspectives import AVAILABLE
 from formulations.quantities import Quantities
-from optuav.engines.arrays import Floats
+from optuav.arrays import Floats
 from optuav.solving.hovers import STAYS, Stays, longest_hovers
 
 

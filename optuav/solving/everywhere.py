@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from optuav.arrays import Floats, Integers
 from optuav.mission import vehicle
 from optuav.mission.edited import edited_legs
 from optuav.mission.itineraries import NO_LEG, Itineraries
@@ -13,7 +14,7 @@ from optuav.mission.legs import Legs, all_pairs, legs_between
 from optuav.mission.network import Network
 from optuav.mission.phases import hover_net, rest_net
 from optuav.mission.places import FIRST_BUILDING, HOVER
-from optuav.mission.sight import Numbers, Points, prisms
+from optuav.mission.sight import prisms
 from optuav.search.terrain import Terrain
 
 if TYPE_CHECKING:
@@ -43,7 +44,7 @@ def terrain(worked_out: Network) -> Terrain:
     mission, table = worked_out.mission, worked_out.legs
     places = len(worked_out.places.names)
 
-    def square(figures: Points, absent: float) -> Points:
+    def square(figures: Floats, absent: float) -> Floats:
         filled = np.full((*figures.shape[:-1], places, places), absent)
         filled[..., table.start, table.end] = np.where(table.flyable, figures, absent)
         return filled
@@ -65,7 +66,7 @@ def terrain(worked_out: Network) -> Terrain:
     )
 
 
-def ways(worked_out: Network, places: Numbers, building: Numbers) -> Itineraries:
+def ways(worked_out: Network, places: Integers, building: Integers) -> Itineraries:
     """Sequences of places as itineraries over a table of legs.
 
     Parameters
@@ -83,8 +84,8 @@ def ways(worked_out: Network, places: Numbers, building: Numbers) -> Itineraries
     legs = np.where(places[1:] >= 0, number[places[:-1], places[1:]], NO_LEG).T
     flown = legs != NO_LEG
 
-    def total(per_leg: Points) -> Points:
-        sums: Points = np.where(flown, per_leg[legs], 0.0).sum(axis=1)
+    def total(per_leg: Floats) -> Floats:
+        sums: Floats = np.where(flown, per_leg[legs], 0.0).sum(axis=1)
         return sums
 
     hovers_first = (places == HOVER).argmax(axis=0)

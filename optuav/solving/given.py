@@ -9,19 +9,19 @@ import numpy as np
 from formulations.available import moments
 from formulations.p1_free import FROM_HOVER, TO_HOVER
 from formulations.quantities import Quantities
+from optuav.arrays import Floats, Integers
 from optuav.mission import vehicle
 from optuav.mission.itineraries import NO_LEG
 from optuav.mission.legs import Legs
 from optuav.mission.network import Network
 from optuav.mission.phases import hover_net, rest_net
 from optuav.mission.places import FIRST_BUILDING, HOVER
-from optuav.mission.sight import Numbers, Points
 from optuav.physics.battery import Phase
 from optuav.physics.flight import STAGES
 
 
 def quantities(
-    worked_out: Network, which: Numbers, *, rests: bool = True, hover_open: bool = False
+    worked_out: Network, which: Integers, *, rests: bool = True, hover_open: bool = False
 ) -> Quantities:
     """Quantities of some itineraries, arrays with one entry each.
 
@@ -80,19 +80,19 @@ def quantities(
     )
 
 
-def _end_gap_m(worked_out: Network, which: Numbers) -> Points:
+def _end_gap_m(worked_out: Network, which: Integers) -> Floats:
     """By how much routes miss the mission's origin and destination [m]."""
     mission, table = worked_out.mission, worked_out.legs
     position_m, legs = worked_out.places.position_m, worked_out.itineraries.legs[which]
     last = np.take_along_axis(legs, (legs != NO_LEG).sum(axis=1)[:, None] - 1, axis=1)[:, 0]
     start_m = position_m[table.start[legs[:, 0]]] - np.array(mission.route.origin_m)
     end_m = position_m[table.end[last]] - np.array(mission.route.destination_m)
-    gap_m: Points = np.linalg.norm(start_m, axis=1) + np.linalg.norm(end_m, axis=1)
+    gap_m: Floats = np.linalg.norm(start_m, axis=1) + np.linalg.norm(end_m, axis=1)
     return gap_m
 
 
 def _steps(
-    worked_out: Network, which: Numbers, rests: bool, hover_open: bool
+    worked_out: Network, which: Integers, rests: bool, hover_open: bool
 ) -> tuple[Phase | str, ...]:
     """Stages of the legs as phases of constant current, and the stays by name.
 
@@ -122,13 +122,13 @@ def _steps(
     return tuple(found)
 
 
-def _stages(table: Legs, legs: Numbers) -> list[int]:
+def _stages(table: Legs, legs: Integers) -> list[int]:
     """Numbers of the stages that take any time on some of the legs."""
     return [int(stage) for stage in np.flatnonzero(table.durations_s[:, legs].any(axis=1))]
 
 
 def moments_on(
-    worked_out: Network, which: Numbers, entry: int, *, rests: bool = True
+    worked_out: Network, which: Integers, entry: int, *, rests: bool = True
 ) -> dict[str, str]:
     """What a reader calls the moments of `formulations.available.moments` on one itinerary.
 
@@ -157,12 +157,12 @@ def moments_on(
     return dict(zip(moments(steps), found, strict=True)) if steps else {}
 
 
-def _figures(values: Points) -> Any:
+def _figures(values: Floats) -> Any:
     return values if len(values) > 1 else float(values[0])
 
 
-def mean_voltage_V(energy: Any, charge: Any, nominal_V: Any) -> Points:
+def mean_voltage_V(energy: Any, charge: Any, nominal_V: Any) -> Floats:
     """The voltage at which a load draws: energy over charge or power over current; nominal at 0."""
     drawn = np.asarray(charge) > 0.0
-    voltage_V: Points = np.where(drawn, energy / np.where(drawn, charge, 1.0), nominal_V)
+    voltage_V: Floats = np.where(drawn, energy / np.where(drawn, charge, 1.0), nominal_V)
     return voltage_V

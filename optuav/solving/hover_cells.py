@@ -11,10 +11,11 @@ from typing import Any
 import numpy as np
 
 from formulations.p1_free import AXES, HOVER_POINT, Cell, Side
+from optuav.arrays import Floats
 from optuav.errors import SolverError
 from optuav.mission import sight
 from optuav.mission.clearance import clear_sides
-from optuav.mission.sight import CLEAR, Points
+from optuav.mission.sight import CLEAR
 from optuav.modelling import Parameter
 from optuav.solving.hover_times import LASER, Found, HoverTimes
 from optuav.solving.open_routes import OpenRoutes
@@ -84,7 +85,7 @@ class Cells:
             sides.append(side)
         return None
 
-    def _past(self, place: int, building: int, start_m: Points) -> Side | None:
+    def _past(self, place: int, building: int, start_m: Floats) -> Side | None:
         """The half-space furthest around a start in which a building does not hide a place."""
         stated = self.times.mission.buildings[building]
         outline_m = np.array(sight.outline_m(stated))
@@ -99,7 +100,7 @@ class Cells:
         nearest_m = float(np.linalg.norm(ends_m - start.point_m, axis=1).min())
         return min(SIZE * self.where.radius_m, max(SIZE_OF_LEG * nearest_m, LEAST_M))
 
-    def _solved(self, start: Found, lit: bool, sides: Sequence[Side]) -> Points | None:
+    def _solved(self, start: Found, lit: bool, sides: Sequence[Side]) -> Floats | None:
         """Where IPOPT ends in a cell (1, 3) [m], what stands in the way left aside."""
         self.times.check_limit()
         model, engine = self._engine(start.routes, start.straight)

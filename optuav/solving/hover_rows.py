@@ -11,7 +11,7 @@ import numpy as np
 from formulations.available import Telling, well_limits
 from formulations.perspectives import AVAILABLE, PERSPECTIVES
 from formulations.quantities import Quantities
-from optuav.engines.arrays import Booleans, Floats
+from optuav.arrays import Booleans, Floats
 from optuav.engines.exponential_form import Rows, rows_of
 from optuav.modelling.exponential import CONSTANT, Exponential, unknown
 from optuav.physics import battery

@@ -7,9 +7,8 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from optuav.engines.arrays import Floats
+from optuav.arrays import Floats
 from optuav.mission import Mission, vehicle
-from optuav.mission.sight import Points
 from optuav.solving.hover_region import Region
 from optuav.solving.hover_times import Found, HoverTimes
 from optuav.solving.open_routes import OpenRoutes
@@ -57,24 +56,24 @@ def starts(groups: tuple[OpenRoutes, ...], times: HoverTimes) -> list[Found]:
     return sorted(promise, key=lambda each: -each.hover_s)[:MOST_STARTS]
 
 
-def _known(mission: Mission, places_m: Points, where: Region) -> Points:
+def _known(mission: Mission, places_m: Floats, where: Region) -> Floats:
     """w_U and the places of the mission (k, 3) [m], as far as they are in the region."""
     w_U_m = vehicle.hover_point_m(mission.replace({"route.hover_m": None}))
     points_m = np.vstack([w_U_m, places_m])
     points_m = points_m[np.isfinite(points_m).all(axis=1)]
     inside_m = where.inside(points_m)
-    kept: Points = inside_m[np.abs(inside_m - points_m).max(axis=1) < WITHIN_M]
+    kept: Floats = inside_m[np.abs(inside_m - points_m).max(axis=1) < WITHIN_M]
     return kept
 
 
-def _near(place_m: Points, where: Region) -> Points:
+def _near(place_m: Floats, where: Region) -> Floats:
     """Points of the region (k, 3) [m] around a place, ever closer: short legs save most."""
     reach_m = REACH * where.radius_m * 0.5 ** np.arange(NEAR[0])
     angles = np.linspace(0.0, 2.0 * np.pi, NEAR[1], endpoint=False)
     slopes = np.linspace(-0.5 * np.pi, 0.5 * np.pi, NEAR[2])
     r, φ, θ = (each.ravel() for each in np.meshgrid(reach_m, angles, slopes))
     way_m = np.column_stack([np.cos(θ) * np.cos(φ), np.cos(θ) * np.sin(φ), np.sin(θ)])
-    points_m: Points = place_m + r[:, None] * way_m
+    points_m: Floats = place_m + r[:, None] * way_m
     return points_m[(where.beyond_m(points_m) <= 0.0).all(axis=1)]
 
 
@@ -83,13 +82,13 @@ def _apart(
     routes: OpenRoutes,
     entry: int,
     straight: tuple[int, ...],
-    points_m: Points,
+    points_m: Floats,
     hover_s: Floats,
 ) -> Iterator[Found]:
     """The best of some points in sight of the laser and of those out of sight, a few each."""
     lit = times.lit(points_m)
     for sight_is in (True, False):
-        chosen: list[Points] = []
+        chosen: list[Floats] = []
         for k in np.argsort(-hover_s, kind="stable"):
             if lit[k] != sight_is or not np.isfinite(hover_s[k]):
                 continue

@@ -8,11 +8,11 @@ from typing import NamedTuple
 
 import numpy as np
 
-from optuav.engines.arrays import Booleans, Floats
+from optuav.arrays import Booleans, Floats, Integers
 from optuav.errors import SolverError
 from optuav.mission.network import Network
 from optuav.mission.places import FIRST_BUILDING
-from optuav.mission.sight import CLEAR, Numbers, Points, crossed, prisms
+from optuav.mission.sight import CLEAR, crossed, prisms
 from optuav.solving.hover_region import Region
 from optuav.solving.open_routes import OpenRoutes
 from optuav.solving.question import Question
@@ -39,7 +39,7 @@ class Found(NamedTuple):
     routes: OpenRoutes
     entry: int
     straight: tuple[int, ...]
-    point_m: Points
+    point_m: Floats
     hover_s: float
 
 
@@ -62,7 +62,7 @@ class HoverTimes:
         self.obstacles = prisms(self.mission)
         self.latest = time.monotonic() + (asked.time_limit_s or math.inf)
 
-    def at(self, routes: OpenRoutes, entry: Numbers, points_m: Points) -> Floats:
+    def at(self, routes: OpenRoutes, entry: Integers, points_m: Floats) -> Floats:
         """Δ [s] of itineraries (r,) at points (k, 3) [m], shape (r, k); −∞ where none is.
 
         Raises
@@ -81,14 +81,14 @@ class HoverTimes:
             found[(around == place).any(axis=1)[:, None] & blocked] = -np.inf
         return found
 
-    def lit(self, points_m: Points) -> Booleans:
+    def lit(self, points_m: Floats) -> Booleans:
         """Whether points (k, 3) [m] are in sight of the laser."""
         if self.mission.laser is None:
             return np.zeros(len(points_m), bool)
         clear: Booleans = self.hidden(LASER, points_m) == CLEAR
         return clear
 
-    def hidden(self, place: int, points_m: Points) -> Numbers:
+    def hidden(self, place: int, points_m: Floats) -> Integers:
         """A building between a place, or the laser, and each point (k, 3) [m]; −1 for none."""
         if place == LASER and self.mission.laser is None:
             return np.full(len(points_m), CLEAR)
@@ -96,12 +96,12 @@ class HoverTimes:
         exempt = np.full((len(points_m), 1), place - FIRST_BUILDING)
         return crossed(self.obstacles, from_m, points_m, exempt)
 
-    def position_m(self, place: int) -> Points:
+    def position_m(self, place: int) -> Floats:
         """Where a place, or the laser, is (3,) [m]."""
         if place == LASER:
             assert self.mission.laser is not None
             return np.array(self.mission.laser.position_m)
-        where: Points = self.places_m[place]
+        where: Floats = self.places_m[place]
         return where
 
     def check_limit(self) -> None:

@@ -10,7 +10,7 @@ from typing import Any, Literal, NamedTuple, TypeAlias
 
 import numpy as np
 
-from optuav.engines.arrays import Booleans, Floats
+from optuav.arrays import Booleans, Floats
 from optuav.engines.bracketing import largest, shortest
 from optuav.engines.sweeping import WIDTH_S
 from optuav.errors import Fault, InputError

@@ -19,12 +19,12 @@ from dataclasses import replace
 
 import numpy as np
 
+from optuav.arrays import Booleans, Integers
 from optuav.errors import SolverError
 from optuav.mission.network import Network
 from optuav.mission.one_stop import FIGURES, TOLERANCE
 from optuav.mission.phases import rest_net
 from optuav.mission.places import DESTINATION, FIRST_BUILDING, HOVER, ORIGIN
-from optuav.mission.sight import Booleans, Numbers
 from optuav.plan import Plan
 from optuav.search.sequences import patterns, sequences
 from optuav.solving.everywhere import terrain, ways
@@ -91,7 +91,7 @@ def _compared(program: Program, everywhere: Network, rests: int, hovers: int) ->
     net = rest_net(everywhere, np.arange(len(known.duration_s) - FIRST_BUILDING))
     gain = net.current_A if program.question.perspective == "battery" else net.power_W
     worth = np.concatenate([np.full(FIRST_BUILDING, -np.inf), gain])
-    columns: list[Numbers] = []
+    columns: list[Integers] = []
     count = 0
     for pattern in patterns(rests, hovers):
         for boxes in sequences(known, pattern):

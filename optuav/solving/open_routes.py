@@ -12,13 +12,12 @@ from formulations.p1 import P1
 from formulations.p1_free import AXES, Cell, P1Free
 from formulations.perspectives import AVAILABLE
 from formulations.quantities import QUANTITIES
-from optuav.engines.arrays import Booleans, Floats
+from optuav.arrays import Booleans, Floats, Integers
 from optuav.mission import vehicle
 from optuav.mission.itineraries import NO_LEG
 from optuav.mission.network import Network
 from optuav.mission.places import HOVER
 from optuav.mission.routes import nearest_building
-from optuav.mission.sight import Numbers, Points
 from optuav.modelling import Model, Parameter
 from optuav.physics.battery import Phase
 from optuav.solving.delivered import delivered
@@ -42,8 +41,8 @@ class OpenRoutes:
         What depends on the hover point and what does not; arrays with one entry an itinerary.
     """
 
-    index: Numbers
-    around: Numbers
+    index: Integers
+    around: Integers
     free: P1Free
 
     def model(self, perspective: str, cell: Cell | None = None) -> Model:
@@ -60,7 +59,7 @@ class OpenRoutes:
         sight = Parameter("laser_sight", "s_w", "1", 1.0)
         return P1Free.model(self.free, perspective, **places, **kept, laser_sight=sight, cell=cell)
 
-    def taken(self, entry: Numbers | int) -> P1Free:
+    def taken(self, entry: Integers | int) -> P1Free:
         """The figures of one itinerary, or of several."""
         steps = (
             step if isinstance(step, str) else Phase(*(_taken(each, entry) for each in step))
@@ -76,7 +75,7 @@ class OpenRoutes:
         return replace(self.free, **arrays, steps=tuple(steps))
 
     def times_s(
-        self, perspective: str, entry: Numbers, points_m: Points, lit: Booleans
+        self, perspective: str, entry: Integers, points_m: Floats, lit: Booleans
     ) -> Mapping[str, Floats]:
         """Δ and T' [s] by name of itineraries (k,) at points (k, 3) [m]; NaN where none are.
 
@@ -91,7 +90,7 @@ class OpenRoutes:
         return closed_form.solve(P1.model(there, perspective), len(points_m)).values
 
 
-def _taken(figure: Any, entry: Numbers | int) -> Any:
+def _taken(figure: Any, entry: Integers | int) -> Any:
     """A figure of one itinerary or several: its own, or the one of all."""
     return figure[entry] if np.ndim(figure) else figure
 
@@ -126,7 +125,7 @@ def open_routes(asked: Question, worked_out: Network) -> tuple[OpenRoutes, ...]:
     )
 
 
-def _opened(worked_out: Network, which: Numbers, apart: Booleans, around: Numbers) -> P1Free:
+def _opened(worked_out: Network, which: Integers, apart: Booleans, around: Integers) -> P1Free:
     """What itineraries draw but for their legs to and from the hover point (itinerary, leg)."""
     mission, table = worked_out.mission, worked_out.legs
     legs = worked_out.itineraries.legs[which]

@@ -10,6 +10,7 @@ import numpy as np
 
 from formulations.perspectives import PAPER, PERSPECTIVES
 from formulations.quantities import Quantities
+from optuav.arrays import Integers
 from optuav.engines.solution import Solution
 from optuav.errors import Fault, InputError
 from optuav.mission import phases as mission_phases
@@ -17,7 +18,6 @@ from optuav.mission.itineraries import NO_LEG
 from optuav.mission.network import Network
 from optuav.mission.one_stop import in_words, one_stop_is_enough
 from optuav.mission.phases import phases
-from optuav.mission.sight import Numbers
 from optuav.modelling import Model, evaluate
 from optuav.modelling.check import evaluated
 from optuav.modelling.traits import traits
@@ -50,7 +50,7 @@ class Part:
     """
 
     model: Model
-    routes: Numbers
+    routes: Integers
 
 
 def plan_for(asked: Question, worked_out: Network, **found: Any) -> Plan:

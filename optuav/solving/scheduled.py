@@ -15,12 +15,13 @@ from typing import NamedTuple
 
 import numpy as np
 
+from optuav.arrays import Booleans, Floats
 from optuav.errors import SolverError
 from optuav.mission.flown import loads, packs
 from optuav.mission.network import Network
 from optuav.mission.phases import phases
 from optuav.physics.battery import Phase
-from optuav.physics.packs import Floats, Marks, Packs
+from optuav.physics.packs import Packs
 
 STEP_S = 1.0
 """Steps of Δ and T' that are all tried."""
@@ -243,7 +244,7 @@ class _Way:
             bound = np.minimum(bound, spare_As / -self.nets_A["hover"])
         return bound
 
-    def _flyable(self, start: Packs, hovers_s: Floats, rests_s: Floats) -> Marks:
+    def _flyable(self, start: Packs, hovers_s: Floats, rests_s: Floats) -> Booleans:
         """Whether packs at the hover point hold out to the end, and enough is left in all."""
         rows = np.flatnonzero(hovers_s + rests_s <= self.left_s + SLACK * STEP_S)
         before = self.at

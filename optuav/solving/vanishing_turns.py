@@ -6,7 +6,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from optuav.mission.sight import Points
+from optuav.arrays import Floats
 from optuav.physics.quantity import TINY
 from optuav.solving.hover_region import Region
 from optuav.solving.open_routes import OpenRoutes
@@ -23,9 +23,9 @@ def surfaces(
     routes: OpenRoutes,
     entry: int,
     where: Region,
-    points_m: Points,
+    points_m: Floats,
     straight: tuple[int, ...] = (),
-) -> Iterator[tuple[int, Points]]:
+) -> Iterator[tuple[int, Floats]]:
     """Turns that vanish somewhere, and points moved there; one of those that vanish at once."""
     free = routes.taken(entry)
     seen: list[int] = list(straight)
@@ -42,15 +42,15 @@ def surfaces(
 
 
 def moved_onto(
-    routes: OpenRoutes, entry: int, where: Region, points_m: Points, straight: tuple[int, ...]
-) -> Points:
+    routes: OpenRoutes, entry: int, where: Region, points_m: Floats, straight: tuple[int, ...]
+) -> Floats:
     """Points (k, 3) [m] moved to where turns vanish, inside the region; those that arrive.
 
     Newton's method; a bound of the region at which or beyond which a point is counts as well.
     """
     free = routes.taken(entry)
 
-    def excess(points: Points) -> Points:
+    def excess(points: Floats) -> Floats:
         turns = free.turns_at(tuple(np.moveaxis(points, -1, 0)))
         kept = [np.asarray(turns[number])[..., None] for number in straight]
         return np.concatenate([*kept, where.beyond_m(points)], axis=-1)
@@ -68,5 +68,5 @@ def moved_onto(
     left = excess(points_m)
     turned = np.abs(left[:, : len(straight)]).max(axis=1, initial=0.0)
     beyond_m = left[:, len(straight) :].max(axis=1)
-    moved: Points = points_m[(turned < ZERO_RAD) & (beyond_m < WITHIN_M)]
+    moved: Floats = points_m[(turned < ZERO_RAD) & (beyond_m < WITHIN_M)]
     return moved

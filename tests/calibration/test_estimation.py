@@ -7,7 +7,7 @@ import math
 import numpy as np
 import pytest
 
-from optuav.calibration.data import Points
+from optuav.arrays import Floats
 from optuav.calibration.estimation import Unknown, estimate
 
 
@@ -26,7 +26,7 @@ def test_what_is_not_seen_takes_no_freedom() -> None:
     """Of a product only one parameter counts: three numbers leave two to tell their scatter."""
     observed = np.log([2.0, 3.0, 6.0])
 
-    def residuals(values: Points) -> Points:
+    def residuals(values: Floats) -> Floats:
         return np.log(values[0] * values[1]) - observed
 
     found = estimate([Unknown("a"), Unknown("b")], residuals, [(1.0, 1.0)], bootstrap=False)

@@ -7,8 +7,8 @@ import math
 import numpy as np
 import pytest
 
+from optuav.arrays import Floats
 from optuav.engines import boxes
-from optuav.engines.arrays import Floats
 from optuav.engines.boxes import Boxes, Programmes, search
 
 NONE = np.array([math.nan])

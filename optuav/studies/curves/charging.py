@@ -5,8 +5,8 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 
+from optuav.arrays import Floats
 from optuav.mission import Mission, vehicle
 from optuav.physics import laser
 
@@ -14,15 +14,15 @@ from optuav.physics import laser
 class Harvest(NamedTuple):
     """Energy harvested [J] and efficiency ζ [-] against the distance from the source [m]."""
 
-    distance_m: npt.NDArray[np.float64]
-    energy_J: npt.NDArray[np.float64]
-    efficiency: npt.NDArray[np.float64]
+    distance_m: Floats
+    energy_J: Floats
+    efficiency: Floats
 
 
 def harvest(
     mission: Mission,
     source_power_W: float,
-    distance_m: npt.NDArray[np.float64],
+    distance_m: Floats,
     duration_s: float,
 ) -> Harvest:
     """What a source of some power gives in clear sight; the mission has a laser.
@@ -39,9 +39,7 @@ def harvest(
     )
 
 
-def source_power_for_full_charge_W(
-    mission: Mission, distance_m: npt.NDArray[np.float64]
-) -> npt.NDArray[np.float64]:
+def source_power_for_full_charge_W(mission: Mission, distance_m: Floats) -> Floats:
     """Source power at which the battery takes its largest current, by distance [W]."""
     share = laser.transmission(vehicle.attenuation_per_km(mission), distance_m)
     most_W = mission.battery.charge_current_A * mission.battery.nominal_voltage_V

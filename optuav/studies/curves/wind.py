@@ -5,8 +5,8 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 
+from optuav.arrays import Floats
 from optuav.mission import Mission, vehicle
 from optuav.physics import rotor
 from optuav.physics.quantity import Vector
@@ -18,8 +18,8 @@ POINTS = 401
 class Curve(NamedTuple):
     """Energy of a hover [J], radio included, against the wind along an axis [N]."""
 
-    force_N: npt.NDArray[np.float64]
-    energy_J: npt.NDArray[np.float64]
+    force_N: Floats
+    energy_J: Floats
 
 
 def limits_N(mission: Mission, direction: Vector) -> tuple[float, float]:

@@ -14,12 +14,12 @@ from collections.abc import Iterator, Sequence
 from functools import cache
 
 import numpy as np
-import numpy.typing as npt
 
+from optuav.arrays import Floats
 from optuav.studies.ledger.cells import FLIGHT_J, HOVER_J, NOMINAL_J, Cell, consistent_cells
 from optuav.studies.ledger.statement import Interval, printed_interval
 
-Line = tuple[npt.NDArray[np.float64], float]
+Line = tuple[Floats, float]
 """Coefficients and constant of a quantity that is linear in the loads."""
 
 
@@ -34,7 +34,7 @@ def _percent(eta: int, hover_s: float) -> Line:
     return -100.0 * np.array(lost), 100.0
 
 
-def _rows(cells: Sequence[Cell]) -> Iterator[tuple[npt.NDArray[np.float64], float]]:
+def _rows(cells: Sequence[Cell]) -> Iterator[tuple[Floats, float]]:
     """Inequalities a·x ≤ b: the cells, both voltages, and the crossing at 39 000 A s."""
     for cell in cells:
         slope, constant = _percent(cell.number, cell.hover_s)
@@ -72,7 +72,7 @@ def loads_exist(cells: Sequence[Cell]) -> bool:
     return math.isfinite(_least(np.zeros(5), cells))
 
 
-def _least(objective: npt.NDArray[np.float64], cells: Sequence[Cell]) -> float:
+def _least(objective: Floats, cells: Sequence[Cell]) -> float:
     """The least value of a linear objective over the admitted loads; ∞ where there are none."""
     from scipy.optimize import linprog
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 import numpy as np
-import numpy.typing as npt
 
+from optuav.arrays import Floats
 from optuav.mission import vehicle
 from optuav.mission.places import HOVER
 from optuav.physics import laser
@@ -80,7 +80,7 @@ def _source_power(scenario: Scenario) -> Value:
     return "below 1 kW" if needed_W < KILOWATT_W else f"{needed_W:.0f} W"
 
 
-def _distances_m(scenario: Scenario) -> npt.NDArray[np.float64]:
+def _distances_m(scenario: Scenario) -> Floats:
     """From the laser to the hover point, and to every roof [m]."""
     assert scenario.mission.laser is not None
     where = scenario.worked_out.places

@@ -7,8 +7,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from optuav.engines.arrays import Booleans
-from optuav.mission.sight import Points
+from optuav.arrays import Booleans, Floats
 from optuav.solving.ties import SAME_S
 from optuav.studies.uncertain.ensemble import Base, Ensemble
 from optuav.studies.uncertain.fixed_plan import CONDITIONS, FixedPlan
@@ -50,7 +49,7 @@ class Chances:
     seed: int
     uncertain: tuple[str, ...]
     stated: bool
-    hover_times_s: Points = field(repr=False, compare=False)
+    hover_times_s: Floats = field(repr=False, compare=False)
     no_plan: float
     routes: Mapping[str, float]
     kept: Mapping[str, float] | None

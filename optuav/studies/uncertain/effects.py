@@ -10,8 +10,8 @@ import numpy as np
 from formulations.p1 import P1
 from formulations.perspectives import AVAILABLE
 from formulations.quantities import steps_for
+from optuav.arrays import Floats
 from optuav.engines import bracket, closed_form
-from optuav.mission.sight import Points
 from optuav.modelling import Model
 from optuav.studies.uncertain.ensemble import Base, Ensemble
 from optuav.studies.uncertain.longest import NO_ROUTE, longest
@@ -119,9 +119,9 @@ def _effect(
     )
 
 
-def _apart(base: Base, spreads: Sequence[Spread], values: Points, each: int) -> Ensemble:
+def _apart(base: Base, spreads: Sequence[Spread], values: Floats, each: int) -> Ensemble:
     """Variants in which one key alone differs, `each` of them a key."""
-    columns: dict[str, Points] = {}
+    columns: dict[str, Floats] = {}
     for number, spread in enumerate(spreads):
         own = slice(each * number, each * (number + 1))
         for name, column in spread.columns(values[own]):

@@ -16,21 +16,21 @@ import numpy as np
 import numpy.typing as npt
 
 from formulations.quantities import Quantities
+from optuav.arrays import Booleans, Floats, Integers
 from optuav.mission import Mission, vehicle
 from optuav.mission.itineraries import NO_LEG
 from optuav.mission.network import Network, network
 from optuav.mission.places import FIRST_BUILDING, HOVER
-from optuav.mission.sight import CLEAR, Numbers, Points, Prisms, prisms
+from optuav.mission.sight import CLEAR, Prisms, prisms
 from optuav.physics.battery import Phase
 from optuav.physics.quantity import norm
 from optuav.solving.given import mean_voltage_V
 from optuav.studies.uncertain.obstacles import clear
 
-Columns = Mapping[str, Points]
+Columns = Mapping[str, Floats]
 """Values by key, ``"link.device_m[0]"`` for a component; one entry a variant."""
 
 Table = npt.NDArray[np.float64]
-Booleans = npt.NDArray[np.bool_]
 
 KEY = re.compile(r"(\w+)\.(\w+)(?:\[([012])\])?")
 _ENERGIES = ("flight_energy_J", "hover_energy_J")
@@ -214,7 +214,7 @@ class Ensemble:
         return self._resting(self.received.power_W, vehicle.rest_load(self.mission).power_W)
 
     def quantities(
-        self, variants: Numbers, itineraries: Numbers, *, rests: bool, steps: bool = False
+        self, variants: Integers, itineraries: Integers, *, rests: bool, steps: bool = False
     ) -> Quantities:
         """Quantities of pairs of a variant and an itinerary, arrays with one entry a pair.
 
@@ -281,7 +281,7 @@ class Ensemble:
             rests=rests,
         )
 
-    def _steps(self, variants: Numbers, itineraries: Numbers, rests: bool) -> tuple[Any, ...]:
+    def _steps(self, variants: Integers, itineraries: Integers, rests: bool) -> tuple[Any, ...]:
         """Stages of the legs as phases of constant current, and the stays by name."""
         loads, ends = self._loads, self.base.worked_out.legs.end
         found: list[Any] = []
@@ -305,7 +305,7 @@ class Ensemble:
         return self.base.worked_out.itineraries
 
     @cached_property
-    def _start_end(self) -> tuple[Numbers, Numbers]:
+    def _start_end(self) -> tuple[Integers, Integers]:
         table = self.base.worked_out.legs
         return table.start, table.end
 
@@ -341,7 +341,7 @@ def _points(vector: Any) -> Table:
     return np.stack(columns, axis=-1)
 
 
-def _taken(table: Table, rows: Numbers, columns: Numbers) -> Any:
+def _taken(table: Table, rows: Integers, columns: Integers) -> Any:
     """Entries of a table, or the one it has."""
     if table.shape == (1, 1):
         return float(table[0, 0])

@@ -9,7 +9,7 @@ import numpy as np
 
 from formulations.p1 import P1
 from formulations.perspectives import AVAILABLE
-from optuav.engines.arrays import Booleans
+from optuav.arrays import Booleans
 from optuav.errors import Fault, InputError
 from optuav.mission import Mission, vehicle
 from optuav.mission.places import ENDS, HOVER

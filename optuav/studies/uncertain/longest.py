@@ -5,15 +5,14 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 
 from formulations.p1 import P1
 from formulations.perspectives import AVAILABLE
+from optuav.arrays import Booleans, Floats, Integers
 from optuav.engines import closed_form
-from optuav.mission.sight import Numbers, Points
 from optuav.solving.delivered import delivered
 from optuav.solving.ties import SAME_S
-from optuav.studies.uncertain.ensemble import Booleans, Ensemble
+from optuav.studies.uncertain.ensemble import Ensemble
 
 NO_ROUTE = -1
 
@@ -21,8 +20,8 @@ NO_ROUTE = -1
 class Longest(NamedTuple):
     """Hover time [s], NaN where there is no plan, and itinerary, −1 there; one entry a variant."""
 
-    hover_time_s: Points
-    itinerary: Numbers
+    hover_time_s: Floats
+    itinerary: Integers
 
 
 def longest(ensemble: Ensemble, perspective: str) -> Longest:
@@ -52,8 +51,8 @@ def longest(ensemble: Ensemble, perspective: str) -> Longest:
 
 
 def _solved(
-    ensemble: Ensemble, variants: Numbers, itineraries: Numbers, perspective: str
-) -> Points:
+    ensemble: Ensemble, variants: Integers, itineraries: Integers, perspective: str
+) -> Floats:
     rests = bool(ensemble.base.worked_out.itineraries.building[itineraries[0]] >= 0)
     if perspective == AVAILABLE:
         given = ensemble.quantities(variants, itineraries, rests=rests, steps=True)
@@ -63,7 +62,7 @@ def _solved(
     return np.asarray(solution.objective)
 
 
-def _groups(ensemble: Ensemble, itineraries: Numbers, *, apart: bool) -> list[Booleans]:
+def _groups(ensemble: Ensemble, itineraries: Integers, *, apart: bool) -> list[Booleans]:
     """Pairs that one declaration serves: direct or by way of a building, by order if needed."""
     routes = ensemble.base.worked_out.itineraries
     by_way = routes.building[itineraries] >= 0
@@ -72,7 +71,7 @@ def _groups(ensemble: Ensemble, itineraries: Numbers, *, apart: bool) -> list[Bo
     return [group for group in groups if group.any()]
 
 
-def _candidates(ensemble: Ensemble, *, pruned: bool) -> tuple[Numbers, Numbers]:
+def _candidates(ensemble: Ensemble, *, pruned: bool) -> tuple[Integers, Integers]:
     """Pairs of a variant and an itinerary that may be the best of their variant.
 
     By way of a building, an itinerary is out if another takes no more time, charge and energy in
@@ -98,14 +97,14 @@ def _candidates(ensemble: Ensemble, *, pruned: bool) -> tuple[Numbers, Numbers]:
     return variants, itineraries
 
 
-def _dominated(costs: list[Points], able: Booleans) -> Booleans:
+def _dominated(costs: list[Floats], able: Booleans) -> Booleans:
     """Whether another column is no worse in all costs; of equal columns the first stays."""
     costs = [np.where(able, each, np.inf) for each in costs]
     out = np.zeros(able.shape, bool)
     number = np.arange(able.shape[1])
     rivals = {rival for cost in costs for rival in np.unique(cost.argmin(axis=1)).tolist()}
     for rival in sorted(rivals):
-        no_worse: npt.NDArray[np.bool_] = able[:, [rival]] & ~out[:, [rival]]
+        no_worse: Booleans = able[:, [rival]] & ~out[:, [rival]]
         better = np.broadcast_to(number > rival, able.shape)
         for cost in costs:
             own = cost[:, [rival]]

@@ -3,17 +3,15 @@
 from __future__ import annotations
 
 import numpy as np
-import numpy.typing as npt
 
-from optuav.mission.sight import CLEAR, MARGIN_M, Numbers, Points, Prisms, crossed
+from optuav.arrays import Booleans, Floats, Integers
+from optuav.mission.sight import CLEAR, MARGIN_M, Prisms, crossed
 
 FEW = 256
 """Lines of a bundle that are tried one by one rather than as a bundle."""
 
-Booleans = npt.NDArray[np.bool_]
 
-
-def clear(obstacles: Prisms, position_m: Points, lines: Numbers, exempt: Numbers) -> Booleans:
+def clear(obstacles: Prisms, position_m: Floats, lines: Integers, exempt: Integers) -> Booleans:
     """Whether lines between places cross no building; False where an end is not known.
 
     Parameters
@@ -44,7 +42,7 @@ def clear(obstacles: Prisms, position_m: Points, lines: Numbers, exempt: Numbers
     return free
 
 
-def _bundle(obstacles: Prisms, ends_m: Points, exempt: Numbers) -> Booleans:
+def _bundle(obstacles: Prisms, ends_m: Floats, exempt: Integers) -> Booleans:
     """Whether the lines of a bundle (6, line) are clear: all at once, or in two halves."""
     low, high = ends_m.min(axis=1), ends_m.max(axis=1)
     count = ends_m.shape[1]
@@ -62,7 +60,7 @@ def _bundle(obstacles: Prisms, ends_m: Points, exempt: Numbers) -> Booleans:
     return free
 
 
-def _met(obstacles: Prisms, low: Points, high: Points, exempt: Numbers) -> Numbers:
+def _met(obstacles: Prisms, low: Floats, high: Floats, exempt: Integers) -> Integers:
     """Footprints of buildings in the hull of the two boxes that hold the ends of a bundle."""
     import shapely
 
@@ -73,7 +71,7 @@ def _met(obstacles: Prisms, low: Points, high: Points, exempt: Numbers) -> Numbe
     return np.asarray(footprint[below & ~exempted])
 
 
-def _through_one_wall(obstacles: Prisms, footprint: Numbers, low: Points, high: Points) -> bool:
+def _through_one_wall(obstacles: Prisms, footprint: Integers, low: Floats, high: Floats) -> bool:
     """Whether all lines between two boxes go through the same wall of a building.
 
     Let s be how far a place stands before a wall [m] and |s'| how far one behind it. The line from
@@ -106,14 +104,14 @@ def _through_one_wall(obstacles: Prisms, footprint: Numbers, low: Points, high: 
     return bool(through.all(axis=(1, 2)).any())
 
 
-def _corners(low: Points, high: Points) -> Points:
+def _corners(low: Floats, high: Floats) -> Floats:
     """Corners on the map of the boxes of both ends (box, corner, 2) [m]."""
     return np.array(
         [[(x, y) for x in (low[k], high[k]) for y in (low[k + 1], high[k + 1])] for k in (0, 3)]
     )
 
 
-def _crossing_none(obstacles: Prisms, ends_m: Points, exempt: Numbers) -> Booleans:
+def _crossing_none(obstacles: Prisms, ends_m: Floats, exempt: Integers) -> Booleans:
     known = np.isfinite(ends_m).all(axis=1)
     free: Booleans = np.asarray(known).copy()
     free[known] = crossed(obstacles, ends_m[known, :3], ends_m[known, 3:], exempt[known]) == CLEAR

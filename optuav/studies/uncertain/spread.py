@@ -13,12 +13,12 @@ from zlib import crc32
 import numpy as np
 from scipy import special
 
+from optuav.arrays import Floats
 from optuav.diagnosis.keys import Key, keys
 from optuav.errors import Fault, InputError
 from optuav.mission import Mission
 from optuav.mission.files import label, read_text, refusal
 from optuav.mission.sections import SECTIONS
-from optuav.mission.sight import Points
 from optuav.mission.words import nearest, shown
 from optuav.studies.uncertain.ensemble import KEY
 
@@ -63,7 +63,7 @@ class Spread:
     deviation: float | None = None
     along: tuple[Key, ...] = ()
 
-    def at(self, share: Points) -> Points:
+    def at(self, share: Floats) -> Floats:
         """Values below which there is a share of all (its quantile function)."""
         low, high, likely = self.low, self.high, self.likely
         if self.deviation is not None:
@@ -77,16 +77,16 @@ class Spread:
         down = high - np.sqrt((1.0 - share) * (high - low) * (high - likely))
         return np.where(share * (high - low) < likely - low, up, down)
 
-    def columns(self, values: Points) -> Iterator[tuple[str, Points]]:
+    def columns(self, values: Floats) -> Iterator[tuple[str, Floats]]:
         """The values by key, and those of the keys that go along."""
         yield self.key.name, values
         for other in self.along:
             yield other.name, np.clip(other.now * (values / self.key.now), other.low, other.high)
 
 
-def drawn(spreads: Sequence[Spread], seed: int, first: int, count: int) -> dict[str, Points]:
+def drawn(spreads: Sequence[Spread], seed: int, first: int, count: int) -> dict[str, Floats]:
     """Samples by key, from number `first` on; the same whatever is drawn before or beside them."""
-    found: dict[str, Points] = {}
+    found: dict[str, Floats] = {}
     for spread in spreads:
         stream = np.random.PCG64([seed, crc32(spread.key.name.encode())])
         stream.advance(first)  # a number takes one step
