@@ -10,7 +10,6 @@ import numpy as np
 import pytest
 
 import optuav
-from optuav.calibration import estimation
 from optuav.calibration.fit import Fit, Value
 from optuav.errors import InputError
 from optuav.physics.battery import lifetime
@@ -199,9 +198,8 @@ def covered(runs: int, sigma: float, seed: int, tmp_path: Path) -> dict[str, lis
     return counts
 
 
-def test_intervals_cover_the_truth(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_intervals_cover_the_truth(tmp_path: Path) -> None:
     """Eight discharges that differ in capacity by 2 %; two misses in six come once in 30 times."""
-    monkeypatch.setattr(estimation, "REPLICATES", 100)
     for key, counts in covered(6, 0.02, 3, tmp_path).items():
         assert min(counts) >= 5, key
 

@@ -8,6 +8,7 @@ from pathlib import Path
 import pytest
 
 import optuav
+from optuav.calibration import estimation
 from tests.cli.run import refused, run, widest
 
 DATA = Path(__file__).parents[2] / "examples" / "data"
@@ -17,6 +18,12 @@ EXAMPLES = {
     "rotor": "bench.csv",
     "table": "paper_table2.toml",
 }
+
+
+@pytest.fixture(autouse=True)
+def few_refits(monkeypatch: pytest.MonkeyPatch) -> None:
+    """For intervals by bootstrap, which count for nothing here but their places."""
+    monkeypatch.setattr(estimation, "REPLICATES", 50)
 
 
 @pytest.mark.parametrize("kind", EXAMPLES)
