@@ -82,8 +82,8 @@ best = optuav.solve(bright, **early)
 print(f"hover {best.hover_time_s:.2f} s, rest {best.rest_time_s:.2f} s: {best.proof}")
 by_rest = {}
 for rest_s in (0.0, 10.0, 20.0, 30.0):
-    possible = [s for s in range(120) if flyable(bright, s, Stop("b9", "rest", rest_s))]
-    by_rest[rest_s] = max(possible, default=None)
+    rest = Stop("b9", "rest", rest_s)
+    by_rest[rest_s] = next((s for s in range(120, -1, -1) if flyable(bright, s, rest)), None)
 print("whole seconds of hover by rest:", by_rest)
 
 assert math.isclose(best.hover_time_s, 106.0, abs_tol=0.05)

@@ -28,6 +28,8 @@ def pytest_addoption(parser: pytest.Parser) -> None:
 
 
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
+    """Slow tests first, so that none of them is left to one worker at the end."""
+    items.sort(key=lambda item: item.get_closest_marker("slow") is None)
     if config.getoption("--soak") or "soak" in config.getoption("-m"):
         return
     skip = pytest.mark.skip(reason="a soak test: give --soak")

@@ -60,6 +60,7 @@ def script(name: str) -> ModuleType:
 # What the pages run and show
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
 def test_page_shows_what_it_prints(page: Path) -> None:
     """``python docs/refresh.py``, which runs every block, has nothing to change."""
@@ -270,6 +271,7 @@ def test_units_and_symbols_agree_with_the_mission_file(row: Row) -> None:
 # Pictures
 
 
+@pytest.mark.slow
 def test_pictures_are_those_that_the_script_draws(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

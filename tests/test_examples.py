@@ -24,6 +24,7 @@ def tree(example: Path) -> ast.Module:
     return ast.parse(example.read_text("utf-8"))
 
 
+@pytest.mark.slow
 def test_runs_without_warnings(example: Path, tmp_path: Path) -> None:
     """In a folder of its own, in which it leaves nothing behind."""
     done = subprocess.run(

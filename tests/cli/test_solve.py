@@ -159,6 +159,7 @@ def test_a_saved_plan_is_the_plan(tmp_path: Path) -> None:
     assert json.loads(as_json.out) == json.loads(path.read_text("utf-8"))
 
 
+@pytest.mark.slow
 def test_pictures_go_into_a_new_directory(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     pytest.importorskip("matplotlib")
     folder = tmp_path / "new" / "pictures"

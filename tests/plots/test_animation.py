@@ -83,6 +83,7 @@ def test_places_of_the_route_are_named_beside_them(
         assert np.hypot(*(point - nearest)) < 0.5 * still.dpi
 
 
+@pytest.mark.slow
 def test_a_small_file_the_same_bytes_again(
     falling: optuav.Replay, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -45,6 +45,7 @@ def never_worse(mission: Mission, **options: Any) -> optuav.Plan:
     return plan
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", VARIANTS)
 def test_as_good_as_a_dense_sampling(name: str) -> None:
     """Within 0.01 s of points all over the ball, searched closely, by formulas of their own."""
@@ -53,6 +54,7 @@ def test_as_good_as_a_dense_sampling(name: str) -> None:
     assert plan.hover_time_s > best_s(mission, fineness=41, close=1) - 0.01
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "changes",
     [

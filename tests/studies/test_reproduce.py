@@ -136,6 +136,7 @@ def png_alone(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("optuav.studies.reproduce.run.svg", lambda figure: b"")
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("coarse")
 def test_a_mission_of_ones_own(tmp_path: Path) -> None:
     """All studies, without the paper's numbers and figures."""
@@ -171,6 +172,7 @@ def test_a_mission_that_cannot_be_flown_gets_a_report(tmp_path: Path) -> None:
     assert not re.search(r"\bnan\b", told)
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("coarse", "png_alone")
 def test_where_one_trajectory_has_no_plan_it_is_said_with_the_reason(tmp_path: Path) -> None:
     """Straight on 89 % would be left, with a rest more."""
@@ -325,6 +327,7 @@ def test_harvest_by_hand() -> None:
     assert found.efficiency == pytest.approx([power_W / 1000.0])
 
 
+@pytest.mark.slow
 def test_left_out_has_its_numbers() -> None:
     """Check numbers of the model: empty wells, overcharging, and 154.89 m/s."""
     (dry,) = exhibits("runs-dry", "paper").values()
