@@ -142,12 +142,13 @@ def test_prices_of_whole_missions_are_differences(
     prices = by(program, engine).shadow_prices()
     assume(prices)
     compiled, within = program.compile("closed-form"), PRICED_WITHIN[engine]
+    here_s = compiled.solve().objective[0]
     for name, value in shared_parameters(program).items():
         size = abs(value) or 1.0
         price = [size * side for side in prices[name]]
         # Over a small step rounding counts, over a large one another constraint may take over.
         assert any(
-            sides_agree(price, differences_of_best(compiled, name, value, step), within)
+            sides_agree(price, differences_of_best(compiled, here_s, name, value, step), within)
             for step in (1e-5, 1e-4, 1e-6)
         ), f"{name} = {value}: {prices[name]} by {engine}"
 
@@ -163,14 +164,13 @@ def shared_parameters(program: Program) -> dict[str, float]:
 
 
 def differences_of_best(
-    compiled: CompiledProgram, name: str, value: float, step: float
+    compiled: CompiledProgram, here_s: float, name: str, value: float, step: float
 ) -> list[float]:
     """(v(p (1 ∓ step)) − v(p))/step of the best itinerary; infinite where there is none.
 
     NaN where p may not have such a value.
     """
-    size, here = abs(value) or 1.0, compiled.solve().objective[0]
-    found = []
+    size, found = abs(value) or 1.0, []
     for sign in (-1.0, 1.0):
         try:
             there = compiled.solve(**{name: value + sign * step * size})
@@ -178,7 +178,7 @@ def differences_of_best(
             found.append(math.nan)
             continue
         has_answer = there.status is not Status.INFEASIBLE
-        gain = float(there.objective[0] - here) / step if has_answer else -math.inf
+        gain = float(there.objective[0] - here_s) / step if has_answer else -math.inf
         found.append(sign * gain)
     return found
 
