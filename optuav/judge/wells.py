@@ -18,6 +18,8 @@ RELATIVE, ABSOLUTE = 1e-11, 1e-12
 
 
 Moment: TypeAlias = Callable[[Battery, Wells, float, float], float]
+Current: TypeAlias = Callable[[float], float]
+"""What seeps from the available well into the bound one [A] → I [A]."""
 
 
 class Follower(NamedTuple):
@@ -61,10 +63,7 @@ def _exact_held(pool: Battery, wells: Wells, passed_s: Floats) -> Wells:
 
 
 def _integrated_at(pool: Battery, wells: Wells, current_A: float, passed_s: Floats) -> Wells:
-    end_s = float(passed_s[-1])
-    if end_s == 0.0:
-        return Wells(*(np.full(len(passed_s), float(each)) for each in wells))
-    return Wells(*_solve(pool, wells, current_A, end_s, t_eval=passed_s / end_s).y)
+    return _integrated(pool, wells, lambda _: current_A, passed_s)
 
 
 def _integrated_empty_s(pool: Battery, wells: Wells, current_A: float, duration_s: float) -> float:
@@ -76,22 +75,15 @@ def _integrated_full_s(pool: Battery, wells: Wells, current_A: float, duration_s
 
 
 def _integrated_held(pool: Battery, wells: Wells, passed_s: Floats) -> Wells:
-    """(12) of the paper with y1 held, integrated: the charger makes up for what seeps away."""
-    from scipy.integrate import solve_ivp
+    """The charger makes up for what seeps away."""
+    return _integrated(pool, wells, lambda seeping_A: seeping_A, passed_s)
 
-    available_As, bound_As = map(float, wells)
-    share, rate = pool.available_fraction, pool.flow_rate_per_s
-    end_s = max(float(passed_s[-1]), np.finfo(float).tiny)
-    found = solve_ivp(
-        lambda _, y: end_s * rate * (available_As / share - y / (1.0 - share)),
-        (0.0, 1.0),
-        [bound_As],
-        t_eval=passed_s / end_s,
-        method="LSODA",
-        rtol=RELATIVE,
-        atol=ABSOLUTE * pool.capacity_As,
-    )
-    return Wells(np.full_like(passed_s, available_As), found.y[0])
+
+def _integrated(pool: Battery, wells: Wells, current_A: Current, passed_s: Floats) -> Wells:
+    """Wells at moments that rise from 0, and may coincide, as those of a stay of no time do."""
+    end_s = float(passed_s[-1])
+    shares, place = np.unique(passed_s / (end_s or 1.0), return_inverse=True)
+    return Wells(*_solve(pool, wells, current_A, end_s, t_eval=shares).y[:, place])
 
 
 def _passing_s(
@@ -106,11 +98,11 @@ def _passing_s(
         return float(y[0] - level_As)
 
     beyond.direction = direction  # type: ignore[attr-defined]
-    found_s = _solve(pool, wells, current_A, duration_s, events=beyond).t_events[0]
+    found_s = _solve(pool, wells, lambda _: current_A, duration_s, events=beyond).t_events[0]
     return float(found_s[0]) * duration_s if len(found_s) else np.inf
 
 
-def _solve(pool: Battery, wells: Wells, current_A: float, end_s: float, **options: Any) -> Any:
+def _solve(pool: Battery, wells: Wells, current_A: Current, end_s: float, **options: Any) -> Any:
     """(11)-(12) of the paper, integrated over shares of a duration.
 
     Over seconds LSODA does not come to an end where there are next to none.
@@ -120,8 +112,8 @@ def _solve(pool: Battery, wells: Wells, current_A: float, end_s: float, **option
     share, rate = pool.available_fraction, pool.flow_rate_per_s
 
     def slope(_: float, y: Floats) -> list[float]:
-        flow_A = rate * (y[1] / (1.0 - share) - y[0] / share)
-        return [end_s * (current_A + flow_A), end_s * -flow_A]
+        seeping_A = rate * (y[0] / share - y[1] / (1.0 - share))
+        return [end_s * (current_A(seeping_A) - seeping_A), end_s * seeping_A]
 
     return solve_ivp(
         slope,
