@@ -7,6 +7,7 @@ from collections.abc import Iterator, Sequence
 from rich.console import RenderableType
 from rich.text import Text
 
+from optuav.judge.tolerance import TOLERANCE
 from optuav.studies.choices import Choice, Choices
 from optuav.studies.tables import LONGEST_NAME, NONE, plain_table
 
@@ -57,16 +58,17 @@ def choice_tables(found: Choices) -> Iterator[RenderableType]:
 
 
 def _flies(row: Choice, min_soc: float) -> str:
-    """Whether a plan can be flown, or why not and from when on."""
+    """Whether a plan can be flown, or what keeps it from that first and from when on."""
     if row.flyable is None:
         return "–"
     if row.flyable:
         return "yes"
-    if row.runs_dry_s is not None:
-        return f"dry {row.runs_dry_s:.0f} s"
-    if row.overfull_s is not None:
-        return f"full {row.overfull_s:.0f} s"
-    return "low" if row.soc and row.soc["battery"] < min_soc else "no"
+    moments = {"dry": row.runs_dry_s, "full": row.overfull_s}
+    known = [(moment_s, word) for word, moment_s in moments.items() if moment_s is not None]
+    if known:
+        first_s, word = min(known)
+        return f"{word} {first_s:.0f} s"
+    return "low" if row.soc and row.soc["battery"] < min_soc - TOLERANCE else "no"
 
 
 def _known_by(rows: Sequence[Choice], proof: str) -> Iterator[str]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+import dataclasses
 import io
 import json
 from typing import Any
@@ -151,12 +152,12 @@ def flies_in(found: Choices) -> list[str]:
 
 
 def test_printed_it_tells_what_can_be_flown_and_how_it_is_known() -> None:
-    """Resting first charges past full, also where `energy` never lets it run dry."""
+    """What comes first: resting first charges past full long before `battery` runs dry."""
     found = optuav.compare_by("paper")
     flies = flies_in(found)
-    charge_only = ["dry 660 s", "dry 1096 s", "dry 1095 s", "dry 1095 s"]
-    overfull = ["yes", "full 364 s", "full 157 s", "full 157 s"]
-    assert flies == [*charge_only, *overfull, *charge_only, *["yes"] * 4]
+    overfull = ["full 364 s", "full 157 s", "full 157 s"]
+    charge_only = ["dry 660 s", *overfull]
+    assert flies == [*charge_only, "yes", *overfull, *charge_only, *["yes"] * 4]
     assert str(found).splitlines()[20:] == [
         "dry: cannot be flown, no available charge is left then",
         "full: cannot be flown, charging would drive the available well past full",
@@ -180,3 +181,22 @@ def test_what_ends_with_too_little_charge_is_told() -> None:
     found = optuav.compare_by("matrice350", ("perspective",))
     assert flies_in(found) == ["yes", "yes", "low", "yes"]
     assert "\nlow: cannot be flown, less than limits.min_soc is left" in str(found)
+
+
+@pytest.mark.parametrize(
+    ("changed", "words"),
+    [
+        ({"runs_dry_s": 300.0}, "dry 300 s"),
+        ({"runs_dry_s": 300.0, "overfull_s": 400.0}, "dry 300 s"),
+        ({"runs_dry_s": 400.0, "overfull_s": 300.0}, "full 300 s"),
+        ({"soc": {"battery": 0.05 - 2e-6, "energy": 0.5, "adjusted": 0.5}}, "low"),
+        ({"soc": {"battery": 0.05 - 1e-9, "energy": 0.5, "adjusted": 0.5}}, "no"),
+    ],
+)
+def test_what_keeps_a_plan_from_flying_is_told(changed: dict[str, Any], words: str) -> None:
+    """The earlier of two moments; charge is low where an audit misses some, not by rounding."""
+    found = optuav.compare_by("paper", ("trajectory",), perspective="available")
+    row = dataclasses.replace(found.rows[0], flyable=False, **changed)
+    grounded = dataclasses.replace(found, rows=(row, *found.rows[1:]))
+    assert flies_in(grounded) == [words, "yes", "yes", "yes"]
+    assert f"\n{words.partition(' ')[0]}: cannot be flown, " in str(grounded)
