@@ -61,14 +61,14 @@ class Solver:
     """
 
     def __init__(self, name: str | None, whole: bool, time_limit_s: float | None) -> None:
-        asked = name or DEFAULT_SOLVER
         try:
             import cvxpy
         except ImportError as error:
             raise SolverError(f"engine cvxpy needs the package cvxpy: {error}") from error
 
         installed = cvxpy.installed_solvers()  # type: ignore[no-untyped-call]
-        name = asked.upper()
+        asked = DEFAULT_SOLVER if name is None else name
+        name = str(asked).upper()
         if name not in installed:
             raise InputError(f"CVXPY has no solver {asked!r}; installed: {', '.join(installed)}")
         if whole and name not in (able := _takers_of_whole_numbers()):

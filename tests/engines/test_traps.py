@@ -209,6 +209,14 @@ def test_missing_solver_names_the_installed_ones(capsys: pytest.CaptureFixture[s
     assert "GUROBO" in capsys.readouterr().err
 
 
+@pytest.mark.parametrize("solver", [5, 0, "", False, ["highs"], [], b"HIGHS"])
+def test_what_is_no_name_is_no_solver(solver: Any) -> None:
+    """Refused like a wrong name; None alone stands for our choice."""
+    with pytest.raises(InputError, match=r"no solver .*; installed: .*HIGHS") as refused:
+        solve("paper", "P3", engine="cvxpy", solver=solver, perspective="battery")
+    assert repr(solver) in str(refused.value)
+
+
 @pytest.mark.parametrize("name", ["HiGHS", "highs"])
 def test_a_solver_is_known_by_its_name_in_any_case(name: str) -> None:
     """What follows from the name does not depend on it: settings, limits, what the proof says."""
