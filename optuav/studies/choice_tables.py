@@ -31,7 +31,7 @@ def choice_tables(found: Choices) -> Iterator[RenderableType]:
         table.add_column(name, no_wrap=True)
     for name in ("Δ [s]", "T' [s]", "T [s]", "η1 [%]"):
         table.add_column(Text(name), justify="right", no_wrap=True)
-    table.add_column("by way of", no_wrap=True, max_width=LONGEST_NAME)
+    table.add_column("by way of", max_width=LONGEST_NAME)  # alone in giving way
     table.add_column("flies", no_wrap=True)
     before, answers = "", [_flies(row, found.mission.limits.min_soc) for row in found.rows]
     for row, flies in zip(found.rows, answers, strict=True):
@@ -41,7 +41,7 @@ def choice_tables(found: Choices) -> Iterator[RenderableType]:
             row.trajectory,
             *(NONE if each is None else f"{each:.2f}" for each in figures),
             f"{100.0 * row.soc['battery']:.2f}" if row.soc else "–",
-            Text(", ".join(row.route[1:-1]) or "–"),
+            Text(", ".join(row.route[1:-1]) or "–", no_wrap=True, overflow="ellipsis"),
             flies,
         )
         before = row.perspective

@@ -200,3 +200,21 @@ def test_what_keeps_a_plan_from_flying_is_told(changed: dict[str, Any], words: s
     grounded = dataclasses.replace(found, rows=(row, *found.rows[1:]))
     assert flies_in(grounded) == [words, "yes", "yes", "yes"]
     assert f"\n{words.partition(' ')[0]}: cannot be flown, " in str(grounded)
+
+
+def test_long_names_of_roofs_give_way_to_every_figure() -> None:
+    """On 80 columns the way is cut short, nothing else: the figures are those of short names."""
+    paper = optuav.load("paper")
+    data = paper.to_dict()
+    for building in data["buildings"]:
+        building["name"] = f"roof {building['name']} of the national research centre"
+    short, long = (
+        str(optuav.compare_by(mission, ("trajectory",))).splitlines()
+        for mission in (paper, optuav.Mission.from_dict(data))
+    )
+    assert max(map(len, long)) <= 80
+    assert "roof b9 " in long[4]
+    way = slice(short[2].index("by way of"), short[2].index("flies"))
+    for was, now in zip(short[2:7], long[2:7], strict=True):
+        assert now[: way.start] == was[: way.start]
+        assert now.split("  ")[-1].strip() == was.split("  ")[-1].strip()
