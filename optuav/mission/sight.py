@@ -6,11 +6,12 @@ import itertools
 import math
 from dataclasses import dataclass
 from functools import lru_cache
-from typing import Any
+from typing import Any, TypeAlias
 
 import numpy as np
 
 from optuav.arrays import Floats, Integers
+from optuav.mission.quantities import Footprint, RoofPosition
 from optuav.mission.schema import Mission
 from optuav.mission.sections import Building
 
@@ -24,6 +25,8 @@ REMEMBERED = 4
 """Sets of buildings whose prisms are kept: missions that are compared share theirs as a rule."""
 CLEAR = -1
 """In place of the number of a building: there is none."""
+Outline: TypeAlias = tuple[tuple[float, float], ...]
+"""Corners of a footprint on the map [m]."""
 
 
 @dataclass(frozen=True)
@@ -45,40 +48,49 @@ class Prisms:
     roof_m: Floats
 
 
-def outline_m(building: Building) -> tuple[tuple[float, float], ...] | None:
+def outline_m(building: Building) -> Outline | None:
     """Corners of a footprint on the map [m]; None if the building states none."""
     stated = building.footprint_m
-    if stated is None:
-        return None
+    return None if stated is None else _outline_m(stated, building.position_m)
+
+
+def _outline_m(stated: Footprint, position_m: RoofPosition) -> Outline:
     if isinstance(stated[0], tuple):
         return stated
-    (x, y, _), (width, depth) = building.position_m, stated
+    (x, y, _), (width, depth) = position_m, stated
     west, east, south, north = x - width / 2, x + width / 2, y - depth / 2, y + depth / 2
     return ((west, south), (east, south), (east, north), (west, north))
 
 
 def prisms(mission: Mission) -> Prisms:
     """The mission's buildings that have a footprint."""
-    return _prisms(mission.buildings)
+    every = mission.buildings
+    building = tuple(k for k, each in enumerate(every) if each.footprint_m is not None)
+    return _prisms(
+        building,
+        tuple(every[k].footprint_m for k in building),
+        tuple(every[k].position_m for k in building),
+    )
 
 
 @lru_cache(maxsize=REMEMBERED)
-def _prisms(buildings: tuple[Building, ...]) -> Prisms:
+def _prisms(
+    building: tuple[int, ...],
+    footprint_m: tuple[Footprint, ...],
+    position_m: tuple[RoofPosition, ...],
+) -> Prisms:
+    """Of buildings by number; tuples of numbers compare faster than buildings do."""
     import shapely
 
-    outlines = [outline_m(building) for building in buildings]
-    sides = np.array([len(outline or ()) for outline in outlines], dtype=np.intp)
-    (with_footprint,) = np.nonzero(sides)
-    corners = np.array([corner for outline in outlines for corner in outline or ()])
-    ring = np.repeat(np.arange(len(with_footprint)), sides[with_footprint])
+    outlines = list(map(_outline_m, footprint_m, position_m))
+    corners = np.array([corner for outline in outlines for corner in outline])
+    sides = np.array([len(outline) for outline in outlines], dtype=np.intp)
+    ring = np.repeat(np.arange(len(outlines)), sides)
     outer = shapely.polygons(shapely.linearrings(corners.reshape(-1, 2), indices=ring))
     inner: Any = shapely.buffer(outer, -MARGIN_M, join_style="mitre")
     shapely.prepare(inner)
-    return Prisms(
-        shapely.STRtree(inner),
-        with_footprint,
-        np.array([buildings[k].position_m[2] for k in with_footprint]),
-    )
+    roof_m = np.array(position_m, dtype=float).reshape(-1, 3)[:, 2]
+    return Prisms(shapely.STRtree(inner), np.array(building, dtype=np.intp), roof_m)
 
 
 def crossed(obstacles: Prisms, start_m: Floats, end_m: Floats, exempt: Integers) -> Integers:

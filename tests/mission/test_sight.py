@@ -8,6 +8,7 @@ from collections.abc import Sequence
 
 import numpy as np
 import pytest
+import shapely
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
@@ -16,6 +17,7 @@ from optuav.mission import Mission, sight
 from optuav.mission.legs import legs
 from optuav.mission.network import network
 from optuav.mission.places import HOVER, places
+from optuav.mission.sections import Building
 from optuav.mission.sight import CLEAR, crossed, outline_m, prisms
 
 Point = tuple[float, float, float]
@@ -320,3 +322,31 @@ def test_what_is_out_of_reach_blocks_nothing() -> None:
     assert not where.laser_sight[HOVER]
     assert not table.flyable[(table.start == HOVER) | (table.end == HOVER)].any()
     assert table.flyable[(table.start != HOVER) & (table.end != HOVER)].any()
+
+
+def test_missions_share_prisms_without_comparing_buildings(monkeypatch: pytest.MonkeyPatch) -> None:
+    """In a large town that takes longer than to make them anew."""
+    mission = town(((40, 10), (100, 200, 30)), (None, (0, 0, 50)), (L_SHAPE, (5, 5, 20)))
+    later = mission.replace({"limits.deadline_s": 900})
+    renamed = mission.replace({"buildings.0.name": "town hall"})
+    monkeypatch.setattr(Building, "__eq__", lambda *_: pytest.fail("two buildings were compared"))
+    assert prisms(mission) is prisms(mission) is prisms(later) is prisms(renamed)
+
+
+@pytest.mark.parametrize(
+    ("key", "value"),
+    [("0.footprint_m", [40, 11]), ("0.position_m", [101, 200, 30]), ("2.position_m", [5, 5, 21])],
+)
+def test_prisms_follow_footprints_and_roofs(key: str, value: object) -> None:
+    """No other town's are taken for them."""
+    mission = town(((40, 10), (100, 200, 30)), (None, (0, 0, 50)), (L_SHAPE, (5, 5, 20)))
+    before, after = prisms(mission), prisms(mission.replace({f"buildings.{key}": value}))
+    bounds_m = [shapely.bounds(each.tree.geometries) for each in (before, after)]
+    assert not np.array_equal(*bounds_m) or not np.array_equal(before.roof_m, after.roof_m)
+
+
+def test_prisms_know_the_numbers_of_their_buildings() -> None:
+    """Also where the same ones stand elsewhere in the list."""
+    solids = [((40, 10), (100, 200, 30)), (L_SHAPE, (5, 5, 20))]
+    assert prisms(town(*solids)).building.tolist() == [0, 1]
+    assert prisms(town((None, (0, 0, 50)), *solids)).building.tolist() == [1, 2]
