@@ -44,7 +44,8 @@ class Interval(NamedTuple):
 def largest(rows: Rows, x_top: Floats, y_top: Floats, *, any_point: bool = False) -> Interval:
     """Bracket the largest x of every programme.
 
-    Where y is 0, the points where a row ceases to hold are all found, and tried from the largest.
+    Where y is 0 and trends do not tell, the points where a row ceases to hold are all found, and
+    tried from the largest.
 
     Parameters
     ----------

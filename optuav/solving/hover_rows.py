@@ -36,6 +36,11 @@ class Legs(NamedTuple):
     duration_s: Floats
     ends: Sequence[int]
 
+    @property
+    def rests(self) -> bool:
+        """Whether there are two stays between the legs, so that one is a rest."""
+        return len(self.ends) == 4
+
 
 def hover_rows(
     legs: Legs, figures: Mapping[str, Any], rest_first: bool | Booleans
@@ -53,22 +58,21 @@ def hover_rows(
     """
     hover_A, rest_A = -figures["hover_current_A"], figures["rest_current_A"]
     # A stay is to the wells a current for a time: the one before the last is the rest here.
-    rests = len(legs.ends) > 3
     earlier_A = _either(rest_first, rest_A, hover_A)
-    later_A = _either(rest_first, hover_A, rest_A) if rests else hover_A
-    stays_A = {"rest": earlier_A, "hover": later_A} if rests else {"hover": later_A}
+    later_A = _either(rest_first, hover_A, rest_A) if legs.rests else hover_A
+    stays_A = {"rest": earlier_A, "hover": later_A} if legs.rests else {"hover": later_A}
     steps, telling = _steps(legs, stays_A, figures)
     unused: dict[str, Any] = dict.fromkeys(UNUSED, np.nan)
     given = Quantities(
         packs=1.0,
         flight_time_s=legs.duration_s.sum(axis=0),
         flight_charge_As=-(legs.current_A * legs.duration_s).sum(axis=0),
-        rests=rests,
+        rests=legs.rests,
         steps=steps,
         **unused,
         **{**figures, "hover_current_A": -later_A, "rest_current_A": earlier_A},
     )
-    hover, rest = unknown("hover"), unknown("rest") if rests else None
+    hover, rest = unknown("hover"), unknown("rest") if legs.rests else None
     soc = PERSPECTIVES[AVAILABLE](given, hover, 0.0 if rest is None else rest)
     left_s = given.time_left
     forms = [left_s - (hover if rest is None else hover + rest), soc - given.min_soc]
@@ -78,8 +82,8 @@ def hover_rows(
         forms.append(margin if isinstance(margin, Exponential) else Exponential({CONSTANT: margin}))
         sizes.append(1.0)
     reach_s = np.maximum(left_s, 0.0)
-    rows = rows_of(forms, sizes, "hover", "rest" if rests else None, len(reach_s), reach_s)
-    return rows.mirrored(~np.asarray(rest_first)) if rests else rows, reach_s
+    rows = rows_of(forms, sizes, "hover", "rest" if legs.rests else None, len(reach_s), reach_s)
+    return rows.mirrored(~np.asarray(rest_first)) if legs.rests else rows, reach_s
 
 
 def _either(which: bool | Booleans, one: Any, other: Any) -> Any:

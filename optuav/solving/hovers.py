@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 import math
-import sys
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from itertools import accumulate, chain
 from typing import Any, Literal, NamedTuple, TypeAlias
 
@@ -14,8 +13,8 @@ from optuav.arrays import Booleans, Floats
 from optuav.engines.bracketing import largest, shortest
 from optuav.engines.sweeping import WIDTH_S
 from optuav.errors import Fault, InputError
+from optuav.mission.quantities import Number
 from optuav.physics import battery
-from optuav.physics.quantity import TINY
 from optuav.solving.hover_rows import Legs, hover_rows
 
 Leg: TypeAlias = Sequence[battery.Phase]
@@ -28,19 +27,18 @@ STAYS: Mapping[str, tuple[str, ...]] = {
 AT_ONCE = 1 << 13
 """Itineraries worked on together: few enough to stay in the cache, and in bounded memory."""
 
-LARGEST = sys.float_info.max
-ANY = (-LARGEST, LARGEST, "a finite number")
-NOT_NEGATIVE = (0.0, LARGEST, "a finite number ≥ 0")
-RANGES: Mapping[str, tuple[float, float, str]] = {
-    "deadline_s": NOT_NEGATIVE,
-    "min_soc": (0.0, 1.0, "0 to 1"),
-    "capacity_As": (TINY, LARGEST, "a finite number > 0"),
-    "available_fraction": (TINY, math.nextafter(1.0, 0.0), "between 0 and 1, neither included"),
-    "flow_rate_per_s": NOT_NEGATIVE,
-    "hover_current_A": ANY,
-    "rest_current_A": ANY,
+CURRENT = Number("A", ge=-1e6, le=1e6)
+DURATION = Number("s", ge=0, le=1e7)
+RANGES: Mapping[str, Number] = {
+    "deadline_s": DURATION,
+    "min_soc": Number("-", ge=0, le=1),
+    "capacity_As": Number("A s", ge=1e-3, le=1e12),
+    "available_fraction": Number("-", ge=1e-6, le=0.999999),
+    "flow_rate_per_s": Number("1/s", ge=0, le=1e3),
+    "hover_current_A": CURRENT,
+    "rest_current_A": CURRENT,
 }
-"""Least and largest figure of each name, and both in words."""
+"""Beyond these, which missions keep to as well, rounding may void what is proved."""
 
 
 class Hovers(NamedTuple):
@@ -89,25 +87,27 @@ def longest_hovers(
     ----------
     legs
         What is flown before, between and after the stays: one leg more than stays, each a sequence
-        of `optuav.physics.battery.Phase` (current [A], negative while it drains, and duration [s],
-        ≥ 0).
+        of `optuav.physics.battery.Phase` (current [A], negative while it drains, up to 1e6 either
+        way, and duration [s], 0 to 1e7).
     stays
         ``"hover"``, ``"rest-first"`` or ``"hover-first"``, or one of these for each itinerary. Then
         there are three legs, of which one that only hovers flies the last two without a stop: the
         third may last 0 s.
     deadline_s, min_soc
-        T_max [s], ≥ 0, and η0 [-], 0 to 1.
+        T_max [s], 0 to 1e7, and η0 [-], 0 to 1.
     capacity_As, available_fraction, flow_rate_per_s
-        B of all packs together [A s], > 0, ω [-], in (0, 1), and k_F [1/s], ≥ 0.
+        B of all packs together [A s], 1e-3 to 1e12, ω [-], 1e-6 to 0.999999, and k_F [1/s], 0 to
+        1e3.
     hover_current_A, rest_current_A
-        Net current drawn while hovering, and that charges while resting [A].
+        Net current drawn while hovering, and that charges while resting [A], up to 1e6 either way.
     shortest_rest
         Whether to find the shortest T' for each Δ, which takes about half as long again.
 
     Raises
     ------
     InputError
-        If the number of legs does not fit the stays, shapes differ, or a figure is out of range.
+        With everything that is wrong: legs that do not go with the stays, shapes that differ,
+        figures that are no numbers or out of range.
     """
     given = {
         "deadline_s": deadline_s,
@@ -118,17 +118,15 @@ def longest_hovers(
         "hover_current_A": hover_current_A,
         "rest_current_A": rest_current_A,
     }
-    figures = {name: _figure(value) for name, value in given.items()}
-    flown = [[battery.Phase(*map(_figure, phase)) for phase in leg] for leg in legs]
-    order = stays if isinstance(stays, str) else np.asarray(stays, dtype=str)
+    figures, flown, order = _figures(given), _flown(legs), _order(stays)
     shape = _shape(flown, order, figures)
     count = math.prod(shape)
     found = np.empty((3, count))
     for first in range(0, count, AT_ONCE):
         here = slice(first, min(first + AT_ONCE, count))
         table, cut = _legs(flown, here), {name: _cut(each, here) for name, each in figures.items()}
-        if not _in_range(table, cut):
-            raise InputError(_faults(flown, order, figures))
+        if not (_within(table.current_A, CURRENT) and _within(table.duration_s, DURATION)):
+            _refuse(flown, order, figures)
         found[:, here] = _bracket(table, _cut(order, here), cut, shortest_rest)
     return Hovers(*found.reshape(3, *shape))
 
@@ -139,6 +137,37 @@ def _bracket(legs: Legs, stays: Any, figures: Mapping[str, Any], shortest_rest: 
     found = largest(rows, x_top, y_top)
     rest_s = shortest(rows, found, y_top) if shortest_rest else found.y
     return np.stack([found.x, rest_s, found.beyond])
+
+
+def _figures(given: Mapping[str, Any]) -> dict[str, Any]:
+    figures, faults = {}, []
+    for name, value in given.items():
+        try:
+            figures[name] = _figure(value)
+        except (TypeError, ValueError):
+            faults.append(Fault(name, repr(value)[:40], "a number, or an array of numbers"))
+    if faults:
+        raise InputError(faults)
+    return figures
+
+
+def _flown(legs: Sequence[Leg]) -> list[list[battery.Phase]]:
+    try:
+        return [[battery.Phase(*map(_figure, phase)) for phase in leg] for leg in legs]
+    except (TypeError, ValueError):
+        allowed = "legs, each a sequence of phases of two numbers or arrays: current and duration"
+        raise InputError([Fault("legs", repr(legs)[:40], allowed)]) from None
+
+
+def _order(stays: Any) -> Any:
+    """A name, or an array of names."""
+    try:
+        order = np.asarray(stays, dtype=str)
+    except ValueError:
+        raise InputError(
+            [Fault("stays", repr(stays)[:40], "a name, or an array of names")]
+        ) from None
+    return order if order.ndim else str(order)
 
 
 def _figure(value: Any) -> Any:
@@ -165,66 +194,61 @@ def _legs(flown: Sequence[Leg], here: slice) -> Legs:
 
 def _shape(flown: Sequence[Leg], stays: Any, figures: Mapping[str, Any]) -> tuple[int, ...]:
     """The one shape of all that are arrays."""
-    shapes = _shapes(flown, stays, figures)
-    if len(shapes) > 1 or len(flown) != _legs_needed(stays):
-        raise InputError(_faults(flown, stays, figures))
-    return shapes[0] if shapes else ()
-
-
-def _shapes(flown: Sequence[Leg], stays: Any, figures: Mapping[str, Any]) -> list[tuple[int, ...]]:
     stages = chain.from_iterable(chain.from_iterable(flown))
-    every = (stays, *figures.values(), *stages)
-    return list(dict.fromkeys(each.shape for each in every if isinstance(each, np.ndarray)))
+    arrays = (e for e in (stays, *figures.values(), *stages) if isinstance(e, np.ndarray))
+    shapes: set[tuple[int, ...]] = {each.shape for each in arrays}
+    one, *others = shapes or {()}
+    sound = not others and 0 not in one and len(flown) == _legs_needed(stays)
+    if not sound or not all(_within(each, RANGES[name]) for name, each in figures.items()):
+        _refuse(flown, stays, figures)
+    return one
 
 
-def _legs_needed(stays: Any) -> int:
-    """One more than stays; 0 if one of these is unknown."""
+def _legs_needed(stays: Any) -> int | None:
+    """One more than stays; None if one of these is unknown."""
     if isinstance(stays, str):
-        return len(STAYS[stays]) + 1 if stays in STAYS else 0
-    return 3 if np.isin(stays, list(STAYS)).all() else 0
+        return len(STAYS[stays]) + 1 if stays in STAYS else None
+    return 3 if np.isin(stays, list(STAYS)).all() else None
 
 
-def _in_range(legs: Legs, figures: Mapping[str, Any]) -> bool:
-    """Whether all that is handed over can be worked with."""
-    return (
-        _within(legs.current_A, *ANY)
-        and _within(legs.duration_s, *NOT_NEGATIVE)
-        and all(_within(each, *RANGES[name]) for name, each in figures.items())
-    )
-
-
-def _within(figure: Any, least: float, most: float, _: str) -> bool:
+def _within(figure: Any, allowed: Number) -> bool:
     if isinstance(figure, float):
-        return least <= figure <= most
-    return bool(figure.min(initial=least) >= least and figure.max(initial=most) <= most)
+        return allowed.accepts(figure)
+    return not figure.size or all(allowed.accepts(float(e)) for e in (figure.min(), figure.max()))
 
 
-def _faults(flown: Sequence[Leg], stays: Any, figures: Mapping[str, Any]) -> list[Fault]:
-    """Everything that is wrong."""
+def _refuse(flown: Sequence[Leg], stays: Any, figures: Mapping[str, Any]) -> None:
+    """Raise with everything that is wrong, if anything is."""
     faults = []
-    if not (needed := _legs_needed(stays)):
+    if (needed := _legs_needed(stays)) is None:
         unknown = set(np.ravel(stays).tolist()) - STAYS.keys()
         faults.append(Fault("stays", ", ".join(sorted(unknown)), f"one of {', '.join(STAYS)}"))
     elif len(flown) != needed:
         which = repr(stays) if isinstance(stays, str) else "stays that are told one by one"
         faults.append(Fault("legs", f"{len(flown)} legs", f"{needed} go with {which}"))
-    if len(shapes := _shapes(flown, stays, figures)) > 1:
-        faults.append(Fault("shapes", ", ".join(map(str, shapes)), "one shape for all arrays"))
-    every = [(name, figure, RANGES[name]) for name, figure in figures.items()]
+    every = [*_named(flown, figures)]
+    shapes = {"stays": stays, **{name: figure for name, figure, _ in every}}
+    owners: dict[tuple[int, ...], str] = {}
+    for name, array in shapes.items():
+        if isinstance(array, np.ndarray):
+            owners.setdefault(array.shape, name)
+    if len(owners) > 1:
+        told = ", ".join(f"{shape} of {name}" for shape, name in owners.items())
+        faults.append(Fault("shapes", told, "one shape for all arrays"))
+    for name, figure, allowed in every:
+        if not _within(figure, allowed):
+            first = next(e for e in np.ravel(figure).tolist() if not allowed.accepts(e))
+            faults.append(Fault(name, f"{first:g}", allowed.words))
+    if faults:
+        raise InputError(faults)
+
+
+def _named(flown: Sequence[Leg], figures: Mapping[str, Any]) -> Iterator[tuple[str, Any, Number]]:
+    """Every figure with its name and what it may be."""
+    for name, figure in figures.items():
+        yield name, figure, RANGES[name]
     for number, leg in enumerate(flown, start=1):
         for stage, phase in enumerate(leg, start=1):
             where = f"of stage {stage} of leg {number}"
-            every.append((f"legs: current {where}", phase.current_A, ANY))
-            every.append((f"legs: duration {where}", phase.duration_s, NOT_NEGATIVE))
-    faults += [
-        Fault(name, _outside(figure, *allowed), allowed[-1])
-        for name, figure, allowed in every
-        if not _within(figure, *allowed)
-    ]
-    return faults
-
-
-def _outside(figure: Any, least: float, most: float, _: str) -> str:
-    """The first entry that is out of range."""
-    every = np.ravel(figure)
-    return f"{every[~((every >= least) & (every <= most))][0]:g}"
+            yield f"legs: current {where}", phase.current_A, CURRENT
+            yield f"legs: duration {where}", phase.duration_s, DURATION

@@ -15,6 +15,7 @@ from scipy.integrate import solve_ivp
 import optuav
 from formulations.p4 import P4
 from optuav.engines import bracket
+from optuav.engines.exponential_form import Rows
 from optuav.engines.sweeping import WIDTH_S
 from optuav.modelling import check
 from optuav.physics.battery import Phase
@@ -303,22 +304,52 @@ def test_faults_of_the_arrays_are_told_at_once() -> None:
 
 
 def test_figures_out_of_range_are_told_at_once() -> None:
-    """An endless deadline used to end in a false proof that no hover is possible."""
+    """An endless deadline, or one of 1e28 s, ended in a false proof."""
     case = figures(np.random.default_rng(3)) | {"stays": "hover"}
     case["legs"] = [[Phase(-1.0, np.array([1.0, -2.0]))], [Phase(math.inf, 1.0)]]
-    case |= {"deadline_s": math.inf, "min_soc": 1.5, "available_fraction": 1.0}
+    case |= {"deadline_s": 1e28, "min_soc": 1.5, "available_fraction": 1.0}
     case |= {"capacity_As": np.array([1.0, 0.0]), "flow_rate_per_s": -1.0}
+    case |= {"rest_current_A": np.array([1e15, 0.0]), "hover_current_A": -math.inf}
     with pytest.raises(optuav.InputError) as error:
         longest(case)
     assert {fault.key: fault.value for fault in error.value.faults} == {
-        "deadline_s": "inf",
+        "deadline_s": "1e+28",
         "min_soc": "1.5",
         "capacity_As": "0",
         "available_fraction": "1",
         "flow_rate_per_s": "-1",
+        "hover_current_A": "-inf",
+        "rest_current_A": "1e+15",
         "legs: duration of stage 1 of leg 1": "-2",
         "legs: current of stage 1 of leg 2": "inf",
     }
+
+
+def test_a_single_leg_out_of_range_among_many_is_named() -> None:
+    case = figures(np.random.default_rng(3)) | {"stays": "hover"}
+    case["legs"] = [[Phase(-1.0, np.append(np.ones(9000), -3.0))], [Phase(-1.0, 1.0)]]
+    with pytest.raises(optuav.InputError, match="duration of stage 1 of leg 1 = -3: a number, 0 <"):
+        longest(case)
+
+
+@pytest.mark.parametrize(
+    ("keys", "words"),
+    [
+        ({"deadline_s": "soon"}, "deadline_s = 'soon': a number, or an array of numbers"),
+        ({"legs": [Phase(-1.0, 1.0)] * 2}, "legs = .*: legs, each a sequence of phases"),
+        ({"stays": [["hover"], []]}, "stays = .*: a name, or an array of names"),
+        (
+            {"deadline_s": np.ones(2), "min_soc": np.zeros(3)},
+            r"\(2,\) of deadline_s, \(3,\) of min_s",
+        ),
+        ({"min_soc": np.array([]), "capacity_As": -1.0}, "capacity_As = -1: a number, 0.001 <= x"),
+    ],
+)
+def test_what_cannot_be_read_is_named(keys: dict[str, Any], words: str) -> None:
+    case = figures(np.random.default_rng(3)) | {"stays": "hover"}
+    case |= {"legs": [[Phase(-1.0, 1.0)]] * 2, "deadline_s": 100.0} | keys
+    with pytest.raises(optuav.InputError, match=words):
+        longest(case)
 
 
 @pytest.mark.parametrize(
@@ -329,6 +360,21 @@ def test_unknown_stays_and_legs_that_do_not_go_with_them(stays: Any, key: str) -
     with pytest.raises(optuav.InputError) as error:
         longest(case)
     assert [fault.key for fault in error.value.faults] == [key]
+
+
+def test_no_itineraries_have_no_answers() -> None:
+    case = figures(np.random.default_rng(3)) | {"deadline_s": np.array([])}
+    assert all(each.shape == (0,) for each in longest(case))
+
+
+def test_mirrored_rows_are_the_same_at_mirrored_points() -> None:
+    """In those programmes that are told, with a rate of its own for either time."""
+    rng = np.random.default_rng(5)
+    rows = Rows(*rng.normal(size=(6, 4, 3)), *rng.uniform(0.01, 1.0, (2, 3)))
+    mirrored = rows.mirrored(np.array([True, False, True]))
+    x, y = rng.uniform(0.0, 9.0, (2, 3))
+    there = mirrored.at(np.array([y[0], x[1], y[2]]), np.array([x[0], y[1], x[2]]))
+    assert there == pytest.approx(rows.at(x, y), rel=1e-12)
 
 
 # What the constraints are reduced to
