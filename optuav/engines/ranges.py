@@ -8,8 +8,9 @@ from typing import Any
 
 from optuav.errors import InputError
 from optuav.modelling.affine import Affine, NotAffineError, affine
+from optuav.modelling.expression import Operand
 from optuav.modelling.model import Model
-from optuav.modelling.walk import evaluate
+from optuav.modelling.walk import evaluate, leaves
 
 Values = Mapping[str, Any]
 
@@ -74,12 +75,24 @@ def last_slot(bound_s: float, slot_s: float, *, begun: bool) -> int:
     return math.ceil(slots) if begun and slots > 0.0 else math.floor(slots)
 
 
+def cut_short(model: Model) -> set[str]:
+    """Unknowns whose last slot their own upper bound may cut short; an equation holds it whole."""
+    equations = (each.relation for each in model.constraints if each.relation.sense == "==")
+    equated = {leaf.name for relation in equations for leaf in leaves(*relation.sides)}
+    bounded = (each for each in model.variables if not (each.binary or _is_infinite(each.upper)))
+    return {each.name for each in bounded} - equated
+
+
+def _is_infinite(bound: Operand) -> bool:
+    return isinstance(bound, float) and math.isinf(bound)
+
+
 def slot_ranges(model: Model, parameters: Values, slot_s: float) -> dict[str, tuple[int, int]]:
     """First and last slot of every unknown that is not binary, counted from 0.
 
     Where the last slot is cut short by the unknown's own upper bound it counts; where a constraint
-    between unknowns ends the range, whole slots only. Where no slot is left, the last one is the
-    one before the first.
+    between unknowns ends the range, or an equation holds the unknown, whole slots only. Where no
+    slot is left, the last one is the one before the first.
 
     Raises
     ------
@@ -89,6 +102,7 @@ def slot_ranges(model: Model, parameters: Values, slot_s: float) -> dict[str, tu
     lower = lower_bounds(model, parameters)
     implied = implied_upper_bounds(model, parameters, lower)
     own = own_upper_bounds(model, parameters)
+    cut = cut_short(model)
     ranges = {}
     for variable in (each for each in model.variables if not each.binary):
         least, bound = lower[variable.name], min(implied[variable.name], own[variable.name])
@@ -98,6 +112,7 @@ def slot_ranges(model: Model, parameters: Values, slot_s: float) -> dict[str, tu
             raise InputError(f"whole slots need an upper bound on {variable.symbol}")
         bound = max(bound, least - slot_s)  # it may lie infinitely far below: no slot fits
         first = max(variable.first_slot, -last_slot(-least, slot_s, begun=False))
-        last = last_slot(bound, slot_s, begun=bound == own[variable.name] >= least)
+        ends_it = variable.name in cut and bound == own[variable.name] >= least
+        last = last_slot(bound, slot_s, begun=ends_it)
         ranges[variable.name] = (first, max(last, first - 1))
     return ranges

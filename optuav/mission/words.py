@@ -9,6 +9,7 @@ from collections.abc import Iterable, Iterator
 from functools import cache, lru_cache
 from typing import get_args
 
+import numpy as np
 from pydantic import BaseModel
 
 from optuav.mission.quantities import Allowed, Number
@@ -16,6 +17,8 @@ from optuav.mission.sections import SECTIONS
 
 LONGEST_TEXT = 60
 LONGEST_NAME = 200
+DIGITS = 15
+"""Decimal digits that every float holds."""
 UNPRINTABLE = "\N{REPLACEMENT CHARACTER}"
 
 
@@ -86,6 +89,11 @@ def shortened(text: str) -> str:
 def safe_name(part: str | int) -> str:
     """A part of a dotted key as it may be printed."""
     return shortened(printable(str(part)))
+
+
+def written_out(value: float) -> str:
+    """A number with all its digits and no power of ten; rounding errors are not digits."""
+    return np.format_float_positional(value, DIGITS, fractional=False, trim="-")
 
 
 def shown(value: object, depth: int = 2) -> str:

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterator
 
+from optuav.engines.ranges import cut_short
 from optuav.mission.network import Network
+from optuav.mission.words import written_out
 from optuav.modelling import Model
 from optuav.solving.planning import Part
 
@@ -21,13 +22,14 @@ def routes_of(worked_out: Network, part: Part) -> str:
 
 def slots_of(model: Model, slot_s: float) -> str:
     """What slots ask of the unknowns; the model does not say it, counting is up to engines."""
-    return ", ".join([f"in whole slots of {slot_s:g} s", *_ends(model, slot_s)])
+    return ", ".join([f"in whole slots of {written_out(slot_s)} s", *_ends(model, slot_s)])
 
 
 def _ends(model: Model, slot_s: float) -> Iterator[str]:
     """Where the slots of each unknown begin and end, if not where its bounds do."""
+    cut = cut_short(model)
     for time in (each for each in model.variables if not each.binary):
         if time.first_slot > 0:
-            yield f"{time.symbol} ≥ {time.first_slot * slot_s:g} s"
-        if not (isinstance(time.upper, float) and math.isinf(time.upper)):
+            yield f"{time.symbol} ≥ {written_out(time.first_slot * slot_s)} s"
+        if time.name in cut:
             yield f"the last of {time.symbol} cut short by its bound"

@@ -18,6 +18,7 @@ from optuav.mission.itineraries import NO_LEG
 from optuav.mission.network import Network
 from optuav.mission.one_stop import in_words, one_stop_is_enough
 from optuav.mission.phases import phases
+from optuav.mission.words import written_out
 from optuav.modelling import Model, evaluate
 from optuav.modelling.check import evaluated
 from optuav.modelling.traits import traits
@@ -275,8 +276,8 @@ def _feasible_without_slots(asked: Question, parts: Sequence[Part]) -> bool:
 def _between_slots(slot_s: float, model: Model, parameters: Mapping[str, float]) -> Iterator[str]:
     """Words on a programme that has times, but none in whole slots."""
     yield (
-        f"no whole slots of {slot_s:g} s satisfy all constraints together; without slots there "
-        "are times that do"
+        f"no whole slots of {written_out(slot_s)} s satisfy all constraints together; without "
+        "slots there are times that do"
     )
     for constraint in model.constraints:
         relation = constraint.relation

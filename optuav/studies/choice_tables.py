@@ -8,6 +8,7 @@ from rich.console import RenderableType
 from rich.text import Text
 
 from optuav.judge.tolerance import TOLERANCE
+from optuav.mission.words import written_out
 from optuav.studies.choices import Choice, Choices
 from optuav.studies.tables import LONGEST_NAME, NONE, plain_table
 
@@ -22,7 +23,9 @@ GROUNDED = {
 
 def choice_tables(found: Choices) -> Iterator[RenderableType]:
     """One line a plan with whether it can be flown, and how each is known."""
-    times = "continuous times" if found.slot_s is None else f"slots of {found.slot_s:g} s"
+    times = (
+        "continuous times" if found.slot_s is None else f"slots of {written_out(found.slot_s)} s"
+    )
     heading = f"{found.mission.name}: longest hover by {' and '.join(found.by)}, {times}"
     yield Text(heading, style="bold")
     yield ""

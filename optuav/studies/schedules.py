@@ -14,6 +14,7 @@ from formulations.perspectives import AVAILABLE
 from optuav.errors import Fault, InputError
 from optuav.mission import Mission, load
 from optuav.mission.quantities import Number
+from optuav.mission.words import written_out
 from optuav.physics.schedules import SCHEDULES
 from optuav.plan import Plan
 from optuav.solving import solve
@@ -97,7 +98,9 @@ class Schedules:
 
     def tables(self) -> Iterator[RenderableType]:
         """One line a schedule, and how each is known."""
-        times = "continuous times" if self.slot_s is None else f"slots of {self.slot_s:g} s"
+        times = (
+            "continuous times" if self.slot_s is None else f"slots of {written_out(self.slot_s)} s"
+        )
         heading = f"{self.mission.name}: longest hover by schedule of the packs, {times}"
         yield Text(heading, style="bold")
         yield ""

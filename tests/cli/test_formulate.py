@@ -97,6 +97,27 @@ def test_a_free_hover_point_and_slots_are_asked_for_as_of_solve() -> None:
     ]
 
 
+def test_where_the_deadline_is_tight_no_slot_is_said_to_be_cut_short() -> None:
+    """1124.21 s of hover are no whole slots of 5 s, and no engine takes the last for less."""
+    asked = ("paper", "--problem", "P2-tight", "--slot-s", "5", "--perspective", "battery")
+    found = run("formulate", *asked)
+    assert "P2.d deadline tight    Δ = T_max − T_fl\n" in found.out
+    assert found.out.splitlines()[1] == "in whole slots of 5 s"
+    answer = run("solve", *asked)
+    assert answer.code == 1
+    assert "exactly 1124.21 s are asked for" in answer.out
+
+
+@pytest.mark.parametrize("written", ["1234.5678912", "10000000", "0.001"])
+def test_slots_are_written_out(written: str) -> None:
+    """With all their digits, and no power of ten, by what declares and by what answers."""
+    asked = ("paper", "--problem", "P4", "--building", "b1", "--slot-s", written)
+    lines = run("formulate", *asked, "--perspective", "battery").out.splitlines()
+    assert lines[0] == f"in whole slots of {written} s, Δ ≥ {written} s, T' ≥ {written} s"
+    answer = run("solve", *asked, "--perspective", "battery", "--engine", "cvxpy")
+    assert f"slots of {written} s" in " ".join(answer.out.split())
+
+
 def test_what_cannot_fly_is_an_honest_no() -> None:
     for option in ([], ["--lp"], ["--latex"]):
         found = run(

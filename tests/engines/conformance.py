@@ -11,6 +11,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
+from functools import partial
 
 import numpy as np
 
@@ -79,6 +80,14 @@ def p3(C: float = 900.0, T: float = 150.0) -> Model:
     model.maximise(hover)
     drawn = number("Q", 100.0, "A s") + number("I", 10.0, "A") * hover
     model.subject_to("charge", drawn <= number("C", C, "A s"), unit="A s")
+    return model
+
+
+def p3_of_exactly(hover_s: float) -> Model:
+    """P3 with T = 150.65, and Δ stated by an equation as well."""
+    model = p3(C=9000.0, T=150.65)
+    (hover,) = model.variables
+    model.subject_to("exactly", hover == number("exact", hover_s), unit="s")
     return model
 
 
@@ -538,6 +547,23 @@ CASES = (
         objective=150.65,
         values={"Δ": 150.65},
         slot_s=1.0,
+    ),
+    # What an equation asks for is whole slots: neither the bound, nor the slot that it cuts short.
+    Case(
+        "P3 in slots, exactly 150 s",
+        lambda: p3_of_exactly(150.0),
+        objective=150.0,
+        values={"Δ": 150.0},
+        slot_s=1.0,
+    ),
+    *(
+        Case(
+            f"P3 in slots, exactly {hover_s:g} s",
+            partial(p3_of_exactly, hover_s),
+            Status.INFEASIBLE,
+            slot_s=1.0,
+        )
+        for hover_s in (150.65, 151.0)
     ),
     # 80.9 s of charge are 80 whole slots.
     Case(
