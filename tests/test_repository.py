@@ -124,3 +124,14 @@ def test_examples_do_not_depend_on_what_is_loaded(
     monkeypatch.syspath_prepend(tmp_path)
     importlib.import_module("many_numbers")
     assert examples() == before
+
+
+@pytest.mark.parametrize("name", ["providers", "providers.Constants"])
+def test_tests_start_where_names_of_hypothesis_have_changed(
+    pytestconfig: pytest.Config, monkeypatch: pytest.MonkeyPatch, name: str
+) -> None:
+    """The names are not public; the test above tells what is lost with them."""
+    conftest = pytestconfig.pluginmanager.get_plugin(str(ROOT / "tests" / "conftest.py"))
+    assert conftest is not None
+    monkeypatch.delattr(f"hypothesis.internal.conjecture.{name}", raising=False)
+    conftest.pytest_sessionstart()
