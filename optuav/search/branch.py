@@ -30,8 +30,10 @@ GAP_BOXES = 2_000_000
 """Boxes that are looked at for that where no time limit is given."""
 GAP_SHARE = 0.2
 """Of a time limit that is kept for finding that gap."""
+INTERRUPTED = "was interrupted"
+"""Why a search ended, at Ctrl-C."""
 INTERRUPTED_S = 1.0
-"""That finding it may take after an interruption [s]."""
+"""That finding the gap may take then [s]."""
 
 Progress = Callable[[float, int, int], None]
 """Told the best hover time so far [s], and how many boxes have been looked at and are open."""
@@ -122,7 +124,7 @@ class _Search:
         except _EarlyEnd as reason:
             ended = str(reason)
         except KeyboardInterrupt:
-            ended = "was interrupted"
+            ended = INTERRUPTED
             self.time_limit_s = time.monotonic() - self.started_s + INTERRUPTED_S
         bound_s = self._bound_s() if begun else self.terrain.longest_stay_s
         best = self.incumbent.best

@@ -79,6 +79,7 @@ def longest_hover(
     choices: Sequence[tuple[int, bool]],
     slot_s: float | None = None,
     time_limit_s: float | None = None,
+    fewer_routes: str = "",
 ) -> Longest | None:
     """Longest hover over some routes, and the smallest rest that it admits.
 
@@ -92,6 +93,8 @@ def longest_hover(
         Length of the slots [s]; None for continuous times.
     time_limit_s
         Longest that the search may take [s], after which the best so far counts; None for no limit.
+    fewer_routes
+        What to ask for where there is no time for so many, in words; empty if nothing.
 
     Returns
     -------
@@ -115,12 +118,14 @@ def longest_hover(
             least_s = max(least_s, best_s - (0.0 if slot_s else step_s))
         searched += not clock.ended
     if not found and clock.ended:
+        routes = f"{searched} of {len(ways)} routes were searched"
+        if len(ways) == 1:
+            routes = "the one route was not searched to its end"
         raise SolverError(
             f"the search by battery.schedule = {worked_out.mission.battery.schedule!r} "
             f"{clock.ended}, the time limit, without a plan or proof that there is none: "
-            f"{searched} of {len(ways)} routes were searched, Δ and T' in steps of {step_s:g} s. "
-            "Allow more time (time_limit_s), or ask for less: longer slots (slot_s), or one "
-            "trajectory"
+            f"{routes}, Δ and T' in steps of {step_s:g} s. Allow more time (time_limit_s), or ask "
+            f"for less: longer slots (slot_s){fewer_routes and f', or {fewer_routes}'}"
         )
     if not found:
         return None

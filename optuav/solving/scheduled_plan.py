@@ -46,7 +46,8 @@ def scheduled_plan(asked: Question, worked_out: Network, parts: Sequence[Part]) 
     )
     asked = replace(asked, engine=ENGINE)
     proof = CONTINUOUS if asked.slot_s is None else IN_SLOTS
-    found = longest_hover(worked_out, choices, asked.slot_s, asked.time_limit_s)
+    fewer = _fewer_routes(asked) if len(choices) > 1 else ""
+    found = longest_hover(worked_out, choices, asked.slot_s, asked.time_limit_s, fewer)
     if found is None:
         step_s = asked.slot_s or STEP_S
         why = (f"no pair of Δ and T' in steps of {step_s:g} s leaves a pack to fly on to the end",)
@@ -67,6 +68,13 @@ def scheduled_plan(asked: Question, worked_out: Network, parts: Sequence[Part]) 
         phases=flown,
         soc=soc_at_end(worked_out, route, flown, hover_s, rest_s),
     )
+
+
+def _fewer_routes(asked: Question) -> str:
+    """What to ask for to have fewer of the routes, in words; empty if nothing is left."""
+    if asked.trajectory == "optimal":
+        return "one trajectory"
+    return "one order" if asked.order is None else ""
 
 
 def _refuse(asked: Question, worked_out: Network) -> None:

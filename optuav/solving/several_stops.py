@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 from dataclasses import replace
+from decimal import ROUND_CEILING, Decimal
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -20,7 +21,7 @@ from optuav.mission.quantities import Number
 from optuav.mission.words import shown
 from optuav.physics.quantity import TINY
 from optuav.plan import Plan
-from optuav.search.branch import TIE_S, Found, Progress, search
+from optuav.search.branch import INTERRUPTED, TIE_S, Found, Progress, search
 from optuav.search.trial import Stops
 from optuav.solving.everywhere import all_legs, terrain, ways
 from optuav.solving.given import quantities
@@ -138,7 +139,8 @@ def _plan(program: Program, everywhere: Network, found: Found, asked_for: str) -
         proof = "branch and bound over all sequences of stops"
         return plan_without(asked, program.worked_out, Status.INFEASIBLE, proof, why)
     hover_s = -math.inf if stops is None else stops.hover_s
-    proof = f"branch and bound: with {asked_for} no plan hovers longer than {found.bound_s:.6f} s"
+    none_longer = f"with {asked_for} no plan hovers longer than {_rounded_up(found.bound_s)} s"
+    proof = f"branch and bound: {none_longer}"
     one = _with_one_stop(program) if not stops or found.ended or len(stops.stays_s) <= 2 else None
     if one and one.hover_time_s >= hover_s - TIE_S:
         # Of as good plans with one rest and one hover, its engine knows the shortest.
@@ -146,11 +148,10 @@ def _plan(program: Program, everywhere: Network, found: Found, asked_for: str) -
         known["notes"] = (*one.notes, *known["notes"])
         return one.model_copy(update={"engine": ENGINE, "proof": proof, **known})
     if stops is None:
-        raise SolverError(
-            f"the search {found.ended} without a plan or proof that there is none: with "
-            f"{asked_for} no plan hovers longer than {found.bound_s:.6g} s. Allow more time "
-            "(time_limit_s), or fewer stops or hovers"
-        )
+        said = f"the search {found.ended} without a plan or proof that there is none: {none_longer}"
+        if found.ended != INTERRUPTED:
+            said += ". Allow more time (time_limit_s), or fewer stops or hovers"
+        raise SolverError(said)
     way = ways(everywhere, stops.places[:, None], np.array([-1]))
     worked_out = replace(everywhere, itineraries=way)
     legs = [int(leg) for leg in way.legs[0]]
@@ -175,6 +176,11 @@ def _plan(program: Program, everywhere: Network, found: Found, asked_for: str) -
         soc=counted(worked_out, flown, _states_of_charge(worked_out, stops)),
     )
     return replayed(plan.model_copy(update={"binding": tuple(_binding(plan))}))
+
+
+def _rounded_up(bound_s: float) -> str:
+    """A time that none exceeds, in writing: none exceeds what is written either."""
+    return str(Decimal(bound_s).quantize(Decimal("0.000001"), ROUND_CEILING))
 
 
 def _with_one_stop(program: Program) -> Plan | None:

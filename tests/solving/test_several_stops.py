@@ -200,6 +200,25 @@ def test_no_plan_in_time_is_an_error() -> None:
         available(PAPER.replace(legs), stops=3, time_limit_s=1e-9)
 
 
+def test_an_interruption_without_a_plan_advises_no_more_time() -> None:
+    """Nothing was short of time; and no plan can hover longer than the written bound."""
+    changes = {"limits.min_soc": 0.9, "laser.power_W": 100.0, "limits.deadline_s": 1200.004}
+    mission = PAPER.replace(changes)
+
+    def told(best_s: float, examined: int, left: int) -> None:
+        raise KeyboardInterrupt
+
+    with pytest.raises(SolverError) as refused:
+        available(mission, stops=3, progress=told)
+    words = str(refused.value)
+    assert words.startswith("the search was interrupted without a plan or proof that there is none")
+    assert "time_limit_s" not in words
+    assert "fewer" not in words
+    bound_s = float(words.rsplit("longer than ", 1)[1].removesuffix(" s"))
+    left_s = 1200.004 - optuav.solve(PAPER, "P3").flight_time_s
+    assert left_s <= bound_s <= left_s + 1e-5
+
+
 @pytest.mark.parametrize(
     ("options", "words"),
     [
