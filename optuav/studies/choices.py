@@ -189,9 +189,8 @@ def compare_by(
     InputError
         If an argument is out of range.
     """
-    faults = [
-        Fault("by", repr(each), f"some of {', '.join(AXES)}") for each in by if each not in AXES
-    ]
+    known = f"some of {', '.join(AXES)}; or schedule alone (compare_schedules, --by schedule)"
+    faults = [Fault("by", repr(each), known) for each in by if each not in AXES]
     if not by or len(set(by)) < len(by):
         faults.append(Fault("by", repr(tuple(by)), f"each once, at least one of {', '.join(AXES)}"))
     if perspective not in AXES["perspective"]:
