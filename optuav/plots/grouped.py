@@ -34,7 +34,7 @@ def draw_groups(
     values
         By names of group and bar; None where there is none.
     level
-        A value that is inside the axes as well.
+        A value that is inside the axes as well, where a line may be.
     """
     width = GROUP / max(2, len(colours))
     known = [value for value in values.values() if value is not None]
@@ -44,7 +44,9 @@ def draw_groups(
         middle = list(colours).index(name) - 0.5 * (len(colours) - 1)
         at, end = groups.index(group) + width * middle, value or 0.0
         ax.bar(at, end, 0.92 * width, color=colours[name])
-        words = "no plan" if value is None else f"{value:.{1 if abs(value) < LONG else 0}f}"
+        words = f"{end:.{1 if abs(end) < LONG else 0}f}"
+        if value is None:  # on two lines, as bars are narrow, and off the level's own
+            words, end = "no\nplan", max(level, 0.0)
         ax.annotate(
             words.replace("-", "\N{MINUS SIGN}"),
             (at, end),

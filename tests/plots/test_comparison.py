@@ -25,7 +25,7 @@ def test_bars_are_as_high_as_their_numbers() -> None:
     assert [bar.get_height() for bar in axes.hover.patches] == [688.848, 524.628, 0.0, 554.057]
     assert [bar.get_height() for bar in axes.charge.patches] == [5.0, 25.05, 0.0, -10.0]
     words = [text.get_text() for text in axes.hover.texts]
-    assert words == ["688.8", "524.6", "no plan", "554.1"]
+    assert words == ["688.8", "524.6", "no\nplan", "554.1"]
     assert axes.charge.texts[-1].get_text() == "−10.0"
     assert axes.charge.get_ylim()[0] < -10.0
     colours = [bar.get_facecolor() for bar in axes.hover.patches]
@@ -53,3 +53,21 @@ def test_bars_have_no_text_on_text(
 ) -> None:
     shown = [plots.Bar(p, t, 12345.678, 1.0) for t in trajectories for p in perspectives]
     assert overlaps(plots.choice_bars(shown, "paper", 0.05).hover.figure) == []
+
+
+@pytest.mark.parametrize("min_soc", [0.0, 0.05, 0.6])
+def test_where_there_is_no_plan_the_words_lie_on_nothing(
+    min_soc: float, overlaps: Overlaps
+) -> None:
+    """Four in a group, each by itself, and above the line of η0."""
+    perspectives = ("battery", "energy", "adjusted", "available")
+    shown = [plots.Bar(p, "direct", 4.2, 0.886) for p in perspectives]
+    shown += [plots.Bar(p, t, None, None) for t in ("traj1", "traj2") for p in perspectives]
+    shown += [plots.Bar(p, "optimal", 4.2, 0.886) for p in perspectives]
+    axes = plots.choice_bars(shown, "paper", min_soc)
+    figure = axes.charge.figure
+    assert overlaps(figure) == []
+    line_px = axes.charge.transData.transform((0.0, 100.0 * min_soc))[1]
+    none = [text for text in axes.charge.texts if text.get_text() == "no\nplan"]
+    assert len(none) == 8
+    assert all(text.get_window_extent().y0 > line_px for text in none)
