@@ -18,7 +18,7 @@ USUAL = {
 }
 """Least and most of what UAVs show, from those of some grams to those that carry people."""
 
-LEAST_s = 120.0
+LEAST_S = 120.0
 """How long a full battery keeps a UAV in the air at least, which is a load of 30 C."""
 
 
@@ -38,7 +38,7 @@ def doubts_beside(mission: Mission, currents_A: Mapping[str, float]) -> Iterator
     capacity_As = float(vehicle.pool(mission).capacity_As)
     for name, current_A in currents_A.items():
         lasts_s = capacity_As / current_A
-        if lasts_s < LEAST_s:
+        if lasts_s < LEAST_S:
             yield (
                 f"{name} = {current_A:.5g} would empty the full battery of the mission "
                 f"{printable(mission.name)}, {capacity_As:.5g} A s, in {lasts_s:.3g} s: look at "
