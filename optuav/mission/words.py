@@ -6,10 +6,10 @@ import datetime
 import difflib
 import reprlib
 from collections.abc import Iterable, Iterator
+from decimal import Decimal
 from functools import cache, lru_cache
 from typing import get_args
 
-import numpy as np
 from pydantic import BaseModel
 
 from optuav.mission.quantities import Allowed, Number
@@ -93,7 +93,7 @@ def safe_name(part: str | int) -> str:
 
 def written_out(value: float) -> str:
     """A number with all its digits and no power of ten; rounding errors are not digits."""
-    return np.format_float_positional(value, DIGITS, fractional=False, trim="-")
+    return f"{Decimal(f'{value:.{DIGITS}g}'):f}"
 
 
 def shown(value: object, depth: int = 2) -> str:
