@@ -8,7 +8,7 @@ import unicodedata
 from collections.abc import Iterator
 
 from optuav.mission import vehicle
-from optuav.mission.words import printable, written_out
+from optuav.mission.words import counted_in, printable
 from optuav.plan.phases import Phase
 from optuav.plan.plan import Plan
 
@@ -73,7 +73,7 @@ def _head(plan: Plan) -> Iterator[str]:
         f"building {plan.building}" if plan.building else "",
         plan.order or "",
         f"perspective {plan.perspective}",
-        f"slots of {written_out(plan.slot_s)} s" if plan.slot_s else "continuous times",
+        counted_in(plan.slot_s),
     ]
     yield from _wrapped("Mission", plan.mission.name)
     yield from _wrapped("Problem", ", ".join(each for each in asked if each))

@@ -8,9 +8,9 @@ from rich.console import RenderableType
 from rich.text import Text
 
 from optuav.judge.tolerance import TOLERANCE
-from optuav.mission.words import written_out
+from optuav.mission.words import counted_in
 from optuav.studies.choices import Choice, Choices
-from optuav.studies.tables import LONGEST_NAME, NONE, plain_table
+from optuav.studies.tables import NONE, add_route_column, between_ends, plain_table
 
 GROUNDED = {
     "dry": "cannot be flown, no available charge is left then",
@@ -23,9 +23,7 @@ GROUNDED = {
 
 def choice_tables(found: Choices) -> Iterator[RenderableType]:
     """One line a plan with whether it can be flown, and how each is known."""
-    times = (
-        "continuous times" if found.slot_s is None else f"slots of {written_out(found.slot_s)} s"
-    )
+    times = counted_in(found.slot_s)
     heading = f"{found.mission.name}: longest hover by {' and '.join(found.by)}, {times}"
     yield Text(heading, style="bold")
     yield ""
@@ -34,7 +32,7 @@ def choice_tables(found: Choices) -> Iterator[RenderableType]:
         table.add_column(name, no_wrap=True)
     for name in ("Δ [s]", "T' [s]", "T [s]", "η1 [%]"):
         table.add_column(Text(name), justify="right", no_wrap=True)
-    table.add_column("by way of", max_width=LONGEST_NAME)  # alone in giving way
+    add_route_column(table)
     table.add_column("flies", no_wrap=True)
     before, answers = "", [_flies(row, found.mission.limits.min_soc) for row in found.rows]
     for row, flies in zip(found.rows, answers, strict=True):
@@ -44,7 +42,7 @@ def choice_tables(found: Choices) -> Iterator[RenderableType]:
             row.trajectory,
             *(NONE if each is None else f"{each:.2f}" for each in figures),
             f"{100.0 * row.soc['battery']:.2f}" if row.soc else "–",
-            Text(", ".join(row.route[1:-1]) or "–", no_wrap=True, overflow="ellipsis"),
+            between_ends(row.route),
             flies,
         )
         before = row.perspective

@@ -14,12 +14,12 @@ from formulations.perspectives import AVAILABLE
 from optuav.errors import Fault, InputError
 from optuav.mission import Mission, load
 from optuav.mission.quantities import Number
-from optuav.mission.words import written_out
+from optuav.mission.words import counted_in
 from optuav.physics.schedules import SCHEDULES
 from optuav.plan import Plan
 from optuav.solving import solve
 from optuav.studies.comparison import as_csv
-from optuav.studies.tables import plain_table
+from optuav.studies.tables import add_route_column, between_ends, plain_table
 
 SCHEMA = 1
 KIND = "optuav comparison of schedules"
@@ -98,9 +98,7 @@ class Schedules:
 
     def tables(self) -> Iterator[RenderableType]:
         """One line a schedule, and how each is known."""
-        times = (
-            "continuous times" if self.slot_s is None else f"slots of {written_out(self.slot_s)} s"
-        )
+        times = counted_in(self.slot_s)
         heading = f"{self.mission.name}: longest hover by schedule of the packs, {times}"
         yield Text(heading, style="bold")
         yield ""
@@ -108,7 +106,7 @@ class Schedules:
         table.add_column("schedule", no_wrap=True)
         for name in ("Δ [s]", "brings [s]", "T' [s]", "η1 [%]"):
             table.add_column(Text(name), justify="right", no_wrap=True)
-        table.add_column("by way of", no_wrap=True, max_width=24)
+        add_route_column(table)
         for row, plan in zip(self.records(), self.plans, strict=True):
             period = f" {row['period_s']:g} s" if row["period_s"] else ""
             figures = ("hover_time_s", "rest_time_s")
@@ -119,7 +117,7 @@ class Schedules:
                 "–" if row["brings_s"] is None else f"{row['brings_s']:+.2f}",
                 rest,
                 f"{100.0 * row['soc_battery']:.2f}" if plan else "–",
-                Text(", ".join(plan.route[1:-1]) if plan else "–"),
+                between_ends(plan.route if plan else ()),
             )
         yield table
         yield ""

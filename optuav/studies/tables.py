@@ -21,6 +21,16 @@ LONGEST_NAME = 24
 NONE, WRONG = "none", "!"
 
 
+def add_route_column(table: Table) -> None:
+    """A column for `between_ends`, the only one that gives way where the table is too wide."""
+    table.add_column("by way of", max_width=LONGEST_NAME)
+
+
+def between_ends(route: Sequence[str]) -> Text:
+    """The places of a route between its ends, cut short where there is no room."""
+    return Text(", ".join(route[1:-1]) or "–", no_wrap=True, overflow="ellipsis")
+
+
 def as_text(pieces: Iterable[RenderableType]) -> str:
     """What a terminal of 80 columns without colours would show."""
     screen = Console(file=io.StringIO(), width=WIDTH, color_system=None, highlight=False)
