@@ -8,6 +8,8 @@ from typing import Any
 
 import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
 import optuav
 from optuav.errors import InputError
@@ -107,8 +109,74 @@ def test_a_kink_has_no_elasticity() -> None:
     both = mission.replace({"limits.deadline_s": plan.mission_time_s})
     found = effect(optuav.sensitivity(both, {}, perspective="battery"), "limits.deadline_s")
     assert found.exact_elasticity is None
+    share = plan.mission_time_s / plan.hover_time_s
+    assert found.exact_less == pytest.approx(share, rel=1e-6)  # a second less costs a second
+    assert found.exact_more == 0.0
     assert found.hover_high_s == pytest.approx(plan.hover_time_s)
     assert found.hover_low_s == pytest.approx(plan.hover_time_s - 0.1 * plan.mission_time_s)
+
+
+@pytest.mark.parametrize("perspective", ["available", "battery"])
+@pytest.mark.parametrize("axis", ["link.device_m[0]", "route.destination_m[0]"])
+def test_tied_itineraries_have_the_rates_of_solving_again_on_either_side(
+    perspective: str, axis: str
+) -> None:
+    """`paper` is symmetric: moved to one side, one of two roofs is the best, to the other side the
+    other one. Above, the hover time is that of the route that gains more, or loses less."""
+    mission, (key, _) = optuav.load("paper"), axis.split("[")
+    table, name = key.split(".")
+    now, *rest = getattr(getattr(mission, table), name)
+    here, less, more = (
+        optuav.solve(mission.replace({key: [now + step, *rest]}), perspective=perspective)
+        for step in (0.0, -1e-4 * now, 1e-4 * now)
+    )
+    assert less.route != more.route
+    below, above = (
+        (end.hover_time_s / here.hover_time_s - 1.0) / step
+        for end, step in ((less, -1e-4), (more, 1e-4))
+    )
+    assert below < above - 5e-4
+    found = optuav.sensitivity(mission, {}, perspective=perspective, samples=1)
+    each = effect(found, axis)
+    assert each.exact_less == pytest.approx(below, rel=5e-3)
+    assert each.exact_more == pytest.approx(above, rel=5e-3)
+    assert each.exact_elasticity is None
+    assert {"exact_less": each.exact_less, "exact_more": each.exact_more}.items() <= next(
+        row for row in found.to_dict()["effects"] if row["key"] == axis
+    ).items()
+
+
+def test_a_kink_is_told_below_the_table() -> None:
+    """With its rates below and above the value, on a row that would have no room for two."""
+    told = " ".join(str(optuav.sensitivity("paper", {}, samples=1)).split())
+    assert "-0.001 kink" in told
+    assert "Exact at a kink: link.device_m[0] -0.012 below, +0.003 above;" in told
+
+
+@settings(max_examples=5, deadline=None)
+@given(
+    aside_m=st.floats(20.0, 60.0) | st.floats(-60.0, -20.0),
+    mass_kg=st.floats(1.2, 1.32),
+    perspective=st.sampled_from(["available", "battery"]),
+)
+def test_without_a_tie_both_sides_are_the_same(
+    aside_m: float, mass_kg: float, perspective: str
+) -> None:
+    """Off the axis of `paper` one itinerary is the best: its rates are those of solving again."""
+    device_m = [1000.0 + aside_m, 3000.0, 0.0]
+    mission = optuav.load("paper").replace({"link.device_m": device_m, "body.mass_kg": mass_kg})
+    found = optuav.sensitivity(mission, {}, perspective=perspective, samples=1)
+    assert not [each.key for each in found.effects if each.has_kink]
+    each = effect(found, "link.device_m[0]")
+    hover_s = [
+        optuav.solve(
+            mission.replace({"link.device_m": [device_m[0] + step, *device_m[1:]]}),
+            perspective=perspective,
+        ).hover_time_s
+        for step in (-0.5, 0.5)
+    ]
+    rate = (hover_s[1] - hover_s[0]) * device_m[0] / found.hover_time_s
+    assert each.exact_elasticity == pytest.approx(rate, rel=1e-3, abs=1e-6)
 
 
 def test_single_keys_are_what_solving_again_tells() -> None:

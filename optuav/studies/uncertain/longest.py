@@ -39,15 +39,34 @@ def longest(ensemble: Ensemble, perspective: str) -> Longest:
     Of itineraries as good as the best (to 1e-6 s), the first in the order of the mission.
     """
     variants, itineraries = _candidates(ensemble, pruned=perspective != AVAILABLE)
-    hover_s = np.full(len(variants), np.nan)
-    for group in _groups(ensemble, itineraries, apart=perspective == AVAILABLE):
-        hover_s[group] = _solved(ensemble, variants[group], itineraries[group], perspective)
+    hover_s = _hover_times_s(ensemble, variants, itineraries, perspective)
     best_s = np.full(ensemble.count, np.nan)
     np.fmax.at(best_s, variants, hover_s)
     winner = np.full(ensemble.count, np.iinfo(np.intp).max)
     tied = hover_s >= best_s[variants] - SAME_S
     np.minimum.at(winner, variants[tied], itineraries[tied])
     return Longest(best_s, np.where(np.isnan(best_s), NO_ROUTE, winner))
+
+
+def best_itineraries(ensemble: Ensemble, perspective: str) -> Integers:
+    """Itineraries of a single variant that are as good as the best (to 1e-6 s).
+
+    None without a plan. Parameters as for `longest`, with one variant.
+    """
+    variants, itineraries = _candidates(ensemble, pruned=False)
+    hover_s = _hover_times_s(ensemble, variants, itineraries, perspective)
+    best_s = np.fmax.reduce(hover_s, initial=-np.inf)
+    return np.asarray(itineraries[hover_s >= best_s - SAME_S])
+
+
+def _hover_times_s(
+    ensemble: Ensemble, variants: Integers, itineraries: Integers, perspective: str
+) -> Floats:
+    """Longest hover of pairs of a variant and an itinerary [s], NaN where there is no plan."""
+    hover_s = np.full(len(variants), np.nan)
+    for group in _groups(ensemble, itineraries, apart=perspective == AVAILABLE):
+        hover_s[group] = _solved(ensemble, variants[group], itineraries[group], perspective)
+    return hover_s
 
 
 def _solved(

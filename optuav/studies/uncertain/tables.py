@@ -39,6 +39,7 @@ def sensitivity_tables(found: Sensitivity) -> Iterator[RenderableType]:
         yield "no key within its range changes that; optuav explain tells what would"
     if len(moving) > MOST_ROWS:
         yield Text(f"and {len(moving) - MOST_ROWS} more with smaller effects")
+    yield from _kinks(moving[:MOST_ROWS])
     idle = [each.key for each in found.effects if each not in moving]
     if moving and idle:
         yield Text(f"Less than {MOVES_S:g} s: {', '.join(idle)}")
@@ -57,9 +58,21 @@ def _effects(found: Sensitivity, shown: list[Effect]) -> Table:
             Text(each.key + ("+" if each.along else "")),
             _range(each),
             *("none" if s is None else f"{s:.2f}" for s in (each.hover_low_s, each.hover_high_s)),
-            *map(_rate, (each.elasticity, each.exact_elasticity)),
+            _rate(each.elasticity),
+            "kink" if each.has_kink else _rate(each.exact_elasticity),
         )
     return table
+
+
+def _kinks(shown: list[Effect]) -> Iterator[RenderableType]:
+    """Both sides of the exact rates that differ."""
+    told = [
+        f"{each.key} {_rate(each.exact_less)} below, {_rate(each.exact_more)} above"
+        for each in shown
+        if each.has_kink
+    ]
+    if told:
+        yield Text(f"Exact at a kink: {'; '.join(told)}")
 
 
 def _rate(elasticity: float | None) -> str:
