@@ -178,7 +178,7 @@ NUMBERS = {
     "text-voltage-hover": "the printed motor constants give a lower voltage",
     "fig8-optimum": "the buildings' places are not in the paper; b9 and b10 give 951.03 s",
     "fig7-drop-10": "by way of b9; our best roof gives 5.23 %",
-    "table2-1-eta2": "contradicts the table's other rows, which leave −0.27 % at 740.65 s",
+    "table2-1-eta2": "contradicts other rows, which leave −0.31 % (−0.27 % at 740.65 s)",
     "table2-4-eta3": "contradicts its own last row, which prints 5.09 % for the same flight",
     "fig9-limit-z-minus": "contradicts the printed 11.57 N, which leaves −4.47 N",
 }

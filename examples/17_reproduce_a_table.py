@@ -7,7 +7,7 @@
 #
 # **Learning intentions.** After this page you can
 #
-# - recover loads from results, and count what was fitted against what is predicted;
+# - recover loads from results, and tell what was fitted from what follows;
 # - show that a printed number cannot be right, whatever the loads;
 # - say what a match is worth: to the printed digits, by construction, or by the fit.
 
@@ -69,10 +69,11 @@ assert math.isclose(current_A, ours.hover_current_A - ours.charge_current_A, rel
 assert math.isclose(power_W, ours.hover_power_W - ours.charge_power_W, rel_tol=1e-3)
 
 # %% [markdown]
-# ## What they predict
+# ## What follows from them
 #
-# The column Δ was not used. It comes out, and so does the charge left at 741 s, the whole slots of
-# the first row.
+# That the hover ends after 697 and 950 s, and not a slot later, was not used. It comes out, and so
+# does the charge left at 741 s, the whole slots of the first row. It is no hard test: all three lie
+# between or beside the two rows.
 
 # %%
 for (deadline_s, perspective), row in printed.items():
@@ -105,9 +106,9 @@ for cell in ((2, 740.65, "-12.79"), (3, 950.0, "11.71"), (3, 697.0, "33.17")):
 # %% [markdown]
 # ## What a match is worth
 #
-# The ledger has every number of the paper. Of Table II it says what was used in the fit, what is
-# predicted, and what contradicts the rest. η3 nearly is η1 by construction: E_1 and E_2 are the
-# capacity at the voltages of the same loads, so its cells test little.
+# The ledger has every number of the paper. Of Table II it says what was used in the fit, what
+# follows from it, and what contradicts the rest. η3 nearly is η1 by construction: E_1 and E_2 are
+# the capacity at the voltages of the same loads, so its cells test little.
 
 # %%
 found = optuav.ledger(["table2"])

@@ -17,7 +17,7 @@ def ledger(
     names: Annotated[
         list[str] | None,
         typer.Argument(
-            metavar="[NAME]...", help="Names of entries, or beginnings; all by default."
+            metavar="[NAME]...", help="Names of entries, or beginnings of names; all by default."
         ),
     ] = None,
     as_json: JsonOption = False,

@@ -86,9 +86,9 @@ def tanks(plan: Plan) -> list[Axes]:
 
 def _draw(ax: Axes, pool: Battery, moment: Moment) -> None:
     share = float(pool.available_fraction)
-    for left, width, fill, colour, name in (
-        (0.0, share, moment.available, BLUE, "$y_1$"),
-        (share + ROOM, 1.0 - share, moment.bound, SKY, "$y_2$"),
+    for left, width, fill, colour, name, holds in (
+        (0.0, share, moment.available, BLUE, "$y_1$", "$ω B$"),
+        (share + ROOM, 1.0 - share, moment.bound, SKY, "$y_2$", "$(1-ω) B$"),
     ):
         impossible = not -1e-9 <= fill <= 1.0 + 1e-9
         ax.add_patch(Rectangle((left, 0.0), width, fill, facecolor=colour, alpha=0.55))
@@ -102,7 +102,8 @@ def _draw(ax: Axes, pool: Battery, moment: Moment) -> None:
             color=VERMILLION if impossible else BLACK,
             fontweight="bold" if impossible else "normal",
         )
+        ax.annotate(
+            holds, (left + 0.5 * width, min(0.0, fill) - 0.03), ha="center", va="top", fontsize=6.5
+        )
     ax.plot([share, share + ROOM], [0.04, 0.04], color=BLACK, linewidth=2.2)
     ax.annotate("$k_F$", (share + 0.5 * ROOM, 0.06), ha="center", va="bottom", fontsize=7.0)
-    for left, width, words in ((0.0, share, "$ω B$"), (share + ROOM, 1.0 - share, "$(1-ω) B$")):
-        ax.annotate(words, (left + 0.5 * width, -0.03), ha="center", va="top", fontsize=6.5)

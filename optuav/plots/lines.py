@@ -25,7 +25,15 @@ from optuav.plots.style import (
 )
 
 COLOURS = (BLUE, ORANGE, GREEN, PURPLE, SKY, BLACK)
-LINES: tuple[Any, ...] = ("-", (0.0, (5.0, 1.5)), (0.0, (2.0, 1.0)), (0.0, (6.0, 1.2, 1.5, 1.2)))
+LINES: tuple[Any, ...] = (
+    "-",
+    (0.0, (5.0, 1.5)),
+    (0.0, (2.0, 1.0)),
+    (0.0, (6.0, 1.2, 1.5, 1.2)),
+    (0.0, (9.0, 2.0)),
+    (0.0, (1.0, 1.0)),
+)
+"""As many as colours, so that no two curves differ in colour alone."""
 LEGEND_PT = 20.0
 """Room for a line of the legend between axes and title [pt]."""
 COLUMNS = 3

@@ -178,6 +178,7 @@ def _legend(home: Axes, entries: Sequence[Artist], heading: str = "") -> None:
     else:
         wide = home.get_position().width > 0.6
         style |= {"loc": "upper left", "ncols": 3 if wide else 1, "labelspacing": 0.6}
+        style |= {"columnspacing": 1.4}
     home.legend(handles=entries, **style)
 
 

@@ -74,7 +74,8 @@ def draw_from_side(ax: Axes, shown: Scene, ways: Sequence[Way]) -> Artist:
         roof_m = _draw_buildings_along(ax, shown, way)
         lowest_m, highest_m = min(lowest_m, *z), max(highest_m, roof_m, *z)
         farthest_m = max(farthest_m, along_m[-1])
-    ax.set(xlim=margins([0.0, farthest_m]), xlabel="distance over ground along the way [m]")
+    aside = "\n(lines side by side)" if len(ways) > 1 else ""
+    ax.set(xlim=margins([0.0, farthest_m]), xlabel=f"distance over ground along the way [m]{aside}")
     ax.set(ylim=(lowest_m, lowest_m + 1.35 * (highest_m - lowest_m)), ylabel="height z [m]")
     return ax.axhspan(
         limits.min_altitude_m,
@@ -83,7 +84,7 @@ def draw_from_side(ax: Axes, shown: Scene, ways: Sequence[Way]) -> Artist:
         hatch="....",
         edgecolor=f"{GREEN}40",
         linewidth=0.0,
-        label="altitudes allowed for hovering",
+        label="altitudes for hovering",
     )
 
 

@@ -32,7 +32,7 @@ def table2() -> optuav.Plan:
 
 @pytest.fixture
 def overlaps(monkeypatch: pytest.MonkeyPatch) -> Callable[[Figure], list[tuple[str, str]]]:
-    """A function that lists the texts of a figure, as drawn, that lie on each other."""
+    """A function that lists the texts of a figure, as drawn, that lie on each other or are cut."""
     drawn: list[Text] = []
     draw = Text.draw
 
@@ -46,16 +46,27 @@ def overlaps(monkeypatch: pytest.MonkeyPatch) -> Callable[[Figure], list[tuple[s
         drawn.clear()
         figure.set_layout_engine("none")  # the picture is laid out already
         figure.draw_without_rendering()
-        return list(_meeting(drawn))
+        return [*_meeting(drawn), *_cut(drawn, figure)]
 
     return found
 
 
-def _meeting(drawn: list[Text]) -> Iterator[tuple[str, str]]:
+def _boxes(drawn: list[Text]) -> list[tuple[str, Bbox]]:
+    """Words and where they stand."""
     seen = {id(text): text for text in drawn if text.get_visible() and text.get_text().strip()}
     # The extent of an annotation would include its leading line.
-    boxes = [(text.get_text(), Text.get_window_extent(text)) for text in seen.values()]
-    for (one, here), (other, there) in itertools.combinations(boxes, 2):
+    return [(text.get_text(), Text.get_window_extent(text)) for text in seen.values()]
+
+
+def _cut(drawn: list[Text], figure: Figure) -> Iterator[tuple[str, str]]:
+    page = figure.bbox.padded(TOUCHING)
+    for words, box in _boxes(drawn):
+        if box.x0 < page.x0 or box.y0 < page.y0 or box.x1 > page.x1 or box.y1 > page.y1:
+            yield words, "the edge of the page"
+
+
+def _meeting(drawn: list[Text]) -> Iterator[tuple[str, str]]:
+    for (one, here), (other, there) in itertools.combinations(_boxes(drawn), 2):
         common = Bbox.intersection(here, there)
         if common is not None and min(common.width, common.height) > TOUCHING:
             yield one, other

@@ -116,6 +116,13 @@ def test_settings_are_those_of_the_shipped_mission(found: Ledger) -> None:
         ("fig5-best", Verdict.MATCHED),
         ("fig7-drop-10", Verdict.RECOVERED),
         ("fig7-drop-15", Verdict.RECOVERED),
+        ("fig7-speed", Verdict.MATCHED),
+        ("fig7-energy", Verdict.UNDECIDED),
+        ("eq5-factor", Verdict.MATCHED),
+        ("eq7-turning-times", Verdict.MATCHED),
+        ("eq7-displacing-times", Verdict.MATCHED),
+        ("eq8-exponent", Verdict.MATCHED),
+        ("model-altitude", Verdict.MATCHED),
         ("fig8-optimum", Verdict.UNDECIDED),
         ("fig8-crossing", Verdict.FITTED),
         ("fig8-saturation", Verdict.UNDECIDED),
@@ -202,6 +209,21 @@ def test_a_chosen_entry_is_the_same_as_in_the_whole(by_name: dict[str, Entry]) -
     (alone,) = optuav.ledger(["fig8-crossing"]).entries
     whole = by_name["fig8-crossing"]
     assert (alone.printed, alone.recovered) == (whole.printed, whole.recovered)
+
+
+def test_a_whole_name_chooses_one_entry_and_a_beginning_all() -> None:
+    """`fig8-saving` is an entry, and the beginning of another."""
+    for name, number in (("fig8-saving", 1), ("fig8-sav", 2)):
+        assert len(optuav.ledger([name]).entries) == number
+
+
+@pytest.mark.parametrize(
+    ("stated", "number"), [("1e-4", True), ("-12.79", True), ("rises", False), ("1 + √2", False)]
+)
+def test_findings_in_words_are_counted_apart(stated: str, number: bool) -> None:
+    assert entry(stated, None).statement.is_number is number
+    words = "0 in words" if number else "1 in words"
+    assert words in Ledger((entry(stated, None),)).summary
 
 
 def test_commands_run() -> None:

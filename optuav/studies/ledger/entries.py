@@ -13,6 +13,7 @@ from optuav.studies.ledger import (
     battery_size,
     charging,
     direct_path,
+    energy_model,
     introduction,
     least_charge,
     model,
@@ -34,7 +35,7 @@ class Ledger:
     Parameters
     ----------
     entries
-        One a number of the paper.
+        One a statement of the paper.
     """
 
     entries: tuple[Entry, ...]
@@ -46,10 +47,15 @@ class Ledger:
         return {verdict: found[verdict] for verdict in Verdict if found[verdict]}
 
     @property
+    def in_words(self) -> int:
+        """How many state no number but a finding, a formula or a range."""
+        return sum(not entry.statement.is_number for entry in self.entries)
+
+    @property
     def summary(self) -> str:
         """The counts in a sentence."""
         counted = ", ".join(f"{count} {verdict.value}" for verdict, count in self.counts.items())
-        return f"{len(self.entries)} numbers: {counted}"
+        return f"{len(self.entries)} statements, {self.in_words} in words: {counted}"
 
     def __str__(self) -> str:
         return "\n\n".join([*map(_block, self.entries), self.summary])
@@ -101,8 +107,16 @@ def _block(entry: Entry) -> str:
     return "\n".join(lines)
 
 
+NOT_COUNTED = (
+    "numbers of sections, equations, figures and references",
+    "bounds and subscripts by which a symbol, a sum or a constraint is defined",
+    "what the source has commented out",
+)
+"""Numbers in the paper's source that state nothing."""
+
 SUBJECTS = (
     introduction,
+    energy_model,
     model,
     settings,
     table2,
@@ -116,11 +130,7 @@ SUBJECTS = (
 
 
 def statements() -> tuple[Statement, ...]:
-    """Every number that the paper states, by subject, about in its order.
-
-    Numbers of sections, equations, figures and references are none, nor are the bounds by which a
-    symbol is defined, nor what the source has commented out.
-    """
+    """All that the paper states, but `NOT_COUNTED`, by subject, about in its order."""
     return tuple(each for subject in SUBJECTS for each in subject.statements())
 
 
@@ -130,7 +140,7 @@ def ledger(names: Collection[str] = (), *, progress: Progress | None = None) -> 
     Parameters
     ----------
     names
-        Names of entries, or beginnings of names; all by default.
+        Names of entries, or beginnings of names where no entry has the name; all by default.
     progress
         Called with the number of entries done, of all, and the name of the next.
 
@@ -160,6 +170,8 @@ def _chosen(known: tuple[Statement, ...], names: Collection[str]) -> Iterator[St
             )
             for name in unknown
         )
+    whole = {told.name for told in known}.intersection(names)
+    beginnings = tuple(name for name in names if name not in whole)
     for told in known:
-        if not names or any(told.name.startswith(name) for name in names):
+        if not names or told.name in whole or told.name.startswith(beginnings):
             yield told

@@ -64,9 +64,13 @@ KEYS = (
     (TABLE, "rotor inertia J", "4.1904e-5", "kg m²", "rotor.inertia_kg_m2"),
     (TABLE, "flow rate k_F", "4.5e-5", "1/s", "battery.flow_rate_per_s"),
 )
+BARE = "printed without a unit"
 REASONS = {
-    "battery.flow_rate_per_s": "printed without a unit; per second fits the literature's lifetimes",
+    "battery.flow_rate_per_s": f"{BARE}; per second fits the literature's lifetimes",
     "link.rice_factor": "a ratio, not dB",
+    "link.noise_power_W": f"{BARE}; eq (17) needs that of P_u",
+    "laser.emitter_offset_W": f"{BARE}; eq (10) needs that of a power",
+    "laser.receiver_offset_W": f"{BARE}; eq (10) needs that of a power",
 }
 
 
@@ -218,6 +222,7 @@ def _from_other_sources() -> Iterator[Statement]:
         unit="1/km",
         how="Kim's model at 1550 nm and 10 km of visibility",
         compute=lambda s: float(laser.attenuation(_wavelength_nm(s), CLEAR_AIR_KM)),
+        reason=f"{BARE}; per kilometre is what Kim's model gives",
     )
     yield Statement(
         name="text-c-rate",

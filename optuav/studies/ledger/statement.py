@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from decimal import ROUND_DOWN, ROUND_HALF_EVEN, Decimal
+from decimal import ROUND_DOWN, ROUND_HALF_EVEN, Decimal, InvalidOperation
 from enum import StrEnum
 
 from optuav.studies.ledger.scenario import Scenario
@@ -82,6 +82,15 @@ class Statement:
     contradicted: Callable[[], bool] | None = None
     leeway: Callable[[], Interval] | None = None
     undecided: str = ""
+
+    @property
+    def is_number(self) -> bool:
+        """Whether a number is stated, and not a finding in words, a formula or a range."""
+        try:
+            Decimal(self.stated)
+        except InvalidOperation:
+            return False
+        return True
 
 
 @dataclass(frozen=True)

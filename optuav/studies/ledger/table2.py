@@ -38,7 +38,7 @@ def statements() -> Iterator[Statement]:
         yield Statement(
             name=f"{name}-deadline",
             place=place,
-            what="deadline T_max",
+            what="deadline T_max, in the text too",
             stated=str(row.deadline_s),
             unit="s",
             how="limits.deadline_s of the question",
@@ -66,7 +66,7 @@ def statements() -> Iterator[Statement]:
             unit="s",
             how=asked,
             compute=partial(_time, row, "mission_time_s"),
-            reason="that the deadline binds is predicted"
+            reason="that the deadline binds follows from the fit"
             if row.mission == "800"
             else "T − Δ = 59.35 s was fitted",
             command=command,
@@ -79,14 +79,13 @@ def statements() -> Iterator[Statement]:
 def _charge(name: str, place: str, row: Row, eta: int, stated: str) -> Statement:
     hover_s = whole_slots(row.hover)
     ruled_out = (eta, stated) in IMPOSSIBLE
-    slots = f"at Δ = {hover_s:g} s, the whole slots of the row's Δ"
     return Statement(
         name=f"{name}-eta{eta}",
         place=place,
-        what=f"charge left η{eta}, {PAPER[eta - 1]}",
+        what=f"charge left η{eta}, {PAPER[eta - 1]}, at Δ = {hover_s:g} s",
         stated=stated,
         unit="%",
-        how=f"η{eta} of the direct path {slots}",
+        how=f"η{eta} of the direct path after the whole slots of the row's Δ = {row.hover} s",
         compute=lambda s: charge_left(s, eta, hover_s),
         reason=partial(_why_impossible if ruled_out else _why, row, eta),
         fitted=(eta, hover_s) in FITTED,
@@ -144,13 +143,16 @@ def show_all() -> Scenario:
 
 def _why_impossible(row: Row, eta: int) -> str:
     stated = row.soc[eta - 1]
-    low, high = admitted(eta, float(row.hover))
     if eta == 2:
+        left = " and ".join(
+            "{:.2f} to {:.2f} % at {:g} s".format(*admitted(eta, hover_s), hover_s)
+            for hover_s in (float(row.hover), whole_slots(row.hover))
+        ).replace("-", "\N{MINUS SIGN}")
         return (
-            f"on one path η2 is a straight line in Δ, and the rows Δ = 697 s and 950 s fix it: "
-            f"{low:.2f} to {high:.2f} % at Δ = {row.hover} s; printed is half of the −25.58 % of "
-            f"another row"
+            f"on one path η2 is a straight line in Δ, and the rows Δ = 697 s and 950 s leave it "
+            f"{left}; printed is half of the −25.58 % of another row"
         )
+    low, high = admitted(eta, float(row.hover))
     other = next(each.soc[2] for each in ROWS if each.hover == row.hover and each.soc[2] != stated)
     scenario = papers()[1]
     hover_J = float(vehicle.hover_load(scenario.mission).power_W) * float(row.hover)

@@ -24,13 +24,19 @@ def statements() -> Iterator[Statement]:
         (6, DEADLINES_S[1], "charge left"),
     ):
         yield setting(
-            f"fig{number}-deadline", f"Fig. {number}, caption", f"T_max of the {what}", deadline_s
+            f"fig{number}-deadline",
+            f"Fig. {number}, caption and text",
+            f"T_max of the {what}",
+            deadline_s,
         )
-    for number, deadline_s, stated in zip((3, 5), DEADLINES_S, ("direct", "traj2"), strict=True):
+    for number, deadline_s, stated, more in (
+        (3, DEADLINES_S[0], "direct", "in every perspective"),
+        (5, DEADLINES_S[1], "traj2", "which is the optimal one"),
+    ):
         yield Statement(
             name=f"fig{number}-best",
             place=f"text on Fig. {number}",
-            what=f"trajectory with the longest hover at {deadline_s:g} s, which is the optimal one",
+            what=f"trajectory with the longest hover at {deadline_s:g} s, {more}",
             stated=stated,
             how="(P1) by trajectory, in every perspective of the paper",
             compute=partial(_best_trajectory, deadline_s),

@@ -42,8 +42,12 @@ def battery_size(mission: Mission) -> Iterator[Exhibit | LeftOut]:
             continue
         crossing = pack_for(dark, best.hover_time_s, perspective=perspective)
         full = saturation(dark, perspective=perspective)
+        corners = (crossing, full, saturation(mission, perspective=perspective))
         last_As = max([1.15 * own, *(1.06 * end for end in (crossing, full) if end is not None)])
-        packs_As = np.linspace(0.8 * own, last_As, POINTS[perspective])
+        packs_As = np.union1d(
+            np.linspace(0.8 * own, last_As, POINTS[perspective]),
+            [each for each in corners if each is not None and 0.8 * own < each < last_As],
+        )
         records = [_record(mission, dark, best, float(pack), perspective) for pack in packs_As]
         yield Exhibit(
             f"battery-size.{stem(mission)}.{perspective}",

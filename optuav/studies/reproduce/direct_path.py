@@ -9,6 +9,7 @@ from optuav import plots
 from optuav.mission import Mission
 from optuav.plan import Plan
 from optuav.studies.ledger import Verdict
+from optuav.studies.ledger.cells import whole_slots
 from optuav.studies.ledger.scenario import papers
 from optuav.studies.ledger.statement import Entry, agrees
 from optuav.studies.ledger.table2 import statements
@@ -23,7 +24,7 @@ from optuav.studies.reproduce.exhibit import (
     stem,
 )
 from optuav.studies.reproduce.perspectives import deadlines_s
-from optuav.studies.reproduce.plans import no_plan, solve, without
+from optuav.studies.reproduce.plans import grounded, no_plan, solve, without
 
 HEAD = ("direct path", "Δ [s]", "T [s]", "η1 [%]", "η2 [%]", "η3 [%]")
 WIDTHS = (2.6, 1.0, 1.0, 1.0, 1.0, 1.0)
@@ -66,10 +67,11 @@ def direct_path(mission: Mission) -> Iterator[Exhibit | LeftOut]:
                     for number, name in enumerate(PAPER, start=1)
                 },
                 "runs_dry_s": plan.runs_dry_s,
+                "overfull_s": plan.overfull_s,
             }
             for plan in found
         ],
-        (*_dry(found), *_missing(plans)),
+        (*grounded(found, "rows"), *_missing(plans)),
     )
     if is_papers(mission):
         yield _beside_the_paper(mission)
@@ -83,15 +85,6 @@ def _row(plan: Plan) -> tuple[str, ...]:
         f"{plan.mission_time_s:.2f}",
         *(f"{100.0 * soc[name]:.2f}".replace("-", "\N{MINUS SIGN}") for name in PAPER),
     )
-
-
-def _dry(plans: list[Plan]) -> Iterator[str]:
-    dry = [plan for plan in plans if plan.runs_dry_s is not None]
-    if dry:
-        yield (
-            f"In {len(dry)} of {len(plans)} rows the available well runs dry before the end: "
-            "such a plan cannot be flown."
-        )
 
 
 def _missing(plans: list[Plan]) -> Iterator[str]:
@@ -112,7 +105,9 @@ def _beside_the_paper(mission: Mission) -> Exhibit:
         name = row[0].statement.how.removeprefix("(P3), ").removesuffix(", slots of 1 s")
         rows.append((f"printed: {name}", *(each.statement.stated for each in row)))
         pairs = list(zip(row, values, strict=True))
-        rows.append(("   ours", *(each.shown(value) for each, value in pairs)))
+        slots_s = whole_slots(row[0].statement.stated)
+        shown = (each.shown(value) for each, value in pairs)
+        rows.append((f"   ours, η at Δ = {slots_s:g} s", *shown))
         for column, (each, value) in enumerate(pairs, start=1):
             if each.verdict is Verdict.CONTRADICTS:
                 marked[2 * number, column] = "contradicts other cells of the table"
@@ -120,7 +115,7 @@ def _beside_the_paper(mission: Mission) -> Exhibit:
                 marked[2 * number + 1, column] = "other digits than the paper's"
     return Exhibit(
         f"table2.{stem(mission)}",
-        f"Table II of the paper, and every cell by {mission.name}; η at the row's Δ in whole slots",
+        f"Table II of the paper, and every cell by {mission.name}; η at the paper's Δ, whole slots",
         plots.table(
             HEAD,
             [tuple(cell.replace("-", "\N{MINUS SIGN}") for cell in row) for row in rows],
@@ -133,7 +128,7 @@ def _beside_the_paper(mission: Mission) -> Exhibit:
                 "cell": each.statement.name,
                 "paper": each.statement.stated,
                 "ours": value,
-                "verdict": each.verdict.value,
+                "shows_the_printed_digits": agrees(each.statement.stated, value),
             }
             for each, value in zip(entries, ours, strict=True)
         ],

@@ -8,6 +8,7 @@ import re
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TypeAlias
+from urllib.parse import quote
 
 
 @dataclass(frozen=True)
@@ -67,6 +68,15 @@ th { background: #f3f3f3; }
 """
 
 
+def _files(name: str) -> tuple[tuple[str, str], ...]:
+    """Kinds of a picture's files, and where they lie beside the report."""
+    return (
+        ("PNG", f"figures/{name}.png"),
+        ("SVG", f"figures/{name}.svg"),
+        ("CSV", f"data/{name}.csv"),
+    )
+
+
 def markdown(blocks: Iterable[Block]) -> str:
     """The report as Markdown; pictures and data lie beside it."""
     return "\n\n".join(_markdown(block) for block in blocks) + "\n"
@@ -82,8 +92,7 @@ def _markdown(block: Block) -> str:
     if isinstance(block, Table):
         rows = [block.head, ["---"] * len(block.head), *block.rows]
         return "\n".join(f"| {' | '.join(map(_cell, row))} |" for row in rows)
-    links = f"[PNG](figures/{block.name}.png) [SVG](figures/{block.name}.svg) "
-    links += f"[CSV](data/{block.name}.csv)"
+    links = " ".join(f"[{kind}]({place})" for kind, place in _files(block.name))
     caption = _plain(block.caption)
     return f"![{caption}](figures/{block.name}.png)\n\n{caption}. {links}"
 
@@ -140,7 +149,14 @@ def _html(block: Block, pictures: Mapping[str, bytes]) -> str:
     caption = html.escape(block.caption)
     return (
         f'<figure><img alt="{caption}" src="data:image/png;base64,{encoded}">'
-        f"<figcaption>{caption}. Files: {html.escape(block.name)}</figcaption></figure>"
+        f"<figcaption>{caption}. {_links(block.name)}</figcaption></figure>"
+    )
+
+
+def _links(name: str) -> str:
+    """To the files of a picture, which lie beside the page."""
+    return " ".join(
+        f'<a href="{html.escape(quote(place))}">{kind}</a>' for kind, place in _files(name)
     )
 
 

@@ -47,7 +47,7 @@ def least_charge(mission: Mission) -> Iterator[Exhibit | LeftOut]:
             lost = solve(mission, perspective=perspective)
             yield no_plan(lost, f"perspective {perspective}")
             continue
-        curves: dict[float, list[dict[str, Any]]] = {}
+        curves: dict[float | None, list[dict[str, Any]]] = {}
         for each in records:
             curves.setdefault(each["max_speed_rad_s"], []).append(each)
         lines = [
@@ -80,9 +80,9 @@ def least_charge(mission: Mission) -> Iterator[Exhibit | LeftOut]:
         )
 
 
-def _speeds(mission: Mission) -> Mapping[float, dict[str, float]]:
+def _speeds(mission: Mission) -> Mapping[float | None, dict[str, float]]:
     if mission.flight.model != "rotors" or mission.rotor is None:
-        return {0.0: {}}
+        return {None: {}}
     own = mission.rotor.max_speed_rad_s
     return {round(share * own, 6): {"rotor.max_speed_rad_s": share * own} for share in SPEED_SHARES}
 
@@ -95,11 +95,12 @@ def _least(mission: Mission) -> tuple[float, ...]:
 
 
 def _falls(mission: Mission, records: list[dict[str, Any]]) -> Iterator[str]:
-    own = mission.rotor.max_speed_rad_s if mission.flight.model == "rotors" and mission.rotor else 0
+    rotors = mission.flight.model == "rotors"
+    own = round(mission.rotor.max_speed_rad_s, 6) if rotors and mission.rotor else None
     hovers = [
         (each["min_soc_percent"], each["hover_time_s"])
         for each in records
-        if math.isclose(each["max_speed_rad_s"], own, abs_tol=1e-6)
+        if each["max_speed_rad_s"] == own
     ]
     lost = [least for least, hover_s in hovers if math.isnan(hover_s)]
     hovers = hovers[: len(hovers) - len(lost)]  # more charge left is never easier

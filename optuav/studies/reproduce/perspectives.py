@@ -22,7 +22,7 @@ from optuav.studies.reproduce.exhibit import (
     percent,
     stem,
 )
-from optuav.studies.reproduce.plans import no_plan, solve, why
+from optuav.studies.reproduce.plans import grounded, no_plan, solve, why
 
 TRAJECTORIES = ("direct", "traj1", "traj2", "optimal")
 COUNTED = ("battery", OURS)
@@ -63,6 +63,7 @@ def by_perspective(mission: Mission) -> Iterator[Exhibit | LeftOut]:
                 "eta1_percent": percent((plan.soc or {})["battery"]),
                 "route": " > ".join(plan.route),
                 "runs_dry_s": plan.runs_dry_s,
+                "overfull_s": plan.overfull_s,
             }
             for perspective, name, plan in plans
             if plan
@@ -77,7 +78,11 @@ def by_perspective(mission: Mission) -> Iterator[Exhibit | LeftOut]:
             ),
             plots.hover_bars(shown, f"Hover time: {words.replace('T_max', '$T_{max}$')}"),
             records,
-            (*_findings(shown, plans), *_missing(plans)),
+            (
+                *_findings(shown, plans),
+                *grounded([plan for *_, plan in plans if plan], "bars"),
+                *_missing(plans),
+            ),
         )
         yield Exhibit(
             f"charge-left.{name}",

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from functools import lru_cache
 from typing import Any
 
@@ -43,6 +43,22 @@ def without(plans: Mapping[str, Plan]) -> Iterator[str]:
     lost = [f"{name} ({why(plan)})" for name, plan in plans.items() if not plan]
     if lost:
         yield f"No plan: {'; '.join(lost)}."
+
+
+def grounded(plans: Sequence[Plan], what: str) -> Iterator[str]:
+    """How many of the plans that are shown as rows or bars cannot be flown; nothing if all can."""
+    dry = [plan for plan in plans if plan.runs_dry_s is not None]
+    full = [plan for plan in plans if plan.runs_dry_s is None and plan.overfull_s is not None]
+    if dry:
+        yield (
+            f"In {len(dry)} of {len(plans)} {what} the available well runs dry before the end: "
+            f"such a plan cannot be flown."
+        )
+    if full:
+        yield (
+            f"In {len(full)} of {len(plans)} {what} the well lasts, but is charged beyond full: "
+            f"such a plan cannot be flown as it stands."
+        )
 
 
 def is_searched(mission: Mission, perspective: str) -> bool:

@@ -38,10 +38,10 @@ STUDIES = (
     Study("battery-size", "Hover time and battery size", battery_size),
     Study("wind", "Hover against wind", wind),
     Study("charging", "Charging from afar", charging),
-    Study("runs-dry", "Left out: the available well runs dry", runs_dry),
-    Study("overcharges", "Left out: resting first overcharges", overcharges),
+    Study("runs-dry", "Left out: whether the available well lasts", runs_dry),
+    Study("overcharges", "Left out: whether resting first overcharges", overcharges),
     Study("second-problem", "Left out: (P2) as printed", second_problem),
-    Study("more-stops", "Left out: one rest and one hover are not always enough", more_stops),
+    Study("more-stops", "Left out: more than one rest or hover", more_stops),
     Study("peak-speed", "Left out: no drag, no largest speed", peak_speed),
     Study("misprints", "Left out: misprints", misprints),
 )
@@ -65,7 +65,8 @@ def reproduce(
         with PNG and SVG, ``data/`` with CSV. Made if it is missing; files of these names are
         replaced, once all is computed. The same call writes the same bytes.
     only
-        Names of studies; all by default. ``"ledger"`` is the ledger of the paper's numbers.
+        Names of studies; all by default. ``"ledger"`` is the ledger of the paper's numbers, which
+        a mission of your own has not.
     mission
         A mission of your own to make the studies for, without the ledger; the paper's two missions
         by default.
@@ -79,11 +80,11 @@ def reproduce(
     Raises
     ------
     InputError
-        If there is no such study, matplotlib is missing, or the directory cannot be made or
-        written to. Every file is written whole or not at all.
+        If there is no such study of such a mission, matplotlib is missing, or the directory cannot
+        be made or written to. Every file is written whole or not at all.
     """
     missions = _missions(mission)
-    chosen = _chosen(only)
+    chosen = _chosen(only, own=mission is not None)
     with_ledger = mission is None and (not only or LEDGER in only)
     files = _made(Path(directory), lambda: dict(_files(missions, chosen, with_ledger, progress)))
     for name in ("figures", "data"):
@@ -111,11 +112,16 @@ def _missions(mission: Mission | str | Path | None) -> tuple[Mission, ...]:
     return (mission if isinstance(mission, Mission) else load(mission),)
 
 
-def _chosen(only: Sequence[str]) -> tuple[Study, ...]:
+def _chosen(only: Sequence[str], *, own: bool) -> tuple[Study, ...]:
+    known = tuple(study.name for study in STUDIES) if own else NAMES
     faults = [
-        Fault("only", repr(name), f"one of {', '.join(NAMES)}{nearest(name, NAMES)}")
+        Fault(
+            "only", repr(name), "the ledger is of the paper's two missions, and goes with no other"
+        )
+        if name == LEDGER and own
+        else Fault("only", repr(name), f"one of {', '.join(known)}{nearest(name, known)}")
         for name in only
-        if name not in NAMES
+        if name not in known
     ]
     if faults:
         raise InputError(faults)
