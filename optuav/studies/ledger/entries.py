@@ -47,15 +47,16 @@ class Ledger:
         return {verdict: found[verdict] for verdict in Verdict if found[verdict]}
 
     @property
-    def in_words(self) -> int:
-        """How many state no number but a finding, a formula or a range."""
-        return sum(not entry.statement.is_number for entry in self.entries)
+    def in_words(self) -> Ledger:
+        """Those that state no number but a finding, a formula or a range."""
+        return Ledger(tuple(entry for entry in self.entries if not entry.statement.is_number))
 
     @property
     def summary(self) -> str:
         """The counts in a sentence."""
         counted = ", ".join(f"{count} {verdict.value}" for verdict, count in self.counts.items())
-        return f"{len(self.entries)} statements, {self.in_words} in words: {counted}"
+        words = len(self.in_words.entries)
+        return f"{len(self.entries)} statements, {words} in words: {counted}"
 
     def __str__(self) -> str:
         return "\n\n".join([*map(_block, self.entries), self.summary])

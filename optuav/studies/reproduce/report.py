@@ -96,10 +96,12 @@ def _in_short(entries: Ledger) -> Iterator[Block]:
         "from the paper's own results."
     )
     yield Heading("In short")
+    in_words = entries.in_words.counts
+    rows = [(verdict.value, n, in_words.get(verdict, 0)) for verdict, n in entries.counts.items()]
+    rows.append(("all", len(entries.entries), len(entries.in_words.entries)))
     yield Table(
-        ("verdict", "statements of the paper"),
-        [(verdict.value, str(count)) for verdict, count in entries.counts.items()]
-        + [("all", str(len(entries.entries)))],
+        ("verdict", "statements of the paper", "of these in words"),
+        [tuple(map(str, row)) for row in rows],
     )
 
 
@@ -173,7 +175,7 @@ def _fit(entries: Ledger) -> Iterator[Block]:
 def _whole(entries: Ledger) -> Iterator[Block]:
     yield Heading("The ledger")
     yield Paragraph(
-        f"Every number that the paper states, and the findings in words, {entries.in_words}. A "
+        f"Every number that the paper states, and the findings in words. A "
         "value matches if it shows the printed digits, and not otherwise; a limit that matches "
         "only when it is cut, not rounded, is told apart. `optuav ledger NAME` computes one again; "
         "names and commands stand in data/ledger.csv. A command that names `paper-table2` gives "
