@@ -11,6 +11,8 @@ References
 .. [1] G. A. F. Seber, C. J. Wild, "Nonlinear Regression", Wiley, 1989, section 5.1.
 .. [2] A. C. Davison, D. V. Hinkley, "Bootstrap Methods and their Application", Cambridge, 1997,
    sections 5.2.1 and 6.3.
+.. [3] G. H. Golub, V. Pereyra, "The differentiation of pseudo-inverses and nonlinear least squares
+   problems whose variables separate", SIAM J. Numer. Anal., 1973.
 """
 
 from __future__ import annotations
@@ -103,6 +105,7 @@ def estimate(
     *,
     spread: float | None = None,
     bootstrap: bool = True,
+    eliminated: int = 0,
 ) -> Estimate:
     """Fit parameters to observations from several starts.
 
@@ -119,6 +122,8 @@ def estimate(
         over says so.
     bootstrap
         Whether to refit for intervals as well.
+    eliminated
+        Further parameters, over which the residuals of every set of values are least already [3]_.
     """
     outer = _outer(unknowns)
     found = [_fit(lambda x: residuals(outer(x)), _inner(unknowns, start)) for start in starts]
@@ -126,7 +131,7 @@ def estimate(
     ties = [each for each in found if each.sum_of_squares <= (1.0 + TIE) * least]
     best = min(ties, key=lambda each: each.way)
     errors = _errors(best.jacobian)
-    freedom = len(best.residuals) - errors.rank
+    freedom = len(best.residuals) - errors.rank - eliminated
     left = math.sqrt(best.sum_of_squares / freedom) if freedom > 0 else None
     sigma = left if spread is None else max(spread, left or 0.0)
     reach = None if sigma is None else sigma * _quantile(freedom, spread)

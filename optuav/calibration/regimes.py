@@ -1,12 +1,7 @@
 """Loads by regime, acceleration and speed cap from flight logs.
 
-Loads are means over all time spent in a regime. Neighbouring samples of a log are alike, so the
-intervals come from the means of whole batches [1]_. Acceleration and cap are found in
+Loads are means over all time spent in a regime. Acceleration and cap are found in
 `optuav.calibration.logged_legs`.
-
-References
-----------
-.. [1] A. M. Law, "Simulation Modeling and Analysis", 5th ed., McGraw-Hill, 2015, section 9.5.3.
 """
 
 from __future__ import annotations
@@ -18,7 +13,8 @@ from pathlib import Path
 import numpy as np
 
 from optuav.arrays import Floats
-from optuav.calibration.estimation import CONFIDENCE, Interval
+from optuav.calibration.batches import BATCHES, mean_over_time
+from optuav.calibration.estimation import Interval
 from optuav.calibration.fit import Fit, Panel, Value
 from optuav.calibration.flight_log import PHASES, Log, read_log
 from optuav.calibration.logged_legs import fit_motion, legs_in
@@ -27,8 +23,6 @@ from optuav.calibration.together import together
 from optuav.errors import Fault, InputError
 from optuav.mission.words import number
 
-BATCHES = 10
-"""Of the samples of a regime, for its interval."""
 WORDS = {
     "flight": "mean in flight",
     "hover": "mean in hover",
@@ -99,7 +93,7 @@ def _loads(logs: Sequence[Log]) -> Iterator[tuple[str, dict[str, tuple[float, In
         if len(columns["current_A"]) < BATCHES:
             continue
         steps_s = np.concatenate([_steps(log)[log.phase == phase] for log in logs])
-        yield phase, {name: _mean(values, steps_s) for name, values in columns.items()}
+        yield phase, {name: mean_over_time(values, steps_s) for name, values in columns.items()}
 
 
 def _faults_of(values: Iterable[Value], source: str) -> Iterator[Fault]:
@@ -128,18 +122,6 @@ def _doubts(
 def _steps(log: Log) -> Floats:
     """How long each sample stands for [s]."""
     return np.gradient(log.time_s)
-
-
-def _mean(values: Floats, steps_s: Floats) -> tuple[float, Interval]:
-    """Mean over time, and its interval by batch means."""
-    from scipy.special import stdtrit
-
-    parts = zip(np.array_split(values, BATCHES), np.array_split(steps_s, BATCHES), strict=True)
-    means = [float(np.average(part, weights=step)) for part, step in parts]
-    mean = float(np.average(values, weights=steps_s))
-    error = float(np.std(means, ddof=1)) / math.sqrt(BATCHES)
-    reach = float(stdtrit(BATCHES - 1, 0.5 + 0.5 * CONFIDENCE)) * error
-    return mean, Interval(mean - reach, mean + reach)
 
 
 def _values(loads: Mapping[str, Mapping[str, tuple[float, Interval]]]) -> Iterator[Value]:

@@ -41,7 +41,10 @@ def log(path: Path, *, legs_m: tuple[float, ...] = (300.0, 300.0), header: str =
 
 
 def test_recovers_the_truth_of_the_example() -> None:
-    """Within 3 %, and most of it inside its interval."""
+    """Within 3 %, all but one of six inside its interval, and that one hardly out of it.
+
+    How often intervals hold the truth is counted in the tests of their coverage.
+    """
     found = optuav.fit_regimes([DATA / "flight_log.csv"])
     inside = 0
     for each in found.values:
@@ -49,6 +52,8 @@ def test_recovers_the_truth_of_the_example() -> None:
         if true is not None:
             assert each.value == pytest.approx(true, rel=0.03), each.key
             assert each.interval is not None
+            reach = 0.5 * (each.interval.high - each.interval.low)
+            assert abs(each.value - true) <= 1.5 * reach, each.key
             inside += each.interval.low <= true <= each.interval.high
     assert inside >= 5
     assert found.warnings == ()
@@ -84,6 +89,18 @@ def test_short_legs_show_no_cap(tmp_path: Path) -> None:
     assert "flight.max_speed_m_s" not in found.changes
     assert "no leg is long enough" in found.warnings[0]
     assert found.changes["flight.acceleration_m_s2"] == pytest.approx(2.0, rel=0.02)
+
+
+def test_errors_of_the_speed_are_no_cap(tmp_path: Path) -> None:
+    """Legs too short for it, of which no sample is at the peak: a cap tells of errors alone."""
+    random, told = np.random.default_rng(4), 0
+    for _ in range(40):
+        header, *rows = log(tmp_path / "log.csv", legs_m=(44.0,) * 4).read_text().splitlines()
+        cells = [row.rpartition(",") for row in rows]
+        rows = [f"{a},{abs(float(v) + 0.15 * random.standard_normal()):.4f}" for a, _, v in cells]
+        (tmp_path / "log.csv").write_text("\n".join([header, *rows]), "utf-8")
+        told += "flight.max_speed_m_s" in optuav.fit_regimes([tmp_path / "log.csv"]).changes
+    assert told <= 2
 
 
 def test_several_logs_are_one_sample(tmp_path: Path) -> None:
