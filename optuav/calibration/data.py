@@ -34,7 +34,7 @@ UNITS: Mapping[str, Mapping[str, float]] = {
     "speed": {"m_s": 1.0, "km_h": 1 / 3.6},
     "rotor speed": {"rad_s": 1.0, "rpm": math.tau / 60.0},
     "force": {"N": 1.0, "g": 1e-3 * GRAVITY_N_KG, "kg": GRAVITY_N_KG},
-    "length": {"m": 1.0, "cm": 1e-2, "mm": 1e-3},
+    "length": {"m": 1.0, "cm": 1e-2, "mm": 1e-3, "in": 0.0254},
     "density": {"kg_m3": 1.0},
     "resistance": {"ohm": 1.0, "mohm": 1e-3},
     "velocity constant": {"rpm_V": 1.0},

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass, field, replace
 from itertools import chain
 from pathlib import Path
@@ -12,8 +12,10 @@ from typing import Any
 from optuav.calibration.digits import digits
 from optuav.calibration.estimation import CONFIDENCE, Estimate, Interval
 from optuav.calibration.plausible import doubts_beside
+from optuav.errors import Fault, InputError
 from optuav.mission import Mission, shipped
 from optuav.mission.sections import SCHEMA
+from optuav.mission.words import number
 
 IN_THE_AIR = ("flight.flight_current_A", "flight.hover_current_A")
 
@@ -221,6 +223,24 @@ def unclear(found: Estimate) -> tuple[str, ...]:
         return (f"the data do not determine {names[0]}",)
     listed = f"{', '.join(names[:-1])} and {names[-1]}"
     return (f"the data cannot tell {listed} apart: a change of one is made up for by the others",)
+
+
+def refuse_outside(values: Iterable[Value], source: str, words: Iterable[str]) -> None:
+    """Refuse what no mission may state, with words on where that may come from.
+
+    Raises
+    ------
+    InputError
+        Naming every such value that is determined.
+    """
+    faults, reasons = list[Fault](), "".join(f"; {each}" for each in words)
+    for each in values:
+        allowed = number(each.key)
+        if each.determined and allowed is not None and not allowed.accepts(each.value):
+            name, value = f"{each.key}, {each.origin}", f"{each.value:.4g}"
+            faults.append(Fault(name, value, f"{allowed.words}{reasons}", source))
+    if faults:
+        raise InputError(faults)
 
 
 def rounded(value: float) -> float:

@@ -31,7 +31,7 @@ import numpy as np
 from optuav.arrays import Floats
 from optuav.calibration.discharges import Discharge, discharges_in
 from optuav.calibration.estimation import NOTHING, Unknown, estimate
-from optuav.calibration.fit import Fit, Panel, unclear, values_of
+from optuav.calibration.fit import Fit, Panel, refuse_outside, unclear, values_of
 from optuav.calibration.plausible import doubts
 from optuav.calibration.together import together
 from optuav.errors import Fault, InputError
@@ -114,7 +114,9 @@ def fit_kibam(files: Iterable[str | Path]) -> Fit:
         *_why_unclear(discharges, bool(found.undetermined)),
         *_misses(discharges, fitted_s),
         *doubts("at most", {"current": largest_A}),
+        *doubts("at least", {"lifetime": min(each.lifetime_s for each in discharges)}),
     ]
+    refuse_outside(values, ", ".join(map(str, paths)), warnings)
     if few:
         warnings.append(
             f"{LEAST_DISCHARGES} discharges for as many parameters leave nothing over: the "

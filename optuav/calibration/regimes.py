@@ -15,14 +15,14 @@ import numpy as np
 from optuav.arrays import Floats
 from optuav.calibration.batches import BATCHES, mean_over_time
 from optuav.calibration.estimation import Interval
-from optuav.calibration.fit import Fit, Panel, Value
+from optuav.calibration.fit import Fit, Panel, Value, refuse_outside
 from optuav.calibration.flight_log import PHASES, Log, read_log
 from optuav.calibration.logged_legs import fit_motion, legs_in
 from optuav.calibration.plausible import doubts
 from optuav.calibration.together import together
 from optuav.errors import Fault, InputError
-from optuav.mission.words import number
 
+SIGNS = "positive is discharge, a rest in the laser's light is charge"
 WORDS = {
     "flight": "mean in flight",
     "hover": "mean in hover",
@@ -61,9 +61,7 @@ def fit_regimes(files: Iterable[str | Path]) -> Fit:
         words = f"at least {BATCHES} samples of flight or of hover"
         raise InputError([Fault("", "", words, ", ".join(map(str, paths)))])
     values = tuple(_values(loads))
-    faults = list(_faults_of(values, ", ".join(map(str, paths))))
-    if faults:
-        raise InputError(faults)
+    refuse_outside(values, ", ".join(map(str, paths)), (SIGNS,))
     legs = [leg for log in logs if log.speed_m_s is not None for leg in legs_in(log)]
     motion, panels, remarks = fit_motion(legs)
     warnings = [
@@ -94,15 +92,6 @@ def _loads(logs: Sequence[Log]) -> Iterator[tuple[str, dict[str, tuple[float, In
             continue
         steps_s = np.concatenate([_steps(log)[log.phase == phase] for log in logs])
         yield phase, {name: mean_over_time(values, steps_s) for name, values in columns.items()}
-
-
-def _faults_of(values: Iterable[Value], source: str) -> Iterator[Fault]:
-    """Loads that no mission may state, as one that would charge the battery."""
-    for each in values:
-        allowed = number(each.key)
-        if allowed is not None and not allowed.accepts(each.value):
-            words = f"{allowed.words}; positive is discharge, a rest in the laser's light is charge"
-            yield Fault(f"{each.key}, {each.origin}", f"{each.value:.4g}", words, source)
 
 
 def _doubts(

@@ -14,7 +14,7 @@ References
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
 
 import numpy as np
@@ -22,7 +22,7 @@ import numpy as np
 from optuav.arrays import Floats
 from optuav.calibration.data import Column, Table, headings_of, read
 from optuav.calibration.estimation import Unknown, estimate
-from optuav.calibration.fit import Fit, Panel, Value, unclear, values_of
+from optuav.calibration.fit import Fit, Panel, Value, refuse_outside, unclear, values_of
 from optuav.calibration.plausible import doubts
 from optuav.calibration.together import together
 from optuav.errors import Fault, InputError
@@ -43,6 +43,13 @@ SHEET = (
     Column("resistance", "resistance", needed=False),
     Column("no_load_current", "current", needed=False),
 )
+SHEET_SIZES = {
+    "radius": "radius",
+    "air_density": "air density",
+    "resistance": "resistance",
+    "no_load_current": "current",
+}
+"""Columns of data whose size tells whether the unit is right, and what it is the size of."""
 LEAST_POINTS = 6
 KEYS = (
     "lift_coefficient_N_s2_rad2",
@@ -129,7 +136,8 @@ def _from_sheet(path: Path, table: Table) -> Fit:
         KEYS[0]: (given["thrust_coefficient"] * disc_kg_m * radius_m**2, "C_T ρ A r²"),
         KEYS[5]: (given["torque_coefficient"] * disc_kg_m * radius_m**3, "C_Q ρ A r³"),
     }
-    warnings = []
+    sizes = {words: given[name] for name, words in SHEET_SIZES.items() if name in given}
+    warnings = list(doubts("as stated", sizes))
     if "velocity_constant" in given:
         found[KEYS[1]] = (given["velocity_constant"], "as stated")
     if "resistance" in given:
@@ -139,11 +147,13 @@ def _from_sheet(path: Path, table: Table) -> Fit:
         found[KEYS[3]] = (torque_constant_Nm_A * given["no_load_current"], "9.5493/κ_V I_0")
     elif "no_load_current" in given:
         warnings.append("the friction torque needs velocity_constant_rpm_V as well")
+    values = tuple(Value(f"rotor.{key}", *each) for key, each in found.items())
+    refuse_outside(values, table.source, warnings)
     return Fit(
         kind="rotor",
         sources=(str(path),),
         data="data of a propeller and its motor",
-        values=tuple(Value(f"rotor.{key}", *each) for key, each in found.items()),
+        values=values,
         panels=(),
         warnings=tuple(warnings),
     )
@@ -177,15 +187,14 @@ def _from_bench(paths: list[Path], tables: list[Table]) -> Fit:
     fitted = _model(found.values, speed)
     order = np.argsort(speed)
     fastest = Value("rotor.max_speed_rad_s", float(np.max(speed)), "fastest point of the bench")
-    largest = {
-        "rotor speed": fastest.value,
-        **{name: float(np.max(measured[name])) for name in ("current", "voltage")},
-    }
+    values = (*values_of(found, keys, f"fitted to {len(speed)} points"), fastest)
+    warnings = (*unclear(found), *_doubts(measured))
+    refuse_outside(values, ", ".join(map(str, paths)), warnings)
     return Fit(
         kind="rotor",
         sources=tuple(map(str, paths)),
         data=f"{len(speed)} points of a bench test at steady speed",
-        values=(*values_of(found, keys, f"fitted to {len(speed)} points"), fastest),
+        values=values,
         panels=tuple(
             Panel(
                 name,
@@ -197,8 +206,15 @@ def _from_bench(paths: list[Path], tables: list[Table]) -> Fit:
             )
             for name, unit in QUANTITIES
         ),
-        warnings=(*unclear(found), *doubts("at most", largest)),
+        warnings=warnings,
     )
+
+
+def _doubts(measured: Mapping[str, Floats]) -> Iterator[str]:
+    """What no rotor shows at its fastest, by itself and for the power that it draws."""
+    speed, thrust, current, voltage = (float(np.max(each)) for each in measured.values())
+    yield from doubts("at most", {"rotor speed": speed, "current": current, "voltage": voltage})
+    yield from doubts("at full speed", {"thrust per power": thrust / (current * voltage)})
 
 
 def _model(values: Floats, speed_rad_s: Floats) -> dict[str, Floats]:

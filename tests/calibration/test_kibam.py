@@ -181,6 +181,16 @@ def test_an_end_in_a_pause_is_doubted(tmp_path: Path) -> None:
     assert any("ILs250 is told to end in a pause" in words for words in found.warnings)
 
 
+def test_minutes_under_seconds_are_doubted(tmp_path: Path) -> None:
+    """A battery that is empty after 4.53 s is none of a UAV."""
+    text = FILE.read_text("utf-8").replace("_min", "_s")
+    file = tmp_path / "lifetimes.csv"
+    file.write_text(text, "utf-8")
+    (words,) = optuav.fit_kibam([file]).warnings
+    assert words.startswith("the lifetime at least is 4.53 s, where that of a UAV is 60 to 1e6 s")
+    assert words.endswith("under lifetime_s it may be min or h that is meant")
+
+
 def covered(runs: int, sigma: float, seed: int, tmp_path: Path) -> dict[str, list[int]]:
     """How often each interval holds the truth: by the Jacobian and by bootstrap."""
     random = np.random.default_rng(seed)

@@ -112,3 +112,44 @@ def test_turns_a_minute_under_radians_are_doubted(tmp_path: Path) -> None:
     assert any(
         "the rotor speed at most is 10122" in each for each in optuav.fit_rotor([file]).warnings
     )
+
+
+def test_grams_under_newtons_are_doubted(tmp_path: Path) -> None:
+    """A newton a watt is more than any propeller gives."""
+    text = (DATA / "bench.csv").read_text("utf-8").replace("thrust_g", "thrust_N")
+    file = tmp_path / "bench.csv"
+    file.write_text(text, "utf-8")
+    (words,) = optuav.fit_rotor([file]).warnings
+    assert words.startswith("the thrust per power at full speed is 0.99712 N/W, where")
+    assert words.endswith("under thrust_N it may be g that is meant")
+
+
+SHEET = "thrust_coefficient,torque_coefficient,radius_m,air_density_kg_m3"
+
+
+def test_sizes_of_data_that_no_rotor_has_are_doubted(tmp_path: Path) -> None:
+    """Milliohms under ohm, and a density in grams a litre is none of air: one warning each."""
+    file = tmp_path / "sheet.csv"
+    file.write_text(f"{SHEET},resistance_ohm\n0.0048,2.35e-4,0.12,1225,200\n", "utf-8")
+    density, resistance = optuav.fit_rotor([file]).warnings
+    assert density.startswith("the air density as stated is 1225 kg/m3, where")
+    assert resistance.endswith("under resistance_ohm it may be mohm that is meant")
+
+
+def test_inches_under_metres_are_refused(tmp_path: Path) -> None:
+    """A lift coefficient of 383 is none of a mission; the column and the units are named."""
+    file = tmp_path / "sheet.csv"
+    file.write_text(f"{SHEET}\n0.0048,2.35e-4,12,1.225\n", "utf-8")
+    with pytest.raises(InputError, match=r"lift_coefficient_N_s2_rad2, .* = 383") as caught:
+        optuav.fit_rotor([file])
+    assert "the radius as stated is 12 m" in str(caught.value)
+    assert "under radius_m it may be cm, mm or in that is meant" in str(caught.value)
+    file.write_text(f"{SHEET.replace('radius_m', 'radius_in')}\n0.0048,2.35e-4,6,1.225\n")
+    lift = optuav.fit_rotor([file]).changes["rotor.lift_coefficient_N_s2_rad2"]
+    assert lift == pytest.approx(0.0048 * 1.225 * 3.14159265 * 0.1524**4, rel=1e-6)
+
+
+def test_no_mission_lifts_with_383_newtons_at_a_radian_a_second() -> None:
+    """Rotors of three metres have a coefficient of 1; what is larger is in another unit."""
+    with pytest.raises(InputError, match="lift_coefficient_N_s2_rad2 = 383"):
+        optuav.load("paper").replace({"rotor.lift_coefficient_N_s2_rad2": 383.0471})
