@@ -33,7 +33,7 @@ from optuav.calibration.discharges import Discharge, discharges_in
 from optuav.calibration.estimation import NOTHING, Unknown, estimate
 from optuav.calibration.fit import Fit, Panel, refuse_outside, unclear, values_of
 from optuav.calibration.plausible import doubts
-from optuav.calibration.together import together
+from optuav.calibration.together import copies, together
 from optuav.errors import Fault, InputError
 from optuav.physics.battery import Battery, Phase, Wells, lifetime, step
 
@@ -115,6 +115,7 @@ def fit_kibam(files: Iterable[str | Path]) -> Fit:
         *_misses(discharges, fitted_s),
         *doubts("at most", {"current": largest_A}),
         *doubts("at least", {"lifetime": min(each.lifetime_s for each in discharges)}),
+        *copies(paths),
     ]
     refuse_outside(values, ", ".join(map(str, paths)), warnings)
     if few:

@@ -19,7 +19,7 @@ from optuav.calibration.fit import Fit, Panel, Value, refuse_outside
 from optuav.calibration.flight_log import PHASES, Log, read_log
 from optuav.calibration.logged_legs import fit_motion, legs_in
 from optuav.calibration.plausible import doubts
-from optuav.calibration.together import together
+from optuav.calibration.together import copies, together
 from optuav.errors import Fault, InputError
 
 SIGNS = "positive is discharge, a rest in the laser's light is charge"
@@ -76,7 +76,7 @@ def fit_regimes(files: Iterable[str | Path]) -> Fit:
         data=f"{samples} samples, {len(legs)} legs with speeds",
         values=(*motion, *values),
         panels=(*_load_panels(logs, loads), *panels),
-        warnings=(*warnings, *remarks, *_doubts(logs, loads)),
+        warnings=(*warnings, *remarks, *_doubts(logs, loads), *copies(paths)),
         settings={"flight.model": "regimes"},
     )
 

@@ -24,7 +24,7 @@ from optuav.calibration.data import Column, Table, headings_of, read
 from optuav.calibration.estimation import Unknown, estimate
 from optuav.calibration.fit import Fit, Panel, Value, refuse_outside, unclear, values_of
 from optuav.calibration.plausible import doubts
-from optuav.calibration.together import together
+from optuav.calibration.together import copies, together
 from optuav.errors import Fault, InputError
 from optuav.physics import rotor
 
@@ -188,7 +188,7 @@ def _from_bench(paths: list[Path], tables: list[Table]) -> Fit:
     order = np.argsort(speed)
     fastest = Value("rotor.max_speed_rad_s", float(np.max(speed)), "fastest point of the bench")
     values = (*values_of(found, keys, f"fitted to {len(speed)} points"), fastest)
-    warnings = (*unclear(found), *_doubts(measured))
+    warnings = (*unclear(found), *_doubts(measured), *copies(paths))
     refuse_outside(values, ", ".join(map(str, paths)), warnings)
     return Fit(
         kind="rotor",

@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import replace
+from hashlib import sha256
 from pathlib import Path
 from typing import TypeVar
 
 from optuav.calibration.data import LINE
 from optuav.errors import Fault, InputError
+from optuav.mission.files import label
 
 Read = TypeVar("Read")
 MOST_LINES = 5
@@ -16,11 +19,24 @@ MOST_LINES = 5
 
 
 def together(paths: Iterable[str | Path], read: Callable[[Path], Read]) -> list[Read]:
-    """Read several files, and tell the faults of all of them at once, equal ones as one."""
+    """Read several files, and tell the faults of all of them at once, equal ones as one.
+
+    Raises
+    ------
+    InputError
+        With these faults, if a file is named twice, or if none is.
+    """
     found, faults = list[Read](), list[Fault]()
-    for path in paths:
+    first: dict[str, Path] = {}
+    for path in map(Path, paths):
+        other = first.setdefault(os.path.realpath(path), path)
+        if other is not path:
+            faults.append(
+                Fault("", "", f"is the file {label(other)} again: name it once", label(path))
+            )
+            continue
         try:
-            found.append(read(Path(path)))
+            found.append(read(path))
         except InputError as error:
             faults += error.faults
     if faults:
@@ -28,6 +44,18 @@ def together(paths: Iterable[str | Path], read: Callable[[Path], Read]) -> list[
     if not found:
         raise InputError("no file of measurements was named")
     return found
+
+
+def copies(paths: Iterable[Path]) -> Iterator[str]:
+    """A sentence for every file that has the very bytes of one before it."""
+    first: dict[bytes, Path] = {}
+    for path in paths:
+        other = first.setdefault(sha256(path.read_bytes()).digest(), path)
+        if other is not path:
+            yield (
+                f"{label(path)} has the same content as {label(other)}: measurements that are "
+                "counted twice make the intervals too narrow"
+            )
 
 
 def _counted(faults: Iterable[Fault]) -> Iterator[Fault]:

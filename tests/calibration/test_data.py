@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from optuav.calibration.data import Column, check_record, read
-from optuav.calibration.together import together
+from optuav.calibration.together import copies, together
 from optuav.errors import InputError
 
 COLUMNS = (
@@ -130,3 +130,26 @@ def test_equal_faults_are_told_once_with_their_lines(tmp_path: Path) -> None:
 def test_no_file_at_all() -> None:
     with pytest.raises(InputError, match="no file"):
         together([], lambda path: read(path, COLUMNS))
+
+
+def test_a_file_counts_once_under_all_its_names(tmp_path: Path) -> None:
+    """By another path and through a link too; faults of other files are told beside."""
+    (tmp_path / "a.csv").write_text("time_s\n1\n")
+    (tmp_path / "below").mkdir()
+    (tmp_path / "link.csv").symlink_to(tmp_path / "a.csv")
+    paths = [tmp_path / name for name in ("a.csv", "below/../a.csv", "link.csv", "missing.csv")]
+    with pytest.raises(InputError) as caught:
+        together(paths, lambda path: read(path, COLUMNS[:1]))
+    again, linked, missing = map(str, caught.value.faults)
+    assert again == f"{paths[1]}: is the file {paths[0]} again: name it once"
+    assert linked == f"{paths[2]}: is the file {paths[0]} again: name it once"
+    assert "there is no such file" in missing
+
+
+def test_copies_are_doubted(tmp_path: Path) -> None:
+    """The same bytes under another name; what differs by a letter is another file."""
+    paths = [tmp_path / f"{name}.csv" for name in "abc"]
+    for path, text in zip(paths, ("1", "2", "1"), strict=True):
+        path.write_text(text)
+    (words,) = copies(paths)
+    assert words.startswith(f"{paths[2]} has the same content as {paths[0]}: ")

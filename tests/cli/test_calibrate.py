@@ -105,6 +105,15 @@ def test_data_that_tell_too_little_are_an_answer(tmp_path: Path) -> None:
     assert optuav.load(file).battery == optuav.load("paper").battery
 
 
+@pytest.mark.parametrize("kind", ["kibam", "regimes", "rotor"])
+def test_a_file_named_twice_is_refused_and_a_copy_doubted(kind: str, tmp_path: Path) -> None:
+    """Twice the same measurements would halve the squares of all intervals."""
+    file, copy = DATA / EXAMPLES[kind], tmp_path / "copy.csv"
+    assert "again: name it once" in refused("calibrate", kind, str(file), str(file))
+    copy.write_bytes(file.read_bytes())
+    assert "copy.csv has the same content as" in run("calibrate", kind, str(file), str(copy)).out
+
+
 @pytest.mark.parametrize(
     ("arguments", "words"),
     [
