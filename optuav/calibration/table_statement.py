@@ -113,7 +113,12 @@ class _Reader:
         known, free = _flat(self.table("known")), self.free()
         tied, resolution = self.tied(), self.resolution("resolution", self.table("resolution"))
         rows = self.rows(resolution)
-        mission, base = self.mission(known, free, tied)
+        base, place = self.base()
+        keys = {**known, **free, **dict.fromkeys(tied, 1.0)}
+        mission = None if base is None else self.mission(base, keys, tied)
+        if base is not None:
+            for index, row in enumerate(rows):
+                self.try_row(f"rows[{index}].given", row, mission, base, keys)
         cells = [cell for row in rows for cell in row.cells if cell.fits]
         if len(cells) < len(free):
             words = f"as many numbers to fit as free keys: {len(free)}; there are {len(cells)}"
@@ -123,26 +128,34 @@ class _Reader:
             self.fault(f"resolution.{quantity}", None, f"{words}, for {_numbers(count)}")
         if self.faults or mission is None:
             raise InputError(self.faults)
-        stated = Statement(self.source, mission, base, known, free, tied, tuple(rows))
-        self.try_rows(stated)
-        return stated
+        return Statement(self.source, mission, place, known, free, tied, tuple(rows))
 
-    def try_rows(self, stated: Statement) -> None:
-        """Refuse rows whose keys or building the mission does not have."""
-        names = [building.name for building in stated.mission.buildings]
-        for place, row in enumerate(stated.rows):
-            building = row.stay["building"]
-            if building and building not in names:
-                words = f"a building of the mission{nearest(str(building), names)}"
-                self.fault(f"rows[{place}].given.building", building, words)
-            try:
-                stated.mission.replace(row.changes)
-            except InputError as error:
-                for fault in error.faults:
-                    key = f"rows[{place}].given.{fault.key}"
-                    self.faults.append(Fault(key, fault.value, fault.allowed, self.source))
-        if self.faults:
-            raise InputError(self.faults)
+    def try_row(
+        self, where: str, row: Row, mission: Mission | None, base: Mission, keys: Mapping[str, Any]
+    ) -> None:
+        """Tell of keys and a building of a row that the mission does not have.
+
+        Where the mission itself has faults, the row is tried on what was extended, and of the
+        faults those of its own keys are told.
+        """
+        flown: Mission | None = None
+        try:
+            if mission is None:
+                base.replace({**keys, **row.changes})
+            else:
+                flown = mission.replace(row.changes)
+        except InputError as error:
+            self.faults += [
+                Fault(f"{where}.{fault.key}", fault.value, fault.allowed, self.source)
+                for fault in error.faults
+                if mission is not None or fault.key in row.changes
+            ]
+        if flown is None and any(key.startswith("buildings") for key in (*keys, *row.changes)):
+            return
+        names = [building.name for building in (flown or base).buildings]
+        if row.stay["building"] and row.stay["building"] not in names:
+            words = f"a building of the mission{nearest(str(row.stay['building']), names)}"
+            self.fault(f"{where}.building", row.stay["building"], words)
 
     def table(self, name: str) -> dict[str, Any]:
         value = self.document.get(name, {})
@@ -164,11 +177,15 @@ class _Reader:
         found = _flat(self.table("free"))
         if not found:
             self.fault("free", None, "a table of keys to be fitted, with values to start from")
-        return {
-            key: float(value)
-            for key, value in found.items()
-            if self.number(f"free.{key}", value, positive=True)
-        }
+        free = {}
+        for key, value in found.items():
+            allowed = number(key)
+            if allowed is not None and allowed.whole:
+                words = "a key that may have any value in its range; whole numbers cannot be fitted"
+                self.fault(f"free.{key}", value, words)
+            elif self.number(f"free.{key}", value, positive=True):
+                free[key] = float(value)
+        return free
 
     def tied(self) -> dict[str, tuple[str, ...]]:
         found = {}
@@ -236,24 +253,31 @@ class _Reader:
         if stay["rest_time_s"] and not stay["building"]:
             self.fault(f"{where}.building", None, "where it rested")
 
-    def mission(
-        self, known: dict[str, Any], free: dict[str, float], tied: dict[str, tuple[str, ...]]
-    ) -> tuple[Mission | None, str]:
-        base = self.document.get("mission", "paper")
-        if not isinstance(base, str):
-            self.fault("mission", base, "a shipped mission's name or a path relative to this file")
+    def base(self) -> tuple[Mission | None, str]:
+        """The mission that is extended, and its name or path."""
+        name = self.document.get("mission", "paper")
+        if not isinstance(name, str):
+            self.fault("mission", name, "a shipped mission's name or a path relative to this file")
             return None, ""
-        place = base if base in shipped() else str(self.directory / base)
+        place = name if name in shipped() else str(self.directory / name)
         try:
-            whole = load(place)
-            stated = whole.replace({**known, **free, **dict.fromkeys(tied, 1.0)})
-            return tie(stated, tied), place
+            return load(place), place
+        except InputError as error:
+            self.faults += error.faults
+            return None, place
+
+    def mission(
+        self, base: Mission, keys: Mapping[str, Any], tied: Mapping[str, tuple[str, ...]]
+    ) -> Mission | None:
+        """With all that is stated."""
+        try:
+            return tie(base.replace(keys), tied)
         except InputError as error:
             self.faults += [
                 Fault(each.key, each.value, each.allowed, each.source or self.source)
                 for each in error.faults
             ]
-            return None, place
+            return None
 
 
 def _unknown_quantity(name: str) -> str:

@@ -148,6 +148,48 @@ fit = { battery_percent = "much", flight_time_s = 3 }
         assert words in text, words
 
 
+def faults_of(file: Path, text: str) -> list[str]:
+    file.write_text(text, "utf-8")
+    with pytest.raises(InputError) as caught:
+        optuav.fit_table([file])
+    return [str(fault).removeprefix(f"{file}: ") for fault in caught.value.faults]
+
+
+def test_rows_are_tried_on_the_mission_whatever_else_is_wrong(tmp_path: Path) -> None:
+    """Their keys and buildings are told beside their other faults, and those of the mission."""
+    text = """
+known.flight.model = "regimes"
+free.flight.acceleration_m_s2 = 10
+resolution.battery_percent = 0.1
+[[rows]]
+given = { hover_time_s = -5, bogus = 3 }
+fit = { battery_percent = 90 }
+[[rows]]
+given = { building = "b77", rest_time_s = 3, battery.capacity_As = -3 }
+"""
+    broken = faults_of(tmp_path / "broken.toml", text)
+    sound = text.replace('known.flight.model = "regimes"', "")
+    sound = sound.replace("flight.acceleration_m_s2 = 10", "body.mass_kg = 1")
+    for told in (broken, faults_of(tmp_path / "sound.toml", sound)):
+        rows = [words for words in told if words.startswith("rows")]
+        assert rows == [
+            "rows[0].given.hover_time_s = -5: 0 or above [s]",
+            "rows[0].given.bogus = 3: unknown key",
+            "rows[1].given.battery.capacity_As = -3: a number, 0.001 <= x <= 1e9 [A s]",
+            "rows[1].given.building = 'b77': a building of the mission; did you mean 'b7'?",
+        ]
+    assert any(words.startswith("flight.hover_power_W: is missing") for words in broken)
+
+
+def test_whole_numbers_cannot_be_free(tmp_path: Path) -> None:
+    """Least squares move a value by little and little; two packs are no 2.0."""
+    row = "[[rows]]\ngiven.hover_time_s = 600\nfit.battery_percent = 20\n"
+    text = f"free.battery.packs = 2\nresolution.battery_percent = 0.1\n{row}"
+    (words,) = faults_of(tmp_path / "table.toml", text)
+    assert words.startswith("free.battery.packs = 2: a key that may have any value")
+    assert words.endswith("whole numbers cannot be fitted")
+
+
 @pytest.mark.parametrize(
     ("given", "words"),
     [
