@@ -235,7 +235,7 @@ def rows_of(
     """Rows from forms in the unknowns x and y, which is None if there is none.
 
     Those that cannot fall below 0 for x and y up to their reach, as far as their terms tell one by
-    one, are left out.
+    one, are left out; where other programmes need them, they are infinite.
 
     Parameters
     ----------
@@ -275,10 +275,11 @@ def rows_of(
         allowance = np.minimum(ROUNDING * (size + side), 0.5 * TOLERANCE * np.maximum(1.0, side))
         constant = highest.pop(CONSTANT, 0.0) + allowance
         least = sum((np.minimum(each, 0.0) for each in highest.values()), constant)
-        if not np.all(least >= 0.0):
+        open_ = ~(least >= 0.0)
+        if np.any(open_):
             dust = DUST * size
-            terms = {each: form.terms[each] * (shares[each] >= dust) for each in highest}
-            kept.append({**terms, CONSTANT: constant})
+            terms = {each: form.terms[each] * (open_ & (shares[each] >= dust)) for each in highest}
+            kept.append({**terms, CONSTANT: np.where(open_, constant, np.inf)})
     table = np.zeros((6, len(kept), programmes))
     for row, terms in enumerate(kept):
         for place, monomial in enumerate(most):

@@ -13,7 +13,7 @@ from typing import Any, TypeAlias
 
 import numpy as np
 
-from optuav.arrays import Floats
+from optuav.arrays import Booleans, Floats, Integers
 
 Margin: TypeAlias = Callable[[Floats], Floats]
 """Values at one point of each interval."""
@@ -42,20 +42,23 @@ def close_in(margins: Margins, holds: Ends, fails: Ends, width: float) -> tuple[
     """
     (x1, f1), (x2, f2) = holds, fails
     held, failed = x1.copy(), x2.copy()
-    open_: Any = slice(None)
-    margin = margins(open_)
+    number, open_ = np.arange(len(x1)), np.ones(len(x1), bool)
+    margin = margins(slice(None))
     x3, f3 = x2, f2
     for step in range(MOST_STEPS):
         span = x2 - x1
         size = np.abs(span)
         wide = size > width
+        if (done := open_ & ~wide).any():
+            _store(held, failed, number, done, x1, x2, f1)
+        open_ = wide
         count = np.count_nonzero(wide)
         if not count:
             break
-        if 2 * count < len(wide):  # until then, those that are done go on in company
-            _store(held, failed, open_, x1, x2, f1)
-            open_ = np.flatnonzero(wide) if isinstance(open_, slice) else open_[wide]
-            margin = margins(open_)
+        if 2 * count < len(wide):  # until then, those that are done go along, to no effect
+            number = number[wide]
+            margin = margins(number)
+            open_ = open_[wide]
             every = (x1, x2, x3, f1, f2, f3, span, size)
             x1, x2, x3, f1, f2, f3, span, size = (each[wide] for each in every)
         share = _share(span, x3 - x1, f1, f2, f3) if step else f1 / (f1 - f2)
@@ -66,14 +69,23 @@ def close_in(margins: Margins, holds: Ends, fails: Ends, width: float) -> tuple[
         x3, f3 = np.where(same, x1, x2), np.where(same, f1, f2)
         x2, f2 = np.where(same, x2, x1), np.where(same, f2, f1)
         x1, f1 = x, f
-    _store(held, failed, open_, x1, x2, f1)
+    _store(held, failed, number, open_, x1, x2, f1)
     return held, failed
 
 
-def _store(held: Floats, failed: Floats, which: Any, x1: Floats, x2: Floats, f1: Floats) -> None:
+def _store(
+    held: Floats,
+    failed: Floats,
+    number: Integers,
+    which: Booleans,
+    x1: Floats,
+    x2: Floats,
+    f1: Floats,
+) -> None:
     """Put the ends of some intervals where they belong."""
-    holds = f1 >= 0.0
-    held[which], failed[which] = np.where(holds, x1, x2), np.where(holds, x2, x1)
+    x1, x2, holds = x1[which], x2[which], f1[which] >= 0.0
+    held[number[which]] = np.where(holds, x1, x2)
+    failed[number[which]] = np.where(holds, x2, x1)
 
 
 def _share(x21: Floats, x31: Floats, f1: Floats, f2: Floats, f3: Floats) -> Floats:

@@ -18,7 +18,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
@@ -269,14 +269,16 @@ def _crossing(
     share, rate = battery.available_fraction, np.maximum(battery.rate_per_s, TINY)
     tilt = wells.available_As - share * wells.total_As - (1.0 - share) * current / rate
     moment_s = np.where(direction * tilt > 0.0, latest_s, 0.0)
+    settled: Any = False
     for _ in range(MOST_STEPS):
         end = step(battery, wells, Phase(current, moment_s))
         inflow = battery.flow_rate_per_s * (end.bound_As / (1.0 - share) - end.available_As / share)
         nearer_s = moment_s - (end.available_As - bound.available_As) / (current + inflow)
         nearer_s = np.where(np.isfinite(nearer_s), np.clip(nearer_s, 0.0, latest_s), moment_s)
-        close = np.abs(nearer_s - moment_s) <= CLOSE * nearer_s
-        moment_s = nearer_s
-        if (close | ~np.isfinite(moment_s)).all():
+        # What is settled stays: no moment depends on those that are found along with it.
+        before_s, moment_s = moment_s, np.where(settled, moment_s, nearer_s)
+        settled = (np.abs(moment_s - before_s) <= CLOSE * moment_s) | ~np.isfinite(moment_s)
+        if settled.all():
             break
     # A current of TINY takes longer than the range of floats.
     moment_s = np.where(direction * current <= TINY, np.inf, moment_s)

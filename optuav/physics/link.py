@@ -14,6 +14,7 @@ References
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from scipy import special
@@ -186,6 +187,7 @@ def _nearest_on_rim(
     half_arc = np.arccos(np.minimum(1.0, radius_m / np.maximum(np.abs(away), TINY)))
     low, high = np.angle(away) - half_arc, np.angle(away) + half_arc
     angle = 0.5 * (low + high)
+    moves: Any = True
     for _ in range(MOST_STEPS):
         outward = np.exp(1j * angle)
         slope, bend = 0.0, 0.0
@@ -197,8 +199,11 @@ def _nearest_on_rim(
             bend = bend + (radius_m * (1.0 - along**2) - _dot(way, outward)) / distance_m
         falls = slope < 0.0
         low, high = np.where(falls, angle, low), np.where(falls, high, angle)
-        before, angle = angle, angle - slope / np.where(bend > 0.0, bend, np.nan)
-        angle = np.where((angle >= low) & (angle <= high), angle, 0.5 * (low + high))
-        if not np.any(np.abs(angle - before) > ROUNDING_RAD):
+        newton = angle - slope / np.where(bend > 0.0, bend, np.nan)
+        newton = np.where((newton >= low) & (newton <= high), newton, 0.5 * (low + high))
+        # Who has arrived stays: no point depends on those that are found along with it.
+        before, angle = angle, np.where(moves, newton, angle)
+        moves = np.abs(angle - before) > ROUNDING_RAD
+        if not np.any(moves):
             break
     return centre + radius_m * np.exp(1j * angle)

@@ -11,7 +11,7 @@ import numpy as np
 from formulations.available import Telling, well_limits
 from formulations.perspectives import AVAILABLE, PERSPECTIVES
 from formulations.quantities import Quantities
-from optuav.arrays import Booleans, Floats
+from optuav.arrays import Booleans, Floats, Integers
 from optuav.engines.exponential_form import Rows, rows_of
 from optuav.modelling.exponential import CONSTANT, Exponential, unknown
 from optuav.physics import battery
@@ -41,6 +41,30 @@ class Legs(NamedTuple):
         """Whether there are two stays between the legs, so that one is a rest."""
         return len(self.ends) == 4
 
+    def take(self, which: Any) -> Legs:
+        """Those of some itineraries, by their numbers or a slice."""
+        return Legs(self.current_A[:, which], self.duration_s[:, which], self.ends)
+
+
+def alike(
+    legs: Legs, figures: Mapping[str, Any], rest_first: bool | Booleans
+) -> list[Integers | slice]:
+    """Itineraries in groups that the same limits of the wells tell all about.
+
+    So no answer depends on the itineraries that are worked on together. Parameters as for
+    `hover_rows`.
+    """
+    count = legs.duration_s.shape[1]
+    stays_A = np.array(
+        [np.broadcast_to(each, count) for each in _stays_A(legs, figures, rest_first).values()]
+    )
+    currents_A = np.concatenate([legs.current_A, stays_A])
+    told = np.concatenate([_falling(figures, currents_A), stays_A < 0.0, stays_A > 0.0])
+    if (told == told[:, :1]).all():
+        return [slice(None)]
+    _, group = np.unique(told, axis=1, return_inverse=True)
+    return [np.flatnonzero(group == number) for number in range(group.max() + 1)]
+
 
 def hover_rows(
     legs: Legs, figures: Mapping[str, Any], rest_first: bool | Booleans
@@ -56,21 +80,21 @@ def hover_rows(
     rest_first
         Whether the rest comes before the hover, where there are both.
     """
-    hover_A, rest_A = -figures["hover_current_A"], figures["rest_current_A"]
-    # A stay is to the wells a current for a time: the one before the last is the rest here.
-    earlier_A = _either(rest_first, rest_A, hover_A)
-    later_A = _either(rest_first, hover_A, rest_A) if legs.rests else hover_A
-    stays_A = {"rest": earlier_A, "hover": later_A} if legs.rests else {"hover": later_A}
+    stays_A = _stays_A(legs, figures, rest_first)
     steps, telling = _steps(legs, stays_A, figures)
     unused: dict[str, Any] = dict.fromkeys(UNUSED, np.nan)
     given = Quantities(
         packs=1.0,
-        flight_time_s=legs.duration_s.sum(axis=0),
-        flight_charge_As=-(legs.current_A * legs.duration_s).sum(axis=0),
+        flight_time_s=sum(legs.duration_s),  # stage by stage, however many itineraries there are
+        flight_charge_As=-sum(legs.current_A * legs.duration_s),
         rests=legs.rests,
         steps=steps,
         **unused,
-        **{**figures, "hover_current_A": -later_A, "rest_current_A": earlier_A},
+        **{
+            **figures,
+            "hover_current_A": -stays_A["hover"],
+            "rest_current_A": stays_A.get("rest", figures["rest_current_A"]),
+        },
     )
     hover, rest = unknown("hover"), unknown("rest") if legs.rests else None
     soc = PERSPECTIVES[AVAILABLE](given, hover, 0.0 if rest is None else rest)
@@ -84,6 +108,29 @@ def hover_rows(
     reach_s = np.maximum(left_s, 0.0)
     rows = rows_of(forms, sizes, "hover", "rest" if legs.rests else None, len(reach_s), reach_s)
     return rows.mirrored(~np.asarray(rest_first)) if legs.rests else rows, reach_s
+
+
+def _stays_A(legs: Legs, figures: Mapping[str, Any], rest_first: bool | Booleans) -> dict[str, Any]:
+    """A stay is to the wells a current [A] for a time: the one before the last is the rest here."""
+    hover_A, rest_A = -figures["hover_current_A"], figures["rest_current_A"]
+    if not legs.rests:
+        return {"hover": hover_A}
+    return {
+        "rest": _either(rest_first, rest_A, hover_A),
+        "hover": _either(rest_first, hover_A, rest_A),
+    }
+
+
+def _falling(figures: Mapping[str, Any], current_A: Any) -> Any:
+    """Whether y1 falls all along a step of this current [A]."""
+    return battery.falls_throughout(_whole(figures), current_A)
+
+
+def _whole(figures: Mapping[str, Any]) -> battery.Battery:
+    """All packs as one."""
+    return battery.Battery(
+        figures["capacity_As"], figures["available_fraction"], figures["flow_rate_per_s"]
+    )
 
 
 def _either(which: bool | Booleans, one: Any, other: Any) -> Any:
@@ -101,10 +148,8 @@ def _steps(
     taken together, and before them there is no need to look. Who only drains does not pass full,
     who only charges does not run dry.
     """
-    whole = battery.Battery(
-        figures["capacity_As"], figures["available_fraction"], figures["flow_rate_per_s"]
-    )
-    falling = battery.falls_throughout(whole, legs.current_A).all(axis=1).tolist()
+    whole = _whole(figures)
+    falling = _falling(figures, legs.current_A).all(axis=1).tolist()
     steps: list[Any] = []
     falls: list[bool] = []
     for (start, end), stay in zip_longest(pairwise(legs.ends), stays_A):
@@ -115,7 +160,7 @@ def _steps(
             falls.append(falling[first])
         if stay:
             steps.append(stay)
-            falls.append(bool(np.all(battery.falls_throughout(whole, stays_A[stay]))))
+            falls.append(bool(np.all(_falling(figures, stays_A[stay]))))
     telling = []
     for step, next_falls in zip(steps, [*falls[1:], False], strict=True):
         stay_A = stays_A[step] if isinstance(step, str) else None

@@ -15,7 +15,7 @@ from optuav.engines.sweeping import WIDTH_S
 from optuav.errors import Fault, InputError
 from optuav.mission.quantities import Number
 from optuav.physics import battery
-from optuav.solving.hover_rows import Legs, hover_rows
+from optuav.solving.hover_rows import Legs, alike, hover_rows
 
 Leg: TypeAlias = Sequence[battery.Phase]
 Stays: TypeAlias = Literal["hover", "rest-first", "hover-first"]
@@ -132,6 +132,16 @@ def longest_hovers(
 
 
 def _bracket(legs: Legs, stays: Any, figures: Mapping[str, Any], shortest_rest: bool) -> Floats:
+    found = np.empty((3, legs.duration_s.shape[1]))
+    for some in alike(legs, figures, stays == "rest-first"):
+        cut = {name: _cut(each, some) for name, each in figures.items()}
+        found[:, some] = _bracket_alike(legs.take(some), _cut(stays, some), cut, shortest_rest)
+    return found
+
+
+def _bracket_alike(
+    legs: Legs, stays: Any, figures: Mapping[str, Any], shortest_rest: bool
+) -> Floats:
     rows, x_top = hover_rows(legs, figures, stays == "rest-first")
     y_top = np.where(stays == "hover", 0.0, x_top)
     found = largest(rows, x_top, y_top)
@@ -176,7 +186,7 @@ def _figure(value: Any) -> Any:
     return array if array.ndim else float(array)
 
 
-def _cut(figure: Any, here: slice) -> Any:
+def _cut(figure: Any, here: Any) -> Any:
     """A figure of some itineraries; what is no array holds for all."""
     return figure.ravel()[here] if isinstance(figure, np.ndarray) else figure
 

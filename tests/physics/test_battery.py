@@ -326,6 +326,15 @@ def test_moments_by_integration(
     assert moment(BATTERY, Wells(*wells), current_A) == pytest.approx(expected, rel=1e-9)
 
 
+def test_a_moment_does_not_depend_on_those_that_are_found_along_with_it() -> None:
+    """To the last bit: what is settled does not move on while others are on their way."""
+    current_A = np.random.default_rng(0).uniform(0.1, 50.0, 300)
+    wells = Wells(20_000.0, 9_000.0)
+    many = battery.time_to_full(BATTERY, wells, current_A)
+    alone = [battery.time_to_full(BATTERY, wells, current_A[[k]]) for k in range(300)]
+    assert np.concatenate(alone).tolist() == many.tolist()
+
+
 def test_well_that_first_rises_and_then_runs_dry() -> None:
     """From y1 = 0 the inflow carries a small load for a while."""
     wells = Wells(0.0, 14_400.0)

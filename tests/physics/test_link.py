@@ -183,6 +183,17 @@ def test_no_point_of_the_disc_is_better(
     assert point == pytest.approx(swapped, abs=1e-5)
 
 
+def test_a_point_does_not_depend_on_those_that_are_found_along_with_it() -> None:
+    """To the last bit: who has arrived does not move on while others are under way."""
+    draw = np.random.default_rng(0)
+    x, y = 1000.0 * draw.uniform(-3.0, 3.0, (2, 300))
+    many = link.hover_point((x, y, 20.0), (700.0, 400.0, 10.0), CENTRE, 500.0, 60.0, CENTRE)
+    for number in range(300):
+        own = (x[[number]], y[[number]], 20.0)
+        one = link.hover_point(own, (700.0, 400.0, 10.0), CENTRE, 500.0, 60.0, CENTRE)
+        assert [float(each[0]) for each in one[:2]] == [float(each[number]) for each in many[:2]]
+
+
 @pytest.mark.parametrize("bearing", [0.0, 0.3, 1.2345, math.pi])
 def test_point_near_an_end_just_outside_the_rim(bearing: float) -> None:
     """Two points of the rim are locally best; the global one is hidden in a narrow dent.
