@@ -7,7 +7,7 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass, field, replace
 from itertools import chain
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal, TypeAlias
 
 from optuav.calibration.digits import digits
 from optuav.calibration.estimation import CONFIDENCE, Estimate, Interval
@@ -17,6 +17,7 @@ from optuav.mission import Mission, shipped
 from optuav.mission.sections import SCHEMA
 from optuav.mission.words import number
 
+Role: TypeAlias = Literal["fitted", "repeat", "predicted"]
 IN_THE_AIR = ("flight.flight_current_A", "flight.hover_current_A")
 
 
@@ -68,8 +69,9 @@ class Panel:
         Names of the observations; or empty, and then `at` tells them apart.
     at, at_words
         Where on the axis an observation lies, and what that axis is.
-    fits
-        Whether an observation is part of the fit; it is only predicted otherwise.
+    roles
+        Whether an observation is fitted, repeats one that is, or is predicted; empty if all are
+        fitted.
     groups
         Which kind an observation is of, for its colour; or empty.
     """
@@ -81,13 +83,14 @@ class Panel:
     names: tuple[str, ...] = ()
     at: tuple[float, ...] = ()
     at_words: str = ""
-    fits: tuple[bool, ...] = ()
+    roles: tuple[Role, ...] = ()
     groups: tuple[str, ...] = ()
 
     @property
-    def in_fit(self) -> tuple[bool, ...]:
-        """Whether each observation is part of the fit."""
-        return self.fits or (True,) * len(self.observed)
+    def each_role(self) -> tuple[Role, ...]:
+        """Of every observation."""
+        fitted: Role = "fitted"
+        return self.roles or (fitted,) * len(self.observed)
 
 
 @dataclass(frozen=True)

@@ -3,7 +3,7 @@
 Each row of the table is a mission flown: a hover and a rest of known length on a known route. Its
 flight time and the charge and energy that are left follow from the mission by the same phases that
 plans are made of; the free keys are fitted to those that the table tells. What is stated as a check
-is predicted only.
+is predicted only, or repeats a number that was fitted: then it tests nothing.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ import numpy as np
 
 from optuav.arrays import Floats
 from optuav.calibration.estimation import Unknown, estimate
-from optuav.calibration.fit import Fit, Panel, rounded, unclear, values_of
+from optuav.calibration.fit import Fit, Panel, Role, rounded, unclear, values_of
 from optuav.calibration.flown import QUANTITIES, quantities
 from optuav.calibration.table_statement import Cell, Statement, read_statement, tie, value_of
 from optuav.errors import Fault, InputError
@@ -31,6 +31,8 @@ IMPOSSIBLE = 1e9
 """Residual where a row cannot be flown, or the values are not those of a mission."""
 EDGE = 1e-3
 """Relative distance from a value within which there is an edge that has shaped it."""
+SAME = 1e-9
+"""Difference of two numbers that a mission tells, relative or in their unit, that is none."""
 SCALES = (1.0, 0.5, 2.0)
 """Where the fit starts, as multiples of the stated values."""
 
@@ -77,27 +79,30 @@ def fit_table(files: Iterable[str | Path]) -> Fit:
     starts = [tuple(scale * each for each in stated.free.values()) for scale in SCALES]
     found = estimate([Unknown(key) for key in keys], residuals, starts, spread=1.0, bootstrap=False)
     count = int(fits.sum())
-    values = values_of(found, keys, f"fitted to {count} number{'s' * (count > 1)} of the table")
+    values = values_of(found, keys, f"fitted to {_numbers(count)} of the table")
     mission = stated.with_values(found.values.tolist())
     told = _told(stated, mission)
     _refuse_unflown(stated, cells, told)
+    roles = _roles(cells, told.tolist())
     products = {
         key: rounded(value_of(mission, key))
         for key, factors in stated.tied.items()
         if not set(factors) & set(found.undetermined)
     }
+    repeated = f", {roles.count('repeat')} repeated" if "repeat" in roles else ""
     return Fit(
         kind="table",
         sources=(str(paths[0]),),
         data=(
-            f"{count} number{'s' * (count > 1)} of the table fitted by "
-            f"{len(keys)} free key{'s' * (len(keys) > 1)}, {len(cells) - count} predicted"
+            f"{_numbers(count)} of the table fitted by {len(keys)} free "
+            f"key{'s' * (len(keys) > 1)}{repeated}, {roles.count('predicted')} predicted"
         ),
         values=values,
-        panels=tuple(_panels(cells, told)),
+        panels=tuple(_panels(cells, told, roles)),
         warnings=(
             *unclear(found),
             *_missed(cells, told),
+            *_fitted_again(cells, told.tolist()),
             *_at_an_edge(stated, found.values, len(cells)),
         ),
         settings={**stated.known, **products},
@@ -126,6 +131,43 @@ def _tried(stated: Statement, values: Floats, count: int) -> Floats:
         return _told(stated, stated.with_values(values.tolist()))
     except InputError:
         return np.full(count, math.nan)
+
+
+def _roles(cells: Sequence[Cell], told: Sequence[float]) -> list[Role]:
+    """Fitted, predicted, or both stated and told like a number that is fitted."""
+    fitted = [(cell, each) for cell, each in zip(cells, told, strict=True) if cell.fits]
+
+    def role(cell: Cell, value: float) -> Role:
+        if cell.fits:
+            return "fitted"
+        alike = any(_repeats(cell, value, *other) for other in fitted)
+        return "repeat" if alike else "predicted"
+
+    return [role(cell, value) for cell, value in zip(cells, told, strict=True)]
+
+
+def _repeats(cell: Cell, value: float, other: Cell, its: float) -> bool:
+    """Whether two numbers of the table are one: of one quantity, stated and told alike."""
+    stated = (cell.quantity, cell.observed) == (other.quantity, other.observed)
+    return stated and math.isclose(value, its, rel_tol=SAME, abs_tol=SAME)
+
+
+def _fitted_again(cells: Sequence[Cell], told: Sequence[float]) -> Iterator[str]:
+    """That a number counts more than once, as if it had been measured again."""
+    fitted = [(cell, each) for cell, each in zip(cells, told, strict=True) if cell.fits]
+    again = sum(
+        any(_repeats(*each, *other) for other in fitted[:place])
+        for place, each in enumerate(fitted)
+    )
+    if again:
+        yield (
+            f"{_numbers(again)} to be fitted repeat{'s' * (again == 1)} another: state it as a "
+            "check, or the intervals are too narrow"
+        )
+
+
+def _numbers(count: int) -> str:
+    return f"{count} number{'s' * (count > 1)}"
 
 
 def _missed(cells: Sequence[Cell], told: Floats) -> Iterator[str]:
@@ -164,7 +206,7 @@ def _refuse_unflown(stated: Statement, cells: Sequence[Cell], told: Floats) -> N
         raise InputError(faults)
 
 
-def _panels(cells: Sequence[Cell], told: Floats) -> Iterator[Panel]:
+def _panels(cells: Sequence[Cell], told: Floats, roles: Sequence[Role]) -> Iterator[Panel]:
     for quantity in dict.fromkeys(cell.quantity for cell in cells):
         own = [number for number, cell in enumerate(cells) if cell.quantity == quantity]
         words = quantity.rpartition("_")[0]
@@ -174,5 +216,5 @@ def _panels(cells: Sequence[Cell], told: Floats) -> Iterator[Panel]:
             tuple(cells[number].observed for number in own),
             tuple(told[own].tolist()),
             names=tuple(cells[number].row for number in own),
-            fits=tuple(cells[number].fits for number in own),
+            roles=tuple(roles[number] for number in own),
         )

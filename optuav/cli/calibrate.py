@@ -143,8 +143,8 @@ def _observations(panel: Panel) -> Table:
     for heading in ("observed", "fitted", "difference"):
         table.add_column(heading, justify="right", no_wrap=True)
     table.add_column("")
-    rows = zip(panel.names, panel.observed, panel.fitted, panel.in_fit, strict=True)
-    for number, (name, observed, fitted, fits) in enumerate(rows):
+    rows = zip(panel.names, panel.observed, panel.fitted, panel.each_role, strict=True)
+    for number, (name, observed, fitted, role) in enumerate(rows):
         if number == MOST_ROWS:
             table.add_row(f"and {len(panel.names) - MOST_ROWS} more")
             break
@@ -154,7 +154,7 @@ def _observations(panel: Panel) -> Table:
             f"{observed:.6g}",
             f"{fitted:.6g}",
             f"{difference:+.3g}" if difference else "0",
-            "" if fits else "predicted",
+            "" if role == "fitted" else role,
         )
     return table
 

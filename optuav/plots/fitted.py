@@ -20,6 +20,7 @@ from optuav.plots.style import (
     ORANGE,
     PALE,
     PURPLE,
+    SKY,
     group_thousands,
     margins,
     page,
@@ -29,6 +30,8 @@ from optuav.plots.style import (
 
 COLOURS = {**KINDS, "charge": PURPLE}
 """Of the groups of observations."""
+ROLES = {"fitted": BLUE, "repeat": SKY, "predicted": ORANGE}
+"""Of named observations."""
 DECADE = 10.0
 """Largest over smallest value beyond which the axis is logarithmic."""
 FEW = 100
@@ -93,11 +96,12 @@ def _draw_names(axes: FitAxes, panel: Panel) -> None:
     """One line a named observation, from the top."""
     places = np.arange(len(panel.names))
     observed, fitted = np.array(panel.observed), np.array(panel.fitted)
-    fits = np.array(panel.in_fit)
+    roles = np.array(panel.each_role)
     axes.values.hlines(places, observed, fitted, color=PALE, linewidth=2.5, zorder=1)
     axes.values.plot(observed, places, "o", color=BLACK, markerfacecolor="none", markersize=5.5)
     left = fitted - observed
-    for chosen, colour in ((fits, BLUE), (~fits, ORANGE)):
+    for role, colour in ROLES.items():
+        chosen = roles == role
         axes.values.plot(fitted[chosen], places[chosen], "o", color=colour, markersize=3.0)
         axes.residuals.barh(places[chosen], left[chosen], 0.55, color=colour)
     for ax in axes:
@@ -153,12 +157,12 @@ def _legend(ax: Axes, found: Fit) -> None:
             Line2D(
                 [], [], ls="", marker="o", color=BLACK, markerfacecolor="none", label="observed"
             ),
-            Line2D([], [], ls="", marker="o", color=BLUE, markersize=3.0, label="fitted"),
+            *(
+                Line2D([], [], ls="", marker="o", color=colour, markersize=3.0, label=role)
+                for role, colour in ROLES.items()
+                if role == "fitted" or any(role in panel.roles for panel in found.panels)
+            ),
         ]
-        if not all(all(panel.in_fit) for panel in found.panels):
-            handles.append(
-                Line2D([], [], ls="", marker="o", color=ORANGE, markersize=3.0, label="predicted")
-            )
     else:
         handles = [
             Line2D(

@@ -45,14 +45,20 @@ def test_named_observations_and_what_is_left_over() -> None:
     assert axes.values.get_xlabel() == "lifetime [s]"
 
 
-def test_predictions_have_a_colour_of_their_own() -> None:
-    panel = Panel("battery", "%", (1.0, 2.0), (1.0, 3.0), names=("a", "b"), fits=(True, False))
+def test_predictions_and_repeats_have_colours_of_their_own() -> None:
+    panel = Panel(
+        *("battery", "%", (1.0, 1.0, 2.0), (1.0, 1.0, 3.0)),
+        names=("a", "b", "c"),
+        roles=("fitted", "repeat", "predicted"),
+    )
     (axes,) = plots.fit(fit(panel))
-    colours = [line.get_color() for line in axes.values.lines[1:3]]
-    assert colours[0] != colours[1]
+    colours = [line.get_color() for line in axes.values.lines[1:4]]
+    assert len(set(colours)) == 3
     legend = axes.values.get_legend()
     assert legend is not None
-    assert [text.get_text() for text in legend.get_texts()] == ["observed", "fitted", "predicted"]
+    assert [text.get_text() for text in legend.get_texts()] == [
+        *("observed", "fitted", "repeat", "predicted")
+    ]
 
 
 def test_the_line_of_means_breaks_between_phases() -> None:
