@@ -40,6 +40,7 @@ from optuav.physics.battery import Battery, Phase, Wells, lifetime, step
 Asked: TypeAlias = Callable[[float, float], tuple[Floats, Floats]]
 
 KEYS = ("battery.capacity_As", "battery.available_fraction", "battery.flow_rate_per_s")
+OF_ONE = "of one pack, so the loads must be those of one"
 LEAST_DISCHARGES = 3
 SCATTER = 0.02
 """Relative scatter of lifetimes where there are too few to tell."""
@@ -62,11 +63,12 @@ def fit_kibam(files: Iterable[str | Path]) -> Fit:
     Parameters
     ----------
     files
-        CSV files. Of lifetimes under constant or repeating loads: columns ``load`` (a name),
-        ``current_A``, ``duration_s`` (empty for a constant load), ``lifetime_s``, with a line for
-        every piece of a load, in order. Or a record ``time_s,current_A`` of one discharge, from
-        full, whose last line is the moment of cut-off. Currents are positive while discharging;
-        other units go in the header, as ``current_mA`` or ``lifetime_min``.
+        CSV files, the loads those of one pack, as the capacity of a mission is. Of lifetimes under
+        constant or repeating loads: columns ``load`` (a name), ``current_A``, ``duration_s``
+        (empty for a constant load), ``lifetime_s``, with a line for every piece of a load, in
+        order. Or a record ``time_s,current_A`` of one discharge, from full, whose last line is the
+        moment of cut-off. Currents are positive while discharging; other units go in the header,
+        as ``current_mA`` or ``lifetime_min``.
 
     Returns
     -------
@@ -100,7 +102,8 @@ def fit_kibam(files: Iterable[str | Path]) -> Fit:
     found = estimate(
         unknowns, residuals, _starts(discharges, asked), spread=SCATTER if few else None
     )
-    values = values_of(found, KEYS, f"fitted to {len(discharges)} discharges")
+    fitted_to = f"fitted to {len(discharges)} discharges"
+    values = values_of(found, KEYS, (f"{fitted_to}; {OF_ONE}", fitted_to, fitted_to))
     capacity_As, share, rate = (each.value for each in values)
     fitted_s = tuple(
         lifetime(
@@ -126,7 +129,7 @@ def fit_kibam(files: Iterable[str | Path]) -> Fit:
     return Fit(
         kind="kibam",
         sources=tuple(map(str, paths)),
-        data=f"{len(discharges)} discharges of a full battery",
+        data=f"{len(discharges)} discharges of one full pack",
         values=values,
         panels=(
             Panel(

@@ -39,8 +39,9 @@ def calibrate(
         Kind,
         typer.Argument(
             metavar="KIND",
-            help="kibam (battery, from lifetimes or records), regimes (loads, from flight logs), "
-            "rotor (from a bench test or data sheets) or table (keys of a mission, from results).",
+            help="kibam (battery, from lifetimes or records of one pack), regimes (loads, from "
+            "flight logs), rotor (from a bench test or data sheets) or table (keys of a mission, "
+            "from results).",
             case_sensitive=False,
         ),
     ],

@@ -191,6 +191,14 @@ def test_minutes_under_seconds_are_doubted(tmp_path: Path) -> None:
     assert words.endswith("under lifetime_s it may be min or h that is meant")
 
 
+def test_the_fragment_says_whose_loads_these_are(tmp_path: Path) -> None:
+    """The capacity of a mission is that of one pack, and `paper` flies two."""
+    text = optuav.fit_kibam([FILE]).to_toml()
+    assert "# 8 discharges of one full pack." in text
+    remark = next(line for line in text.splitlines() if "of one pack, so the loads must be" in line)
+    assert text.partition(remark)[2].startswith("\ncapacity_As = ")
+
+
 def covered(runs: int, sigma: float, seed: int, tmp_path: Path) -> dict[str, list[int]]:
     """How often each interval holds the truth: by the Jacobian and by bootstrap."""
     random = np.random.default_rng(seed)
