@@ -32,13 +32,19 @@ class Statement:
         Tables and values by name, as a TOML file gives them.
     sources
         File in which a key, a table or (by the empty key) anything else was stated.
+    displaced
+        Keys that were stated underneath, each with the dotted key whose new value displaced it.
     """
 
     def __init__(
-        self, document: Mapping[str, Any], sources: Mapping[Key, str] | None = None
+        self,
+        document: Mapping[str, Any],
+        sources: Mapping[Key, str] | None = None,
+        displaced: Mapping[Key, str] | None = None,
     ) -> None:
         self.document = document
         self.sources = sources or {}
+        self.displaced = displaced or {}
 
     def faults(self, breaches: Iterable[Breach]) -> list[Fault]:
         """One fault for each key: its first breach with dotted key, value and source."""
@@ -53,6 +59,12 @@ class Statement:
     def holds(self, key: Key) -> bool:
         """Whether something is stated for the key."""
         return self._value(key) is not _NOTHING
+
+    def missing(self, key: Key, allowed: str) -> Breach:
+        """The breach of a key for which nothing is stated, or nothing any more."""
+        by = self.displaced.get(key)
+        why = f"; a new {by} displaces the old one, state both" if by else ""
+        return Breach(key, f"is missing; {allowed}{why}")
 
     def _shown(self, key: Key) -> str:
         value = self._value(key)

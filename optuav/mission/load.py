@@ -14,7 +14,7 @@ from typing import Any
 from optuav.errors import Fault, InputError
 from optuav.mission.faults import Key, Statement
 from optuav.mission.files import label, read_text, refusal
-from optuav.mission.overlay import overlay
+from optuav.mission.overlay import displaced, overlay
 from optuav.mission.schema import Mission
 from optuav.mission.validate import format_breaches, validate
 from optuav.mission.words import nearest, printable, shortened, shown
@@ -71,6 +71,7 @@ def load(source: str | Path) -> Mission:
     files, broken = _chain(source)
     document: dict[str, Any] = {}
     sources: dict[Key, str] = {}
+    gone: dict[Key, str] = {}
     for file in reversed(files):
         sources[()] = file.source
         for name, table in file.document.items():
@@ -78,10 +79,11 @@ def load(source: str | Path) -> Mission:
             sources |= {
                 (name, key): file.source for key in (table if isinstance(table, dict) else ())
             }
+        gone |= displaced(document, file.document)
         document = overlay(document, file.document)
     document.setdefault("name", shortened(printable(files[0].path.stem)))
     faults = [*broken, *(fault for file in files for fault in file.faults)]
-    return validate(Mission, Statement(document, sources), faults, whole=not broken)
+    return validate(Mission, Statement(document, sources, gone), faults, whole=not broken)
 
 
 @cache

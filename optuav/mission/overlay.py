@@ -13,6 +13,7 @@ from typing import Any
 from pydantic import BaseModel
 
 from optuav.errors import Fault
+from optuav.mission.faults import Key, Statement
 from optuav.mission.sections import CONVERSIONS, REGIME_KEYS
 from optuav.mission.validate import KEYS
 from optuav.mission.words import nearest, shown
@@ -58,27 +59,35 @@ def overlay(base: Mapping[str, Any], stated: Mapping[str, Any]) -> dict[str, Any
     dict
         A new document; the arguments stay as they are.
     """
-    joined = {**base, **stated}
-    for name, table in stated.items():
-        below = base.get(name)
-        if isinstance(below, dict) and isinstance(table, dict):
-            joined[name] = _join(below, table, DISPLACED.get(name, {}))
+    joined, gone = {**base, **stated}, displaced(base, stated)
+    for name, below, table in _both(base, stated):
+        kept = {key: value for key, value in below.items() if (name, key) not in gone}
+        joined[name] = kept | table
     return joined
 
 
-def _join(
-    below: dict[str, Any], stated: dict[str, Any], displaced: Mapping[str, frozenset[str]]
-) -> dict[str, Any]:
-    gone: set[str] = set()
-    for key in displaced.keys() & stated.keys():
-        if stated[key] is not None and stated[key] != below.get(key):
-            gone |= displaced[key]
-    return {key: value for key, value in below.items() if key not in gone} | stated
+def displaced(base: Mapping[str, Any], stated: Mapping[str, Any]) -> dict[Key, str]:
+    """Keys that `overlay` displaces, each with the dotted key whose new value does."""
+    return {
+        (name, other): f"{name}.{key}"
+        for name, below, table in _both(base, stated)
+        for key, others in DISPLACED.get(name, {}).items()
+        if table.get(key) is not None and table[key] != below.get(key)
+        for other in others & below.keys() - table.keys()
+    }
 
 
-def revise(
-    base: Mapping[str, Any], values: Mapping[str, Any]
-) -> tuple[dict[str, Any], list[Fault]]:
+def _both(
+    base: Mapping[str, Any], stated: Mapping[str, Any]
+) -> Iterator[tuple[str, dict[str, Any], dict[str, Any]]]:
+    """Tables that are in both documents, with their names."""
+    for name, table in stated.items():
+        below = base.get(name)
+        if isinstance(below, dict) and isinstance(table, dict):
+            yield name, below, table
+
+
+def revise(base: Mapping[str, Any], values: Mapping[str, Any]) -> tuple[Statement, list[Fault]]:
     """Apply values by dotted key, as in ``{"limits.deadline_s": 800}``.
 
     Parameters
@@ -90,8 +99,8 @@ def revise(
 
     Returns
     -------
-    document
-        The new document, not yet validated.
+    statement
+        What the mission states then, not yet validated.
     faults
         The keys that do not exist.
     """
@@ -116,7 +125,7 @@ def revise(
         faults += _revise_buildings(revised, buildings)
         if revised:
             document["buildings"] = [building for building in revised if building is not None]
-    return document, faults
+    return Statement(without_none(document), displaced=displaced(base, stated)), faults
 
 
 def without_none(document: Mapping[str, Any]) -> dict[str, Any]:

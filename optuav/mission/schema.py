@@ -112,8 +112,8 @@ class Mission(Section):
         """
         if not isinstance(values, Mapping):
             raise InputError([Fault("", shown(values), "values by dotted key in a dict")])
-        document, faults = revise(self.model_dump(mode="json", exclude_none=True), values)
-        return validate(type(self), Statement(without_none(document)), faults)
+        statement, faults = revise(self.model_dump(mode="json", exclude_none=True), values)
+        return validate(type(self), statement, faults)
 
     def to_dict(self) -> dict[str, Any]:
         """Every value as plain data, as a file without ``extends`` states it.

@@ -99,7 +99,7 @@ def _breaches(
         elif statement.holds(key):
             yield Breach(key, _words(model, key))
         else:
-            yield Breach(key, f"is missing; {_words(model, key)}")
+            yield statement.missing(key, _words(model, key))
 
 
 def _key(location: tuple[int | str, ...]) -> Key:

@@ -331,6 +331,23 @@ def test_a_new_wavelength_displaces_the_coefficients(paper: Mission) -> None:
     ]
 
 
+def test_what_is_missing_since_it_was_displaced_is_said_to_be(tmp_path: Path) -> None:
+    """Not that the mission had left it out; nor of what it never stated."""
+    told = "a new laser.wavelength_nm displaces the old one, state both"
+    top = "extends = 'matrice350'\nlaser.wavelength_nm = 1064\nlaser.emitter_slope = 0.3"
+    with pytest.raises(InputError) as in_a_file:
+        load(written(tmp_path / "top.toml", top))
+    with pytest.raises(InputError) as in_python:
+        load("matrice350").replace({"laser.wavelength_nm": 1064, "laser.emitter_slope": 0.3})
+    for caught in (in_a_file, in_python):
+        others = ["emitter_offset_W", "receiver_slope", "receiver_offset_W"]
+        assert sorted(keys(caught.value)) == sorted(f"laser.{name}" for name in others)
+        assert all(fault.allowed.endswith(told) for fault in caught.value.faults)
+    with pytest.raises(InputError) as never_stated:
+        load("matrice350").replace({"laser.power_W": None, "laser.wavelength_nm": 810})
+    assert told not in str(never_stated.value)
+
+
 def test_a_new_capacity_displaces_the_energies_of_the_old_one() -> None:
     """E_1 and E_2 belong to the full battery; stated together with it they stay."""
     table2 = load("paper-table2")

@@ -153,6 +153,13 @@ def test_a_kink_is_told_below_the_table() -> None:
     assert "Exact at a kink: link.device_m[0] -0.012 below, +0.003 above;" in told
 
 
+def test_a_wavelength_is_told_to_hold_the_slopes() -> None:
+    """A mission with another wavelength would have to state them anew."""
+    told = "laser.wavelength_nm moves the attenuation alone: slopes and offsets are held"
+    assert told in str(optuav.sensitivity("matrice350", {}, samples=1))
+    assert told not in str(optuav.sensitivity("paper", {}, samples=1))
+
+
 @settings(max_examples=5, deadline=None)
 @given(
     aside_m=st.floats(20.0, 60.0) | st.floats(-60.0, -20.0),

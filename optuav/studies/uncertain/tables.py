@@ -19,6 +19,7 @@ MOVES_S = 5e-3
 ZERO, SMALL = 1e-9, 5e-4
 """Elasticities below this would show no digit."""
 MOST_ROUTES = 4
+WAVELENGTH = "laser.wavelength_nm"
 LONGEST_KEY = 34
 
 
@@ -40,6 +41,8 @@ def sensitivity_tables(found: Sensitivity) -> Iterator[RenderableType]:
     if len(moving) > MOST_ROWS:
         yield Text(f"and {len(moving) - MOST_ROWS} more with smaller effects")
     yield from _kinks(moving[:MOST_ROWS])
+    if any(each.key == WAVELENGTH for each in moving[:MOST_ROWS]):
+        yield Text(f"{WAVELENGTH} moves the attenuation alone: slopes and offsets are held")
     idle = [each.key for each in found.effects if each not in moving]
     if moving and idle:
         yield Text(f"Less than {MOVES_S:g} s: {', '.join(idle)}")
