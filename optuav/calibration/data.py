@@ -178,26 +178,31 @@ def check_record(table: Table) -> None:
     InputError
         Naming every such line.
     """
+    faults = [*clock_faults(table), *gaps(table)]
+    if faults:
+        raise InputError(faults)
+
+
+def clock_faults(table: Table) -> Iterator[Fault]:
+    """Every line at which the clock stands still or runs back."""
+    time_s = table.numbers["time"]
+    steps_s = np.diff(time_s)
+    for row in (np.flatnonzero(steps_s <= 0.0) + 1).tolist():
+        does = "runs backwards" if steps_s[row - 1] < 0.0 else "stands still"
+        words = f"later than the line before; time {does}"
+        yield table.fault(row, "time", f"{time_s[row]:g} s", words)
+
+
+def gaps(table: Table) -> Iterator[Fault]:
+    """Every line that is late."""
     time_s = table.numbers["time"]
     steps_s = np.diff(time_s)
     usual_s = float(np.median(steps_s))
-    faults = [
-        table.fault(int(row), "time", f"{time_s[row]:g} s", "later than the line before")
-        for row in np.flatnonzero(steps_s <= 0.0) + 1
-    ]
-    faults += [
-        table.fault(
-            int(row),
-            "time",
-            f"{time_s[row]:g} s",
-            f"no gap of more than {WIDEST_STEP:g} usual steps of {usual_s:g} s; "
-            f"here are {steps_s[row - 1]:g} s",
-        )
-        for row in np.flatnonzero(steps_s > WIDEST_STEP * usual_s) + 1
-        if usual_s > 0.0
-    ]
-    if faults:
-        raise InputError(faults)
+    if usual_s > 0.0:
+        for row in (np.flatnonzero(steps_s > WIDEST_STEP * usual_s) + 1).tolist():
+            value = f"{time_s[row]:g} s after {time_s[row - 1]:g} s"
+            words = f"no gap of more than {WIDEST_STEP:g} usual steps of {usual_s:g} s"
+            yield table.fault(row, "time", value, words)
 
 
 def _rows(path: Path) -> list[tuple[int, list[str]]]:

@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from optuav.arrays import Floats
-from optuav.calibration.data import Column, Table, check_record, headings_of, read
+from optuav.calibration.data import Column, Table, clock_faults, gaps, headings_of, read
 from optuav.errors import Fault, InputError
 
 LIFETIMES = (
@@ -23,6 +23,8 @@ LIFETIMES = (
 RECORD = (Column("time", "time"), Column("current", "current"))
 """Of a record, whose last line is the moment of cut-off."""
 LEAST_SAMPLES = 3
+ENOUGH_TO_BE_LATE = 10
+"""Lines of a record from which on there is a usual step."""
 MOST_PIECES = 200_000
 """Most pieces of constant current that a load may have until the battery is empty."""
 
@@ -39,11 +41,14 @@ class Discharge:
         Current [A], positive while discharging, and duration [s]; repeated until the end.
     lifetime_s
         When the battery was empty [s].
+    doubt
+        What may be wrong with a record, in a sentence; or empty.
     """
 
     name: str
     pieces: tuple[tuple[float, float], ...]
     lifetime_s: float
+    doubt: str = ""
 
     @property
     def constant(self) -> bool:
@@ -116,10 +121,25 @@ def _faults_of_load(table: Table, rows: Sequence[int]) -> Iterator[Fault]:
 
 
 def _record(path: Path, table: Table) -> Discharge:
-    check_record(table)
+    faults = list(clock_faults(table))
+    if faults:
+        raise InputError(faults)
     time_s, current_A = table.numbers["time"], table.numbers["current"]
     if not np.max(current_A[:-1]) > 0.0:
         words = "some current above 0: positive is discharge"
         raise InputError([table.fault(0, "current", float(current_A[0]), words)])
     pieces = zip(current_A[:-1].tolist(), np.diff(time_s).tolist(), strict=True)
-    return Discharge(path.stem, tuple(pieces), float(time_s[-1] - time_s[0]))
+    lasts_s = float(time_s[-1] - time_s[0])
+    return Discharge(path.stem, tuple(pieces), lasts_s, _held_long(path.stem, table))
+
+
+def _held_long(name: str, table: Table) -> str:
+    """A doubt where a logger may have stopped; a current holds until the next line all the same."""
+    late = list(gaps(table)) if len(table.lines) >= ENOUGH_TO_BE_LATE else []
+    if not late:
+        return ""
+    more = f" and {len(late) - 1} more" if len(late) > 1 else ""
+    return (
+        f"{name} has long stretches without a line, {late[0].value}{more}: the current is taken to "
+        "hold until the next line"
+    )

@@ -116,6 +116,7 @@ def fit_kibam(files: Iterable[str | Path]) -> Fit:
         *unclear(found),
         *_why_unclear(discharges, bool(found.undetermined)),
         *_misses(discharges, fitted_s),
+        *(each.doubt for each in discharges if each.doubt),
         *doubts("at most", {"current": largest_A}),
         *doubts("at least", {"lifetime": min(each.lifetime_s for each in discharges)}),
         *copies(paths),

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from hashlib import sha256
+from itertools import chain
 from pathlib import Path
 from typing import TypeVar
 
@@ -14,8 +15,10 @@ from optuav.errors import Fault, InputError
 from optuav.mission.files import label
 
 Read = TypeVar("Read")
-MOST_LINES = 5
-"""Lines with one and the same fault that are named."""
+MOST_RUNS = 5
+"""Lines with one and the same fault that are named, or stretches of them."""
+MOST_VALUES = 5
+"""Values with one and the same fault in a column that are told one by one."""
 
 
 def together(paths: Iterable[str | Path], read: Callable[[Path], Read]) -> list[Read]:
@@ -59,17 +62,34 @@ def copies(paths: Iterable[Path]) -> Iterator[str]:
 
 
 def _counted(faults: Iterable[Fault]) -> Iterator[Fault]:
-    """Those that differ by their line alone as one that names the lines."""
-    alike: dict[Fault, list[str]] = {}
+    """Those that differ by their line alone as one, and those of many values in one column too."""
+    alike: dict[Fault, dict[str, list[str]]] = {}
     for fault in faults:
         file, _, line = fault.source.partition(LINE)
-        alike.setdefault(replace(fault, source=file), []).append(line)
+        kind = replace(fault, source=file, value="")
+        alike.setdefault(kind, {}).setdefault(fault.value, []).append(line)
     for fault, lines in alike.items():
-        yield replace(fault, source=f"{fault.source}{_named(lines)}") if any(lines) else fault
+        for value, own in (lines if len(lines) <= MOST_VALUES else _as_one(lines)).items():
+            where = _named(own) if any(own) else ""
+            yield replace(fault, value=value, source=f"{fault.source}{where}")
+
+
+def _as_one(lines: Mapping[str, Sequence[str]]) -> dict[str, list[str]]:
+    """The lines of many values under the first and the last of these."""
+    first, *_, last = lines
+    return {f"{first}, …, {last}": sorted(chain.from_iterable(lines.values()), key=int)}
 
 
 def _named(lines: Sequence[str]) -> str:
+    """Lines in order, those that follow each other by the first and the last."""
+    runs: list[list[int]] = []
+    for line in map(int, lines):
+        if runs and line == runs[-1][-1] + 1:
+            runs[-1].append(line)
+        else:
+            runs.append([line])
     if len(lines) == 1:
         return f"{LINE}{lines[0]}"
-    more = f" and {len(lines) - MOST_LINES} more" if len(lines) > MOST_LINES else ""
-    return f", lines {', '.join(lines[:MOST_LINES])}{more}"
+    named = [f"{run[0]} to {run[-1]}" if len(run) > 2 else ", ".join(map(str, run)) for run in runs]
+    more = sum(map(len, runs[MOST_RUNS:]))
+    return f", lines {', '.join(named[:MOST_RUNS])}{f' and {more} more' if more else ''}"

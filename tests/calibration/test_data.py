@@ -102,7 +102,9 @@ def test_clocks_and_gaps_of_a_record(file: Path) -> None:
     assert [fault.partition(": ")[0] for fault in found] == [
         f"log.csv, line {n}" for n in (8, 9, 6)
     ]
-    assert "no gap of more than 10 usual steps of 1 s; here are 17 s" in found[2]
+    assert found[0].endswith("time = 21 s: later than the line before; time stands still")
+    assert found[1].endswith("time = 20 s: later than the line before; time runs backwards")
+    assert found[2].endswith("time = 20 s after 3 s: no gap of more than 10 usual steps of 1 s")
 
 
 def test_faults_of_several_files_come_together(tmp_path: Path) -> None:
@@ -116,14 +118,36 @@ def test_faults_of_several_files_come_together(tmp_path: Path) -> None:
 
 
 def test_equal_faults_are_told_once_with_their_lines(tmp_path: Path) -> None:
-    """Of seven empty cells five lines are named; what differs has a line of its own."""
+    """Lines that follow each other are named by their ends; what differs has a line of its own."""
     file = tmp_path / "log.csv"
     file.write_text("time_s,current_A\n" + "0,\n" * 7 + "0,much\n")
     with pytest.raises(InputError) as caught:
         together([file], lambda path: read(path, COLUMNS))
     assert [fault.source.removeprefix(str(file)) for fault in caught.value.faults] == [
-        ", lines 2, 3, 4, 5, 6 and 2 more",
+        ", lines 2 to 8",
         ", line 9",
+    ]
+
+
+def test_many_values_with_one_fault_are_one_fault(tmp_path: Path) -> None:
+    """A record from its end to its start is told in a line, and so are many unlike cells."""
+    file = tmp_path / "log.csv"
+
+    def told(*rows: str) -> list[str]:
+        file.write_text("\n".join(["time_s,current_A", *rows]))
+
+        def record(path: Path) -> None:
+            check_record(read(path, COLUMNS))
+
+        with pytest.raises(InputError) as caught:
+            together([file], record)
+        return [str(fault).removeprefix(str(file)) for fault in caught.value.faults]
+
+    assert told(*(f"{400 - n},1" for n in range(300))) == [
+        ", lines 3 to 301: time = 399 s, …, 101 s: later than the line before; time runs backwards"
+    ]
+    assert told(*(f"{n},{'no' * (n % 2)}{n}" for n in range(20))) == [
+        ", lines 3, 5, 7, 9, 11 and 5 more: current_A = no1, …, no19: a finite number, as current_A"
     ]
 
 

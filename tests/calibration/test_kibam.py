@@ -131,6 +131,31 @@ def test_records_of_current_say_the_same(tmp_path: Path) -> None:
     assert found.panels[0].names == ("CL500", "ILs250", "ILl500")
 
 
+def test_a_current_holds_until_the_next_line(tmp_path: Path) -> None:
+    """However long: a record of changes has few lines; where a logger was steady, it is doubted."""
+    rows = {
+        "CL250": [(0.0, 0.25), (10.0, 0.25), (50.0, 0.25)],
+        "CL500": [(0.0, 0.5), (60.0, 0.5)],
+        "ILl250": [(180.0 * n + dt, a) for n in range(40) for dt, a in ((0.0, 0.25), (60.0, 0.0))],
+    }
+    files = []
+    for name, changes in rows.items():
+        end_s = lasts(LOADS[name])
+        lines = [f"{time_s},{current_A}" for time_s, current_A in changes if time_s < end_s]
+        files.append(tmp_path / f"{name}.csv")
+        files[-1].write_text("\n".join(["time_s,current_A", *lines, f"{end_s!r},0"]))
+    found = optuav.fit_kibam(files)
+    assert by_key(found)["capacity_As"].value == pytest.approx(660.0, rel=1e-5)
+    assert not any("without a line" in words for words in found.warnings)
+    steady = [f"{n},0.25" for n in range(100)]
+    files[0].write_text("\n".join(["time_s,current_A", *steady, f"{lasts(LOADS['CL250'])!r},0"]))
+    doubted = optuav.fit_kibam(files)
+    assert doubted.values == found.values
+    (words,) = set(doubted.warnings) - set(found.warnings)
+    assert words.startswith("CL250 has long stretches without a line, 729.6")
+    assert words.endswith("s after 99 s: the current is taken to hold until the next line")
+
+
 def test_loads_of_one_size_tell_no_parameter(tmp_path: Path) -> None:
     """The warning says so in words, and the fragment states nothing that is not known."""
     observed = [(f"run {n}", LOADS["CL500"], 270.0 + n) for n in range(5)]

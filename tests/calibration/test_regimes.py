@@ -147,7 +147,7 @@ def test_fragment_is_a_mission(tmp_path: Path) -> None:
         (
             "time_s,current_A,voltage_V,phase",
             "{n},20,0,hover",
-            "lines 2, 3, 4, 5, 6 and 15 more: voltage = 0",
+            "lines 2 to 21: voltage = 0",
         ),
         (
             "time_s,current_A,power_W,phase",
