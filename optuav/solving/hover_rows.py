@@ -46,13 +46,11 @@ class Legs(NamedTuple):
         return Legs(self.current_A[:, which], self.duration_s[:, which], self.ends)
 
 
-def alike(
-    legs: Legs, figures: Mapping[str, Any], rest_first: bool | Booleans
-) -> list[Integers | slice]:
+def alike(legs: Legs, figures: Mapping[str, Any], rest_first: bool) -> list[Integers | slice]:
     """Itineraries in groups that the same limits of the wells tell all about.
 
     So no answer depends on the itineraries that are worked on together. Parameters as for
-    `hover_rows`.
+    `hover_rows`, with one order of the stays for all.
     """
     count = legs.duration_s.shape[1]
     stays_A = np.array(

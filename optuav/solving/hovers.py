@@ -92,7 +92,8 @@ def longest_hovers(
     stays
         ``"hover"``, ``"rest-first"`` or ``"hover-first"``, or one of these for each itinerary. Then
         there are three legs, of which one that only hovers flies the last two without a stop: the
-        third may last 0 s.
+        third may last 0 s. Where all stay in one order, no answer depends, to the last bit, on the
+        others in the call; itineraries in several orders share more of their work.
     deadline_s, min_soc
         T_max [s], 0 to 1e7, and η0 [-], 0 to 1.
     capacity_As, available_fraction, flow_rate_per_s
@@ -132,8 +133,10 @@ def longest_hovers(
 
 
 def _bracket(legs: Legs, stays: Any, figures: Mapping[str, Any], shortest_rest: bool) -> Floats:
+    """All in one order by groups that need the same rows; those in several share theirs."""
     found = np.empty((3, legs.duration_s.shape[1]))
-    for some in alike(legs, figures, stays == "rest-first"):
+    one_order = isinstance(stays, str)
+    for some in alike(legs, figures, stays == "rest-first") if one_order else [slice(None)]:
         cut = {name: _cut(each, some) for name, each in figures.items()}
         found[:, some] = _bracket_alike(legs.take(some), _cut(stays, some), cut, shortest_rest)
     return found
