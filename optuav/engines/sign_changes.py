@@ -29,7 +29,8 @@ MOST_STEPS = 200
 def close_in(margins: Margins, holds: Ends, fails: Ends, width: float) -> tuple[Floats, Floats]:
     """Neighbours at most a width apart, of which one holds (margin ≥ 0) and the other does not.
 
-    Inverse quadratic interpolation where three points allow it, else halving: [1]_.
+    Inverse quadratic interpolation where three points allow it, else halving: [1]_. What is found
+    of an interval does not depend on the others.
 
     Parameters
     ----------
