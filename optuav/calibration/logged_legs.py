@@ -25,7 +25,7 @@ GAIN = 9.0
 """Least gain of the sum of squares, in variances, by which a cap shows: three standard errors."""
 ROUNDS = 20
 """Most steps to the best moments at which a leg begins and ends; two or three are usual."""
-FOUND_s = 1e-9
+FOUND_S = 1e-9
 """Change of these moments below which they are found."""
 
 
@@ -135,7 +135,7 @@ def _speeds(legs: Sequence[Leg]) -> Callable[..., Floats]:
             early_s = (fitted - speed_m_s) / acceleration_m_s2
             later_s = mean(early_s, sloped & (rising < falling))
             sooner_s = mean(early_s, sloped & (rising >= falling))
-            if max(np.max(np.abs(later_s)), np.max(np.abs(sooner_s))) <= FOUND_s:
+            if max(np.max(np.abs(later_s)), np.max(np.abs(sooner_s))) <= FOUND_S:
                 break
             start_s, end_s = start_s + later_s, end_s - sooner_s
         return fitted
