@@ -83,8 +83,8 @@ def hover_rows(
     unused: dict[str, Any] = dict.fromkeys(UNUSED, np.nan)
     given = Quantities(
         packs=1.0,
-        flight_time_s=sum(legs.duration_s),  # stage by stage, however many itineraries there are
-        flight_charge_As=-sum(legs.current_A * legs.duration_s),
+        flight_time_s=_sum(legs.duration_s),
+        flight_charge_As=-_sum(legs.current_A * legs.duration_s),
         rests=legs.rests,
         steps=steps,
         **unused,
@@ -106,6 +106,11 @@ def hover_rows(
     reach_s = np.maximum(left_s, 0.0)
     rows = rows_of(forms, sizes, "hover", "rest" if legs.rests else None, len(reach_s), reach_s)
     return rows.mirrored(~np.asarray(rest_first)) if legs.rests else rows, reach_s
+
+
+def _sum(stages: Floats) -> Floats:
+    """Over the stages (stage, itinerary), one by one however many itineraries there are."""
+    return sum(stages, np.zeros(stages.shape[1]))
 
 
 def _stays_A(legs: Legs, figures: Mapping[str, Any], rest_first: bool | Booleans) -> dict[str, Any]:

@@ -28,6 +28,7 @@ AT_ONCE = 1 << 13
 """Itineraries worked on together: few enough to stay in the cache, and in bounded memory."""
 
 CURRENT = Number("A", ge=-1e6, le=1e6)
+FLYING = Number("A", ge=-1e6, le=0, note="; in flight nothing charges")
 DURATION = Number("s", ge=0, le=1e7)
 RANGES: Mapping[str, Number] = {
     "deadline_s": DURATION,
@@ -87,13 +88,13 @@ def longest_hovers(
     ----------
     legs
         What is flown before, between and after the stays: one leg more than stays, each a sequence
-        of `optuav.physics.battery.Phase` (current [A], negative while it drains, up to 1e6 either
-        way, and duration [s], 0 to 1e7).
+        of `optuav.physics.battery.Phase` (current [A], −1e6 to 0, as in flight nothing charges, and
+        duration [s], 0 to 1e7).
     stays
         ``"hover"``, ``"rest-first"`` or ``"hover-first"``, or one of these for each itinerary. Then
         there are three legs, of which one that only hovers flies the last two without a stop: the
-        third may last 0 s. Where all stay in one order, no answer depends, to the last bit, on the
-        others in the call; itineraries in several orders share more of their work.
+        third may last 0 s. Where one name is given, no answer depends, to the last bit, on the
+        others in the call; itineraries that are named one by one share more of their work.
     deadline_s, min_soc
         T_max [s], 0 to 1e7, and η0 [-], 0 to 1.
     capacity_As, available_fraction, flow_rate_per_s
@@ -126,7 +127,7 @@ def longest_hovers(
     for first in range(0, count, AT_ONCE):
         here = slice(first, min(first + AT_ONCE, count))
         table, cut = _legs(flown, here), {name: _cut(each, here) for name, each in figures.items()}
-        if not (_within(table.current_A, CURRENT) and _within(table.duration_s, DURATION)):
+        if not (_within(table.current_A, FLYING) and _within(table.duration_s, DURATION)):
             _refuse(flown, order, figures)
         found[:, here] = _bracket(table, _cut(order, here), cut, shortest_rest)
     return Hovers(*found.reshape(3, *shape))
@@ -263,5 +264,5 @@ def _named(flown: Sequence[Leg], figures: Mapping[str, Any]) -> Iterator[tuple[s
     for number, leg in enumerate(flown, start=1):
         for stage, phase in enumerate(leg, start=1):
             where = f"of stage {stage} of leg {number}"
-            yield f"legs: current {where}", phase.current_A, CURRENT
+            yield f"legs: current {where}", phase.current_A, FLYING
             yield f"legs: duration {where}", phase.duration_s, DURATION

@@ -297,6 +297,25 @@ def test_many_itineraries_that_stay_in_different_orders(seed: int) -> None:
     assert disagreements(seed, 400) == []
 
 
+@pytest.mark.parametrize("legs", [[[], []], [[], [], []]])
+def test_hovering_where_one_takes_off(legs: list[list[Phase]]) -> None:
+    """Without a single stage of flight: 10 000 A s at 10 A, and no gain by resting at 0 A."""
+    case = {"legs": legs, "stays": "hover" if len(legs) == 2 else "rest-first", "min_soc": 0.5}
+    case |= {"deadline_s": 1e4, "capacity_As": 20000.0, "available_fraction": 0.9}
+    case |= {"flow_rate_per_s": 1.0, "hover_current_A": np.full(2, 10.0)}
+    found = longest(case)
+    assert found.proved.all()
+    assert found.hover_time_s == pytest.approx([1000.0, 1000.0], abs=WIDTH_S)
+
+
+def test_legs_that_charge_are_refused() -> None:
+    """Whether they pass full on the way is not asked, so an answer with them was no proof."""
+    case = figures(np.random.default_rng(3)) | {"stays": "hover"}
+    case["legs"] = [[Phase(-10.0, 10.0), Phase(20.0, 300.0)], [Phase(-10.0, 100.0)]]
+    with pytest.raises(optuav.InputError, match=r"current of stage 2 of leg 1 = 20: .*<= 0"):
+        longest(case)
+
+
 def test_faults_of_the_arrays_are_told_at_once() -> None:
     case = figures(np.random.default_rng(3)) | {"stays": "rest-first", "deadline_s": math.nan}
     case["legs"] = [[Phase(np.array([-1.0, -2.0]), np.ones(3))]]
