@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -60,7 +61,8 @@ def fit_regimes(files: Iterable[str | Path]) -> Fit:
     if not loads.keys() & {"flight", "hover"}:
         words = f"at least {BATCHES} samples of flight or of hover"
         raise InputError([Fault("", "", words, ", ".join(map(str, paths)))])
-    values = tuple(_values(loads))
+    found = tuple(_values(loads))
+    values = tuple(map(_at_least_nothing, found))
     refuse_outside(values, ", ".join(map(str, paths)), (SIGNS,))
     legs = [leg for log in logs if log.speed_m_s is not None for leg in legs_in(log)]
     motion, panels, remarks = fit_motion(legs)
@@ -68,6 +70,11 @@ def fit_regimes(files: Iterable[str | Path]) -> Fit:
         f"the logs have no {phase}: {phase}_current_A and {phase}_power_W are missing here"
         for phase in ("flight", "hover")
         if phase not in loads
+    ]
+    warnings += [
+        f"{old.key} = {old.value:.3g} lies no farther below 0 than the log leaves open: 0 is stated"
+        for old, new in zip(found, values, strict=True)
+        if new is not old
     ]
     samples = sum(len(log.time_s) for log in logs)
     return Fit(
@@ -124,6 +131,12 @@ def _values(loads: Mapping[str, Mapping[str, tuple[float, Interval]]]) -> Iterat
         yield Value(
             f"flight.charge_{unit}", value, WORDS["charge"], Interval(value - reach, value + reach)
         )
+
+
+def _at_least_nothing(value: Value) -> Value:
+    """A load below 0 that the log does not tell from 0, as 0."""
+    noise = value.interval is not None and value.value < 0.0 <= value.interval.high
+    return replace(value, value=0.0) if noise else value
 
 
 def _load_panels(

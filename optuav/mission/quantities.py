@@ -138,8 +138,8 @@ Resistance = Annotated[float, Number("ohm", ge=0, le=1e6)]
 
 # Mechanics
 RotorSpeed = Annotated[float, Number("rad/s", ge=1e-3, le=1e6)]
-LiftCoefficient = Annotated[float, Number("N s2/rad2", ge=1e-12, le=1)]
-DragCoefficient = Annotated[float, Number("N m s2/rad2", ge=1e-15, le=1)]
+LiftCoefficient = Annotated[float, Number("N s2/rad2", ge=1e-12, le=10)]
+DragCoefficient = Annotated[float, Number("N m s2/rad2", ge=1e-15, le=10)]
 FrictionTorque = Annotated[float, Number("N m", ge=0, le=1e6)]
 ViscousDamping = Annotated[float, Number("N m s/rad", ge=0, le=1e3)]
 VelocityConstant = Annotated[float, Number("rpm/V", ge=1e-3, le=1e6)]

@@ -32,3 +32,22 @@ def test_what_is_not_seen_takes_no_freedom() -> None:
     found = estimate([Unknown("a"), Unknown("b")], residuals, [(1.0, 1.0)], bootstrap=False)
     assert found.undetermined == ("a", "b")
     assert found.spread == pytest.approx(np.std(observed, ddof=1), rel=1e-9)
+
+
+def test_parameters_that_are_eliminated_take_their_freedom() -> None:
+    """The slope through ten points, their level taken out before: eight are left, not nine."""
+    random = np.random.default_rng(2)
+    place = np.arange(10.0) - 4.5
+    observed = 3.0 + 0.5 * place + random.normal(0.0, 0.1, 10)
+    level = np.mean(observed)
+
+    found = estimate(
+        [Unknown("slope")],
+        lambda values: level + values[0] * place - observed,
+        [(1.0,)],
+        bootstrap=False,
+        eliminated=1,
+    )
+    slope = place @ observed / (place @ place)
+    left = observed - level - slope * place
+    assert found.spread == pytest.approx(math.sqrt(left @ left / 8.0), rel=1e-6)

@@ -84,6 +84,23 @@ def test_speeds_tell_the_phases_where_the_log_does_not(tmp_path: Path) -> None:
     assert found.changes["flight.hover_current_A"] == pytest.approx(20.0, rel=0.02)
 
 
+def test_a_rest_that_draws_next_to_nothing_is_stated_as_nothing(tmp_path: Path) -> None:
+    """Where the sensor's noise takes the mean below 0, which no mission may state."""
+    noise = np.random.default_rng(0).normal(0.0, 0.02, 60)
+    noise -= noise.mean() + 0.001
+    rows = [f"{k},{a:.6f},15,rest" for k, a in enumerate(noise)]
+    rows += [f"{60 + k},{20.0 + 0.1 * (k % 3)},15,hover" for k in range(60)]
+    path = tmp_path / "log.csv"
+    path.write_text("\n".join(["time_s,current_A,voltage_V,phase", *rows]), "utf-8")
+    found = optuav.fit_regimes([path])
+    assert found.changes["flight.rest_current_A"] == found.changes["flight.rest_power_W"] == 0.0
+    told = [words for words in found.warnings if "0 is stated" in words]
+    assert [words.partition(" = ")[0] for words in told] == [
+        "flight.rest_current_A",
+        "flight.rest_power_W",
+    ]
+
+
 def test_short_legs_show_no_cap(tmp_path: Path) -> None:
     found = optuav.fit_regimes([log(tmp_path / "log.csv", legs_m=(20.0, 30.0))])
     assert "flight.max_speed_m_s" not in found.changes

@@ -9,6 +9,7 @@ import re
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 
 matplotlib = pytest.importorskip("matplotlib")
@@ -313,6 +314,8 @@ def test_curves_of_battery_size_cross_at_the_marks() -> None:
     assert "46194 A s" in shown.findings[1]
     marked = [line.get_xdata()[0] for line in shown.axes.lines if len(line.get_xdata()) == 2]
     assert marked == pytest.approx([39162.2, 46194.0], abs=0.1)
+    packs = np.array([each["pack_As"] for each in shown.records])
+    assert all(np.abs(packs - mark).min() < 0.1 for mark in marked)  # curves bend where they do
 
 
 def test_hover_time_falls_with_the_charge_left() -> None:
