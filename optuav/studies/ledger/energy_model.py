@@ -6,14 +6,15 @@ import math
 from collections.abc import Iterator
 from functools import partial
 
+import numpy as np
+from numpy.polynomial import Polynomial
+
 from optuav.mission import vehicle
 from optuav.mission.places import HOVER
 from optuav.physics import flight, rotor
 from optuav.studies.ledger.scenario import Scenario, papers
 from optuav.studies.ledger.statement import Statement, Value
 
-TURNS = (1, 3, 5)
-DISPLACEMENTS = (2, 4)
 SAME = 1e-12
 """Relative difference that is rounding of floats."""
 
@@ -94,7 +95,7 @@ def _of_stages() -> Iterator[Statement]:
             "stages that change the orientation",
             "1, 3, 5",
             "turning stages of the model",
-            lambda _: _numbers(turns=True),
+            lambda _: ", ".join(map(str, _stages(turn=True))),
         ),
         (
             "model-displacements",
@@ -102,7 +103,7 @@ def _of_stages() -> Iterator[Statement]:
             "stages that displace",
             "2, 4",
             "the other stages of the model",
-            lambda _: _numbers(turns=False),
+            lambda _: ", ".join(map(str, _stages(turn=False))),
         ),
         (
             "eq7-turning-times",
@@ -110,7 +111,7 @@ def _of_stages() -> Iterator[Statement]:
             "switching times between which stage s turns, τ_0 = 0",
             "2.5 s − 2.5, 2.5 s + 1.5",
             "whether they are as far apart as the stages of the leg to the hover point are long",
-            partial(_between, TURNS, -2.5, 1.5),
+            partial(_between, True, -2.5, 1.5),
         ),
         (
             "eq7-displacing-times",
@@ -118,7 +119,7 @@ def _of_stages() -> Iterator[Statement]:
             "switching times between which stage s displaces",
             "2.5 s − 1, 2.5 s",
             "as for those that turn",
-            partial(_between, DISPLACEMENTS, -1.0, 0.0),
+            partial(_between, False, -1.0, 0.0),
         ),
         (
             "model-switching-times",
@@ -154,12 +155,10 @@ def _turning() -> Iterator[Statement]:
         )
 
 
-def _numbers(turns: bool) -> str:
-    """Numbers of the stages that turn, or that do not."""
-    return ", ".join(
-        str(number)
-        for number, stage in enumerate(flight.STAGES, start=1)
-        if (stage == "turn") is turns
+def _stages(turn: bool) -> tuple[int, ...]:
+    """Numbers of the stages that turn, or of those that displace."""
+    return tuple(
+        number for number, stage in enumerate(flight.STAGES, start=1) if (stage == "turn") is turn
     )
 
 
@@ -178,13 +177,13 @@ def _switching_times(scenario: Scenario) -> Value:
     return None if leg is None else float(len(leg.switching_times_s))
 
 
-def _between(stages: tuple[int, ...], first: float, last: float, scenario: Scenario) -> Value:
-    """The indices as printed, where they enclose each of these stages."""
+def _between(turn: bool, first: float, last: float, scenario: Scenario) -> Value:
+    """The indices as printed, where they enclose each stage that turns, or that displaces."""
     leg = _leg(scenario)
     if leg is None:
         return None
     times_s = (0.0, *map(float, leg.switching_times_s))
-    for stage in stages:
+    for stage in _stages(turn):
         begin_s, end_s = (times_s[round(2.5 * stage + each)] for each in (first, last))
         if not math.isclose(end_s - begin_s, float(leg.loads.durations_s[stage - 1]), rel_tol=1e-9):
             return f"not of stage {stage}"
@@ -208,11 +207,15 @@ def _constants(scenario: Scenario) -> Value:
 
 
 def _factor(scenario: Scenario) -> Value:
-    """The factor that the constants need, if it is one and the same."""
+    """The factor that the constants need, if it is one and the same, by polynomials through e·i."""
     if not scenario.has_rotors:
         return None
     motor = vehicle.motor(scenario.mission)
-    c1, c2, c3, _, _, c6, *_ = map(float, rotor.power_coefficients(motor))
+    speeds, change = np.linspace(0.2, 1.0, 5) * motor.max_speed_rad_s, 100.0
+    steady = [float(rotor.power(motor, speed)) for speed in speeds]
+    up, down = ([float(rotor.power(motor, v, each)) for v in speeds] for each in (change, -change))
+    c1, c2, c3, *_ = Polynomial.fit(speeds, steady, 4).convert().coef.tolist()
+    c6 = float(Polynomial.fit(speeds, np.subtract(up, down), 2).convert().coef[0]) / (2.0 * change)
     torque, friction = float(motor.torque_constant_Nm_A), motor.friction_torque_Nm
     damping, drag = motor.viscous_damping_Nm_s_rad, motor.drag_coefficient_Nm_s2_rad2
     resistance = motor.resistance_ohm
@@ -223,7 +226,7 @@ def _factor(scenario: Scenario) -> Value:
         / (resistance * friction * drag),
         c6 * friction / (motor.inertia_kg_m2 * c1),
     )
-    alike = all(math.isclose(each, needed[0], rel_tol=1e-9) for each in needed)
+    alike = all(math.isclose(each, needed[0], rel_tol=1e-6) for each in needed)
     return needed[0] if alike else ", ".join(f"{each:.6g}" for each in needed)
 
 
