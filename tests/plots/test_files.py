@@ -106,7 +106,7 @@ except optuav.errors.InputError as error:
     assert ran.stdout.strip() == 'pictures need matplotlib: pip install "optuav[plot]"'
 
 
-def test_no_window_is_opened_and_no_backend_chosen() -> None:
+def test_no_window_is_opened_and_no_backend_chosen(tmp_path: Path) -> None:
     code = """
 import sys, optuav, optuav.plots
 optuav.plots.leg(optuav.load("paper-table2"), "origin", "b1").speed.figure.savefig(sys.argv[1])
@@ -114,7 +114,7 @@ import matplotlib
 print("matplotlib.pyplot" in sys.modules, matplotlib.get_backend(auto_select=False))
 """
     ran = subprocess.run(
-        [sys.executable, "-c", code, "/dev/null"],
+        [sys.executable, "-c", code, str(tmp_path / "leg.png")],
         capture_output=True,
         text=True,
         check=True,
