@@ -12,7 +12,7 @@ from matplotlib.axes import Axes
 
 import optuav
 from optuav import plots
-from optuav.studies.reproduce.perspectives import by_perspective
+from optuav.paper.reproduce.perspectives import by_perspective
 
 PICTURES = Path(__file__).parent / "pictures"
 DATA = Path(__file__).parents[1] / "examples" / "data"

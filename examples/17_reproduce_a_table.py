@@ -16,8 +16,8 @@ import math
 from fractions import Fraction
 
 import optuav
-from optuav.studies.ledger import Verdict, cells
-from optuav.studies.ledger.admitted import admitted, loads_exist
+from optuav.paper.ledger import Verdict, cells
+from optuav.paper.ledger.admitted import admitted, loads_exist
 
 paper, recovered = optuav.load("paper"), optuav.load("paper-table2")
 printed = {(row.deadline_s, row.perspective): row for row in cells.ROWS}

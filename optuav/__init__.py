@@ -30,6 +30,8 @@ if TYPE_CHECKING:
     from optuav.mission.datasheet import Datasheet as Datasheet
     from optuav.mission.graph import graph as graph
     from optuav.mission.graph import validate_graph as validate_graph
+    from optuav.paper.ledger import ledger as ledger
+    from optuav.paper.reproduce import reproduce as reproduce
     from optuav.plan import Plan as Plan
     from optuav.plan import load_plan as load_plan
     from optuav.solving import Program as Program
@@ -41,8 +43,6 @@ if TYPE_CHECKING:
     from optuav.studies import compare_by as compare_by
     from optuav.studies import compare_schedules as compare_schedules
     from optuav.studies import sensitivity as sensitivity
-    from optuav.studies.ledger import ledger as ledger
-    from optuav.studies.reproduce import reproduce as reproduce
 
     __version__: str
 
@@ -79,8 +79,8 @@ HOMES = {
     "compare_by": "optuav.studies",
     "compare_schedules": "optuav.studies",
     "sensitivity": "optuav.studies",
-    "ledger": "optuav.studies.ledger",
-    "reproduce": "optuav.studies.reproduce",
+    "ledger": "optuav.paper.ledger",
+    "reproduce": "optuav.paper.reproduce",
 }
 """Where each public name is defined."""
 

@@ -28,7 +28,7 @@ def ledger(
     """Compute the paper's numbers again, and say which match and why others do not."""
     if save is not None and save.suffix != ".csv":
         raise InputError([Fault("--save", repr(str(save)), "a name that ends in .csv")])
-    from optuav.studies.ledger import ledger as computed
+    from optuav.paper.ledger import ledger as computed
 
     found = computed(names or ())
     if save is not None:

@@ -36,8 +36,8 @@ def reproduce(
     """
     from optuav import plots
     from optuav.mission import load
-    from optuav.studies.reproduce import reproduce as made_anew
-    from optuav.studies.reproduce.plans import solve, why
+    from optuav.paper.reproduce import reproduce as made_anew
+    from optuav.paper.reproduce.plans import solve, why
 
     _ = plots.curves  # refused here where matplotlib is missing
     asked = None if mission is None else load(mission)

@@ -1,0 +1,1 @@
+"""The publication: its tables and figures for any mission, and its numbers beside ours."""

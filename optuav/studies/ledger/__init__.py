@@ -1,6 +1,0 @@
-"""The paper's numbers, one by one, beside ours: what matches, what does not, and why."""
-
-from optuav.studies.ledger.entries import Ledger, ledger
-from optuav.studies.ledger.statement import Entry, Statement, Verdict
-
-__all__ = ["Entry", "Ledger", "Statement", "Verdict", "ledger"]

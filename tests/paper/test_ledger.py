@@ -1,0 +1,248 @@
+"""The ledger: no verdict is kinder than the printed digits allow, and Table II adds up."""
+
+from __future__ import annotations
+
+import csv
+import io
+import math
+import shlex
+from decimal import Decimal
+
+import pytest
+
+import optuav
+from optuav.paper.ledger import Entry, Ledger, Statement, Verdict, cells
+from optuav.paper.ledger.admitted import admitted, loads_exist
+from optuav.paper.ledger.entries import statements
+from optuav.paper.ledger.statement import agrees, meets
+from tests.cli.run import refused, run
+
+MATCHING = {Verdict.MATCHED, Verdict.CUT, Verdict.RECOVERED, Verdict.FITTED, Verdict.GIVEN}
+
+
+@pytest.fixture(scope="module")
+def found() -> Ledger:
+    return optuav.ledger()
+
+
+@pytest.fixture(scope="module")
+def by_name(found: Ledger) -> dict[str, Entry]:
+    return {entry.statement.name: entry for entry in found.entries}
+
+
+def entry(stated: str, value: float | None, *, limit: bool = False) -> Entry:
+    """An entry of one value by the printed parameters."""
+    told = Statement(
+        name="n", place="p", what="w", stated=stated, how="h", compute=lambda _: None, limit=limit
+    )
+    return Entry(told, value, None)
+
+
+@pytest.mark.parametrize(
+    ("stated", "value", "same"),
+    [
+        ("28.30", 28.3049, True),
+        ("28.30", 28.3052, False),
+        ("28.3", 28.3052, True),
+        ("36000", 36000.4, True),
+        ("36000", 36000.6, False),
+        ("3.8305e-6", 3.83047e-6, True),
+        ("3.8305e-6", 3.83044e-6, False),
+        ("-12.79", -12.7949, True),
+        ("740.65", 740.6500594089558, True),
+    ],
+)
+def test_a_number_matches_at_its_printed_digits_only(stated: str, value: float, same: bool) -> None:
+    assert agrees(stated, value) is same
+
+
+@pytest.mark.parametrize(("value", "same"), [(11.5791, True), (11.5801, False), (11.5699, False)])
+def test_a_limit_may_be_cut_and_the_verdict_says_so(value: float, same: bool) -> None:
+    """11.58 N could not be held where 11.5791 N is the most."""
+    for sign, stated in ((1.0, "11.57"), (-1.0, "-11.57")):
+        verdict = entry(stated, sign * value, limit=True).verdict
+        assert (verdict is Verdict.CUT) is same
+        assert entry(stated, sign * value).verdict is not Verdict.CUT
+    assert entry("11.58", 11.5791, limit=True).verdict is Verdict.MATCHED
+
+
+def test_nothing_matches_outside_its_digits(found: Ledger) -> None:
+    """Half a unit of the last digit, or one unit inside a limit, by other arithmetic."""
+    compared = 0
+    for entry in found.entries:
+        stated = entry.statement
+        values = [each for each in (entry.printed, entry.recovered) if isinstance(each, float)]
+        if entry.verdict not in MATCHING or not values:
+            continue
+        unit = 10.0 ** int(Decimal(stated.stated).as_tuple().exponent)
+        allowed = unit * (1.0 if entry.verdict is Verdict.CUT else 0.5) * (1.0 + 1e-9)
+        assert min(abs(value - float(stated.stated)) for value in values) <= allowed, stated.name
+        compared += 1
+    assert compared > 90
+
+
+def test_every_number_has_a_name_a_place_and_a_reason_where_it_fails(found: Ledger) -> None:
+    names = [entry.statement.name for entry in found.entries]
+    assert len(set(names)) == len(names) > 120
+    for entry in found.entries:
+        assert entry.statement.place
+        assert entry.statement.how
+        assert entry.verdict in MATCHING or entry.reason, entry.statement.name
+
+
+def test_no_verdict_is_left_open(found: Ledger) -> None:
+    """Whatever does not match is either impossible in the paper itself, or cannot be decided."""
+    assert Verdict.DIFFERS not in found.counts
+    assert sum(found.counts.values()) == len(found.entries)
+
+
+def test_settings_are_those_of_the_shipped_mission(found: Ledger) -> None:
+    """A setting that `paper` had otherwise would not get its verdict."""
+    settings = [entry for entry in found.entries if entry.statement.given]
+    assert {entry.verdict for entry in settings} == {Verdict.GIVEN}
+    assert len(settings) > 40
+
+
+@pytest.mark.parametrize(
+    ("name", "verdict"),
+    [
+        ("eq5-c9", Verdict.CONTRADICTS),
+        ("eq25-signs", Verdict.CONTRADICTS),
+        ("text-e1", Verdict.MATCHED),
+        ("text-e2", Verdict.CONTRADICTS),
+        ("text-voltage-hover", Verdict.RECOVERED),
+        ("text-voltage-flight", Verdict.RECOVERED),
+        ("fig3-best", Verdict.RECOVERED),
+        ("fig5-best", Verdict.MATCHED),
+        ("fig7-drop-10", Verdict.RECOVERED),
+        ("fig7-drop-15", Verdict.RECOVERED),
+        ("fig7-speed", Verdict.MATCHED),
+        ("fig7-energy", Verdict.UNDECIDED),
+        ("eq5-factor", Verdict.MATCHED),
+        ("eq7-turning-times", Verdict.MATCHED),
+        ("eq7-displacing-times", Verdict.MATCHED),
+        ("eq8-exponent", Verdict.MATCHED),
+        ("model-altitude", Verdict.MATCHED),
+        ("fig8-optimum", Verdict.UNDECIDED),
+        ("fig8-crossing", Verdict.FITTED),
+        ("fig8-saturation", Verdict.UNDECIDED),
+        ("fig9-limit-x-plus", Verdict.CUT),
+        ("fig9-limit-z-plus", Verdict.CUT),
+        ("band-laser", Verdict.MATCHED),
+        ("band-radio", Verdict.UNDECIDED),
+        ("fig9-limit-z-minus", Verdict.CONTRADICTS),
+        ("fig10-efficiency", Verdict.UNDECIDED),
+    ],
+)
+def test_verdicts_on_the_results(by_name: dict[str, Entry], name: str, verdict: Verdict) -> None:
+    assert by_name[name].verdict is verdict
+
+
+def test_table_2_has_24_cells_that_match_2_at_an_edge_and_4_that_cannot(found: Ledger) -> None:
+    """In every row Δ or T follows from the fitted 59.35 s; eight states of charge were fitted."""
+    of_table = found.cells_of_table2()
+    verdicts = [cell.verdict for cell in of_table]
+    assert len(of_table) == 30
+    assert verdicts.count(Verdict.FITTED) == 6 + 8
+    assert verdicts.count(Verdict.RECOVERED) == 10
+    assert verdicts.count(Verdict.WITHIN) == 2
+    contradicted = [c.statement.stated for c in of_table if c.verdict is Verdict.CONTRADICTS]
+    assert contradicted == ["-12.79", "-12.79", "11.71", "33.17"]
+
+
+def test_two_cells_miss_their_last_digit(by_name: dict[str, Entry]) -> None:
+    """28.3052 and 5.0849 by the shipped loads, where 28.30 and 5.09 are printed."""
+    for name, exact in (("table2-2-eta3", 28.3052), ("table2-6-eta3", 5.0849)):
+        assert by_name[name].verdict is Verdict.WITHIN
+        assert by_name[name].recovered == pytest.approx(exact, abs=5e-5)
+
+
+def test_loads_nearby_show_all_cells_but_four() -> None:
+    """By hand: a direct path of 59.35 s, and the shipped loads but for two powers."""
+    flight_W, hover_W = cells.SHOW_ALL_W.values()
+    flight_s = 59.34994
+    for eta, hover_s, stated in cells.consistent_cells():
+        spent = {
+            1: (93.658 * flight_s + (72.073 - 5.992) * hover_s) / 72000.0,
+            2: (flight_W * flight_s + (hover_W - 66.515) * hover_s) / 799200.0,
+            3: flight_W * flight_s / 1108800.0
+            + hover_W * hover_s / 1031760.0
+            - 66.515 * hover_s / 799200.0,
+        }[eta]
+        assert f"{100.0 * (1.0 - spent):.2f}" == stated, (eta, hover_s)
+
+
+def test_one_set_of_loads_shows_all_cells_but_four() -> None:
+    """Each of the four makes the linear programme infeasible, whichever Δ it is read at."""
+    consistent = cells.consistent_cells()
+    assert loads_exist(consistent)
+    for number, hover_s, stated in (
+        (2, 740.65, "-12.79"),
+        (2, 741.0, "-12.79"),
+        (3, 950.0, "11.71"),
+        (3, 697.0, "33.17"),
+    ):
+        assert not loads_exist((*consistent, cells.Cell(number, hover_s, stated)))
+
+
+def test_a_line_through_two_cells_bounds_the_third() -> None:
+    """η2 at Δ = 740.65 s, by hand: between its values at 697 and 950 s, rounding included."""
+    low, high = admitted(2, 740.65)
+    share = 43.65 / 253.0
+    by_hand = [(1.0 - share) * 5.01 + share * -25.58 + 0.005 * sign for sign in (-1.0, 1.0)]
+    assert by_hand[0] - 1e-9 <= low <= high <= by_hand[1] + 1e-9
+    assert not meets("-12.79", (low, high))
+
+
+def test_the_fit_has_as_many_parameters_as_numbers() -> None:
+    """So only the cells that were not fitted test it."""
+    assert len(cells.FREE_PARAMETERS) == cells.FIT_NUMBERS == 6
+
+
+def test_the_printed_columns_are_those_of_the_table() -> None:
+    """T − Δ is one flight time in all six rows."""
+    for row in cells.ROWS:
+        assert math.isclose(float(row.mission) - float(row.hover), 59.35, abs_tol=1e-9)
+
+
+def test_a_chosen_entry_is_the_same_as_in_the_whole(by_name: dict[str, Entry]) -> None:
+    (alone,) = optuav.ledger(["fig8-crossing"]).entries
+    whole = by_name["fig8-crossing"]
+    assert (alone.printed, alone.recovered) == (whole.printed, whole.recovered)
+
+
+def test_a_whole_name_chooses_one_entry_and_a_beginning_all() -> None:
+    """`fig8-saving` is an entry, and the beginning of another."""
+    for name, number in (("fig8-saving", 1), ("fig8-sav", 2)):
+        assert len(optuav.ledger([name]).entries) == number
+
+
+@pytest.mark.parametrize(
+    ("stated", "number"), [("1e-4", True), ("-12.79", True), ("rises", False), ("1 + √2", False)]
+)
+def test_findings_in_words_are_counted_apart(stated: str, number: bool) -> None:
+    assert entry(stated, None).statement.is_number is number
+    words = "0 in words" if number else "1 in words"
+    assert words in Ledger((entry(stated, None),)).summary
+
+
+def test_commands_run() -> None:
+    """Each entry's own command exists; the ledger's takes the name of every entry."""
+    commands = {each.command for each in statements() if each.command}
+    for command in sorted(commands):
+        program, *arguments = shlex.split(command)
+        assert program == "optuav"
+        assert run(*arguments).code == 0
+    assert "verdict    used in the fit" in run("ledger", "fig8-crossing").out
+
+
+def test_command_line(tmp_path: object) -> None:
+    assert "no such" not in refused("ledger", "table3")
+    assert "--save" in refused("ledger", "text-e1", "--save", "ledger.txt")
+
+
+def test_the_csv_has_a_line_an_entry() -> None:
+    chosen = optuav.ledger(["table2-4"])
+    rows = list(csv.DictReader(io.StringIO(chosen.to_csv())))
+    assert [row["stated"] for row in rows] == ["1200", "950", "1009.35", "5.09", "-25.58", "11.71"]
+    assert {row["verdict"] for row in rows} <= {verdict.value for verdict in Verdict}
