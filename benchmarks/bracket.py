@@ -14,7 +14,7 @@ from benchmarks.towns import town
 from optuav.engines import smooth
 from optuav.mission import Mission, load
 from optuav.mission.network import network
-from optuav.physics.battery import Phase
+from optuav.physics.kibam import Stage
 from optuav.solving import formulate, solve
 from optuav.solving.delivered import arguments
 from optuav.solving.given import quantities
@@ -29,7 +29,7 @@ PAIRS = 1_000_000
 class Batch:
     """Itineraries as `longest_hovers` takes them."""
 
-    legs: list[list[Phase]]
+    legs: list[list[Stage]]
     stays: Any
     figures: dict[str, Any]
 
@@ -82,7 +82,7 @@ def _batches(mission: Mission) -> Iterator[Batch]:
 
 def _together(batches: Sequence[Batch]) -> Batch:
     """All itineraries of a mission as one batch; the third leg of the direct one lasts 0 s."""
-    legs = [[*each.legs, [Phase(p.current_A, 0.0) for p in each.legs[-1]]][:3] for each in batches]
+    legs = [[*each.legs, [Stage(p.current_A, 0.0) for p in each.legs[-1]]][:3] for each in batches]
     counts = [len(each) for each in batches]
 
     def joined(figures: Iterable[Any]) -> Any:
@@ -90,7 +90,7 @@ def _together(batches: Sequence[Batch]) -> Batch:
 
     return Batch(
         [
-            [Phase(*map(joined, zip(*p, strict=True))) for p in zip(*g, strict=True)]
+            [Stage(*map(joined, zip(*p, strict=True))) for p in zip(*g, strict=True)]
             for g in zip(*legs, strict=True)
         ],
         np.repeat([each.stays for each in batches], counts),
@@ -102,7 +102,7 @@ def _together(batches: Sequence[Batch]) -> Batch:
 def _missions(batch: Batch, count: int) -> Batch:
     """As many itineraries, the given ones in turn, over batteries and deadlines at random."""
     chance = np.random.default_rng(2)
-    legs = [[Phase(*(np.resize(f, count) for f in phase)) for phase in leg] for leg in batch.legs]
+    legs = [[Stage(*(np.resize(f, count) for f in phase)) for phase in leg] for leg in batch.legs]
     figures = batch.figures | {
         "rest_current_A": np.resize(batch.figures["rest_current_A"], count),
         "deadline_s": chance.uniform(600.0, 2000.0, count),

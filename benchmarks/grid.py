@@ -11,7 +11,7 @@ from formulations.algorithm1 import algorithm1, best_pair
 from optuav.engines import grid
 from optuav.mission import load, vehicle
 from optuav.mission.phases import phases
-from optuav.physics import battery
+from optuav.physics import kibam
 from optuav.solving import formulate
 
 
@@ -32,7 +32,7 @@ def run() -> list[Row]:
             for phase in phases(program.worked_out, route, hover_s, rest_s)
             for stage in phase.stages
         ]
-        return float(battery.state_of_charge(pool, battery.after(pool, pool.full, stages)))
+        return float(kibam.state_of_charge(pool, kibam.after(pool, pool.full, stages)))
 
     flight_As, hover_A = given["flight_charge_As"], given["hover_current_A"]
     rest_A, battery_As = given["rest_current_A"], given["packs"] * given["capacity_As"]

@@ -14,7 +14,7 @@
 import math
 from itertools import cycle
 
-from optuav.physics.battery import Battery, Phase, Wells, after, step, time_to_empty
+from optuav.physics.kibam import Battery, Stage, Wells, after, step, time_to_empty
 
 MINUTE_S = 60.0
 
@@ -30,7 +30,7 @@ delivered = []
 for current_A in (0.125, 0.25, 0.5, 1.0):
     lifetime_s = float(time_to_empty(cell, cell.full, -current_A))
     delivered.append(current_A * lifetime_s / cell.capacity_As)
-    left = step(cell, cell.full, Phase(-current_A, lifetime_s))
+    left = step(cell, cell.full, Stage(-current_A, lifetime_s))
     print(
         f"{current_A:5.3f} A: {lifetime_s / MINUTE_S:6.2f} min, gives {delivered[-1]:6.1%}, "
         f"available {abs(left.available_As):.1f} A s, bound {left.bound_As:.1f} A s"
@@ -49,8 +49,8 @@ assert math.isclose(cell.rate_per_s * MINUTE_S, 0.122)
 
 # %%
 emptied_s = float(time_to_empty(cell, cell.full, -0.5))
-empty = step(cell, cell.full, Phase(-0.5, emptied_s))
-rested = step(cell, empty, Phase(0.0, 2 * MINUTE_S))
+empty = step(cell, cell.full, Stage(-0.5, emptied_s))
+rested = step(cell, empty, Stage(0.0, 2 * MINUTE_S))
 print(f"available after the pause: {rested.available_As:.2f} of {rested.total_As:.2f} A s")
 
 assert rested.available_As > 0.0
@@ -72,7 +72,7 @@ def lifetime_min(battery: Battery, load: list[tuple[float, float]]) -> float:
         empty_s = float(time_to_empty(battery, wells, -current_A)) if current_A else math.inf
         if empty_s <= duration_s:
             return (passed_s + empty_s) / MINUTE_S
-        wells = step(battery, wells, Phase(-current_A, duration_s))
+        wells = step(battery, wells, Stage(-current_A, duration_s))
         passed_s += duration_s
     raise AssertionError("a load drains the battery some day")
 
@@ -103,7 +103,7 @@ for name, (load, small_min, large_min) in loads.items():
 
 # %%
 drone = Battery(72_000.0, 0.8, 4.5e-5)
-wells = after(drone, Wells(57_600.0, 14_400.0), [Phase(-87.91, 600.0)])
+wells = after(drone, Wells(57_600.0, 14_400.0), [Stage(-87.91, 600.0)])
 print(f"a drone after ten minutes of hovering: available {wells.available_As:.1f} A s,")
 print(f"bound {wells.bound_As:.1f} A s; together {wells.total_As / drone.capacity_As:.1%} of full")
 

@@ -20,7 +20,7 @@ from optuav.engines import closed_form
 from optuav.engines.capabilities import takers
 from optuav.modelling import Model, Parameter, check, evaluate
 from optuav.modelling.traits import traits
-from optuav.physics import battery
+from optuav.physics import kibam
 
 # %% [markdown]
 # ## Symbols
@@ -101,8 +101,8 @@ assert all(row.satisfied for row in check(model, solution.point(0)))
 print(traits(model), "->", ", ".join(takers(traits(model), slots=False)))
 wells = Model("Longest hover that leaves charge in the available well")
 stay = wells.variable("hover_time_s", "Δ", unit="s", upper=deadline)
-pool = battery.Battery(60_000.0, 0.8, 4.5e-5)
-after = battery.step(pool, pool.full, battery.Phase(-90.0, stay))
+pool = kibam.Battery(60_000.0, 0.8, 4.5e-5)
+after = kibam.step(pool, pool.full, kibam.Stage(-90.0, stay))
 wells.maximise(stay)
 wells.subject_to("available well", after.available_As >= 0.0, unit="A s")
 print(traits(wells), "->", ", ".join(takers(traits(wells), slots=False)))

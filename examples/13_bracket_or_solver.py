@@ -20,7 +20,7 @@ import numpy as np
 
 import optuav
 from optuav.judge import Stop
-from optuav.physics.battery import Phase
+from optuav.physics.kibam import Stage
 
 mission = optuav.load("paper")
 asked = {"problem": "P4", "building": "b10", "order": "hover-first", "perspective": "available"}
@@ -97,7 +97,7 @@ assert list(by_rest.values()) == [106, 77, 48, None]
 
 # %%
 out, _, home = optuav.solve(mission, "P3", perspective="available").phases
-legs = [[Phase(each.current_A, each.duration_s) for each in leg.stages] for leg in (out, home)]
+legs = [[Stage(each.current_A, each.duration_s) for each in leg.stages] for leg in (out, home)]
 figures = optuav.formulate(mission, "P3", perspective="available").parts[0].model.row(0)
 given = {name: figures[name] for name in ("deadline_s", "min_soc", "hover_current_A")}
 shares = np.linspace(0.3, 0.99, 10_000)

@@ -17,7 +17,7 @@ import optuav
 from optuav.mission.flown import fly
 from optuav.mission.network import network
 from optuav.mission.phases import phases
-from optuav.physics.battery import Battery, lifetime, time_to_empty
+from optuav.physics.kibam import Battery, lifetime, time_to_empty
 
 cell = {"capacity_As": 7200.0, "available_fraction": 0.625, "flow_rate_per_s": 4.5e-5}
 

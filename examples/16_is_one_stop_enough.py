@@ -15,7 +15,7 @@ import itertools
 import math
 
 import optuav
-from optuav.physics.battery import Wells, state_of_charge
+from optuav.physics.kibam import Wells, state_of_charge
 
 mission = optuav.load("paper")
 

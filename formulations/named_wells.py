@@ -6,16 +6,16 @@ from collections.abc import Sequence
 
 from optuav.modelling import Expression, Let
 from optuav.modelling.expression import Trend
-from optuav.physics import battery
+from optuav.physics import kibam
 
 
 def named(
-    level: battery.Wells,
+    level: kibam.Wells,
     number: int,
     words: str,
     known: Sequence[Trend],
-    most: battery.Wells | None,
-) -> battery.Wells:
+    most: kibam.Wells | None,
+) -> kibam.Wells:
     """Names for the wells after a step, else each step would multiply the printed problem.
 
     Parameters
@@ -33,7 +33,7 @@ def named(
     """
     if not isinstance(level.total_As, Expression):
         return level
-    return battery.Wells(
+    return kibam.Wells(
         Let(
             f"available after step {number}",
             f"y1_{number}",
@@ -54,6 +54,6 @@ def named(
     )
 
 
-def most_of(level: battery.Wells) -> battery.Wells:
+def most_of(level: kibam.Wells) -> kibam.Wells:
     """What named wells hold at most while the times are within ranges."""
-    return battery.Wells(*(getattr(well, "most", None) for well in level))
+    return kibam.Wells(*(getattr(well, "most", None) for well in level))

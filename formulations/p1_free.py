@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 from formulations.p1 import P1
 from formulations.quantities import QUANTITIES
 from optuav.modelling import Model
-from optuav.physics.battery import Phase
+from optuav.physics.kibam import Stage
 from optuav.physics.loads import Loads
 from optuav.physics.quantity import Vector, dot, norm
 
@@ -180,9 +180,9 @@ class P1Free(P1):
         return tuple(steps)
 
 
-def _stages(leg: Loads) -> list[Phase]:
+def _stages(leg: Loads) -> list[Stage]:
     """Phases of constant current."""
-    return [Phase(-drawn, t) for drawn, t in zip(leg.currents_A, leg.durations_s, strict=True)]
+    return [Stage(-drawn, t) for drawn, t in zip(leg.currents_A, leg.durations_s, strict=True)]
 
 
 def _way(start: Vector, end: Vector) -> Vector:

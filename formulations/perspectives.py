@@ -15,7 +15,7 @@ from formulations.quantities import Quantities
 from formulations.taper import trends
 from formulations.wells import levels, wells
 from optuav.modelling import Expression, Let
-from optuav.physics.battery import state_of_charge
+from optuav.physics.kibam import state_of_charge
 
 Perspective: TypeAlias = Callable[[Quantities, Any, Any], Any]
 

@@ -8,11 +8,11 @@ from typing import Any
 
 from formulations.quantities import Quantities
 from optuav.modelling import Expression, Let
-from optuav.physics import battery
+from optuav.physics import kibam
 
 
 @dataclass(frozen=True)
-class Pool(battery.Battery):
+class Pool(kibam.Battery):
     """All packs as one battery, the rate at which its wells level out known by a name."""
 
     @cached_property
@@ -23,6 +23,6 @@ class Pool(battery.Battery):
         return Let("levelling rate", "k'", "1/s", rate) if named else rate
 
 
-def pool(given: Quantities) -> battery.Battery:
+def pool(given: Quantities) -> kibam.Battery:
     """The battery of an itinerary."""
     return Pool(given.battery_As, given.available_fraction, given.flow_rate_per_s)

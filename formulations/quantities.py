@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from optuav.modelling import Parameter
-from optuav.physics.battery import Phase
+from optuav.physics.kibam import Stage
 
 
 def _quantity(symbol: str, unit: str, key: str = "", *, default: Any = MISSING) -> Any:
@@ -55,7 +55,7 @@ class Quantities:
     end_gap_m
         By how much the route misses w_0 and w_F [m].
     steps
-        What happens on the way: a `battery.Phase` for every stage of a leg, or a `battery.Stretch`
+        What happens on the way: a `kibam.Stage` for every stage of a leg, or a `kibam.Stretch`
         for several, ``"hover"`` and ``"rest"`` for the stays. Read by the perspectives `wells` and
         `available` alone.
     tapers
@@ -146,7 +146,7 @@ def steps_for(steps: Sequence[Any], *, varies: bool = False) -> tuple[Any, ...]:
     return tuple(
         step
         if isinstance(step, str)
-        else Phase(
+        else Stage(
             figure(f"step_{number}_current_A", f"I_{number}", "A", step.current_A),
             figure(f"step_{number}_duration_s", f"t_{number}", "s", step.duration_s),
         )

@@ -33,17 +33,17 @@ from optuav.modelling import Expression, Let, Relation
 from optuav.modelling.expression import Call, Range, Trend, Variable
 from optuav.modelling.longest import LongestPart
 from optuav.physics import charging
-from optuav.physics.battery import Battery, Phase, Stretch, Wells, along, step, stretch
+from optuav.physics.kibam import Battery, Stage, Stretch, Wells, along, step, stretch
 
 
-def tapered(whole: Battery, level: Wells, phase: Phase, stay: str) -> Wells:
+def tapered(whole: Battery, level: Wells, phase: Stage, stay: str) -> Wells:
     """Wells after a stay, in numbers or symbols."""
     current_A, time = phase
     if not isinstance(time, Expression):
         return charging.tapered(whole, level, phase)
     battery = whole.capacity_As, whole.available_fraction, whole.flow_rate_per_s
     steady = _steady_part(stay).of(time, current_A, *level, *battery)
-    y1, y2 = step(whole, level, Phase(current_A, steady))
+    y1, y2 = step(whole, level, Stage(current_A, steady))
     turned = Wells(
         Let(f"available when the {stay} tapers", f"y1_{stay}", "A s", y1),
         Let(f"bound when the {stay} tapers", f"y2_{stay}", "A s", y2),
@@ -55,11 +55,11 @@ def _steady_part(stay: str) -> LongestPart:
     """The part of a stay at constant current."""
 
     def value(time: Any, current: Any, y1: Any, y2: Any, *battery: Any) -> Any:
-        return charging.steady_time(Battery(*battery), Wells(y1, y2), Phase(current, time))
+        return charging.steady_time(Battery(*battery), Wells(y1, y2), Stage(current, time))
 
     def limits(share: Any, time: Any, current: Any, y1: Any, y2: Any, *battery: Any) -> Any:
         whole = Battery(*battery)
-        end = step(whole, Wells(y1, y2), Phase(current, share * time))
+        end = step(whole, Wells(y1, y2), Stage(current, share * time))
         level = end.available_As / whole.capacity_As
         yield f"not past full in the {stay}", Relation(level, "<=", whole.available_fraction)
         spare = current - charging.holding_current(whole, end)

@@ -13,10 +13,10 @@ from formulations.named_wells import named
 from formulations.pool import pool
 from formulations.quantities import Quantities
 from formulations.taper import highest, tapered, trends
-from optuav.physics import battery
+from optuav.physics import kibam
 
 
-def levels(given: Quantities, hover: Any, rest: Any) -> Sequence[tuple[Any, battery.Wells]]:
+def levels(given: Quantities, hover: Any, rest: Any) -> Sequence[tuple[Any, kibam.Wells]]:
     """Every step of the itinerary with the wells after it, from a full battery.
 
     They are worked out once for the same times: what several constraints speak of is one tree.
@@ -27,11 +27,11 @@ def levels(given: Quantities, hover: Any, rest: Any) -> Sequence[tuple[Any, batt
     return next(steps for h, r, steps in known if h is hover and r is rest)
 
 
-def _levels(given: Quantities, hover: Any, rest: Any) -> Iterator[tuple[Any, battery.Wells]]:
+def _levels(given: Quantities, hover: Any, rest: Any) -> Iterator[tuple[Any, kibam.Wells]]:
     whole = pool(given)
     stays = {
-        "hover": battery.Phase(-given.hover_current_A, hover),
-        "rest": battery.Phase(given.rest_current_A, rest),
+        "hover": kibam.Stage(-given.hover_current_A, hover),
+        "rest": kibam.Stage(given.rest_current_A, rest),
     }
     level: Any = whole.full
     highs = highest(given, hover, rest)
@@ -40,9 +40,9 @@ def _levels(given: Quantities, hover: Any, rest: Any) -> Iterator[tuple[Any, bat
         if isinstance(step, str) and given.tapers:
             level = tapered(whole, level, phase, step)
         else:
-            stretch = phase if isinstance(phase, battery.Stretch) else battery.stretch(whole, phase)
-            level = battery.along(whole, level, stretch)
-        words = "by eqs (15)-(16), a stage of flight" if isinstance(step, battery.Phase) else ""
+            stretch = phase if isinstance(phase, kibam.Stretch) else kibam.stretch(whole, phase)
+            level = kibam.along(whole, level, stretch)
+        words = "by eqs (15)-(16), a stage of flight" if isinstance(step, kibam.Stage) else ""
         known = trends(given, hover, rest) if given.tapers else ()
         level = named(level, number, words, known, next(highs, None))
         yield step, level
@@ -51,4 +51,4 @@ def _levels(given: Quantities, hover: Any, rest: Any) -> Iterator[tuple[Any, bat
 def wells(given: Quantities, hover: Any, rest: Any) -> Any:
     """(y1 + y2)/B after the steps of the itinerary, from a full battery, as far as it tapers."""
     *_, (_, last) = levels(given, hover, rest)
-    return battery.state_of_charge(pool(given), last)
+    return kibam.state_of_charge(pool(given), last)

@@ -35,7 +35,7 @@ from optuav.calibration.fit import Fit, Panel, refuse_outside, unclear, values_o
 from optuav.calibration.plausible import doubts
 from optuav.calibration.together import copies, together
 from optuav.errors import Fault, InputError
-from optuav.physics.battery import Battery, Phase, Wells, lifetime, step
+from optuav.physics.kibam import Battery, Stage, Wells, lifetime, step
 
 Asked: TypeAlias = Callable[[float, float], tuple[Floats, Floats]]
 
@@ -158,7 +158,7 @@ def _asked(discharges: Sequence[Discharge]) -> Asked:
     earlier_s = np.repeat(EARLIER * lifetimes_s, [len(sizes) for sizes, _ in changes])
 
     def taken(battery: Battery, times_s: Floats) -> Floats:
-        unit = step(battery, Wells(0.0, 0.0), Phase(1.0, times_s)).available_As
+        unit = step(battery, Wells(0.0, 0.0), Stage(1.0, times_s)).available_As
         charge_As: Floats = np.add.reduceat(changes_A * unit, first)
         return np.maximum(charge_As, NOTHING)
 

@@ -13,7 +13,7 @@ from formulations.quantities import QUANTITIES, Quantities
 from optuav.arrays import Integers
 from optuav.mission.feasibility import impossibilities
 from optuav.mission.network import Network
-from optuav.physics.battery import Phase
+from optuav.physics.kibam import Stage
 from optuav.solving.declaring import groups
 from optuav.solving.given import quantities
 from optuav.solving.question import Question
@@ -101,7 +101,7 @@ def _stacked(every: Sequence[Quantities], counts: Sequence[int]) -> Quantities:
     steps = [
         step
         if isinstance(step, str)
-        else Phase(*map(joined, zip(*(given.steps[k] for given in every), strict=True)))
+        else Stage(*map(joined, zip(*(given.steps[k] for given in every), strict=True)))
         for k, step in enumerate(first.steps)
     ]
     return replace(first, **figures, steps=tuple(steps))

@@ -12,8 +12,8 @@ from optuav.judge.tolerance import TOLERANCE
 from optuav.judge.wells import Follower
 from optuav.mission import Mission, vehicle
 from optuav.mission.flown import packs
-from optuav.physics.battery import Battery, Wells
 from optuav.physics.charging import holding_current
+from optuav.physics.kibam import Battery, Wells
 from optuav.physics.packs import Load
 from optuav.physics.packs import Stretch as Carried
 from optuav.plan.trace import Event

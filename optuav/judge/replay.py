@@ -20,7 +20,7 @@ from optuav.judge.limits import impossible, kept
 from optuav.judge.phases import Phase, Site, phases
 from optuav.judge.wells import FOLLOWERS, Method
 from optuav.mission import Mission, vehicle
-from optuav.physics.battery import Wells
+from optuav.physics.kibam import Wells
 from optuav.plan import Plan
 from optuav.plan.trace import Event, Trace
 

@@ -15,8 +15,8 @@ from optuav.judge.motion import motion
 from optuav.judge.phases import Phase, Stage
 from optuav.judge.wells import Follower
 from optuav.mission import Mission
-from optuav.physics.battery import Battery
 from optuav.physics.charging import holding_current
+from optuav.physics.kibam import Battery
 from optuav.plan.trace import Trace
 
 POINTS = 65

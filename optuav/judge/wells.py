@@ -8,8 +8,8 @@ from typing import Any, Literal, NamedTuple, TypeAlias
 import numpy as np
 
 from optuav.arrays import Floats
-from optuav.physics import battery, charging
-from optuav.physics.battery import Battery, Wells
+from optuav.physics import charging, kibam
+from optuav.physics.kibam import Battery, Wells
 
 Method = Literal["exact", "solve_ivp"]
 
@@ -44,16 +44,16 @@ class Follower(NamedTuple):
 
 
 def _exact_at(pool: Battery, wells: Wells, current_A: float, passed_s: Floats) -> Wells:
-    return battery.step(pool, wells, battery.Phase(current_A, passed_s))
+    return kibam.step(pool, wells, kibam.Stage(current_A, passed_s))
 
 
 def _exact_empty_s(pool: Battery, wells: Wells, current_A: float, duration_s: float) -> float:
-    moment_s = float(battery.time_to_empty(pool, wells, current_A))
+    moment_s = float(kibam.time_to_empty(pool, wells, current_A))
     return moment_s if moment_s <= duration_s else np.inf
 
 
 def _exact_full_s(pool: Battery, wells: Wells, current_A: float, duration_s: float) -> float:
-    moment_s = float(battery.time_to_full(pool, wells, current_A))
+    moment_s = float(kibam.time_to_full(pool, wells, current_A))
     return moment_s if moment_s <= duration_s else np.inf
 
 

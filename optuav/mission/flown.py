@@ -15,7 +15,7 @@ import numpy as np
 from optuav.mission import vehicle
 from optuav.mission.phases import Kind
 from optuav.mission.schema import Mission
-from optuav.physics import battery
+from optuav.physics import kibam
 from optuav.physics.packs import Load, Packs, Stretch
 
 
@@ -34,18 +34,18 @@ class Flown(NamedTuple):
     """
 
     stretches: list[list[Stretch]]
-    wells: list[battery.Wells]
+    wells: list[kibam.Wells]
     ended_s: float | None
 
 
 def packs(mission: Mission) -> Packs:
     """The mission's packs, full."""
     given = mission.battery
-    pack = battery.Battery(given.capacity_As, given.available_fraction, given.flow_rate_per_s)
+    pack = kibam.Battery(given.capacity_As, given.available_fraction, given.flow_rate_per_s)
     return Packs(pack, given.packs, given.schedule, given.period_s)
 
 
-def loads(mission: Mission, kind: Kind, stages: Iterable[battery.Phase]) -> list[Load]:
+def loads(mission: Mission, kind: Kind, stages: Iterable[kibam.Stage]) -> list[Load]:
     """What is drawn and what is charged in the stages of a phase, from their net currents [A]."""
     drawn_A = 0.0
     if kind != "flight":
@@ -59,11 +59,11 @@ def loads(mission: Mission, kind: Kind, stages: Iterable[battery.Phase]) -> list
     ]
 
 
-def fly(mission: Mission, phases: Iterable[tuple[Kind, Iterable[battery.Phase]]]) -> Flown:
+def fly(mission: Mission, phases: Iterable[tuple[Kind, Iterable[kibam.Stage]]]) -> Flown:
     """Carry phases, each a kind and its stages of net current, from full packs."""
     carried, stretches, wells = packs(mission), [], []
     for kind, stages in phases:
         stretches.append(carried.job(loads(mission, kind, stages)))
-        wells.append(battery.Wells(*(np.array(well[0]) for well in carried.wells)))
+        wells.append(kibam.Wells(*(np.array(well[0]) for well in carried.wells)))
     ended_s = float(carried.clock_s[0]) if carried.exhausted[0] else None
     return Flown(stretches, wells, ended_s)

@@ -11,7 +11,7 @@ from optuav.mission.itineraries import NO_LEG
 from optuav.mission.legs import Legs
 from optuav.mission.network import Network
 from optuav.mission.places import FIRST_BUILDING, HOVER
-from optuav.physics import battery
+from optuav.physics import kibam
 
 Kind = Literal["flight", "hover", "rest"]
 
@@ -42,9 +42,9 @@ class Phase:
     powers_W: tuple[Any, ...]
 
     @property
-    def stages(self) -> tuple[battery.Phase, ...]:
+    def stages(self) -> tuple[kibam.Stage, ...]:
         """Stretches of constant current, as the battery sees them."""
-        return tuple(map(battery.Phase, self.currents_A, self.durations_s))
+        return tuple(map(kibam.Stage, self.currents_A, self.durations_s))
 
 
 def hover_net(worked_out: Network) -> vehicle.Load:

@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from optuav.mission.schema import Mission
-from optuav.physics import battery, flight, laser, link, rotor
+from optuav.physics import flight, kibam, laser, link, rotor
 from optuav.physics.loads import Loads
 from optuav.physics.quantity import Quantity, Vector, norm
 from optuav.physics.regimes import regime_leg
@@ -35,10 +35,10 @@ def airframe(mission: Mission) -> flight.Airframe:
     return flight.Airframe(**{name: getattr(mission.body, name) for name in AIRFRAME_FIELDS})
 
 
-def pool(mission: Mission) -> battery.Battery:
+def pool(mission: Mission) -> kibam.Battery:
     """All packs as one battery."""
     given = mission.battery
-    return battery.Battery(
+    return kibam.Battery(
         given.packs * given.capacity_As, given.available_fraction, given.flow_rate_per_s
     )
 

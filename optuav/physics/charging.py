@@ -20,7 +20,7 @@ from typing import TypeAlias
 
 import numpy as np
 
-from optuav.physics.battery import Battery, Phase, Wells, step, time_to_full
+from optuav.physics.kibam import Battery, Stage, Wells, step, time_to_full
 from optuav.physics.quantity import TINY, Quantity
 from optuav.physics.schedules import Charging
 
@@ -39,7 +39,7 @@ def held(battery: Battery, wells: Wells, duration_s: Quantity) -> Wells:
     return Wells(wells.available_As, wells.bound_As + (level - wells.bound_As) * lost)
 
 
-def steady_time(battery: Battery, wells: Wells, phase: Phase) -> Quantity:
+def steady_time(battery: Battery, wells: Wells, phase: Stage) -> Quantity:
     """How long a phase goes on at its constant current, until the available well is full [s].
 
     The whole phase where that never comes, as while discharging. Wells as of `time_to_full`.
@@ -47,13 +47,13 @@ def steady_time(battery: Battery, wells: Wells, phase: Phase) -> Quantity:
     return np.minimum(phase.duration_s, time_to_full(battery, wells, phase.current_A))
 
 
-def charged(battery: Battery, wells: Wells, phase: Phase, steady_s: Quantity) -> Wells:
+def charged(battery: Battery, wells: Wells, phase: Stage, steady_s: Quantity) -> Wells:
     """Wells [A s] after a phase that is constant for `steady_s` [s], and holds y1 from then on."""
-    steady = step(battery, wells, Phase(phase.current_A, steady_s))
+    steady = step(battery, wells, Stage(phase.current_A, steady_s))
     return held(battery, steady, phase.duration_s - steady_s)
 
 
-def tapered(battery: Battery, wells: Wells, phase: Phase) -> Wells:
+def tapered(battery: Battery, wells: Wells, phase: Stage) -> Wells:
     """Wells [A s] after a phase whose current tapers once y1 = ωB; floats and arrays.
 
     Parameters
@@ -94,14 +94,14 @@ def most_tapered(
     left = (share * current_A / pull, -(1.0 - share) * current_A / pull)
     turns = (np.nan_to_num(-np.log(each) / rate, posinf=0.0, neginf=0.0) for each in left)
     durations = (least_s, most_s, *(np.clip(each, least_s, most_s) for each in turns))
-    ends = [tapered(battery, wells, Phase(current_A, each)) for each in durations]
+    ends = [tapered(battery, wells, Stage(current_A, each)) for each in durations]
     return Wells(
         np.maximum.reduce([each.available_As for each in ends]),
         np.maximum.reduce([each.bound_As for each in ends]),
     )
 
 
-Step: TypeAlias = Callable[[Battery, Wells, Phase], Wells]
+Step: TypeAlias = Callable[[Battery, Wells, Stage], Wells]
 
 STEPS: Mapping[Charging, Step] = {"constant": step, "taper": tapered}
 """What a phase does to the wells, by name; at constant current it may go past full."""

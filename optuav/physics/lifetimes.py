@@ -1,4 +1,4 @@
-"""How long packs carry a load that is repeated for ever; `optuav.physics.battery.lifetime`.
+"""How long packs carry a load that is repeated for ever; `optuav.physics.kibam.lifetime`.
 
 Most of a long life is skipped. While no pack is seen empty and nothing charges, `pooled`,
 `sequential` and `round-robin` repeat the same currents, so that a round of the load acts on every
@@ -27,7 +27,7 @@ import numpy as np
 
 from optuav.arrays import Floats
 from optuav.errors import Fault, InputError, SolverError
-from optuav.physics.battery import Battery, Phase, Wells, step
+from optuav.physics.kibam import Battery, Stage, Wells, step
 from optuav.physics.packs import Load, Packs
 from optuav.physics.quantity import TINY
 from optuav.physics.schedules import SCHEDULES
@@ -60,7 +60,7 @@ def lifetime(
     schedule: Any,
     period_s: Any,
 ) -> float:
-    """Judge the arguments of `optuav.physics.battery.lifetime`, then follow the load [s]."""
+    """Judge the arguments of `optuav.physics.kibam.lifetime`, then follow the load [s]."""
     scalars = {
         "capacity_As": (capacity_As, CAPACITY),
         "available_fraction": (available_fraction, FRACTION),
@@ -216,7 +216,7 @@ def _skip(packs: Packs, jobs: Sequence[Load]) -> None:
         if job.draw_A > 0.0:
             carrier = packs.next_carrier(carrier)
         currents_A = -job.draw_A * (np.arange(packs.count) == carrier)
-        phases.append(Phase(currents_A, job.duration_s))
+        phases.append(Stage(currents_A, job.duration_s))
     one = _Round(packs.pack, phases)
     start = Wells(*(well[0] for well in packs.wells))
     passed, failed = 0, 1 + int(start.total_As.sum() / -one.total_As[-1].sum())
@@ -234,7 +234,7 @@ def _returns(pack: Battery, load: Sequence[tuple[float, float]]) -> bool:
     While discharging y1 is least at an end of a job, while charging it is largest there, if the
     other limits hold at its start: so the ends decide. y2 follows y1 and keeps within as y1 does.
     """
-    one = _Round(pack, [Phase(-current, duration) for current, duration in load])
+    one = _Round(pack, [Stage(-current, duration) for current, duration in load])
     share, top = pack.available_fraction, pack.full
     if 0.0 < one.exponent < SMALLEST_EXPONENT:
         return False
@@ -254,7 +254,7 @@ def _returns(pack: Battery, load: Sequence[tuple[float, float]]) -> bool:
 class _Round:
     """What a round of phases does to wells: an affine map for each of its moments."""
 
-    def __init__(self, pack: Battery, phases: Sequence[Phase]) -> None:
+    def __init__(self, pack: Battery, phases: Sequence[Stage]) -> None:
         none = np.zeros_like(np.asarray(phases[0].current_A, dtype=float))
         ends = list(accumulate(phases, partial(step, pack), initial=Wells(none, none)))[1:]
         self.share = pack.available_fraction

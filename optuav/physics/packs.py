@@ -17,8 +17,8 @@ from typing import NamedTuple
 import numpy as np
 
 from optuav.arrays import Booleans, Floats, Integers
-from optuav.physics.battery import Battery, Phase, Wells, step, time_to_empty, time_to_full
 from optuav.physics.charging import held
+from optuav.physics.kibam import Battery, Stage, Wells, step, time_to_empty, time_to_full
 from optuav.physics.quantity import Quantity
 from optuav.physics.schedules import Schedule
 
@@ -255,7 +255,7 @@ class Packs:
     def _after(self, currents_A: Floats, duration_s: Floats, full: Booleans) -> Wells:
         """Wells after constant currents, but for full packs that are kept full."""
         passed_s = duration_s[:, None]
-        end = step(self.pack, self.wells, Phase(currents_A, passed_s))
+        end = step(self.pack, self.wells, Stage(currents_A, passed_s))
         if not full.any():
             return end
         top = held(self.pack, Wells(self._top.available_As, self.wells.bound_As), passed_s)

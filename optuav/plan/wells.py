@@ -7,7 +7,7 @@ from functools import partial, reduce
 
 from optuav.mission import Mission, vehicle
 from optuav.mission.flown import fly
-from optuav.physics import battery
+from optuav.physics import kibam
 from optuav.physics.charging import STEPS
 from optuav.physics.quantity import Quantity
 from optuav.plan.phases import Kind, Phase
@@ -21,7 +21,7 @@ def runs_dry_s(mission: Mission, phases: Sequence[Phase]) -> float | None:
     if mission.battery.takes_turns:
         return fly(mission, net_stages(phases)).ended_s
     return _first_passing(
-        mission, phases, battery.time_to_empty, lambda level, full: level < -ROUNDING
+        mission, phases, kibam.time_to_empty, lambda level, full: level < -ROUNDING
     )
 
 
@@ -30,22 +30,22 @@ def overfull_s(mission: Mission, phases: Sequence[Phase]) -> float | None:
     if mission.battery.takes_turns or mission.battery.charging == "taper":
         return None
     return _first_passing(
-        mission, phases, battery.time_to_full, lambda level, full: level > full + ROUNDING
+        mission, phases, kibam.time_to_full, lambda level, full: level > full + ROUNDING
     )
 
 
-def net_stages(phases: Sequence[Phase]) -> Iterator[tuple[Kind, list[battery.Phase]]]:
+def net_stages(phases: Sequence[Phase]) -> Iterator[tuple[Kind, list[kibam.Stage]]]:
     """Kind and stages of every phase, as the packs see them."""
     for phase in phases:
         yield (
             phase.kind,
-            [battery.Phase(stage.current_A, stage.duration_s) for stage in phase.stages],
+            [kibam.Stage(stage.current_A, stage.duration_s) for stage in phase.stages],
         )
 
 
 def wells_at_ends(
-    mission: Mission, phases: Iterable[tuple[Kind, Sequence[battery.Phase]]]
-) -> list[battery.Wells]:
+    mission: Mission, phases: Iterable[tuple[Kind, Sequence[kibam.Stage]]]
+) -> list[kibam.Wells]:
     """Wells [A s] at the end of every phase, a kind and stages, from full packs.
 
     Pooled packs are one battery that takes what it is given, past full too unless charging tapers;
@@ -64,7 +64,7 @@ def wells_at_ends(
 def _first_passing(
     mission: Mission,
     phases: Sequence[Phase],
-    moment: Callable[[battery.Battery, battery.Wells, float], Quantity],
+    moment: Callable[[kibam.Battery, kibam.Wells, float], Quantity],
     beyond: Callable[[float, float], bool],
 ) -> float | None:
     """First moment [s] at which y1/B passes a limit; within a stage an end is the extreme."""
@@ -72,7 +72,7 @@ def _first_passing(
     charged = STEPS[mission.battery.charging]
     wells, start_s = pool.full, 0.0
     for stage in (stage for phase in phases for stage in phase.stages):
-        end = charged(pool, wells, battery.Phase(stage.current_A, stage.duration_s))
+        end = charged(pool, wells, kibam.Stage(stage.current_A, stage.duration_s))
         if beyond(end.available_As / pool.capacity_As, pool.available_fraction):
             return start_s + min(float(moment(pool, wells, stage.current_A)), stage.duration_s)
         wells, start_s = end, start_s + stage.duration_s

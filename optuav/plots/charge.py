@@ -11,8 +11,8 @@ from matplotlib.lines import Line2D
 
 from optuav.arrays import Floats
 from optuav.mission import vehicle
-from optuav.physics.battery import Battery, Phase, Wells
 from optuav.physics.charging import STEPS
+from optuav.physics.kibam import Battery, Stage, Wells
 from optuav.plan import Phase as Planned
 from optuav.plan import Plan
 from optuav.plots.bands import NAMES_PT, Band, draw_bands, swatch
@@ -99,7 +99,7 @@ def course(pool: Battery, plan: Plan) -> Course:
     times, available, bound = [], [], []
     for stage in (stage for phase in plan.phases for stage in phase.stages):
         passed_s = np.linspace(0.0, stage.duration_s, POINTS_PER_STAGE)
-        within = charged(pool, wells, Phase(stage.current_A, passed_s))
+        within = charged(pool, wells, Stage(stage.current_A, passed_s))
         times.append(start_s + passed_s)
         available.append(within.available_As)
         bound.append(within.bound_As)

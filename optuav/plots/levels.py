@@ -9,7 +9,7 @@ from matplotlib.axes import Axes
 from matplotlib.patches import Rectangle
 
 from optuav.mission import vehicle
-from optuav.physics.battery import Battery
+from optuav.physics.kibam import Battery
 from optuav.plan import Plan
 from optuav.plots.style import BLACK, BLUE, SKY, VERMILLION, page, printed, styled
 

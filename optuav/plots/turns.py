@@ -10,7 +10,7 @@ from matplotlib.lines import Line2D
 
 from optuav.mission.flown import fly
 from optuav.mission.flown import packs as packs_of
-from optuav.physics.battery import Battery, Phase, Wells, step
+from optuav.physics.kibam import Battery, Stage, Wells, step
 from optuav.physics.packs import NOBODY, Stretch
 from optuav.plan import Plan
 from optuav.plan.wells import net_stages
@@ -95,7 +95,7 @@ def _curves(ax: Axes, pack: Battery, wells: Wells, stretch: Stretch) -> None:
     time_s, full = float(stretch.start_s[0]) + passed_s, pack.full
     for number, current_A in enumerate(stretch.currents_A[0]):
         start = Wells(*(well[number] for well in wells))
-        lived = step(pack, start, Phase(current_A, passed_s))
+        lived = step(pack, start, Stage(current_A, passed_s))
         colour = _colour(number)
         ax.plot(time_s, 100.0 * lived.available_As / full.available_As, color=colour)
         ax.plot(time_s, 100.0 * lived.bound_As / full.bound_As, color=colour, linewidth=0.5)

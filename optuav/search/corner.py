@@ -10,7 +10,7 @@ from __future__ import annotations
 import numpy as np
 
 from optuav.arrays import Floats
-from optuav.physics.battery import levelling
+from optuav.physics.kibam import levelling
 from optuav.search.boxes import Boxes
 from optuav.search.terrain import Flown, Terrain
 

@@ -16,7 +16,7 @@ from __future__ import annotations
 import numpy as np
 
 from optuav.arrays import Booleans, Floats
-from optuav.physics.battery import Battery, levelling
+from optuav.physics.kibam import Battery, levelling
 from optuav.physics.quantity import TINY
 from optuav.search.boxes import Boxes
 from optuav.search.terrain import ROUNDING, Flown, Terrain

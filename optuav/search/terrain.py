@@ -3,7 +3,7 @@
 The state is (y, z): the total charge y = y1 + y2 and the tilt z = y1 − ωy. A leg of duration T that
 draws Q takes it to (y − Q, z e^(−k'T) + Z), a stay of duration t at the current I to
 (y + I t, z e^(−k't) + (1−ω) I (1 − e^(−k't))/k'), with k' = k_F/(ω(1−ω)); see
-`optuav.physics.battery`.
+`optuav.physics.kibam`.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from typing import NamedTuple
 import numpy as np
 
 from optuav.arrays import Floats
-from optuav.physics.battery import Battery, Phase, Wells, levelling, step
+from optuav.physics.kibam import Battery, Stage, Wells, levelling, step
 
 ORIGIN, HOVER, DESTINATION, FIRST_BUILDING = 0, 1, 2, 3
 """Numbers of places."""
@@ -108,7 +108,7 @@ class Terrain:
         charge, remaining, tilt = [], [], []
         share = self.battery.available_fraction
         for current_A, time_s in zip(self.stage_currents_A, self.stage_durations_s, strict=True):
-            wells = step(self.battery, wells, Phase(-current_A, time_s))
+            wells = step(self.battery, wells, Stage(-current_A, time_s))
             elapsed_s = elapsed_s + time_s
             charge.append(-wells.total_As)
             remaining.append(levelling(self.battery, elapsed_s)[0])

@@ -8,8 +8,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from optuav.arrays import Booleans, Floats, Integers
-from optuav.physics.battery import Phase, Wells, levelling
 from optuav.physics.charging import tapered
+from optuav.physics.kibam import Stage, Wells, levelling
 from optuav.physics.quantity import TINY
 from optuav.search.boxes import Boxes
 from optuav.search.terrain import HOVER, LegMaps, Terrain
@@ -86,14 +86,14 @@ class Trial:
             total, tilt = totals[-1], tilts[-1]
             if stop == len(stays_s):
                 break
-            total, tilt = self._after_stay(total, tilt, Phase(current_A[stop + 1], stays_s[stop]))
+            total, tilt = self._after_stay(total, tilt, Stage(current_A[stop + 1], stays_s[stop]))
             available = share * total + tilt
             room_As = np.inf if self.terrain.tapers else full_As - available
             slack = np.minimum(slack, np.minimum(available, room_As))
         least: Floats = np.minimum(slack, total - self.terrain.least_charge_As)
         return least
 
-    def _after_stay(self, total: Floats, tilt: Floats, phase: Phase) -> tuple[Floats, Floats]:
+    def _after_stay(self, total: Floats, tilt: Floats, phase: Stage) -> tuple[Floats, Floats]:
         """Total charge and tilt (plan,) [A s] after a stay."""
         battery = self.terrain.battery
         share, (current_A, time_s) = battery.available_fraction, phase
@@ -105,7 +105,7 @@ class Trial:
             if over.any():
                 before = Wells(share * total + tilt, (1.0 - share) * total - tilt)
                 at_start = Wells(*(well[over] for well in before))
-                available, bound = tapered(battery, at_start, Phase(*(f[over] for f in phase)))
+                available, bound = tapered(battery, at_start, Stage(*(f[over] for f in phase)))
                 total_after[over] = available + bound
                 tilt_after[over] = (1.0 - share) * available - share * bound
         return total_after, tilt_after

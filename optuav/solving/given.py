@@ -16,8 +16,8 @@ from optuav.mission.legs import Legs
 from optuav.mission.network import Network
 from optuav.mission.phases import hover_net, rest_net
 from optuav.mission.places import FIRST_BUILDING, HOVER
-from optuav.physics.battery import Phase
 from optuav.physics.flight import STAGES
+from optuav.physics.kibam import Stage
 
 
 def quantities(
@@ -93,7 +93,7 @@ def _end_gap_m(worked_out: Network, which: Integers) -> Floats:
 
 def _steps(
     worked_out: Network, which: Integers, rests: bool, hover_open: bool
-) -> tuple[Phase | str, ...]:
+) -> tuple[Stage | str, ...]:
     """Stages of the legs as phases of constant current, and the stays by name.
 
     Figures are numbers for a single itinerary, else arrays with one entry each; none where the
@@ -103,7 +103,7 @@ def _steps(
     if len(np.unique(routes.rest_first[which])) > 1:
         return ()
     legs, first = routes.legs[which].T, routes.legs[which[0]]
-    found: list[Phase | str] = []
+    found: list[Stage | str] = []
     for leg, start, end in zip(
         legs, table.start[first].tolist(), table.end[first].tolist(), strict=True
     ):
@@ -114,7 +114,7 @@ def _steps(
         else:
             for stage in _stages(table, leg):
                 current_A, duration_s = table.currents_A[stage, leg], table.durations_s[stage, leg]
-                found.append(Phase(_figures(-current_A), _figures(duration_s)))
+                found.append(Stage(_figures(-current_A), _figures(duration_s)))
         if end == HOVER:
             found.append("hover")
         elif end >= FIRST_BUILDING and rests:

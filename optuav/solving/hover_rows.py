@@ -14,7 +14,7 @@ from formulations.quantities import Quantities
 from optuav.arrays import Booleans, Floats, Integers
 from optuav.engines.exponential_form import Rows, rows_of
 from optuav.modelling.exponential import CONSTANT, Exponential, unknown
-from optuav.physics import battery
+from optuav.physics import kibam
 
 UNUSED = (
     "nominal_voltage_V",
@@ -126,12 +126,12 @@ def _stays_A(legs: Legs, figures: Mapping[str, Any], rest_first: bool | Booleans
 
 def _falling(figures: Mapping[str, Any], current_A: Any) -> Any:
     """Whether y1 falls all along a step of this current [A]."""
-    return battery.falls_throughout(_whole(figures), current_A)
+    return kibam.falls_throughout(_whole(figures), current_A)
 
 
-def _whole(figures: Mapping[str, Any]) -> battery.Battery:
+def _whole(figures: Mapping[str, Any]) -> kibam.Battery:
     """All packs as one."""
-    return battery.Battery(
+    return kibam.Battery(
         figures["capacity_As"], figures["available_fraction"], figures["flow_rate_per_s"]
     )
 
@@ -158,8 +158,8 @@ def _steps(
     for (start, end), stay in zip_longest(pairwise(legs.ends), stays_A):
         starts = [k for k in range(start, end) if k == start or not falling[k]]
         for first, last in pairwise([*starts, end]):
-            run = battery.Phase(legs.current_A[first:last], legs.duration_s[first:last])
-            steps.append(battery.compose(whole, run))
+            run = kibam.Stage(legs.current_A[first:last], legs.duration_s[first:last])
+            steps.append(kibam.compose(whole, run))
             falls.append(falling[first])
         if stay:
             steps.append(stay)

@@ -14,10 +14,10 @@ from optuav.engines.bracketing import largest, shortest
 from optuav.engines.sweeping import WIDTH_S
 from optuav.errors import Fault, InputError
 from optuav.mission.quantities import Number
-from optuav.physics import battery
+from optuav.physics import kibam
 from optuav.solving.hover_rows import Legs, alike, hover_rows
 
-Leg: TypeAlias = Sequence[battery.Phase]
+Leg: TypeAlias = Sequence[kibam.Stage]
 Stays: TypeAlias = Literal["hover", "rest-first", "hover-first"]
 STAYS: Mapping[str, tuple[str, ...]] = {
     "hover": ("hover",),
@@ -88,7 +88,7 @@ def longest_hovers(
     ----------
     legs
         What is flown before, between and after the stays: one leg more than stays, each a sequence
-        of `optuav.physics.battery.Phase` (current [A], −1e6 to 0, as in flight nothing charges, and
+        of `optuav.physics.kibam.Stage` (current [A], −1e6 to 0, as in flight nothing charges, and
         duration [s], 0 to 1e7).
     stays
         ``"hover"``, ``"rest-first"`` or ``"hover-first"``, or one of these for each itinerary. Then
@@ -165,9 +165,9 @@ def _figures(given: Mapping[str, Any]) -> dict[str, Any]:
     return figures
 
 
-def _flown(legs: Sequence[Leg]) -> list[list[battery.Phase]]:
+def _flown(legs: Sequence[Leg]) -> list[list[kibam.Stage]]:
     try:
-        return [[battery.Phase(*map(_figure, phase)) for phase in leg] for leg in legs]
+        return [[kibam.Stage(*map(_figure, phase)) for phase in leg] for leg in legs]
     except (TypeError, ValueError):
         allowed = "legs, each a sequence of phases of two numbers or arrays: current and duration"
         raise InputError([Fault("legs", repr(legs)[:40], allowed)]) from None

@@ -19,7 +19,7 @@ from optuav.mission.network import Network
 from optuav.mission.places import HOVER
 from optuav.mission.routes import nearest_building
 from optuav.modelling import Model, Parameter
-from optuav.physics.battery import Phase
+from optuav.physics.kibam import Stage
 from optuav.solving.delivered import delivered
 from optuav.solving.given import quantities
 from optuav.solving.question import Question
@@ -62,7 +62,7 @@ class OpenRoutes:
     def taken(self, entry: Integers | int) -> P1Free:
         """The figures of one itinerary, or of several."""
         steps = (
-            step if isinstance(step, str) else Phase(*(_taken(each, entry) for each in step))
+            step if isinstance(step, str) else Stage(*(_taken(each, entry) for each in step))
             for step in self.free.steps
         )
         arrays = {

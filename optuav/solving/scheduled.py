@@ -20,7 +20,7 @@ from optuav.errors import SolverError
 from optuav.mission.flown import loads, packs
 from optuav.mission.network import Network
 from optuav.mission.phases import phases
-from optuav.physics.battery import Phase
+from optuav.physics.kibam import Stage
 from optuav.physics.packs import Packs
 
 STEP_S = 1.0
@@ -278,5 +278,5 @@ class _Way:
     def _carry(self, carried: Packs, hovers_s: Floats, rests_s: Floats, which: slice) -> None:
         """Let packs carry some phases, with one hover and one rest [s] a course."""
         for each in phases(self.worked_out, self.route, hovers_s, rests_s)[which]:
-            stages = map(Phase, each.currents_A, each.durations_s)
+            stages = map(Stage, each.currents_A, each.durations_s)
             carried.job(loads(self.worked_out.mission, each.kind, stages))

@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from formulations.quantities import Quantities
-from optuav.physics.battery import Phase
+from optuav.physics.kibam import Stage
 
 
 def random_quantities(rng: np.random.Generator) -> Quantities:
@@ -22,7 +22,7 @@ def random_quantities(rng: np.random.Generator) -> Quantities:
     shares = rng.dirichlet(np.ones(3))
     legs_s = flight_s * rng.dirichlet(np.ones(3))
     flight_As = rng.uniform(0.0, 0.5) * hover_A * horizon_s
-    legs = [Phase(-flight_As * c / t, t) for c, t in zip(shares, legs_s, strict=True)]
+    legs = [Stage(-flight_As * c / t, t) for c, t in zip(shares, legs_s, strict=True)]
     packs = float(rng.integers(1, 4))
     capacity_As = hover_A * horizon_s * rng.uniform(0.1, 3.0) / packs + 1.0
     stays = ["hover", "rest"] if rng.random() < 0.5 else ["rest", "hover"]

@@ -18,7 +18,7 @@ from optuav.engines import bracket
 from optuav.engines.exponential_form import Rows
 from optuav.engines.sweeping import WIDTH_S
 from optuav.modelling import check
-from optuav.physics.battery import Phase
+from optuav.physics.kibam import Stage
 from optuav.solving.hovers import Hovers, longest_hovers
 from tests.formulations.given import quantities
 from tests.kibam import Floats, Kibam
@@ -138,7 +138,7 @@ def figures(rng: np.random.Generator) -> dict[str, Any]:
     horizon_s = 10.0 ** rng.uniform(1.0, 3.6)
     legs = [
         [
-            Phase(-rng.uniform(0.2, 1.5) * max(abs(hover_A), 5.0), 0.02 * horizon_s * rng.random())
+            Stage(-rng.uniform(0.2, 1.5) * max(abs(hover_A), 5.0), 0.02 * horizon_s * rng.random())
             for _ in range(rng.integers(1, 4))
         ]
         for _ in range(2 if stays == "hover" else 3)
@@ -214,7 +214,7 @@ def test_cases_are_neither_all_hopeless_nor_all_easy() -> None:
 
 def test_a_rest_that_costs_next_to_nothing() -> None:
     """2e-309 A, found by the campaign: the bound that it puts on T' overflows, and is none."""
-    leg = Phase(-5.0, 10.0)
+    leg = Stage(-5.0, 10.0)
     steps = (leg, "hover", leg, "rest", leg)
     wells = {"available_fraction": 0.9, "flow_rate_per_s": 1.0}
     given = quantities(rest_current_A=-2.2e-309, steps=steps, **wells)
@@ -238,7 +238,7 @@ def test_many_at_once_are_each_alone() -> None:
     """
     case = figures(np.random.default_rng(7)) | {"stays": "hover-first", "min_soc": 0.1}
     rng = np.random.default_rng(1)
-    case["legs"] = [[Phase(-30.0, 20.0 * rng.random(9000))] for _ in range(3)]
+    case["legs"] = [[Stage(-30.0, 20.0 * rng.random(9000))] for _ in range(3)]
     stays_A = {"hover_current_A": (-5.0, 40.0), "rest_current_A": (-5.0, 10.0)}
     case |= {name: rng.uniform(*ends, 9000) for name, ends in stays_A.items()}
     case |= {"capacity_As": 20000.0, "deadline_s": 900.0, "available_fraction": 0.5}
@@ -247,7 +247,7 @@ def test_many_at_once_are_each_alone() -> None:
     assert found.proved.all()
     for index in (*range(40), 8191, 8192, 8999):
         alone = case | {name: case[name][index] for name in stays_A}
-        alone["legs"] = [[Phase(-30.0, leg[0].duration_s[index])] for leg in case["legs"]]
+        alone["legs"] = [[Stage(-30.0, leg[0].duration_s[index])] for leg in case["legs"]]
         assert longest(alone).hover_time_s == found.hover_time_s[index]
 
 
@@ -259,7 +259,7 @@ def together(cases: list[dict[str, Any]]) -> dict[str, Any]:
         return flown[place] if place < len(flown) else (-1.0, 0.0)
 
     legs = [
-        [Phase(*np.transpose([stage(case, leg, place) for case in cases])) for place in range(3)]
+        [Stage(*np.transpose([stage(case, leg, place) for case in cases])) for place in range(3)]
         for leg in range(3)
     ]
     names = cases[0].keys() - {"legs", "stays"}
@@ -298,7 +298,7 @@ def test_many_itineraries_that_stay_in_different_orders(seed: int) -> None:
 
 
 @pytest.mark.parametrize("legs", [[[], []], [[], [], []]])
-def test_hovering_where_one_takes_off(legs: list[list[Phase]]) -> None:
+def test_hovering_where_one_takes_off(legs: list[list[Stage]]) -> None:
     """Without a single stage of flight: 10 000 A s at 10 A, and no gain by resting at 0 A."""
     case = {"legs": legs, "stays": "hover" if len(legs) == 2 else "rest-first", "min_soc": 0.5}
     case |= {"deadline_s": 1e4, "capacity_As": 20000.0, "available_fraction": 0.9}
@@ -311,14 +311,14 @@ def test_hovering_where_one_takes_off(legs: list[list[Phase]]) -> None:
 def test_legs_that_charge_are_refused() -> None:
     """Whether they pass full on the way is not asked, so an answer with them was no proof."""
     case = figures(np.random.default_rng(3)) | {"stays": "hover"}
-    case["legs"] = [[Phase(-10.0, 10.0), Phase(20.0, 300.0)], [Phase(-10.0, 100.0)]]
+    case["legs"] = [[Stage(-10.0, 10.0), Stage(20.0, 300.0)], [Stage(-10.0, 100.0)]]
     with pytest.raises(optuav.InputError, match=r"current of stage 2 of leg 1 = 20: .*<= 0"):
         longest(case)
 
 
 def test_faults_of_the_arrays_are_told_at_once() -> None:
     case = figures(np.random.default_rng(3)) | {"stays": "rest-first", "deadline_s": math.nan}
-    case["legs"] = [[Phase(np.array([-1.0, -2.0]), np.ones(3))]]
+    case["legs"] = [[Stage(np.array([-1.0, -2.0]), np.ones(3))]]
     with pytest.raises(optuav.InputError) as error:
         longest(case)
     assert {fault.key for fault in error.value.faults} >= {"legs", "shapes", "deadline_s"}
@@ -327,7 +327,7 @@ def test_faults_of_the_arrays_are_told_at_once() -> None:
 def test_figures_out_of_range_are_told_at_once() -> None:
     """An endless deadline, or one of 1e28 s, ended in a false proof."""
     case = figures(np.random.default_rng(3)) | {"stays": "hover"}
-    case["legs"] = [[Phase(-1.0, np.array([1.0, -2.0]))], [Phase(math.inf, 1.0)]]
+    case["legs"] = [[Stage(-1.0, np.array([1.0, -2.0]))], [Stage(math.inf, 1.0)]]
     case |= {"deadline_s": 1e28, "min_soc": 1.5, "available_fraction": 1.0}
     case |= {"capacity_As": np.array([1.0, 0.0]), "flow_rate_per_s": -1.0}
     case |= {"rest_current_A": np.array([1e15, 0.0]), "hover_current_A": -math.inf}
@@ -348,7 +348,7 @@ def test_figures_out_of_range_are_told_at_once() -> None:
 
 def test_a_single_leg_out_of_range_among_many_is_named() -> None:
     case = figures(np.random.default_rng(3)) | {"stays": "hover"}
-    case["legs"] = [[Phase(-1.0, np.append(np.ones(9000), -3.0))], [Phase(-1.0, 1.0)]]
+    case["legs"] = [[Stage(-1.0, np.append(np.ones(9000), -3.0))], [Stage(-1.0, 1.0)]]
     with pytest.raises(optuav.InputError, match="duration of stage 1 of leg 1 = -3: a number, 0 <"):
         longest(case)
 
@@ -357,7 +357,7 @@ def test_a_single_leg_out_of_range_among_many_is_named() -> None:
     ("keys", "words"),
     [
         ({"deadline_s": "soon"}, "deadline_s = 'soon': a number, or an array of numbers"),
-        ({"legs": [Phase(-1.0, 1.0)] * 2}, "legs = .*: legs, each a sequence of phases"),
+        ({"legs": [Stage(-1.0, 1.0)] * 2}, "legs = .*: legs, each a sequence of phases"),
         ({"stays": [["hover"], []]}, "stays = .*: a name, or an array of names"),
         (
             {"deadline_s": np.ones(2), "min_soc": np.zeros(3)},
@@ -368,7 +368,7 @@ def test_a_single_leg_out_of_range_among_many_is_named() -> None:
 )
 def test_what_cannot_be_read_is_named(keys: dict[str, Any], words: str) -> None:
     case = figures(np.random.default_rng(3)) | {"stays": "hover"}
-    case |= {"legs": [[Phase(-1.0, 1.0)]] * 2, "deadline_s": 100.0} | keys
+    case |= {"legs": [[Stage(-1.0, 1.0)]] * 2, "deadline_s": 100.0} | keys
     with pytest.raises(optuav.InputError, match=words):
         longest(case)
 
@@ -377,7 +377,7 @@ def test_what_cannot_be_read_is_named(keys: dict[str, Any], words: str) -> None:
     ("stays", "key"), [("loiter", "stays"), (["hover", "loiter"], "stays"), (["hover"] * 2, "legs")]
 )
 def test_unknown_stays_and_legs_that_do_not_go_with_them(stays: Any, key: str) -> None:
-    case = figures(np.random.default_rng(3)) | {"legs": [[Phase(-1.0, 1.0)]] * 2, "stays": stays}
+    case = figures(np.random.default_rng(3)) | {"legs": [[Stage(-1.0, 1.0)]] * 2, "stays": stays}
     with pytest.raises(optuav.InputError) as error:
         longest(case)
     assert [fault.key for fault in error.value.faults] == [key]

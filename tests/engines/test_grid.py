@@ -16,7 +16,7 @@ from formulations.quantities import Quantities
 from optuav.engines import grid
 from optuav.errors import SolverError
 from optuav.modelling import Model, Parameter
-from optuav.physics.battery import Battery, Phase, after, state_of_charge
+from optuav.physics.kibam import Battery, Stage, after, state_of_charge
 from optuav.status import Status
 from tests.formulations.given import TABLE_II, quantities
 
@@ -26,10 +26,10 @@ SocEnd = Callable[[float, float], float]
 def through_phases(given: Quantities) -> SocEnd:
     """State of charge by the kinetic battery model: a leg, hovering, a leg, resting, a leg."""
     battery = Battery(given.packs * given.capacity_As, 0.7, 4.5e-5)
-    leg = Phase(-given.flight_charge_As / given.flight_time_s, given.flight_time_s / 3.0)
+    leg = Stage(-given.flight_charge_As / given.flight_time_s, given.flight_time_s / 3.0)
 
     def soc_end(hover_s: float, rest_s: float) -> float:
-        hover, rest = Phase(-given.hover_current_A, hover_s), Phase(given.rest_current_A, rest_s)
+        hover, rest = Stage(-given.hover_current_A, hover_s), Stage(given.rest_current_A, rest_s)
         wells = after(battery, battery.full, [leg, hover, leg, rest, leg])
         return float(state_of_charge(battery, wells))
 

@@ -19,7 +19,7 @@ from optuav.engines import bracket, grid
 from optuav.engines.sensitivity import ShadowPrice
 from optuav.engines.solution import Status
 from optuav.modelling import Model
-from optuav.physics.battery import Phase
+from optuav.physics.kibam import Stage
 from optuav.solving import formulate
 from tests.engines.optimality import solved
 from tests.engines.random_missions import random_quantities
@@ -115,7 +115,7 @@ def test_a_rest_without_charge_may_be_of_any_length() -> None:
     By hand, with wells that level out at once: 3000 A s down to 20 %, 500 of them for flying, at
     10 A leave 190 s of hover; of the other 900 s 710 s to rest.
     """
-    leg = Phase(-5.0, 100.0 / 3.0)
+    leg = Stage(-5.0, 100.0 / 3.0)
     given = quantities(
         deadline_s=1000.0,
         min_soc=0.2,

@@ -9,7 +9,7 @@ import optuav
 from formulations.pool import pool
 from optuav.engines import bracket
 from optuav.engines.sweeping import WIDTH_S
-from optuav.physics import battery
+from optuav.physics import kibam
 from optuav.solving.given import quantities
 from optuav.solving.program import Program
 
@@ -30,10 +30,10 @@ def scanned(program: Program, hovers_s: np.ndarray) -> np.ndarray:
     level, margin = whole.full, np.where(hovers_s + rests_s <= given.time_left, np.inf, -np.inf)
     for step in given.steps:
         phase = {
-            "hover": battery.Phase(-given.hover_current_A, hovers_s),
-            "rest": battery.Phase(given.rest_current_A, rests_s),
+            "hover": kibam.Stage(-given.hover_current_A, hovers_s),
+            "rest": kibam.Stage(given.rest_current_A, rests_s),
         }.get(step if isinstance(step, str) else "", step)
-        level = battery.step(whole, level, phase)
+        level = kibam.step(whole, level, phase)
         share = level.available_As / given.battery_As
         margin = np.minimum(margin, np.minimum(share, given.available_fraction - share))
     return np.asarray(margin)

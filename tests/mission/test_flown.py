@@ -8,8 +8,8 @@ import pytest
 from optuav.errors import InputError
 from optuav.mission import Mission, load, vehicle
 from optuav.mission.flown import fly
-from optuav.physics import battery
-from optuav.physics.battery import Battery, Phase
+from optuav.physics import kibam
+from optuav.physics.kibam import Battery, Stage
 
 PAPER = load("paper")
 DRAWN_A, CHARGE_A = float(vehicle.hover_load(PAPER).current_A), 10.0
@@ -17,16 +17,16 @@ PACK = Battery(36_000.0, 0.8, 4.5e-5)
 SEQUENTIAL = PAPER.replace({"battery.schedule": "sequential"})
 
 
-def hover(duration_s: float) -> tuple[str, list[Phase]]:
-    return "hover", [Phase(CHARGE_A - DRAWN_A, duration_s)]
+def hover(duration_s: float) -> tuple[str, list[Stage]]:
+    return "hover", [Stage(CHARGE_A - DRAWN_A, duration_s)]
 
 
-def rest(duration_s: float) -> tuple[str, list[Phase]]:
-    return "rest", [Phase(CHARGE_A, duration_s)]
+def rest(duration_s: float) -> tuple[str, list[Stage]]:
+    return "rest", [Stage(CHARGE_A, duration_s)]
 
 
-def flight(*stages: tuple[float, float]) -> tuple[str, list[Phase]]:
-    return "flight", [Phase(-current_A, duration_s) for current_A, duration_s in stages]
+def flight(*stages: tuple[float, float]) -> tuple[str, list[Stage]]:
+    return "flight", [Stage(-current_A, duration_s) for current_A, duration_s in stages]
 
 
 # Keys
@@ -71,10 +71,10 @@ def test_one_pack_flies_while_the_laser_charges_the_other() -> None:
     """What the hover draws comes from one pack, what the laser gives goes to the other."""
     flown = fly(PAPER.replace({"battery.schedule": "round-robin"}), [flight((100, 40)), hover(60)])
     first, second = (
-        battery.after(PACK, PACK.full, phases)
+        kibam.after(PACK, PACK.full, phases)
         for phases in (
-            [Phase(-100.0, 40.0), Phase(CHARGE_A, 60.0)],
-            [Phase(0.0, 40.0), Phase(-DRAWN_A, 60.0)],
+            [Stage(-100.0, 40.0), Stage(CHARGE_A, 60.0)],
+            [Stage(0.0, 40.0), Stage(-DRAWN_A, 60.0)],
         )
     )
     assert flown.wells[-1].available_As == pytest.approx(
@@ -94,9 +94,9 @@ def test_a_full_pack_refuses_charge() -> None:
 
 def test_the_other_takes_over_in_the_middle_of_a_job() -> None:
     """At the moment the first is seen empty, which is then neither flown nor charged."""
-    empty_s = float(battery.time_to_empty(PACK, PACK.full, -DRAWN_A))
+    empty_s = float(kibam.time_to_empty(PACK, PACK.full, -DRAWN_A))
     flown = fly(SEQUENTIAL, [hover(empty_s + 50.0), rest(200.0)])
-    second = battery.after(PACK, PACK.full, [Phase(-DRAWN_A, 50.0), Phase(CHARGE_A, 200.0)])
+    second = kibam.after(PACK, PACK.full, [Stage(-DRAWN_A, 50.0), Stage(CHARGE_A, 200.0)])
     assert flown.wells[-1].available_As[1] == pytest.approx(second.available_As, rel=1e-9)
     emptied = [
         float(each.start_s[0] + each.duration_s[0])
@@ -112,7 +112,7 @@ def test_the_other_takes_over_in_the_middle_of_a_job() -> None:
 
 
 def test_a_load_that_no_pack_is_left_to_carry_ends() -> None:
-    empty_s = float(battery.time_to_empty(PACK, PACK.full, -DRAWN_A))
+    empty_s = float(kibam.time_to_empty(PACK, PACK.full, -DRAWN_A))
     assert fly(SEQUENTIAL, [hover(3 * empty_s)]).ended_s == pytest.approx(2 * empty_s)
 
 
@@ -149,7 +149,7 @@ def test_one_pack_is_pooled_whatever_the_schedule(schedule: str) -> None:
     """It carries and is charged at once, by the net current."""
     alone = PAPER.replace({"battery.packs": 1, "battery.schedule": schedule})
     flown = fly(alone, [flight((100.0, 40.0)), hover(100.0), flight((100.0, 40.0))])
-    phases = [Phase(-100.0, 40.0), Phase(CHARGE_A - DRAWN_A, 100.0), Phase(-100.0, 40.0)]
-    expected = battery.after(PACK, PACK.full, phases)
+    phases = [Stage(-100.0, 40.0), Stage(CHARGE_A - DRAWN_A, 100.0), Stage(-100.0, 40.0)]
+    expected = kibam.after(PACK, PACK.full, phases)
     assert flown.wells[-1].available_As[0] == pytest.approx(expected.available_As, rel=1e-12)
     assert flown.wells[-1].bound_As[0] == pytest.approx(expected.bound_As, rel=1e-12)

@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 
 from optuav.modelling import Model, Parameter, Variable, evaluate
 from optuav.modelling.derivative import PARTIALS, slope
-from optuav.physics import battery, flight, laser, rotor
+from optuav.physics import flight, kibam, laser, rotor
 from tests.physics.reference import AIRFRAME, BATTERY, MOTOR
 
 UNARY = [np.negative, np.positive, np.sqrt, np.exp, np.exp2, np.expm1, np.log, np.log1p, np.log2,
@@ -196,15 +196,15 @@ LEG = {**asdict(AIRFRAME), **asdict(MOTOR), "dx": 1000.0, "dy": -2501.0, "dz": 3
 
 def wells(**numbers: Any) -> Any:
     """State of charge after hovering and resting in turn, through both wells."""
-    pool = battery.Battery(numbers["capacity_As"], numbers["share"], numbers["rate_per_s"])
+    pool = kibam.Battery(numbers["capacity_As"], numbers["share"], numbers["rate_per_s"])
     phases = [
-        battery.Phase(-numbers["flight_A"], 30.0),
-        battery.Phase(-numbers["hover_A"], numbers["hover_s"]),
-        battery.Phase(numbers["rest_A"], numbers["rest_s"]),
-        battery.Phase(-numbers["flight_A"], 40.0),
+        kibam.Stage(-numbers["flight_A"], 30.0),
+        kibam.Stage(-numbers["hover_A"], numbers["hover_s"]),
+        kibam.Stage(numbers["rest_A"], numbers["rest_s"]),
+        kibam.Stage(-numbers["flight_A"], 40.0),
     ]
-    end = battery.after(pool, pool.full, phases)
-    return end.available_As / pool.capacity_As + battery.state_of_charge(pool, end)
+    end = kibam.after(pool, pool.full, phases)
+    return end.available_As / pool.capacity_As + kibam.state_of_charge(pool, end)
 
 
 WELLS = {"capacity_As": BATTERY.capacity_As, "share": 0.8, "rate_per_s": 4.5e-5, "flight_A": 107.0,

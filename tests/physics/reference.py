@@ -6,8 +6,8 @@ from decimal import Decimal
 
 import pytest
 
-from optuav.physics.battery import Battery
 from optuav.physics.flight import Airframe
+from optuav.physics.kibam import Battery
 from optuav.physics.laser import Conversion
 from optuav.physics.link import Channel
 from optuav.physics.rotor import Motor

@@ -9,8 +9,8 @@ from hypothesis import assume, example, given
 from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
 
-from optuav.physics import battery, charging
-from optuav.physics.battery import Battery, Phase, Wells
+from optuav.physics import charging, kibam
+from optuav.physics.kibam import Battery, Stage, Wells
 
 POOLS = st.builds(
     Battery,
@@ -26,7 +26,7 @@ class Case(NamedTuple):
 
     pool: Battery
     wells: Wells
-    phase: Phase
+    phase: Stage
 
 
 @st.composite
@@ -36,12 +36,12 @@ def cases(draw: st.DrawFn) -> Case:
     wells = Wells(draw(LEVELS) * pool.full.available_As, draw(LEVELS) * pool.full.bound_As)
     duration_s = draw(st.floats(1e-3, 2e4))
     charge = draw(st.just(0.0) | st.floats(-3.0, -1e-3) | st.floats(1e-3, 3.0))
-    return Case(pool, wells, Phase(charge * pool.capacity_As / duration_s, duration_s))
+    return Case(pool, wells, Stage(charge * pool.capacity_As / duration_s, duration_s))
 
 
 PAPER = Battery(72_000.0, 0.8, 4.5e-5)
-NEARLY_FULL = Case(PAPER, Wells(57_000.0, 12_000.0), Phase(20.0, 900.0))
-FALLING = Case(PAPER, Wells(57_600.0, 2_000.0), Phase(1.0, 4_000.0))
+NEARLY_FULL = Case(PAPER, Wells(57_000.0, 12_000.0), Stage(20.0, 900.0))
+FALLING = Case(PAPER, Wells(57_600.0, 2_000.0), Stage(1.0, 4_000.0))
 """Full above and empty below: y1 falls first, although it is charged, and only then rises."""
 
 
@@ -94,7 +94,7 @@ def test_known_values() -> None:
     found = charging.held(PAPER, Wells(57_600.0, 12_000.0), half_s)
     np.testing.assert_allclose(found, (57_600.0, 13_200.0), rtol=1e-14)
     assert np.isclose(charging.holding_current(PAPER, Wells(57_600.0, 12_000.0)), 0.54, rtol=1e-13)
-    assert charging.tapered(PAPER, PAPER.full, Phase(6.0, 500.0)) == PAPER.full
+    assert charging.tapered(PAPER, PAPER.full, Stage(6.0, 500.0)) == PAPER.full
 
 
 @given(cases())
@@ -112,7 +112,7 @@ def test_neither_overfull_nor_more_than_is_offered(case: Case) -> None:
     )
     steady_s = charging.steady_time(*case)
     if steady_s < case.phase.duration_s:
-        full = battery.step(case.pool, case.wells, Phase(case.phase.current_A, steady_s))
+        full = kibam.step(case.pool, case.wells, Stage(case.phase.current_A, steady_s))
         rounding_A = slack_As * case.pool.rate_per_s + 1e-9 * case.phase.current_A
         assert charging.holding_current(case.pool, full) <= case.phase.current_A + rounding_A
 
@@ -124,7 +124,7 @@ def test_more_never_becomes_less(case: Case, share: float, offer: float) -> None
     """Fuller wells stay fuller, well by well; and a stronger charger never leaves less in one."""
     assume(case.phase.current_A > 0.0)
     less = Wells(*(share * well for well in case.wells))
-    weaker = Phase(offer * case.phase.current_A, case.phase.duration_s)
+    weaker = Stage(offer * case.phase.current_A, case.phase.duration_s)
     most = charging.tapered(*case)
     scale_As = case.pool.capacity_As + case.phase.current_A * case.phase.duration_s
     for wells, phase in ((less, case.phase), (case.wells, weaker), (less, weaker)):
@@ -138,7 +138,7 @@ def test_holding_earlier_brings_no_more(case: Case, share: float) -> None:
     """What an engine may choose, a shorter steady part, is no better: if the charger can hold."""
     steady_s = share * charging.steady_time(*case)
     current_A, duration_s = case.phase
-    wells = battery.step(case.pool, case.wells, Phase(current_A, steady_s))
+    wells = kibam.step(case.pool, case.wells, Stage(current_A, steady_s))
     assume(charging.holding_current(case.pool, wells) <= current_A)
     early = charging.charged(case.pool, case.wells, case.phase, steady_s)
     most = charging.tapered(*case)
@@ -152,8 +152,8 @@ def test_a_phase_may_be_split(case: Case, share: float) -> None:
     """Two phases at the same offer are one, wherever the taper begins."""
     current_A, duration_s = case.phase
     once = charging.tapered(*case)
-    first = charging.tapered(case.pool, case.wells, Phase(current_A, share * duration_s))
-    twice = charging.tapered(case.pool, first, Phase(current_A, (1.0 - share) * duration_s))
+    first = charging.tapered(case.pool, case.wells, Stage(current_A, share * duration_s))
+    twice = charging.tapered(case.pool, first, Stage(current_A, (1.0 - share) * duration_s))
     scale_As = case.pool.capacity_As + abs(current_A) * duration_s
     np.testing.assert_allclose(once, twice, rtol=0, atol=1e-10 * scale_As)
 
@@ -165,7 +165,7 @@ def test_continuous_in_the_duration(case: Case) -> None:
     current_A, duration_s = case.phase
     moment_s = 1e-6 * duration_s
     once = charging.tapered(*case)
-    later = charging.tapered(case.pool, case.wells, Phase(current_A, duration_s + moment_s))
+    later = charging.tapered(case.pool, case.wells, Stage(current_A, duration_s + moment_s))
     seeps_A = case.pool.rate_per_s * case.pool.capacity_As
     change_As = (abs(current_A) + seeps_A) * moment_s + 1e-11 * case.pool.capacity_As
     change_As += 1e-12 * abs(current_A) * duration_s
@@ -175,9 +175,9 @@ def test_continuous_in_the_duration(case: Case) -> None:
 def test_arrays_are_as_single_numbers() -> None:
     durations_s = np.linspace(0.0, 900.0, 7)
     current_A, _ = NEARLY_FULL.phase
-    found = charging.tapered(PAPER, NEARLY_FULL.wells, Phase(current_A, durations_s))
+    found = charging.tapered(PAPER, NEARLY_FULL.wells, Stage(current_A, durations_s))
     for number, duration_s in enumerate(durations_s):
-        one = charging.tapered(PAPER, NEARLY_FULL.wells, Phase(current_A, duration_s))
+        one = charging.tapered(PAPER, NEARLY_FULL.wells, Stage(current_A, duration_s))
         np.testing.assert_allclose([well[number] for well in found], one, rtol=1e-13)
 
 
@@ -194,7 +194,7 @@ def test_no_duration_in_a_range_leaves_more_than_its_most(
     duration_s = np.linspace(least_s, most_s, 200)
     for share in (1.0, less):
         start = Wells(wells.available_As * share, wells.bound_As * share)
-        end = charging.tapered(pool, start, Phase(current_A, duration_s))
+        end = charging.tapered(pool, start, Stage(current_A, duration_s))
         assert np.all(end.available_As <= most.available_As + 1e-11 * pool.capacity_As)
         assert np.all(end.bound_As <= most.bound_As + 1e-11 * pool.capacity_As)
 

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
 
 from optuav.errors import InputError, SolverError
-from optuav.physics.battery import Battery, lifetime, time_to_empty
+from optuav.physics.kibam import Battery, lifetime, time_to_empty
 from tests.physics.reference import printed
 
 MINUTE_S = 60.0

@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 import optuav
 from optuav.mission import Mission
 from optuav.mission.network import network
-from optuav.physics import battery
+from optuav.physics import kibam
 from optuav.search.bound import Bound
 from optuav.search.boxes import Pattern
 from optuav.search.branch import TIE_S, Found, search
@@ -98,7 +98,7 @@ class Simulated:
                 steps.append((known.stay_current_A[end], stays_s[stop]))
             for current_A, duration_s in steps:
                 for _ in range(4):
-                    wells = battery.step(pool, wells, battery.Phase(current_A, duration_s / 4))
+                    wells = kibam.step(pool, wells, kibam.Stage(current_A, duration_s / 4))
                     yield float(wells.available_As)
                     yield float(pool.full.available_As - wells.available_As)
         yield float(wells.total_As) - known.least_charge_As

@@ -13,7 +13,7 @@ import optuav
 from optuav import Plan
 from optuav.engines import smooth
 from optuav.modelling import Model
-from optuav.physics.battery import Battery, Phase, step
+from optuav.physics.kibam import Battery, Stage, step
 from tests.kibam import Floats
 
 PAPER = optuav.load("paper")
@@ -72,11 +72,11 @@ def along(plan: Plan, deadline_s: float) -> Model:
     for number, phase in enumerate(plan.phases):
         if phase.kind == "flight":
             for stage in phase.stages:
-                wells = step(battery, wells, Phase(stage.current_A, stage.duration_s))
+                wells = step(battery, wells, Stage(stage.current_A, stage.duration_s))
             used_s = used_s + phase.duration_s
         else:
             stay = model.variable(f"t{number}", f"t{number}", unit="s", upper=deadline_s)
-            wells = step(battery, wells, Phase(phase.stages[0].current_A, stay))
+            wells = step(battery, wells, Stage(phase.stages[0].current_A, stay))
             used_s = used_s + stay
             hovered_s = hovered_s + (stay if phase.kind == "hover" else 0.0)
         share = wells.available_As / B

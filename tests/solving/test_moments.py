@@ -6,11 +6,11 @@ import pytest
 
 import optuav
 from formulations.available import moments
-from optuav.physics.battery import Phase
+from optuav.physics.kibam import Stage
 
 
 def test_moments_count_flights_and_their_stages() -> None:
-    flown = Phase(-100.0, 3.0)
+    flown = Stage(-100.0, 3.0)
     assert [*moments([flown, "rest", flown, flown, "hover"])] == [
         "after stage 1 of flight 1",
         "after the rest",

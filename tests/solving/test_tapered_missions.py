@@ -13,7 +13,7 @@ import optuav
 from optuav import InputError, Mission, Plan
 from optuav.mission import load
 from optuav.physics import charging
-from optuav.physics.battery import Battery, Wells
+from optuav.physics.kibam import Battery, Wells
 from optuav.status import Status
 from tests.solving.delivered import rests, slack
 

@@ -13,7 +13,7 @@ from optuav.mission.places import HOVER
 from optuav.paper.ledger.cells import FLIGHT_J, HOVER_J, NOMINAL_J
 from optuav.paper.ledger.scenario import Scenario, papers
 from optuav.paper.ledger.statement import Statement, Value
-from optuav.physics import battery, link
+from optuav.physics import kibam, link
 
 
 def statements() -> Iterator[Statement]:
@@ -50,7 +50,7 @@ def _counts() -> Iterator[Statement]:
             "wells of KiBaM, and its differential equations",
             "2",
             "y1 and y2",
-            len(battery.Wells._fields),
+            len(kibam.Wells._fields),
         ),
     ):
         yield Statement(

@@ -22,7 +22,7 @@ from optuav.mission.itineraries import NO_LEG
 from optuav.mission.network import Network, network
 from optuav.mission.places import FIRST_BUILDING, HOVER
 from optuav.mission.sight import CLEAR, Prisms, prisms
-from optuav.physics.battery import Phase
+from optuav.physics.kibam import Stage
 from optuav.physics.quantity import norm
 from optuav.solving.given import mean_voltage_V
 from optuav.studies.uncertain.obstacles import clear
@@ -293,7 +293,7 @@ class Ensemble:
                 drawn = _taken(_table(current_A), variants, legs)
                 if np.any(here):
                     every = np.zeros(len(variants))
-                    found.append(Phase(every - drawn, every + here))
+                    found.append(Stage(every - drawn, every + here))
             if ends[legs[0]] == HOVER:
                 found.append("hover")
             elif ends[legs[0]] >= FIRST_BUILDING and rests:

@@ -16,8 +16,8 @@ from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
 from optuav.modelling import Parameter, Variable, evaluate
-from optuav.physics import battery, flight, rotor
-from optuav.physics.battery import Battery, Phase, Wells
+from optuav.physics import flight, kibam, rotor
+from optuav.physics.kibam import Battery, Stage, Wells
 from tests.physics.reference import (
     AIRFRAME,
     BATTERY,
@@ -50,8 +50,8 @@ class Case(NamedTuple):
     duration_s: float
 
     @property
-    def phase(self) -> Phase:
-        return Phase(self.current_A, self.duration_s)
+    def phase(self) -> Stage:
+        return Stage(self.current_A, self.duration_s)
 
     @property
     def scale_As(self) -> float:
@@ -109,22 +109,22 @@ def exact(case: Case) -> tuple[float, float]:
 
 def test_step_of_the_paper() -> None:
     """Ten minutes of hovering from full."""
-    wells = battery.step(BATTERY, Wells(57_600.0, 14_400.0), Phase(-87.91, 600.0))
+    wells = kibam.step(BATTERY, Wells(57_600.0, 14_400.0), Stage(-87.91, 600.0))
     assert wells.available_As == printed("5696.064")
     assert wells.bound_As == printed("13557.936")
-    assert battery.state_of_charge(BATTERY, wells) == pytest.approx(1 - 87.91 * 600 / 72_000)
+    assert kibam.state_of_charge(BATTERY, wells) == pytest.approx(1 - 87.91 * 600 / 72_000)
 
 
 def test_full_battery() -> None:
     assert BATTERY.full == pytest.approx((57_600.0, 14_400.0), rel=1e-15)
     assert BATTERY.full.total_As == pytest.approx(72_000.0, rel=1e-15)
-    assert battery.state_of_charge(BATTERY, BATTERY.full) == pytest.approx(1.0, rel=1e-15)
+    assert kibam.state_of_charge(BATTERY, BATTERY.full) == pytest.approx(1.0, rel=1e-15)
     assert BATTERY.rate_per_s == pytest.approx(4.5e-5 / 0.16, rel=1e-15)
 
 
 @given(cases())
 def test_closed_form_solves_the_differential_equations(case: Case) -> None:
-    wells = battery.step(case.pool, case.wells, case.phase)
+    wells = kibam.step(case.pool, case.wells, case.phase)
     np.testing.assert_allclose(wells, integrated(case), rtol=0, atol=1e-9 * case.scale_As)
 
 
@@ -137,39 +137,39 @@ def test_closed_form_is_accurate_for_any_flow(case: Case, flow_rate_per_s: float
     case = case._replace(
         pool=Battery(case.pool.capacity_As, case.pool.available_fraction, flow_rate_per_s)
     )
-    wells = battery.step(case.pool, case.wells, case.phase)
+    wells = kibam.step(case.pool, case.wells, case.phase)
     np.testing.assert_allclose(wells, exact(case), rtol=0, atol=4e-15 * case.scale_As)
 
 
 @given(cases())
 def test_charge_is_counted(case: Case) -> None:
     """y1 + y2 changes by I t, whatever flows between the wells."""
-    wells = battery.step(case.pool, case.wells, case.phase)
+    wells = kibam.step(case.pool, case.wells, case.phase)
     before = case.wells.available_As + case.wells.bound_As
     assert wells.available_As + wells.bound_As == pytest.approx(
         before + case.current_A * case.duration_s, rel=0, abs=4e-15 * case.scale_As
     )
     soc = (before + case.current_A * case.duration_s) / case.pool.capacity_As
-    assert battery.state_of_charge(case.pool, wells) == pytest.approx(soc, abs=1e-13)
+    assert kibam.state_of_charge(case.pool, wells) == pytest.approx(soc, abs=1e-13)
 
 
 @given(cases(), st.floats(0.0, 1.0))
 def test_a_step_may_be_split(case: Case, share: float) -> None:
     """Two phases of the same current are one; `after` takes them in order."""
-    once = battery.step(case.pool, case.wells, case.phase)
+    once = kibam.step(case.pool, case.wells, case.phase)
     parts = [
-        Phase(case.current_A, share * case.duration_s),
-        Phase(case.current_A, (1 - share) * case.duration_s),
+        Stage(case.current_A, share * case.duration_s),
+        Stage(case.current_A, (1 - share) * case.duration_s),
     ]
-    twice = battery.after(case.pool, case.wells, parts)
+    twice = kibam.after(case.pool, case.wells, parts)
     np.testing.assert_allclose(once, twice, rtol=0, atol=1e-14 * case.scale_As)
-    assert battery.after(case.pool, case.wells, []) == case.wells
+    assert kibam.after(case.pool, case.wells, []) == case.wells
 
 
 @given(cases())
 def test_without_flow_the_bound_charge_stays(case: Case) -> None:
     pool = Battery(case.pool.capacity_As, case.pool.available_fraction, 0.0)
-    available_As, bound_As = battery.step(pool, case.wells, case.phase)
+    available_As, bound_As = kibam.step(pool, case.wells, case.phase)
     assert bound_As == pytest.approx(case.wells.bound_As, rel=0, abs=4e-15 * case.scale_As)
     assert available_As == pytest.approx(
         case.wells.available_As + case.current_A * case.duration_s,
@@ -183,10 +183,10 @@ def test_idle_wells_level_out(case: Case) -> None:
     """After long enough both stand equally high, and then nothing moves any more."""
     assume(case.pool.flow_rate_per_s > 0.0)
     long_s = 50.0 / case.pool.rate_per_s
-    available_As, bound_As = battery.step(case.pool, case.wells, Phase(0.0, long_s))
+    available_As, bound_As = kibam.step(case.pool, case.wells, Stage(0.0, long_s))
     ω = case.pool.available_fraction
     assert available_As / ω == pytest.approx(bound_As / (1 - ω), rel=0, abs=1e-12 * case.scale_As)
-    again = battery.step(case.pool, Wells(available_As, bound_As), Phase(0.0, 1e9))
+    again = kibam.step(case.pool, Wells(available_As, bound_As), Stage(0.0, 1e9))
     np.testing.assert_allclose(again, (available_As, bound_As), atol=1e-12 * case.scale_As)
 
 
@@ -196,22 +196,22 @@ SLOW_FLOW_PER_S = 0.122 / MINUTE_S * 0.166 * (1 - 0.166)
 SMALL, LARGE = (Battery(each * MINUTE_S, 0.166, SLOW_FLOW_PER_S) for each in (5.5, 11.0))
 
 
-def lifetime_s(pool: Battery, load: Iterator[Phase]) -> float:
+def lifetime_s(pool: Battery, load: Iterator[Stage]) -> float:
     """From full to an empty available well, one job after the other."""
     wells, start_s = pool.full, 0.0
     for phase in load:
-        end = battery.step(pool, wells, phase)
+        end = kibam.step(pool, wells, phase)
         if end.available_As < 0.0:
-            return start_s + battery.time_to_empty(pool, wells, phase.current_A)
+            return start_s + kibam.time_to_empty(pool, wells, phase.current_A)
         wells, start_s = end, start_s + phase.duration_s
     raise AssertionError("the load ends before the battery")
 
 
-def jobs(idle_min: float, *currents_A: float) -> Iterator[Phase]:
+def jobs(idle_min: float, *currents_A: float) -> Iterator[Stage]:
     """One minute of each current in turn, each followed by some idle time."""
     for current_A in itertools.cycle(currents_A):
-        yield Phase(-current_A, MINUTE_S)
-        yield Phase(0.0, idle_min * MINUTE_S)
+        yield Stage(-current_A, MINUTE_S)
+        yield Stage(0.0, idle_min * MINUTE_S)
 
 
 @pytest.mark.parametrize(
@@ -239,16 +239,16 @@ def test_lifetimes_under_constant_load_in_one_call() -> None:
     """Without jobs, the moment comes straight from the full battery."""
     currents_A = np.array([-0.25, -0.5])
     for pool, minutes in ((SMALL, ("4.53", "2.02")), (LARGE, ("12.16", "4.53"))):
-        found = battery.time_to_empty(pool, pool.full, currents_A) / MINUTE_S
+        found = kibam.time_to_empty(pool, pool.full, currents_A) / MINUTE_S
         assert [*found] == [printed(each) for each in minutes]
 
 
 def test_lifetimes_at_full_and_half_duty() -> None:
     """Half the load lasts more than twice as long: charge flows back in the pauses."""
     pool = Battery(7200.0, 0.625, 4.5e-5)
-    continuous = battery.time_to_empty(pool, pool.full, -0.96) / MINUTE_S
+    continuous = kibam.time_to_empty(pool, pool.full, -0.96) / MINUTE_S
     assert continuous == printed("91.1")
-    second = itertools.cycle((Phase(-0.96, 0.5), Phase(0.0, 0.5)))
+    second = itertools.cycle((Stage(-0.96, 0.5), Stage(0.0, 0.5)))
     assert lifetime_s(pool, second) / MINUTE_S == printed("202.9")
 
 
@@ -268,7 +268,7 @@ def samples(case: Case, latest_s: float) -> np.ndarray:
 @given(cases())
 def test_moment_of_emptiness(case: Case) -> None:
     """y1 is 0 then, was not below before, and is below after; without discharge never."""
-    moment_s = battery.time_to_empty(case.pool, case.wells, case.current_A)
+    moment_s = kibam.time_to_empty(case.pool, case.wells, case.current_A)
     if case.current_A >= 0.0:
         assert moment_s == math.inf
         return
@@ -276,8 +276,8 @@ def test_moment_of_emptiness(case: Case) -> None:
     assert y1.min() >= -1e-12 * case.scale_As
     if moment_s > 1e-6 * case.duration_s:
         assert y1[-1] == pytest.approx(0.0, abs=1e-11 * case.scale_As)
-    later = battery.step(
-        case.pool, case.wells, Phase(case.current_A, 1.01 * moment_s + 0.01 * case.duration_s)
+    later = kibam.step(
+        case.pool, case.wells, Stage(case.current_A, 1.01 * moment_s + 0.01 * case.duration_s)
     )
     assert later.available_As < 0.0
 
@@ -285,7 +285,7 @@ def test_moment_of_emptiness(case: Case) -> None:
 @given(cases())
 def test_moment_of_fullness(case: Case) -> None:
     """y1 is ωB then, was not above before, and is above after; without charging never."""
-    moment_s = battery.time_to_full(case.pool, case.wells, case.current_A)
+    moment_s = kibam.time_to_full(case.pool, case.wells, case.current_A)
     if case.current_A <= 0.0:
         assert moment_s == math.inf
         return
@@ -294,8 +294,8 @@ def test_moment_of_fullness(case: Case) -> None:
     assert y1.max() <= full_As + 1e-12 * case.scale_As
     if moment_s > 1e-6 * case.duration_s:
         assert y1[-1] == pytest.approx(full_As, abs=1e-11 * case.scale_As)
-    later = battery.step(
-        case.pool, case.wells, Phase(case.current_A, 1.01 * moment_s + 0.01 * case.duration_s)
+    later = kibam.step(
+        case.pool, case.wells, Stage(case.current_A, 1.01 * moment_s + 0.01 * case.duration_s)
     )
     assert later.available_As > full_As
 
@@ -322,7 +322,7 @@ def test_moments_by_integration(
         flow, (0.0, latest_s), wells, method="DOP853", rtol=1e-12, atol=1e-8, dense_output=True
     ).sol
     expected = brentq(lambda t: solution(t)[0] - level_As, 1.0, latest_s, xtol=1e-9)
-    moment = battery.time_to_empty if level_As == 0.0 else battery.time_to_full
+    moment = kibam.time_to_empty if level_As == 0.0 else kibam.time_to_full
     assert moment(BATTERY, Wells(*wells), current_A) == pytest.approx(expected, rel=1e-9)
 
 
@@ -330,8 +330,8 @@ def test_a_moment_does_not_depend_on_those_that_are_found_along_with_it() -> Non
     """To the last bit: what is settled does not move on while others are on their way."""
     current_A = np.random.default_rng(0).uniform(0.1, 50.0, 300)
     wells = Wells(20_000.0, 9_000.0)
-    many = battery.time_to_full(BATTERY, wells, current_A)
-    alone = [battery.time_to_full(BATTERY, wells, current_A[[k]]) for k in range(300)]
+    many = kibam.time_to_full(BATTERY, wells, current_A)
+    alone = [kibam.time_to_full(BATTERY, wells, current_A[[k]]) for k in range(300)]
     assert np.concatenate(alone).tolist() == many.tolist()
 
 
@@ -339,8 +339,8 @@ def test_well_that_first_rises_and_then_runs_dry() -> None:
     """From y1 = 0 the inflow carries a small load for a while."""
     wells = Wells(0.0, 14_400.0)
     inflow_A = 4.5e-5 * 14_400 / 0.2
-    assert battery.time_to_empty(BATTERY, wells, -1.001 * inflow_A) < 1e-6
-    moment_s = battery.time_to_empty(BATTERY, wells, -0.5 * inflow_A)
+    assert kibam.time_to_empty(BATTERY, wells, -1.001 * inflow_A) < 1e-6
+    moment_s = kibam.time_to_empty(BATTERY, wells, -0.5 * inflow_A)
     case = Case(BATTERY, wells, -0.5 * inflow_A, moment_s)
     y1 = samples(case, moment_s)
     assert y1[1:-1].min() > 0.0
@@ -352,8 +352,8 @@ def test_well_that_first_falls_and_then_overflows() -> None:
     """With y1 full and y2 empty, a small charging current flows on into the bound well."""
     wells = Wells(57_600.0, 0.0)
     outflow_A = 4.5e-5 * 57_600 / 0.8
-    assert battery.time_to_full(BATTERY, wells, 1.001 * outflow_A) < 1e-6
-    moment_s = battery.time_to_full(BATTERY, wells, 0.5 * outflow_A)
+    assert kibam.time_to_full(BATTERY, wells, 1.001 * outflow_A) < 1e-6
+    moment_s = kibam.time_to_full(BATTERY, wells, 0.5 * outflow_A)
     y1 = samples(Case(BATTERY, wells, 0.5 * outflow_A, moment_s), moment_s)
     assert y1[1:-1].max() < 57_600.0
     assert y1[-1] == pytest.approx(57_600.0, abs=1e-6)
@@ -363,21 +363,21 @@ def test_well_that_first_falls_and_then_overflows() -> None:
 def test_moments_at_the_limits_and_never() -> None:
     """Empty and discharged: now. Full and charged: now. Idle, or the other way: never."""
     empty, full = Wells(0.0, 0.0), BATTERY.full
-    assert battery.time_to_empty(BATTERY, empty, -1.0) == 0.0
-    assert battery.time_to_full(BATTERY, full, 1.0) == pytest.approx(0.0, abs=1e-10)
+    assert kibam.time_to_empty(BATTERY, empty, -1.0) == 0.0
+    assert kibam.time_to_full(BATTERY, full, 1.0) == pytest.approx(0.0, abs=1e-10)
     for current_A in (0.0, 5.0, -5e-324):
-        assert battery.time_to_empty(BATTERY, empty, current_A) == math.inf
+        assert kibam.time_to_empty(BATTERY, empty, current_A) == math.inf
     for current_A in (0.0, -5.0, 5e-324):
-        assert battery.time_to_full(BATTERY, full, current_A) == math.inf
-    assert math.isnan(battery.time_to_empty(BATTERY, full, math.nan))
-    assert math.isnan(battery.time_to_full(BATTERY, empty, math.nan))
+        assert kibam.time_to_full(BATTERY, full, current_A) == math.inf
+    assert math.isnan(kibam.time_to_empty(BATTERY, full, math.nan))
+    assert math.isnan(kibam.time_to_full(BATTERY, empty, math.nan))
 
 
 def test_moments_without_flow() -> None:
     """k_F = 0: the available well is a tank of its own."""
     pool = Battery(1000.0, 0.4, 0.0)
-    assert battery.time_to_empty(pool, pool.full, -2.0) == pytest.approx(200.0, rel=1e-14)
-    assert battery.time_to_full(pool, Wells(100.0, 0.0), 2.0) == pytest.approx(150.0, rel=1e-14)
+    assert kibam.time_to_empty(pool, pool.full, -2.0) == pytest.approx(200.0, rel=1e-14)
+    assert kibam.time_to_full(pool, Wells(100.0, 0.0), 2.0) == pytest.approx(150.0, rel=1e-14)
 
 
 # Largest currents
@@ -387,21 +387,21 @@ def test_moments_without_flow() -> None:
 def test_largest_discharge_current(case: Case) -> None:
     """It empties the available well at the very end: not before, and a little more does sooner."""
     pool, wells, duration_s = case.pool, case.wells, case.duration_s
-    current_A = battery.largest_discharge_current(pool, wells, duration_s)
+    current_A = kibam.largest_discharge_current(pool, wells, duration_s)
     assert current_A >= 0.0
     scale = pool.capacity_As + current_A * duration_s
     y1 = samples(case._replace(current_A=-current_A), duration_s)
     assert y1[-1] == pytest.approx(0.0, abs=1e-12 * scale)
     assert y1.min() >= -1e-12 * scale
     more_A = 1.01 * current_A + 1e-6 * pool.capacity_As / duration_s
-    assert battery.time_to_empty(pool, wells, -more_A) < duration_s
+    assert kibam.time_to_empty(pool, wells, -more_A) < duration_s
 
 
 @given(cases())
 def test_largest_charge_current(case: Case) -> None:
     """It fills the available well at the very end: not before, and a little more does sooner."""
     pool, wells, duration_s = case.pool, case.wells, case.duration_s
-    current_A = battery.largest_charge_current(pool, wells, duration_s)
+    current_A = kibam.largest_charge_current(pool, wells, duration_s)
     assert current_A >= -1e-14 * pool.capacity_As / duration_s
     full_As = pool.full.available_As
     scale = pool.capacity_As + abs(current_A) * duration_s
@@ -409,7 +409,7 @@ def test_largest_charge_current(case: Case) -> None:
     assert y1[-1] == pytest.approx(full_As, abs=1e-12 * scale)
     assert y1.max() <= full_As + 1e-12 * scale
     more_A = 1.01 * abs(current_A) + 1e-6 * pool.capacity_As / duration_s
-    assert battery.time_to_full(pool, wells, more_A) < duration_s
+    assert kibam.time_to_full(pool, wells, more_A) < duration_s
 
 
 @given(cases())
@@ -429,14 +429,14 @@ def test_ends_of_a_phase_tell_all(case: Case) -> None:
 # A mission of the paper, phase by phase
 
 
-def mission(places_m: list[tuple[float, float, float]]) -> list[list[Phase]]:
+def mission(places_m: list[tuple[float, float, float]]) -> list[list[Stage]]:
     """Phases of the legs between places, each stage of a leg with its own current."""
     legs = (
         flight.leg(AIRFRAME, MOTOR, tuple(np.subtract(end, start))).loads
         for start, end in itertools.pairwise(places_m)
     )
     return [
-        [Phase(-i, t) for i, t in zip(each.currents_A, each.durations_s, strict=True)]
+        [Stage(-i, t) for i, t in zip(each.currents_A, each.durations_s, strict=True)]
         for each in legs
     ]
 
@@ -455,11 +455,11 @@ def test_direct_route_of_the_paper() -> None:
     out, back = mission([ORIGIN_M, HOVER_M, DESTINATION_M])
 
     def at_end(hover_s: float) -> Wells:
-        phases = [*out, Phase(HOVERING_A, hover_s), *back]
-        return battery.after(BATTERY, BATTERY.full, phases)
+        phases = [*out, Stage(HOVERING_A, hover_s), *back]
+        return kibam.after(BATTERY, BATTERY.full, phases)
 
     by_charge_s = brentq(
-        lambda hover_s: battery.state_of_charge(BATTERY, at_end(hover_s)) - 0.05, 1.0, 900.0
+        lambda hover_s: kibam.state_of_charge(BATTERY, at_end(hover_s)) - 0.05, 1.0, 900.0
     )
     assert by_charge_s == printed("688.848")
     flyable_s = brentq(lambda hover_s: at_end(hover_s).available_As, 1.0, 900.0)
@@ -469,9 +469,9 @@ def test_direct_route_of_the_paper() -> None:
 def test_optimum_of_the_paper_cannot_be_flown() -> None:
     """Resting on b1 first: 5 % charge at the end, y1 at −13 % of B, and at 104 % before."""
     out, on, back = mission([ORIGIN_M, B1_M, HOVER_M, DESTINATION_M])
-    rested = battery.after(BATTERY, BATTERY.full, [*out, Phase(RESTING_A, 392.1438)])
-    end = battery.after(BATTERY, rested, [*on, Phase(HOVERING_A, 719.5399), *back])
-    assert battery.state_of_charge(BATTERY, end) == pytest.approx(0.05, abs=1e-6)
+    rested = kibam.after(BATTERY, BATTERY.full, [*out, Stage(RESTING_A, 392.1438)])
+    end = kibam.after(BATTERY, rested, [*on, Stage(HOVERING_A, 719.5399), *back])
+    assert kibam.state_of_charge(BATTERY, end) == pytest.approx(0.05, abs=1e-6)
     assert end.available_As / 72_000 == printed("-0.13")
     assert rested.available_As / 57_600 == printed("1.04")
 
@@ -481,13 +481,13 @@ def test_longest_hover_that_reaches_b9() -> None:
     out, on, back = mission([ORIGIN_M, HOVER_M, B9_M, DESTINATION_M])
 
     def on_roof(hover_s: float) -> Wells:
-        return battery.after(BATTERY, BATTERY.full, [*out, Phase(HOVERING_A, hover_s), *on])
+        return kibam.after(BATTERY, BATTERY.full, [*out, Stage(HOVERING_A, hover_s), *on])
 
     hover_s = brentq(lambda hover_s: on_roof(hover_s).available_As, 1.0, 900.0)
     assert hover_s == printed("597.270")
     flight_s = sum(phase.duration_s for leg in (out, on, back) for phase in leg)
-    rest = Phase(RESTING_A, 1200.0 - flight_s - hover_s)
-    assert battery.after(BATTERY, on_roof(hover_s), [rest, *back]).available_As > 0.0
+    rest = Stage(RESTING_A, 1200.0 - flight_s - hover_s)
+    assert kibam.after(BATTERY, on_roof(hover_s), [rest, *back]).available_As > 0.0
 
 
 # Arrays and symbols
@@ -498,17 +498,17 @@ def test_arrays_are_scalars_element_by_element() -> None:
     currents = np.array([-90.0, -5.0, 0.0, 10.0])[:, np.newaxis]
     durations = np.array([0.0, 1.0, 500.0])
     wells = Wells(30_000.0, 9_000.0)
-    together = np.array(battery.step(BATTERY, wells, Phase(currents, durations)))
+    together = np.array(kibam.step(BATTERY, wells, Stage(currents, durations)))
     for row, (current,) in enumerate(currents):
         for column, duration in enumerate(durations):
-            alone = battery.step(BATTERY, wells, Phase(current, duration))
+            alone = kibam.step(BATTERY, wells, Stage(current, duration))
             np.testing.assert_allclose(together[:, row, column], alone, rtol=1e-14)
-    for moment in (battery.time_to_empty, battery.time_to_full):
+    for moment in (kibam.time_to_empty, kibam.time_to_full):
         found = moment(BATTERY, wells, currents[:, 0])
         np.testing.assert_allclose(
             found, [moment(BATTERY, wells, current) for current in currents[:, 0]], rtol=1e-13
         )
-    for largest in (battery.largest_discharge_current, battery.largest_charge_current):
+    for largest in (kibam.largest_discharge_current, kibam.largest_charge_current):
         found = largest(BATTERY, wells, durations[1:])
         np.testing.assert_allclose(
             found, [largest(BATTERY, wells, duration) for duration in durations[1:]], rtol=1e-14
@@ -523,16 +523,16 @@ def test_symbols_give_what_floats_give() -> None:
         Parameter("available_fraction", "ω", "1", 0.8),
         Parameter("flow_rate_per_s", "k_F", "1/s", 4.5e-5),
     )
-    tree = battery.after(pool, pool.full, [Phase(-80.0, hover), Phase(10.0, 300.0)])
+    tree = kibam.after(pool, pool.full, [Stage(-80.0, hover), Stage(10.0, 300.0)])
     for changed in ({}, {"flow_rate_per_s": 0.0}, {"available_fraction": 0.6}):
         constants = {"flow_rate_per_s": 4.5e-5, "available_fraction": 0.8, **changed}
         number = Battery(72_000.0, constants["available_fraction"], constants["flow_rate_per_s"])
-        expected = battery.after(number, number.full, [Phase(-80.0, 500.0), Phase(10.0, 300.0)])
+        expected = kibam.after(number, number.full, [Stage(-80.0, 500.0), Stage(10.0, 300.0)])
         values = {"hover_time_s": 500.0, **changed}
         assert tuple(evaluate(each, values) for each in tree) == expected
-        soc = evaluate(battery.state_of_charge(pool, tree), values)
-        assert soc == battery.state_of_charge(number, expected)
-    limit = battery.largest_discharge_current(pool, pool.full, hover)
-    assert evaluate(limit, {"hover_time_s": 500.0}) == battery.largest_discharge_current(
+        soc = evaluate(kibam.state_of_charge(pool, tree), values)
+        assert soc == kibam.state_of_charge(number, expected)
+    limit = kibam.largest_discharge_current(pool, pool.full, hover)
+    assert evaluate(limit, {"hover_time_s": 500.0}) == kibam.largest_discharge_current(
         BATTERY, BATTERY.full, 500.0
     )

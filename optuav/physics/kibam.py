@@ -101,7 +101,7 @@ class Tilted(NamedTuple):
         return (1.0 - self.available_fraction) * self.total_As - self.tilt_As
 
 
-class Phase(NamedTuple):
+class Stage(NamedTuple):
     """A stretch of constant current: I [A], > 0 while charging, for a duration [s], ≥ 0."""
 
     current_A: Quantity
@@ -114,7 +114,7 @@ def levelling(battery: Battery, duration_s: Quantity) -> tuple[Quantity, Quantit
     return np.exp(-rate * duration_s), -np.expm1(-rate * duration_s) / rate
 
 
-def step(battery: Battery, wells: Wells, phase: Phase) -> Wells:
+def step(battery: Battery, wells: Wells, phase: Stage) -> Wells:
     """Wells [A s] after a phase of constant current, [2]_ eqs (15)-(16).
 
     Parameters
@@ -141,7 +141,7 @@ class Stretch(NamedTuple):
     tilt_As: Quantity
 
 
-def compose(battery: Battery, phases: Phase) -> Stretch:
+def compose(battery: Battery, phases: Stage) -> Stretch:
     """Phases of constant current, one after another, as one `Stretch`.
 
     Parameters
@@ -162,7 +162,7 @@ def compose(battery: Battery, phases: Phase) -> Stretch:
     )
 
 
-def stretch(battery: Battery, phase: Phase) -> Stretch:
+def stretch(battery: Battery, phase: Stage) -> Stretch:
     """One phase of constant current as a `Stretch`."""
     current_A, duration_s = phase
     remaining, integral_s = levelling(battery, duration_s)
@@ -185,7 +185,7 @@ def falls_throughout(battery: Battery, current_A: Quantity) -> Quantity:
     return current_A + battery.flow_rate_per_s * battery.capacity_As <= 0.0
 
 
-def after(battery: Battery, wells: Wells, phases: Iterable[Phase]) -> Wells:
+def after(battery: Battery, wells: Wells, phases: Iterable[Stage]) -> Wells:
     """Wells [A s] after a list of phases, one `step` each."""
     for phase in phases:
         wells = step(battery, wells, phase)
@@ -219,8 +219,8 @@ def largest_charge_current(battery: Battery, wells: Wells, duration_s: Quantity)
 
 def _response(battery: Battery, wells: Wells, duration_s: Quantity) -> tuple[Quantity, Quantity]:
     """y1 [A s] after a duration without current, and what each ampere adds to it [A s/A]."""
-    resting = step(battery, wells, Phase(0.0, duration_s)).available_As
-    unit = step(battery, Wells(0.0, 0.0), Phase(1.0, duration_s)).available_As
+    resting = step(battery, wells, Stage(0.0, duration_s)).available_As
+    unit = step(battery, Wells(0.0, 0.0), Stage(1.0, duration_s)).available_As
     return resting, unit
 
 
@@ -271,7 +271,7 @@ def _crossing(
     moment_s = np.where(direction * tilt > 0.0, latest_s, 0.0)
     settled: Any = False
     for _ in range(MOST_STEPS):
-        end = step(battery, wells, Phase(current, moment_s))
+        end = step(battery, wells, Stage(current, moment_s))
         inflow = battery.flow_rate_per_s * (end.bound_As / (1.0 - share) - end.available_As / share)
         nearer_s = moment_s - (end.available_As - bound.available_As) / (current + inflow)
         nearer_s = np.where(np.isfinite(nearer_s), np.clip(nearer_s, 0.0, latest_s), moment_s)
