@@ -23,6 +23,7 @@ References
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import TypeAlias
 
@@ -45,7 +46,7 @@ LEAST_DISCHARGES = 3
 SCATTER = 0.02
 """Relative scatter of lifetimes where there are too few to tell."""
 FAR = 0.2
-"""Relative miss of a lifetime that scatter does not explain."""
+"""Relative miss of a lifetime that scatter does not explain; nothing is stated beyond it."""
 ALIKE = 1e-3
 """Relative difference below which two currents are of one size."""
 EARLIER = 1e-6
@@ -73,7 +74,8 @@ def fit_kibam(files: Iterable[str | Path]) -> Fit:
     Returns
     -------
     Fit
-        With a warning where the data cannot tell the parameters apart.
+        With a warning, and without values, where the data cannot tell the parameters apart or the
+        best fit misses a lifetime by more than a fifth.
 
     Raises
     ------
@@ -112,10 +114,21 @@ def fit_kibam(files: Iterable[str | Path]) -> Fit:
         for each in discharges
     )
     largest_A = max(current_A for each in discharges for current_A, _ in each.pieces)
+    missed = [
+        each.name
+        for each, own_s in zip(discharges, fitted_s, strict=True)
+        if not abs(own_s / each.lifetime_s - 1.0) <= FAR
+    ]
+    if missed:
+        # Such data have several poor optima, and rounding decides in which one the fit ends.
+        values = tuple(
+            replace(each, interval=None, bootstrap=None, determined=False) for each in values
+        )
+    undetermined = bool(found.undetermined) and not missed
     warnings = [
-        *unclear(found),
-        *_why_unclear(discharges, bool(found.undetermined)),
-        *_misses(discharges, fitted_s),
+        *(unclear(found) if undetermined else ()),
+        *_why_unclear(discharges, undetermined),
+        *_misses(missed),
         *(each.doubt for each in discharges if each.doubt),
         *doubts("at most", {"current": largest_A}),
         *doubts("at least", {"lifetime": min(each.lifetime_s for each in discharges)}),
@@ -202,11 +215,10 @@ def _why_unclear(discharges: Sequence[Discharge], unclear_: bool) -> Iterator[st
         yield "add loads of other sizes, constant ones and ones with long and short pauses"
 
 
-def _misses(discharges: Sequence[Discharge], fitted_s: Sequence[float]) -> Iterator[str]:
-    pairs = zip(discharges, fitted_s, strict=True)
-    far = [each.name for each, own_s in pairs if abs(own_s / each.lifetime_s - 1.0) > FAR]
-    if far:
+def _misses(missed: Sequence[str]) -> Iterator[str]:
+    if missed:
         yield (
-            f"no kinetic battery lasts like that: the fit misses {', '.join(far)} by more than "
-            f"{FAR:.0%}; look at units, and whether it was one full battery each time"
+            "no kinetic battery lasts like that, so no value is stated: the fit misses "
+            f"{', '.join(missed)} by more than {FAR:.0%}; look at units, and whether it was one "
+            "full battery each time"
         )

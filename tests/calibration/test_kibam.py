@@ -187,16 +187,34 @@ def test_two_sizes_of_constant_load_are_too_few(tmp_path: Path) -> None:
     assert any("all loads are constant" in words for words in found.warnings)
 
 
-def test_lifetimes_of_no_battery_state_nothing(tmp_path: Path) -> None:
-    """Longer under larger loads: told to be impossible, and no value is stated."""
+@pytest.mark.parametrize("lifetimes_s", [(100.0, 500.0, 900.0), (900.0, 100.0, 500.0)])
+def test_lifetimes_of_no_battery_state_nothing(
+    lifetimes_s: tuple[float, ...], tmp_path: Path
+) -> None:
+    """Longer under larger loads: impossible, and no value is stated whatever optimum is found."""
+    loads = zip(("one", "two", "four"), (1.0, 2.0, 4.0), lifetimes_s, strict=True)
     observed: list[tuple[str, Pieces, float]] = [
-        ("one", [(1.0, 1e9)], 100.0),
-        ("two", [(2.0, 1e9)], 500.0),
-        ("four", [(4.0, 1e9)], 900.0),
+        (name, [(current_A, 1e9)], lifetime_s) for name, current_A, lifetime_s in loads
     ]
     found = optuav.fit_kibam([written(tmp_path / "odd.csv", observed)])
-    assert any("misses one, two, four by more than 20%" in words for words in found.warnings)
     assert found.changes == {}
+    assert not any(each.determined or each.interval for each in found.values)
+    missing, assumed = found.warnings[-2:]
+    assert missing.startswith("no kinetic battery lasts like that, so no value is stated")
+    assert "by more than 20%" in missing
+    assert "scatter by 2%" in assumed
+    assert not any("cannot tell" in words for words in found.warnings)
+
+
+def test_one_lifetime_far_off_states_nothing(tmp_path: Path) -> None:
+    """Seven discharges of one battery and one of which a digit is wrong, which is named."""
+    observed = [(name, load, lasts(load)) for name, load in LOADS.items()]
+    name, load, lifetime_s = observed[1]
+    observed[1] = (name, load, 2.0 * lifetime_s)
+    found = optuav.fit_kibam([written(tmp_path / "odd.csv", observed)])
+    assert found.changes == {}
+    (words,) = (each for each in found.warnings if "no value is stated" in each)
+    assert name in words
 
 
 def test_an_end_in_a_pause_is_doubted(tmp_path: Path) -> None:
