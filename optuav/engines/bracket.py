@@ -16,7 +16,6 @@ import numpy as np
 from optuav.arrays import Booleans, Floats
 from optuav.engines.bracketing import Interval, largest, shortest
 from optuav.engines.exponential_form import Rows, rows_of, stated_forms
-from optuav.engines.multipliers import local_multipliers
 from optuav.engines.solution import Solution
 from optuav.engines.tapered import Tapered
 from optuav.errors import InputError
@@ -34,8 +33,6 @@ PROOF_OF_NONE = "bracketed: proof that no times satisfy all constraints"
 UNDECIDED = "found neither a time nor proof that there is none"
 TIGHT = 1e-7
 """Slack below which a constraint counts as binding, relative to max(1, |right side|)."""
-TIED_S = 1e-6
-"""Answers this close to the best get multipliers too [s]."""
 
 STATUSES = np.array(
     [Status.OPTIMAL, Status.FEASIBLE, Status.INFEASIBLE, Status.ERROR], dtype=object
@@ -102,7 +99,7 @@ def solve(model: Model, programmes: int, values: Mapping[str, Any] | None = None
         objective=points[first] + 0.0,
         values={each.name: points[each.name] for each in model.variables},
         binding={label: each for label, each in binding.items() if label not in silent},
-        multipliers=_multipliers(model, given, points),
+        duals=None,
         beyond=np.where(usable, found.beyond, np.nan),
         words=[UNDECIDED if each else "" for each in usable & (codes == ERROR)],
         model=model,
@@ -226,19 +223,3 @@ def _is_unknown(leaf: Leaf) -> bool:
 
 def _any(_: np.ufunc, arguments: tuple[Any, ...]) -> bool:
     return any(each is True for each in arguments)
-
-
-def _multipliers(
-    model: Model, given: Mapping[str, Any], points: Mapping[str, Floats]
-) -> dict[str, Floats]:
-    """Multipliers of the best answers, by label; NaN elsewhere."""
-    objective = points[model.objective.name]
-    found = {each.label: np.full(len(objective), np.nan) for each in relations(model)}
-    if np.isnan(objective).all():
-        return found
-    for index in np.flatnonzero(objective >= np.nanmax(objective) - TIED_S).tolist():
-        stated = {n: v[index] if np.ndim(v) else v for n, v in {**given, **points}.items()}
-        weights = local_multipliers(model, {**model.row(index), **stated})
-        for label, values in found.items():
-            values[index] = weights.get(label, 0.0)
-    return found

@@ -231,7 +231,7 @@ class Compiled:
             objective=np.array([form.towards * value]),
             values={name: np.array([x[k]]) for k, name in enumerate(form.names)},
             binding={label: np.array([tight]) for label, tight in binding.items()},
-            multipliers={label: np.array([weight]) for label, weight in weights.items()},
+            duals={label: np.array([weight]) for label, weight in weights.items()},
             words=[f"{self.solver.name}: {self.words}"],
             model=self.model,
             given={name: np.array([value]) for name, value in values.items()},

@@ -217,7 +217,7 @@ class Compiled:
             objective=np.array([float(evaluate(self.model.objective, {**parameters, **point}))]),
             values={name: np.array([value]) for name, value in point.items()},
             binding={label: np.array([tight]) for label, tight in binding.items()},
-            multipliers={label: np.array([weight]) for label, weight in multipliers.items()},
+            duals={label: np.array([weight]) for label, weight in multipliers.items()},
             words=[", ".join(dict.fromkeys(said))],
             model=self.model,
             given={name: np.array([value]) for name, value in parameters.items()},

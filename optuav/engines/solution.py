@@ -11,10 +11,11 @@ from typing import Any
 import numpy as np
 
 from optuav.arrays import Booleans, Floats
+from optuav.engines.multipliers import local_multipliers
 from optuav.engines.residuals import Residuals, residuals
 from optuav.engines.sensitivity import ShadowPrice, prices_at_a_kink, prices_of
 from optuav.errors import SolverError
-from optuav.modelling.check import evaluated
+from optuav.modelling.check import evaluated, relations
 from optuav.modelling.model import Model
 from optuav.modelling.table import table
 from optuav.modelling.usable import unusable
@@ -42,10 +43,9 @@ class Solution:
     binding
         By label of a constraint, whether it holds with equality at the answer (from the grid:
         whether a slot more or less of an unknown would violate it), one a programme.
-    multipliers
-        By label of a constraint, its multiplier: seconds of objective per unit of the constraint,
-        ≥ 0, one a programme. Empty from engines that have none.
-        That of an equality has the sign of what one more unit of its right side brings.
+    duals
+        By label of a constraint, the multiplier that the engine found, one a programme; empty from
+        engines that have none. None where they follow from the answer: see `multipliers`.
     regular
         Whether point and multipliers are known to be the only optimal ones, one a programme.
     beyond
@@ -63,7 +63,7 @@ class Solution:
     objective: Floats
     values: Mapping[str, Floats]
     binding: Mapping[str, Booleans]
-    multipliers: Mapping[str, Floats] = field(default_factory=dict)
+    duals: Mapping[str, Floats] | None = field(default_factory=dict)
     regular: Booleans | None = None
     beyond: Floats | None = None
     words: Sequence[str] = ()
@@ -84,9 +84,9 @@ class Solution:
             for each in self.model.variables
         )
         lacks = self.residuals()._asdict().items()
-        rows = [("constraint", "slack", "multiplier", "")]
+        rows, weights = [("constraint", "slack", "multiplier", "")], self.multipliers_at(0)
         for label, slack in self.slacks.items():
-            weight = f"{self.multipliers[label][0]:.6g}" if label in self.multipliers else ""
+            weight = f"{weights[label]:.6g}" if label in weights else ""
             binds = label in self.binding_labels(0)
             rows.append((label, f"{slack[0]:.6g}", weight, "binds" if binds else ""))
         return "\n".join(
@@ -127,9 +127,38 @@ class Solution:
         given = {n: value[index] if np.ndim(value) else value for n, value in self.given.items()}
         return {**self.model.row(index), **given}
 
+    @property
+    def has_multipliers(self) -> bool:
+        """Whether constraints have multipliers; not from engines that count in slots."""
+        return self.duals is None or bool(self.duals)
+
+    @cached_property
+    def multipliers(self) -> Mapping[str, Floats]:
+        """By label of a constraint, its multiplier, one a programme; NaN without an answer.
+
+        In units of the objective per unit of the constraint, ≥ 0; that of an equality has the sign
+        of what one more unit of its right side brings. Empty from engines that have none. Where the
+        engine gives none but its answers are optimal, they are computed on first use.
+        """
+        if self.duals is not None:
+            return self.duals
+        found = {each.label: np.full(len(self.statuses), np.nan) for each in relations(self.model)}
+        for index, status in enumerate(self.statuses):
+            if status.has_answer:
+                weights = self.multipliers_at(index)
+                for label, values in found.items():
+                    values[index] = weights[label]
+        return found
+
     def multipliers_at(self, index: int) -> dict[str, float]:
-        """Multipliers of the constraints in the answer to a programme."""
-        return {label: float(values[index]) for label, values in self.multipliers.items()}
+        """Multipliers of the constraints in the answer to a programme; see `multipliers`."""
+        if self.duals is not None:
+            return {label: float(values[index]) for label, values in self.duals.items()}
+        if not self.statuses[index].has_answer:
+            return {each.label: np.nan for each in relations(self.model)}
+        values = {**self.parameters_at(index), **self.point(index)}
+        found = dict.fromkeys((each.label for each in relations(self.model)), 0.0)
+        return found | local_multipliers(self.model, values)
 
     def binding_labels(self, index: int) -> tuple[str, ...]:
         """Labels of the constraints that hold with equality in the answer to a programme."""
@@ -181,7 +210,7 @@ class Solution:
         Empty for an answer in whole slots, which small changes leave where it is, and where there
         is no answer.
         """
-        if not self.multipliers or not self.statuses[index].has_answer:
+        if not self.has_multipliers or not self.statuses[index].has_answer:
             return {}
         parameters, point = self.parameters_at(index), self.point(index)
         if self.regular is not None and self.regular[index]:
@@ -196,7 +225,7 @@ class Solution:
         NaN where a programme has no answer; empty from engines that do not know which of their
         answers are the only ones.
         """
-        if not self.multipliers or self.regular is None:
+        if not self.has_multipliers or self.regular is None:
             return {}
         weights = {k: np.where(np.isnan(each), 0.0, each) for k, each in self.multipliers.items()}
         count = len(self.statuses)
@@ -220,7 +249,7 @@ class Solution:
             objective=self.objective[one],
             values={name: each[one] for name, each in self.values.items()},
             binding={label: each[one] for label, each in self.binding.items()},
-            multipliers={label: each[one] for label, each in self.multipliers.items()},
+            duals=self.duals and {label: each[one] for label, each in self.duals.items()},
             regular=None if self.regular is None else self.regular[one],
             beyond=None if self.beyond is None else self.beyond[one],
             words=self.words[one],
@@ -245,11 +274,13 @@ def unanswered(model: Model, engine: str, proof: str, status: Status, words: str
 
 def stacked(solutions: Sequence[Solution]) -> Solution:
     """Solutions to single programmes of one model as one, with the proof of those that answer."""
+    no, none = np.array([False]), np.array([np.nan])
     first = next((each for each in solutions if each.status.has_answer), solutions[0])
     labels = dict.fromkeys(label for each in solutions for label in each.binding)
-    priced = dict.fromkeys(label for each in solutions for label in each.multipliers)
+    known = [each.duals or {} for each in solutions]
+    priced = dict.fromkeys(label for duals in known for label in duals)
+    weights = {k: np.concatenate([each.get(k, none) for each in known]) for k in priced}
     stated = dict.fromkeys(name for each in solutions for name in each.given)
-    no, none = np.array([False]), np.array([np.nan])
     return Solution(
         first.engine,
         first.proof,
@@ -258,7 +289,7 @@ def stacked(solutions: Sequence[Solution]) -> Solution:
         np.concatenate([each.objective for each in solutions]),
         {name: np.concatenate([each.values[name] for each in solutions]) for name in first.values},
         {k: np.concatenate([each.binding.get(k, no) for each in solutions]) for k in labels},
-        {k: np.concatenate([each.multipliers.get(k, none) for each in solutions]) for k in priced},
+        None if any(each.duals is None for each in solutions) else weights,
         words=[words for each in solutions for words in each.words],
         given={k: np.concatenate([each.given.get(k, none) for each in solutions]) for k in stated},
     )

@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+import copy
+import pickle
+from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
 import pytest
 
+from optuav.engines import multipliers
 from optuav.engines.solution import Solution, stacked, unanswered
 from optuav.errors import SolverError
 from optuav.modelling import Model, Parameter
@@ -75,20 +79,20 @@ def test_slack_of_two_bounds_under_one_label_is_the_nearer() -> None:
     assert found.slacks["time"].tolist() == [2.0]
 
 
-def corner(x: float, multipliers: dict[str, float]) -> Solution:
+def corner(x: float, weights: dict[str, float]) -> Solution:
     """Of max 2 x, 3 x ≤ 12, x + 1 ≥ −2, x ≤ 10: best at x = 4 with the multiplier 2/3."""
     model = Model("corner")
     unknown = model.variable("x", "x", unit="s", upper=10.0)
     model.maximise(2.0 * unknown)
     model.subject_to("above", 3.0 * unknown <= 12.0)
     model.subject_to("below", unknown + 1.0 >= -2.0)
-    weights = {label: np.array([weight]) for label, weight in multipliers.items()}
+    duals = {label: np.array([weight]) for label, weight in weights.items()}
     values = {"x": np.array([x])}
-    return Solution("t", "", model, [Status.OPTIMAL], np.array([2.0 * x]), values, {}, weights)
+    return Solution("t", "", model, [Status.OPTIMAL], np.array([2.0 * x]), values, {}, duals)
 
 
 @pytest.mark.parametrize(
-    ("x", "multipliers", "expected"),
+    ("x", "weights", "expected"),
     [
         pytest.param(4.0, {"above": 2 / 3}, (0, 0, 0, 0), id="optimal"),
         pytest.param(10.0, {"bounds of x": 2.0}, (18 / 12, 0, 0, 0), id="violated"),
@@ -102,10 +106,10 @@ def corner(x: float, multipliers: dict[str, float]) -> Solution:
     ],
 )
 def test_what_an_answer_lacks(
-    x: float, multipliers: dict[str, float], expected: tuple[float, ...]
+    x: float, weights: dict[str, float], expected: tuple[float, ...]
 ) -> None:
     """Violation, sign, complementarity and stationarity, each by hand."""
-    found = corner(x, multipliers).residuals()
+    found = corner(x, weights).residuals()
     assert tuple(found) == pytest.approx(expected, abs=1e-15, nan_ok=True)
 
 
@@ -141,3 +145,45 @@ def test_the_proof_of_stacked_solutions_is_of_one_that_answers() -> None:
     assert found.proof == "the best of 9 starts"
     assert found.statuses == [Status.INFEASIBLE, Status.OPTIMAL]
     assert stacked([none, none]).proof == "none of 9 starts"
+
+
+def test_multipliers_that_follow_from_the_answer_are_computed_on_first_use(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """Of all programmes or of one; 2 x under 3 x ≤ 12 gains 2/3 per unit of the right side."""
+    counted = []
+
+    def local_multipliers(*arguments: object) -> dict[str, float]:
+        counted.append(arguments)
+        return multipliers.local_multipliers(*arguments)  # type: ignore[arg-type]
+
+    monkeypatch.setattr("optuav.engines.solution.local_multipliers", local_multipliers)
+    found = replace(corner(4.0, {}), duals=None)
+    assert found.has_multipliers
+    found.only(0).verify()
+    assert not counted
+    assert found.multipliers_at(0) == pytest.approx(
+        {"above": 2 / 3, "below": 0.0, "bounds of x": 0.0}
+    )
+    assert found.multipliers["above"] == pytest.approx([2 / 3])
+    assert found.multipliers is found.multipliers
+    assert len(counted) == 2
+
+
+@pytest.mark.parametrize(
+    "again", [copy.copy, copy.deepcopy, lambda s: pickle.loads(pickle.dumps(s))]
+)
+def test_a_copied_solution_has_the_same_multipliers(again: Callable[[Solution], Solution]) -> None:
+    found = again(replace(corner(4.0, {}), duals=None))
+    assert found.multipliers["above"] == pytest.approx([2 / 3])
+
+
+def test_stacked_solutions_compute_their_multipliers_on_first_use() -> None:
+    found = stacked([replace(corner(4.0, {}), duals=None), replace(corner(4.0, {}), duals=None)])
+    assert found.multipliers["above"] == pytest.approx([2 / 3, 2 / 3])
+
+
+def test_a_programme_without_an_answer_has_no_multipliers() -> None:
+    found = replace(two_answers(3.0), duals=None)
+    assert np.isnan(list(found.multipliers_at(1).values())).all()
+    assert np.isnan(found.multipliers["limit"][1])
