@@ -13,7 +13,7 @@ from benchmarks.timing import Row, median_s
 from benchmarks.towns import town
 from optuav.engines import smooth
 from optuav.mission import Mission, load
-from optuav.mission.network import network
+from optuav.network.network import build_network
 from optuav.physics.kibam import Stage
 from optuav.solving import formulate, solve
 from optuav.solving.delivered import arguments
@@ -27,7 +27,7 @@ PAIRS = 1_000_000
 
 @dataclass(frozen=True)
 class Batch:
-    """Itineraries as `longest_hovers` takes them."""
+    """Routes as `longest_hovers` takes them."""
 
     legs: list[list[Stage]]
     stays: Any
@@ -64,15 +64,16 @@ def run() -> list[Row]:
     what = f"10⁶ pairs, {_peak_bytes(pairs[0]) / 1e6:.0f} MB beside figures and answers / 6 s"
     rows.append(Row(what, seconds, 6.0, at_most=1.0))
     city = town(10_000)
-    whole_s, worked_out_s = median_s(lambda: solve(city), 3), median_s(lambda: network(city), 3)
+    whole_s = median_s(lambda: solve(city), 3)
+    worked_out_s = median_s(lambda: build_network(city), 3)
     rows.append(Row("optuav.solve, 10 000 buildings / its geometry", whole_s, worked_out_s))
     return rows
 
 
 def _batches(mission: Mission) -> Iterator[Batch]:
     """The itineraries of a mission that can be flown, by the order of their stays."""
-    worked_out = network(mission)
-    routes = worked_out.itineraries
+    worked_out = build_network(mission)
+    routes = worked_out.routes
     direct = routes.building < 0
     for which in (direct, ~direct & routes.rest_first, ~direct & ~routes.rest_first):
         given = quantities(worked_out, np.flatnonzero(which & routes.flyable))

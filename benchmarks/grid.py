@@ -9,8 +9,9 @@ import numpy as np
 from benchmarks.timing import Row, median_s
 from formulations.algorithm1 import algorithm1, best_pair
 from optuav.engines import grid
-from optuav.mission import load, vehicle
-from optuav.mission.phases import phases
+from optuav.mission import load
+from optuav.network import vehicle
+from optuav.network.timeline import phases
 from optuav.physics import kibam
 from optuav.solving import formulate
 

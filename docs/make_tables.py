@@ -17,10 +17,10 @@ from formulations.formulation import Formulation
 from formulations.perspectives import PAPER, PERSPECTIVES
 from optuav.cli.app import program
 from optuav.engines.capabilities import CAPABILITIES, Capability
-from optuav.mission.itineraries import ORDERS
-from optuav.mission.routes import TRAJECTORIES
 from optuav.modelling import Model
 from optuav.modelling.traits import Traits, traits
+from optuav.network.network import TRAJECTORIES
+from optuav.network.routes import ORDERS
 from optuav.solving.question import PROBLEMS
 
 NAMED = re.compile(

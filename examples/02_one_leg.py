@@ -19,7 +19,7 @@ from pathlib import Path
 import numpy as np
 
 import optuav
-from optuav.mission import vehicle
+from optuav.network import vehicle
 from optuav.physics import flight, rotor
 
 mission = optuav.load("paper")

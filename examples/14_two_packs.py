@@ -14,9 +14,8 @@
 import math
 
 import optuav
-from optuav.mission.flown import fly
-from optuav.mission.network import network
-from optuav.mission.phases import phases
+from optuav.network.network import build_network
+from optuav.network.timeline import fly, phases
 from optuav.physics.kibam import Battery, lifetime, time_to_empty
 
 cell = {"capacity_As": 7200.0, "available_fraction": 0.625, "flow_rate_per_s": 4.5e-5}
@@ -101,7 +100,7 @@ assert "not proved" in direct["sequential"].proof
 
 # %%
 mission = direct["sequential"].mission
-planned = phases(network(mission), 0, direct["sequential"].hover_time_s, 0.0)
+planned = phases(build_network(mission), 0, direct["sequential"].hover_time_s, 0.0)
 flown = fly(mission, [(each.kind, each.stages) for each in planned])
 for stretch in flown.stretches[1]:
     start_s, duration_s = float(stretch.start_s[0]), float(stretch.duration_s[0])

@@ -28,8 +28,8 @@ if TYPE_CHECKING:
     from optuav.mission import load as load
     from optuav.mission import shipped as shipped
     from optuav.mission.datasheet import Datasheet as Datasheet
-    from optuav.mission.graph import graph as graph
-    from optuav.mission.graph import validate_graph as validate_graph
+    from optuav.network.graph import graph as graph
+    from optuav.network.graph import validate_graph as validate_graph
     from optuav.paper.ledger import ledger as ledger
     from optuav.paper.reproduce import reproduce as reproduce
     from optuav.plan import Plan as Plan
@@ -60,8 +60,8 @@ HOMES = {
     "load": "optuav.mission",
     "shipped": "optuav.mission",
     "Datasheet": "optuav.mission.datasheet",
-    "graph": "optuav.mission.graph",
-    "validate_graph": "optuav.mission.graph",
+    "graph": "optuav.network.graph",
+    "validate_graph": "optuav.network.graph",
     "Plan": "optuav.plan",
     "load_plan": "optuav.plan",
     "Program": "optuav.solving",

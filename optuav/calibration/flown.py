@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from optuav.mission import vehicle
-from optuav.mission.itineraries import ORDERS
-from optuav.mission.network import Network
-from optuav.mission.phases import Phase, phases
+from optuav.network import vehicle
+from optuav.network.network import Network
+from optuav.network.routes import ORDERS
+from optuav.network.timeline import Phase, phases
 
 QUANTITIES = {
     "flight_time_s": "s",

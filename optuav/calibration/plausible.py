@@ -9,9 +9,10 @@ from collections.abc import Iterator, Mapping
 from typing import NamedTuple
 
 from optuav.calibration.data import UNITS, Column
-from optuav.mission import Mission, vehicle
+from optuav.mission import Mission
 from optuav.mission.quantities import short
 from optuav.mission.words import printable
+from optuav.network import vehicle
 
 
 class Usual(NamedTuple):

@@ -22,8 +22,8 @@ from optuav.calibration.flown import QUANTITIES, quantities
 from optuav.calibration.table_statement import Cell, Statement, read_statement, tie, value_of
 from optuav.errors import Fault, InputError
 from optuav.mission import Mission
-from optuav.mission.network import Network, network
 from optuav.mission.words import shown
+from optuav.network.network import Network, build_network
 
 SHARE_OF_RESOLUTION = 1.0 / math.sqrt(12.0)
 """Standard deviation of a rounding error, in steps of the rounding."""
@@ -119,7 +119,7 @@ def _told(stated: Statement, mission: Mission) -> Floats:
         if row.changes not in different:
             changed = mission.replace(row.changes) if row.changes else mission
             different.append(row.changes)
-            networks.append(network(tie(changed, stated.tied)))
+            networks.append(build_network(tie(changed, stated.tied)))
         told = quantities(networks[different.index(row.changes)], row.stay)
         found += [told[cell.quantity] for cell in row.cells]
     return np.array(found)

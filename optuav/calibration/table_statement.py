@@ -14,8 +14,8 @@ from optuav.calibration.flown import QUANTITIES, STAY
 from optuav.errors import Fault, InputError
 from optuav.mission import Mission, load, shipped
 from optuav.mission.files import label, read_text, refusal
-from optuav.mission.itineraries import ORDERS
 from optuav.mission.words import nearest, number, shown
+from optuav.network.routes import ORDERS
 
 LARGEST_FILE = 2_000_000
 WITHOUT_LASER = ("laser", "flight.charge_current_A", "flight.charge_power_W")

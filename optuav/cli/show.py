@@ -17,7 +17,7 @@ from optuav.cli.options import JsonOption, MissionArgument, PlotOption, SetOptio
 from optuav.cli.output import deliver
 from optuav.errors import Fault, InputError
 from optuav.mission import Mission
-from optuav.mission.derived import BuildingFigures, Figure, building_figures, derived
+from optuav.network.derived import BuildingFigures, Figure, building_figures, derived
 from optuav.plan import load_plan
 
 NO = 1

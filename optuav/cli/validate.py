@@ -8,7 +8,7 @@ import typer
 from rich.console import Console
 
 from optuav.cli.options import JsonOption, MissionArgument, SetOption, mission_of
-from optuav.mission.advice import advice
+from optuav.network.feasibility import advice
 
 
 def validate(

@@ -15,7 +15,7 @@ from formulations.perspectives import AVAILABLE
 from optuav.diagnosis.stacked import Case
 from optuav.errors import InputError
 from optuav.mission import Mission, load
-from optuav.mission.network import network
+from optuav.network.network import build_network
 from optuav.plan import Plan
 from optuav.solving import Program, formulate
 from optuav.solving.declaring import work_out
@@ -105,11 +105,11 @@ def _of_program(program: Program) -> Asked:
     stated = {each.name: getattr(program.question, each.name) for each in fields(program.question)}
     options = {name: stated[name] for name in OPTIONS & stated.keys() if stated[name] is not None}
     mission = program.worked_out.mission
-    computed, used = network(mission), program.worked_out
+    computed, used = build_network(mission), program.worked_out
     same_legs = np.array_equal(computed.legs.flyable, used.legs.flyable)
     same_power = np.array_equal(computed.places.received_power_W, used.places.received_power_W)
     if used.legs.edited.any() or not (same_legs and same_power):
-        from optuav.mission.graph import as_graph
+        from optuav.network.graph import as_graph
 
         options["graph"] = as_graph(used)
     return Asked(mission, options)

@@ -71,7 +71,7 @@ def conflicts(program: Program) -> tuple[Conflict, ...]:
 
 def _of_part(program: Program, part: Part) -> Iterator[Conflict]:
     """Conflicts on the routes of a declaration, those with the shortest flights first."""
-    flight_s = program.worked_out.itineraries.flight_time_s[part.routes]
+    flight_s = program.worked_out.routes.flight_time_s[part.routes]
     entries = np.argsort(flight_s, kind="stable")[:MOST_ROUTES].tolist()
     model, slot_s = part.model, program.question.slot_s
     proofs = {entry: _certificates(part, entry, slot_s) for entry in entries}

@@ -1,4 +1,4 @@
-"""Itineraries of several missions as one set of quantities, so that one declaration serves all."""
+"""Routes of several missions as one set of quantities, so that one declaration serves all."""
 
 from __future__ import annotations
 
@@ -11,15 +11,15 @@ import numpy as np
 from formulations.perspectives import PAPER
 from formulations.quantities import QUANTITIES, Quantities
 from optuav.arrays import Integers
-from optuav.mission.feasibility import impossibilities
-from optuav.mission.network import Network
+from optuav.network.feasibility import impossibilities
+from optuav.network.network import Network
 from optuav.physics.kibam import Stage
 from optuav.solving.declaring import groups
 from optuav.solving.given import quantities
 from optuav.solving.question import Question
 
 AT_ONCE = 1 << 13
-"""Itineraries worked on together: few enough to stay in the cache, and in bounded memory."""
+"""Routes worked on together: few enough to stay in the cache, and in bounded memory."""
 
 
 class Case(NamedTuple):
@@ -30,7 +30,7 @@ class Case(NamedTuple):
 
 
 class Stack(NamedTuple):
-    """Itineraries of several cases.
+    """Routes of several cases.
 
     Parameters
     ----------

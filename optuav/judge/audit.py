@@ -12,9 +12,9 @@ from optuav.judge.itinerary import Itinerary
 from optuav.judge.reading import read
 from optuav.judge.replay import Replay, replay
 from optuav.judge.tolerance import TOLERANCE, same
-from optuav.mission import vehicle
 from optuav.mission.files import label
 from optuav.mission.words import printable, shown
+from optuav.network import vehicle
 from optuav.plan import Plan
 from optuav.plan.file import DERIVED, to_dict
 from optuav.plan.phases import LARGEST

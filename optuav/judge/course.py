@@ -10,8 +10,9 @@ import numpy as np
 from optuav.judge.phases import Phase, Stage
 from optuav.judge.tolerance import TOLERANCE
 from optuav.judge.wells import Follower
-from optuav.mission import Mission, vehicle
-from optuav.mission.flown import packs
+from optuav.mission import Mission
+from optuav.network import vehicle
+from optuav.network.timeline import packs
 from optuav.physics.charging import holding_current
 from optuav.physics.kibam import Battery, Wells
 from optuav.physics.packs import Load

@@ -9,7 +9,8 @@ import numpy as np
 
 from optuav.arrays import Floats
 from optuav.judge.phases import Phase
-from optuav.mission import Mission, vehicle
+from optuav.mission import Mission
+from optuav.network import vehicle
 
 PERSPECTIVES = ("battery", "energy", "adjusted")
 """The perspectives from which the state of charge is told."""

@@ -6,7 +6,7 @@ from collections.abc import Iterator, Mapping, Sequence
 
 from optuav.judge.phases import Phase
 from optuav.judge.tolerance import same
-from optuav.mission import vehicle
+from optuav.network import vehicle
 from optuav.physics.kibam import Wells
 from optuav.plan import Phase as Planned
 from optuav.plan import Plan

@@ -8,8 +8,9 @@ from collections.abc import Iterator, Sequence
 from optuav.judge.itinerary import Move
 from optuav.judge.phases import Phase, Place, Site
 from optuav.judge.tolerance import TOLERANCE
-from optuav.mission import Mission, vehicle
-from optuav.mission.sight import CLEAR
+from optuav.mission import Mission
+from optuav.network import vehicle
+from optuav.network.obstacles import CLEAR
 from optuav.physics import flight, link
 from optuav.plan.trace import Event
 

@@ -9,7 +9,8 @@ import numpy as np
 
 from optuav.arrays import Floats
 from optuav.judge.phases import Phase, displacement_m
-from optuav.mission import Mission, vehicle
+from optuav.mission import Mission
+from optuav.network import vehicle
 from optuav.physics import flight
 from optuav.physics.motion import state_at
 from optuav.physics.regimes import regime_motion

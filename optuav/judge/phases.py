@@ -10,10 +10,11 @@ from functools import cached_property
 import numpy as np
 
 from optuav.judge.itinerary import Move
-from optuav.mission import Mission, vehicle
-from optuav.mission.places import ENDS
-from optuav.mission.sight import CLEAR, Prisms, crossed, prisms
-from optuav.mission.vehicle import Load
+from optuav.mission import Mission
+from optuav.network import vehicle
+from optuav.network.obstacles import CLEAR, Prisms, crossed, prisms
+from optuav.network.places import ENDS
+from optuav.network.vehicle import Load
 from optuav.physics.flight import STAGES
 from optuav.physics.loads import Loads
 from optuav.plan.phases import Kind

@@ -15,10 +15,10 @@ from optuav.mission import Mission, load, shipped
 from optuav.mission.faults import Breach, Statement
 from optuav.mission.files import label, read_text
 from optuav.mission.load import LARGEST_FILE, parse
-from optuav.mission.places import ENDS
 from optuav.mission.quantities import Allowed, Number
 from optuav.mission.validate import format_breaches
 from optuav.mission.words import allowed, nearest, shown
+from optuav.network.places import ENDS
 from optuav.plan import Plan
 from optuav.plan.file import LARGEST_BYTES, read_plan
 from optuav.plan.phases import Record

@@ -19,7 +19,8 @@ from optuav.judge.itinerary import Itinerary, moves
 from optuav.judge.limits import impossible, kept
 from optuav.judge.phases import Phase, Site, phases
 from optuav.judge.wells import FOLLOWERS, Method
-from optuav.mission import Mission, vehicle
+from optuav.mission import Mission
+from optuav.network import vehicle
 from optuav.physics.kibam import Wells
 from optuav.plan import Plan
 from optuav.plan.trace import Event, Trace

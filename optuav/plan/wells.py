@@ -5,8 +5,9 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from functools import partial, reduce
 
-from optuav.mission import Mission, vehicle
-from optuav.mission.flown import fly
+from optuav.mission import Mission
+from optuav.network import vehicle
+from optuav.network.timeline import fly
 from optuav.physics import kibam
 from optuav.physics.charging import STEPS
 from optuav.physics.quantity import Quantity

@@ -10,7 +10,7 @@ from matplotlib.axes import Axes
 from matplotlib.lines import Line2D
 
 from optuav.arrays import Floats
-from optuav.mission import vehicle
+from optuav.network import vehicle
 from optuav.physics.charging import STEPS
 from optuav.physics.kibam import Battery, Stage, Wells
 from optuav.plan import Phase as Planned

@@ -8,7 +8,7 @@ from typing import NamedTuple
 from matplotlib.axes import Axes
 from matplotlib.patches import Rectangle
 
-from optuav.mission import vehicle
+from optuav.network import vehicle
 from optuav.physics.kibam import Battery
 from optuav.plan import Plan
 from optuav.plots.style import BLACK, BLUE, SKY, VERMILLION, page, printed, styled

@@ -15,9 +15,10 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Circle
 
 from optuav.arrays import Floats, Integers
-from optuav.mission import Mission, vehicle
-from optuav.mission.places import DESTINATION, HOVER, ORIGIN, Places, places
-from optuav.mission.sight import Prisms, outline_m, prisms
+from optuav.mission import Mission
+from optuav.network import vehicle
+from optuav.network.obstacles import Prisms, outline_m, prisms
+from optuav.network.places import DESTINATION, HOVER, ORIGIN, Places, places
 from optuav.plots.labels import Label
 from optuav.plots.style import GREEN, GREY, PALE, PURPLE, VERMILLION, margins, printed
 

@@ -11,9 +11,10 @@ from matplotlib.axes import Axes
 
 from optuav.arrays import Floats
 from optuav.errors import Fault, InputError
-from optuav.mission import Mission, vehicle
-from optuav.mission.places import Places, places
-from optuav.mission.sight import prisms
+from optuav.mission import Mission
+from optuav.network import vehicle
+from optuav.network.obstacles import prisms
+from optuav.network.places import Places, places
 from optuav.physics import flight
 from optuav.physics.motion import state_at
 from optuav.physics.regimes import regime_leg

@@ -8,8 +8,8 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.lines import Line2D
 
-from optuav.mission.flown import fly
-from optuav.mission.flown import packs as packs_of
+from optuav.network.timeline import fly
+from optuav.network.timeline import packs as packs_of
 from optuav.physics.kibam import Battery, Stage, Wells, step
 from optuav.physics.packs import NOBODY, Stretch
 from optuav.plan import Plan

@@ -11,7 +11,8 @@ from matplotlib.axes import Axes
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
-from optuav.mission import Mission, vehicle
+from optuav.mission import Mission
+from optuav.network import vehicle
 from optuav.plan import Plan
 from optuav.plots.bands import NAMES_PT, draw_bands
 from optuav.plots.charge import Course, course, phase_band

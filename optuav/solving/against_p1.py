@@ -10,7 +10,7 @@ import numpy as np
 
 from formulations.p1 import P1
 from optuav.engines.solution import Solution
-from optuav.mission.network import Network
+from optuav.network.network import Network
 from optuav.plan import Plan
 from optuav.solving.dispatch import answer
 from optuav.solving.given import quantities
@@ -61,7 +61,7 @@ def _least_s(
     asked: Question, worked_out: Network, parts: Sequence[Part], solutions: Sequence[Solution]
 ) -> float:
     """What T_fl + T' is known not to go below [s]; −∞ where nothing is known."""
-    flight_s = [worked_out.itineraries.flight_time_s[part.routes] for part in parts]
+    flight_s = [worked_out.routes.flight_time_s[part.routes] for part in parts]
     if asked.problem == "P2":
         return min(float(each.min()) for each in flight_s)
     deadline_s, longest_s = worked_out.mission.limits.deadline_s, -math.inf

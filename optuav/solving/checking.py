@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 
 from optuav.errors import Fault, InputError
-from optuav.mission.network import Network
 from optuav.modelling import Checks, check
+from optuav.network.network import Network
 from optuav.solving.heading import routes_of
 from optuav.solving.planning import Part
 

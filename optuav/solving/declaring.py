@@ -10,13 +10,12 @@ from formulations.perspectives import PAPER
 from formulations.quantities import Quantities
 from optuav.arrays import Integers
 from optuav.mission import Mission
-from optuav.mission.edited import edited_network
-from optuav.mission.feasibility import blocked, impossibilities
-from optuav.mission.network import Network, network
-from optuav.mission.routes import nearest_building, trajectory_routes
 from optuav.modelling import Model
 from optuav.modelling.traits import traits
 from optuav.modelling.usable import refuse_misfits
+from optuav.network.feasibility import blocked, impossibilities
+from optuav.network.graph import edited_network
+from optuav.network.network import Network, build_network, nearest_building, trajectory_routes
 from optuav.solving.dispatch import refuse_unfit
 from optuav.solving.given import quantities
 from optuav.solving.planning import Part
@@ -24,7 +23,7 @@ from optuav.solving.program import Program
 from optuav.solving.question import AUTO, Question
 
 if TYPE_CHECKING:
-    from optuav.mission.graph import Graph
+    from optuav.network.graph import Graph
 
 MOST_REASONS = 10
 """Blocked legs that are named one by one."""
@@ -53,7 +52,7 @@ def declared_program(asked: Question, worked_out: Network) -> Program:
 def work_out(mission: Mission, graph: Graph | None = None) -> Network:
     """Places, legs and itineraries of a mission, or of its graph that was edited."""
     if graph is None:
-        return network(mission)
+        return build_network(mission)
     return edited_network(mission, graph)
 
 
@@ -67,8 +66,8 @@ def _parts(asked: Question, worked_out: Network) -> tuple[Part, ...]:
 
 
 def groups(asked: Question, worked_out: Network) -> list[tuple[Integers, bool]]:
-    """Itineraries that one declaration serves, and whether they may rest on the way."""
-    routes = worked_out.itineraries
+    """Routes that one declaration serves, and whether they may rest on the way."""
+    routes = worked_out.routes
     allowed = trajectory_routes(worked_out, asked.trajectory or "optimal", asked.order)
     by_way = allowed[routes.building[allowed] >= 0]
     direct = allowed[routes.building[allowed] < 0]
@@ -96,10 +95,10 @@ def declared(asked: Question, given: Quantities) -> Model | None:
 
 
 def _together(asked: Question, worked_out: Network, group: Integers) -> list[Integers]:
-    """Itineraries that one declaration serves: through the wells, the order of stays matters."""
+    """Routes that one declaration serves: through the wells, the order of stays matters."""
     if asked.perspective in PAPER:
         return [group] if len(group) else []
-    rest_first = worked_out.itineraries.rest_first[group]
+    rest_first = worked_out.routes.rest_first[group]
     return [each for each in (group[rest_first], group[~rest_first]) if len(each)]
 
 
@@ -109,7 +108,7 @@ def _number(worked_out: Network, building: str) -> int:
 
 def _no_route(asked: Question, worked_out: Network) -> tuple[str, ...]:
     """Why no itinerary of the question can be flown."""
-    routes = worked_out.itineraries
+    routes = worked_out.routes
     if not worked_out.mission.buildings and asked.trajectory != "direct" and asked.problem != "P3":
         return ("the mission has no building to go by way of",)
     direct = asked.problem == "P3" or asked.trajectory == "direct"

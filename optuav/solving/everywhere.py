@@ -7,18 +7,18 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from optuav.arrays import Floats, Integers
-from optuav.mission import vehicle
-from optuav.mission.edited import edited_legs
-from optuav.mission.itineraries import NO_LEG, Itineraries
-from optuav.mission.legs import Legs, all_pairs, legs_between
-from optuav.mission.network import Network
-from optuav.mission.phases import hover_net, rest_net
-from optuav.mission.places import FIRST_BUILDING, HOVER
-from optuav.mission.sight import prisms
+from optuav.network import vehicle
+from optuav.network.graph import edited_legs
+from optuav.network.legs import Legs, all_pairs, legs_between
+from optuav.network.network import Network
+from optuav.network.obstacles import prisms
+from optuav.network.places import FIRST_BUILDING, HOVER
+from optuav.network.routes import NO_LEG, Routes
+from optuav.network.timeline import hover_net, rest_net
 from optuav.search.terrain import Terrain
 
 if TYPE_CHECKING:
-    from optuav.mission.graph import Graph
+    from optuav.network.graph import Graph
 
 
 def all_legs(worked_out: Network, graph: Graph | None = None) -> Legs:
@@ -66,7 +66,7 @@ def terrain(worked_out: Network) -> Terrain:
     )
 
 
-def ways(worked_out: Network, places: Integers, building: Integers) -> Itineraries:
+def ways(worked_out: Network, places: Integers, building: Integers) -> Routes:
     """Sequences of places as itineraries over a table of legs.
 
     Parameters
@@ -90,7 +90,7 @@ def ways(worked_out: Network, places: Integers, building: Integers) -> Itinerari
 
     hovers_first = (places == HOVER).argmax(axis=0)
     rests_first = (places == FIRST_BUILDING + building).argmax(axis=0)
-    return Itineraries(
+    return Routes(
         legs,
         building,
         (building >= 0) & (rests_first < hovers_first),

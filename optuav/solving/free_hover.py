@@ -9,8 +9,9 @@ import numpy as np
 
 from optuav.engines.sensitivity import ShadowPrice
 from optuav.errors import InputError
-from optuav.mission import Mission, vehicle
-from optuav.mission.network import network
+from optuav.mission import Mission
+from optuav.network import vehicle
+from optuav.network.network import build_network
 from optuav.physics.quantity import Vector
 from optuav.plan import Plan
 from optuav.solving.declaring import declared_program
@@ -77,7 +78,7 @@ class FreeProgram(Program):
     def _plan_at(self, hover_m: Vector | None) -> Plan:
         """The best plan with a given hover point; None for w_U."""
         mission = self.worked_out.mission.replace({"route.hover_m": hover_m})
-        return declared_program(_held(self.question), network(mission)).solve()
+        return declared_program(_held(self.question), build_network(mission)).solve()
 
     def shadow_prices(self) -> dict[str, ShadowPrice]:
         """Refused: a free hover point has no prices of its own.
@@ -126,7 +127,7 @@ def _held(asked: Question) -> Question:
 
 def free_program(asked: Question, mission: Mission) -> FreeProgram:
     """Declare (P1) with the hover point free: a part for the direct route, one with a rest."""
-    own = declared_program(_held(asked), network(mission))
+    own = declared_program(_held(asked), build_network(mission))
     where = region(mission)
     if where.low_m > where.high_m or np.isnan(vehicle.hover_load(mission).current_A):
         return FreeProgram(asked, own.worked_out, (), own.reasons, own, ())

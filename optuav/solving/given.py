@@ -10,12 +10,12 @@ from formulations.available import moments
 from formulations.p1_free import FROM_HOVER, TO_HOVER
 from formulations.quantities import Quantities
 from optuav.arrays import Floats, Integers
-from optuav.mission import vehicle
-from optuav.mission.itineraries import NO_LEG
-from optuav.mission.legs import Legs
-from optuav.mission.network import Network
-from optuav.mission.phases import hover_net, rest_net
-from optuav.mission.places import FIRST_BUILDING, HOVER
+from optuav.network import vehicle
+from optuav.network.legs import Legs
+from optuav.network.network import Network
+from optuav.network.places import FIRST_BUILDING, HOVER
+from optuav.network.routes import NO_LEG
+from optuav.network.timeline import hover_net, rest_net
 from optuav.physics.flight import STAGES
 from optuav.physics.kibam import Stage
 
@@ -37,7 +37,7 @@ def quantities(
     hover_open
         Whether the legs to and from the hover point are named among the steps rather than stated.
     """
-    mission, routes = worked_out.mission, worked_out.itineraries.take(which)
+    mission, routes = worked_out.mission, worked_out.routes.take(which)
     given = mission.battery
     hover = vehicle.hover_load(mission)
     rest = rest_net(worked_out, routes.building)
@@ -83,7 +83,7 @@ def quantities(
 def _end_gap_m(worked_out: Network, which: Integers) -> Floats:
     """By how much routes miss the mission's origin and destination [m]."""
     mission, table = worked_out.mission, worked_out.legs
-    position_m, legs = worked_out.places.position_m, worked_out.itineraries.legs[which]
+    position_m, legs = worked_out.places.position_m, worked_out.routes.legs[which]
     last = np.take_along_axis(legs, (legs != NO_LEG).sum(axis=1)[:, None] - 1, axis=1)[:, 0]
     start_m = position_m[table.start[legs[:, 0]]] - np.array(mission.route.origin_m)
     end_m = position_m[table.end[last]] - np.array(mission.route.destination_m)
@@ -99,7 +99,7 @@ def _steps(
     Figures are numbers for a single itinerary, else arrays with one entry each; none where the
     itineraries stay in different orders.
     """
-    table, routes = worked_out.legs, worked_out.itineraries
+    table, routes = worked_out.legs, worked_out.routes
     if len(np.unique(routes.rest_first[which])) > 1:
         return ()
     legs, first = routes.legs[which].T, routes.legs[which[0]]
@@ -140,7 +140,7 @@ def moments_on(
         Place of the itinerary among them.
     """
     table, names = worked_out.legs, worked_out.places.names
-    legs, found = worked_out.itineraries.legs[which], list[str]()
+    legs, found = worked_out.routes.legs[which], list[str]()
     for here, leg in zip(legs.T, legs[entry].tolist(), strict=True):
         if leg == NO_LEG:
             continue

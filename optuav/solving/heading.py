@@ -5,15 +5,15 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from optuav.engines.ranges import cut_short
-from optuav.mission.network import Network
 from optuav.mission.words import written_out
 from optuav.modelling import Model
+from optuav.network.network import Network
 from optuav.solving.planning import Part
 
 
 def routes_of(worked_out: Network, part: Part) -> str:
     """Which routes a model speaks of."""
-    orders = {worked_out.itineraries.order(route) for route in part.routes}
+    orders = {worked_out.routes.order(route) for route in part.routes}
     rests = any(each.name == "rest_time_s" for each in part.model.variables)
     order = orders.pop() if len(orders) == 1 else "with a rest"
     words = order.replace("-", " ") if order and rests else "without a rest"

@@ -13,10 +13,10 @@ import numpy as np
 from formulations.p1_free import AXES, HOVER_POINT, Cell, Side
 from optuav.arrays import Floats
 from optuav.errors import SolverError
-from optuav.mission import sight
-from optuav.mission.clearance import clear_sides
-from optuav.mission.sight import CLEAR
 from optuav.modelling import Parameter
+from optuav.network import obstacles as sight
+from optuav.network.clearance import clear_sides
+from optuav.network.obstacles import CLEAR
 from optuav.solving.hover_times import LASER, Found, HoverTimes
 from optuav.solving.open_routes import OpenRoutes
 from optuav.solving.vanishing_turns import moved_onto

@@ -7,7 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from optuav.arrays import Floats
-from optuav.mission import Mission, vehicle
+from optuav.mission import Mission
+from optuav.network import vehicle
 from optuav.physics.quantity import TINY
 
 WITHIN = 1.0 - 1e-12

@@ -47,7 +47,7 @@ class Legs(NamedTuple):
 
 
 def alike(legs: Legs, figures: Mapping[str, Any], rest_first: bool) -> list[Integers | slice]:
-    """Itineraries in groups that the same limits of the wells tell all about.
+    """Routes in groups that the same limits of the wells tell all about.
 
     So no answer depends on the itineraries that are worked on together. Parameters as for
     `hover_rows`, with one order of the stays for all.

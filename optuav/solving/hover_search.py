@@ -14,7 +14,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from optuav.mission.network import Network
+from optuav.network.network import Network
 from optuav.solving.hover_cells import Cells
 from optuav.solving.hover_region import Region
 from optuav.solving.hover_starts import PROMISING_S, starts
@@ -41,7 +41,7 @@ def best_points(
     Parameters
     ----------
     groups
-        Itineraries with their hover point open.
+        Routes with their hover point open.
     asked, worked_out
         The question, and the mission.
     where

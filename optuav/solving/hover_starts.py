@@ -8,7 +8,8 @@ from collections.abc import Iterator
 import numpy as np
 
 from optuav.arrays import Floats
-from optuav.mission import Mission, vehicle
+from optuav.mission import Mission
+from optuav.network import vehicle
 from optuav.solving.hover_region import Region
 from optuav.solving.hover_times import Found, HoverTimes
 from optuav.solving.open_routes import OpenRoutes
@@ -20,9 +21,9 @@ NEAR, REACH = (7, 24, 9), 0.2
 """Distances, angles and slopes of the points that are tried around places; the largest distance as
 a share of the coverage radius."""
 PROMISING_S = 2.0
-"""Itineraries and starts that are worse than the best by more than this lead nowhere [s]."""
+"""Routes and starts that are worse than the best by more than this lead nowhere [s]."""
 MOST_ROUTES, MOST_STARTS, STARTS_OF_A_KIND, MOST_MOVED = 6, 20, 2, 60
-"""Itineraries looked at closely, starts in all and of one itinerary lit or not, and points moved to
+"""Routes looked at closely, starts in all and of one itinerary lit or not, and points moved to
 where a turn vanishes."""
 APART = 0.1
 """Distance of such starts from each other, as a share of the coverage radius."""

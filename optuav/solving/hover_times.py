@@ -10,9 +10,9 @@ import numpy as np
 
 from optuav.arrays import Booleans, Floats, Integers
 from optuav.errors import SolverError
-from optuav.mission.network import Network
-from optuav.mission.places import FIRST_BUILDING
-from optuav.mission.sight import CLEAR, crossed, prisms
+from optuav.network.network import Network
+from optuav.network.obstacles import CLEAR, crossed, prisms
+from optuav.network.places import FIRST_BUILDING
 from optuav.solving.hover_region import Region
 from optuav.solving.open_routes import OpenRoutes
 from optuav.solving.question import Question

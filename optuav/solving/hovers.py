@@ -25,7 +25,7 @@ STAYS: Mapping[str, tuple[str, ...]] = {
     "hover-first": ("hover", "rest"),
 }
 AT_ONCE = 1 << 13
-"""Itineraries worked on together: few enough to stay in the cache, and in bounded memory."""
+"""Routes worked on together: few enough to stay in the cache, and in bounded memory."""
 
 CURRENT = Number("A", ge=-1e6, le=1e6)
 FLYING = Number("A", ge=-1e6, le=0, note="; in flight nothing charges")

@@ -21,10 +21,10 @@ import numpy as np
 
 from optuav.arrays import Booleans, Integers
 from optuav.errors import SolverError
-from optuav.mission.network import Network
-from optuav.mission.one_stop import FIGURES, TOLERANCE
-from optuav.mission.phases import rest_net
-from optuav.mission.places import DESTINATION, FIRST_BUILDING, HOVER, ORIGIN
+from optuav.network.network import Network
+from optuav.network.one_stop import FIGURES, TOLERANCE
+from optuav.network.places import DESTINATION, FIRST_BUILDING, HOVER, ORIGIN
+from optuav.network.timeline import rest_net
 from optuav.plan import Plan
 from optuav.search.sequences import patterns, sequences
 from optuav.solving.everywhere import terrain, ways
@@ -106,12 +106,12 @@ def _compared(program: Program, everywhere: Network, rests: int, hovers: int) ->
     places = np.concatenate(columns, axis=1)
     best = np.take_along_axis(places, worth[places].argmax(axis=0)[None], axis=0)[0]
     building = np.where(best >= FIRST_BUILDING, best - FIRST_BUILDING, -1)
-    worked_out = replace(everywhere, itineraries=ways(everywhere, places, building))
+    worked_out = replace(everywhere, routes=ways(everywhere, places, building))
     return replace(program, worked_out=worked_out, parts=tuple(_parts(program, worked_out)))
 
 
 def _parts(program: Program, worked_out: Network) -> Iterator[Part]:
-    asked, building = program.question, worked_out.itineraries.building
+    asked, building = program.question, worked_out.routes.building
     for rests in (False, True):
         which = np.flatnonzero((building >= 0) == rests)
         if len(which):

@@ -1,4 +1,4 @@
-"""Itineraries with their hover point left open: their hover times at any points."""
+"""Routes with their hover point left open: their hover times at any points."""
 
 from __future__ import annotations
 
@@ -13,12 +13,11 @@ from formulations.p1_free import AXES, Cell, P1Free
 from formulations.perspectives import AVAILABLE
 from formulations.quantities import QUANTITIES
 from optuav.arrays import Booleans, Floats, Integers
-from optuav.mission import vehicle
-from optuav.mission.itineraries import NO_LEG
-from optuav.mission.network import Network
-from optuav.mission.places import HOVER
-from optuav.mission.routes import nearest_building
 from optuav.modelling import Model, Parameter
+from optuav.network import vehicle
+from optuav.network.network import Network, nearest_building
+from optuav.network.places import HOVER
+from optuav.network.routes import NO_LEG
 from optuav.physics.kibam import Stage
 from optuav.solving.delivered import delivered
 from optuav.solving.given import quantities
@@ -29,7 +28,7 @@ PLACES = ("before_m", "after_m")
 
 @dataclass(frozen=True)
 class OpenRoutes:
-    """Itineraries, all direct or all by way of a building, with the hover point open.
+    """Routes, all direct or all by way of a building, with the hover point open.
 
     Parameters
     ----------
@@ -97,7 +96,7 @@ def _taken(figure: Any, entry: Integers | int) -> Any:
 
 def open_routes(asked: Question, worked_out: Network) -> tuple[OpenRoutes, ...]:
     """The itineraries that a question allows and some hover point may make flyable."""
-    routes, table = worked_out.itineraries, worked_out.legs
+    routes, table = worked_out.routes, worked_out.legs
     flown = routes.legs != NO_LEG
     to_hover = flown & (table.end[routes.legs] == HOVER)
     from_hover = flown & (table.start[routes.legs] == HOVER)
@@ -128,8 +127,8 @@ def open_routes(asked: Question, worked_out: Network) -> tuple[OpenRoutes, ...]:
 def _opened(worked_out: Network, which: Integers, apart: Booleans, around: Integers) -> P1Free:
     """What itineraries draw but for their legs to and from the hover point (itinerary, leg)."""
     mission, table = worked_out.mission, worked_out.legs
-    legs = worked_out.itineraries.legs[which]
-    rests = bool(worked_out.itineraries.building[which[0]] >= 0)
+    legs = worked_out.routes.legs[which]
+    rests = bool(worked_out.routes.building[which[0]] >= 0)
     given = vars(quantities(worked_out, which, rests=rests, hover_open=True))
     for figure in ("time_s", "charge_As", "energy_J"):
         drawn = getattr(table, "duration_s" if figure == "time_s" else figure)[legs]

@@ -13,16 +13,16 @@ from formulations.quantities import Quantities
 from optuav.arrays import Integers
 from optuav.engines.solution import Solution
 from optuav.errors import Fault, InputError
-from optuav.mission import phases as mission_phases
-from optuav.mission.itineraries import NO_LEG
-from optuav.mission.network import Network
-from optuav.mission.one_stop import in_words, one_stop_is_enough
-from optuav.mission.phases import phases
 from optuav.mission.words import written_out
 from optuav.modelling import Model, evaluate
 from optuav.modelling.check import evaluated
 from optuav.modelling.traits import traits
 from optuav.modelling.walk import has_unknowns
+from optuav.network import timeline as mission_phases
+from optuav.network.network import Network
+from optuav.network.one_stop import in_words, one_stop_is_enough
+from optuav.network.routes import NO_LEG
+from optuav.network.timeline import phases
 from optuav.plan import Phase, Plan, Stage
 from optuav.plan.wells import wells_at_ends
 from optuav.solving.dispatch import answer
@@ -219,7 +219,7 @@ def _notes(
         if asked.problem == "P4":
             note += "; with T' > 0, as (P4) is printed, this limit is approached but not attained"
         yield note
-    legs = worked_out.itineraries.legs[route]
+    legs = worked_out.routes.legs[route]
     flown = legs[legs != NO_LEG]
     if worked_out.legs.edited[flown].any():
         yield "some legs have figures from the graph, not from the flight model"
@@ -234,7 +234,7 @@ def _notes(
 
 def shortfalls(asked: Question, worked_out: Network, parts: Sequence[Part]) -> tuple[str, ...]:
     """Why no times are feasible, in words, told for the route with the shortest flight."""
-    flight_s = worked_out.itineraries.flight_time_s
+    flight_s = worked_out.routes.flight_time_s
     part = min(parts, key=lambda each: float(flight_s[each.routes].min()))
     entry = int(flight_s[part.routes].argmin())
     shortest_s = float(flight_s[part.routes[entry]])

@@ -13,9 +13,9 @@ from optuav.engines.capabilities import ENGINES, takers
 from optuav.engines.sensitivity import ShadowPrice
 from optuav.engines.solution import Solution
 from optuav.errors import SolverError
-from optuav.mission.network import Network
 from optuav.modelling import Checks, Model
 from optuav.modelling.traits import Traits, traits
+from optuav.network.network import Network
 from optuav.plan import Plan
 from optuav.solving.against_p1 import against_p1
 from optuav.solving.checking import checks
@@ -239,7 +239,7 @@ class Program:
 
     def best(self, solutions: Sequence[Solution]) -> tuple[int, int] | None:
         """Part and entry of the best answer by the tie rule; None without an answer."""
-        routes = self.worked_out.itineraries
+        routes = self.worked_out.routes
         number = np.concatenate([np.full(len(p.routes), k) for k, p in enumerate(self.parts)])
         entry = np.concatenate([np.arange(len(part.routes)) for part in self.parts])
         route = np.concatenate([part.routes for part in self.parts])

@@ -16,10 +16,10 @@ from formulations.perspectives import AVAILABLE, PAPER, PERSPECTIVES
 from optuav.engines.capabilities import ENGINES
 from optuav.errors import Fault, InputError
 from optuav.mission import Mission
-from optuav.mission.itineraries import ORDERS, Order
 from optuav.mission.quantities import SLOT, Number
-from optuav.mission.routes import TRAJECTORIES, Trajectory
 from optuav.mission.words import nearest, shown
+from optuav.network.network import TRAJECTORIES, Trajectory
+from optuav.network.routes import ORDERS, Order
 
 Problem = Literal["P1", "P2", "P2-tight", "P3", "P4"]
 PROBLEMS: Mapping[str, type[Formulation]] = {

@@ -22,10 +22,10 @@ from optuav.engines.ranges import last_slot, lower_bounds, own_upper_bounds
 from optuav.engines.solution import Solution
 from optuav.errors import Fault, InputError, SolverError
 from optuav.mission import Mission
-from optuav.mission.one_stop import in_words, one_stop_is_enough
 from optuav.modelling import Model, Parameter
 from optuav.modelling.disjunction import FORMS, Disjunction, Form, disjunction
 from optuav.modelling.expression import Operand
+from optuav.network.one_stop import in_words, one_stop_is_enough
 from optuav.plan import Plan
 from optuav.solving.dispatch import answer
 from optuav.solving.given import quantities
@@ -35,7 +35,7 @@ from optuav.solving.solve import formulate
 from optuav.status import Status
 
 if TYPE_CHECKING:
-    from optuav.mission.graph import Graph
+    from optuav.network.graph import Graph
 
 AGREES_S = 1e-5
 """By how much the programme of the chosen route may differ from that of all routes [s]."""
@@ -216,7 +216,7 @@ def _chosen(program: Program, parts: Sequence[Part], solution: Solution) -> tupl
 def _alternatives(program: Program) -> tuple[dict[str, Model], list[Part]]:
     """The programmes of the routes by name, and what each is a programme of, as ties are broken."""
     worked_out, asked = program.worked_out, program.question
-    routes = worked_out.itineraries
+    routes = worked_out.routes
     models: dict[str, Model] = {}
     parts: list[Part] = []
     choices = [

@@ -17,9 +17,8 @@ import numpy as np
 
 from optuav.arrays import Booleans, Floats
 from optuav.errors import SolverError
-from optuav.mission.flown import loads, packs
-from optuav.mission.network import Network
-from optuav.mission.phases import phases
+from optuav.network.network import Network
+from optuav.network.timeline import loads, packs, phases
 from optuav.physics.kibam import Stage
 from optuav.physics.packs import Packs
 
@@ -162,7 +161,7 @@ class _Way:
     """A route, over which hover and rest are tried."""
 
     def __init__(self, worked_out: Network, route: int, rests: bool, clock: Clock) -> None:
-        mission, table, self.clock = worked_out.mission, worked_out.itineraries, clock
+        mission, table, self.clock = worked_out.mission, worked_out.routes, clock
         self.worked_out, self.route, self.rests = worked_out, route, rests
         self.flight_time_s = float(table.flight_time_s[route])
         self.kinds = [each.kind for each in phases(worked_out, route, 0.0, 0.0)]

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 from optuav.errors import Fault, InputError
-from optuav.mission.network import Network
+from optuav.network.network import Network
 from optuav.plan import Plan
 from optuav.solving.planning import Part, plan_for, plan_without, planned_phases, soc_at_end
 from optuav.solving.question import AUTO, Question

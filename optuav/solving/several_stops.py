@@ -12,13 +12,13 @@ import numpy as np
 
 from formulations.perspectives import PAPER
 from optuav.errors import Fault, InputError, SolverError
-from optuav.mission import vehicle
-from optuav.mission.feasibility import beyond_it
-from optuav.mission.network import Network
-from optuav.mission.phases import phases_along, rest_net
-from optuav.mission.places import FIRST_BUILDING
 from optuav.mission.quantities import Number
 from optuav.mission.words import shown
+from optuav.network import vehicle
+from optuav.network.feasibility import beyond_it
+from optuav.network.network import Network
+from optuav.network.places import FIRST_BUILDING
+from optuav.network.timeline import phases_along, rest_net
 from optuav.physics.quantity import TINY
 from optuav.plan import Plan
 from optuav.search.branch import INTERRUPTED, TIE_S, Found, Progress, search
@@ -40,7 +40,7 @@ from optuav.solving.replayed import replayed
 from optuav.status import Status
 
 if TYPE_CHECKING:
-    from optuav.mission.graph import Graph
+    from optuav.network.graph import Graph
 
 ENGINE = "search"
 MOST_BUILDINGS = 1000
@@ -153,7 +153,7 @@ def _plan(program: Program, everywhere: Network, found: Found, asked_for: str) -
             said += ". Allow more time (time_limit_s), or fewer stops or hovers"
         raise SolverError(said)
     way = ways(everywhere, stops.places[:, None], np.array([-1]))
-    worked_out = replace(everywhere, itineraries=way)
+    worked_out = replace(everywhere, routes=way)
     legs = [int(leg) for leg in way.legs[0]]
     stays_s = stops.stays_s.tolist()
     flown = with_wells(worked_out, phases_along(worked_out, worked_out.legs, legs, stays_s))

@@ -19,7 +19,7 @@ from optuav.solving.question import AUTO, question
 from optuav.solving.several_stops import several_stops
 
 if TYPE_CHECKING:
-    from optuav.mission.graph import Graph
+    from optuav.network.graph import Graph
     from optuav.search.branch import Progress
 
 PROMISING = ("P1", "P3", "P4")

@@ -14,11 +14,11 @@ from optuav.engines import closed_form
 from optuav.engines.capabilities import ENGINES
 from optuav.errors import Fault, InputError, SolverError
 from optuav.mission import Mission, load
-from optuav.mission.itineraries import ORDERS
 from optuav.mission.quantities import SLOT
 from optuav.mission.words import shown
 from optuav.modelling import Model, evaluate
 from optuav.modelling.check import TOLERANCE
+from optuav.network.routes import ORDERS
 from optuav.plan import Plan
 from optuav.solving import Program, formulate
 from optuav.solving.question import LIMIT

@@ -9,9 +9,9 @@ import numpy as np
 
 from optuav.engines.export import need_linear, to_lp, to_mps
 from optuav.errors import Fault, InputError, NoPlanError
-from optuav.mission.itineraries import NO_LEG
 from optuav.mission.words import printable, shown
 from optuav.modelling import Model
+from optuav.network.routes import NO_LEG
 from optuav.solving import Program
 from optuav.solving.dispatch import answer
 
@@ -64,14 +64,14 @@ def statement(program: Program, form: str = "text") -> str:
 
 def _shortest(program: Program) -> tuple[int, int]:
     """Part and entry of the route with the shortest flight."""
-    flight_s = [program.worked_out.itineraries.flight_time_s[p.routes] for p in program.parts]
+    flight_s = [program.worked_out.routes.flight_time_s[p.routes] for p in program.parts]
     number = int(np.argmin([each.min() for each in flight_s]))
     return number, int(flight_s[number].argmin())
 
 
 def _remarks(program: Program, number: int, entry: int, choice: str) -> Iterator[str]:
     worked_out, asked = program.worked_out, program.question
-    legs = worked_out.itineraries.legs[program.parts[number].routes[entry]]
+    legs = worked_out.routes.legs[program.parts[number].routes[entry]]
     legs = legs[legs != NO_LEG]
     places = [worked_out.legs.start[legs[0]], *worked_out.legs.end[legs]]
     route = " -> ".join(printable(worked_out.places.names[place]) for place in places)

@@ -252,7 +252,7 @@ def test_many_at_once_are_each_alone() -> None:
 
 
 def together(cases: list[dict[str, Any]]) -> dict[str, Any]:
-    """Itineraries that stay in different orders as one call; missing stages and legs last 0 s."""
+    """Routes that stay in different orders as one call; missing stages and legs last 0 s."""
 
     def stage(case: dict[str, Any], leg: int, place: int) -> tuple[float, float]:
         flown = case["legs"][leg] if leg < len(case["legs"]) else []

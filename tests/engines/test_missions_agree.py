@@ -18,7 +18,7 @@ from hypothesis import strategies as st
 
 from optuav.errors import InputError
 from optuav.mission import Mission
-from optuav.mission.itineraries import ORDERS
+from optuav.network.routes import ORDERS
 from optuav.plan import Plan
 from optuav.solving import Program, formulate
 from optuav.solving.compiled import CompiledProgram

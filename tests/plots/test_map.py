@@ -18,7 +18,7 @@ from matplotlib.patches import Circle
 import optuav
 from optuav import plots
 from optuav.errors import InputError
-from optuav.mission import vehicle
+from optuav.network import vehicle
 from optuav.physics import link
 from optuav.plots.style import VERMILLION
 

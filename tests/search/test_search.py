@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 
 import optuav
 from optuav.mission import Mission
-from optuav.mission.network import network
+from optuav.network.network import build_network
 from optuav.physics import kibam
 from optuav.search.bound import Bound
 from optuav.search.boxes import Pattern
@@ -25,13 +25,13 @@ from optuav.solving.everywhere import all_legs, terrain
 
 
 def terrain_of(mission: Mission) -> Terrain:
-    worked_out = network(mission)
+    worked_out = build_network(mission)
     return terrain(replace(worked_out, legs=all_legs(worked_out)))
 
 
 def names(mission: Mission, found: Found) -> list[str]:
     assert found.stops is not None
-    return [network(mission).places.names[place] for place in found.stops.places]
+    return [build_network(mission).places.names[place] for place in found.stops.places]
 
 
 @pytest.mark.parametrize(

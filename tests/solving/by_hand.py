@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING
 from optuav.mission import Mission
 
 if TYPE_CHECKING:
-    from optuav.mission.graph import Graph
+    from optuav.network.graph import Graph
 
 ROUNDING = 1e-9
 SAME_S = 1e-7

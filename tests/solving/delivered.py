@@ -10,8 +10,8 @@ from typing import Any
 
 import numpy as np
 
-from optuav.mission.network import Network
-from optuav.mission.phases import phases
+from optuav.network.network import Network
+from optuav.network.timeline import phases
 from tests.kibam import Floats, Kibam
 
 AT_ONCE_S = 1e-9

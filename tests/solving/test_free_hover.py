@@ -10,7 +10,7 @@ from hypothesis import given, settings
 
 import optuav
 from optuav import InputError, Mission
-from optuav.mission import vehicle
+from optuav.network import vehicle
 from tests.mission.strategies import missions
 from tests.solving.dense import best_s, delivered_s
 

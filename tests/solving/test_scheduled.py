@@ -8,9 +8,8 @@ import pytest
 import optuav
 from optuav.errors import InputError, SolverError
 from optuav.mission import Mission, load
-from optuav.mission.flown import fly
-from optuav.mission.network import Network, network
-from optuav.mission.phases import phases
+from optuav.network.network import Network, build_network
+from optuav.network.timeline import fly, phases
 from optuav.solving import scheduled
 from optuav.status import Status
 
@@ -56,10 +55,10 @@ def can_be_flown(worked_out: Network, route: int, hover_s: float, rest_s: float)
 def test_slots_are_searched_to_the_end(schedule: str, min_soc: float) -> None:
     """No pair of slots of any route hovers longer; among the best, the shortest mission wins."""
     mission = small(schedule, **{"limits.min_soc": min_soc})
-    worked_out, slot_s = network(mission), 10.0
+    worked_out, slot_s = build_network(mission), 10.0
     steps = slot_s * np.arange(1, 20)
     tried = []
-    for route, flight_s in enumerate(worked_out.itineraries.flight_time_s.tolist()):
+    for route, flight_s in enumerate(worked_out.routes.flight_time_s.tolist()):
         for hover_s in steps[::-1]:  # shorter ones are no better than the first that can be flown
             rests = steps if route else [0.0]
             flown = [rest_s for rest_s in rests if can_be_flown(worked_out, route, hover_s, rest_s)]
@@ -86,8 +85,8 @@ def test_continuous_times_are_no_worse_than_slots_and_can_be_flown(schedule: str
     assert plan.hover_time_s >= slots.hover_time_s
     assert plan.runs_dry_s is None
     assert plan.warnings == ()
-    worked_out = network(mission)
-    routes = worked_out.itineraries
+    worked_out = build_network(mission)
+    routes = worked_out.routes
     building = [b.name for b in mission.buildings]
     (route,) = (
         number

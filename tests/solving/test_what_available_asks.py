@@ -15,9 +15,9 @@ from hypothesis import HealthCheck, assume, given, settings
 from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
 
-from optuav.mission.network import Network
-from optuav.mission.phases import phases
 from optuav.modelling import check
+from optuav.network.network import Network
+from optuav.network.timeline import phases
 from optuav.solving import Program
 from tests.kibam import Floats
 from tests.solving.test_flyable_missions import questions

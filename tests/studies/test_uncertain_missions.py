@@ -9,8 +9,8 @@ import pytest
 
 import optuav
 from optuav.mission import Mission
-from optuav.mission.network import network
-from optuav.mission.sight import CLEAR, crossed, prisms
+from optuav.network.network import build_network
+from optuav.network.obstacles import CLEAR, crossed, prisms
 from optuav.solving.given import quantities
 from optuav.studies.uncertain.ensemble import KEY, Base, Columns, Ensemble
 from optuav.studies.uncertain.longest import longest
@@ -65,9 +65,9 @@ def test_quantities_are_those_of_each_variant_alone(name: str) -> None:
     ensemble = Ensemble(Base.of(mission), varied)
     flyable = np.broadcast_to(ensemble.flyable, (COUNT, ensemble.flyable.shape[1]))
     for number in range(0, COUNT, 7):
-        one = network(alone(mission, varied, number))
-        assert (one.itineraries.flyable == flyable[number]).all()
-        for routes in (np.array([0]), np.arange(1, len(one.itineraries), 2)):
+        one = build_network(alone(mission, varied, number))
+        assert (one.routes.flyable == flyable[number]).all()
+        for routes in (np.array([0]), np.arange(1, len(one.routes), 2)):
             rests = bool(routes[0])
             expected = quantities(one, routes, rests=rests)
             variants = np.full(len(routes), number)

@@ -7,7 +7,8 @@ from typing import NamedTuple
 import numpy as np
 
 from optuav.arrays import Floats
-from optuav.mission import Mission, vehicle
+from optuav.mission import Mission
+from optuav.network import vehicle
 from optuav.physics import laser
 
 

@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from functools import partial
 
 from formulations.perspectives import PAPER
-from optuav.mission import vehicle
+from optuav.network import vehicle
 from optuav.paper.ledger.cells import FLIGHT_J, HOVER_J
 from optuav.paper.ledger.scenario import Scenario
 from optuav.paper.ledger.statement import Statement, Value

@@ -9,8 +9,8 @@ from functools import partial
 import numpy as np
 from numpy.polynomial import Polynomial
 
-from optuav.mission import vehicle
-from optuav.mission.places import HOVER
+from optuav.network import vehicle
+from optuav.network.places import HOVER
 from optuav.paper.ledger.scenario import Scenario, papers
 from optuav.paper.ledger.statement import Statement, Value
 from optuav.physics import flight, rotor

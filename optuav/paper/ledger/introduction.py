@@ -7,8 +7,8 @@ from collections.abc import Iterator
 import numpy as np
 
 from optuav.arrays import Floats
-from optuav.mission import vehicle
-from optuav.mission.places import HOVER
+from optuav.network import vehicle
+from optuav.network.places import HOVER
 from optuav.paper.curves.charging import source_power_for_full_charge_W
 from optuav.paper.ledger.scenario import Scenario, papers
 from optuav.paper.ledger.statement import Statement, Value

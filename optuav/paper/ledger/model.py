@@ -7,9 +7,9 @@ from collections.abc import Iterator
 from functools import partial
 
 from formulations.algorithm1 import algorithm1
-from optuav.mission import vehicle
-from optuav.mission.one_stop import one_stop_is_enough
-from optuav.mission.places import HOVER
+from optuav.network import vehicle
+from optuav.network.one_stop import one_stop_is_enough
+from optuav.network.places import HOVER
 from optuav.paper.ledger.cells import FLIGHT_J, HOVER_J, NOMINAL_J
 from optuav.paper.ledger.scenario import Scenario, papers
 from optuav.paper.ledger.statement import Statement, Value
@@ -130,7 +130,7 @@ def _signs(scenario: Scenario) -> Value:
 def _percent_at_697(signs: tuple[float, ...]) -> float:
     """η3 of the row Δ = 697 s with given signs of E_fl, E_hv and E_harv [%]."""
     scenario, hover_s = papers()[1], 697.0
-    direct_J = float(scenario.worked_out.itineraries.flight_energy_J[0])
+    direct_J = float(scenario.worked_out.routes.flight_energy_J[0])
     hover_J = float(vehicle.hover_load(scenario.mission).power_W) * hover_s
     harvested_J = float(vehicle.charging(scenario.mission, 0.0).power_W) * hover_s
     shares = (direct_J / FLIGHT_J, hover_J / HOVER_J, harvested_J / NOMINAL_J)

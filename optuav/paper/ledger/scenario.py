@@ -8,8 +8,8 @@ from functools import cache
 from typing import Any
 
 from optuav.mission import Mission, load
-from optuav.mission.legs import Legs
-from optuav.mission.network import Network, network
+from optuav.network.legs import Legs
+from optuav.network.network import Network, build_network
 from optuav.plan import Plan
 from optuav.solving import solve
 
@@ -41,7 +41,7 @@ class Scenario:
     @property
     def worked_out(self) -> Network:
         """Places, legs and itineraries."""
-        found: Network = self.once("network", lambda: network(self.mission))
+        found: Network = self.once("network", lambda: build_network(self.mission))
         return found
 
     @property

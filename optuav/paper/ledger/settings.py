@@ -10,7 +10,7 @@ import math
 from collections.abc import Callable, Iterator
 from typing import Any
 
-from optuav.mission import vehicle
+from optuav.network import vehicle
 from optuav.paper.ledger.scenario import Scenario
 from optuav.paper.ledger.statement import Statement, Value
 from optuav.physics import laser

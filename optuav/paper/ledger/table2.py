@@ -8,7 +8,7 @@ from functools import cache, partial
 import numpy as np
 
 from formulations.perspectives import PAPER, PERSPECTIVES
-from optuav.mission import vehicle
+from optuav.network import vehicle
 from optuav.paper.ledger.admitted import admitted
 from optuav.paper.ledger.cells import (
     FITTED,

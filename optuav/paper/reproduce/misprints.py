@@ -10,8 +10,9 @@ import numpy as np
 
 from formulations.perspectives import adjusted
 from optuav import plots
-from optuav.mission import Mission, vehicle
-from optuav.mission.network import network
+from optuav.mission import Mission
+from optuav.network import vehicle
+from optuav.network.network import build_network
 from optuav.paper.ledger.cells import HOVER_J
 from optuav.paper.reproduce.exhibit import Exhibit, LeftOut
 from optuav.physics import flight, rotor
@@ -70,7 +71,7 @@ def _c9(mission: Mission) -> Exhibit:
 
 
 def _signs(mission: Mission) -> Exhibit:
-    given = quantities(network(mission), np.array([0]), rests=False)
+    given = quantities(build_network(mission), np.array([0]), rests=False)
     right = np.array([float(adjusted(given, hover, 0.0)[0]) for hover in HOVERS_S])
     at_start = float(adjusted(given, 0.0, 0.0)[0])
     printed = 2.0 * at_start - right

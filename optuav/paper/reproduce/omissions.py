@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from optuav import plots
-from optuav.mission import Mission, vehicle
+from optuav.mission import Mission
+from optuav.network import vehicle
 from optuav.paper.reproduce.exhibit import OURS, Exhibit, LeftOut, heading, number, stem
 from optuav.paper.reproduce.perspectives import deadlines_s
 from optuav.paper.reproduce.plans import no_plan, solve, why

@@ -79,7 +79,7 @@ def chances(
     at_once: int = AT_ONCE,
 ) -> Chances:
     """Work out the samples, so many at once; the result does not depend on how many."""
-    routes = base.worked_out.itineraries
+    routes = base.worked_out.routes
     hover_s = np.empty(samples)
     wins = np.zeros(len(routes) + 1, dtype=np.intp)
     kept = dict.fromkeys(CONDITIONS, 0)

@@ -196,7 +196,7 @@ def _model(ensemble: Ensemble, itinerary: int, perspective: str) -> Model:
     given = ensemble.quantities(
         variants,
         np.full_like(variants, itinerary),
-        rests=bool(ensemble.base.worked_out.itineraries.building[itinerary] >= 0),
+        rests=bool(ensemble.base.worked_out.routes.building[itinerary] >= 0),
         steps=perspective == AVAILABLE,
     )
     return P1.model(replace(given, steps=steps_for(given.steps, varies=True)), perspective)

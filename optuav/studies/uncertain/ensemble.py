@@ -17,11 +17,12 @@ import numpy.typing as npt
 
 from formulations.quantities import Quantities
 from optuav.arrays import Booleans, Floats, Integers
-from optuav.mission import Mission, vehicle
-from optuav.mission.itineraries import NO_LEG
-from optuav.mission.network import Network, network
-from optuav.mission.places import FIRST_BUILDING, HOVER
-from optuav.mission.sight import CLEAR, Prisms, prisms
+from optuav.mission import Mission
+from optuav.network import vehicle
+from optuav.network.network import Network, build_network
+from optuav.network.obstacles import CLEAR, Prisms, prisms
+from optuav.network.places import FIRST_BUILDING, HOVER
+from optuav.network.routes import NO_LEG
 from optuav.physics.kibam import Stage
 from optuav.physics.quantity import norm
 from optuav.solving.given import mean_voltage_V
@@ -80,7 +81,7 @@ class Base:
     @classmethod
     def of(cls, mission: Mission) -> Self:
         """A mission with all its itineraries."""
-        return cls(network(mission), prisms(mission))
+        return cls(build_network(mission), prisms(mission))
 
     @property
     def mission(self) -> Mission:
@@ -89,14 +90,14 @@ class Base:
 
     def only(self, itinerary: int) -> Self:
         """The same with a single itinerary, number 0, and the legs that it uses."""
-        route, table = self.worked_out.itineraries.take([itinerary]), self.worked_out.legs
+        route, table = self.worked_out.routes.take([itinerary]), self.worked_out.legs
         flown = route.legs != NO_LEG
         used = route.legs[flown]
         legs = replace(
             table, **{each.name: getattr(table, each.name)[..., used] for each in fields(table)}
         )
         route = replace(route, legs=np.where(flown, np.cumsum(flown) - 1, NO_LEG))
-        return replace(self, worked_out=replace(self.worked_out, legs=legs, itineraries=route))
+        return replace(self, worked_out=replace(self.worked_out, legs=legs, routes=route))
 
 
 @dataclass(frozen=True)
@@ -302,7 +303,7 @@ class Ensemble:
 
     @cached_property
     def _routes(self) -> Any:
-        return self.base.worked_out.itineraries
+        return self.base.worked_out.routes
 
     @cached_property
     def _start_end(self) -> tuple[Integers, Integers]:

@@ -11,9 +11,10 @@ from formulations.p1 import P1
 from formulations.perspectives import AVAILABLE
 from optuav.arrays import Booleans
 from optuav.errors import Fault, InputError
-from optuav.mission import Mission, vehicle
-from optuav.mission.places import ENDS, HOVER
+from optuav.mission import Mission
 from optuav.modelling.check import evaluated
+from optuav.network import vehicle
+from optuav.network.places import ENDS, HOVER
 from optuav.plan import Plan
 from optuav.studies.uncertain.ensemble import Base, Ensemble
 
@@ -82,7 +83,7 @@ class FixedPlan:
             raise InputError([Fault("plan", " → ".join(plan.route), told)])
         place_m = [float(each) for each in vehicle.hover_point_m(plan.mission)]
         base = Base.of(mission.replace({"route.hover_m": place_m}))
-        routes, names = base.worked_out.itineraries, base.worked_out.places.names
+        routes, names = base.worked_out.routes, base.worked_out.places.names
         for number, building in enumerate(routes.building.tolist()):
             stops = [ENDS[HOVER]] if building < 0 else [names[len(ENDS) + building], ENDS[HOVER]]
             if building >= 0 and not routes.rest_first[number]:
@@ -96,7 +97,7 @@ class FixedPlan:
         """The plan in every variant of the mission, which is solved in a perspective."""
         ensemble = Ensemble(self.base, variants.columns, variants.coverage_radius_m)
         every = np.arange(ensemble.count)
-        rests = bool(self.base.worked_out.itineraries.building[0] >= 0)
+        rests = bool(self.base.worked_out.routes.building[0] >= 0)
         given = ensemble.quantities(every, np.zeros_like(every), rests=rests, steps=True)
         point = {"hover_time_s": self.hover_time_s}
         if rests:

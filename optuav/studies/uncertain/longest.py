@@ -49,7 +49,7 @@ def longest(ensemble: Ensemble, perspective: str) -> Longest:
 
 
 def best_itineraries(ensemble: Ensemble, perspective: str) -> Integers:
-    """Itineraries of a single variant that are as good as the best (to 1e-6 s).
+    """Routes of a single variant that are as good as the best (to 1e-6 s).
 
     None without a plan. Parameters as for `longest`, with one variant.
     """
@@ -72,7 +72,7 @@ def _hover_times_s(
 def _solved(
     ensemble: Ensemble, variants: Integers, itineraries: Integers, perspective: str
 ) -> Floats:
-    rests = bool(ensemble.base.worked_out.itineraries.building[itineraries[0]] >= 0)
+    rests = bool(ensemble.base.worked_out.routes.building[itineraries[0]] >= 0)
     if perspective == AVAILABLE:
         given = ensemble.quantities(variants, itineraries, rests=rests, steps=True)
         return delivered(given, len(variants))["hover_time_s"]
@@ -83,7 +83,7 @@ def _solved(
 
 def _groups(ensemble: Ensemble, itineraries: Integers, *, apart: bool) -> list[Booleans]:
     """Pairs that one declaration serves: direct or by way of a building, by order if needed."""
-    routes = ensemble.base.worked_out.itineraries
+    routes = ensemble.base.worked_out.routes
     by_way = routes.building[itineraries] >= 0
     first = routes.rest_first[itineraries]
     groups = [~by_way, by_way & first, by_way & ~first] if apart else [~by_way, by_way]

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from optuav.arrays import Booleans, Floats, Integers
-from optuav.mission.sight import CLEAR, MARGIN_M, Prisms, crossed
+from optuav.network.obstacles import CLEAR, MARGIN_M, Prisms, crossed
 
 FEW = 256
 """Lines of a bundle that are tried one by one rather than as a bundle."""

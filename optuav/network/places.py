@@ -7,9 +7,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from optuav.arrays import Booleans, Floats, Integers
-from optuav.mission import vehicle
 from optuav.mission.schema import Mission
-from optuav.mission.sight import CLEAR, Prisms, crossed
+from optuav.network import vehicle
+from optuav.network.obstacles import CLEAR, Prisms, crossed
 
 ORIGIN, HOVER, DESTINATION, FIRST_BUILDING = 0, 1, 2, 3
 ENDS = ("origin", "hover", "destination")

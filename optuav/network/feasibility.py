@@ -6,11 +6,11 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from optuav.mission import vehicle
-from optuav.mission.itineraries import NO_LEG
-from optuav.mission.network import Network
-from optuav.mission.places import HOVER
 from optuav.mission.schema import Mission
+from optuav.network import vehicle
+from optuav.network.network import Network, build_network
+from optuav.network.places import HOVER
+from optuav.network.routes import NO_LEG
 from optuav.physics import flight, link
 
 TOLERANCE = 1e-9
@@ -26,7 +26,7 @@ def impossibilities(worked_out: Network) -> tuple[str, ...]:
         Places, legs and itineraries of any valid mission.
     """
     reasons = beyond_it(worked_out)
-    if not reasons and not worked_out.itineraries.flyable.any():
+    if not reasons and not worked_out.routes.flyable.any():
         reasons = tuple(blocked(worked_out, 0))
     return reasons
 
@@ -80,7 +80,7 @@ def blocked(worked_out: Network, index: int) -> list[str]:
     """Which legs of an itinerary cannot be flown, and why."""
     table, names = worked_out.legs, worked_out.places.names
     reasons = []
-    for leg in worked_out.itineraries.legs[index]:
+    for leg in worked_out.routes.legs[index]:
         if leg == NO_LEG or table.flyable[leg]:
             continue
         way = f"the leg {names[table.start[leg]]} → {names[table.end[leg]]}"
@@ -92,3 +92,56 @@ def blocked(worked_out: Network, index: int) -> list[str]:
         else:
             reasons.append(f"{way} is not in the graph")
     return reasons
+
+
+SECONDS_PER_HOUR = 3600.0
+
+
+def advice(mission: Mission) -> tuple[str, ...]:
+    """Warnings about a valid mission, in words; empty if there is nothing to say.
+
+    Parameters
+    ----------
+    mission
+        Any valid mission.
+    """
+    worked_out = build_network(mission)
+    found = list(impossibilities(worked_out))
+    if not found:
+        found += _deadline(worked_out)
+    found += _charging(mission)
+    found += _dark(worked_out)
+    return tuple(found)
+
+
+def _deadline(worked_out: Network) -> Iterator[str]:
+    routes = worked_out.routes
+    shortest_s = float(routes.flight_time_s[routes.flyable].min())
+    deadline_s = worked_out.mission.limits.deadline_s
+    if shortest_s > deadline_s:
+        yield (
+            f"limits.deadline_s = {deadline_s:g} s is shorter than the flight alone, "
+            f"{shortest_s:.2f} s"
+        )
+
+
+def _charging(mission: Mission) -> Iterator[str]:
+    given = mission.battery
+    recommended_A = given.packs * given.capacity_As / SECONDS_PER_HOUR
+    if given.charge_current_A > recommended_A:
+        yield (
+            f"battery.charge_current_A = {given.charge_current_A:g} A is above 1 C of the battery, "
+            f"{recommended_A:g} A"
+        )
+
+
+def _dark(worked_out: Network) -> Iterator[str]:
+    where, mission = worked_out.places, worked_out.mission
+    if mission.laser is None:
+        return
+    exists = np.isfinite(where.position_m).all(axis=1)
+    in_the_dark = exists & ~where.laser_sight
+    names = [where.names[place] for place in (HOVER, *where.buildings) if in_the_dark[place]]
+    if names:
+        shown = ", ".join(names[:10]) + (", …" if len(names) > 10 else "")
+        yield f"the laser does not see {shown}: no charging there"

@@ -2,16 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
-from typing import Any, Literal
+from typing import Any, Literal, NamedTuple
 
-from optuav.mission import vehicle
-from optuav.mission.itineraries import NO_LEG
-from optuav.mission.legs import Legs
-from optuav.mission.network import Network
-from optuav.mission.places import FIRST_BUILDING, HOVER
+import numpy as np
+
+from optuav.mission.schema import Mission
+from optuav.network import vehicle
+from optuav.network.legs import Legs
+from optuav.network.network import Network
+from optuav.network.places import FIRST_BUILDING, HOVER
+from optuav.network.routes import NO_LEG
 from optuav.physics import kibam
+from optuav.physics.packs import Load, Packs, Stretch
 
 Kind = Literal["flight", "hover", "rest"]
 
@@ -80,7 +84,7 @@ def phases(worked_out: Network, index: int, hover_time_s: Any, rest_time_s: Any)
     hover_time_s, rest_time_s
         Δ and T' [s].
     """
-    routes, table = worked_out.itineraries, worked_out.legs
+    routes, table = worked_out.routes, worked_out.legs
     legs = [int(number) for number in routes.legs[index] if number != NO_LEG]
     times_s = {HOVER: hover_time_s, FIRST_BUILDING + int(routes.building[index]): rest_time_s}
     # Places are passed by where they do not serve, or have served.
@@ -132,3 +136,53 @@ def _stay(kind: Kind, place: int, duration_s: Any, net: vehicle.Load) -> Phase:
     return Phase(
         kind, place, place, NO_LEG, (duration_s,), (float(net.current_A),), (float(net.power_W),)
     )
+
+
+class Flown(NamedTuple):
+    """What phases do to the packs.
+
+    Parameters
+    ----------
+    stretches
+        For every phase, the stretches in which no pack changes its part.
+    wells
+        (pack,): charge in the wells at the end of every phase [A s].
+    ended_s
+        When no pack is left to carry the load [s]; None if that never comes. The packs stay as they
+        are from then on.
+    """
+
+    stretches: list[list[Stretch]]
+    wells: list[kibam.Wells]
+    ended_s: float | None
+
+
+def packs(mission: Mission) -> Packs:
+    """The mission's packs, full."""
+    given = mission.battery
+    pack = kibam.Battery(given.capacity_As, given.available_fraction, given.flow_rate_per_s)
+    return Packs(pack, given.packs, given.schedule, given.period_s)
+
+
+def loads(mission: Mission, kind: Kind, stages: Iterable[kibam.Stage]) -> list[Load]:
+    """What is drawn and what is charged in the stages of a phase, from their net currents [A]."""
+    drawn_A = 0.0
+    if kind != "flight":
+        load = vehicle.hover_load(mission) if kind == "hover" else vehicle.rest_load(mission)
+        drawn_A = float(load.current_A)
+    return [
+        Load(drawn_A, net_A + drawn_A, duration_s)
+        if kind != "flight"
+        else Load(-net_A, 0.0, duration_s)
+        for net_A, duration_s in stages
+    ]
+
+
+def fly(mission: Mission, phases: Iterable[tuple[Kind, Iterable[kibam.Stage]]]) -> Flown:
+    """Carry phases, each a kind and its stages of net current, from full packs."""
+    carried, stretches, wells = packs(mission), [], []
+    for kind, stages in phases:
+        stretches.append(carried.job(loads(mission, kind, stages)))
+        wells.append(kibam.Wells(*(np.array(well[0]) for well in carried.wells)))
+    ended_s = float(carried.clock_s[0]) if carried.exhausted[0] else None
+    return Flown(stretches, wells, ended_s)

@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 
 from optuav.errors import InputError
-from optuav.mission import Mission, load, vehicle
-from optuav.mission.flown import fly
+from optuav.mission import Mission, load
+from optuav.network import vehicle
+from optuav.network.timeline import fly
 from optuav.physics import kibam
 from optuav.physics.kibam import Battery, Stage
 

@@ -11,10 +11,15 @@ from hypothesis import strategies as st
 
 import optuav
 from optuav.mission import Mission
-from optuav.mission.edited import edited_network
-from optuav.mission.itineraries import ORDERS, Order
-from optuav.mission.network import Network, network
-from optuav.mission.routes import TRAJECTORIES, nearest_building, trajectory_routes
+from optuav.network.graph import edited_network
+from optuav.network.network import (
+    TRAJECTORIES,
+    Network,
+    build_network,
+    nearest_building,
+    trajectory_routes,
+)
+from optuav.network.routes import ORDERS, Order
 from tests.mission.strategies import missions
 
 PAPER = optuav.load("paper")
@@ -22,12 +27,12 @@ PAPER = optuav.load("paper")
 
 def chosen(mission: Mission, name: Any, order: Order | None = None) -> list[tuple[str, ...]]:
     """Routes of a trajectory as names of places."""
-    worked_out = network(mission)
+    worked_out = build_network(mission)
     return [route(worked_out, index) for index in trajectory_routes(worked_out, name, order)]
 
 
 def route(worked_out: Network, index: int) -> tuple[str, ...]:
-    building, order = worked_out.itineraries.building[index], worked_out.itineraries.order(index)
+    building, order = worked_out.routes.building[index], worked_out.routes.order(index)
     if order is None:
         return ("origin", "hover", "destination")
     name = worked_out.mission.buildings[building].name
@@ -37,7 +42,7 @@ def route(worked_out: Network, index: int) -> tuple[str, ...]:
 
 def searched(worked_out: Network, name: str, order: Order | None) -> list[int]:
     """What a trajectory means, itinerary by itinerary."""
-    routes, mission = worked_out.itineraries, worked_out.mission
+    routes, mission = worked_out.routes, worked_out.mission
     by_way = [
         index
         for index in range(1, len(routes))
@@ -60,7 +65,7 @@ def searched(worked_out: Network, name: str, order: Order | None) -> list[int]:
 @given(missions(), st.sampled_from(TRAJECTORIES), st.sampled_from([None, *ORDERS]))
 def test_trajectories_are_what_they_say(mission: Mission, name: Any, order: Order | None) -> None:
     """All, the direct one, by way of the nearest building, the shortest by way of any."""
-    worked_out = network(mission)
+    worked_out = build_network(mission)
     found = trajectory_routes(worked_out, name, order).tolist()
     assert found == searched(worked_out, name, order)
 
@@ -98,7 +103,7 @@ def test_trajectories_of_the_shipped_mission() -> None:
 def test_a_mission_without_buildings_goes_direct() -> None:
     """traj1 and traj2 have no routes then."""
     mission = PAPER.replace({"buildings": []})
-    assert nearest_building(network(mission)) == -1
+    assert nearest_building(build_network(mission)) == -1
     assert chosen(mission, "traj1") == chosen(mission, "traj2") == []
     assert chosen(mission, "optimal") == chosen(mission, "direct")
 
@@ -115,7 +120,7 @@ def test_traj1_does_not_turn_to_another_building_when_the_nearest_is_blocked() -
 def test_many_ties_are_no_trouble() -> None:
     """500 buildings on the same spot: 500 shortest ways in each order."""
     spot = [{"name": f"n{number}", "position_m": [700, 900, 60]} for number in range(500)]
-    worked_out = network(PAPER.replace({"buildings": spot}))
+    worked_out = build_network(PAPER.replace({"buildings": spot}))
     assert len(trajectory_routes(worked_out, "traj2")) in (500, 1000)
     assert len(trajectory_routes(worked_out, "traj1")) == 2
 

@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 
 import optuav
-from optuav.mission.network import network
-from optuav.mission.one_stop import FIGURES, one_stop_is_enough
+from optuav.network.network import build_network
+from optuav.network.one_stop import FIGURES, one_stop_is_enough
 
 BUILDINGS = ("b1", "b2", "b3")
 PLACES = ("origin", "hover", "destination", *BUILDINGS)
@@ -69,7 +69,7 @@ def test_shortcuts_are_those_of_plain_loops(seed: int) -> None:
 def test_flight_models_obey_the_triangle_inequality() -> None:
     """Of the shipped mission, worked out and as its graph; a graph without legs has no detours."""
     mission = optuav.load("paper")
-    assert one_stop_is_enough(network(mission)) == ()
+    assert one_stop_is_enough(build_network(mission)) == ()
     legs = optuav.graph(mission)
     assert one_stop_is_enough(legs) == ()
     legs.remove_edges_from(list(legs.edges))

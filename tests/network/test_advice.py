@@ -9,9 +9,8 @@ from hypothesis import given
 
 import optuav
 from optuav.mission import Mission
-from optuav.mission.advice import advice
-from optuav.mission.feasibility import impossibilities
-from optuav.mission.network import network
+from optuav.network.feasibility import advice, impossibilities
+from optuav.network.network import build_network
 from tests.mission.strategies import missions
 
 PAPER = optuav.load("paper")
@@ -82,5 +81,5 @@ def test_many_dark_roofs_are_not_all_named() -> None:
 def test_advice_holds_every_impossibility(mission: Mission) -> None:
     """`validate` warns of what will make the plan infeasible."""
     found = advice(mission)
-    assert set(impossibilities(network(mission))) <= set(found)
+    assert set(impossibilities(build_network(mission))) <= set(found)
     assert all(text and "nan" not in text for text in found)

@@ -18,12 +18,12 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from optuav.arrays import Booleans, Floats, Integers
-from optuav.mission.itineraries import NO_LEG
-from optuav.mission.network import Network
-from optuav.mission.places import DESTINATION, ENDS, FIRST_BUILDING, HOVER, ORIGIN
+from optuav.network.network import Network
+from optuav.network.places import DESTINATION, ENDS, FIRST_BUILDING, HOVER, ORIGIN
+from optuav.network.routes import NO_LEG
 
 if TYPE_CHECKING:
-    from optuav.mission.graph import Graph
+    from optuav.network.graph import Graph
 
 FIGURES = ("duration_s", "charge_As", "energy_J")
 UNITS = {"duration_s": "s", "charge_As": "A s", "energy_J": "J"}

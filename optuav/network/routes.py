@@ -1,4 +1,4 @@
-"""Itineraries: which legs in which order, with what they cost and what charges on the way."""
+"""Routes: which legs in which order, with what they cost and what charges on the way."""
 
 from __future__ import annotations
 
@@ -9,8 +9,8 @@ from typing import Literal
 import numpy as np
 
 from optuav.arrays import Booleans, Floats, Integers
-from optuav.mission.legs import Legs
-from optuav.mission.places import Places
+from optuav.network.legs import Legs
+from optuav.network.places import Places
 
 Order = Literal["rest-first", "hover-first"]
 ORDERS: tuple[Order, Order] = ("rest-first", "hover-first")
@@ -19,7 +19,7 @@ NO_LEG = -1
 
 
 @dataclass(frozen=True)
-class Itineraries:
+class Routes:
     """Routes with at most one building; all arrays have one entry an itinerary.
 
     They are ordered as ties are broken: the direct route, then the buildings in the mission's
@@ -50,10 +50,10 @@ class Itineraries:
     def __len__(self) -> int:
         return len(self.building)
 
-    def take(self, which: Sequence[int] | Integers) -> Itineraries:
+    def take(self, which: Sequence[int] | Integers) -> Routes:
         """The itineraries with the given numbers, in that order."""
         chosen = np.asarray(which, dtype=np.intp)
-        return Itineraries(**{each.name: getattr(self, each.name)[chosen] for each in fields(self)})
+        return Routes(**{each.name: getattr(self, each.name)[chosen] for each in fields(self)})
 
     def order(self, index: int) -> Order | None:
         """Order of rest and hover of an itinerary; None for the direct route."""
@@ -62,7 +62,7 @@ class Itineraries:
         return "rest-first" if self.rest_first[index] else "hover-first"
 
 
-def itineraries(table: Legs, where: Places) -> Itineraries:
+def itineraries(table: Legs, where: Places) -> Routes:
     """All itineraries with at most one building over a table of legs.
 
     Parameters
@@ -89,7 +89,7 @@ def itineraries(table: Legs, where: Places) -> Itineraries:
         sums: Floats = np.where(flown, per_leg[numbers], 0.0).sum(axis=1)
         return sums
 
-    return Itineraries(
+    return Routes(
         legs=numbers,
         building=building,
         rest_first=np.concatenate([[False], np.tile([True, False], count)]),

@@ -13,12 +13,13 @@ from hypothesis import assume, given
 from hypothesis import strategies as st
 
 import optuav
-from optuav.mission import Mission, sight
-from optuav.mission.legs import legs
-from optuav.mission.network import network
-from optuav.mission.places import HOVER, places
+from optuav.mission import Mission
 from optuav.mission.sections import Building
-from optuav.mission.sight import CLEAR, crossed, outline_m, prisms
+from optuav.network import obstacles as sight
+from optuav.network.legs import legs
+from optuav.network.network import build_network
+from optuav.network.obstacles import CLEAR, crossed, outline_m, prisms
+from optuav.network.places import HOVER, places
 
 Point = tuple[float, float, float]
 Ring = Sequence[tuple[float, float]]
@@ -226,9 +227,9 @@ def crowd(count: int, seed: int) -> Mission:
 def test_trying_lines_a_few_at_a_time_changes_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
     """The bound on memory cuts the work, not the answer."""
     mission = crowd(60, 1)
-    at_once = network(mission)
+    at_once = build_network(mission)
     monkeypatch.setattr(sight, "MOST_PAIRS", 600)
-    bit_by_bit = network(mission)
+    bit_by_bit = build_network(mission)
     assert np.array_equal(at_once.legs.crosses, bit_by_bit.legs.crosses)
     assert np.array_equal(at_once.places.laser_sight, bit_by_bit.places.laser_sight)
 
@@ -236,7 +237,7 @@ def test_trying_lines_a_few_at_a_time_changes_nothing(monkeypatch: pytest.Monkey
 def test_legs_and_sight_of_a_crowded_town() -> None:
     """Every leg and every beam of 80 buildings as the search along it finds."""
     mission = crowd(80, 2)
-    worked_out = network(mission)
+    worked_out = build_network(mission)
     where, table = worked_out.places, worked_out.legs
     solids = [(outline_m(each) or (), each.position_m[2]) for each in mission.buildings]
 
@@ -263,7 +264,7 @@ def test_legs_and_sight_of_a_crowded_town() -> None:
 def test_its_own_roof_never_blocks_a_place() -> None:
     """Rising steeply from the middle of a broad roof, the way crosses the own building only."""
     mission = town(((900, 900), (1000, 1000, 60)))
-    worked_out = network(mission)
+    worked_out = build_network(mission)
     assert worked_out.places.laser_sight[3]
     to_roof, roof_to_hover = worked_out.legs.flyable[2:4]
     assert to_roof
@@ -274,9 +275,9 @@ def test_its_own_roof_never_blocks_a_place() -> None:
 def test_a_laser_within_a_footprint_is_in_the_dark() -> None:
     """It sees the roof that it stands under, which is exempt, and no other place."""
     mission = town(((100, 100), (1000, 0, 60)), ((40, 40), (50, 300, 60)))
-    assert list(network(mission).places.laser_sight) == [False, False, False, True, False]
+    assert list(build_network(mission).places.laser_sight) == [False, False, False, True, False]
     on_the_roof = mission.replace({"laser.position_m": [1000, 0, 60]})
-    assert network(on_the_roof).places.laser_sight[4]
+    assert build_network(on_the_roof).places.laser_sight[4]
 
 
 @pytest.mark.parametrize(
@@ -295,7 +296,7 @@ def test_hovering_over_on_or_in_a_building(roof_m: float, sees: bool, flies: boo
             "laser.position_m": [1000, 0, 100],
         }
     )
-    worked_out = network(mission)
+    worked_out = build_network(mission)
     assert worked_out.places.laser_sight[HOVER] == sees
     assert list(worked_out.legs.flyable[:2]) == [flies, flies]
     assert worked_out.legs.flyable[2:].all(), "the building itself is at an end of these"
@@ -304,8 +305,8 @@ def test_hovering_over_on_or_in_a_building(roof_m: float, sees: bool, flies: boo
 def test_legs_through_buildings_are_allowed_on_request() -> None:
     """flight.through_buildings frees the legs; the laser stays in the dark."""
     mission = town(((200, 200), (500, 1250, 90)), ((2000, 10), (1000, 100, 90)))
-    blocked = network(mission)
-    through = network(mission.replace({"flight.through_buildings": True}))
+    blocked = build_network(mission)
+    through = build_network(mission.replace({"flight.through_buildings": True}))
     assert not blocked.legs.flyable[:2].any()
     assert through.legs.flyable.all()
     assert (through.legs.crosses == CLEAR).all()

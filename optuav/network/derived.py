@@ -8,11 +8,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from optuav.mission import vehicle
-from optuav.mission.network import Network, network
-from optuav.mission.phases import hover_net
-from optuav.mission.places import HOVER
 from optuav.mission.schema import Mission
+from optuav.network import vehicle
+from optuav.network.network import Network, build_network
+from optuav.network.places import HOVER
+from optuav.network.timeline import hover_net
 from optuav.physics import rotor
 
 
@@ -77,7 +77,7 @@ def derived(mission: Mission) -> tuple[Figure, ...]:
     mission
         Any valid mission.
     """
-    worked_out = network(mission)
+    worked_out = build_network(mission)
     return tuple(
         Figure(name, _known(value), unit)
         for name, value, unit in (
@@ -90,8 +90,8 @@ def derived(mission: Mission) -> tuple[Figure, ...]:
 
 def building_figures(mission: Mission) -> tuple[BuildingFigures, ...]:
     """Derived figures of every building, in the mission's order."""
-    worked_out = network(mission)
-    where, routes = worked_out.places, worked_out.itineraries
+    worked_out = build_network(mission)
+    where, routes = worked_out.places, worked_out.routes
     flight_s = np.where(routes.flyable, routes.flight_time_s, np.nan)[1:].reshape(-1, 2)
     return tuple(
         BuildingFigures(
@@ -137,8 +137,8 @@ def _vehicle(mission: Mission) -> Iterator[Row]:
 def _link(worked_out: Network) -> Iterator[Row]:
     yield "coverage radius d_max", vehicle.coverage_radius_m(worked_out.mission), "m"
     yield "hover point", tuple(worked_out.places.position_m[HOVER].tolist()), "m"
-    direct_s = worked_out.itineraries.flight_time_s[0]
-    flyable = worked_out.itineraries.flyable[0]
+    direct_s = worked_out.routes.flight_time_s[0]
+    flyable = worked_out.routes.flyable[0]
     yield "direct flight", float(direct_s) if flyable else math.nan, "s"
 
 

@@ -1,4 +1,4 @@
-"""Itineraries with at most one stop, against plain loops over the table of legs."""
+"""Routes with at most one stop, against plain loops over the table of legs."""
 
 from __future__ import annotations
 
@@ -12,8 +12,8 @@ from hypothesis import given
 
 import optuav
 from optuav.mission import Mission
-from optuav.mission.itineraries import NO_LEG, Order
-from optuav.mission.network import Network, network
+from optuav.network.network import Network, build_network
+from optuav.network.routes import NO_LEG, Order
 from tests.mission.strategies import missions
 
 
@@ -28,7 +28,7 @@ def in_the_order_of_ties(mission: Mission) -> Iterator[tuple[int, Order | None, 
 def route(worked_out: Network, index: int) -> tuple[str, ...]:
     """Names of the places of an itinerary, each leg beginning where the one before it ends."""
     names, table = worked_out.places.names, worked_out.legs
-    numbers = [leg for leg in worked_out.itineraries.legs[index] if leg != NO_LEG]
+    numbers = [leg for leg in worked_out.routes.legs[index] if leg != NO_LEG]
     for before, after in itertools.pairwise(numbers):
         assert table.end[before] == table.start[after]
     return (names[table.start[numbers[0]]], *(names[table.end[leg]] for leg in numbers))
@@ -37,8 +37,8 @@ def route(worked_out: Network, index: int) -> tuple[str, ...]:
 @given(missions())
 def test_itineraries_are_all_routes_with_at_most_one_stop(mission: Mission) -> None:
     """Direct first, then by building, rest first and hover first: the order in which ties break."""
-    worked_out = network(mission)
-    routes = worked_out.itineraries
+    worked_out = build_network(mission)
+    routes = worked_out.routes
     expected = list(in_the_order_of_ties(mission))
     assert len(routes) == len(expected) == 1 + 2 * len(mission.buildings)
     for index, (building, order, names) in enumerate(expected):
@@ -51,8 +51,8 @@ def test_itineraries_are_all_routes_with_at_most_one_stop(mission: Mission) -> N
 @given(missions())
 def test_totals_are_sums_over_the_legs(mission: Mission) -> None:
     """Time, charge and energy; flyable if every leg is."""
-    worked_out = network(mission)
-    routes, table = worked_out.itineraries, worked_out.legs
+    worked_out = build_network(mission)
+    routes, table = worked_out.routes, worked_out.legs
     for index, legs in enumerate(routes.legs.tolist()):
         flown = [leg for leg in legs if leg != NO_LEG]
         assert routes.flyable[index] == all(table.flyable[leg] for leg in flown)
@@ -70,7 +70,7 @@ def test_one_blocked_leg_grounds_the_itineraries_that_use_it_alone() -> None:
     mission = optuav.load("paper")
     tower = {"name": "tower", "position_m": [25, 150, 90], "footprint_m": [10, 10]}
     stated = [*mission.to_dict()["buildings"], tower]
-    routes = network(mission.replace({"buildings": stated})).itineraries
+    routes = build_network(mission.replace({"buildings": stated})).routes
     grounded = np.flatnonzero(~routes.flyable).tolist()
     assert [(routes.building[index], routes.order(index)) for index in grounded] == [
         (0, "rest-first")
@@ -79,7 +79,7 @@ def test_one_blocked_leg_grounds_the_itineraries_that_use_it_alone() -> None:
 
 def test_taking_some_keeps_their_order() -> None:
     """`take` cuts all columns alike."""
-    routes = network(optuav.load("paper")).itineraries
+    routes = build_network(optuav.load("paper")).routes
     some = routes.take([4, 0])
     assert len(some) == 2
     assert [some.order(0), some.order(1)] == ["hover-first", None]

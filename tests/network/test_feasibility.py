@@ -9,9 +9,9 @@ from hypothesis import given
 
 import optuav
 from optuav.mission import Mission
-from optuav.mission.feasibility import blocked, impossibilities
-from optuav.mission.itineraries import NO_LEG
-from optuav.mission.network import network
+from optuav.network.feasibility import blocked, impossibilities
+from optuav.network.network import build_network
+from optuav.network.routes import NO_LEG
 from tests.mission.strategies import missions
 
 PAPER = optuav.load("paper")
@@ -41,7 +41,7 @@ ALONE: list[tuple[dict[str, Any], list[str]]] = [
 
 
 def reasons(mission: Mission) -> tuple[str, ...]:
-    return impossibilities(network(mission))
+    return impossibilities(build_network(mission))
 
 
 def test_the_shipped_missions_are_possible() -> None:
@@ -80,7 +80,7 @@ def test_a_way_round_by_a_building_is_a_way() -> None:
     screen = {"name": "screen", "position_m": [500, 1250.5, 200], "footprint_m": [20, 20]}
     stated = [*PAPER.to_dict()["buildings"], screen]
     mission = PAPER.replace({"buildings": stated})
-    assert not network(mission).itineraries.flyable[0]
+    assert not build_network(mission).routes.flyable[0]
     assert reasons(mission) == ()
     assert optuav.solve(mission, perspective="battery").route[1] == "b1"
 
@@ -96,7 +96,7 @@ def test_the_rim_of_the_coverage_is_covered(hover_m: list[float], covered: bool)
 
 def test_the_hover_point_of_the_link_may_be_stated() -> None:
     """w_U itself, to the last digit."""
-    hover_m = network(PAPER).places.position_m[1].tolist()
+    hover_m = build_network(PAPER).places.position_m[1].tolist()
     assert reasons(PAPER.replace({"route.hover_m": hover_m})) == ()
 
 
@@ -113,7 +113,7 @@ def test_a_plan_or_reasons(mission: Mission) -> None:
 @given(missions())
 def test_blocked_tells_of_every_leg_that_cannot_be_flown(mission: Mission) -> None:
     """As many words as legs of the itinerary without passage."""
-    worked_out = network(mission)
-    for index, legs in enumerate(worked_out.itineraries.legs.tolist()):
+    worked_out = build_network(mission)
+    for index, legs in enumerate(worked_out.routes.legs.tolist()):
         stuck = [leg for leg in legs if leg != NO_LEG and not worked_out.legs.flyable[leg]]
         assert len(blocked(worked_out, index)) == len(stuck)

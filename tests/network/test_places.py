@@ -10,13 +10,13 @@ from hypothesis import given
 
 import optuav
 from optuav.mission import Mission
-from optuav.mission.network import network
-from optuav.mission.places import ENDS, HOVER, Places
+from optuav.network.network import build_network
+from optuav.network.places import ENDS, HOVER, Places
 from tests.mission.strategies import missions
 
 
 def places_of(mission: Mission) -> Places:
-    return network(mission).places
+    return build_network(mission).places
 
 
 def weak(power_W: float) -> Mission:

@@ -9,17 +9,18 @@ import pytest
 from hypothesis import given
 
 import optuav
-from optuav.mission import Mission, vehicle
-from optuav.mission.legs import Legs, all_pairs, legs_between, one_stop_legs
-from optuav.mission.network import network
-from optuav.mission.places import DESTINATION, HOVER, ORIGIN
-from optuav.mission.sight import prisms
+from optuav.mission import Mission
+from optuav.network import vehicle
+from optuav.network.legs import Legs, all_pairs, legs_between, one_stop_legs
+from optuav.network.network import build_network
+from optuav.network.obstacles import prisms
+from optuav.network.places import DESTINATION, HOVER, ORIGIN
 from optuav.physics import flight
 from tests.mission.strategies import missions
 
 
 def table_of(mission: Mission) -> Legs:
-    return network(mission).legs
+    return build_network(mission).legs
 
 
 def test_legs_are_numbered_as_documented() -> None:
@@ -43,7 +44,7 @@ def test_all_pairs_lead_from_everywhere_to_everywhere_else() -> None:
 @given(missions())
 def test_the_table_of_all_pairs_holds_the_one_stop_legs(mission: Mission) -> None:
     """The same figures, sight included, wherever both tables have a leg."""
-    worked_out = network(mission)
+    worked_out = build_network(mission)
     where, some = worked_out.places, worked_out.legs
     every = legs_between(mission, where, prisms(mission), *all_pairs(len(where.names)))
     number = {pair: k for k, pair in enumerate(zip(every.start, every.end, strict=True))}
@@ -63,7 +64,7 @@ def test_a_building_between_two_others_blocks_their_leg() -> None:
     ]
     rows[1]["position_m"] = [100.0, 500.0, 90.0]
     mission = optuav.load("paper").replace({"buildings": rows})
-    where = network(mission).places
+    where = build_network(mission).places
     table = legs_between(mission, where, prisms(mission), *all_pairs(len(where.names)))
     flyable = {
         (where.names[a], where.names[b]): bool(free)
@@ -78,7 +79,7 @@ def test_a_building_between_two_others_blocks_their_leg() -> None:
 @given(missions("rotors"))
 def test_rotor_legs_are_those_of_the_physics_one_by_one(mission: Mission) -> None:
     """Durations and charges of every stage, wind included, as `flight.leg` gives them."""
-    worked_out = network(mission)
+    worked_out = build_network(mission)
     where, table = worked_out.places.position_m, worked_out.legs
     for leg, (start, end) in enumerate(zip(table.start, table.end, strict=True)):
         x, y, z = (where[end] - where[start]).tolist()
@@ -104,7 +105,7 @@ def test_regime_legs_are_trapezoids(mission: Mission) -> None:
     """T = 2 sqrt(d/a), or d/v + v/a once the cap is reached; constant current and power."""
     given = mission.flight
     assert given.model == "regimes"
-    worked_out = network(mission)
+    worked_out = build_network(mission)
     where, table = worked_out.places.position_m, worked_out.legs
     a, cap = given.acceleration_m_s2, given.max_speed_m_s or math.inf
     for leg, (start, end) in enumerate(zip(table.start, table.end, strict=True)):

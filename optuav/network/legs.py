@@ -7,10 +7,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from optuav.arrays import Booleans, Floats, Integers
-from optuav.mission import vehicle
-from optuav.mission.places import DESTINATION, FIRST_BUILDING, HOVER, ORIGIN, Places
 from optuav.mission.schema import Mission
-from optuav.mission.sight import CLEAR, Prisms, crossed
+from optuav.network import vehicle
+from optuav.network.obstacles import CLEAR, Prisms, crossed
+from optuav.network.places import DESTINATION, FIRST_BUILDING, HOVER, ORIGIN, Places
 from optuav.physics.quantity import norm
 
 
@@ -101,7 +101,7 @@ def legs_between(
     mission
         Any valid mission.
     where, obstacles
-        Its places, and its buildings as `optuav.mission.sight.prisms`.
+        Its places, and its buildings as `optuav.network.obstacles.prisms`.
     start, end
         Numbers of places (leg,), different in every leg.
     """

@@ -17,13 +17,12 @@ from hypothesis import strategies as st
 
 import optuav
 from optuav.mission import Mission
-from optuav.mission.edited import edited_network
-from optuav.mission.graph import EDGE_FIGURES
+from optuav.network.graph import EDGE_FIGURES, edited_network
 from tests.mission.strategies import missions
 from tests.solving.by_hand import longest_of_all
 
 if TYPE_CHECKING:
-    from optuav.mission.graph import Graph
+    from optuav.network.graph import Graph
 
 PAPER = optuav.load("paper")
 NODE_ATTRIBUTES = ("kind", "position_m", "laser_sight", "received_power_W")

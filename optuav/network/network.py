@@ -1,18 +1,54 @@
-"""The paper's trajectories as choices of itineraries: direct, traj1, traj2."""
+"""A mission worked out: its places, legs and itineraries."""
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 
 from optuav.arrays import Integers
-from optuav.mission.itineraries import Order
-from optuav.mission.network import Network
-from optuav.mission.places import DESTINATION, FIRST_BUILDING, ORIGIN
+from optuav.mission.schema import Mission
+from optuav.network.legs import Legs, legs
+from optuav.network.obstacles import prisms
+from optuav.network.places import DESTINATION, FIRST_BUILDING, ORIGIN, Places, places
+from optuav.network.routes import NO_LEG, Order, Routes, itineraries
 
 if TYPE_CHECKING:
     import networkx
+
+
+@dataclass(frozen=True)
+class Network:
+    """Places and legs of a mission, and the itineraries over them.
+
+    Parameters
+    ----------
+    mission
+        What was worked out.
+    places, legs, routes
+        Tables of arrays, which refer to each other by number.
+    """
+
+    mission: Mission
+    places: Places
+    legs: Legs
+    routes: Routes
+
+    def route_names(self, route: int) -> tuple[str, ...]:
+        """Names of the places of an itinerary in the order in which they are reached."""
+        flown = [int(leg) for leg in self.routes.legs[route] if leg != NO_LEG]
+        names = self.places.names
+        return (names[self.legs.start[flown[0]]], *(names[self.legs.end[leg]] for leg in flown))
+
+
+def build_network(mission: Mission) -> Network:
+    """Work out places, legs and itineraries of a mission."""
+    obstacles = prisms(mission)
+    where = places(mission, obstacles)
+    table = legs(mission, where, obstacles)
+    return Network(mission, where, table, itineraries(table, where))
+
 
 State = tuple[int, str]
 START: State = (ORIGIN, "")
@@ -40,7 +76,7 @@ def trajectory_routes(
     order
         Only resting first or hovering first; both by default.
     """
-    routes = worked_out.itineraries
+    routes = worked_out.routes
     usable = routes.flyable.copy()
     by_way = routes.building >= 0
     if order is not None:
@@ -72,7 +108,7 @@ def _shortest(worked_out: Network, usable: Integers) -> set[int]:
     layers: networkx.DiGraph[State] = networkx.DiGraph()
     layers.add_nodes_from([START, GOAL])
     reached: dict[State, int] = {}
-    routes, table = worked_out.itineraries, worked_out.legs
+    routes, table = worked_out.routes, worked_out.legs
     duration_s = table.duration_s
     for index in usable.tolist():
         side = "before" if routes.rest_first[index] else "after"

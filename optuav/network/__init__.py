@@ -1,0 +1,1 @@
+"""A mission as arrays: its places, its legs, the routes over them, and the phases of a route."""
