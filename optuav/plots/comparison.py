@@ -8,7 +8,7 @@ from typing import NamedTuple
 from matplotlib.axes import Axes
 from matplotlib.patches import Patch
 
-from optuav.plots.grouped import draw_groups
+from optuav.plots.grouped import cannot_be_flown, draw_groups
 from optuav.plots.labels import settle
 from optuav.plots.style import (
     BLACK,
@@ -74,12 +74,15 @@ class Bar(NamedTuple):
         Δ [s]; None without a plan.
     soc
         η1, charge left at the end [-]; None without a plan.
+    flyable
+        Whether the plan can be flown; bars of plans that cannot are hatched.
     """
 
     perspective: str
     trajectory: str
     hover_time_s: float | None
     soc: float | None
+    flyable: bool = True
 
 
 class BarAxes(NamedTuple):
@@ -170,9 +173,12 @@ def choice_bars(
         keys = [(each.trajectory, each.perspective) for each in shown]
         colours = {name: COLOURS[name] for name in series}
         hovers_s = [each.hover_time_s for each in shown]
-        draw_groups(axes.hover, groups, colours, dict(zip(keys, hovers_s, strict=True)))
+        hatched = {key for key, each in zip(keys, shown, strict=True) if not each.flyable}
+        draw_groups(
+            axes.hover, groups, colours, dict(zip(keys, hovers_s, strict=True)), hatched=hatched
+        )
         percents = dict(zip(keys, percent, strict=True))
-        draw_groups(axes.charge, groups, colours, percents, least_percent)
+        draw_groups(axes.charge, groups, colours, percents, least_percent, hatched)
         axes.hover.set_title(
             f"{printed(mission)}: longest hover by trajectory and perspective", pad=LEGEND_PT
         )
@@ -182,11 +188,11 @@ def choice_bars(
         least.set_label("least, $η_0$")
         patches = [Patch(color=COLOURS[name], label=name) for name in series]
         axes.hover.legend(
-            handles=[*patches, least],
+            handles=[*patches, least, *[cannot_be_flown()] * bool(hatched)],
             loc="lower left",
             bbox_to_anchor=(0.0, 1.0),
             borderaxespad=0.2,
-            ncols=5,
+            ncols=6,
         )
         settle(axes.hover)
     return axes

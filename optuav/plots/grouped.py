@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
+from typing import Any
 
 from matplotlib.axes import Axes
+from matplotlib.patches import Patch
 
-from optuav.plots.style import BLACK, margins
+from optuav.plots.style import BLACK, GREY, margins
 
+HATCH: dict[str, Any] = {"hatch": "/////", "edgecolor": "white", "linewidth": 0.0}
+"""Look of a bar whose plan cannot be flown."""
 LONG = 1000.0
 """From here on a number has no decimal."""
 GROUP = 0.8
@@ -20,6 +24,7 @@ def draw_groups(
     colours: Mapping[str, str],
     values: Mapping[tuple[str, str], float | None],
     level: float = 0.0,
+    hatched: Collection[tuple[str, str]] = (),
 ) -> None:
     """Draw one bar a value.
 
@@ -35,6 +40,8 @@ def draw_groups(
         By names of group and bar; None where there is none.
     level
         A value that is inside the axes as well, where a line may be.
+    hatched
+        Names of group and bar of the plans that cannot be flown.
     """
     width = GROUP / max(2, len(colours))
     known = [value for value in values.values() if value is not None]
@@ -43,7 +50,8 @@ def draw_groups(
     for (group, name), value in values.items():
         middle = list(colours).index(name) - 0.5 * (len(colours) - 1)
         at, end = groups.index(group) + width * middle, value or 0.0
-        ax.bar(at, end, 0.92 * width, color=colours[name])
+        look = HATCH if (group, name) in hatched else {}
+        ax.bar(at, end, 0.92 * width, facecolor=colours[name], **look)
         words = f"{end:.{1 if abs(end) < LONG else 0}f}"
         if value is None:  # on two lines, as bars are narrow, and off the level's own
             words, end = "no\nplan", max(level, 0.0)
@@ -59,3 +67,8 @@ def draw_groups(
     ax.set_xticks(range(len(groups)), groups)
     ax.axhline(0.0, color=BLACK, linewidth=0.5)
     ax.tick_params(axis="x", length=0.0)
+
+
+def cannot_be_flown() -> Patch:
+    """The entry of a legend that explains hatched bars."""
+    return Patch(facecolor=GREY, label="cannot be flown", **HATCH)

@@ -8,7 +8,7 @@ from matplotlib.axes import Axes
 from matplotlib.patches import Patch
 
 from optuav.plots.comparison import LEGEND_PT, Bar
-from optuav.plots.grouped import draw_groups
+from optuav.plots.grouped import cannot_be_flown, draw_groups
 from optuav.plots.labels import settle
 from optuav.plots.map import WORDS
 from optuav.plots.style import (
@@ -80,13 +80,18 @@ def _draw(
     with styled():
         if ax is None:
             ax = page(7.2, 3.4).subplots()
-        draw_groups(ax, groups, colours, dict(zip(keys, values, strict=True)), level or 0.0)
+        hatched = {key for key, each in zip(keys, shown, strict=True) if not each.flyable}
+        draw_groups(
+            ax, groups, colours, dict(zip(keys, values, strict=True)), level or 0.0, hatched
+        )
         ax.set_ylabel(y_label)
         ax.set_title(title, pad=LEGEND_PT)
         handles: list[object] = [Patch(color=colours[name], label=WORDS[name]) for name in colours]
         if level is not None:
             least = ax.axhline(level, color=VERMILLION, linewidth=1.0, label="least, $η_0$")
             handles.append(least)
+        if hatched:
+            handles.append(cannot_be_flown())
         ax.legend(
             handles=handles,
             loc="lower left",

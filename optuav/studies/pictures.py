@@ -27,7 +27,13 @@ def save_comparison(found: Comparison, directory: str | Path) -> list[Path]:
 def save_choices(found: Choices, directory: str | Path) -> list[Path]:
     """Write the picture of choices; see `Choices.save_pictures`."""
     shown = [
-        plots.Bar(row.perspective, row.trajectory, row.hover_time_s, (row.soc or {}).get("battery"))
+        plots.Bar(
+            row.perspective,
+            row.trajectory,
+            row.hover_time_s,
+            (row.soc or {}).get("battery"),
+            row.flyable is not False,
+        )
         for row in found.rows
     ]
     axes = plots.choice_bars(shown, found.mission.name, found.mission.limits.min_soc)

@@ -35,6 +35,26 @@ def test_bars_are_as_high_as_their_numbers() -> None:
     assert names == ["direct", "traj1"]  # below every group its name, not its number
 
 
+def test_bars_of_plans_that_cannot_be_flown_are_hatched(overlaps: Overlaps) -> None:
+    """In all three charts of bars, with an entry in the legend."""
+    shown = [
+        plots.Bar("battery", "direct", 688.8, 0.05, False),
+        plots.Bar("available", "direct", 577.5, 0.18),
+    ]
+    charts = [
+        plots.choice_bars(shown, "paper", 0.05).hover,
+        plots.hover_bars(shown, "paper"),
+        plots.charge_bars(shown, "paper", 0.05),
+        plots.bars({"a": 2.0, "b": 1.0}, title="t", y_label="y", hatched=["a"]),
+    ]
+    for ax in charts:
+        assert [bool(bar.get_hatch()) for bar in ax.patches] == [True, False]
+        assert ax.get_legend().get_texts()[-1].get_text() == "cannot be flown"
+        assert overlaps(ax.figure) == []
+    flown = plots.bars({"a": 2.0}, title="t", y_label="y")
+    assert flown.get_legend() is None
+
+
 @pytest.mark.parametrize("slots_s", [(1.0,), (0.001, 1e7), tuple(map(float, range(1, 13)))])
 def test_gaps_have_no_text_on_text(slots_s: tuple[float, ...], overlaps: Overlaps) -> None:
     shown = [

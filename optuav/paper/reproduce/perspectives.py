@@ -48,7 +48,13 @@ def by_perspective(mission: Mission) -> Iterator[Exhibit | LeftOut]:
             yield no_plan(plans[-1][-1], deadline(asked))
             continue
         shown = [
-            Bar(perspective, name, plan.hover_time_s, (plan.soc or {})["battery"])
+            Bar(
+                perspective,
+                name,
+                plan.hover_time_s,
+                (plan.soc or {})["battery"],
+                plan.flyable is not False,
+            )
             if plan
             else Bar(perspective, name, None, None)
             for perspective, name, plan in plans
