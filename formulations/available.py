@@ -9,21 +9,58 @@ charges in the stays. Where charging tapers, nothing passes full.
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
-from itertools import islice, repeat
-from typing import Any, TypeAlias
+from itertools import islice, repeat, zip_longest
+from typing import Any, NamedTuple, TypeAlias
 
 from formulations.quantities import Quantities
 from formulations.wells import levels
 from optuav.modelling import Relation
 
 Telling: TypeAlias = tuple[bool, bool]
-"""Whether "not dry" and "not past full" at the end of a step tell what no other limit implies."""
+"""Whether the limits of `LABELS` at the end of a step exclude what no other limit does."""
+LABELS = {"dry": "not dry", "past full": "not past full"}
+"""What the limits of the available well are called, by kind."""
+
+
+class StepEnd(NamedTuple):
+    """The end of a step of an itinerary.
+
+    Parameters
+    ----------
+    flight
+        Number of the flight, from 1; of the one before where the step is a stay.
+    stage
+        Number of the stage in its flight, from 1; 0 for a stay.
+    stay
+        ``"hover"`` or ``"rest"``; empty for a stage of flight.
+    lands
+        Whether a flight ends.
+    """
+
+    flight: int
+    stage: int
+    stay: str
+    lands: bool
+
+    def __str__(self) -> str:
+        if self.stay:
+            return f"after the {self.stay}"
+        return f"after stage {self.stage} of flight {self.flight}"
+
+
+class WellLimit(NamedTuple):
+    """A limit of the available well at the end of a step, see `Constraint` for its fields."""
+
+    kind: str
+    step: int
+    moment: StepEnd
+    relation: Relation
 
 
 def well_limits(
     given: Quantities, hover: Any, rest: Any, telling: Iterable[Telling] = repeat((True, True))
-) -> Iterator[tuple[str, Relation]]:
-    """What keeps y1/B within 0 and ω, with the moment of each, in order.
+) -> Iterator[WellLimit]:
+    """What keeps y1/B within 0 and ω, in order.
 
     Parameters
     ----------
@@ -36,22 +73,23 @@ def well_limits(
     """
     told = islice(telling, len(given.steps))
     ends = zip(moments(given.steps), levels(given, hover, rest), told, strict=True)
-    for moment, (step, level), (dry, past_full) in ends:
+    for number, (moment, (step, level), (dry, past_full)) in enumerate(ends):
         if dry or past_full:
             share = level.available_As / given.battery_As
         if dry:
-            yield f"not dry {moment}", Relation(share, ">=", 0.0)
+            yield WellLimit("dry", number, moment, Relation(share, ">=", 0.0))
         if past_full and isinstance(step, str) and not given.tapers:
-            yield f"not past full {moment}", Relation(share, "<=", given.available_fraction)
+            below = Relation(share, "<=", given.available_fraction)
+            yield WellLimit("past full", number, moment, below)
 
 
-def moments(steps: Sequence[Any]) -> Iterator[str]:
-    """The end of every step in words; flights and the stages of each are counted from 1."""
+def moments(steps: Sequence[Any]) -> Iterator[StepEnd]:
+    """The end of every step; flights and the stages of each are counted from 1."""
     flight, stage = 1, 0
-    for step in steps:
+    for step, following in zip_longest(steps, steps[1:], fillvalue=""):
         if isinstance(step, str):
-            yield f"after the {step}"
+            yield StepEnd(flight, 0, step, lands=False)
             flight, stage = flight + 1, 0
         else:
             stage += 1
-            yield f"after stage {stage} of flight {flight}"
+            yield StepEnd(flight, stage, "", lands=isinstance(following, str))

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any, Self
 
-from formulations.available import well_limits
+from formulations.available import LABELS, well_limits
 from formulations.perspectives import AVAILABLE, PERSPECTIVES
 from formulations.quantities import QUANTITIES, Quantities, steps_for, symbol_for
 from optuav.errors import InputError
@@ -38,7 +38,7 @@ class Formulation(Quantities, ABC):
         """
         if not self.rests:
             return model.variable(
-                "hover_time_s", "Δ", unit="s", upper=self.time_left, label=label
+                "hover_time_s", "Δ", unit="s", upper=self.time_left, label=label, kind="deadline"
             ), None
         hover = model.variable("hover_time_s", "Δ", unit="s", first_slot=1)
         rest = model.variable("rest_time_s", "T'", unit="s", first_slot=1)
@@ -48,7 +48,7 @@ class Formulation(Quantities, ABC):
     def keep_deadline(self, model: Model, label: str, hover: Any, rest: Any) -> None:
         """State Δ + T' ≤ T_max − T_fl where there is a rest."""
         if rest is not None:
-            model.subject_to(label, hover + rest <= self.time_left, unit="s")
+            model.subject_to(label, hover + rest <= self.time_left, unit="s", kind="deadline")
 
     def soc_end(self, hover: Any, rest: Any = None) -> Any:
         """State of charge at the end [-] after hovering and resting [s], by the perspective.
@@ -69,8 +69,9 @@ class Formulation(Quantities, ABC):
             return
         if rest is None:
             return self._without_rest.keep_wells(model, label, hover, 0.0)
-        for moment, relation in well_limits(self, hover, rest):
-            model.subject_to(f"{label} {moment}", relation)
+        for kind, step, moment, relation in well_limits(self, hover, rest):
+            name = f"{label} {LABELS[kind]}"
+            model.subject_to(name, relation, kind=kind, step=step, moment=moment)
 
     @classmethod
     def model(cls, given: Quantities, perspective: str = "battery", **more: Any) -> Model:
@@ -97,7 +98,7 @@ class Formulation(Quantities, ABC):
                 f"{cls.__name__}: no objective was stated; model.maximise or model.minimise does"
             )
         if perspective == AVAILABLE and not any(
-            "not dry" in each.label for each in declared.constraints
+            each.kind == "dry" for each in declared.constraints
         ):
             raise InputError(
                 f"{cls.__name__} does not say when the battery must not run dry: call "

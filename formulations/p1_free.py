@@ -145,7 +145,7 @@ class P1Free(P1):
     def keep_deadline(self, model: Model, label: str, hover: Any, rest: Any) -> None:
         """State Δ + T' ≤ T_max − T_fl."""
         stay = hover if rest is None else hover + rest
-        model.subject_to(label, stay <= self.time_left, unit="s")
+        model.subject_to(label, stay <= self.time_left, unit="s", kind="deadline")
 
     def turns_at(self, w: Vector) -> Sequence[Any]:
         """Angles [rad] of the turns on the legs to and from a hover point [m]."""

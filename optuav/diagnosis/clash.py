@@ -9,7 +9,7 @@ References
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -24,6 +24,8 @@ from optuav.modelling.model import Constraint
 
 FAR_S = 1e4
 """How far times are followed where no constraint bounds them [s]."""
+BROKEN = {"dry": "empty", "past full": "past full"}
+"""What the available well is where a limit of it does not hold, by the limit's kind."""
 
 
 @dataclass(frozen=True)
@@ -118,30 +120,31 @@ def _sum(model: Model) -> Expression:
 
 
 def told(
-    model: Model, constraints: Sequence[Constraint], labels: Iterable[str], row: Mapping[str, Any]
+    model: Model,
+    constraints: Sequence[Constraint],
+    labels: tuple[str, ...],
+    moments: Sequence[str],
+    row: Mapping[str, Any],
 ) -> Clash:
-    """A clash in words, with labels as a reader takes them."""
+    """A clash in words, with labels and moments by the places of the route."""
     part = subset(model, constraints)
     nothing = {each.name: 0.0 for each in model.variables}
     sides = evaluated(part, {**row, **nothing})[: len(constraints)]
-    names = tuple(labels)
     keys = (each.key for one in constraints for each in constrained(one) if each.key)
     return Clash(
-        names,
+        labels,
         tuple(dict.fromkeys(keys)),
         tuple(
-            _broken(name, side)
-            for name, side in zip(names, sides, strict=True)
+            _broken(label, moment, side)
+            for label, moment, side in zip(labels, moments, sides, strict=True)
             if not side.satisfied
         ),
         reach_s(model, constraints, row),
     )
 
 
-def _broken(label: str, side: Check) -> str:
+def _broken(label: str, moment: str, side: Check) -> str:
     """What a constraint that does not hold says of the battery, or else its two sides."""
-    for kept, instead in ((" not dry ", "empty"), (" not past full ", "past full")):
-        _, wells, moment = label.partition(kept)
-        if wells:
-            return f"the available well would be {instead} {moment}"
+    if moment and side.constraint.kind in BROKEN:
+        return f"the available well would be {BROKEN[side.constraint.kind]} {moment}"
     return f"{label}: {side.left:.6g} {side.sense} {side.right:.6g} would be false"

@@ -15,7 +15,7 @@ from optuav.errors import InputError
 from optuav.modelling.exponential import NotExponentialError
 from optuav.modelling.traits import traits
 from optuav.solving import Program
-from optuav.solving.planning import Part, words
+from optuav.solving.planning import Part, moment_words, words
 
 MOST_ROUTES = 100
 """Routes of a declaration whose conflicts are looked into: those with the shortest flights."""
@@ -115,7 +115,9 @@ def _clashes(program: Program, part: Part, entries: Sequence[int]) -> Iterator[C
         alike = [entry for entry in left if entry == first or shared[entry]]
         left = [entry for entry in left if entry not in alike]
         labels = words(program.worked_out, part, first, [each.label for each in meeting])
-        yield Conflict(names, len(alike), (), told(model, meeting, labels, row))
+        moments = moment_words(program.worked_out, part, first, meeting)
+        found = told(model, meeting, tuple(labels), moments, row)
+        yield Conflict(names, len(alike), (), found)
 
 
 def _in_places(program: Program, part: Part, entry: int, proof: Certificate) -> Certificate:

@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from formulations.available import StepEnd
 from formulations.formulation import Formulation
 from optuav.diagnosis.asked import STOPS, Asked, asked, of_several_stops, with_problem
 from optuav.diagnosis.conflict import conflicts
@@ -161,6 +162,9 @@ def _sides(program: Program, part: Part, entry: int, values: dict[str, float]) -
             right=float(row.right),
             slack=slack,
             binds=math.isclose(slack, 0.0, abs_tol=1e-6 * max(1.0, abs(float(row.right)))),
+            kind=constraint.kind,
+            step=constraint.step,
+            in_flight=isinstance(constraint.moment, StepEnd) and not constraint.moment.stay,
         )
 
 

@@ -30,6 +30,10 @@ class Side:
         What is to spare.
     binds
         Whether it holds with equality.
+    kind, step
+        What it limits, and the step of the itinerary at whose end, as of a `Constraint`.
+    in_flight
+        Whether that step is a stage of flight.
     """
 
     label: str
@@ -40,6 +44,9 @@ class Side:
     right: float
     slack: float
     binds: bool
+    kind: str = ""
+    step: int | None = None
+    in_flight: bool = False
 
     def to_dict(self) -> dict[str, Any]:
         """As plain data; null for an infinite number."""

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Iterator, Sequence
 
+from formulations.available import LABELS
 from optuav.diagnosis.clash import Clash
 from optuav.diagnosis.conflict import Conflict
 from optuav.diagnosis.explanation import Explanation, Side
@@ -142,13 +143,13 @@ def _spare(sides: Iterable[Side]) -> Iterator[tuple[str, ...]]:
 
 
 def _of_wells(side: Side) -> bool:
-    return " not dry " in side.label or " not past full " in side.label
+    return side.kind in LABELS
 
 
 def _well_moments(sides: Iterable[Side]) -> Iterator[tuple[str, ...]]:
     """Shares of the battery to spare in the available well; of its moments in flight the least."""
     wells = [each for each in sides if _of_wells(each)]
-    flown = [each for each in wells if " flight " in each.label]
+    flown = [each for each in wells if each.in_flight]
     least = min(flown, key=lambda each: each.slack, default=None)
     for each in wells:
         if each not in flown:

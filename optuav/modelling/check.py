@@ -28,10 +28,8 @@ class Check:
 
     Parameters
     ----------
-    label, unit, declared_at
-        As declared.
-    sense
-        How the sides compare.
+    constraint
+        As declared, or a bound of a variable.
     left, right
         Values of the two sides.
     slack
@@ -44,16 +42,33 @@ class Check:
         What each of them is called; empty where they have no names.
     """
 
-    label: str
-    unit: str
-    declared_at: str
-    sense: Sense
+    constraint: Constraint
     left: Any
     right: Any
     slack: Any
     satisfied: Any
     points: str = ""
     names: tuple[str, ...] = ()
+
+    @property
+    def label(self) -> str:
+        """Label of the constraint."""
+        return self.constraint.label
+
+    @property
+    def unit(self) -> str:
+        """Unit of both sides."""
+        return self.constraint.unit
+
+    @property
+    def sense(self) -> Sense:
+        """How the sides compare."""
+        return self.constraint.relation.sense
+
+    @property
+    def declared_at(self) -> str:
+        """Source file and line of the declaration."""
+        return self.constraint.declared_at
 
     def __str__(self) -> str:
         return " ".join([f"{self.label}:", *self.cells[1:]]).rstrip()
@@ -103,7 +118,7 @@ def relations(model: Model) -> Iterator[Constraint]:
     """All constraints of a model, the finite bounds of its variables among them."""
     yield from model.constraints
     for variable in model.variables:
-        stated = variable.unit, variable.declared_at
+        stated = variable.unit, variable.declared_at, variable.kind
         if not _is_number(variable.lower, -np.inf):
             yield Constraint(variable.label, variable >= variable.lower, *stated)
         if not _is_number(variable.upper, np.inf):
@@ -169,10 +184,7 @@ def evaluated(model: Model, point: Mapping[str, Any]) -> Checks:
         sense = constraint.relation.sense
         rows.append(
             Check(
-                constraint.label,
-                constraint.unit,
-                constraint.declared_at,
-                sense,
+                constraint,
                 left,
                 right,
                 slack(sense, left, right),

@@ -108,6 +108,8 @@ class Variable(Expression):
         Whether it is 0 or 1.
     declared_at
         Source file and line of the declaration.
+    kind
+        What the bounds limit, as the `kind` of a constraint.
     """
 
     def __init__(
@@ -121,6 +123,7 @@ class Variable(Expression):
         first_slot: int,
         binary: bool = False,
         declared_at: str = "",
+        kind: str = "",
     ) -> None:
         self.name = name
         self.symbol = symbol
@@ -131,6 +134,7 @@ class Variable(Expression):
         self.first_slot = first_slot
         self.binary = binary
         self.declared_at = declared_at
+        self.kind = kind
 
 
 class Parameter(Expression):

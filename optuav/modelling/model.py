@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import operator
 import sys
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from types import FrameType
@@ -14,26 +15,45 @@ from optuav.modelling.expression import Let, Operand, Parameter, Relation, Varia
 from optuav.modelling.walk import leaves
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Constraint:
-    """A labelled relation.
+    """A labelled relation, with what it is about as data.
 
     Parameters
     ----------
-    label
-        Name in the paper's words.
+    name
+        As the paper calls it.
     relation
         The two sides.
     unit
         Of both sides.
     declared_at
         Source file and line of the declaration.
+    kind
+        What it limits, for example ``"dry"``, ``"past full"``, ``"state of charge"`` or
+        ``"deadline"``; empty where that is not stated.
+    step
+        Number, from 0, of the step of the itinerary at whose end it holds; None for the end of the
+        mission, or for no moment.
+    keys
+        Keys of the mission that it is about, where they are stated.
+    moment
+        That moment, printed behind the name; None for no moment.
     """
 
-    label: str
+    name: str
     relation: Relation
-    unit: str
-    declared_at: str
+    unit: str = "1"
+    declared_at: str = ""
+    kind: str = ""
+    step: int | None = None
+    keys: tuple[str, ...] = ()
+    moment: object = None
+
+    @property
+    def label(self) -> str:
+        """Name and moment: no two constraints of a model have the same."""
+        return self.name if self.moment is None else f"{self.name} {self.moment}"
 
 
 class Model:
@@ -68,6 +88,7 @@ class Model:
         label: str = "",
         first_slot: int = 0,
         binary: bool = False,
+        kind: str = "",
     ) -> Variable:
         """Declare an unknown, see `Variable`; at least zero unless stated otherwise.
 
@@ -82,7 +103,7 @@ class Model:
             raise ValueError(f"the model has a variable with the symbol {symbol!r} already")
         label = label or f"bounds of {symbol}"
         declared = Variable(
-            name, symbol, unit, lower, upper, label, first_slot, binary, _place_of_caller()
+            name, symbol, unit, lower, upper, label, first_slot, binary, _place_of_caller(), kind
         )
         self.variables.append(declared)
         return declared
@@ -128,8 +149,18 @@ class Model:
         """Among equally good answers, take one where this is smallest; earlier calls go first."""
         self.preferences.append(expression)
 
-    def subject_to(self, label: str, relation: Relation, *, unit: str = "1") -> None:
-        """Add a constraint under a label of its own.
+    def subject_to(
+        self,
+        label: str,
+        relation: Relation,
+        *,
+        unit: str = "1",
+        kind: str = "",
+        step: int | None = None,
+        keys: Sequence[str] = (),
+        moment: object = None,
+    ) -> None:
+        """Add a constraint under a label of its own, see `Constraint`; a moment is put behind it.
 
         Raises
         ------
@@ -142,9 +173,12 @@ class Model:
             raise TypeError(f"{label}: a constraint compares expressions with <=, >= or ==")
         if not label.strip():
             raise ValueError("a constraint needs a label, by which answers speak of it")
-        if any(each.label == label for each in self.constraints):
-            raise ValueError(f"the model has a constraint {label!r} already")
-        self.constraints.append(Constraint(label, relation, unit, _place_of_caller()))
+        stated = Constraint(
+            label, relation, unit, _place_of_caller(), kind, step, tuple(keys), moment
+        )
+        if any(each.label == stated.label for each in self.constraints):
+            raise ValueError(f"the model has a constraint {stated.label!r} already")
+        self.constraints.append(stated)
 
     @property
     def expressions(self) -> list[Operand]:

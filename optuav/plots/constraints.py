@@ -262,10 +262,9 @@ def _draw_constraints(
     values = {**parameters, across.name: x, upward.name: y[:, None]}
     labels, lines = list[Label](), list[Floats]()
     colours = itertools.cycle(COLOURS)
-    stated = [each.label for each in model.constraints]
     for constraint, excess, others_hold in _cuts(model, values, (SAMPLES, SAMPLES)):
         colour = next(colours) if constraint.declared_at else BOUND
-        name = in_words(constraint.label, stated, route)
+        name = in_words(constraint, route)
         if constraint.relation.sense != "==" and excess.min() < 0.0:
             lowest = [excess.min(), min(0.0, excess.max())]
             ax.contourf(x, y, excess, levels=lowest, colors=[colour], alpha=0.1, zorder=0.5)

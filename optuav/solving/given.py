@@ -6,7 +6,6 @@ from typing import Any
 
 import numpy as np
 
-from formulations.available import moments
 from formulations.p1_free import FROM_HOVER, TO_HOVER
 from formulations.quantities import Quantities
 from optuav.arrays import Floats, Integers
@@ -127,10 +126,8 @@ def _stages(table: Legs, legs: Integers) -> list[int]:
     return [int(stage) for stage in np.flatnonzero(table.durations_s[:, legs].any(axis=1))]
 
 
-def moments_on(
-    worked_out: Network, which: Integers, entry: int, *, rests: bool = True
-) -> dict[str, str]:
-    """What a reader calls the moments of `formulations.available.moments` on one itinerary.
+def step_ends(worked_out: Network, which: Integers, entry: int, *, rests: bool = True) -> list[str]:
+    """The ends of the steps of one itinerary, by the places of its route.
 
     Parameters
     ----------
@@ -153,8 +150,7 @@ def moments_on(
             found.append("after the hover")
         elif end >= FIRST_BUILDING and rests:
             found.append(f"after the rest at {names[end]}")
-    steps = _steps(worked_out, which, rests, hover_open=False)
-    return dict(zip(moments(steps), found, strict=True)) if steps else {}
+    return found
 
 
 def _figures(values: Floats) -> Any:

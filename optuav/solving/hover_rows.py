@@ -99,7 +99,8 @@ def hover_rows(
     left_s = given.time_left
     forms = [left_s - (hover if rest is None else hover + rest), soc - given.min_soc]
     sizes = [left_s, 1.0]
-    for _, limit in well_limits(given, hover, rest, telling):
+    for each in well_limits(given, hover, rest, telling):
+        limit = each.relation
         margin = limit.left - limit.right if limit.sense == ">=" else limit.right - limit.left
         forms.append(margin if isinstance(margin, Exponential) else Exponential({CONSTANT: margin}))
         sizes.append(1.0)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -14,8 +14,8 @@ from optuav.arrays import Integers
 from optuav.engines.solution import Solution
 from optuav.errors import Fault, InputError
 from optuav.mission.words import written_out
-from optuav.modelling import Model, evaluate
-from optuav.modelling.check import evaluated
+from optuav.modelling import Constraint, Model, evaluate
+from optuav.modelling.check import evaluated, relations
 from optuav.modelling.traits import traits
 from optuav.modelling.walk import has_unknowns
 from optuav.network import timeline as mission_phases
@@ -26,7 +26,7 @@ from optuav.network.timeline import phases
 from optuav.plan import Phase, Plan, Stage
 from optuav.plan.wells import wells_at_ends
 from optuav.solving.dispatch import answer
-from optuav.solving.given import moments_on, quantities
+from optuav.solving.given import quantities, step_ends
 from optuav.solving.question import AUTO, Question
 from optuav.status import Status
 
@@ -119,13 +119,26 @@ def plan_of(
     )
 
 
-def words(worked_out: Network, part: Part, entry: int, labels: Iterable[str]) -> Iterator[str]:
-    """Labels of constraints as a reader takes them: moments are told by the places of the route."""
+def words(worked_out: Network, part: Part, entry: int, labels: Sequence[str]) -> Iterator[str]:
+    """Labels of constraints with their moments by the places of the route."""
+    known = {each.label: each for each in relations(part.model)}
+    stated = [known.get(label) for label in labels]
+    moments = moment_words(worked_out, part, entry, stated)
+    for label, each, moment in zip(labels, stated, moments, strict=True):
+        yield f"{each.name} {moment}" if each and moment else label
+
+
+def moment_words(
+    worked_out: Network, part: Part, entry: int, constraints: Sequence[Constraint | None]
+) -> list[str]:
+    """By constraint, the moment at which it holds by the places of the route; empty without one."""
+    if not any(each and each.step is not None for each in constraints):
+        return [""] * len(constraints)
     rests = any(variable.name == "rest_time_s" for variable in part.model.variables)
-    told = moments_on(worked_out, part.routes, entry, rests=rests)
-    for label in labels:
-        moment = next((each for each in told if label.endswith(each)), "")
-        yield label.removesuffix(moment) + told.get(moment, "")
+    ends = step_ends(worked_out, part.routes, entry, rests=rests)
+    return [
+        ends[each.step] if each and each.step is not None and ends else "" for each in constraints
+    ]
 
 
 def plan_without(

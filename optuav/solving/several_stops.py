@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from formulations.available import LABELS
 from formulations.perspectives import PAPER
 from optuav.errors import Fault, InputError, SolverError
 from optuav.mission.quantities import Number
@@ -234,8 +235,8 @@ def _binding(plan: Plan) -> Iterator[str]:
         )
         share = phase.available_As[0] / pool.capacity_As
         if share <= BINDS:
-            yield f"not dry, {where}"
+            yield f"{LABELS['dry']}, {where}"
         elif phase.kind != "flight" and not tapers and share >= pool.available_fraction - BINDS:
-            yield f"not past full, {where}"
+            yield f"{LABELS['past full']}, {where}"
     if plan.soc is not None and plan.soc["battery"] <= limits.min_soc + BINDS:
         yield "state of charge"

@@ -107,6 +107,21 @@ def test_rows_name_constraint_unit_and_source() -> None:
     assert row.declared_at.startswith("test_check.py:")
 
 
+def test_rows_and_bounds_carry_what_their_constraints_are_about() -> None:
+    """As data, so that nothing has to read a label; a moment is put behind the name."""
+    model = Model("test")
+    x = model.variable("x", "x", unit="s", upper=5.0, kind="deadline")
+    keys = ["battery.capacity_As"]
+    model.subject_to("not dry", x >= 1.0, kind="dry", step=3, keys=keys, moment="after the rest")
+    dry, lower, upper = (row.constraint for row in check(model, {"x": 2.0}))
+    assert (dry.label, dry.name) == ("not dry after the rest", "not dry")
+    assert (dry.kind, dry.step, dry.keys) == ("dry", 3, ("battery.capacity_As",))
+    assert (lower.kind, upper.kind, lower.step) == ("deadline", "deadline", None)
+    model.subject_to("not dry", x >= 1.0, moment="after the hover")
+    with pytest.raises(ValueError, match="not dry after the rest"):
+        model.subject_to("not dry", x >= 1.0, moment="after the rest")
+
+
 def test_many_points_and_programmes_at_once() -> None:
     """Points along one axis, programmes along the other, and each cell by its own numbers."""
     model = Model("test")

@@ -14,8 +14,10 @@ from matplotlib.contour import ContourSet
 from matplotlib.figure import Figure
 
 import optuav
+from formulations.available import StepEnd
 from optuav import plots
 from optuav.errors import InputError
+from optuav.modelling import Constraint, Relation
 from optuav.plots.moments import in_words
 
 Drawn = tuple[Axes, list[optuav.Plan]]
@@ -165,13 +167,13 @@ def test_of_the_steps_of_the_wells_only_those_that_cut_are_drawn(
 
 def test_limits_of_the_well_are_told_by_the_route_where_a_plan_tells_it() -> None:
     """By the number of the flight otherwise, and by its stage before the last one."""
-    labels = [f"P1.b not dry after stage {k} of flight 2" for k in (1, 2)]
+    moments = StepEnd(2, 1, "", lands=False), StepEnd(2, 2, "", lands=True)
+    some = Relation(0.0, ">=", 0.0)
+    dry = [Constraint("P1.b not dry", some, kind="dry", moment=each) for each in moments]
     route = ("origin", "hover", "the $ roof", "destination")
-    assert in_words(labels[0], labels, route) == (
-        "available well empty, stage 1 of flight to the \\$ roof"
-    )
-    assert in_words(labels[1], labels, ()) == "available well empty, end of flight 2"
-    assert in_words("P1.d hover time", labels, route) == "P1.d hover time"
+    assert in_words(dry[0], route) == ("available well empty, stage 1 of flight to the \\$ roof")
+    assert in_words(dry[1], ()) == "available well empty, end of flight 2"
+    assert in_words(Constraint("P1.d hover time", some), route) == "P1.d hover time"
 
 
 def test_lines_are_thick_where_they_alone_decide() -> None:

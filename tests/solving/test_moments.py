@@ -11,7 +11,7 @@ from optuav.physics.kibam import Stage
 
 def test_moments_count_flights_and_their_stages() -> None:
     flown = Stage(-100.0, 3.0)
-    assert [*moments([flown, "rest", flown, flown, "hover"])] == [
+    assert [*map(str, moments([flown, "rest", flown, flown, "hover"]))] == [
         "after stage 1 of flight 1",
         "after the rest",
         "after stage 1 of flight 2",

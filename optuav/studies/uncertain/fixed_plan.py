@@ -21,14 +21,14 @@ from optuav.studies.uncertain.ensemble import Base, Ensemble
 PLAN = "a plan over the places of this mission"
 LEGS = "legs and thrust"
 CONDITIONS = {
-    LEGS: (),
-    "link": ("P1.a",),
-    "charge left": ("P1.b state of charge",),
-    "never dry": ("P1.b not dry",),
-    "never past full": ("P1.b not past full",),
-    "deadline": ("P1.d",),
+    LEGS: "",
+    "link": "outage",
+    "charge left": "state of charge",
+    "never dry": "dry",
+    "never past full": "past full",
+    "deadline": "deadline",
 }
-"""What a plan has to keep, and the constraints of (P1) by the beginning of their labels."""
+"""What a plan has to keep, and the kind of those constraints of (P1)."""
 
 
 class Judged(NamedTuple):
@@ -106,8 +106,8 @@ class FixedPlan:
         legs = np.broadcast_to(able[:, 0], ensemble.count)
         kept = {name: np.ones(ensemble.count, bool) for name in CONDITIONS} | {LEGS: legs}
         for row in evaluated(P1.model(given, AVAILABLE), point):
-            for name, labels in CONDITIONS.items():
-                if labels and row.label.startswith(labels):
+            for name, kind in CONDITIONS.items():
+                if kind and row.constraint.kind == kind:
                     kept[name] &= row.satisfied
         flyable = np.logical_and.reduce(list(kept.values()))
         feasible = flyable
