@@ -16,14 +16,15 @@ import math
 import optuav
 from optuav.network.network import build_network
 from optuav.network.timeline import fly, phases
-from optuav.physics.kibam import Battery, lifetime, time_to_empty
+from optuav.physics.kibam import Battery, time_to_empty
+from optuav.physics.packs import lifetime
 
 cell = {"capacity_As": 7200.0, "available_fraction": 0.625, "flow_rate_per_s": 4.5e-5}
 
 # %% [markdown]
 # ## Lifetimes
 #
-# One minute of work and one minute of idling, for ever. Here a positive current *discharges*.
+# One minute of work and one minute of idling, repeated. Here a positive current *discharges*.
 # Pooled packs share every job; in sequence the second waits, full, and has nothing to recover from.
 
 # %%
@@ -48,10 +49,10 @@ assert math.isclose(lifetime([(3.0, 1.0)], **cell), time_to_empty(alone, alone.f
 
 # %% [markdown]
 # A pack that is seen empty is not used again; the other takes over in the middle of the job. And a
-# load that charges what it draws lasts for ever.
+# load that charges what it draws goes on: `horizon_s` states how long to follow it.
 
 # %%
-assert lifetime([(1.0, 60.0), (-1.0, 60.0)], **cell) == math.inf
+assert lifetime([(1.0, 60.0), (-1.0, 60.0)], **cell, horizon_s=86_400.0) == math.inf
 assert lifetime([(1.0, 60.0), (-0.5, 60.0)], **cell) < math.inf
 
 # %% [markdown]

@@ -18,7 +18,7 @@ import tempfile
 from pathlib import Path
 
 import optuav
-from optuav.physics.kibam import lifetime
+from optuav.physics.packs import lifetime
 
 folder = Path(__file__).parent / "data"
 fit = optuav.fit_kibam([folder / "lifetimes.csv"])

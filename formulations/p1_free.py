@@ -10,8 +10,8 @@ from typing import Any, NamedTuple
 from formulations.p1 import P1
 from formulations.quantities import QUANTITIES
 from optuav.modelling import Model
+from optuav.physics.flight import Loads
 from optuav.physics.kibam import Stage
-from optuav.physics.loads import Loads
 from optuav.physics.quantity import Vector, dot, norm
 
 AXES = ("x", "y", "z")

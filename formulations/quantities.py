@@ -55,7 +55,7 @@ class Quantities:
     end_gap_m
         By how much the route misses w_0 and w_F [m].
     steps
-        What happens on the way: a `kibam.Stage` for every stage of a leg, or a `kibam.Stretch`
+        What happens on the way: a `kibam.Stage` for every stage of a leg, or a `kibam.Transition`
         for several, ``"hover"`` and ``"rest"`` for the stays. Read by the perspectives `wells` and
         `available` alone.
     tapers

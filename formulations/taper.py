@@ -33,7 +33,7 @@ from optuav.modelling import Expression, Let, Relation
 from optuav.modelling.expression import Call, Range, Trend, Variable
 from optuav.modelling.longest import LongestPart
 from optuav.physics import charging
-from optuav.physics.kibam import Battery, Stage, Stretch, Wells, along, step, stretch
+from optuav.physics.kibam import Battery, Stage, Transition, Wells, along, step, transition
 
 
 def tapered(whole: Battery, level: Wells, phase: Stage, stay: str) -> Wells:
@@ -122,7 +122,7 @@ def highest(given: Quantities, hover: Any, rest: Any) -> Iterator[Wells]:
             operands = (*wells, *stays[each], *battery)
             level = Wells(*(Call(well, operands) for well in (most_available, most_bound)))
         else:
-            part = each if isinstance(each, Stretch) else stretch(whole, each)
+            part = each if isinstance(each, Transition) else transition(whole, each)
             level = along(whole, level, part)
         yield level
 

@@ -40,8 +40,10 @@ def _levels(given: Quantities, hover: Any, rest: Any) -> Iterator[tuple[Any, kib
         if isinstance(step, str) and given.tapers:
             level = tapered(whole, level, phase, step)
         else:
-            stretch = phase if isinstance(phase, kibam.Stretch) else kibam.stretch(whole, phase)
-            level = kibam.along(whole, level, stretch)
+            change = (
+                phase if isinstance(phase, kibam.Transition) else kibam.transition(whole, phase)
+            )
+            level = kibam.along(whole, level, change)
         words = "by eqs (15)-(16), a stage of flight" if isinstance(step, kibam.Stage) else ""
         known = trends(given, hover, rest) if given.tapers else ()
         level = named(level, number, words, known, next(highs, None))

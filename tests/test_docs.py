@@ -200,7 +200,7 @@ def test_contract_of_the_graph_is_the_graph() -> None:
 
 SYMBOLS = table(DOCS / "nomenclature.md", "symbol", "mission key")
 FORMULATIONS = ("p1", "p2", "p3", "p4", "wells", "perspectives", "algorithm1", "algorithm2")
-PHYSICS = ("rotor", "flight", "loads", "regimes", "link", "laser", "kibam")
+PHYSICS = ("rotor", "flight", "link", "laser", "kibam")
 MODULES = {
     **{name: f"optuav.physics.{name}" for name in PHYSICS},
     **{name: f"formulations.{name}" for name in FORMULATIONS},

@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from optuav.physics import rotor
-from optuav.physics.regimes import regime_leg
+from optuav.physics.flight import regime_leg
 
 FOLDER = Path(__file__).parent
 MOTOR = rotor.Motor(3.8305e-6, 2.2518e-8, 0.04, 2e-4, 920.0, 0.2, 0.0, 1060.0)

@@ -36,7 +36,8 @@ from optuav.calibration.fit import Fit, Panel, refuse_outside, unclear, values_o
 from optuav.calibration.plausible import doubts
 from optuav.calibration.together import copies, together
 from optuav.errors import Fault, InputError
-from optuav.physics.kibam import Battery, Stage, Wells, lifetime, step
+from optuav.physics.kibam import Battery, Stage, Wells, step
+from optuav.physics.packs import lifetime
 
 Asked: TypeAlias = Callable[[float, float], tuple[Floats, Floats]]
 

@@ -17,7 +17,7 @@ from optuav.arrays import Booleans, Floats
 from optuav.calibration.estimation import NOTHING, Estimate, Unknown, estimate
 from optuav.calibration.fit import Panel, Value, unclear, values_of
 from optuav.calibration.flight_log import LEAST_SAMPLES, Log
-from optuav.physics.regimes import regime_leg
+from optuav.physics.flight import regime_leg
 
 REACHED = 0.98
 """Share of the speed cap that the fastest leg would reach without it at least, for it to bind."""

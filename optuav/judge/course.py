@@ -15,7 +15,7 @@ from optuav.network import vehicle
 from optuav.network.timeline import packs
 from optuav.physics.charging import holding_current
 from optuav.physics.kibam import Battery, Wells
-from optuav.physics.packs import Load
+from optuav.physics.packs import JobStage
 from optuav.physics.packs import Stretch as Carried
 from optuav.plan.trace import Event
 
@@ -179,9 +179,9 @@ def scheduled(mission: Mission, phases: Sequence[Phase]) -> Course:
     return Course(flown.pack, tuple(stretches), tuple(ends), tuple(events))
 
 
-def _load(stage: Stage) -> Load:
+def _load(stage: Stage) -> JobStage:
     drawn_A, received_A = stage.drawn.current_A, stage.received.current_A
-    return Load(float(drawn_A), float(received_A), stage.duration_s)
+    return JobStage(float(drawn_A), float(received_A), stage.duration_s)
 
 
 def _each(wells: Wells) -> tuple[Wells, ...]:

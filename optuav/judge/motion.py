@@ -12,8 +12,7 @@ from optuav.judge.phases import Phase, displacement_m
 from optuav.mission import Mission
 from optuav.network import vehicle
 from optuav.physics import flight
-from optuav.physics.motion import state_at
-from optuav.physics.regimes import regime_motion
+from optuav.physics.trajectory import regime_motion, state_at
 
 
 class Motion(NamedTuple):

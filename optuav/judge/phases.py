@@ -15,8 +15,7 @@ from optuav.network import vehicle
 from optuav.network.obstacles import CLEAR, Prisms, crossed, prisms
 from optuav.network.places import ENDS
 from optuav.network.vehicle import Load
-from optuav.physics.flight import STAGES
-from optuav.physics.loads import Loads
+from optuav.physics.flight import STAGES, Loads
 from optuav.plan.phases import Kind
 
 NOTHING = Load(0.0, 0.0)

@@ -54,7 +54,8 @@ from optuav.mission.quantities import (
     Voltage,
     Wavelength,
 )
-from optuav.physics.schedules import SCHEDULES, Charging, Schedule
+from optuav.physics.charging import Charging
+from optuav.physics.packs import SCHEDULES, Schedule
 
 SCHEMA = 1
 """Version of the format of a mission file."""

@@ -15,7 +15,7 @@ from optuav.network.network import Network
 from optuav.network.places import FIRST_BUILDING, HOVER
 from optuav.network.routes import NO_LEG
 from optuav.physics import kibam
-from optuav.physics.packs import Load, Packs, Stretch
+from optuav.physics.packs import JobStage, Packs, Stretch
 
 Kind = Literal["flight", "hover", "rest"]
 
@@ -164,16 +164,16 @@ def packs(mission: Mission) -> Packs:
     return Packs(pack, given.packs, given.schedule, given.period_s)
 
 
-def loads(mission: Mission, kind: Kind, stages: Iterable[kibam.Stage]) -> list[Load]:
+def loads(mission: Mission, kind: Kind, stages: Iterable[kibam.Stage]) -> list[JobStage]:
     """What is drawn and what is charged in the stages of a phase, from their net currents [A]."""
     drawn_A = 0.0
     if kind != "flight":
         load = vehicle.hover_load(mission) if kind == "hover" else vehicle.rest_load(mission)
         drawn_A = float(load.current_A)
     return [
-        Load(drawn_A, net_A + drawn_A, duration_s)
+        JobStage(drawn_A, net_A + drawn_A, duration_s)
         if kind != "flight"
-        else Load(-net_A, 0.0, duration_s)
+        else JobStage(-net_A, 0.0, duration_s)
         for net_A, duration_s in stages
     ]
 

@@ -8,9 +8,8 @@ import numpy as np
 
 from optuav.mission.schema import Mission
 from optuav.physics import flight, kibam, laser, link, rotor
-from optuav.physics.loads import Loads
+from optuav.physics.flight import Loads, regime_leg
 from optuav.physics.quantity import Quantity, Vector, norm
-from optuav.physics.regimes import regime_leg
 
 MOTOR_FIELDS = tuple(rotor.Motor.__dataclass_fields__)
 AIRFRAME_FIELDS = tuple(flight.Airframe.__dataclass_fields__)

@@ -1,28 +1,32 @@
-"""Charging near full: at constant current throughout, or with a second phase that tapers.
+"""Charging near full: at constant current throughout, or with a second part that tapers.
 
-The available well takes the full current only while y1 < ωB. In the second phase the charger holds
-y1 = ωB and gives what seeps into the bound well, I = ωk'((1−ω)B − y2), so that y2 nears (1−ω)B at
-the rate ωk' = k_F/(1−ω). The current falls from there on, and never exceeds that of the first
-phase: y1 reaches ωB from below, so what seeps away is no more than what comes in.
+The available well takes the full current only while y1 < ωB. From then on a tapering charger holds
+y1 = ωB and gives what seeps into the bound well, I = ωk'((1−ω)B − y2), so that y2 approaches (1−ω)B
+at the rate ωk' = k_F/(1−ω). The current falls from there on and never exceeds that of the first
+part: y1 reaches ωB from below, so that no more seeps away than comes in.
 
-*More never becomes less.* Wells y that hold at least as much as wells v, each for each, do so ever
-after: y charged like this at the current I, v at any currents up to I that keep v1 ≤ ωB. While
-y1 < ωB, the difference y − v obeys w' = A w + (I − u, 0) with no negative entry of A off the
-diagonal, and nothing can turn it negative. While y1 = ωB ≥ v1, (y2 − v2)' ≥ −ωk' (y2 − v2).
-So charging at full current first, and holding y1 at ωB then, is best at every moment, and a mission
-loses nothing by it later: legs and hovers keep the order as well.
+*Wells that hold more keep holding more.* Wells y that hold at least as much as wells v, each for
+each, do so ever after: y charged like this at the current I, v at any currents up to I that keep
+v1 ≤ ωB. While y1 < ωB, the difference y − v obeys w' = A w + (I − u, 0) with no negative entry of A
+off the diagonal, so that it stays non-negative. While y1 = ωB ≥ v1, (y2 − v2)' ≥ −ωk' (y2 − v2).
+So it is best at every moment to charge at full current first and to hold y1 at ωB then, and nothing
+is lost by it later: legs and hovers keep the order as well.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from typing import TypeAlias
+from typing import Literal, TypeAlias
 
 import numpy as np
 
 from optuav.physics.kibam import Battery, Stage, Wells, step, time_to_full
 from optuav.physics.quantity import TINY, Quantity
-from optuav.physics.schedules import Charging
+
+Charging: TypeAlias = Literal["constant", "taper"]
+"""Names of the ways to charge."""
+
+Step: TypeAlias = Callable[[Battery, Wells, Stage], Wells]
 
 
 def holding_current(battery: Battery, wells: Wells) -> Quantity:
@@ -34,27 +38,27 @@ def holding_current(battery: Battery, wells: Wells) -> Quantity:
 def held(battery: Battery, wells: Wells, duration_s: Quantity) -> Wells:
     """Wells [A s] after a duration [s], ≥ 0, in which y1 is held where it is."""
     share = battery.available_fraction
-    lost = -np.expm1(-battery.flow_rate_per_s / (1.0 - share) * duration_s)
+    gained = -np.expm1(-battery.flow_rate_per_s / (1.0 - share) * duration_s)
     level = (1.0 - share) / share * wells.available_As
-    return Wells(wells.available_As, wells.bound_As + (level - wells.bound_As) * lost)
+    return Wells(wells.available_As, wells.bound_As + (level - wells.bound_As) * gained)
 
 
-def steady_time(battery: Battery, wells: Wells, phase: Stage) -> Quantity:
-    """How long a phase goes on at its constant current, until the available well is full [s].
+def steady_time(battery: Battery, wells: Wells, stage: Stage) -> Quantity:
+    """How long a stage goes on at its constant current, until the available well is full [s].
 
-    The whole phase where that never comes, as while discharging. Wells as of `time_to_full`.
+    The whole stage where that never comes, as while discharging. Wells as for `time_to_full`.
     """
-    return np.minimum(phase.duration_s, time_to_full(battery, wells, phase.current_A))
+    return np.minimum(stage.duration_s, time_to_full(battery, wells, stage.current_A))
 
 
-def charged(battery: Battery, wells: Wells, phase: Stage, steady_s: Quantity) -> Wells:
-    """Wells [A s] after a phase that is constant for `steady_s` [s], and holds y1 from then on."""
-    steady = step(battery, wells, Stage(phase.current_A, steady_s))
-    return held(battery, steady, phase.duration_s - steady_s)
+def charged(battery: Battery, wells: Wells, stage: Stage, steady_s: Quantity) -> Wells:
+    """Wells [A s] after a stage that is constant for `steady_s` [s] and holds y1 from then on."""
+    steady = step(battery, wells, Stage(stage.current_A, steady_s))
+    return held(battery, steady, stage.duration_s - steady_s)
 
 
-def tapered(battery: Battery, wells: Wells, phase: Stage) -> Wells:
-    """Wells [A s] after a phase whose current tapers once y1 = ωB; floats and arrays.
+def tapered(battery: Battery, wells: Wells, stage: Stage) -> Wells:
+    """Wells [A s] after a stage whose current tapers once y1 = ωB; floats and arrays.
 
     Parameters
     ----------
@@ -62,17 +66,17 @@ def tapered(battery: Battery, wells: Wells, phase: Stage) -> Wells:
         The battery.
     wells
         Charge at the start [A s], y1 ≤ ωB and y2 ≤ (1−ω)B.
-    phase
+    stage
         What the charger offers, less what is drawn [A], > 0 while charging, and duration [s], ≥ 0.
     """
-    return charged(battery, wells, phase, steady_time(battery, wells, phase))
+    return charged(battery, wells, stage, steady_time(battery, wells, stage))
 
 
 @np.errstate(divide="ignore", invalid="ignore")
 def most_tapered(
     battery: Battery, wells: Wells, current_A: Quantity, least_s: Quantity, most_s: Quantity
 ) -> Wells:
-    """What both wells hold at most after a phase as of `tapered` of any duration in a range.
+    """The most that each well holds after a stage as in `tapered`, over a range of durations.
 
     Each is largest at an end of the range, or where it turns: y1 where k'z = I, y2 where z = 0.
 
@@ -81,8 +85,8 @@ def most_tapered(
     battery
         The battery.
     wells
-        What they hold at most at the start [A s], y1 ≤ ωB and y2 ≤ (1−ω)B; see above why this
-        is all that counts.
+        The most that they hold at the start [A s], y1 ≤ ωB and y2 ≤ (1−ω)B; the module says why
+        nothing else counts.
     current_A
         Net into the battery [A].
     least_s, most_s
@@ -101,7 +105,5 @@ def most_tapered(
     )
 
 
-Step: TypeAlias = Callable[[Battery, Wells, Stage], Wells]
-
 STEPS: Mapping[Charging, Step] = {"constant": step, "taper": tapered}
-"""What a phase does to the wells, by name; at constant current it may go past full."""
+"""What a stage does to the wells, by name; at constant current y1 may exceed ωB."""

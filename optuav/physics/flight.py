@@ -1,9 +1,10 @@
-"""One flight leg from rest to rest by the six-stage model.
+"""Flight legs from rest to rest: the six-stage model, and legs of constant load.
 
-Six stages: turn, accelerate, turn, brake, turn, hover. With the unit path vector u, external force
-F_e (gravity and wind), p = F_e·u and full thrust F, the net force along the path is
-A(u) = p + sqrt(p² − |F_e|² + F²) and the thrust points along f = (A u − F_e)/F. The UAV accelerates
-with A(u)/m and brakes with A(−u)/m; while it turns, the model freezes its position.
+The six stages are turn, accelerate, turn, brake, turn, hover [1]_. With the unit path vector u, the
+external force F_e (gravity and wind), p = F_e·u and the full thrust F, the net force along the path
+is A(u) = p + sqrt(p² − |F_e|² + F²) and the thrust points along f = (A u − F_e)/F. The UAV
+accelerates with A(u)/m and brakes with A(−u)/m; while it turns, the model freezes its position.
+Neither flight model has drag.
 
 References
 ----------
@@ -11,6 +12,8 @@ References
    drone-based antenna array", IEEE Transactions on Communications, 2019, eqs (25)-(51) and
    appendix D. Its eq (46) lacks a factor 1/√2, its eq (82) inverts A/m and the angles of its
    lemma 2 do not solve its own force balance; the forms used here do.
+.. [2] W. Jaafar, H. Yanikomeroglu, "Dynamics of laser-charged UAVs: a battery perspective",
+   IEEE Internet of Things Journal, 2020, eqs (6)-(7).
 """
 
 from __future__ import annotations
@@ -22,21 +25,34 @@ from dataclasses import dataclass
 import numpy as np
 
 from optuav.physics import rotor
-from optuav.physics.loads import Loads
-from optuav.physics.quantity import (
-    TINY,
-    Quantity,
-    Vector,
-    dot,
-    norm,
-    one_where_positive,
-)
+from optuav.physics.quantity import TINY, Quantity, Vector, dot, norm, one_where_positive
 
 STAGES = ("turn", "accelerate", "turn", "brake", "turn")
-"""Stages of a leg in flight; the sixth, hovering, lasts as long as the mission wants."""
+"""Stages of a leg in flight; how long the sixth, hovering, lasts is up to the mission."""
 
 TURNING_SPEEDS = (0.0, 1.0 / math.sqrt(2.0), 1.0, 1.0 / math.sqrt(2.0))
-"""Rotor speeds while a turn speeds up, in parts of v_max: pushing rotor 3 and braking rotor 1."""
+"""Rotor speeds while a turn speeds up, in parts of v_max: rotor 3 pushes, rotor 1 is stopped."""
+
+FASTEST_WITHOUT_DRAG_M_S = 40.0
+"""Peak speed above which the missing drag matters [m/s]; small drones hardly reach it."""
+
+
+def speed_warning(peak_speed_m_s: float) -> str | None:
+    """A sentence on a peak speed [m/s] above 40 m/s; None for a slower one.
+
+    Examples
+    --------
+    >>> print(speed_warning(154.89))
+    a peak speed of 154.9 m/s, above 40 m/s, is not realistic: this flight model has no drag
+    >>> speed_warning(12.0) is None
+    True
+    """
+    if not peak_speed_m_s > FASTEST_WITHOUT_DRAG_M_S:
+        return None
+    return (
+        f"a peak speed of {peak_speed_m_s:.1f} m/s, above {FASTEST_WITHOUT_DRAG_M_S:g} m/s, "
+        "is not realistic: this flight model has no drag"
+    )
 
 
 @dataclass(frozen=True)
@@ -70,6 +86,40 @@ class Airframe:
     def external_force_N(self, wind_N: Vector) -> Vector:
         """F_e [N]: gravity and a wind force, components (x, y, z)."""
         return (wind_N[0], wind_N[1], wind_N[2] - self.weight_N)
+
+
+@dataclass(frozen=True)
+class Loads:
+    """What a leg draws in each of its stages.
+
+    Parameters
+    ----------
+    durations_s
+        Duration of every stage [s], one entry a stage, each a scalar or an array over legs; NaN
+        where the leg cannot be flown.
+    currents_A, powers_W
+        Current drawn [A] and power drawn [W], > 0, one entry a stage; a scalar is the same for all
+        legs.
+    """
+
+    durations_s: tuple[Quantity, ...]
+    currents_A: tuple[Quantity, ...]
+    powers_W: tuple[Quantity, ...]
+
+    @property
+    def duration_s(self) -> Quantity:
+        """Flight time of the leg [s]."""
+        return sum(self.durations_s)
+
+    @property
+    def charge_As(self) -> Quantity:
+        """Charge drawn on the leg [A s]."""
+        return sum(t * i for t, i in zip(self.durations_s, self.currents_A, strict=True))
+
+    @property
+    def energy_J(self) -> Quantity:
+        """Energy drawn on the leg [J], [2]_ eq (6)."""
+        return sum(t * p for t, p in zip(self.durations_s, self.powers_W, strict=True))
 
 
 @dataclass(frozen=True)
@@ -287,3 +337,33 @@ def impossible(airframe: Airframe, motor: rotor.Motor, wind_N: Vector) -> str | 
         f"the rotors give {thrust_N:.6g} N at full speed, "
         f"but weight and wind take {external_N:.6g} N"
     )
+
+
+def regime_leg(
+    distance_m: Quantity,
+    acceleration_m_s2: Quantity,
+    current_A: Quantity,
+    power_W: Quantity,
+    max_speed_m_s: Quantity = math.inf,
+) -> tuple[Loads, Quantity]:
+    """A leg of constant load: accelerate, cruise at the speed cap if it is reached, brake.
+
+    Parameters
+    ----------
+    distance_m
+        d [m], ≥ 0.
+    acceleration_m_s2
+        a of speeding up and of braking [m/s²], > 0.
+    current_A, power_W
+        Drawn in flight [A], [W].
+    max_speed_m_s
+        v, speed cap [m/s], > 0; none by default.
+
+    Returns
+    -------
+    Loads of its single stage, T = 2 sqrt(d/a) or d/v + v/a [s] where the cap is reached, and the
+    peak speed [m/s].
+    """
+    peak = np.minimum(np.sqrt(distance_m * acceleration_m_s2), max_speed_m_s)
+    duration = distance_m / np.maximum(peak, TINY) + peak / acceleration_m_s2
+    return Loads((duration,), (current_A,), (power_W,)), peak

@@ -1,8 +1,8 @@
-"""The radio link to the ground device: where the UAV can hover.
+"""The radio link to the ground device: outage probability, coverage radius and hover point.
 
 Over a Rician channel the outage probability is P_out = 1 − Q1(sqrt(2K), sqrt(2 γ_th (1+K) N0 d^β /
-P_u)), Q1 the Marcum function. The squared second argument has a noncentral χ² distribution with
-two degrees of freedom and noncentrality 2K, which is how it is computed.
+P_u)), Q1 the Marcum function: the distribution of an amplitude with the Rice density. It is
+integrated here, because importing `scipy.special` takes longer than solving most missions.
 
 References
 ----------
@@ -14,19 +14,27 @@ References
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
+from functools import cache
 
 import numpy as np
-from scipy import special
 
+from optuav.arrays import Booleans, Floats
 from optuav.physics.quantity import TINY, Quantity, Vector, one_where_not_negative
 
-DEGREES_OF_FREEDOM = 2.0
+NODES = 64
+"""Nodes of the quadrature; 48 reach rounding."""
+
+REACH = 7.0
+"""Distance from its peak at which exp(−r²) is rounding."""
+
+LARGE = 600.0
+"""From here on the asymptotic series of I0 is exact to rounding; exp(710) overflows."""
 
 ROUNDING_RAD = 1e-15
-"""An angle that moves by no more is found."""
+"""Step of an angle that is rounding [rad]."""
+
 MOST_STEPS = 100
-"""Halvings alone, where Newton's steps lead nowhere, need some fifty for an angle of at most π."""
+"""Largest number of steps; bisection alone needs some fifty for an angle of at most π."""
 
 
 @dataclass(frozen=True)
@@ -62,15 +70,61 @@ class Channel:
 def outage_probability(channel: Channel, distance_m: Quantity) -> Quantity:
     """P_out [-] at a distance d from the device [m], ≥ 0; floats and arrays. [1]_ eq (17)."""
     path_loss = np.asarray(distance_m, dtype=float) ** channel.path_loss_exponent
-    return special.chndtr(
-        _squared_argument_at_1_m(channel) * path_loss, DEGREES_OF_FREEDOM, 2.0 * channel.rice_factor
-    )[()]
+    level = np.sqrt(0.5 * _squared_argument_at_1_m(channel) * path_loss)
+    return _amplitude_probability(level, np.sqrt(channel.rice_factor))[()]
 
 
 def coverage_radius(channel: Channel, outage_limit: Quantity) -> Quantity:
     """Largest distance d_max [m] at which P_out ≤ ε; ε in (0, 1) [-]; floats and arrays."""
-    largest = special.chndtrix(outage_limit, DEGREES_OF_FREEDOM, 2.0 * channel.rice_factor)
-    return (largest / _squared_argument_at_1_m(channel)) ** (1.0 / channel.path_loss_exponent)
+    level = _amplitude_quantile(outage_limit, np.sqrt(channel.rice_factor))
+    largest = 2.0 * level**2
+    return (largest / _squared_argument_at_1_m(channel))[()] ** (1.0 / channel.path_loss_exponent)
+
+
+@cache
+def _nodes() -> tuple[Floats, Floats]:
+    """Nodes in (−1, 1) and weights of Gauss-Legendre quadrature."""
+    nodes, weights = np.polynomial.legendre.leggauss(NODES)
+    return nodes, weights
+
+
+def _amplitude_density(level: Quantity, direct: Quantity) -> Quantity:
+    """Rice density 2 r exp(−(r − a)²) I0(2 r a)/exp(2 r a) of an amplitude r, direct part a."""
+    z = 2.0 * level * direct
+    near, eighth = np.minimum(z, LARGE), 0.125 / np.maximum(z, LARGE)
+    far = 1.0 + eighth * (1.0 + eighth * (4.5 + eighth * (37.5 + eighth * 459.375)))
+    bessel = np.where(z < LARGE, np.i0(near) * np.exp(-near), np.sqrt(4.0 * eighth / np.pi) * far)
+    return 2.0 * level * np.exp(-((level - direct) ** 2)) * bessel
+
+
+def _amplitude_probability(level: Quantity, direct: Quantity) -> Quantity:
+    """1 − Q1(a sqrt(2), r sqrt(2)): the Rice density integrated where it counts."""
+    high = np.minimum(level, direct + REACH)
+    half = 0.5 * (high - np.maximum(np.minimum(level, direct) - REACH, 0.0))
+    nodes, weights = (each.reshape(-1, *(1 for _ in np.shape(half))) for each in _nodes())
+    parts = weights * _amplitude_density(high - half * (1.0 - nodes), direct)
+    # cumsum adds in the same order for a scalar as for an array, sum does not.
+    return np.minimum(half * np.cumsum(parts, axis=0)[-1], 1.0)
+
+
+@np.errstate(divide="ignore", invalid="ignore")
+def _amplitude_quantile(probability: Quantity, direct: Quantity) -> Quantity:
+    """The amplitude below which the probability is as stated.
+
+    Newton's method on log F, which is concave, rises from a lower bound: F(r) ≤ 1 − exp(−r²), and
+    Birgé's bound on the lower tail of a noncentral χ² distribution.
+    """
+    start = 1.0 + direct**2 - np.sqrt((2.0 + 4.0 * direct**2) * -np.log(probability))
+    level = np.sqrt(np.maximum(-np.log1p(-probability), start))
+    for _ in range(MOST_STEPS):
+        below = _amplitude_probability(level, direct)
+        slope = _amplitude_density(level, direct) / below
+        nearer = level - np.log(below / probability) / slope
+        if not np.any(nearer > level):
+            break
+        # Rounding alone turns a step back.
+        level = np.fmax(nearer, level)
+    return level
 
 
 def _squared_argument_at_1_m(channel: Channel) -> Quantity:
@@ -187,7 +241,7 @@ def _nearest_on_rim(
     half_arc = np.arccos(np.minimum(1.0, radius_m / np.maximum(np.abs(away), TINY)))
     low, high = np.angle(away) - half_arc, np.angle(away) + half_arc
     angle = 0.5 * (low + high)
-    moves: Any = True
+    moves: Booleans = np.ones_like(angle, dtype=bool)
     for _ in range(MOST_STEPS):
         outward = np.exp(1j * angle)
         slope, bend = 0.0, 0.0
@@ -201,7 +255,7 @@ def _nearest_on_rim(
         low, high = np.where(falls, angle, low), np.where(falls, high, angle)
         newton = angle - slope / np.where(bend > 0.0, bend, np.nan)
         newton = np.where((newton >= low) & (newton <= high), newton, 0.5 * (low + high))
-        # Who has arrived stays: no point depends on those that are found along with it.
+        # A settled angle stays, so that no result depends on the other elements of the array.
         before, angle = angle, np.where(moves, newton, angle)
         moves = np.abs(angle - before) > ROUNDING_RAD
         if not np.any(moves):

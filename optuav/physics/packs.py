@@ -1,34 +1,51 @@
-"""Several packs under a schedule: one carries the load, another may be charged meanwhile.
+"""Several packs under a schedule: one carries the load while another may be charged.
 
 Every pack is a KiBaM battery of its own. A job is carried by the pack that the schedule names; when
 that pack is seen empty (y1 = 0) it is taken out of service, and another takes over in the middle of
 the job. A charger serves one of the packs that carry nothing, the one with the least y1, until that
 is full, then the next; where all are full, the last of them takes what seeps into its bound well.
-A single pack has no other beside it: it carries and is charged at once.
+A single pack carries and is charged at once.
+
+References
+----------
+.. [1] M. R. Jongerden, B. R. Haverkort, "Which battery model to use?", IET Software, 2009.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
+import math
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from copy import copy
 from dataclasses import dataclass
-from typing import NamedTuple
+from itertools import accumulate
+from numbers import Integral, Real
+from typing import Literal, NamedTuple, TypeAlias, get_args
 
 import numpy as np
 
 from optuav.arrays import Booleans, Floats, Integers
+from optuav.errors import Fault, InputError, SolverError
 from optuav.physics.charging import held
 from optuav.physics.kibam import Battery, Stage, Wells, step, time_to_empty, time_to_full
-from optuav.physics.quantity import Quantity
-from optuav.physics.schedules import Schedule
+from optuav.physics.quantity import TINY, Quantity
+
+Schedule: TypeAlias = Literal[
+    "pooled", "sequential", "round-robin", "alternating", "most-available"
+]
+
+SCHEDULES: tuple[Schedule, ...] = get_args(Schedule)
+"""Names of the schedules, the default first."""
 
 ROUNDING = 1e-12
 """Share of the capacity by which rounding may carry a well past its limit [-]."""
 
 NOBODY = -1
 
+MOST_STRETCHES = 50_000
+"""Largest number of stretches that `lifetime` follows one by one; some ten seconds."""
 
-class Load(NamedTuple):
+
+class JobStage(NamedTuple):
     """A stage of a job.
 
     Parameters
@@ -47,7 +64,7 @@ class Load(NamedTuple):
 
 
 class Stretch(NamedTuple):
-    """A stretch of time in which no pack changes its part; one entry a course.
+    """A stretch of time in which no pack changes its part; one entry per course.
 
     Parameters
     ----------
@@ -124,9 +141,12 @@ class Packs:
         found.clock_s, found._courses = self.clock_s[courses], np.arange(len(courses))
         return found
 
-    def job(self, stages: Iterable[Load]) -> list[Stretch]:
+    def job(self, stages: Iterable[JobStage]) -> list[Stretch]:
         """Carry a job through its stages; a course ends early when no pack is left to carry it."""
-        found: list[Stretch] = []
+        return list(self.stretches(stages))
+
+    def stretches(self, stages: Iterable[JobStage]) -> Iterator[Stretch]:
+        """Carry a job like `job`, one stretch at a time."""
         waiting = np.ones_like(self.exhausted)
         for load in stages:
             left_s = np.zeros_like(self.clock_s) + load.duration_s
@@ -145,8 +165,7 @@ class Packs:
                 last = np.where(stretch.filled, served, last)
                 filled[self._courses[stretch.filled], served[stretch.filled]] = True
                 left_s = left_s - stretch.duration_s
-                found.append(stretch)
-        return found
+                yield stretch
 
     def next_carrier(self, before: Integers) -> Integers:
         """Numbers of the packs that carry on after others, by the schedule."""
@@ -204,7 +223,7 @@ class Packs:
 
     def _stretch(
         self,
-        load: Load,
+        load: JobStage,
         longest_s: Floats,
         carrier: Integers,
         served: Integers,
@@ -260,3 +279,187 @@ class Packs:
             return end
         top = held(self.pack, Wells(self._top.available_As, self.wells.bound_As), passed_s)
         return Wells(*(np.where(full, *each) for each in zip(top, end, strict=True)))
+
+
+def lifetime(
+    load: Iterable[tuple[float, float]],
+    *,
+    capacity_As: float,
+    available_fraction: float,
+    flow_rate_per_s: float,
+    packs: int = 1,
+    schedule: Schedule = "pooled",
+    period_s: float | None = None,
+    horizon_s: float = math.inf,
+) -> float:
+    """How long full packs carry a load that is repeated without end [s].
+
+    Mind the sign: here a positive current **discharges**, as is usual for loads, while elsewhere
+    I > 0 charges.
+
+    Parameters
+    ----------
+    load
+        Pairs of current [A] and duration [s], > 0. A current > 0 is a job, carried by one pack; 0
+        is idle; < 0 charges the pack with the least y1, and what full packs do not take is lost.
+    capacity_As
+        Of **one** pack [A s], > 0; ``"pooled"`` makes one battery of `packs` times as much.
+    available_fraction
+        ω [-], in (0, 1).
+    flow_rate_per_s
+        k_F [1/s], ≥ 0; not k' = k_F/(ω(1−ω)).
+    packs
+        How many, 1 to 1000.
+    schedule
+        ``"pooled"``, ``"sequential"``, ``"round-robin"``, ``"alternating"`` or
+        ``"most-available"``, see `Packs`. A pack seen empty is not used again; another takes over
+        in the middle of the job.
+    period_s
+        Of ``"alternating"``, and of no other schedule [s], ≥ 1e-3.
+    horizon_s
+        How long the load is followed [s], > 0; without end by default. A load that recharges what
+        it draws needs one.
+
+    Returns
+    -------
+    First moment at which no pack is left to carry the load [s]; ``inf`` if the load draws nothing,
+    or if the packs still carry it at the horizon.
+
+    Raises
+    ------
+    InputError
+        With everything that is wrong.
+    SolverError
+        If neither an end nor the horizon is reached in 50 000 stretches, some ten seconds. A
+        stretch ends where a job or a turn by the clock does, or where a pack is empty or full.
+        Rounds in which no pack is emptied are skipped where nothing charges and the schedule is
+        ``"pooled"``, ``"sequential"`` or ``"round-robin"``.
+
+    Notes
+    -----
+    [1]_ has the test loads.
+
+    Examples
+    --------
+    >>> cell = {"capacity_As": 7200, "available_fraction": 0.625, "flow_rate_per_s": 4.5e-5}
+    >>> print(f"{lifetime([(0.96, 1.0)], **cell) / 60:.1f} min")
+    91.1 min
+    >>> print(f"{lifetime([(0.96, 0.5), (0.0, 0.5)], **cell) / 60:.1f} min")
+    202.9 min
+    >>> lifetime([(1.0, 60.0), (-1.0, 60.0)], **cell, horizon_s=86_400)
+    inf
+    """
+    try:
+        entries = list(load)
+    except TypeError:
+        entries = []
+    faults = list(_load_faults(load, entries))
+    faults += _range_faults("capacity_As", capacity_As, 1e-3, 1e9, "A s")
+    faults += _range_faults("available_fraction", available_fraction, 1e-6, 0.999999, "-")
+    faults += _range_faults("flow_rate_per_s", flow_rate_per_s, 0.0, 1e3, "1/s")
+    faults += _range_faults("packs", packs, 1, 1000, "-", whole=True)
+    if schedule not in SCHEDULES:
+        faults.append(Fault("schedule", repr(schedule), f"one of {', '.join(SCHEDULES)}"))
+    elif schedule == "alternating":
+        faults += _range_faults("period_s", period_s, 1e-3, 1e9, "s")
+    elif period_s is not None:
+        faults.append(Fault("period_s", repr(period_s), "nothing, unless schedule='alternating'"))
+    faults += _range_faults("horizon_s", horizon_s, 1e-6, math.inf, "s")
+    if faults:
+        raise InputError(faults)
+    pack = Battery(float(capacity_As), float(available_fraction), float(flow_rate_per_s))
+    jobs = [
+        JobStage(max(float(current_A), 0.0), max(-float(current_A), 0.0), float(duration_s))
+        for current_A, duration_s in entries
+    ]
+    return _followed(Packs(pack, int(packs), schedule, period_s), jobs, float(horizon_s))
+
+
+def _load_faults(load: object, entries: Sequence[object]) -> Iterator[Fault]:
+    if not entries:
+        yield Fault("load", repr(load), "pairs (current_A, duration_s), at least one")
+    for number, entry in enumerate(entries):
+        if not isinstance(entry, Sequence | np.ndarray) or np.shape(entry) != (2,):
+            yield Fault(f"load[{number}]", repr(entry), "a pair (current_A, duration_s)")
+            continue
+        yield from _range_faults(f"load[{number}].current_A", entry[0], -1e9, 1e9, "A")
+        yield from _range_faults(f"load[{number}].duration_s", entry[1], 1e-6, 1e9, "s")
+
+
+def _range_faults(
+    key: str, value: object, least: float, most: float, unit: str, *, whole: bool = False
+) -> Iterator[Fault]:
+    """The fault of an argument that is no number of a range."""
+    is_number = isinstance(value, Integral if whole else Real) and not isinstance(value, bool)
+    if not is_number or not least <= float(value) <= most:  # type: ignore[arg-type]
+        noun = "a whole number" if whole else "a number"
+        yield Fault(key, repr(value), f"{noun}, {least:g} <= x <= {most:g} [{unit}]")
+
+
+def _followed(packs: Packs, jobs: Sequence[JobStage], horizon_s: float) -> float:
+    """Lifetime of packs [s] under jobs that are repeated; ``inf`` beyond the horizon [s]."""
+    if not any(job.draw_A for job in jobs):
+        return math.inf
+    same_packs = packs.count == 1 or packs.schedule in ("sequential", "round-robin")
+    may_skip = same_packs and not any(job.charge_A for job in jobs)
+    followed = 0
+    while True:
+        if may_skip:
+            _skip(packs, jobs)
+        # Every pack takes its turn before rounds are skipped again.
+        for job in list(jobs) * (packs.count if may_skip else 1):
+            for _ in packs.stretches([job]):
+                followed += 1
+                if packs.exhausted[0] and packs.clock_s[0] <= horizon_s:
+                    return float(packs.clock_s[0])
+                if packs.clock_s[0] >= horizon_s:
+                    return math.inf
+                if followed > MOST_STRETCHES:
+                    raise SolverError(
+                        f"{MOST_STRETCHES} stretches do not reach the end: after "
+                        f"{packs.clock_s[0]:.6g} s the packs still carry the load; "
+                        "a horizon_s says how long to follow it"
+                    )
+
+
+def _skip(packs: Packs, jobs: Sequence[JobStage]) -> None:
+    """Pass all rounds of discharging jobs in which no pack is seen empty.
+
+    A round, in which every pack in service takes its turn once, repeats the same currents, so that
+    it acts on every pack as one affine map: after n rounds y = y0 + nq and z = a^n z0 +
+    c (1 − a^n)/(1 − a), with the tilt z = y1 − ωy. At a moment within the round y1 is then
+    α − βn + γa^n, β ≥ 0, which is concave or falls: once below 0 it stays there, so that bisection
+    finds the first round in which a pack is empty.
+    """
+    stages, carrier = list[Stage](), packs.carrier
+    for job in list(jobs) * int(packs.in_service.sum()):
+        if job.draw_A > 0.0:
+            carrier = packs.next_carrier(carrier)
+        stages.append(Stage(-job.draw_A * (np.arange(packs.count) == carrier), job.duration_s))
+    pack, share = packs.pack, packs.pack.available_fraction
+    nothing = Wells(np.zeros(packs.count), np.zeros(packs.count))
+    ends = list(accumulate(stages, lambda wells, each: step(pack, wells, each), initial=nothing))
+    changes = [wells.tilted(share) for wells in ends[1:]]
+    total_As = np.array([each.total_As for each in changes])
+    tilt_As = np.array([each.tilt_As for each in changes])
+    ends_s = np.cumsum([stage.duration_s for stage in stages])
+    remaining = np.exp(-pack.rate_per_s * ends_s)
+    exponent = max(float(pack.rate_per_s * ends_s[-1]), TINY)
+    _, start_As, tilted_As = Wells(*(well[0] for well in packs.wells)).tilted(share)
+
+    def after(rounds: int) -> tuple[Floats, Floats]:
+        """y and z [A s] of every pack after some rounds."""
+        tilts = math.expm1(-exponent * rounds) / math.expm1(-exponent)
+        tilt = tilted_As * math.exp(-exponent * rounds) + tilt_As[-1] * tilts
+        return start_As + rounds * total_As[-1], tilt
+
+    passed, failed = 0, 1 + int(start_As.sum() / -total_As[-1].sum())
+    while failed - passed > 1:
+        middle = (passed + failed) // 2
+        total, tilt = after(middle - 1)
+        available_As = share * (total + total_As) + np.multiply.outer(remaining, tilt) + tilt_As
+        empty = (available_As[:, packs.in_service[0]] < 0.0).any()
+        passed, failed = (passed, middle) if empty else (middle, failed)
+    total, tilt = after(passed)
+    packs.wells = Wells((share * total + tilt)[None], ((1.0 - share) * total - tilt)[None])
+    packs.clock_s = packs.clock_s + passed * ends_s[-1]

@@ -16,8 +16,8 @@ from optuav.network import vehicle
 from optuav.network.obstacles import prisms
 from optuav.network.places import Places, places
 from optuav.physics import flight
-from optuav.physics.motion import state_at
-from optuav.physics.regimes import regime_leg
+from optuav.physics.flight import regime_leg
+from optuav.physics.trajectory import state_at
 from optuav.plots.bands import NAMES_PT, Band, draw_bands, swatch
 from optuav.plots.labels import settle
 from optuav.plots.style import (

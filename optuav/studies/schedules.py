@@ -15,7 +15,7 @@ from optuav.errors import Fault, InputError
 from optuav.mission import Mission, load
 from optuav.mission.quantities import Number
 from optuav.mission.words import counted_in
-from optuav.physics.schedules import SCHEDULES
+from optuav.physics.packs import SCHEDULES
 from optuav.plan import Plan
 from optuav.solving import solve
 from optuav.studies.comparison import as_csv

@@ -12,7 +12,7 @@ import pytest
 import optuav
 from optuav.calibration.fit import Fit, Value
 from optuav.errors import InputError
-from optuav.physics.kibam import lifetime
+from optuav.physics.packs import lifetime
 
 FILE = Path(__file__).parents[2] / "examples" / "data" / "lifetimes.csv"
 SHARE, RATE_PER_S = 0.166, 0.122 / 60.0 * 0.166 * 0.834

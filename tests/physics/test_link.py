@@ -11,7 +11,7 @@ import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 from scipy.integrate import quad
-from scipy.special import ive
+from scipy.special import chndtr, chndtrix, ive
 
 from optuav.physics import link
 from tests.physics.reference import (
@@ -67,7 +67,7 @@ def test_coverage_of_the_paper() -> None:
 def test_outage_at_the_coverage_radius_is_the_limit(channel: link.Channel, limit: float) -> None:
     """Nearer is better, further is worse."""
     radius_m = link.coverage_radius(channel, limit)
-    assert link.outage_probability(channel, radius_m) == pytest.approx(limit, rel=1e-8)
+    assert link.outage_probability(channel, radius_m) == pytest.approx(limit, rel=1e-12)
     assert link.outage_probability(channel, 0.99 * radius_m) < limit
     assert link.outage_probability(channel, 1.01 * radius_m) > limit
 
@@ -79,6 +79,27 @@ def test_outage_is_the_integral_of_the_rice_density(channel: link.Channel, limit
     assert link.outage_probability(channel, distance_m) == pytest.approx(
         rice_outage(channel, distance_m), rel=1e-8
     )
+
+
+@pytest.mark.parametrize("rice_factor", [0.0, 1e-3, 0.5, 20.0, 100.0, 350.0, 1e4])
+def test_outage_is_a_noncentral_chi_squared_distribution(rice_factor: float) -> None:
+    """Probability and coverage against SciPy's, with noncentrality 2K, over the ranges allowed."""
+    channel = replace(CHANNEL, rice_factor=rice_factor)
+    at_1_m = 2.0 * channel.snr_threshold * (1.0 + rice_factor)
+    at_1_m *= channel.noise_power_W / channel.transmit_power_W
+    limits = np.array([1e-12, 1e-6, 1e-4, 0.01, 0.5, 0.9, 0.99])
+    radii_m = link.coverage_radius(channel, limits)
+    arguments = at_1_m * radii_m**channel.path_loss_exponent
+    # Where F is flat, its rounding of 1e-16 moves the quantile further.
+    expected = chndtrix(limits, 2.0, 2.0 * rice_factor)
+    np.testing.assert_allclose(arguments, expected, rtol=2e-13)
+    for share in (0.9, 1.0, 1.1):
+        np.testing.assert_allclose(
+            link.outage_probability(channel, share * radii_m),
+            chndtr(arguments * share**channel.path_loss_exponent, 2.0, 2.0 * rice_factor),
+            rtol=1e-12,
+            atol=1e-20,
+        )
 
 
 @given(CHANNELS, st.floats(1e-3, 2.0))

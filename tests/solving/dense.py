@@ -18,7 +18,7 @@ import numpy.typing as npt
 from optuav.mission import Mission
 from optuav.network import vehicle
 from optuav.physics import flight
-from optuav.physics.loads import Loads
+from optuav.physics.flight import Loads
 from tests.kibam import Kibam
 
 Array = npt.NDArray[np.float64]

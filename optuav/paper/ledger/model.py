@@ -13,7 +13,7 @@ from optuav.network.places import HOVER
 from optuav.paper.ledger.cells import FLIGHT_J, HOVER_J, NOMINAL_J
 from optuav.paper.ledger.scenario import Scenario, papers
 from optuav.paper.ledger.statement import Statement, Value
-from optuav.physics import kibam, link
+from optuav.physics import kibam
 
 
 def statements() -> Iterator[Statement]:
@@ -42,7 +42,7 @@ def _counts() -> Iterator[Statement]:
             "order of the Marcum Q-function",
             "1",
             "half of the degrees of freedom of χ²",
-            link.DEGREES_OF_FREEDOM / 2,
+            1,
         ),
         (
             "wells",

@@ -1,4 +1,4 @@
-"""Where the UAV is on a six-stage leg, and what its rotors do, moment by moment.
+"""Position, speed, attitude and rotor speeds on a leg at any moment.
 
 Each turning movement speeds up for the first half of its time and slows down for the second; pitch
 comes before roll [1]_.
@@ -143,3 +143,28 @@ def _rotor_speeds_at(
         shares = np.where(stage == turn, pattern, shares)
     first, second, third, fourth = (motor.max_speed_rad_s * share[()] for share in shares)
     return first, second, third, fourth
+
+
+def regime_motion(
+    distance_m: Quantity, acceleration_m_s2: Quantity, peak_speed_m_s: Quantity, time_s: Quantity
+) -> tuple[Quantity, Quantity]:
+    """Way travelled [m] and speed [m/s] on a leg of constant load at moments after its start.
+
+    Parameters
+    ----------
+    distance_m
+        d [m], > 0.
+    acceleration_m_s2
+        a of speeding up and of braking [m/s²], > 0.
+    peak_speed_m_s
+        As `regime_leg` gives it [m/s], > 0.
+    time_s
+        Since the leg began [s], from 0 to its end.
+    """
+    rise_s = peak_speed_m_s / acceleration_m_s2
+    end_s = distance_m / peak_speed_m_s + rise_s
+    rising, left = np.minimum(time_s, rise_s), np.minimum(end_s - time_s, rise_s)
+    speed = acceleration_m_s2 * np.minimum(rising, left)
+    cruised_s = np.clip(time_s - rise_s, 0.0, end_s - 2.0 * rise_s)
+    braked = 0.5 * acceleration_m_s2 * (rise_s**2 - left**2)
+    return 0.5 * acceleration_m_s2 * rising**2 + peak_speed_m_s * cruised_s + braked, speed

@@ -11,7 +11,8 @@ from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
 
 from optuav.errors import InputError, SolverError
-from optuav.physics.kibam import Battery, lifetime, time_to_empty
+from optuav.physics.kibam import Battery, time_to_empty
+from optuav.physics.packs import lifetime
 from tests.physics.reference import printed
 
 MINUTE_S = 60.0
@@ -231,19 +232,27 @@ def test_a_life_of_very_many_jobs() -> None:
 
 
 @pytest.mark.parametrize("schedule", SCHEDULES)
-def test_idle_and_charging_last_for_ever(schedule: str) -> None:
+def test_idle_and_charging_never_end(schedule: str) -> None:
     given_packs = {"packs": 2, "schedule": schedule, **SCHEDULES[schedule], **CELL}
     assert lifetime([(0.0, 10.0)], **given_packs) == math.inf
     assert lifetime([(-2.0, 10.0)], **given_packs) == math.inf
 
 
 @pytest.mark.parametrize("rate", [0.0, 4.5e-5, 1e-2])
-def test_what_is_recharged_lasts_for_ever(rate: float) -> None:
+def test_what_is_recharged_lasts_to_the_horizon(rate: float) -> None:
     """Balance decides, whatever flows; but the available well must bear the swing."""
-    cell = CELL | {"flow_rate_per_s": rate}
+    cell = CELL | {"flow_rate_per_s": rate, "horizon_s": 12_000.0}
     assert lifetime([(1.0, 60.0), (-1.0, 60.0)], **cell) == math.inf
     assert lifetime([(1.0, 60.0), (-3.0, 60.0)], **cell) == math.inf
-    assert math.isfinite(lifetime([(1.0, 6000.0), (-1.0, 6000.0)], **(cell | {"capacity_As": 900})))
+    assert lifetime([(1.0, 6000.0), (-1.0, 6000.0)], **(cell | {"capacity_As": 900})) < 6000.0
+
+
+def test_a_life_beyond_the_horizon_is_infinite() -> None:
+    """Also where rounds are skipped, and inside one long job; an end on the horizon counts."""
+    for load in ([(0.96, 1.0)], [(0.96, 1e6)]):
+        life_s = lifetime(load, **CELL)
+        assert lifetime(load, horizon_s=life_s, **CELL) == life_s
+        assert lifetime(load, horizon_s=0.999 * life_s, **CELL) == math.inf
 
 
 def test_what_is_nearly_recharged_ends() -> None:
@@ -255,31 +264,31 @@ def test_what_is_nearly_recharged_ends() -> None:
 
 
 def test_packs_that_are_charged_in_turn() -> None:
-    """Between jobs the emptier pack is charged; a full one takes nothing: both live for ever."""
-    cell = CELL | {"flow_rate_per_s": 1e-3}
+    """Between jobs the emptier pack is charged; a full one takes nothing: both go on."""
+    cell = CELL | {"flow_rate_per_s": 1e-3, "horizon_s": 24_000.0}
     for schedule in ("round-robin", "most-available"):
         load = [(2.0, 60.0), (-2.5, 60.0)]
         assert lifetime(load, packs=2, schedule=schedule, **cell) == math.inf
 
 
 @pytest.mark.parametrize("schedule", SCHEDULES)
-def test_what_nearly_lasts_is_given_up_in_words(
+def test_what_nearly_lasts_asks_for_a_horizon(
     schedule: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Whatever the schedule; a load that draws more than it charges is known to end."""
-    monkeypatch.setattr("optuav.physics.lifetimes.MOST_STRETCHES", 300)
+    """Whatever the schedule, a load that nearly recharges is not followed without end."""
+    monkeypatch.setattr("optuav.physics.packs.MOST_STRETCHES", 300)
     given_packs = {"packs": 2, "schedule": schedule, **SCHEDULES[schedule], **CELL}
-    with pytest.raises(SolverError, match=r"300 steps tell no lifetime.* it ends"):
+    with pytest.raises(SolverError, match=r"300 stretches do not reach the end.* horizon_s"):
         lifetime([(1.0, 60.0), (-0.9999, 60.0)], **given_packs)
 
 
 def test_turns_within_one_long_job_are_counted(monkeypatch: pytest.MonkeyPatch) -> None:
     """A single job of millions of turns; one that ends within the limit is followed to its end."""
     short = {"packs": 2, "schedule": "alternating", **CELL}
-    whole_s = lifetime([(8.0, 1e9)], period_s=1.0, **short)
-    assert whole_s == pytest.approx(lifetime([(8.0, 1.0)], packs=2, **CELL), abs=2.0)
-    monkeypatch.setattr("optuav.physics.lifetimes.MOST_STRETCHES", 2_000)
-    with pytest.raises(SolverError, match="2000 steps tell no lifetime"):
+    whole_s = lifetime([(8.0, 1e9)], period_s=5.0, **short)
+    assert whole_s == pytest.approx(lifetime([(8.0, 5.0)], packs=2, **CELL), abs=10.0)
+    monkeypatch.setattr("optuav.physics.packs.MOST_STRETCHES", 500)
+    with pytest.raises(SolverError, match="500 stretches do not reach the end"):
         lifetime([(1.0, 1e9)], period_s=1e-3, **short)
 
 
@@ -295,6 +304,7 @@ def test_all_faults_at_once() -> None:
             flow_rate_per_s=math.inf,
             packs=0,
             schedule="parallel",  # type: ignore[arg-type]
+            horizon_s=math.nan,
         )
     assert [fault.key for fault in told.value.faults] == [
         "load[0].duration_s",
@@ -307,6 +317,7 @@ def test_all_faults_at_once() -> None:
         "flow_rate_per_s",
         "packs",
         "schedule",
+        "horizon_s",
     ]
 
 
