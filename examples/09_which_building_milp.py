@@ -16,34 +16,30 @@
 import math
 
 import optuav
-from optuav.engines import linear
-from optuav.modelling.disjunction import disjunction
+from optuav.modelling.traits import traits
 
 mission = optuav.load("paper")
-routes = {"direct": optuav.formulate(mission, "P3", perspective="battery").parts[0].model}
+few = mission.replace({f"buildings.b{k}": None for k in (2, 3, 4, 5, 6, 7, 8, 10)})
+alone_s = {"direct": optuav.solve(few, "P3", perspective="battery").hover_time_s}
 for building in ("b1", "b9"):
-    program = optuav.formulate(
-        mission, "P4", building=building, order="rest-first", perspective="battery"
-    )
-    routes[building] = program.parts[0].model
-alone_s = {name: linear.solve(model, 1).objective[0] for name, model in routes.items()}
+    plan = optuav.solve(few, "P4", building=building, order="rest-first", perspective="battery")
+    alone_s[building] = plan.hover_time_s
 print({name: f"{hover_s:.3f} s" for name, hover_s in alone_s.items()})
 
 # %% [markdown]
 # ## Big M
 #
 # All routes share Δ and T'. Every constraint gets a term M (1 − λ) that switches it off where its
-# route is not chosen. M must be large enough, and should be no larger: here each is worked out from
-# the deadline, and printed.
+# route is not chosen. M must be large enough, and should be no larger: here each follows from the
+# deadline, and is printed.
 
 # %%
-big = disjunction(routes, "big-M")
-print(big)
-chosen = linear.solve(big, 1)
-print(chosen.proof, {name: round(value, 3) for name, value in chosen.point(0).items()})
+big = optuav.route_choice(few, form="big-M", order="rest-first")
+print(big.model)
+print(big.proof, big.plan.route)
 
-assert math.isclose(chosen.objective[0], max(alone_s.values()), abs_tol=1e-6)
-assert chosen.point(0)["choice[2]"] == 1.0  # of direct, b1, b9
+assert math.isclose(big.plan.hover_time_s, max(alone_s.values()), abs_tol=1e-5)
+assert big.plan.route[1] == "b1"
 
 # %% [markdown]
 # ## The relaxation
@@ -53,13 +49,12 @@ assert chosen.point(0)["choice[2]"] == 1.0  # of direct, b1, b9
 # and the solver is left to try.
 
 # %%
-relaxed = linear.solve(disjunction(routes, "big-M", relaxed=True), 1)
-shares = {name: relaxed.point(0)[f"choice[{k}]"] for k, name in enumerate(routes, start=1)}
-print(f"bound {relaxed.objective[0]:.3f} s with", {name: round(λ, 3) for name, λ in shares.items()})
+shares = {name: round(share, 3) for name, share in big.shares.items()}
+print(f"bound {big.relaxation_s:.3f} s with", shares)
 
-assert relaxed.objective[0] > 1.4 * chosen.objective[0]
-assert math.isclose(sum(shares.values()), 1.0)
-assert all(0.1 < λ < 0.9 for λ in shares.values())
+assert big.relaxation_s > 1.4 * big.plan.hover_time_s
+assert math.isclose(sum(big.shares.values()), 1.0)
+assert all(0.1 < share < 0.9 for share in big.shares.values())
 
 # %% [markdown]
 # ## Convex hull
@@ -70,13 +65,13 @@ assert all(0.1 < λ < 0.9 for λ in shares.values())
 # better of them.
 
 # %%
-hull = disjunction(routes, "hull")
-tight = linear.solve(disjunction(routes, "hull", relaxed=True), 1)
-print(f"{len(big.variables)} unknowns and a bound of {relaxed.objective[0]:.3f} s, or")
-print(f"{len(hull.variables)} unknowns and a bound of {tight.objective[0]:.3f} s")
+hull = optuav.route_choice(few, form="hull", order="rest-first")
+print(hull.model)
+for choice in (big, hull):
+    print(f"{choice.form}: {traits(choice.model)}, and a bound of {choice.relaxation_s:.3f} s")
 
-assert math.isclose(tight.objective[0], chosen.objective[0], abs_tol=1e-6)
-assert len(hull.variables) > len(big.variables)
+assert math.isclose(hull.relaxation_s, big.plan.hover_time_s, abs_tol=1e-5)
+assert len(hull.model.variables) > len(big.model.variables)
 
 # %% [markdown]
 # ## All routes

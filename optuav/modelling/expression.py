@@ -27,7 +27,33 @@ SENSES: Mapping[np.ufunc, Sense] = {
 }
 
 
+INDEX = "j"
+"""What runs where lines differ in a number alone."""
+
 DIVISIONS = (np.divide, np.floor_divide, np.remainder, np.fmod)
+
+
+class Indexed(str):
+    """A symbol with a number, as Δ_3: a page writes lines that differ in it alone as one.
+
+    Parameters
+    ----------
+    symbol
+        The symbol without the number.
+    number
+        The number.
+    """
+
+    pattern: str
+    """The symbol with `INDEX` in place of its number."""
+    number: int
+
+    def __new__(cls, symbol: str, number: int) -> Indexed:
+        """The symbol with its number."""
+        start = f"{symbol}{',' if '_' in symbol else '_'}"
+        found = super().__new__(cls, f"{start}{number}")
+        found.pattern, found.number = f"{start}{INDEX}", number
+        return found
 
 
 class Expression(NDArrayOperatorsMixin):

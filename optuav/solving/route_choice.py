@@ -1,35 +1,32 @@
-"""(P1) over all routes as one programme: which building, which order, and how long, together.
+"""(P1) over all routes as one mixed-integer programme, with the bound of its LP relaxation.
 
-Every route's own programme is an alternative of one `disjunction`, a MILP with one binary choice a
-route. Its LP relaxation bounds the hover time. In the form hull that bound is the optimum itself;
-the form big-M is looser: on the mission ``paper`` it gives 1124.2 s, the deadline less the shortest
-flight, where the optimum is 719.5 s.
+As a convex hull that bound is the optimum itself. The form big-M is looser: on the mission
+``paper`` it gives 1124.2 s, the deadline less the shortest flight, where the optimum is 719.5 s.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from formulations.perspectives import PAPER
-from formulations.quantities import Quantities
+from formulations.route_choice import FORMS, Form, Route
+from formulations.route_choice import route_choice as joined
 from optuav.engines.ranges import last_slot, lower_bounds, own_upper_bounds
 from optuav.engines.solution import Solution
 from optuav.errors import Fault, InputError, SolverError
 from optuav.mission import Mission
-from optuav.modelling import Model, Parameter
-from optuav.modelling.disjunction import FORMS, Disjunction, Form, disjunction
-from optuav.modelling.expression import Operand
+from optuav.modelling import Model
 from optuav.network.one_stop import in_words, one_stop_is_enough
 from optuav.plan import Plan
 from optuav.solving.dispatch import answer
 from optuav.solving.given import quantities
-from optuav.solving.planning import TIMES, Part, plan_of, plan_without, shortfalls
+from optuav.solving.planning import Part, plan_of, plan_without, shortfalls
 from optuav.solving.program import Program
 from optuav.solving.solve import formulate
 from optuav.status import Status
@@ -57,20 +54,23 @@ class RouteChoice:
     gap_s
         By how much that exceeds the plan's hover time [s]; None without a plan.
     model
-        The programme; None where nothing can be flown. Printed, routes alike are written once.
+        The programme; None where nothing can be flown.
     proof
         How the answer is known.
     notes
         What a reader should know: how tight the form is, and whether one stop is enough.
+    shares
+        λ of every route in the relaxation, by its name; empty without a plan.
     """
 
     plan: Plan
     form: Form
     relaxation_s: float | None
     gap_s: float | None
-    model: Disjunction | None
+    model: Model | None
     proof: str
     notes: tuple[str, ...]
+    shares: Mapping[str, float] = field(default_factory=dict)
 
     def __str__(self) -> str:
         if not self.plan:
@@ -107,7 +107,7 @@ def route_choice(
     form
         How the choice is stated. ``"hull"``: unknowns and homogenised rows a route, the tightest
         there is; ``"big-M"``: shared unknowns, and rows that the deadline's slack switches off;
-        fewer unknowns, a looser relaxation. See `optuav.modelling.disjunction`.
+        fewer unknowns, a looser relaxation. See `formulations.route_choice`.
     trajectory, order, slot_s, graph, time_limit_s, solver
         As for `optuav.formulate`.
     perspective
@@ -140,16 +140,16 @@ def route_choice(
     enough = in_words(one_stop_is_enough(program.worked_out))
     if not program.parts:
         return RouteChoice(program.solve(), form, None, None, None, "physics", (enough,))
-    models, parts = _alternatives(program)
-    joined = disjunction(models, form)
+    routes, parts = _routes(program)
+    model = joined(routes, perspective, form)
     if program.question.slot_s is not None:
-        _bound_slots(joined, program.question.slot_s, program.worked_out.mission)
-    solution = answer(joined, 1, program.question)
+        _bound_slots(model, program.question.slot_s, program.worked_out.mission)
+    solution = answer(model, 1, program.question)
     if not solution.status.has_answer:
         plan = _no_plan(program, solution)
-        return RouteChoice(plan, form, None, None, joined, solution.proof, (enough,))
+        return RouteChoice(plan, form, None, None, model, solution.proof, (enough,))
     part, times = _chosen(program, parts, solution)
-    relaxed = disjunction(models, form, relaxed=True)
+    relaxed = joined(routes, perspective, form, relaxed=True)
     relaxation = answer(relaxed, 1, replace(program.question, slot_s=None))
     relaxation_s = float(relaxation.objective[0])
     gap_s = relaxation_s - float(times.objective[0])
@@ -157,7 +157,9 @@ def route_choice(
     plan = plan_of(program.question, program.worked_out, part, times, 0)
     plan = plan.model_copy(update={"proof": proof})
     tight = f"the LP relaxation in the form {form} bounds the hover time by {relaxation_s:.3f} s"
-    return RouteChoice(plan, form, relaxation_s, gap_s, joined, proof, (tight, enough))
+    point = relaxation.point(0)
+    shares = {each.name: point[f"choice[{k}]"] for k, each in enumerate(routes, start=1)}
+    return RouteChoice(plan, form, relaxation_s, gap_s, model, proof, (tight, enough), shares)
 
 
 def _refuse(form: str, perspective: str) -> None:
@@ -170,10 +172,10 @@ def _refuse(form: str, perspective: str) -> None:
         raise InputError(faults)
 
 
-def _bound_slots(joined: Disjunction, slot_s: float, mission: Mission) -> None:
+def _bound_slots(model: Model, slot_s: float, mission: Mission) -> None:
     """Bounds up to which whole slots are counted: no time is longer than the deadline."""
     most = last_slot(mission.limits.deadline_s, slot_s, begun=True) + 1
-    for each in joined.variables:
+    for each in model.variables:
         each.upper = 1.0 if each.binary else slot_s * most
 
 
@@ -213,67 +215,49 @@ def _chosen(program: Program, parts: Sequence[Part], solution: Solution) -> tupl
     return part, times
 
 
-def _alternatives(program: Program) -> tuple[dict[str, Model], list[Part]]:
-    """The programmes of the routes by name, and what each is a programme of, as ties are broken."""
+def _routes(program: Program) -> tuple[list[Route], list[Part]]:
+    """The routes that may be chosen, as ties are broken, and the own programme of each."""
     worked_out, asked = program.worked_out, program.question
-    routes = worked_out.routes
-    models: dict[str, Model] = {}
+    ways = worked_out.routes
+    routes: list[Route] = []
     parts: list[Part] = []
     choices = [
         (int(route), any(each.name == "rest_time_s" for each in part.model.variables))
         for part in program.parts
         for route in part.routes
     ]
-    for route, rests in sorted(choices):
-        number = np.array([route])
-        given = quantities(worked_out, number, rests=rests)
-
-        def declared(given: Quantities = given) -> Model:
-            return asked.formulation.model(given, asked.perspective)
-
-        building = int(routes.building[route])
+    for number, rests in sorted(choices):
+        which = np.array([number])
+        given = quantities(worked_out, which, rests=rests)
+        model = asked.formulation.model(given, asked.perspective)
+        building = int(ways.building[number])
         name = "direct"
         if building >= 0:
-            name = f"{worked_out.mission.buildings[building].name} {routes.order(route)}"
+            name = f"{worked_out.mission.buildings[building].name} {ways.order(number)}"
             name += "" if rests else ", passing by"
-        for suffix, model in _in_slots(declared, asked.slot_s):
-            model.prefer_small(Parameter("place_in_order", "n", "1", float(len(parts))))
-            models[name + suffix] = model
-            parts.append(Part(declared(), number))
-    return models, parts
+        whole = Route(name, given)
+        for each in [whole] if asked.slot_s is None else _in_slots(whole, model, asked.slot_s):
+            routes.append(each)
+            parts.append(Part(model, which))
+    return routes, parts
 
 
-def _in_slots(declared: Callable[[], Model], slot_s: float | None) -> Iterator[tuple[str, Model]]:
-    """The programme of a route with the shortest mission preferred, for times in whole slots.
+def _in_slots(route: Route, model: Model, slot_s: float) -> Iterator[Route]:
+    """A route for times in whole slots.
 
-    An unknown's own bound may cut its last slot short, which whole slots cannot say: that is one
-    more alternative, with the unknown at the end of that slot and the objective less by the cut.
+    The deadline as Δ's own bound may cut its last slot short, which whole slots cannot say: that is
+    one more choice, with Δ at the end of that slot and the objective less by the cut.
     """
-    whole = declared()
-    whole.preferences = [_mission_time(whole)]
-    if slot_s is None:
-        yield "", whole
+    lower, upper = lower_bounds(model, model.row(0)), own_upper_bounds(model, model.row(0))
+    first = {each.name: max(lower[each.name], each.first_slot * slot_s) for each in model.variables}
+    least_s, bound_s = first["hover_time_s"], upper["hover_time_s"]
+    rest_s = first.get("rest_time_s", 0.0), math.inf
+    if not math.isfinite(bound_s):
+        yield replace(route, hover_s=(least_s, math.inf), rest_s=rest_s)
         return
-    parameters = whole.row(0)
-    lower, upper = lower_bounds(whole, parameters), own_upper_bounds(whole, parameters)
-    for each in whole.variables:
-        each.lower = max(lower[each.name], each.first_slot * slot_s)
-        if math.isfinite(upper[each.name]):
-            each.upper = slot_s * last_slot(upper[each.name], slot_s, begun=False)
-    yield "", whole
-    short = declared()
-    mission_time = _mission_time(short)
-    for each, full in zip(short.variables, whole.variables, strict=True):
-        bound = upper[each.name]
-        if lower[each.name] <= bound < math.inf and bound > full.upper:
-            each.lower = each.upper = slot_s * last_slot(bound, slot_s, begun=True)
-            cut = Parameter("cut_s", "c", "s", each.upper - bound)
-            short.objective = short.objective - cut
-            short.preferences = [mission_time - cut]
-            yield ", last slot cut short", short
-
-
-def _mission_time(model: Model) -> Operand:
-    """T [s] of a programme."""
-    stays = [each for each in model.variables if each.name in TIMES]
-    return sum(stays, start=model.parameters["flight_time_s"])
+    most_s = slot_s * last_slot(bound_s, slot_s, begun=False)
+    yield replace(route, hover_s=(least_s, most_s), rest_s=rest_s)
+    if lower["hover_time_s"] <= bound_s and bound_s > most_s:
+        end_s = slot_s * last_slot(bound_s, slot_s, begun=True)
+        name = f"{route.name}, last slot cut short"
+        yield replace(route, name=name, hover_s=(end_s, end_s), cut_s=end_s - bound_s)

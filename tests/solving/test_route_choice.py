@@ -5,9 +5,9 @@ from __future__ import annotations
 import pytest
 
 import optuav
+from formulations.route_choice import FORMS, Form
 from optuav.errors import InputError
 from optuav.mission import Mission
-from optuav.modelling.disjunction import FORMS, Form
 from optuav.status import Status
 
 PERSPECTIVES = ("battery", "energy", "adjusted")
