@@ -11,7 +11,7 @@ from formulations.algorithm1 import algorithm1, best_pair
 from optuav.engines import grid
 from optuav.mission import load
 from optuav.network import vehicle
-from optuav.network.timeline import phases
+from optuav.network.timeline import route_phases
 from optuav.physics import kibam
 from optuav.solving import formulate
 
@@ -30,7 +30,7 @@ def run() -> list[Row]:
     def through_phases(hover_s: float, rest_s: float) -> float:
         stages = [
             stage
-            for phase in phases(program.worked_out, route, hover_s, rest_s)
+            for phase in route_phases(program.worked_out, route, hover_s, rest_s)
             for stage in phase.stages
         ]
         return float(kibam.state_of_charge(pool, kibam.after(pool, pool.full, stages)))

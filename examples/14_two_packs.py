@@ -15,7 +15,7 @@ import math
 
 import optuav
 from optuav.network.network import build_network
-from optuav.network.timeline import fly, phases
+from optuav.network.timeline import carry, route_phases
 from optuav.physics.kibam import Battery, time_to_empty
 from optuav.physics.packs import lifetime
 
@@ -101,8 +101,8 @@ assert "not proved" in direct["sequential"].proof
 
 # %%
 mission = direct["sequential"].mission
-planned = phases(build_network(mission), 0, direct["sequential"].hover_time_s, 0.0)
-flown = fly(mission, [(each.kind, each.stages) for each in planned])
+planned = route_phases(build_network(mission), 0, direct["sequential"].hover_time_s, 0.0)
+flown = carry(mission, [(each.kind, each.stages) for each in planned])
 for stretch in flown.stretches[1]:
     start_s, duration_s = float(stretch.start_s[0]), float(stretch.duration_s[0])
     if duration_s > 0.0:  # one ends at once, as the laser finds the other pack full

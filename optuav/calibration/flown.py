@@ -8,7 +8,7 @@ from typing import Any
 from optuav.network import vehicle
 from optuav.network.network import Network
 from optuav.network.routes import ORDERS
-from optuav.network.timeline import Phase, phases
+from optuav.network.timeline import Phase, route_phases
 
 QUANTITIES = {
     "flight_time_s": "s",
@@ -34,12 +34,12 @@ STAY = {
 def quantities(worked_out: Network, stay: Mapping[str, Any]) -> dict[str, float]:
     """Each of `QUANTITIES` for a way of flying that states all of `STAY`."""
     hover_s, rest_s = stay["hover_time_s"], stay["rest_time_s"]
-    flown = phases(worked_out, _itinerary(worked_out, stay), hover_s, rest_s)
+    flown = route_phases(worked_out, _itinerary(worked_out, stay), hover_s, rest_s)
     given, hover = worked_out.mission.battery, vehicle.hover_load(worked_out.mission)
     capacity_As = float(vehicle.pool(worked_out.mission).capacity_As)
     nominal_J = capacity_As * given.nominal_voltage_V
-    charge_As = {kind: _total(flown, kind, "currents_A") for kind in KINDS}
-    energy_J = {kind: _total(flown, kind, "powers_W") for kind in KINDS}
+    charge_As = {kind: _total(flown, kind, "charge_As") for kind in KINDS}
+    energy_J = {kind: _total(flown, kind, "energy_J") for kind in KINDS}
     flight_V, hover_V = energy_J["flight"] / charge_As["flight"], hover.power_W / hover.current_A
     hovering_J = hover.power_W * hover_s
     adjusted = (
@@ -47,7 +47,7 @@ def quantities(worked_out: Network, stay: Mapping[str, Any]) -> dict[str, float]
         - hovering_J / (given.hover_energy_J or capacity_As * hover_V)
         + (energy_J["hover"] + hovering_J + energy_J["rest"]) / nominal_J
     )
-    flight_s = sum(sum(each.durations_s) for each in flown if each.kind == "flight")
+    flight_s = float(sum(each.duration_s for each in flown if each.kind == "flight"))
     return {
         "flight_time_s": flight_s,
         "mission_time_s": flight_s + hover_s + rest_s,
@@ -59,16 +59,9 @@ def quantities(worked_out: Network, stay: Mapping[str, Any]) -> dict[str, float]
     }
 
 
-def _total(flown: Sequence[Phase], kind: str, rates: str) -> float:
+def _total(flown: Sequence[Phase], kind: str, amount: str) -> float:
     """Charge [A s] or energy [J] into the battery in all phases of a kind."""
-    return float(
-        sum(
-            rate * duration_s
-            for each in flown
-            if each.kind == kind
-            for rate, duration_s in zip(getattr(each, rates), each.durations_s, strict=True)
-        )
-    )
+    return float(sum(getattr(each, amount) for each in flown if each.kind == kind))
 
 
 def _itinerary(worked_out: Network, stay: Mapping[str, Any]) -> int:

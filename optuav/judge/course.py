@@ -12,7 +12,7 @@ from optuav.judge.tolerance import TOLERANCE
 from optuav.judge.wells import Follower
 from optuav.mission import Mission
 from optuav.network import vehicle
-from optuav.network.timeline import packs
+from optuav.network.timeline import full_packs
 from optuav.physics.charging import holding_current
 from optuav.physics.kibam import Battery, Wells
 from optuav.physics.packs import JobStage
@@ -156,7 +156,7 @@ def _passed(
 
 def scheduled(mission: Mission, phases: Sequence[Phase]) -> Course:
     """Packs that carry the phases under the mission's schedule, a phase being a job."""
-    flown = packs(mission)
+    flown = full_packs(mission)
     stretches, ends, events = list[Stretch](), list[tuple[Wells, ...]](), list[Event]()
     first = 0
     for place, phase in enumerate(phases):

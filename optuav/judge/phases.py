@@ -14,11 +14,11 @@ from optuav.mission import Mission
 from optuav.network import vehicle
 from optuav.network.obstacles import CLEAR, Prisms, crossed, prisms
 from optuav.network.places import ENDS
-from optuav.network.vehicle import Load
+from optuav.network.vehicle import Flow
 from optuav.physics.flight import STAGES, Loads
 from optuav.plan.phases import Kind
 
-NOTHING = Load(0.0, 0.0)
+NOTHING = Flow(0.0, 0.0)
 Point = tuple[float, float, float]
 
 
@@ -44,7 +44,7 @@ class Place:
     building: int
     position_m: Point
     sight: bool
-    received: Load
+    received: Flow
 
 
 @dataclass(frozen=True)
@@ -65,8 +65,8 @@ class Stage:
     name: str
     start_s: float
     duration_s: float
-    drawn: Load
-    received: Load
+    drawn: Flow
+    received: Flow
 
     @property
     def current_A(self) -> float:
@@ -209,7 +209,7 @@ def _stay(site: Site, move: Move, start_s: float) -> Stage:
     return Stage(move.kind, start_s, move.duration_s, drawn, received)
 
 
-def _drawn(mission: Mission, kind: Kind) -> Load:
+def _drawn(mission: Mission, kind: Kind) -> Flow:
     """What a stay draws."""
     return (vehicle.hover_load if kind == "hover" else vehicle.rest_load)(mission)
 
@@ -218,11 +218,11 @@ def _stated(site: Site, move: Move, start_s: float) -> Iterator[Stage]:
     """Stages as the user stated them; what a stay draws is the UAV's and not his to state."""
     drawn = _drawn(site.mission, move.kind)
     for stage in move.stated:
-        net = Load(stage.current_A, stage.power_W)
+        net = Flow(stage.current_A, stage.power_W)
         if move.kind == "flight":
-            drawn, received = Load(-net.current_A, -net.power_W), NOTHING
+            drawn, received = Flow(-net.current_A, -net.power_W), NOTHING
         else:
-            received = Load(net.current_A + drawn.current_A, net.power_W + drawn.power_W)
+            received = Flow(net.current_A + drawn.current_A, net.power_W + drawn.power_W)
         yield Stage(move.kind, start_s, stage.duration_s, drawn, received)
         start_s += stage.duration_s
 
@@ -231,5 +231,5 @@ def _flown(loads: Loads, start_s: float) -> Iterator[Stage]:
     names = STAGES if len(loads.durations_s) > 1 else ("flight",)
     columns = (loads.durations_s, loads.currents_A, loads.powers_W)
     for name, duration_s, *drawn in zip(names, *columns, strict=True):
-        yield Stage(name, start_s, float(duration_s), Load(*map(float, drawn)), NOTHING)
+        yield Stage(name, start_s, float(duration_s), Flow(*map(float, drawn)), NOTHING)
         start_s += float(duration_s)

@@ -77,21 +77,21 @@ def derived(mission: Mission) -> tuple[Figure, ...]:
     mission
         Any valid mission.
     """
-    worked_out = build_network(mission)
+    network = build_network(mission)
     return tuple(
         Figure(name, _known(value), unit)
         for name, value, unit in (
             *_vehicle(mission),
-            *_link(worked_out),
-            *_charging(worked_out),
+            *_link(network),
+            *_charging(network),
         )
     )
 
 
 def building_figures(mission: Mission) -> tuple[BuildingFigures, ...]:
     """Derived figures of every building, in the mission's order."""
-    worked_out = build_network(mission)
-    where, routes = worked_out.places, worked_out.routes
+    network = build_network(mission)
+    where, routes = network.places, network.routes
     flight_s = np.where(routes.flyable, routes.flight_time_s, np.nan)[1:].reshape(-1, 2)
     return tuple(
         BuildingFigures(
@@ -134,18 +134,18 @@ def _vehicle(mission: Mission) -> Iterator[Row]:
     yield "hover current, radio included", float(load.current_A), "A"
 
 
-def _link(worked_out: Network) -> Iterator[Row]:
-    yield "coverage radius d_max", vehicle.coverage_radius_m(worked_out.mission), "m"
-    yield "hover point", tuple(worked_out.places.position_m[HOVER].tolist()), "m"
-    direct_s = worked_out.routes.flight_time_s[0]
-    flyable = worked_out.routes.flyable[0]
+def _link(network: Network) -> Iterator[Row]:
+    yield "coverage radius d_max", vehicle.coverage_radius_m(network.mission), "m"
+    yield "hover point", tuple(network.places.position_m[HOVER].tolist()), "m"
+    direct_s = network.routes.flight_time_s[0]
+    flyable = network.routes.flyable[0]
     yield "direct flight", float(direct_s) if flyable else math.nan, "s"
 
 
-def _charging(worked_out: Network) -> Iterator[Row]:
-    where = worked_out.places
-    if worked_out.mission.laser is None:
+def _charging(network: Network) -> Iterator[Row]:
+    where = network.places
+    if network.mission.laser is None:
         return
-    yield "net current in hover", hover_net(worked_out).current_A, "A"
+    yield "net current in hover", hover_net(network).current_A, "A"
     sight = "" if where.laser_sight[HOVER] else " (no sight)"
     yield f"power received at hover{sight}", float(where.received_power_W[HOVER]), "W"

@@ -1,4 +1,4 @@
-"""Why a mission cannot be flown at all, in words: physics, reach and obstacles, no battery yet."""
+"""Why a mission cannot be flown at all, and what is unwise in it: no battery simulated yet."""
 
 from __future__ import annotations
 
@@ -16,24 +16,20 @@ from optuav.physics import flight, link
 TOLERANCE = 1e-9
 """Relative; a hover point on the rim of the coverage is covered."""
 
+SECONDS_PER_HOUR = 3600.0
 
-def impossibilities(worked_out: Network) -> tuple[str, ...]:
-    """Reasons for which no itinerary can be flown; empty if there are none.
 
-    Parameters
-    ----------
-    worked_out
-        Places, legs and itineraries of any valid mission.
-    """
-    reasons = beyond_it(worked_out)
-    if not reasons and not worked_out.routes.flyable.any():
-        reasons = tuple(blocked(worked_out, 0))
+def impossibilities(network: Network) -> tuple[str, ...]:
+    """Reasons for which no route can be flown; empty if there are none."""
+    reasons = never_flyable(network)
+    if not reasons and not network.routes.flyable.any():
+        reasons = tuple(blocked_legs(network, 0))
     return reasons
 
 
-def beyond_it(worked_out: Network) -> tuple[str, ...]:
-    """Reasons for which no way whatever can be flown, with any number of stops."""
-    return (*_too_heavy(worked_out.mission), *_out_of_reach(worked_out))
+def never_flyable(network: Network) -> tuple[str, ...]:
+    """Reasons for which no route can be flown, with any number of stops."""
+    return (*_too_heavy(network.mission), *_out_of_reach(network))
 
 
 def _too_heavy(mission: Mission) -> Iterator[str]:
@@ -45,11 +41,11 @@ def _too_heavy(mission: Mission) -> Iterator[str]:
             yield f"the UAV cannot fly: {why} (body.mass_kg, wind.force_N, rotor.max_speed_rad_s)"
 
 
-def _out_of_reach(worked_out: Network) -> Iterator[str]:
-    mission = worked_out.mission
+def _out_of_reach(network: Network) -> Iterator[str]:
+    mission, limits = network.mission, network.mission.limits
     radius_m = vehicle.coverage_radius_m(mission)
-    limits, device_m = mission.limits, np.array(mission.link.device_m)
-    point_m = worked_out.places.position_m[HOVER]
+    device_m = np.array(mission.link.device_m)
+    point_m = network.places.position_m[HOVER]
     if np.isnan(point_m).any():
         height_m = abs(limits.min_altitude_m - mission.link.device_m[2])
         yield (
@@ -76,16 +72,16 @@ def _out_of_reach(worked_out: Network) -> Iterator[str]:
         )
 
 
-def blocked(worked_out: Network, index: int) -> list[str]:
-    """Which legs of an itinerary cannot be flown, and why."""
-    table, names = worked_out.legs, worked_out.places.names
+def blocked_legs(network: Network, route: int) -> list[str]:
+    """Which legs of a route cannot be flown, and why."""
+    legs, names = network.legs, network.places.names
     reasons = []
-    for leg in worked_out.routes.legs[index]:
-        if leg == NO_LEG or table.flyable[leg]:
+    for leg in network.routes.legs[route]:
+        if leg == NO_LEG or legs.flyable[leg]:
             continue
-        way = f"the leg {names[table.start[leg]]} → {names[table.end[leg]]}"
-        if table.crosses[leg] >= 0:
-            building = worked_out.mission.buildings[table.crosses[leg]].name
+        way = f"the leg {names[legs.start[leg]]} → {names[legs.end[leg]]}"
+        if legs.crosses[leg] >= 0:
+            building = network.mission.buildings[legs.crosses[leg]].name
             reasons.append(
                 f"{way} crosses building {building} (flight.through_buildings = true allows it)"
             )
@@ -94,30 +90,20 @@ def blocked(worked_out: Network, index: int) -> list[str]:
     return reasons
 
 
-SECONDS_PER_HOUR = 3600.0
-
-
 def advice(mission: Mission) -> tuple[str, ...]:
-    """Warnings about a valid mission, in words; empty if there is nothing to say.
-
-    Parameters
-    ----------
-    mission
-        Any valid mission.
-    """
-    worked_out = build_network(mission)
-    found = list(impossibilities(worked_out))
+    """Warnings about a valid mission; empty if there is nothing to say."""
+    network = build_network(mission)
+    found = list(impossibilities(network))
     if not found:
-        found += _deadline(worked_out)
+        found += _deadline(network)
     found += _charging(mission)
-    found += _dark(worked_out)
+    found += _dark(network)
     return tuple(found)
 
 
-def _deadline(worked_out: Network) -> Iterator[str]:
-    routes = worked_out.routes
-    shortest_s = float(routes.flight_time_s[routes.flyable].min())
-    deadline_s = worked_out.mission.limits.deadline_s
+def _deadline(network: Network) -> Iterator[str]:
+    shortest_s = float(network.routes.flight_time_s[network.routes.flyable].min())
+    deadline_s = network.mission.limits.deadline_s
     if shortest_s > deadline_s:
         yield (
             f"limits.deadline_s = {deadline_s:g} s is shorter than the flight alone, "
@@ -135,13 +121,12 @@ def _charging(mission: Mission) -> Iterator[str]:
         )
 
 
-def _dark(worked_out: Network) -> Iterator[str]:
-    where, mission = worked_out.places, worked_out.mission
-    if mission.laser is None:
+def _dark(network: Network) -> Iterator[str]:
+    places = network.places
+    if network.mission.laser is None:
         return
-    exists = np.isfinite(where.position_m).all(axis=1)
-    in_the_dark = exists & ~where.laser_sight
-    names = [where.names[place] for place in (HOVER, *where.buildings) if in_the_dark[place]]
+    dark = places.exists & ~places.laser_sight
+    names = [places.names[place] for place in (HOVER, *places.buildings) if dark[place]]
     if names:
         shown = ", ".join(names[:10]) + (", …" if len(names) > 10 else "")
         yield f"the laser does not see {shown}: no charging there"

@@ -1,17 +1,4 @@
-"""The mission as a plain `networkx.DiGraph`, and whether an edited graph is in order.
-
-Nodes are ``"origin"``, ``"hover"``, ``"destination"`` and the names of the buildings, with
-
-- ``kind``: ``"origin"``, ``"hover"``, ``"destination"`` or ``"building"``,
-- ``position_m``: (x, y, z) [m],
-- ``laser_sight``: whether the laser is in clear sight,
-- ``received_power_W``: what the laser delivers there [W], 0 without sight.
-
-An edge is a leg that an itinerary may use, with ``duration_s`` [s], ``charge_As`` [A s] and
-``energy_J`` [J] drawn, ``distance_m`` [m] and ``peak_speed_m_s`` [m/s]. A leg that cannot be flown
-or that crosses a building has no edge. Where nothing is in reach of the device there is no node
-``"hover"``. Nodes of buildings and edges may be taken away, edges added and figures changed.
-"""
+"""The network as a plain `networkx.DiGraph`: built, checked, and read back once edited."""
 
 from __future__ import annotations
 
@@ -19,7 +6,7 @@ import math
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from numbers import Real
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -30,21 +17,39 @@ from optuav.mission.words import shown
 from optuav.network.legs import Legs
 from optuav.network.network import Network, build_network
 from optuav.network.places import DESTINATION, ENDS, HOVER, ORIGIN, Places
-from optuav.network.routes import itineraries
+from optuav.network.routes import build_routes
 
 if TYPE_CHECKING:
     import networkx
 
     Graph = networkx.DiGraph[str]
 
+NODE_FIGURES = ("kind", "position_m", "laser_sight", "received_power_W")
 EDGE_FIGURES = ("duration_s", "charge_As", "energy_J", "distance_m", "peak_speed_m_s")
 SOURCE = "graph"
 LARGEST = 1e100
 """Largest number that a graph may state, so that sums and products stay finite."""
+ROUNDING = 1e-9
+"""Relative; a received power may exceed what the battery takes by this much."""
+SAME_PLACE_M = 1e-6
+"""A position that is off by no more than this [m] is the mission's."""
 
 
 def graph(mission: Mission) -> Graph:
-    """The graph of a mission, see the module for its contract.
+    """The network of a mission as a graph that may be edited.
+
+    Nodes are ``"origin"``, ``"hover"``, ``"destination"`` and the names of the buildings, with
+
+    - ``kind``: ``"origin"``, ``"hover"``, ``"destination"`` or ``"building"``,
+    - ``position_m``: (x, y, z) [m],
+    - ``laser_sight``: whether the laser is in clear sight,
+    - ``received_power_W``: what the laser delivers there [W], 0 without sight.
+
+    An edge is a leg that a route may use, with ``duration_s`` [s], ``charge_As`` [A s] and
+    ``energy_J`` [J] drawn, ``distance_m`` [m] and ``peak_speed_m_s`` [m/s]. A leg that cannot be
+    flown or that crosses a building has no edge. Where nothing is in reach of the device there is
+    no node ``"hover"``. Nodes of buildings and edges may be taken away, edges added and figures
+    changed; `validate_graph` checks the result.
 
     Parameters
     ----------
@@ -54,53 +59,45 @@ def graph(mission: Mission) -> Graph:
     Returns
     -------
     networkx.DiGraph
-        A graph of its own, which may be edited and handed to `optuav.solve`.
+        A new graph, which may be edited and handed to `optuav.solve`.
+
+    Examples
+    --------
+    >>> import optuav
+    >>> graph = optuav.graph(optuav.load("paper"))
+    >>> len(graph), graph.number_of_edges()
+    (13, 42)
+    >>> round(graph.edges["origin", "hover"]["duration_s"], 2)
+    37.9
+    >>> graph.remove_edge("origin", "hover")
     """
     return as_graph(build_network(mission))
 
 
-def as_graph(worked_out: Network) -> Graph:
-    """The graph of a mission that was worked out already."""
+def as_graph(network: Network) -> Graph:
+    """The graph of a network, as `graph` describes it."""
     import networkx
 
-    where, table = worked_out.places, worked_out.legs
-    kinds = [*ENDS, *["building"] * len(where.buildings)]
-    exists = np.asarray(np.isfinite(where.position_m).all(axis=1))
-    view: Graph = networkx.DiGraph(name=worked_out.mission.name)
-    view.add_nodes_from(
-        (
-            name,
-            {
-                "kind": kind,
-                "position_m": tuple(position),
-                "laser_sight": sight,
-                "received_power_W": power,
-            },
+    places, legs = network.places, network.legs
+    view: Graph = networkx.DiGraph(name=network.mission.name)
+    for place in np.flatnonzero(places.exists).tolist():
+        view.add_node(
+            places.names[place],
+            kind=ENDS[place] if place < len(ENDS) else "building",
+            position_m=tuple(places.position_m[place].tolist()),
+            laser_sight=bool(places.laser_sight[place]),
+            received_power_W=float(places.received_power_W[place]),
         )
-        for name, kind, position, sight, power, known in zip(
-            where.names,
-            kinds,
-            where.position_m.tolist(),
-            where.laser_sight.tolist(),
-            where.received_power_W.tolist(),
-            exists,
-            strict=True,
-        )
-        if known
-    )
-    figures = [getattr(table, name).tolist() for name in EDGE_FIGURES]
-    view.add_edges_from(
-        (where.names[start], where.names[end], dict(zip(EDGE_FIGURES, row, strict=True)))
-        for start, end, flyable, *row in zip(
-            table.start, table.end, table.flyable, *figures, strict=True
-        )
-        if flyable
-    )
+    flyable = np.flatnonzero(legs.flyable)
+    figures = np.stack([getattr(legs, name)[flyable] for name in EDGE_FIGURES], axis=1)
+    for leg, row in zip(flyable, figures.tolist(), strict=True):
+        start, end = places.names[legs.start[leg]], places.names[legs.end[leg]]
+        view.add_edge(start, end, **dict(zip(EDGE_FIGURES, row, strict=True)))
     return view
 
 
 def validate_graph(view: Graph) -> tuple[Fault, ...]:
-    """Everything wrong with a graph, by the contract of the module; empty if it is in order.
+    """Everything wrong with a graph, by the contract of `graph`.
 
     Parameters
     ----------
@@ -110,13 +107,23 @@ def validate_graph(view: Graph) -> tuple[Fault, ...]:
     Returns
     -------
     tuple of Fault
-        By node and edge, with their attributes as keys.
+        By node and edge, with their attributes as keys; empty if the graph is in order.
+
+    Examples
+    --------
+    >>> import optuav
+    >>> graph = optuav.graph(optuav.load("paper"))
+    >>> optuav.validate_graph(graph)
+    ()
+    >>> graph.nodes["b3"]["received_power_W"] = -1.0
+    >>> print(*optuav.validate_graph(graph))
+    graph: nodes['b3'].received_power_W = -1.0: a number ≥ 0 [W] is needed
     """
     import networkx
 
     if not isinstance(view, networkx.DiGraph) or view.is_multigraph():
         return (Fault(SOURCE, type(view).__name__, "a networkx.DiGraph is needed"),)
-    return tuple(_structure_faults(view)) + tuple(_node_faults(view)) + tuple(_edge_faults(view))
+    return (*_structure_faults(view), *_node_faults(view), *_edge_faults(view))
 
 
 def _structure_faults(view: Graph) -> Iterator[Fault]:
@@ -130,24 +137,24 @@ def _structure_faults(view: Graph) -> Iterator[Fault]:
 def _node_faults(view: Graph) -> Iterator[Fault]:
     for node, data in view.nodes(data=True):
         kind = node if node in ENDS else "building"
+        stated = {name: data.get(name) for name in NODE_FIGURES}
+        is_kind = isinstance(stated["kind"], str) and stated["kind"] == kind
+        is_sight = isinstance(stated["laser_sight"], bool | np.bool_)
         expected = {
-            "kind": (_is_text(data.get("kind"), kind), f"{kind!r} is expected"),
+            "kind": (is_kind, f"{kind!r} is expected"),
             "position_m": (
-                _is_position(data.get("position_m")),
+                _is_position(stated["position_m"]),
                 "three finite numbers [m] are needed",
             ),
-            "laser_sight": (
-                isinstance(data.get("laser_sight"), bool | np.bool_),
-                "True or False is needed",
-            ),
+            "laser_sight": (is_sight, "True or False is needed"),
             "received_power_W": (
-                _is_amount(data.get("received_power_W")),
+                _is_amount(stated["received_power_W"]),
                 "a number ≥ 0 [W] is needed",
             ),
         }
         for name, (is_right, words) in expected.items():
             if not is_right:
-                yield Fault(f"{node_name(node)}.{name}", shown(data.get(name)), words, SOURCE)
+                yield Fault(f"{node_name(node)}.{name}", shown(stated[name]), words, SOURCE)
 
 
 def _edge_faults(view: Graph) -> Iterator[Fault]:
@@ -175,11 +182,7 @@ def edge_name(start: object, end: object) -> str:
     return f"edges[{shown(start)}, {shown(end)}]"
 
 
-def _is_text(value: Any, text: str) -> bool:
-    return isinstance(value, str) and value == text
-
-
-def _number(value: Any) -> float:
+def _number(value: object) -> float:
     """A real number as a float, NaN for anything else."""
     if not isinstance(value, Real) or isinstance(value, bool):
         return math.nan
@@ -189,11 +192,11 @@ def _number(value: Any) -> float:
         return math.inf
 
 
-def _is_amount(value: Any) -> bool:
+def _is_amount(value: object) -> bool:
     return 0.0 <= _number(value) <= LARGEST
 
 
-def _is_position(value: Any) -> bool:
+def _is_position(value: object) -> bool:
     if isinstance(value, np.ndarray):
         value = value.tolist()
     if not isinstance(value, tuple | list) or len(value) != 3:
@@ -201,14 +204,8 @@ def _is_position(value: Any) -> bool:
     return all(abs(_number(each)) <= LARGEST for each in value)
 
 
-ROUNDING = 1e-9
-"""Relative; so far may a received power pass what the battery takes."""
-SAME_PLACE_M = 1e-6
-"""A place that is stated no further off [m] is where the mission has it."""
-
-
 def edited_network(mission: Mission, view: Graph) -> Network:
-    """Places, legs and itineraries of a mission as a graph that the user has edited has them.
+    """The network of a mission with the figures of a graph that the user has edited.
 
     A missing edge forbids the leg; an edge with other figures becomes a leg of constant current,
     marked as edited; sight and received power are taken from the nodes.
@@ -220,25 +217,25 @@ def edited_network(mission: Mission, view: Graph) -> Network:
     """
     computed = build_network(mission)
     faults = validate_graph(view) or (
-        *_strangers(computed.places, view),
+        *_foreign_nodes(computed.places, view),
         *_overcharged(computed, view),
     )
     if faults:
         raise InputError(faults)
-    where = _edited_places(computed, view)
-    table = edited_legs(computed.legs, where.names, view)
-    return Network(mission, where, table, itineraries(table, where))
+    places = _edited_places(computed, view)
+    legs = edited_legs(computed.legs, places.names, view)
+    return Network(mission, places, legs, build_routes(legs, places))
 
 
 def edited_legs(
-    table: Legs, names: Sequence[str], view: Graph, needed: Booleans | None = None
+    legs: Legs, names: Sequence[str], view: Graph, needed: Booleans | None = None
 ) -> Legs:
     """A table of legs with the figures of the edges of a graph that is in order.
 
     Parameters
     ----------
-    table
-        Legs as computed.
+    legs
+        As computed.
     names
         Of the places.
     view
@@ -247,14 +244,13 @@ def edited_legs(
         Whether a leg without an edge is forbidden (leg,), all by default; the others stay as they
         were computed.
     """
-    columns = {name: getattr(table, name).copy() for name in ("distance_m", "peak_speed_m_s")}
-    stages = {
-        name: getattr(table, name).copy() for name in ("durations_s", "currents_A", "powers_W")
-    }
-    flyable, edited = table.flyable.copy(), np.zeros_like(table.edited)
+    distance_m, peak_speed_m_s = legs.distance_m.copy(), legs.peak_speed_m_s.copy()
+    durations_s, currents_A = legs.durations_s.copy(), legs.currents_A.copy()
+    powers_W = legs.powers_W.copy()
+    flyable, edited = legs.flyable.copy(), np.zeros_like(legs.edited)
     flyable[slice(None) if needed is None else needed] = False
-    figures = np.stack([getattr(table, name) for name in EDGE_FIGURES])
-    number = {way: leg for leg, way in enumerate(zip(table.start, table.end, strict=True))}
+    figures = np.stack([getattr(legs, name) for name in EDGE_FIGURES], axis=1)
+    number = {way: leg for leg, way in enumerate(zip(legs.start, legs.end, strict=True))}
     place = {name: k for k, name in enumerate(names)}
     for start, end, data in view.edges(data=True):
         leg = number.get((place[start], place[end]))
@@ -262,21 +258,29 @@ def edited_legs(
             continue
         flyable[leg] = True
         stated = [float(data[name]) for name in EDGE_FIGURES]
-        if table.flyable[leg] and (figures[:, leg] == stated).all():
+        if legs.flyable[leg] and (figures[leg] == stated).all():
             continue
         edited[leg] = True
-        duration_s, charge_As, energy_J, distance_m, peak_speed_m_s = stated
-        columns["distance_m"][leg], columns["peak_speed_m_s"][leg] = distance_m, peak_speed_m_s
-        for name, total in (("currents_A", charge_As), ("powers_W", energy_J)):
-            stages[name][:, leg] = total / duration_s if duration_s > 0.0 else 0.0
-        stages["durations_s"][:, leg] = 0.0
-        stages["durations_s"][0, leg] = duration_s
-    return replace(table, **columns, **stages, flyable=flyable, edited=edited)
+        duration_s, charge_As, energy_J, distance_m[leg], peak_speed_m_s[leg] = stated
+        durations_s[:, leg] = 0.0
+        durations_s[0, leg] = duration_s
+        currents_A[:, leg] = charge_As / duration_s if duration_s > 0.0 else 0.0
+        powers_W[:, leg] = energy_J / duration_s if duration_s > 0.0 else 0.0
+    return replace(
+        legs,
+        distance_m=distance_m,
+        peak_speed_m_s=peak_speed_m_s,
+        durations_s=durations_s,
+        currents_A=currents_A,
+        powers_W=powers_W,
+        flyable=flyable,
+        edited=edited,
+    )
 
 
-def _strangers(where: Places, view: Graph) -> Iterator[Fault]:
-    """What belongs to another mission: places that this one has not, or has elsewhere."""
-    known: dict[object, Floats] = dict(zip(where.names, where.position_m, strict=True))
+def _foreign_nodes(places: Places, view: Graph) -> Iterator[Fault]:
+    """Nodes of another mission: places that this one does not have, or has elsewhere."""
+    known: dict[object, Floats] = dict(zip(places.names, places.position_m, strict=True))
     for node, data in view.nodes(data=True):
         if node not in known:
             yield Fault(node_name(node), "", "the mission has no such place", SOURCE)
@@ -289,7 +293,7 @@ def _strangers(where: Places, view: Graph) -> Iterator[Fault]:
 
 
 def _overcharged(computed: Network, view: Graph) -> Iterator[Fault]:
-    """Power at places that the battery would not take."""
+    """Places with more power than the battery takes."""
     given = computed.mission.battery
     most_W = given.charge_current_A * given.nominal_voltage_V
     computed_W = dict(zip(computed.places.names, computed.places.received_power_W, strict=True))
@@ -301,27 +305,19 @@ def _overcharged(computed: Network, view: Graph) -> Iterator[Fault]:
 
 
 def _edited_places(computed: Network, view: Graph) -> Places:
-    where = computed.places
-    sight, power, current = (
-        where.laser_sight.copy(),
-        where.received_power_W.copy(),
-        where.charge_current_A.copy(),
+    places, voltage_V = computed.places, computed.mission.battery.nominal_voltage_V
+    nodes = [view.nodes[name] if name in view else {} for name in places.names]
+    sight = np.array([bool(data.get("laser_sight", False)) for data in nodes])
+    power_W = np.array(
+        [float(data["received_power_W"]) if data.get("laser_sight") else 0.0 for data in nodes]
     )
-    for place, name in enumerate(where.names):
-        if name not in view:
-            sight[place], power[place], current[place] = False, 0.0, 0.0
-            continue
-        data = view.nodes[name]
-        sight[place] = bool(data["laser_sight"])
-        stated_W = float(data["received_power_W"]) if sight[place] else 0.0
-        if stated_W != power[place]:
-            power[place] = stated_W
-            current[place] = stated_W / computed.mission.battery.nominal_voltage_V
-    edited = (sight != where.laser_sight) | (power != where.received_power_W)
+    changed = power_W != places.received_power_W
     return replace(
-        where,
+        places,
         laser_sight=sight,
-        received_power_W=power,
-        charge_current_A=current,
-        edited=edited,
+        received_power_W=power_W,
+        charge_current_A=np.where(
+            sight, np.where(changed, power_W / voltage_V, places.charge_current_A), 0.0
+        ),
+        edited=(sight != places.laser_sight) | changed,
     )

@@ -1,4 +1,4 @@
-"""All legs that an itinerary may use, as one table of arrays."""
+"""The legs that routes may use, as one table of arrays."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from optuav.mission.schema import Mission
 from optuav.network import vehicle
 from optuav.network.obstacles import CLEAR, Prisms, crossed
 from optuav.network.places import DESTINATION, FIRST_BUILDING, HOVER, ORIGIN, Places
-from optuav.physics.quantity import norm
+from optuav.physics.quantity import Quantity, norm
 
 
 @dataclass(frozen=True)
@@ -27,9 +27,9 @@ class Legs:
     durations_s, currents_A, powers_W
         (stage, leg): duration [s], current [A] and power [W] drawn in every stage.
     crosses
-        Number of a building in the way, −1 if the way is clear or need not be.
+        Number of a building in the way, −1 if the way is clear or may cross buildings.
     flyable
-        Whether an itinerary may use it.
+        Whether a route may use it.
     edited
         Whether its figures were stated by the user rather than computed.
     """
@@ -48,20 +48,17 @@ class Legs:
     @property
     def duration_s(self) -> Floats:
         """Flight time [s]."""
-        total: Floats = self.durations_s.sum(axis=0)
-        return total
+        return np.asarray(self.durations_s.sum(axis=0))
 
     @property
     def charge_As(self) -> Floats:
         """Charge drawn [A s]."""
-        total: Floats = (self.durations_s * self.currents_A).sum(axis=0)
-        return total
+        return np.asarray((self.durations_s * self.currents_A).sum(axis=0))
 
     @property
     def energy_J(self) -> Floats:
         """Energy drawn [J]."""
-        total: Floats = (self.durations_s * self.powers_W).sum(axis=0)
-        return total
+        return np.asarray((self.durations_s * self.powers_W).sum(axis=0))
 
 
 def one_stop_legs(buildings: int) -> tuple[Integers, Integers]:
@@ -86,13 +83,8 @@ def all_pairs(places: int) -> tuple[Integers, Integers]:
     return start[apart], end[apart]
 
 
-def legs(mission: Mission, where: Places, obstacles: Prisms) -> Legs:
-    """The table of the legs that itineraries with at most one building use."""
-    return legs_between(mission, where, obstacles, *one_stop_legs(len(mission.buildings)))
-
-
-def legs_between(
-    mission: Mission, where: Places, obstacles: Prisms, start: Integers, end: Integers
+def build_legs(
+    mission: Mission, places: Places, obstacles: Prisms, start: Integers, end: Integers
 ) -> Legs:
     """A table of legs, as `one_stop_legs` or `all_pairs` name them by their places.
 
@@ -100,40 +92,45 @@ def legs_between(
     ----------
     mission
         Any valid mission.
-    where, obstacles
+    places, obstacles
         Its places, and its buildings as `optuav.network.obstacles.prisms`.
     start, end
         Numbers of places (leg,), different in every leg.
     """
-    from_m, to_m = where.position_m[start], where.position_m[end]
-    x, y, z = np.moveaxis(to_m - from_m, -1, 0)
-    distance_m = norm((x, y, z))
+    x, y, z = (places.position_m[end] - places.position_m[start]).T
     loads, peak_m_s = vehicle.leg_loads(mission, (x, y, z))
     crosses = np.full(len(start), CLEAR, dtype=np.intp)
     if not mission.flight.through_buildings:
-        crosses = _blockers(where, obstacles, start, end)
-    duration_s = np.asarray(loads.duration_s)
-    shape = (len(loads.durations_s), len(start))
+        crosses = _blockers(places, obstacles, start, end)
+
+    def by_stage(figures: tuple[Quantity, ...]) -> Floats:
+        table = np.empty((len(figures), len(start)))
+        for row, figure in zip(table, figures, strict=True):
+            row[:] = figure
+        return table
+
     return Legs(
         start,
         end,
-        distance_m,
+        norm((x, y, z)),
         np.asarray(peak_m_s, dtype=float),
-        np.array([np.broadcast_to(each, shape[1:]) for each in loads.durations_s], dtype=float),
-        np.array([np.broadcast_to(each, shape[1:]) for each in loads.currents_A], dtype=float),
-        np.array([np.broadcast_to(each, shape[1:]) for each in loads.powers_W], dtype=float),
+        by_stage(loads.durations_s),
+        by_stage(loads.currents_A),
+        by_stage(loads.powers_W),
         crosses,
-        np.isfinite(duration_s) & (crosses == CLEAR),
+        np.isfinite(np.asarray(loads.duration_s)) & (crosses == CLEAR),
         np.zeros(len(start), bool),
     )
 
 
-def _blockers(where: Places, obstacles: Prisms, start: Integers, end: Integers) -> Integers:
-    """A building in the way of each leg, the same there and back; −1 where its place is unknown."""
+def _blockers(places: Places, obstacles: Prisms, start: Integers, end: Integers) -> Integers:
+    """A building in the way of each leg, the same there and back; −1 where an end is not known."""
     found = np.full(len(start), CLEAR, dtype=np.intp)
-    known = np.flatnonzero(np.isfinite(where.position_m[start] + where.position_m[end]).all(axis=1))
-    ends = np.sort(np.stack([start[known], end[known]], axis=1), axis=1)
-    lines, line = np.unique(ends, axis=0, return_inverse=True)
-    low_m, high_m = np.moveaxis(where.position_m[lines], 1, 0)
+    known = np.flatnonzero(places.exists[start] & places.exists[end])
+    low, high = np.minimum(start[known], end[known]), np.maximum(start[known], end[known])
+    # One line serves both directions, so that rounding cannot tell them apart.
+    numbers, line = np.unique(low * len(places.names) + high, return_inverse=True)
+    lines = np.stack(np.divmod(numbers, len(places.names)), axis=1)
+    low_m, high_m = np.moveaxis(places.position_m[lines], 1, 0)
     found[known] = crossed(obstacles, low_m, high_m, lines - FIRST_BUILDING)[line]
     return found

@@ -13,7 +13,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
@@ -61,23 +61,23 @@ class Shortcut:
         )
 
 
-class _Flown(NamedTuple):
-    """The legs that may be flown: names of places, where legs begin and end, `FIGURES` (leg, 3)."""
+class _FlyableLegs(NamedTuple):
+    """The legs that may be flown: names of places, starts and ends of legs, `FIGURES` (leg, 3)."""
 
     names: Sequence[str]
     start: Integers
     end: Integers
     figures: Floats
 
-    def between(self, start: Any, end: Any) -> Any:
+    def between(self, start: Integers, end: Integers) -> Integers:
         """Numbers of the legs between places; −1 where there is none."""
         ends, wanted = self.start * len(self.names) + self.end, start * len(self.names) + end
         order = np.argsort(ends)
         at = np.minimum(np.searchsorted(ends, wanted, sorter=order), len(order) - 1)
-        return np.where(ends[order[at]] == wanted, order[at], NO_LEG)[()]
+        return np.where(ends[order[at]] == wanted, order[at], NO_LEG)
 
     def followed(self, legs: Integers) -> tuple[Integers, Integers]:
-        """Every one of some legs, with every leg that begins where it ends."""
+        """Pairs of each of some legs with each leg that begins where it ends."""
         order = np.argsort(self.start, kind="stable")
         low, high = (
             np.searchsorted(self.start, self.end[legs], side, sorter=order)
@@ -102,9 +102,9 @@ class _Flown(NamedTuple):
         return less
 
     def shortcuts(self, first: int, second: int) -> Iterator[Shortcut]:
-        """What two legs break, figure by figure."""
+        """The shortcuts that two legs are, figure by figure."""
         start, stop, end = self.start[first], self.start[second], self.end[second]
-        direct = self.between(start, end)
+        direct = int(self.between(start, end))
         for number in np.flatnonzero(self.shorter(np.array([first]), np.array([second]))[0]):
             yield Shortcut(
                 (self.names[start], self.names[stop], self.names[end]),
@@ -114,54 +114,57 @@ class _Flown(NamedTuple):
             )
 
 
-def _flown(legs: Network | Graph) -> _Flown:
-    """The legs of a graph or a mission that may be flown."""
-    if isinstance(legs, Network):
-        table, where = legs.legs, np.flatnonzero(legs.legs.flyable)
-        figures = np.stack([getattr(table, figure)[where] for figure in FIGURES], axis=1)
-        return _Flown(legs.places.names, table.start[where], table.end[where], figures)
-    names = [*ENDS, *(name for name in legs if name not in ENDS)]
+def _flyable_legs(network: Network | Graph) -> _FlyableLegs:
+    """The legs of a network or a graph that may be flown."""
+    if isinstance(network, Network):
+        legs, flyable = network.legs, np.flatnonzero(network.legs.flyable)
+        figures = np.stack([getattr(legs, figure)[flyable] for figure in FIGURES], axis=1)
+        return _FlyableLegs(network.places.names, legs.start[flyable], legs.end[flyable], figures)
+    names = [*ENDS, *(name for name in network if name not in ENDS)]
     numbers = {name: number for number, name in enumerate(names)}
-    start, end = (np.array([numbers[each[k]] for each in legs.edges], int) for k in (0, 1))
-    figures = np.array([[data[each] for each in FIGURES] for *_, data in legs.edges(data=True)])
-    return _Flown(names, start, end, figures.reshape(-1, len(FIGURES)))
+    start, end = (np.array([numbers[each[k]] for each in network.edges], int) for k in (0, 1))
+    figures = np.array([[data[each] for each in FIGURES] for *_, data in network.edges(data=True)])
+    return _FlyableLegs(names, start, end, figures.reshape(-1, len(FIGURES)))
 
 
-def one_stop_is_enough(legs: Network | Graph) -> tuple[Shortcut, ...]:
+def find_shortcuts(network: Network | Graph) -> tuple[Shortcut, ...]:
     """Where routes with more than one stop could pay in the linear perspectives.
 
     Parameters
     ----------
-    legs
-        A graph from `optuav.graph`, perhaps edited, or a mission that was worked out.
+    network
+        A network, or a graph from `optuav.graph`, perhaps edited.
 
     Returns
     -------
     The shortcuts that break the triangle inequality; empty if one stop is enough. Of a way that has
     no direct leg there is one entry.
     """
-    flown = _flown(legs)
-    if not len(flown.start):
+    legs = _flyable_legs(network)
+    if not len(legs.start):
         return ()
-    to_stop = np.flatnonzero((flown.end >= FIRST_BUILDING) & (flown.start != DESTINATION))
-    first, second = flown.followed(to_stop)
-    start, end = flown.start[first], flown.end[second]
+    to_stop = np.flatnonzero((legs.end >= FIRST_BUILDING) & (legs.start != DESTINATION))
+    first, second = legs.followed(to_stop)
+    start, end = legs.start[first], legs.end[second]
     around = (start == HOVER) & (end == HOVER)
     by_way = ~around & (start != end) & (end != ORIGIN)
     by_way &= (start != ORIGIN) | (end != DESTINATION)
-    by_way[by_way] = flown.shorter(first[by_way], second[by_way]).any(axis=1)
+    by_way[by_way] = legs.shorter(first[by_way], second[by_way]).any(axis=1)
     found = [(leg, leg, after) for leg, after in zip(first[by_way], second[by_way], strict=True)]
     there, back = first[around], second[around]
-    arriving, leaving = flown.between(ORIGIN, HOVER), flown.between(HOVER, DESTINATION)
-    before = flown.shorter(np.full_like(there, arriving), there).any(axis=1)
-    behind = flown.shorter(back, np.full_like(back, leaving)).any(axis=1)
+    arriving, leaving = (
+        int(legs.between(np.array(start), np.array(end)))
+        for start, end in ((ORIGIN, HOVER), (HOVER, DESTINATION))
+    )
+    before = legs.shorter(np.full_like(there, arriving), there).any(axis=1)
+    behind = legs.shorter(back, np.full_like(back, leaving)).any(axis=1)
     for leg, after in zip(there[before & behind], back[before & behind], strict=True):
         found += [(leg, arriving, leg), (leg, after, leaving)]
     found.sort(key=lambda each: each[0])
-    return tuple(each for _, leg, after in found for each in flown.shortcuts(leg, after))
+    return tuple(each for _, leg, after in found for each in legs.shortcuts(leg, after))
 
 
-def in_words(shortcuts: Sequence[Shortcut]) -> str:
+def shortcuts_in_words(shortcuts: Sequence[Shortcut]) -> str:
     """What shortcuts mean for routes with more than one stop, in a sentence."""
     if not shortcuts:
         return (

@@ -22,13 +22,13 @@ class Places:
     Parameters
     ----------
     names
-        One a place.
+        Name of each place.
     position_m
         (place, 3) [m]; NaN for a hover point that does not exist.
     laser_sight
         Whether the laser is in clear sight.
     received_power_W, charge_current_A
-        What charges there [W], [A]; 0 without sight.
+        Charging power and current there [W], [A]; 0 without sight.
     edited
         Whether sight or power were stated by the user rather than computed.
     """
@@ -45,30 +45,34 @@ class Places:
         """Numbers of the places that are buildings."""
         return np.arange(FIRST_BUILDING, len(self.names))
 
+    @property
+    def exists(self) -> Booleans:
+        """Whether a place is known; a hover point out of reach is not."""
+        return np.asarray(np.isfinite(self.position_m).all(axis=1))
 
-def places(mission: Mission, obstacles: Prisms) -> Places:
-    """The places of a mission."""
+
+def build_places(mission: Mission, obstacles: Prisms) -> Places:
+    """The places of a mission, with the laser's sight and charging power past its obstacles."""
     ends = (mission.route.origin_m, vehicle.hover_point_m(mission), mission.route.destination_m)
     roofs = [building.position_m for building in mission.buildings]
     position_m = np.array([*ends, *roofs], dtype=float)
     names = (*ENDS, *(building.name for building in mission.buildings))
-    count = len(names)
+    sight, edited = np.zeros(len(names), bool), np.zeros(len(names), bool)
     if mission.laser is None:
-        dark = np.zeros(count)
-        return Places(names, position_m, np.zeros(count, bool), dark, dark, np.zeros(count, bool))
+        dark = np.zeros(len(names))
+        return Places(names, position_m, sight, dark, dark, edited)
     laser_m = np.array(mission.laser.position_m)
-    sight = np.isfinite(position_m).all(axis=1)
-    seen = np.flatnonzero(sight)
-    own_roof = np.where(seen >= FIRST_BUILDING, seen - FIRST_BUILDING, CLEAR)
-    beams_m = np.broadcast_to(laser_m, (len(seen), 3)), position_m[seen]
-    sight[seen] = crossed(obstacles, *beams_m, own_roof[:, None]) == CLEAR
+    known = np.flatnonzero(np.isfinite(position_m).all(axis=1))
+    own_roof = np.where(known >= FIRST_BUILDING, known - FIRST_BUILDING, CLEAR)
+    beams_m = np.broadcast_to(laser_m, (len(known), 3)), position_m[known]
+    sight[known] = crossed(obstacles, *beams_m, own_roof[:, None]) == CLEAR
     distance_m = np.sqrt(((position_m - laser_m) ** 2).sum(axis=1))
-    load = vehicle.charging(mission, distance_m)
+    received = vehicle.charging(mission, distance_m)
     return Places(
         names,
         position_m,
         sight,
-        np.where(sight, load.power_W, 0.0),
-        np.where(sight, load.current_A, 0.0),
-        np.zeros(count, bool),
+        np.where(sight, received.power_W, 0.0),
+        np.where(sight, received.current_A, 0.0),
+        edited,
     )

@@ -1,4 +1,4 @@
-"""Routes: which legs in which order, with what they cost and what charges on the way."""
+"""Routes: which legs in which order, with what they draw and where they rest."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ NO_LEG = -1
 
 @dataclass(frozen=True)
 class Routes:
-    """Routes with at most one building; all arrays have one entry an itinerary.
+    """Routes with at most one building; all arrays have one entry a route.
 
     They are ordered as ties are broken: the direct route, then the buildings in the mission's
     order, each rest first and then hover first.
@@ -28,9 +28,9 @@ class Routes:
     Parameters
     ----------
     legs
-        (itinerary, 3): numbers of the legs flown, −1 for none.
+        (route, 3): numbers of the legs flown, −1 for none.
     building
-        Number of the building by way of which it goes, −1 for the direct route.
+        Number of the building it goes by, −1 for the direct route.
     rest_first
         Whether the building comes before the hover point.
     flyable
@@ -51,50 +51,36 @@ class Routes:
         return len(self.building)
 
     def take(self, which: Sequence[int] | Integers) -> Routes:
-        """The itineraries with the given numbers, in that order."""
+        """The routes with the given numbers, in that order."""
         chosen = np.asarray(which, dtype=np.intp)
         return Routes(**{each.name: getattr(self, each.name)[chosen] for each in fields(self)})
 
     def order(self, index: int) -> Order | None:
-        """Order of rest and hover of an itinerary; None for the direct route."""
+        """Order of rest and hover on a route; None for the direct one."""
         if self.building[index] < 0:
             return None
         return "rest-first" if self.rest_first[index] else "hover-first"
 
 
-def itineraries(table: Legs, where: Places) -> Routes:
-    """All itineraries with at most one building over a table of legs.
-
-    Parameters
-    ----------
-    table
-        Legs in the order of `one_stop_legs`.
-    where
-        The places.
-    """
-    count = len(where.buildings)
-    to_roof, roof_to_hover, hover_to_roof, from_roof = (
-        2 + 4 * np.arange(count) + k for k in range(4)
-    )
-    first, last = np.zeros(count, np.intp), np.ones(count, np.intp)
-    rest_first = np.stack([to_roof, roof_to_hover, last], axis=1)
-    hover_first = np.stack([first, hover_to_roof, from_roof], axis=1)
-    numbers = np.concatenate(
-        [[[0, 1, NO_LEG]], np.stack([rest_first, hover_first], axis=1).reshape(-1, 3)]
-    ).astype(np.intp)
-    building = np.concatenate([[-1], np.repeat(np.arange(count), 2)]).astype(np.intp)
+def build_routes(legs: Legs, places: Places) -> Routes:
+    """All routes with at most one building, over legs in the order of `one_stop_legs`."""
+    count = len(places.buildings)
+    numbers = np.empty((1 + 2 * count, 3), dtype=np.intp)
+    numbers[0] = 0, 1, NO_LEG
+    to_roof = 2 + 4 * np.arange(count)
+    numbers[1::2] = np.stack([to_roof, to_roof + 1, np.ones_like(to_roof)], axis=1)
+    numbers[2::2] = np.stack([np.zeros_like(to_roof), to_roof + 2, to_roof + 3], axis=1)
     flown = numbers != NO_LEG
 
     def total(per_leg: Floats) -> Floats:
-        sums: Floats = np.where(flown, per_leg[numbers], 0.0).sum(axis=1)
-        return sums
+        return np.asarray(np.where(flown, per_leg[numbers], 0.0).sum(axis=1))
 
     return Routes(
         legs=numbers,
-        building=building,
-        rest_first=np.concatenate([[False], np.tile([True, False], count)]),
-        flyable=np.asarray(np.where(flown, table.flyable[numbers], True).all(axis=1)),
-        flight_time_s=total(table.duration_s),
-        flight_charge_As=total(table.charge_As),
-        flight_energy_J=total(table.energy_J),
+        building=(np.arange(1 + 2 * count) - 1) // 2,
+        rest_first=np.arange(1 + 2 * count) % 2 == 1,
+        flyable=np.asarray(np.where(flown, legs.flyable[numbers], True).all(axis=1)),
+        flight_time_s=total(legs.duration_s),
+        flight_charge_As=total(legs.charge_As),
+        flight_energy_J=total(legs.energy_J),
     )

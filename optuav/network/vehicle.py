@@ -15,7 +15,7 @@ MOTOR_FIELDS = tuple(rotor.Motor.__dataclass_fields__)
 AIRFRAME_FIELDS = tuple(flight.Airframe.__dataclass_fields__)
 
 
-class Load(NamedTuple):
+class Flow(NamedTuple):
     """Current [A] and power [W]."""
 
     current_A: Quantity
@@ -76,30 +76,30 @@ def hover_point_m(mission: Mission, radius_m: Quantity | None = None) -> Vector:
     )
 
 
-def hover_load(mission: Mission, wind_N: Vector | None = None) -> Load:
+def hover_load(mission: Mission, wind_N: Vector | None = None) -> Flow:
     """Drawn while hovering, radio included; NaN where the UAV cannot hold its place.
 
     Another wind than the mission's [N] has no meaning for regime loads.
     """
     given = mission.flight
     if given.model == "regimes":
-        return Load(given.hover_current_A, given.hover_power_W)
+        return Flow(given.hover_current_A, given.hover_power_W)
     force_N = airframe(mission).external_force_N(mission.wind.force_N if wind_N is None else wind_N)
     speed = rotor.hover_speed(motor(mission), force_N)
     radio = mission.link
-    return Load(
+    return Flow(
         rotor.ROTORS * rotor.current(motor(mission), speed)
         + radio.transmit_power_W / radio.transmit_voltage_V,
         rotor.ROTORS * rotor.power(motor(mission), speed) + radio.transmit_power_W,
     )
 
 
-def rest_load(mission: Mission) -> Load:
+def rest_load(mission: Mission) -> Flow:
     """Drawn while resting on a roof with the rotors stopped."""
     given = mission.flight
     if given.model == "regimes":
-        return Load(given.rest_current_A, given.rest_power_W)
-    return Load(0.0, 0.0)
+        return Flow(given.rest_current_A, given.rest_power_W)
+    return Flow(0.0, 0.0)
 
 
 def leg_loads(mission: Mission, displacement_m: Vector) -> tuple[Loads, Quantity]:
@@ -147,13 +147,13 @@ def conversion(mission: Mission) -> laser.Conversion:
     )
 
 
-def charging(mission: Mission, distance_m: Quantity) -> Load:
+def charging(mission: Mission, distance_m: Quantity) -> Flow:
     """Current into the battery and power received in clear sight of the laser, by distance [m]."""
     given, stated = mission.laser, mission.flight
     if given is None:
-        return Load(0.0, 0.0)
+        return Flow(0.0, 0.0)
     if stated.model == "regimes" and stated.charge_current_A is not None:
-        return Load(stated.charge_current_A, stated.charge_power_W)
+        return Flow(stated.charge_current_A, stated.charge_power_W)
     voltage_V = mission.battery.nominal_voltage_V
     power_W = laser.received_power(
         conversion(mission),
@@ -162,4 +162,4 @@ def charging(mission: Mission, distance_m: Quantity) -> Load:
         distance_m,
         mission.battery.charge_current_A * voltage_V,
     )
-    return Load(power_W / voltage_V, power_W)
+    return Flow(power_W / voltage_V, power_W)

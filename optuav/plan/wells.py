@@ -7,7 +7,7 @@ from functools import partial, reduce
 
 from optuav.mission import Mission
 from optuav.network import vehicle
-from optuav.network.timeline import fly
+from optuav.network.timeline import carry
 from optuav.physics import kibam
 from optuav.physics.charging import STEPS
 from optuav.physics.quantity import Quantity
@@ -20,7 +20,7 @@ ROUNDING = 1e-9
 def runs_dry_s(mission: Mission, phases: Sequence[Phase]) -> float | None:
     """When the available well is empty, or no pack is left to fly on [s]; None if never."""
     if mission.battery.takes_turns:
-        return fly(mission, net_stages(phases)).ended_s
+        return carry(mission, net_stages(phases)).ended_s
     return _first_passing(
         mission, phases, kibam.time_to_empty, lambda level, full: level < -ROUNDING
     )
@@ -53,7 +53,7 @@ def wells_at_ends(
     where packs take turns there is an entry a pack.
     """
     if mission.battery.takes_turns:
-        return fly(mission, phases).wells
+        return carry(mission, phases).wells
     pool = vehicle.pool(mission)
     wells, ends = pool.full, []
     for _, stages in phases:

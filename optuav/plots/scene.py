@@ -18,7 +18,7 @@ from optuav.arrays import Floats, Integers
 from optuav.mission import Mission
 from optuav.network import vehicle
 from optuav.network.obstacles import Prisms, outline_m, prisms
-from optuav.network.places import DESTINATION, HOVER, ORIGIN, Places, places
+from optuav.network.places import DESTINATION, HOVER, ORIGIN, Places, build_places
 from optuav.plots.labels import Label
 from optuav.plots.style import GREEN, GREY, PALE, PURPLE, VERMILLION, margins, printed
 
@@ -75,7 +75,7 @@ class Scene:
 def scene(mission: Mission) -> Scene:
     """Work out what a map of a mission shows."""
     obstacles = prisms(mission)
-    return Scene(mission, places(mission, obstacles), obstacles)
+    return Scene(mission, build_places(mission, obstacles), obstacles)
 
 
 def draw_plan_view(ax: Axes, shown: Scene) -> list[Artist]:

@@ -14,7 +14,7 @@ from optuav.errors import Fault, InputError
 from optuav.mission import Mission
 from optuav.network import vehicle
 from optuav.network.obstacles import prisms
-from optuav.network.places import Places, places
+from optuav.network.places import Places, build_places
 from optuav.physics import flight
 from optuav.physics.flight import regime_leg
 from optuav.physics.trajectory import state_at
@@ -100,7 +100,7 @@ def leg(mission: Mission, start: str, end: str, axes: LegAxes | None = None) -> 
 
 def _displacement(mission: Mission, start: str, end: str) -> tuple[float, float, float]:
     """End minus start [m]; an error where no leg leads there."""
-    where = places(mission, prisms(mission))
+    where = build_places(mission, prisms(mission))
     faults = [
         Fault(option, repr(name), f"one of {_shown(where)}")
         for option, name in (("start", start), ("end", end))

@@ -8,8 +8,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.lines import Line2D
 
-from optuav.network.timeline import fly
-from optuav.network.timeline import packs as packs_of
+from optuav.network.timeline import carry, full_packs
 from optuav.physics.kibam import Battery, Stage, Wells, step
 from optuav.physics.packs import NOBODY, Stretch
 from optuav.plan import Plan
@@ -70,12 +69,12 @@ def packs(plans: Sequence[Plan], axes: Sequence[Axes] | None = None) -> Sequence
 
 def _panel(ax: Axes, plan: Plan) -> None:
     given = plan.mission.battery
-    pack = packs_of(plan.mission).pack
+    pack = full_packs(plan.mission).pack
     before = pack.full
     for phase in plan.phases:
         ax.axvspan(phase.start_s, phase.end_s, color=KINDS[phase.kind], alpha=0.13, linewidth=0.0)
-    wells = Wells(*(np.full(packs_of(plan.mission).count, float(well)) for well in before))
-    stretches = fly(plan.mission, net_stages(plan.phases)).stretches
+    wells = Wells(*(np.full(full_packs(plan.mission).count, float(well)) for well in before))
+    stretches = carry(plan.mission, net_stages(plan.phases)).stretches
     for stretch in (each for carried in stretches for each in carried):
         _curves(ax, pack, wells, stretch)
         _strips(ax, stretch)

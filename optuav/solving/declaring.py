@@ -13,7 +13,7 @@ from optuav.mission import Mission
 from optuav.modelling import Model
 from optuav.modelling.traits import traits
 from optuav.modelling.usable import refuse_misfits
-from optuav.network.feasibility import blocked, impossibilities
+from optuav.network.feasibility import blocked_legs, impossibilities
 from optuav.network.graph import edited_network
 from optuav.network.network import Network, build_network, nearest_building, trajectory_routes
 from optuav.solving.dispatch import refuse_unfit
@@ -121,7 +121,7 @@ def _no_route(asked: Question, worked_out: Network) -> tuple[str, ...]:
         wanted &= routes.rest_first == (asked.order == "rest-first")
     found: dict[str, None] = {}
     for index in np.flatnonzero(wanted & ~routes.flyable).tolist():
-        found.update(dict.fromkeys(blocked(worked_out, index)))
+        found.update(dict.fromkeys(blocked_legs(worked_out, index)))
         if len(found) > MOST_REASONS:
             return (*tuple(found)[:MOST_REASONS], "and other legs are blocked as well")
     unused = f"{asked.problem_name} declares no rest_time_s by way of a building"

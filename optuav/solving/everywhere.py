@@ -9,7 +9,7 @@ import numpy as np
 from optuav.arrays import Floats, Integers
 from optuav.network import vehicle
 from optuav.network.graph import edited_legs
-from optuav.network.legs import Legs, all_pairs, legs_between
+from optuav.network.legs import Legs, all_pairs, build_legs
 from optuav.network.network import Network
 from optuav.network.obstacles import prisms
 from optuav.network.places import FIRST_BUILDING, HOVER
@@ -29,7 +29,7 @@ def all_legs(worked_out: Network, graph: Graph | None = None) -> Legs:
     """
     where = worked_out.places
     start, end = all_pairs(len(where.names))
-    table = legs_between(worked_out.mission, where, prisms(worked_out.mission), start, end)
+    table = build_legs(worked_out.mission, where, prisms(worked_out.mission), start, end)
     if graph is None:
         return table
     gone = np.array([name not in graph for name in where.names])

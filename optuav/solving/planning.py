@@ -20,9 +20,9 @@ from optuav.modelling.traits import traits
 from optuav.modelling.walk import has_unknowns
 from optuav.network import timeline as mission_phases
 from optuav.network.network import Network
-from optuav.network.one_stop import in_words, one_stop_is_enough
+from optuav.network.one_stop import find_shortcuts, shortcuts_in_words
 from optuav.network.routes import NO_LEG
-from optuav.network.timeline import phases
+from optuav.network.timeline import route_phases
 from optuav.plan import Phase, Plan, Stage
 from optuav.plan.wells import wells_at_ends
 from optuav.solving.dispatch import answer
@@ -159,7 +159,7 @@ def planned_phases(
     worked_out: Network, route: int, hover_time_s: float, rest_time_s: float
 ) -> tuple[Phase, ...]:
     """Phases of a plan with the wells of its packs at their ends."""
-    found = phases(worked_out, route, hover_time_s, rest_time_s)
+    found = route_phases(worked_out, route, hover_time_s, rest_time_s)
     return with_wells(worked_out, found)
 
 
@@ -177,10 +177,8 @@ def with_wells(worked_out: Network, found: Sequence[mission_phases.Phase]) -> tu
                 end_place=names[each.end_place],
                 start_s=start_s,
                 stages=tuple(
-                    Stage(duration_s=duration_s, current_A=current_A, power_W=power_W)
-                    for duration_s, current_A, power_W in zip(
-                        each.durations_s, each.currents_A, each.powers_W, strict=True
-                    )
+                    Stage(duration_s=stage.duration_s, current_A=stage.current_A, power_W=power_W)
+                    for stage, power_W in zip(each.stages, each.powers_W, strict=True)
                 ),
                 distance_m=float(table.distance_m[each.leg]) if flown else 0.0,
                 peak_speed_m_s=float(table.peak_speed_m_s[each.leg]) if flown else 0.0,
@@ -240,9 +238,9 @@ def _notes(
         yield "some places have sight or power of the laser from the graph, not from the mission"
     one_stop = (asked.stops, asked.hovers) == (1, 1)
     if asked.problem == "P1" and asked.trajectory == "optimal" and one_stop:
-        shortcuts = one_stop_is_enough(worked_out)
+        shortcuts = find_shortcuts(worked_out)
         if shortcuts:
-            yield in_words(shortcuts)
+            yield shortcuts_in_words(shortcuts)
 
 
 def shortfalls(asked: Question, worked_out: Network, parts: Sequence[Part]) -> tuple[str, ...]:

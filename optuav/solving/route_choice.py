@@ -22,7 +22,7 @@ from optuav.engines.solution import Solution
 from optuav.errors import Fault, InputError, SolverError
 from optuav.mission import Mission
 from optuav.modelling import Model
-from optuav.network.one_stop import in_words, one_stop_is_enough
+from optuav.network.one_stop import find_shortcuts, shortcuts_in_words
 from optuav.plan import Plan
 from optuav.solving.dispatch import answer
 from optuav.solving.given import quantities
@@ -137,7 +137,7 @@ def route_choice(
         time_limit_s=time_limit_s,
         solver=solver,
     )
-    enough = in_words(one_stop_is_enough(program.worked_out))
+    enough = shortcuts_in_words(find_shortcuts(program.worked_out))
     if not program.parts:
         return RouteChoice(program.solve(), form, None, None, None, "physics", (enough,))
     routes, parts = _routes(program)

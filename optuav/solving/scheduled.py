@@ -18,8 +18,7 @@ import numpy as np
 from optuav.arrays import Booleans, Floats
 from optuav.errors import SolverError
 from optuav.network.network import Network
-from optuav.network.timeline import loads, packs, phases
-from optuav.physics.kibam import Stage
+from optuav.network.timeline import full_packs, pack_loads, route_phases
 from optuav.physics.packs import Packs
 
 STEP_S = 1.0
@@ -164,7 +163,7 @@ class _Way:
         mission, table, self.clock = worked_out.mission, worked_out.routes, clock
         self.worked_out, self.route, self.rests = worked_out, route, rests
         self.flight_time_s = float(table.flight_time_s[route])
-        self.kinds = [each.kind for each in phases(worked_out, route, 0.0, 0.0)]
+        self.kinds = [each.kind for each in route_phases(worked_out, route, 0.0, 0.0)]
         self.at = self.kinds.index("hover")
         self.left_s = mission.limits.deadline_s - self.flight_time_s
         given = mission.battery
@@ -173,8 +172,8 @@ class _Way:
         self.spare_As -= float(table.flight_charge_As[route])
         self.least_As = (mission.limits.min_soc - SLACK) * self.capacity_As
         self.nets_A = {
-            each.kind: float(each.currents_A[0])
-            for each in phases(worked_out, route, 0.0, 0.0)
+            each.kind: float(each.stages[0].current_A)
+            for each in route_phases(worked_out, route, 0.0, 0.0)
             if each.kind != "flight"
         }
 
@@ -270,12 +269,11 @@ class _Way:
 
     def _begun(self, rests_s: Floats) -> Packs:
         """Packs that arrive at the hover point, one course a rest."""
-        carried = packs(self.worked_out.mission).take(np.zeros(len(rests_s), dtype=np.intp))
+        carried = full_packs(self.worked_out.mission).take(np.zeros(len(rests_s), dtype=np.intp))
         self._carry(carried, np.zeros(1), rests_s, slice(0, self.at))
         return carried
 
     def _carry(self, carried: Packs, hovers_s: Floats, rests_s: Floats, which: slice) -> None:
         """Let packs carry some phases, with one hover and one rest [s] a course."""
-        for each in phases(self.worked_out, self.route, hovers_s, rests_s)[which]:
-            stages = map(Stage, each.currents_A, each.durations_s)
-            carried.job(loads(self.worked_out.mission, each.kind, stages))
+        for each in route_phases(self.worked_out, self.route, hovers_s, rests_s)[which]:
+            carried.job(pack_loads(self.worked_out.mission, each.kind, each.stages))

@@ -16,7 +16,7 @@ from optuav.errors import Fault, InputError, SolverError
 from optuav.mission.quantities import Number
 from optuav.mission.words import shown
 from optuav.network import vehicle
-from optuav.network.feasibility import beyond_it
+from optuav.network.feasibility import never_flyable
 from optuav.network.network import Network
 from optuav.network.places import FIRST_BUILDING
 from optuav.network.timeline import phases_along, rest_net
@@ -81,7 +81,7 @@ def several_stops(
     """
     if faults := tuple(_faults(program, rests, hovers)):
         raise InputError(faults)
-    if beyond_it(program.worked_out):
+    if never_flyable(program.worked_out):
         return program.solve()
     program = replace(program, question=replace(program.question, stops=rests, hovers=hovers))
     everywhere = replace(program.worked_out, legs=all_legs(program.worked_out, graph))
@@ -157,7 +157,7 @@ def _plan(program: Program, everywhere: Network, found: Found, asked_for: str) -
     worked_out = replace(everywhere, routes=way)
     legs = [int(leg) for leg in way.legs[0]]
     stays_s = stops.stays_s.tolist()
-    flown = with_wells(worked_out, phases_along(worked_out, worked_out.legs, legs, stays_s))
+    flown = with_wells(worked_out, phases_along(worked_out, legs, stays_s))
     known = _known(found, hover_s)
     notes = [*known["notes"]]
     if worked_out.legs.edited[legs].any():

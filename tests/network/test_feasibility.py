@@ -9,7 +9,7 @@ from hypothesis import given
 
 import optuav
 from optuav.mission import Mission
-from optuav.network.feasibility import blocked, impossibilities
+from optuav.network.feasibility import blocked_legs, impossibilities
 from optuav.network.network import build_network
 from optuav.network.routes import NO_LEG
 from tests.mission.strategies import missions
@@ -116,4 +116,4 @@ def test_blocked_tells_of_every_leg_that_cannot_be_flown(mission: Mission) -> No
     worked_out = build_network(mission)
     for index, legs in enumerate(worked_out.routes.legs.tolist()):
         stuck = [leg for leg in legs if leg != NO_LEG and not worked_out.legs.flyable[leg]]
-        assert len(blocked(worked_out, index)) == len(stuck)
+        assert len(blocked_legs(worked_out, index)) == len(stuck)

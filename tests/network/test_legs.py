@@ -11,7 +11,7 @@ from hypothesis import given
 import optuav
 from optuav.mission import Mission
 from optuav.network import vehicle
-from optuav.network.legs import Legs, all_pairs, legs_between, one_stop_legs
+from optuav.network.legs import Legs, all_pairs, build_legs, one_stop_legs
 from optuav.network.network import build_network
 from optuav.network.obstacles import prisms
 from optuav.network.places import DESTINATION, HOVER, ORIGIN
@@ -46,7 +46,7 @@ def test_the_table_of_all_pairs_holds_the_one_stop_legs(mission: Mission) -> Non
     """The same figures, sight included, wherever both tables have a leg."""
     worked_out = build_network(mission)
     where, some = worked_out.places, worked_out.legs
-    every = legs_between(mission, where, prisms(mission), *all_pairs(len(where.names)))
+    every = build_legs(mission, where, prisms(mission), *all_pairs(len(where.names)))
     number = {pair: k for k, pair in enumerate(zip(every.start, every.end, strict=True))}
     for leg, pair in enumerate(zip(some.start, some.end, strict=True)):
         same = number[pair]
@@ -65,7 +65,7 @@ def test_a_building_between_two_others_blocks_their_leg() -> None:
     rows[1]["position_m"] = [100.0, 500.0, 90.0]
     mission = optuav.load("paper").replace({"buildings": rows})
     where = build_network(mission).places
-    table = legs_between(mission, where, prisms(mission), *all_pairs(len(where.names)))
+    table = build_legs(mission, where, prisms(mission), *all_pairs(len(where.names)))
     flyable = {
         (where.names[a], where.names[b]): bool(free)
         for a, b, free in zip(table.start, table.end, table.flyable, strict=True)

@@ -16,10 +16,9 @@ import optuav
 from optuav.mission import Mission
 from optuav.mission.sections import Building
 from optuav.network import obstacles as sight
-from optuav.network.legs import legs
 from optuav.network.network import build_network
 from optuav.network.obstacles import CLEAR, crossed, outline_m, prisms
-from optuav.network.places import HOVER, places
+from optuav.network.places import HOVER
 
 Point = tuple[float, float, float]
 Ring = Sequence[tuple[float, float]]
@@ -317,9 +316,8 @@ def test_legs_through_buildings_are_allowed_on_request() -> None:
 def test_what_is_out_of_reach_blocks_nothing() -> None:
     """A hover point that does not exist has no sight and legs that cross nothing."""
     mission = crowd(10, 3).replace({"limits.min_altitude_m": 600, "limits.max_altitude_m": 700})
-    obstacles = prisms(mission)
-    where = places(mission, obstacles)
-    table = legs(mission, where, obstacles)
+    network = build_network(mission)
+    where, table = network.places, network.legs
     assert not where.laser_sight[HOVER]
     assert not table.flyable[(table.start == HOVER) | (table.end == HOVER)].any()
     assert table.flyable[(table.start != HOVER) & (table.end != HOVER)].any()

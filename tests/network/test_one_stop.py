@@ -11,7 +11,7 @@ import pytest
 
 import optuav
 from optuav.network.network import build_network
-from optuav.network.one_stop import FIGURES, one_stop_is_enough
+from optuav.network.one_stop import FIGURES, find_shortcuts
 
 BUILDINGS = ("b1", "b2", "b3")
 PLACES = ("origin", "hover", "destination", *BUILDINGS)
@@ -57,7 +57,7 @@ def test_shortcuts_are_those_of_plain_loops(seed: int) -> None:
         behind = shorter(legs, (stop, "hover", "destination"))
         if legs.has_edge("hover", stop) and legs.has_edge(stop, "hover") and before and behind:
             expected |= before | behind
-    found = one_stop_is_enough(legs)
+    found = find_shortcuts(legs)
     assert {(each.places, each.figure) for each in found} == expected
     for each in found:
         start, stop, end = each.places
@@ -69,17 +69,17 @@ def test_shortcuts_are_those_of_plain_loops(seed: int) -> None:
 def test_flight_models_obey_the_triangle_inequality() -> None:
     """Of the shipped mission, worked out and as its graph; a graph without legs has no detours."""
     mission = optuav.load("paper")
-    assert one_stop_is_enough(build_network(mission)) == ()
+    assert find_shortcuts(build_network(mission)) == ()
     legs = optuav.graph(mission)
-    assert one_stop_is_enough(legs) == ()
+    assert find_shortcuts(legs) == ()
     legs.remove_edges_from(list(legs.edges))
-    assert one_stop_is_enough(legs) == ()
+    assert find_shortcuts(legs) == ()
 
 
 def test_an_edited_leg_is_told_in_words() -> None:
     """A direct leg that takes longer than by way of a building."""
     legs = optuav.graph(optuav.load("paper"))
     legs.edges["origin", "hover"]["duration_s"] = 500.0
-    first = str(one_stop_is_enough(legs)[0])
+    first = str(find_shortcuts(legs)[0])
     assert first.startswith("origin → b")
     assert first.endswith("→ hover takes 500 s")

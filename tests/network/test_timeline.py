@@ -8,7 +8,7 @@ import pytest
 from optuav.errors import InputError
 from optuav.mission import Mission, load
 from optuav.network import vehicle
-from optuav.network.timeline import fly
+from optuav.network.timeline import carry
 from optuav.physics import kibam
 from optuav.physics.kibam import Battery, Stage
 
@@ -70,7 +70,9 @@ def test_a_new_schedule_displaces_the_period_of_the_old_one() -> None:
 
 def test_one_pack_flies_while_the_laser_charges_the_other() -> None:
     """What the hover draws comes from one pack, what the laser gives goes to the other."""
-    flown = fly(PAPER.replace({"battery.schedule": "round-robin"}), [flight((100, 40)), hover(60)])
+    flown = carry(
+        PAPER.replace({"battery.schedule": "round-robin"}), [flight((100, 40)), hover(60)]
+    )
     first, second = (
         kibam.after(PACK, PACK.full, phases)
         for phases in (
@@ -87,7 +89,7 @@ def test_one_pack_flies_while_the_laser_charges_the_other() -> None:
 
 def test_a_full_pack_refuses_charge() -> None:
     """In sequence the idle pack is full from the start: what the laser offers is lost."""
-    flown = fly(SEQUENTIAL, [hover(100.0)])
+    flown = carry(SEQUENTIAL, [hover(100.0)])
     assert flown.wells[0].available_As[1] == pytest.approx(28_800.0, rel=1e-12)
     left_As = sum(flown.wells[0].available_As) + sum(flown.wells[0].bound_As)
     assert left_As == pytest.approx(72_000.0 - 100.0 * DRAWN_A, rel=1e-9)
@@ -96,7 +98,7 @@ def test_a_full_pack_refuses_charge() -> None:
 def test_the_other_takes_over_in_the_middle_of_a_job() -> None:
     """At the moment the first is seen empty, which is then neither flown nor charged."""
     empty_s = float(kibam.time_to_empty(PACK, PACK.full, -DRAWN_A))
-    flown = fly(SEQUENTIAL, [hover(empty_s + 50.0), rest(200.0)])
+    flown = carry(SEQUENTIAL, [hover(empty_s + 50.0), rest(200.0)])
     second = kibam.after(PACK, PACK.full, [Stage(-DRAWN_A, 50.0), Stage(CHARGE_A, 200.0)])
     assert flown.wells[-1].available_As[1] == pytest.approx(second.available_As, rel=1e-9)
     emptied = [
@@ -114,12 +116,12 @@ def test_the_other_takes_over_in_the_middle_of_a_job() -> None:
 
 def test_a_load_that_no_pack_is_left_to_carry_ends() -> None:
     empty_s = float(kibam.time_to_empty(PACK, PACK.full, -DRAWN_A))
-    assert fly(SEQUENTIAL, [hover(3 * empty_s)]).ended_s == pytest.approx(2 * empty_s)
+    assert carry(SEQUENTIAL, [hover(3 * empty_s)]).ended_s == pytest.approx(2 * empty_s)
 
 
 def test_at_rest_the_emptier_is_charged_until_it_is_full_and_then_the_other() -> None:
     """The last of them takes what seeps into its bound well, and never more than it is offered."""
-    flown = fly(SEQUENTIAL, [flight((100.0, 60.0)), rest(3000.0)])
+    flown = carry(SEQUENTIAL, [flight((100.0, 60.0)), rest(3000.0)])
     (_, resting) = flown.stretches
     assert [int(each.served[0]) for each in resting] == [0, 1, 1]
     assert resting[0].filled[0]
@@ -132,7 +134,7 @@ def test_at_rest_the_emptier_is_charged_until_it_is_full_and_then_the_other() ->
 def test_what_a_full_pack_takes_keeps_it_full() -> None:
     """One pack alone at rest: y1 stays at ωB, and y2 nears (1−ω)B as dy2/dt = −ωk'(y2 − (1−ω)B)."""
     alone = PAPER.replace({"battery.packs": 1, "battery.schedule": "sequential"})
-    flown = fly(alone, [flight((100.0, 60.0)), rest(5000.0)])
+    flown = carry(alone, [flight((100.0, 60.0)), rest(5000.0)])
     filling, topping = flown.stretches[1]
     bound_As = float(filling.wells.bound_As[0, 0])
     k = 4.5e-5 / 0.2
@@ -149,7 +151,7 @@ def test_what_a_full_pack_takes_keeps_it_full() -> None:
 def test_one_pack_is_pooled_whatever_the_schedule(schedule: str) -> None:
     """It carries and is charged at once, by the net current."""
     alone = PAPER.replace({"battery.packs": 1, "battery.schedule": schedule})
-    flown = fly(alone, [flight((100.0, 40.0)), hover(100.0), flight((100.0, 40.0))])
+    flown = carry(alone, [flight((100.0, 40.0)), hover(100.0), flight((100.0, 40.0))])
     phases = [Stage(-100.0, 40.0), Stage(CHARGE_A - DRAWN_A, 100.0), Stage(-100.0, 40.0)]
     expected = kibam.after(PACK, PACK.full, phases)
     assert flown.wells[-1].available_As[0] == pytest.approx(expected.available_As, rel=1e-12)

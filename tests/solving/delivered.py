@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from optuav.network.network import Network
-from optuav.network.timeline import phases
+from optuav.network.timeline import route_phases
 from tests.kibam import Floats, Kibam
 
 AT_ONCE_S = 1e-9
@@ -34,8 +34,8 @@ def slack(worked_out: Network, route: int, hover_s: Floats, rest_s: Any, looks: 
     battery, deadline_s = mission.battery, mission.limits.deadline_s
     capacity_As, share = battery.packs * battery.capacity_As, battery.available_fraction
     wells, used_s = Kibam(capacity_As, share, battery.flow_rate_per_s), 0.0
-    for phase in phases(worked_out, route, hover_s, rest_s):
-        for current_A, duration_s in zip(phase.currents_A, phase.durations_s, strict=True):
+    for phase in route_phases(worked_out, route, hover_s, rest_s):
+        for current_A, duration_s in phase.stages:
             if battery.charging == "taper" and current_A > 0.0:
                 wells.taper(current_A, duration_s)
             else:

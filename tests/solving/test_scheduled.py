@@ -9,7 +9,7 @@ import optuav
 from optuav.errors import InputError, SolverError
 from optuav.mission import Mission, load
 from optuav.network.network import Network, build_network
-from optuav.network.timeline import fly, phases
+from optuav.network.timeline import carry, route_phases
 from optuav.solving import scheduled
 from optuav.status import Status
 
@@ -40,11 +40,11 @@ def small(schedule: str, **more: object) -> Mission:
 def can_be_flown(worked_out: Network, route: int, hover_s: float, rest_s: float) -> bool:
     """One pair, flown phase by phase and judged afterwards."""
     mission = worked_out.mission
-    planned = phases(worked_out, route, hover_s, rest_s)
-    time_s = sum(sum(each.durations_s) for each in planned)
+    planned = route_phases(worked_out, route, hover_s, rest_s)
+    time_s = sum(each.duration_s for each in planned)
     if time_s > mission.limits.deadline_s + 1e-9:
         return False
-    flown = fly(mission, [(each.kind, each.stages) for each in planned])
+    flown = carry(mission, [(each.kind, each.stages) for each in planned])
     left_As = sum(sum(well) for well in flown.wells[-1])
     capacity_As = mission.battery.packs * mission.battery.capacity_As
     return flown.ended_s is None and left_As >= mission.limits.min_soc * capacity_As

@@ -17,7 +17,7 @@ from scipy.integrate import solve_ivp
 
 from optuav.modelling import check
 from optuav.network.network import Network
-from optuav.network.timeline import phases
+from optuav.network.timeline import route_phases
 from optuav.solving import Program
 from tests.kibam import Floats
 from tests.solving.test_flyable_missions import questions
@@ -38,7 +38,7 @@ def crossings(worked_out: Network, route: int, times_s: tuple[float, float]) -> 
     def past_full(_: float, y: Floats) -> float:
         return float(share + UNDECIDED - y[0])
 
-    for phase in phases(worked_out, route, *times_s):
+    for phase in route_phases(worked_out, route, *times_s):
         for stage in phase.stages:
             current = stage.current_A / capacity_As
 

@@ -8,7 +8,7 @@ from functools import partial
 
 from formulations.algorithm1 import algorithm1
 from optuav.network import vehicle
-from optuav.network.one_stop import one_stop_is_enough
+from optuav.network.one_stop import find_shortcuts
 from optuav.network.places import HOVER
 from optuav.paper.ledger.cells import FLIGHT_J, HOVER_J, NOMINAL_J
 from optuav.paper.ledger.scenario import Scenario, papers
@@ -67,7 +67,7 @@ def _counts() -> Iterator[Statement]:
         what="buildings on which resting pays",
         stated="1",
         how="1 where times, charges and energies of the legs obey the triangle inequality",
-        compute=lambda s: None if one_stop_is_enough(s.worked_out) else 1.0,
+        compute=lambda s: None if find_shortcuts(s.worked_out) else 1.0,
         reason=_why_one_rest,
     )
     yield Statement(

@@ -159,11 +159,11 @@ class Ensemble:
         return np.asarray(can_be_flown & free[:, line])
 
     @cached_property
-    def received(self) -> vehicle.Load:
+    def received(self) -> vehicle.Flow:
         """Current [A] and power [W] from the laser by place (variant or 1, place)."""
         places = self.position_m.shape[1]
         if self.mission.laser is None:
-            return vehicle.Load(np.zeros((1, places)), np.zeros((1, places)))
+            return vehicle.Flow(np.zeros((1, places)), np.zeros((1, places)))
         laser_m = _points(self.mission.laser.position_m)
         rows = max(len(laser_m), len(self.position_m))
         lit_m = np.concatenate(
@@ -175,7 +175,7 @@ class Ensemble:
         sight = clear(self.base.obstacles, lit_m, lines, exempt)
         distance_m = norm(tuple(np.moveaxis(self.position_m - laser_m, -1, 0)))
         load = vehicle.charging(self.mission, distance_m)
-        return vehicle.Load(*(np.where(sight, _table(each), 0.0) for each in load))
+        return vehicle.Flow(*(np.where(sight, _table(each), 0.0) for each in load))
 
     @cached_property
     def flight_time_s(self) -> Table:
@@ -200,9 +200,9 @@ class Ensemble:
         return np.asarray(able[:, numbers].all(axis=2))
 
     @cached_property
-    def hover_load(self) -> vehicle.Load:
+    def hover_load(self) -> vehicle.Flow:
         """Drawn while hovering, radio included (variant or 1, 1)."""
-        return vehicle.Load(*map(_table, vehicle.hover_load(self.mission)))
+        return vehicle.Flow(*map(_table, vehicle.hover_load(self.mission)))
 
     @cached_property
     def rest_current_A(self) -> Table:
@@ -247,7 +247,7 @@ class Ensemble:
 
         hover_m = self.position_m[:, HOVER]
         apart_m = hover_m - _points(self.mission.link.device_m)[:, 0]
-        at_hover = vehicle.Load(*(each[:, [HOVER]] for each in self.received))
+        at_hover = vehicle.Flow(*(each[:, [HOVER]] for each in self.received))
         hover = self.hover_load
         flight_V = voltage_V(self.flight_energy_J, self.flight_charge_As)
         hover_V = voltage_V(hover.power_W, hover.current_A)
