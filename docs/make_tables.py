@@ -18,7 +18,7 @@ from formulations.perspectives import PAPER, PERSPECTIVES
 from optuav.cli.app import program
 from optuav.engines.capabilities import CAPABILITIES, Capability
 from optuav.modelling import Model
-from optuav.modelling.traits import Traits, traits
+from optuav.modelling.classify import Traits, traits
 from optuav.network.network import TRAJECTORIES
 from optuav.network.routes import ORDERS
 from optuav.solving.question import PROBLEMS

@@ -19,7 +19,7 @@ import optuav
 from optuav.engines import closed_form
 from optuav.engines.capabilities import takers
 from optuav.modelling import Model, Parameter, check, evaluate
-from optuav.modelling.traits import traits
+from optuav.modelling.classify import traits
 from optuav.physics import kibam
 
 # %% [markdown]

@@ -14,7 +14,7 @@
 import math
 
 import optuav
-from optuav.modelling.traits import traits
+from optuav.modelling.classify import traits
 
 mission = optuav.load("paper")
 program = optuav.formulate(mission, "P3", perspective="battery")

@@ -16,7 +16,7 @@
 import math
 
 import optuav
-from optuav.modelling.traits import traits
+from optuav.modelling.classify import traits
 
 mission = optuav.load("paper")
 few = mission.replace({f"buildings.b{k}": None for k in (2, 3, 4, 5, 6, 7, 8, 10)})

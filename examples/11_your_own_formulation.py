@@ -18,7 +18,7 @@ import optuav
 from formulations.formulation import Formulation
 from optuav.engines.capabilities import takers
 from optuav.modelling import Model, Parameter
-from optuav.modelling.traits import traits
+from optuav.modelling.classify import traits
 
 mission = optuav.load("paper")
 WANTED_S = 700.0

@@ -12,8 +12,8 @@ from optuav.diagnosis.certificate import Certificate
 from optuav.diagnosis.clash import Clash, clash, impossible, told
 from optuav.diagnosis.proving import certificates
 from optuav.errors import InputError
-from optuav.modelling.exponential import NotExponentialError
-from optuav.modelling.traits import traits
+from optuav.modelling.classify import traits
+from optuav.modelling.kibam_form import NotExponentialError
 from optuav.solving import Program
 from optuav.solving.planning import Part, moment_words, words
 

@@ -15,7 +15,7 @@ from optuav.engines.sensitivity import ShadowPrice
 from optuav.engines.solution import Solution
 from optuav.modelling import Model, Parameter
 from optuav.modelling.expression import Operand
-from optuav.modelling.walk import has_unknowns, leaves
+from optuav.modelling.traversal import has_unknowns, leaves
 from optuav.solving import Program
 from optuav.solving.ties import SAME_S
 

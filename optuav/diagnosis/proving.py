@@ -18,7 +18,7 @@ from optuav.modelling.affine import NotAffineError, affine
 from optuav.modelling.check import relations
 from optuav.modelling.expression import Parameter
 from optuav.modelling.model import Constraint, Model
-from optuav.modelling.walk import leaves
+from optuav.modelling.traversal import leaves
 
 ROUNDING = Fraction(1, 10**11)
 """By how much rounding may violate a limit, relative to max(1, |limit|); no conflict by itself."""

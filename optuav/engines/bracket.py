@@ -20,11 +20,11 @@ from optuav.engines.solution import Solution
 from optuav.engines.tapered import Tapered
 from optuav.errors import InputError
 from optuav.modelling.check import evaluated, relations
-from optuav.modelling.exponential import CONSTANT, Exponential, Monomial
 from optuav.modelling.expression import Leaf, Variable
+from optuav.modelling.kibam_form import CONSTANT, Exponential, Monomial
 from optuav.modelling.longest import lifted, uncapped, without_parts
 from optuav.modelling.model import Model
-from optuav.modelling.walk import fold
+from optuav.modelling.traversal import fold
 from optuav.status import Status
 
 NAME = "bracket"

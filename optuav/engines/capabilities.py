@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from optuav.errors import Fault, InputError
-from optuav.modelling.traits import Traits
+from optuav.modelling.classify import Traits
 
 MOST_UNKNOWNS = 2
 

@@ -13,7 +13,7 @@ from optuav.engines.ipopt import told
 from optuav.errors import InputError
 from optuav.modelling.expression import Operand
 from optuav.modelling.model import Model
-from optuav.modelling.walk import fold, has_unknowns
+from optuav.modelling.traversal import fold, has_unknowns
 
 NAME = "casadi"
 

@@ -19,7 +19,7 @@ from optuav.arrays import Booleans, Floats
 from optuav.engines.linear_form import linear_form
 from optuav.engines.solution import Solution
 from optuav.modelling.model import Model
-from optuav.modelling.walk import evaluate
+from optuav.modelling.traversal import evaluate
 from optuav.status import Status
 
 NAME = "closed-form"

@@ -15,7 +15,7 @@ import numpy as np
 from optuav.arrays import Booleans, Floats, Integers
 from optuav.engines.sign_changes import Ends, Margin, close_in
 from optuav.modelling.check import TOLERANCE, relations
-from optuav.modelling.exponential import (
+from optuav.modelling.kibam_form import (
     CONSTANT,
     Exponential,
     Factor,

@@ -18,10 +18,10 @@ import numpy as np
 from optuav.errors import InputError
 from optuav.modelling.affine import Affine, affine
 from optuav.modelling.check import holding
+from optuav.modelling.classify import traits
 from optuav.modelling.expression import Operand, Sense, Variable
 from optuav.modelling.model import Model
 from optuav.modelling.notation import Text
-from optuav.modelling.traits import traits
 
 WIDTH = 80
 LONGEST_NAME = 120

@@ -28,7 +28,7 @@ from optuav.modelling.affine import NotAffineError, affine
 from optuav.modelling.check import TOLERANCE, evaluated, holding, relations
 from optuav.modelling.expression import Relation
 from optuav.modelling.model import Model
-from optuav.modelling.walk import evaluate
+from optuav.modelling.traversal import evaluate
 from optuav.status import Status
 
 NAME = "grid"

@@ -16,7 +16,7 @@ import numpy as np
 
 from optuav.arrays import Floats
 from optuav.modelling.check import relations
-from optuav.modelling.derivative import Slope, slope
+from optuav.modelling.derivatives import Slope, slope
 from optuav.modelling.model import Model
 
 Point = Mapping[str, Any]

@@ -12,8 +12,8 @@ from optuav.engines.linear_form import LinearForm, linear_form
 from optuav.engines.multipliers import Point
 from optuav.engines.ranges import implied_upper_bounds
 from optuav.modelling.affine import NotAffineError
-from optuav.modelling.exponential import NotExponentialError
 from optuav.modelling.expression import Variable
+from optuav.modelling.kibam_form import NotExponentialError
 from optuav.modelling.model import Model
 
 SAME = 1e-9

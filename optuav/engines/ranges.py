@@ -10,7 +10,7 @@ from optuav.errors import InputError
 from optuav.modelling.affine import Affine, NotAffineError, affine
 from optuav.modelling.expression import Operand
 from optuav.modelling.model import Model
-from optuav.modelling.walk import evaluate, leaves
+from optuav.modelling.traversal import evaluate, leaves
 
 Values = Mapping[str, Any]
 

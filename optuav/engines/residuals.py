@@ -18,9 +18,9 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from optuav.modelling.check import Checks, evaluated
-from optuav.modelling.derivative import slope
+from optuav.modelling.derivatives import slope
 from optuav.modelling.model import Model
-from optuav.modelling.walk import evaluate
+from optuav.modelling.traversal import evaluate
 
 
 class Residuals(NamedTuple):

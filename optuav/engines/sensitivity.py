@@ -30,9 +30,9 @@ from optuav.engines.multipliers import (
 )
 from optuav.engines.optimal_points import MOST_ROWS, optimal_points
 from optuav.modelling.check import relations
-from optuav.modelling.derivative import slope
+from optuav.modelling.derivatives import slope
 from optuav.modelling.model import Model
-from optuav.modelling.walk import has_unknowns
+from optuav.modelling.traversal import has_unknowns
 
 
 class ShadowPrice(NamedTuple):

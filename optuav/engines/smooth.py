@@ -29,7 +29,7 @@ from optuav.modelling.check import evaluated, holding
 from optuav.modelling.expression import Relation
 from optuav.modelling.longest import lifted
 from optuav.modelling.model import Model
-from optuav.modelling.walk import evaluate
+from optuav.modelling.traversal import evaluate
 from optuav.status import Status
 
 PROOF = "local: the best of several starts"

@@ -27,7 +27,7 @@ from optuav.modelling.check import slack
 from optuav.modelling.expression import Call, Let, Operand, Range, Relation
 from optuav.modelling.longest import speaks_of_parts
 from optuav.modelling.model import Constraint, Model
-from optuav.modelling.walk import evaluate, has_unknowns
+from optuav.modelling.traversal import evaluate, has_unknowns
 
 ROUNDING = 1e-11
 """By how much a constraint must be missed to fail, relative to max(1, |right side|)."""

@@ -4,7 +4,7 @@ from optuav.modelling.affine import Affine, NotAffineError, affine
 from optuav.modelling.check import Check, Checks, check
 from optuav.modelling.expression import Expression, Let, Parameter, Relation, Variable
 from optuav.modelling.model import Constraint, Model
-from optuav.modelling.walk import evaluate
+from optuav.modelling.traversal import evaluate
 
 __all__ = [
     "Affine",

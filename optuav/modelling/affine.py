@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from optuav.modelling.expression import Leaf, Operand, Parameter
-from optuav.modelling.walk import fold, leaves
+from optuav.modelling.traversal import fold, leaves
 
 
 class NotAffineError(ValueError):

@@ -13,7 +13,7 @@ from optuav.modelling.expression import Sense
 from optuav.modelling.longest import lifted
 from optuav.modelling.model import Constraint, Model
 from optuav.modelling.table import table
-from optuav.modelling.walk import evaluate
+from optuav.modelling.traversal import evaluate
 
 TOLERANCE = 1e-9
 """A constraint holds if it is short by no more than this, relative to max(1, |right side|)."""

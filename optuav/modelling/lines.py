@@ -13,7 +13,7 @@ import numpy as np
 from optuav.modelling.expression import Call, Let, Operand
 from optuav.modelling.model import Constraint, Model
 from optuav.modelling.notation import Notation
-from optuav.modelling.walk import fold
+from optuav.modelling.traversal import fold
 
 INDEX = "j"
 """What runs where lines differ in a number alone."""

@@ -16,7 +16,7 @@ import numpy as np
 
 from optuav.modelling.expression import Call, Expression, Let, Operand, Relation, Variable
 from optuav.modelling.model import Constraint, Model
-from optuav.modelling.walk import evaluate, fold
+from optuav.modelling.traversal import evaluate, fold
 
 Limits: TypeAlias = Callable[..., Iterable[tuple[str, Relation]]]
 

@@ -12,7 +12,7 @@ from types import FrameType
 from typing import Any, Literal
 
 from optuav.modelling.expression import Let, Operand, Parameter, Relation, Variable
-from optuav.modelling.walk import leaves
+from optuav.modelling.traversal import leaves
 
 
 @dataclass(frozen=True, eq=False)

@@ -10,7 +10,7 @@ import numpy as np
 from optuav.errors import Fault, InputError
 from optuav.modelling.expression import Leaf, Operand, Variable
 from optuav.modelling.model import Model
-from optuav.modelling.walk import evaluate, fold, has_unknowns
+from optuav.modelling.traversal import evaluate, fold, has_unknowns
 
 OBJECTIVE = "objective"
 

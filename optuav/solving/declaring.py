@@ -11,7 +11,7 @@ from formulations.quantities import Quantities
 from optuav.arrays import Integers
 from optuav.mission import Mission
 from optuav.modelling import Model
-from optuav.modelling.traits import traits
+from optuav.modelling.classify import traits
 from optuav.modelling.usable import refuse_misfits
 from optuav.network.feasibility import blocked_legs, impossibilities
 from optuav.network.graph import edited_network

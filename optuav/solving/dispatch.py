@@ -7,7 +7,7 @@ from optuav.engines.capabilities import CAPABILITIES, need, takers
 from optuav.engines.solution import Solution
 from optuav.errors import InputError
 from optuav.modelling import Model
-from optuav.modelling.traits import Traits, traits
+from optuav.modelling.classify import Traits, traits
 from optuav.solving.question import AUTO, Question
 
 GRID = "grid"

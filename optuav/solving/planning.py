@@ -16,8 +16,8 @@ from optuav.errors import Fault, InputError
 from optuav.mission.words import written_out
 from optuav.modelling import Constraint, Model, evaluate
 from optuav.modelling.check import evaluated, relations
-from optuav.modelling.traits import traits
-from optuav.modelling.walk import has_unknowns
+from optuav.modelling.classify import traits
+from optuav.modelling.traversal import has_unknowns
 from optuav.network import timeline as mission_phases
 from optuav.network.network import Network
 from optuav.network.one_stop import find_shortcuts, shortcuts_in_words

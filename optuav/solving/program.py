@@ -14,7 +14,7 @@ from optuav.engines.sensitivity import ShadowPrice
 from optuav.engines.solution import Solution
 from optuav.errors import SolverError
 from optuav.modelling import Checks, Model
-from optuav.modelling.traits import Traits, traits
+from optuav.modelling.classify import Traits, traits
 from optuav.network.network import Network
 from optuav.plan import Plan
 from optuav.solving.against_p1 import against_p1

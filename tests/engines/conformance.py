@@ -17,7 +17,7 @@ import numpy as np
 
 from optuav.engines.capabilities import takers
 from optuav.modelling import Model, Parameter
-from optuav.modelling.traits import traits
+from optuav.modelling.classify import traits
 from optuav.status import Status
 
 Numbers = Mapping[str, float]

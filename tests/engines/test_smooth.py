@@ -15,7 +15,7 @@ from hypothesis import strategies as st
 from optuav.engines import casadi_form, closed_form, smooth
 from optuav.errors import InputError, SolverError
 from optuav.modelling import Model, Parameter, evaluate
-from optuav.modelling.derivative import DIFFERENTIABLE
+from optuav.modelling.derivatives import DIFFERENTIABLE
 from optuav.status import Status
 from tests.engines.conformance import p4
 

@@ -18,7 +18,7 @@ from optuav.engines import closed_form, grid, linear, smooth
 from optuav.engines.capabilities import takers
 from optuav.engines.solution import Solution
 from optuav.modelling import Model, Parameter, check
-from optuav.modelling.traits import traits
+from optuav.modelling.classify import traits
 from optuav.status import Status
 from tests.formulations.given import LINEAR, quantities
 

@@ -15,7 +15,7 @@ from hypothesis import strategies as st
 from optuav.errors import InputError
 from optuav.modelling import Expression, Let, Parameter, Relation, Variable, evaluate
 from optuav.modelling.expression import Call
-from optuav.modelling.walk import leaves
+from optuav.modelling.traversal import leaves
 from optuav.physics.kibam import Battery, Stage, after, state_of_charge
 
 UNARY = (

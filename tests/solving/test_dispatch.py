@@ -12,7 +12,7 @@ from optuav.engines.capabilities import CAPABILITIES, ENGINES, need, takers
 from optuav.errors import InputError
 from optuav.mission import load
 from optuav.modelling import Model
-from optuav.modelling.traits import Traits, traits
+from optuav.modelling.classify import Traits, traits
 from optuav.solving import formulate, solve
 
 

@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from optuav.modelling.expression import Operand, Relation, Sense, Variable
-from optuav.modelling.walk import fold
+from optuav.modelling.traversal import fold
 
 LIST, SUM, SIGN, PRODUCT, POWER, ATOM = range(6)
 """How tightly a written expression holds together."""

@@ -16,7 +16,7 @@ from formulations.p3 import P3
 from formulations.p4 import P4
 from optuav.engines.capabilities import takers
 from optuav.modelling import Model, Parameter
-from optuav.modelling.traits import traits
+from optuav.modelling.classify import traits
 from optuav.solving import formulate
 from tests.formulations.given import LINEAR, quantities
 

@@ -16,7 +16,7 @@ from numpy.lib.mixins import NDArrayOperatorsMixin
 
 from optuav.modelling.affine import reciprocal
 from optuav.modelling.expression import Leaf, Operand, Parameter
-from optuav.modelling.walk import fold
+from optuav.modelling.traversal import fold
 
 Factor: TypeAlias = tuple[str, Literal["time", "levelling"]]
 Monomial: TypeAlias = frozenset[Factor]

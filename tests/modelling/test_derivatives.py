@@ -13,7 +13,7 @@ from hypothesis import assume, given
 from hypothesis import strategies as st
 
 from optuav.modelling import Model, Parameter, Variable, evaluate
-from optuav.modelling.derivative import PARTIALS, slope
+from optuav.modelling.derivatives import PARTIALS, slope
 from optuav.physics import flight, kibam, laser, rotor
 from tests.physics.reference import AIRFRAME, BATTERY, MOTOR
 

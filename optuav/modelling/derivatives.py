@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from optuav.modelling.expression import Leaf, Operand, Parameter
-from optuav.modelling.walk import fold
+from optuav.modelling.traversal import fold
 
 
 @dataclass(frozen=True)

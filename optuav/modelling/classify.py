@@ -9,12 +9,12 @@ from typing import Any
 import numpy as np
 
 from optuav.modelling.affine import NotAffineError, affine
-from optuav.modelling.derivative import DIFFERENTIABLE, SMOOTH
-from optuav.modelling.exponential import NotExponentialError, exponential
+from optuav.modelling.derivatives import DIFFERENTIABLE, SMOOTH
 from optuav.modelling.expression import Leaf, Variable
+from optuav.modelling.kibam_form import NotExponentialError, exponential
 from optuav.modelling.longest import LongestPart, uncapped
 from optuav.modelling.model import Model
-from optuav.modelling.walk import fold
+from optuav.modelling.traversal import fold
 
 
 @dataclass(frozen=True)
