@@ -1,4 +1,4 @@
-"""Parameters of a mission from data: battery, loads by regime, rotor, and tables of results."""
+"""Fits of mission parameters to data: battery, loads by regime, rotor, keys from a table."""
 
 from optuav.calibration.fit import Fit, Panel, Value
 from optuav.calibration.kibam import fit_kibam

@@ -1,24 +1,32 @@
-"""What a calibration found: values for a mission, how sure they are, and what they explain."""
+"""The result of a calibration: values for a mission, how sure they are, and what they explain."""
 
 from __future__ import annotations
 
+import math
 import os
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass, field, replace
 from itertools import chain
 from pathlib import Path
-from typing import Any, Literal, TypeAlias
+from typing import Literal, TypeAlias
 
-from optuav.calibration.digits import digits
-from optuav.calibration.estimation import CONFIDENCE, Estimate, Interval
-from optuav.calibration.plausible import doubts_beside
+import tomli_w
+
+from optuav.calibration.least_squares import CONFIDENCE, ConfidenceInterval, Estimate
 from optuav.errors import Fault, InputError
 from optuav.mission import Mission, shipped
 from optuav.mission.sections import SCHEMA
-from optuav.mission.words import number
+from optuav.mission.words import number, printable
+from optuav.network import vehicle
 
 Role: TypeAlias = Literal["fitted", "repeat", "predicted"]
 IN_THE_AIR = ("flight.flight_current_A", "flight.hover_current_A")
+LEAST_S = 120.0
+"""Shortest time for which a full battery keeps a UAV in the air, a load of 30 C."""
+EXPONENT_FROM, EXPONENT_BELOW = 1e6, 1e-4
+"""Sizes from which on, and below which, a number is written with an exponent."""
+FINEST = 1e-9
+"""Least relative distance of an end of an interval from the value that decides on decimals."""
 
 
 @dataclass(frozen=True)
@@ -34,25 +42,47 @@ class Value:
     origin
         Where it comes from, in a few words.
     interval, bootstrap
-        Where it lies at a confidence of 95 %, by the Jacobian and by refitting; None where that is
-        not known.
+        Where it lies at a confidence of 95 %, by the Jacobian and by refitting; None if unknown.
     determined
-        Whether the data tell it.
+        Whether the data determine it.
     """
 
     key: str
     value: float
     origin: str
-    interval: Interval | None = None
-    bootstrap: Interval | None = None
+    interval: ConfidenceInterval | None = None
+    bootstrap: ConfidenceInterval | None = None
     determined: bool = True
 
     def written(self, between: str) -> list[str]:
-        """The value and its intervals as a person writes them, `between` the ends of each."""
+        """The value and its intervals as text, `between` the ends of each.
+
+        All have the same decimals: enough that the end nearest to the value differs from it by two
+        digits.
+        """
         intervals = [each for each in (self.interval, self.bootstrap) if each is not None]
-        form = digits(self.value, chain.from_iterable(intervals))
+        ends = tuple(chain.from_iterable(intervals))
+        size = max(map(abs, (self.value, *ends)))
+        apart = [gap for end in ends if (gap := abs(end - self.value)) > FINEST * size]
+        decimals = 1 - math.floor(math.log10(min(apart))) if apart else 0
+        if not apart:
+            form = ".6g"
+        elif EXPONENT_BELOW <= size < EXPONENT_FROM:
+            form = f".{max(decimals, 0)}f"
+        else:
+            form = f".{max(decimals + math.floor(math.log10(size)), 1)}e"
         spans = (between.join(f"{end:{form}}" for end in each) for each in intervals)
         return [f"{self.value:{form}}", *spans]
+
+    @property
+    def remark(self) -> str:
+        """Origin and intervals, in words."""
+        if not self.determined:
+            return f"{self.origin}; the data do not determine it"
+        if self.interval is None:
+            return self.origin
+        _, *spans = self.written(" to ")
+        return f"{self.origin}; {CONFIDENCE:.0%}: {', by bootstrap '.join(spans)}"
 
 
 @dataclass(frozen=True)
@@ -70,10 +100,10 @@ class Panel:
     at, at_words
         Where on the axis an observation lies, and what that axis is.
     roles
-        Whether an observation is fitted, repeats one that is, or is predicted; empty if all are
+        Whether an observation is fitted, repeats a fitted one, or is predicted; empty if all are
         fitted.
     groups
-        Which kind an observation is of, for its colour; or empty.
+        The kind of each observation, for its colour; or empty.
     """
 
     quantity: str
@@ -88,7 +118,7 @@ class Panel:
 
     @property
     def each_role(self) -> tuple[Role, ...]:
-        """Of every observation."""
+        """The role of every observation."""
         fitted: Role = "fitted"
         return self.roles or (fitted,) * len(self.observed)
 
@@ -104,17 +134,26 @@ class Fit:
     sources
         The files, as they were named.
     data
-        What they hold, in a few words.
+        Their content, in a few words.
     values
-        What was found.
+        The values found.
     panels
-        What it explains, by quantity.
+        Observed and fitted values; empty if there are no observations.
     warnings
-        What the data cannot tell, in sentences.
+        Sentences on what the data do not determine, and on data that look wrong.
     settings
         Further keys of the mission that the values need.
     extends
         Mission that the fragment extends unless another is named.
+
+    Examples
+    --------
+    >>> value = Value("battery.capacity_As", 662.42, "measured")
+    >>> fit = Fit("kibam", ("cell.csv",), "one cell", (value,), ())
+    >>> fit.changes
+    {'battery.capacity_As': 662.42}
+    >>> print(fit.to_toml().splitlines()[-1])
+    capacity_As = 662.42
     """
 
     kind: str
@@ -123,30 +162,37 @@ class Fit:
     values: tuple[Value, ...]
     panels: tuple[Panel, ...]
     warnings: tuple[str, ...] = ()
-    settings: Mapping[str, float | str] = field(default_factory=dict)
+    settings: Mapping[str, object] = field(default_factory=dict)
     extends: str = "paper"
 
     @property
-    def changes(self) -> dict[str, float | str]:
-        """What is determined, by dotted key, as `optuav.Mission.replace` takes it."""
+    def changes(self) -> dict[str, object]:
+        """The values that are determined, by dotted key, as `optuav.Mission.replace` takes them."""
         found = {each.key: rounded(each.value) for each in self.values if each.determined}
         return {**self.settings, **found}
 
     def beside(self, mission: Mission) -> Fit:
-        """The fit for a mission: a warning more for every load that its battery hardly holds.
+        """The fit with a warning for every load that a mission's battery hardly holds.
 
         Parameters
         ----------
         mission
-            The mission that the values are for; of its battery, what the fit found comes first.
+            The mission for which the values are; a battery that the fit found replaces its own.
         """
         found = {each.key: each.value for each in self.values if each.determined}
         battery = {key: value for key, value in found.items() if key.startswith("battery.")}
-        loads = {key.rpartition(".")[2]: found[key] for key in IN_THE_AIR if key in found}
-        more = doubts_beside(mission.replace(battery), loads)
-        return replace(self, warnings=(*self.warnings, *more))
+        capacity_As = float(vehicle.pool(mission.replace(battery)).capacity_As)
+        doubts = [
+            f"{key.rpartition('.')[2]} = {found[key]:.5g} would empty the full battery of the "
+            f"mission {printable(mission.name)}, {capacity_As:.5g} A s, in "
+            f"{capacity_As / found[key]:.3g} s: look at the units in the names of the columns, and "
+            "at the mission that is extended"
+            for key in IN_THE_AIR
+            if key in found and capacity_As < LEAST_S * found[key]
+        ]
+        return replace(self, warnings=(*self.warnings, *doubts))
 
-    def to_dict(self) -> dict[str, Any]:
+    def to_dict(self) -> dict[str, object]:
         """Everything as plain data."""
         return asdict(self)
 
@@ -157,58 +203,45 @@ class Fit:
         ----------
         extends
             A shipped mission or the path of a file, from which all other values come; by default
-            the mission the fit belongs to.
+            the mission to which the fit belongs.
         file
-            Where the fragment will be; a path in `extends` is told relative to it.
+            Where the fragment will be; a path in `extends` is written relative to it.
         """
         base = self.extends if extends is None else extends
         if base not in shipped():
             base = Path(os.path.relpath(base, Path(file).parent)).as_posix()
-        names = [Path(source).name for source in self.sources]
+        names = [printable(Path(source).name) for source in self.sources]
         lines = [
             f"# By optuav calibrate {self.kind} from {', '.join(names)}:",
             f"# {self.data}.",
             *(f"# Warning: {words}" for words in self.warnings),
             "",
-            f"schema = {SCHEMA}",
-            f"extends = {_text(base)}",
+            _entry("schema", SCHEMA),
+            _entry("extends", base),
         ]
         keys = [*self.settings, *(each.key for each in self.values)]
         for table in dict.fromkeys(key.partition(".")[0] for key in keys):
-            lines += ["", f"[{table}]", *self._lines(table)]
+            lines += ["", f"[{table}]", *self._lines(f"{table}.")]
         return "\n".join(lines) + "\n"
 
     def _lines(self, table: str) -> Iterator[str]:
         for key, value in self.settings.items():
-            if key.startswith(f"{table}."):
-                yield f"{key.partition('.')[2]} = {_text(value)}"
+            if key.startswith(table):
+                yield _entry(key.removeprefix(table), value)
         for each in self.values:
-            if each.key.startswith(f"{table}."):
-                entry = f"{each.key.partition('.')[2]} = {rounded(each.value)!r}"
-                yield f"# {remark(each)}"
+            if each.key.startswith(table):
+                entry = _entry(each.key.removeprefix(table), rounded(each.value))
+                yield f"# {each.remark}"
                 yield entry if each.determined else f"# {entry}"
 
 
-def remark(value: Value) -> str:
-    """What is to be said of a value: its origin, and how sure it is."""
-    if not value.determined:
-        return f"{value.origin}; the data do not determine it"
-    if value.interval is None:
-        return value.origin
-    _, *spans = value.written(" to ")
-    return f"{value.origin}; {CONFIDENCE:.0%}: {', by bootstrap '.join(spans)}"
-
-
-def values_of(
-    found: Estimate, keys: Sequence[str], origin: str | Sequence[str]
-) -> tuple[Value, ...]:
+def values_of(found: Estimate, keys: Sequence[str], origin: str) -> tuple[Value, ...]:
     """Values of the mission from a fit whose parameters are the keys."""
-    origins = [origin] * len(keys) if isinstance(origin, str) else origin
     return tuple(
         Value(
             key,
             float(found.values[number]),
-            origins[number],
+            origin,
             found.intervals[number] if found.intervals else None,
             found.bootstrap[number] if found.bootstrap else None,
             key not in found.undetermined,
@@ -217,19 +250,19 @@ def values_of(
     )
 
 
-def unclear(found: Estimate) -> tuple[str, ...]:
-    """What the data do not tell, as a sentence if there is anything."""
-    names = [key.rpartition(".")[2] for key in found.undetermined]
-    if not names:
+def undetermined(found: Estimate) -> tuple[str, ...]:
+    """A warning that names the parameters that the data do not determine, if there are any."""
+    *names, last = [key.rpartition(".")[2] for key in found.undetermined] or [""]
+    if not last:
         return ()
-    if len(names) == 1:
-        return (f"the data do not determine {names[0]}",)
-    listed = f"{', '.join(names[:-1])} and {names[-1]}"
+    if not names:
+        return (f"the data do not determine {last}",)
+    listed = f"{', '.join(names)} and {last}"
     return (f"the data cannot tell {listed} apart: a change of one is made up for by the others",)
 
 
 def refuse_outside(values: Iterable[Value], source: str, words: Iterable[str]) -> None:
-    """Refuse what no mission may state, with words on where that may come from.
+    """Refuse values that no mission may state, with words on a possible reason.
 
     Raises
     ------
@@ -247,9 +280,15 @@ def refuse_outside(values: Iterable[Value], source: str, words: Iterable[str]) -
 
 
 def rounded(value: float) -> float:
-    """To seven digits, more than any measurement has."""
+    """A value to seven digits, more than any measurement has."""
     return float(f"{value:.7g}")
 
 
-def _text(value: float | str) -> str:
-    return f'"{value}"' if isinstance(value, str) else repr(value)
+def counted(count: int, noun: str) -> str:
+    """A number of things: ``"2 numbers"``."""
+    return f"{count} {noun}{'s' * (count > 1)}"
+
+
+def _entry(key: str, value: object) -> str:
+    """A line of TOML; a dotted key stays bare."""
+    return f"{key} = {tomli_w.dumps({'x': value}).partition('=')[2].strip()}"

@@ -1,11 +1,11 @@
-"""The kinetic battery model from lifetimes: capacity, ω and k_F.
+"""Capacity, ω and k_F of the kinetic battery model (KiBaM) from lifetimes.
 
-The model is linear in the current: when the available well runs dry at time T, ωB equals what the
-loads have taken out of it, the sum of the responses to every change of the current. So for given ω
-and k_F each discharge tells the capacity that it would have taken to last as long as it did, and
-the right ω and k_F are those that make all of these agree. What is fitted is their logarithms:
-batteries of one kind differ in capacity from one discharge to the next by some percent, and that is
-the noise assumed. Unlike the lifetime, which jumps over a pause, all of this is smooth.
+The model is linear in the current: when the available well is empty at time T, ωB equals the sum of
+the responses to every change of the current until then. So for given ω and k_F each discharge has
+a capacity with which the battery lasts exactly as long, and the right ω and k_F make all of these
+agree. The fit is to their logarithms: batteries of one kind differ in capacity from one discharge
+to the next by some percent, and that is the noise assumed. Unlike the lifetime, which jumps over a
+pause, all of this is smooth.
 
 What varies by chance are the lifetimes, so their likelihood has a factor |d log B/d log T| for each
 discharge. It is largest where the sum of squares, over the geometric mean of these factors, is
@@ -22,45 +22,94 @@ References
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TypeAlias
 
 import numpy as np
 
 from optuav.arrays import Floats
-from optuav.calibration.discharges import Discharge, discharges_in
-from optuav.calibration.estimation import NOTHING, Unknown, estimate
-from optuav.calibration.fit import Fit, Panel, refuse_outside, unclear, values_of
-from optuav.calibration.plausible import doubts
-from optuav.calibration.together import copies, together
+from optuav.calibration.csv import (
+    Column,
+    Format,
+    Measurements,
+    clock_faults,
+    copies,
+    gaps,
+    read,
+    read_all,
+    unit_doubts,
+)
+from optuav.calibration.fit import Fit, Panel, refuse_outside, undetermined, values_of
+from optuav.calibration.least_squares import NOTHING, Unknown, estimate
 from optuav.errors import Fault, InputError
-from optuav.physics.kibam import Battery, Stage, Wells, step
+from optuav.physics.kibam import Battery, levelling
 from optuav.physics.packs import lifetime
 
-Asked: TypeAlias = Callable[[float, float], tuple[Floats, Floats]]
+Implied: TypeAlias = Callable[[float, float], tuple[Floats, Floats]]
 
 KEYS = ("battery.capacity_As", "battery.available_fraction", "battery.flow_rate_per_s")
-OF_ONE = "of one pack, so the loads must be those of one"
+LIFETIMES = Format(
+    (
+        Column("load", "text"),
+        Column("current", "current"),
+        Column("duration", "time", needed=False, blanks=True),
+        Column("lifetime", "time"),
+    )
+)
+"""A line for every piece of a load, the pieces of one load in order."""
+RECORD = Format((Column("time", "time"), Column("current", "current")), least=3)
+"""The record of one discharge, which ends at the moment of cut-off."""
+ENOUGH_TO_BE_LATE = 10
+"""Lines of a record from which on it has a usual step."""
+MOST_PIECES = 200_000
+"""Most pieces of constant current of a load until the battery is empty."""
 LEAST_DISCHARGES = 3
 SCATTER = 0.02
-"""Relative scatter of lifetimes where there are too few to tell."""
+"""Relative scatter of lifetimes where there are too few to show it."""
 FAR = 0.2
-"""Relative miss of a lifetime that scatter does not explain; nothing is stated beyond it."""
+"""Relative miss of a lifetime that scatter does not explain; no value is stated beyond it."""
 ALIKE = 1e-3
 """Relative difference below which two currents are of one size."""
-EARLIER = 1e-6
-"""Share of the lifetime for the difference quotient of a sensitivity."""
 LEAST_SENSITIVITY = 1e-3
 """Below it the available well would not run dry but fill up."""
-SHARES = (0.1, 0.4, 0.8)
-RATES = (0.1, 1.0, 10.0)
-"""Where the fit starts: ω, and k' times the typical lifetime."""
+STARTS = tuple((share, rate) for share in (0.1, 0.4, 0.8) for rate in (0.1, 1.0, 10.0))
+"""ω, and k' times the typical lifetime, from which the fit starts."""
+
+
+@dataclass(frozen=True)
+class Discharge:
+    """A load, the lifetime of a full battery under it, and a doubt about its record, or none.
+
+    Pieces are pairs of current [A], positive while discharging, and duration [s], repeated until
+    the end.
+    """
+
+    name: str
+    pieces: tuple[tuple[float, float], ...]
+    lifetime_s: float
+    doubt: str = ""
+
+    @property
+    def constant(self) -> bool:
+        """Whether the current is always the same."""
+        return len({current_A for current_A, _ in self.pieces}) == 1
+
+    @property
+    def changes(self) -> tuple[Floats, Floats]:
+        """By how much the current changes [A] and how long before the end [s]."""
+        currents_A, durations_s = map(np.array, zip(*self.pieces, strict=True))
+        rounds = math.ceil(self.lifetime_s / durations_s.sum()) if not self.constant else 1
+        starts_s = np.cumsum(np.tile(durations_s, rounds)) - np.tile(durations_s, rounds)
+        changes_A = np.diff(np.tile(currents_A, rounds), prepend=0.0)
+        counted = (starts_s < self.lifetime_s) & (changes_A != 0.0)
+        return changes_A[counted], self.lifetime_s - starts_s[counted]
 
 
 def fit_kibam(files: Iterable[str | Path]) -> Fit:
-    """Fit capacity [A s], ω [-] and k_F [1/s] of a battery to lifetimes.
+    r"""Fit capacity [A s], ω [-] and k_F [1/s] of a battery to lifetimes.
 
     Parameters
     ----------
@@ -82,39 +131,47 @@ def fit_kibam(files: Iterable[str | Path]) -> Fit:
     ------
     InputError
         With every fault of the files, or if there are fewer than three discharges.
+
+    Examples
+    --------
+    >>> import optuav, pathlib, tempfile
+    >>> loads = "load,current_A,lifetime_s\na,0.25,729.6\nb,0.5,271.8\nc,0.1,2279.5\n"
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     file = pathlib.Path(folder) / "cell.csv"
+    ...     _ = file.write_text(loads)
+    ...     optuav.fit_kibam([file]).data
+    '3 discharges of one full pack'
     """
     paths = [Path(file) for file in files]
-    discharges = [each for found in together(paths, discharges_in) for each in found]
-    if len(discharges) < LEAST_DISCHARGES:
-        words = (
-            f"at least {LEAST_DISCHARGES} discharges for as many parameters; "
-            f"there are {len(discharges)}"
-        )
-        raise InputError([Fault("", "", words, ", ".join(map(str, paths)))])
-    asked = _asked(discharges)
+    discharges = [each for found in read_all(paths, _discharges) for each in found]
+    sources, count = ", ".join(map(str, paths)), len(discharges)
+    if count < LEAST_DISCHARGES:
+        words = f"at least {LEAST_DISCHARGES} discharges for as many parameters; there are {count}"
+        raise InputError([Fault("", "", words, sources)])
+    implied = _implied(discharges)
 
     def residuals(values: Floats) -> Floats:
         capacity_As, share, rate = values
-        capacities_As, sensitivities = asked(share, rate)
+        capacities_As, sensitivities = implied(share, rate)
         usual = np.exp(np.mean(np.log(sensitivities)))
         left: Floats = np.log(capacities_As / capacity_As) / usual
         return left
 
     unknowns = (Unknown(KEYS[0]), Unknown(KEYS[1], "share"), Unknown(KEYS[2]))
-    few = len(discharges) == LEAST_DISCHARGES
-    found = estimate(
-        unknowns, residuals, _starts(discharges, asked), spread=SCATTER if few else None
-    )
-    fitted_to = f"fitted to {len(discharges)} discharges"
-    values = values_of(found, KEYS, (f"{fitted_to}; {OF_ONE}", fitted_to, fitted_to))
+    few = count == LEAST_DISCHARGES
+    spread = SCATTER if few else None
+    found = estimate(unknowns, residuals, _starts(discharges, implied), spread=spread)
+    values = values_of(found, KEYS, f"fitted to {count} discharges")
     capacity_As, share, rate = (each.value for each in values)
+    of_one = f"{values[0].origin}; of one pack, so the loads must be those of one"
+    values = (replace(values[0], origin=of_one), *values[1:])
+    lifetimes_s = tuple(each.lifetime_s for each in discharges)
     fitted_s = tuple(
         lifetime(
             each.pieces, capacity_As=capacity_As, available_fraction=share, flow_rate_per_s=rate
         )
         for each in discharges
     )
-    largest_A = max(current_A for each in discharges for current_A, _ in each.pieces)
     missed = [
         each.name
         for each, own_s in zip(discharges, fitted_s, strict=True)
@@ -125,101 +182,162 @@ def fit_kibam(files: Iterable[str | Path]) -> Fit:
         values = tuple(
             replace(each, interval=None, bootstrap=None, determined=False) for each in values
         )
-    undetermined = bool(found.undetermined) and not missed
+        poor = [
+            "no kinetic battery lasts like that, so no value is stated: the fit misses "
+            f"{', '.join(missed)} by more than {FAR:.0%}; look at units, and whether it was one "
+            "full battery each time"
+        ]
+    else:
+        poor = [*undetermined(found), *_advice(discharges)] if found.undetermined else []
+    largest_A = max(current_A for each in discharges for current_A, _ in each.pieces)
     warnings = [
-        *(unclear(found) if undetermined else ()),
-        *_why_unclear(discharges, undetermined),
-        *_misses(missed),
+        *poor,
+        *_ends_in_pauses(discharges),
         *(each.doubt for each in discharges if each.doubt),
-        *doubts("at most", {"current": largest_A}),
-        *doubts("at least", {"lifetime": min(each.lifetime_s for each in discharges)}),
+        *unit_doubts("at most", {"current": largest_A}),
+        *unit_doubts("at least", {"lifetime": min(lifetimes_s)}),
         *copies(paths),
     ]
-    refuse_outside(values, ", ".join(map(str, paths)), warnings)
+    refuse_outside(values, sources, warnings)
     if few:
         warnings.append(
             f"{LEAST_DISCHARGES} discharges for as many parameters leave nothing over: the "
             f"intervals take lifetimes to scatter by {SCATTER:.0%}"
         )
+    names = tuple(each.name for each in discharges)
     return Fit(
         kind="kibam",
         sources=tuple(map(str, paths)),
-        data=f"{len(discharges)} discharges of one full pack",
+        data=f"{count} discharges of one full pack",
         values=values,
-        panels=(
-            Panel(
-                "lifetime",
-                "s",
-                tuple(each.lifetime_s for each in discharges),
-                fitted_s,
-                names=tuple(each.name for each in discharges),
-            ),
-        ),
+        panels=(Panel("lifetime", "s", lifetimes_s, fitted_s, names=names),),
         warnings=tuple(warnings),
     )
 
 
-def _asked(discharges: Sequence[Discharge]) -> Asked:
-    """What each lifetime asks for at given ω and k_F [1/s].
+def _implied(discharges: Sequence[Discharge]) -> Implied:
+    """The capacity [A s] that each lifetime implies at given ω [-] and k_F [1/s].
 
-    That is the capacity [A s], and by how much it grows with the lifetime, d log B/d log T.
+    And its sensitivity to the lifetime, d log B/d log T.
     """
     changes = [each.changes for each in discharges]
     first = np.cumsum([0, *(len(sizes) for sizes, _ in changes[:-1])])
     changes_A = np.concatenate([sizes for sizes, _ in changes])
     before_end_s = np.concatenate([times for _, times in changes])
     lifetimes_s = np.array([each.lifetime_s for each in discharges])
-    earlier_s = np.repeat(EARLIER * lifetimes_s, [len(sizes) for sizes, _ in changes])
 
-    def taken(battery: Battery, times_s: Floats) -> Floats:
-        unit = step(battery, Wells(0.0, 0.0), Stage(1.0, times_s)).available_As
-        charge_As: Floats = np.add.reduceat(changes_A * unit, first)
-        return np.maximum(charge_As, NOTHING)
+    def implied(share: float, rate_per_s: float) -> tuple[Floats, Floats]:
+        # y1 after a unit current of t is ω t + (1 − ω)(1 − exp(−k't))/k'.
+        remaining, integral_s = levelling(Battery(1.0, share, rate_per_s), before_end_s)
+        response_s = share * before_end_s + (1.0 - share) * integral_s
+        slope = share + (1.0 - share) * remaining
+        taken_As = np.maximum(np.add.reduceat(changes_A * response_s, first), NOTHING)
+        sensitivities = np.add.reduceat(changes_A * slope, first) * lifetimes_s / taken_As
+        return taken_As / share, np.maximum(sensitivities, LEAST_SENSITIVITY)
 
-    def asked(share: float, rate_per_s: float) -> tuple[Floats, Floats]:
-        battery = Battery(1.0, share, rate_per_s)
-        now, before = taken(battery, before_end_s), taken(battery, before_end_s - earlier_s)
-        return now / share, np.maximum((1.0 - before / now) / EARLIER, LEAST_SENSITIVITY)
-
-    return asked
+    return implied
 
 
-def _starts(discharges: Sequence[Discharge], asked: Asked) -> Iterator[tuple[float, float, float]]:
-    """Values to start from, on a grid of ω and of k'; the capacity follows."""
+def _starts(
+    discharges: Sequence[Discharge], implied: Implied
+) -> Iterator[tuple[float, float, float]]:
+    """Values from which to start: the capacity follows from ω and k'."""
     typical_s = float(np.median([each.lifetime_s for each in discharges]))
-    for share in SHARES:
-        for rate in RATES:
-            flow_rate_per_s = rate / typical_s * share * (1.0 - share)
-            capacities_As, _ = asked(share, flow_rate_per_s)
-            yield float(np.exp(np.mean(np.log(capacities_As)))), share, flow_rate_per_s
+    for share, rate in STARTS:
+        flow_rate_per_s = rate / typical_s * share * (1.0 - share)
+        capacities_As, _ = implied(share, flow_rate_per_s)
+        yield float(np.exp(np.mean(np.log(capacities_As)))), share, flow_rate_per_s
 
 
-def _why_unclear(discharges: Sequence[Discharge], unclear_: bool) -> Iterator[str]:
+def _ends_in_pauses(discharges: Sequence[Discharge]) -> Iterator[str]:
     for each in discharges:
-        if each.ends_in_pause:
+        changes_A, _ = each.changes
+        if float(changes_A.sum()) <= 0.0:
             yield (
-                f"{each.name} is told to end in a pause, where a battery cannot run dry: "
+                f"{each.name} is stated to end in a pause, where a battery cannot run dry: "
                 "its lifetime may be wrong"
             )
-    if not unclear_:
-        return
+
+
+def _advice(discharges: Sequence[Discharge]) -> Iterator[str]:
+    """Which further loads would determine the parameters."""
     sizes = {each.pieces[0][0] for each in discharges}
-    if all(each.constant for each in discharges):
-        one = max(sizes) - min(sizes) <= ALIKE * max(sizes)
-        yield (
-            "all loads are constant and of one size, which says how much charge the battery gives "
-            "at that current and nothing else; "
-            if one
-            else "all loads are constant; "
-        ) + "add loads of other sizes, from very small to very large, and with pauses"
-    else:
+    if not all(each.constant for each in discharges):
         yield "add loads of other sizes, constant ones and ones with long and short pauses"
-
-
-def _misses(missed: Sequence[str]) -> Iterator[str]:
-    if missed:
-        yield (
-            "no kinetic battery lasts like that, so no value is stated: the fit misses "
-            f"{', '.join(missed)} by more than {FAR:.0%}; look at units, and whether it was one "
-            "full battery each time"
+    else:
+        one = max(sizes) - min(sizes) <= ALIKE * max(sizes)
+        blind = (
+            " and of one size, which says how much charge the battery gives at that current and "
+            "nothing else"
         )
+        yield (
+            f"all loads are constant{blind if one else ''}; add loads of other sizes, from very "
+            "small to very large, and with pauses"
+        )
+
+
+def _discharges(path: Path) -> list[Discharge]:
+    """The discharges in a file of lifetimes, or in a record."""
+    table = read(path, LIFETIMES, RECORD)
+    if "time" in table.numbers:
+        return [_recorded(path.stem, table)]
+    rows: dict[str, list[int]] = {}
+    for row, name in enumerate(table.texts["load"]):
+        rows.setdefault(name, []).append(row)
+    current_A, lifetime_s = table.numbers["current"], table.numbers["lifetime"]
+    duration_s = table.numbers.get("duration", np.full(len(current_A), math.nan))
+    faults, found = list[Fault](), list[Discharge]()
+    for name, own in rows.items():
+        faults += _faults_of_load(table, name, own, duration_s)
+        pieces = [(float(current_A[row]), float(duration_s[row])) for row in own]
+        if len(own) == 1:
+            pieces = [(pieces[0][0], float(lifetime_s[own[0]]))]
+        found.append(Discharge(name, tuple(pieces), float(lifetime_s[own[0]])))
+    if faults:
+        raise InputError(faults)
+    return found
+
+
+def _faults_of_load(
+    table: Measurements, name: str, rows: Sequence[int], duration_s: Floats
+) -> Iterator[Fault]:
+    current_A, lifetime_s = table.numbers["current"], table.numbers["lifetime"]
+    wrong = [row for row in rows if not lifetime_s[row] > 0.0]
+    yield from table.faults(wrong, "lifetime", "a time above 0")
+    wrong = [row for row in rows if lifetime_s[row] != lifetime_s[rows[0]]]
+    words = f"one lifetime for all pieces of {name}; a second discharge gets a second name"
+    yield from table.faults(wrong, "lifetime", words)
+    if not max(current_A[rows]) > 0.0:
+        words = f"some current above 0 in {name}: positive is discharge"
+        yield from table.faults(rows[:1], "current", words)
+    if len(rows) > 1:
+        wrong = [row for row in rows if not duration_s[row] > 0.0]
+        words = f"a time above 0, as {name} has several pieces"
+        yield from table.faults(
+            wrong,
+            "duration",
+            words,
+            lambda row: "an empty cell" if math.isnan(duration_s[row]) else f"{duration_s[row]:g}",
+        )
+        pieces = 0.0 if wrong else lifetime_s[rows[0]] / np.sum(duration_s[rows]) * len(rows)
+        if pieces > MOST_PIECES:
+            words = f"at most {MOST_PIECES} pieces of {name} until the battery is empty"
+            yield from table.faults(rows[:1], "duration", words)
+
+
+def _recorded(name: str, table: Measurements) -> Discharge:
+    """The discharge in a record; each current holds until the next line, however long."""
+    time_s, current_A = table.numbers["time"], table.numbers["current"]
+    faults = list(clock_faults(table))
+    if not np.max(current_A[:-1]) > 0.0:
+        faults += table.faults([0], "current", "some current above 0: positive is discharge")
+    if faults:
+        raise InputError(faults)
+    doubt = ""
+    for late in gaps(table) if len(time_s) >= ENOUGH_TO_BE_LATE else ():
+        doubt = (
+            f"{name} has long stretches without a line, {late.value}: the current is taken to hold "
+            "until the next line"
+        )
+    pieces = zip(current_A[:-1].tolist(), np.diff(time_s).tolist(), strict=True)
+    return Discharge(name, tuple(pieces), float(time_s[-1] - time_s[0]), doubt)

@@ -1,39 +1,133 @@
-"""Loads by regime, acceleration and speed cap from flight logs.
+"""Loads of each regime, acceleration and speed cap from flight logs.
 
-Loads are means over all time spent in a regime. Acceleration and cap are found in
-`optuav.calibration.logged_legs`.
+Loads are means over all time spent in a regime. Means of whole batches are nearly independent, so
+their scatter shows that of the mean [1]_. In a short record batches are alike as well. The
+correction for that takes each sample to depend on the one before, x' = φ x + noise: the mean of n
+such samples has a variance proportional to
+g(n) = ((1 + φ)/(1 − φ) n − 2 φ (1 − φⁿ)/(1 − φ)²)/n² [2]_, and m batches show it as
+(g(n/m) − g(n))/(m − 1).
+
+Acceleration and speed cap are those of the trapezoids that follow the logged speeds best. When each
+leg begins and ends is fitted as well: a distance summed up from the same speeds would share their
+errors, and a cap that is compared with it would look surer than it is.
+
+References
+----------
+.. [1] A. M. Law, "Simulation Modeling and Analysis", 5th ed., McGraw-Hill, 2015, section 9.5.3.
+.. [2] G. E. P. Box, G. M. Jenkins, G. C. Reinsel, G. M. Ljung, "Time Series Analysis", 5th ed.,
+   Wiley, 2015, section 2.1.6.
+.. [3] F. H. C. Marriott, J. A. Pope, "Bias in the estimation of autocorrelations", Biometrika,
+   1954.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import replace
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import NamedTuple, TypeAlias
 
 import numpy as np
+import numpy.typing as npt
 
-from optuav.arrays import Floats
-from optuav.calibration.batches import BATCHES, mean_over_time
-from optuav.calibration.estimation import Interval
-from optuav.calibration.fit import Fit, Panel, Value, refuse_outside
-from optuav.calibration.flight_log import PHASES, Log, read_log
-from optuav.calibration.logged_legs import fit_motion, legs_in
-from optuav.calibration.plausible import doubts
-from optuav.calibration.together import copies, together
+from optuav.arrays import Booleans, Floats
+from optuav.calibration.csv import (
+    Column,
+    Format,
+    Measurements,
+    clock_faults,
+    copies,
+    gaps,
+    read,
+    read_all,
+    unit_doubts,
+)
+from optuav.calibration.fit import Fit, Panel, Value, refuse_outside, undetermined, values_of
+from optuav.calibration.least_squares import (
+    CONFIDENCE,
+    NOTHING,
+    ConfidenceInterval,
+    Estimate,
+    Unknown,
+    estimate,
+)
 from optuav.errors import Fault, InputError
+from optuav.mission.words import nearest
+from optuav.physics.flight import regime_leg
 
-SIGNS = "positive is discharge, a rest in the laser's light is charge"
-WORDS = {
+Means: TypeAlias = Mapping[str, Mapping[str, tuple[float, ConfidenceInterval]]]
+"""Mean and interval by phase, and by ``"current_A"`` and ``"power_W"``."""
+
+LOG = Format(
+    (
+        Column("time", "time"),
+        Column("current", "current"),
+        Column("voltage", "voltage", needed=False),
+        Column("power", "power", needed=False),
+        Column("speed", "speed", needed=False),
+        Column("phase", "text", needed=False),
+    ),
+    least=10,
+)
+ORIGINS = {
     "flight": "mean in flight",
     "hover": "mean in hover",
     "rest": "mean at rest",
     "charge": "mean at rest, less that in the laser's light",
 }
+"""Phases of a log, "charge" a rest in the laser's light, and where their loads come from."""
+PHASES = (*ORIGINS, "other")
+STILL_m_s = 1.0
+"""Speed below which an airborne UAV hovers, where the log has no phases."""
+IDLE = 0.1
+"""Share of the median current below which the rotors stand."""
+BATCHES = 10
+"""Of a record, for the interval of its mean; it has at least as many samples."""
+MOST_ALIKE = 0.99
+"""Largest correlation of neighbours that is believed."""
+LEAST_LEG = 5
+"""Fewest samples of a leg."""
+REACHED = 0.98
+"""Share of the speed cap that the longest leg must at least reach without it, for it to bind."""
+GAIN = 9.0
+"""Least gain of the sum of squares, in variances, by which a cap shows: three standard errors."""
+ROUNDS = 20
+"""Most steps to the best moments at which a leg begins and ends; two or three are usual."""
+FOUND_S = 1e-9
+"""Change of these moments below which they are found."""
+
+
+@dataclass(frozen=True)
+class FlightLog:
+    """Time [s], current [A], power [W], speed [m/s] or None, and phase of every sample."""
+
+    time_s: Floats
+    current_A: Floats
+    power_W: Floats
+    speed_m_s: Floats | None
+    phase: npt.NDArray[np.str_]
+
+
+class LoggedLeg(NamedTuple):
+    """Times from the first sample of a leg [s], and speeds [m/s]."""
+
+    time_s: Floats
+    speed_m_s: Floats
+
+    @property
+    def distance_m(self) -> float:
+        """The integral of the speed."""
+        return float(np.trapezoid(self.speed_m_s, self.time_s))
+
+    @property
+    def middle_s(self) -> float:
+        """The mean time, weighted by speed."""
+        return float(np.trapezoid(self.speed_m_s * self.time_s, self.time_s)) / self.distance_m
 
 
 def fit_regimes(files: Iterable[str | Path]) -> Fit:
-    """Find the loads of flight, hover, rest and charging, the acceleration and the speed cap.
+    r"""Find the loads of flight, hover, rest and charging, the acceleration and the speed cap.
 
     Parameters
     ----------
@@ -46,26 +140,45 @@ def fit_regimes(files: Iterable[str | Path]) -> Fit:
     Returns
     -------
     Fit
-        Keys of [flight] for ``flight.model = "regimes"``; with warnings where a regime or the speed
-        is missing from the logs, or a load is none of a UAV.
+        Keys of [flight] for ``flight.model = "regimes"``: currents [A], powers [W], acceleration
+        [m/s²], speed cap [m/s]; with warnings where a regime or the speed is missing from the logs,
+        or no UAV has such a load.
 
     Raises
     ------
     InputError
-        With every fault of the files, if the logs hold no flight and no hover, or if a load is
-        none that a mission may state.
+        With every fault of the files, if the logs hold no flight and no hover, or if no mission may
+        state a load.
+
+    Examples
+    --------
+    >>> import optuav, pathlib, tempfile
+    >>> rows = [f"{n},{20 + n % 2},400,hover" for n in range(20)]
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     file = pathlib.Path(folder) / "log.csv"
+    ...     _ = file.write_text("\n".join(["time_s,current_A,power_W,phase", *rows]))
+    ...     optuav.fit_regimes([file]).changes["flight.hover_current_A"]
+    20.5
     """
     paths = [Path(file) for file in files]
-    logs = together(paths, read_log)
+    logs, sources = read_all(paths, _read_log), ", ".join(map(str, paths))
     loads = dict(_loads(logs))
     if not loads.keys() & {"flight", "hover"}:
         words = f"at least {BATCHES} samples of flight or of hover"
-        raise InputError([Fault("", "", words, ", ".join(map(str, paths)))])
+        raise InputError([Fault("", "", words, sources)])
     found = tuple(_values(loads))
-    values = tuple(map(_at_least_nothing, found))
-    refuse_outside(values, ", ".join(map(str, paths)), (SIGNS,))
-    legs = [leg for log in logs if log.speed_m_s is not None for leg in legs_in(log)]
-    motion, panels, remarks = fit_motion(legs)
+    # A load below 0 that the log cannot tell from 0 is 0.
+    values = tuple(
+        replace(each, value=0.0)
+        if each.interval and each.value < 0.0 <= each.interval.high
+        else each
+        for each in found
+    )
+    refuse_outside(
+        values, sources, ["positive is discharge, a rest in the laser's light is charge"]
+    )
+    legs = [leg for log in logs for leg in _legs(log)]
+    motion, panels, remarks = _motion(legs)
     warnings = [
         f"the logs have no {phase}: {phase}_current_A and {phase}_power_W are missing here"
         for phase in ("flight", "hover")
@@ -88,76 +201,233 @@ def fit_regimes(files: Iterable[str | Path]) -> Fit:
     )
 
 
-def _loads(logs: Sequence[Log]) -> Iterator[tuple[str, dict[str, tuple[float, Interval]]]]:
+def mean_over_time(values: Floats, steps_s: Floats) -> tuple[float, ConfidenceInterval]:
+    """Mean of samples (sample,) that stand for some time each [s], and its interval."""
+    from scipy.special import stdtrit
+
+    parts = zip(np.array_split(values, BATCHES), np.array_split(steps_s, BATCHES), strict=True)
+    means = [float(np.average(part, weights=step)) for part, step in parts]
+    mean = float(np.average(values, weights=steps_s))
+    alike, count = correlation_of_neighbours(values), len(values)
+    whole, batch = _variance(alike, count), _variance(alike, count / BATCHES)
+    variance = float(np.var(means, ddof=1)) / BATCHES * whole * (BATCHES - 1) / (batch - whole)
+    reach = float(stdtrit(BATCHES - 1, 0.5 + 0.5 * CONFIDENCE)) * math.sqrt(variance)
+    return mean, ConfidenceInterval(mean - reach, mean + reach)
+
+
+def correlation_of_neighbours(values: Floats) -> float:
+    """Correlation of neighbouring samples about the straight line through a record.
+
+    So a voltage that sags does not pass for one that wanders. Without the bias of short records,
+    about (2 + 4 φ)/n where it is (1 + 3 φ)/n about a mean [3]_.
+    """
+    count = len(values)
+    place = np.arange(count) - 0.5 * (count - 1)
+    left = values - np.mean(values)
+    left = left - (place @ left) / (place @ place) * place
+    squares = float(left @ left)
+    found = float(left[1:] @ left[:-1]) / squares if squares > 0.0 else 0.0
+    return float(np.clip((found + 2.0 / count) / (1.0 - 4.0 / count), 0.0, MOST_ALIKE))
+
+
+def _variance(alike: float, count: float) -> float:
+    """g(n), the variance of the mean of n samples but for a factor."""
+    ends = 2.0 * alike * (1.0 - math.pow(alike, count)) / (1.0 - alike) ** 2
+    return ((1.0 + alike) / (1.0 - alike) * count - ends) / count**2
+
+
+def _read_log(path: Path) -> FlightLog:
+    table = read(path, LOG)
+    numbers, faults = table.numbers, [*clock_faults(table), *gaps(table)]
+    if ("voltage" in numbers) == ("power" in numbers):
+        words = "one of the columns voltage and power, with their units"
+        faults.append(Fault("", "", words, table.source))
+    if "speed" not in numbers and "phase" not in table.texts:
+        words = "a column phase, or one of speed with its unit, to tell flight from hover"
+        faults.append(Fault("", "", words, table.source))
+    faults += _faults_of_cells(table)
+    if faults:
+        raise InputError(faults)
+    current_A, speed_m_s = numbers["current"], numbers.get("speed")
+    power_W = numbers["power"] if "power" in numbers else current_A * numbers["voltage"]
+    if "phase" in table.texts:
+        phase = np.array(table.texts["phase"])
+    else:
+        idle = current_A < IDLE * np.median(current_A[current_A > 0.0])
+        phase = np.where(idle, "rest", np.where(numbers["speed"] < STILL_m_s, "hover", "flight"))
+    return FlightLog(numbers["time"], current_A, power_W, speed_m_s, phase)
+
+
+def _faults_of_cells(table: Measurements) -> Iterator[Fault]:
+    phases, numbers = table.texts.get("phase", ()), table.numbers
+    for phase in sorted(set(phases) - set(PHASES)):
+        rows = [row for row, each in enumerate(phases) if each == phase]
+        words = f"{', '.join(PHASES)}{nearest(phase, PHASES)}"
+        yield from table.faults(rows, "phase", words, phases.__getitem__)
+    if "speed" in numbers:
+        yield from table.faults(numbers["speed"] < 0.0, "speed", "0 or above")
+    if "voltage" in numbers:
+        yield from table.faults(numbers["voltage"] <= 0.0, "voltage", "above 0")
+    if not np.max(numbers["current"]) > 0.0:
+        largest = [int(np.argmax(numbers["current"]))]
+        words = "some current above 0: positive is discharge"
+        yield from table.faults(largest, "current", words)
+
+
+def _loads(
+    logs: Sequence[FlightLog],
+) -> Iterator[tuple[str, dict[str, tuple[float, ConfidenceInterval]]]]:
     """Mean current [A] and power [W] with their intervals, by phase."""
-    for phase in PHASES[:-1]:
-        columns = {
-            "current_A": np.concatenate([log.current_A[log.phase == phase] for log in logs]),
-            "power_W": np.concatenate([log.power_W[log.phase == phase] for log in logs]),
-        }
-        if len(columns["current_A"]) < BATCHES:
-            continue
-        steps_s = np.concatenate([_steps(log)[log.phase == phase] for log in logs])
-        yield phase, {name: mean_over_time(values, steps_s) for name, values in columns.items()}
+    phases = np.concatenate([log.phase for log in logs])
+    current_A = np.concatenate([log.current_A for log in logs])
+    power_W = np.concatenate([log.power_W for log in logs])
+    steps_s = np.concatenate([np.gradient(log.time_s) for log in logs])
+    for phase in ORIGINS:
+        own = phases == phase
+        if np.sum(own) >= BATCHES:
+            yield (
+                phase,
+                {
+                    "current_A": mean_over_time(current_A[own], steps_s[own]),
+                    "power_W": mean_over_time(power_W[own], steps_s[own]),
+                },
+            )
 
 
-def _doubts(
-    logs: Sequence[Log], loads: Mapping[str, Mapping[str, tuple[float, Interval]]]
-) -> Iterator[str]:
-    """What no UAV draws in the air, and how fast none is."""
+def _values(loads: Means) -> Iterator[Value]:
+    for phase in ("flight", "hover", "rest"):
+        for unit, (mean, interval) in loads.get(phase, {}).items():
+            yield Value(f"flight.{phase}_{unit}", mean, ORIGINS[phase], interval)
+    for unit, (mean, interval) in loads.get("charge", {}).items():
+        drawn, own = loads.get("rest", {}).get(unit, (0.0, ConfidenceInterval(0.0, 0.0)))
+        value, reach = drawn - mean, math.hypot(interval.high - mean, own.high - drawn)
+        ends = ConfidenceInterval(value - reach, value + reach)
+        yield Value(f"flight.charge_{unit}", value, ORIGINS["charge"], ends)
+
+
+def _doubts(logs: Sequence[FlightLog], loads: Means) -> Iterator[str]:
+    """Warnings of loads in the air and of speeds that no UAV has."""
     for phase in ("flight", "hover"):
         if phase in loads:
             current_A, power_W = (loads[phase][unit][0] for unit in ("current_A", "power_W"))
             sizes = {"current": current_A, "voltage": power_W / current_A}
-            yield from doubts(f"in {phase}", sizes)
+            yield from unit_doubts(f"in {phase}", sizes)
     speeds_m_s = [float(np.max(log.speed_m_s)) for log in logs if log.speed_m_s is not None]
     if speeds_m_s:
-        yield from doubts("at most", {"speed": max(speeds_m_s)})
+        yield from unit_doubts("at most", {"speed": max(speeds_m_s)})
 
 
-def _steps(log: Log) -> Floats:
-    """How long each sample stands for [s]."""
-    return np.gradient(log.time_s)
+def _one_after_another(times_s: Sequence[Floats]) -> tuple[float, ...]:
+    """Times of several records [s], each from 0 and from the end of the one before."""
+    ends_s = np.cumsum([0.0, *(each[-1] - each[0] for each in times_s)])
+    parts = [each - each[0] + end for each, end in zip(times_s, ends_s[:-1], strict=True)]
+    return tuple(np.concatenate(parts).tolist())
 
 
-def _values(loads: Mapping[str, Mapping[str, tuple[float, Interval]]]) -> Iterator[Value]:
-    for phase in ("flight", "hover", "rest"):
-        for unit, (mean, interval) in loads.get(phase, {}).items():
-            yield Value(f"flight.{phase}_{unit}", mean, WORDS[phase], interval)
-    for unit, (mean, interval) in loads.get("charge", {}).items():
-        drawn, own = loads.get("rest", {}).get(unit, (0.0, Interval(0.0, 0.0)))
-        reach = math.hypot(interval.high - mean, own.high - drawn)
-        value = drawn - mean
-        yield Value(
-            f"flight.charge_{unit}", value, WORDS["charge"], Interval(value - reach, value + reach)
-        )
-
-
-def _at_least_nothing(value: Value) -> Value:
-    """A load below 0 that the log does not tell from 0, as 0."""
-    noise = value.interval is not None and value.value < 0.0 <= value.interval.high
-    return replace(value, value=0.0) if noise else value
-
-
-def _load_panels(
-    logs: Sequence[Log], loads: Mapping[str, Mapping[str, tuple[float, Interval]]]
-) -> Iterator[Panel]:
-    """Current and power over the time of all logs, one after the other, and their means."""
+def _load_panels(logs: Sequence[FlightLog], loads: Means) -> Iterator[Panel]:
+    """Current and power over the time of all logs, and their means."""
     phase = np.concatenate([log.phase for log in logs])
     known = np.isin(phase, list(loads))
-    ends_s = np.cumsum([0.0, *(log.time_s[-1] - log.time_s[0] for log in logs)])
-    at_s = np.concatenate(
-        [log.time_s - log.time_s[0] + end for log, end in zip(logs, ends_s[:-1], strict=True)]
-    )
-    for name, unit in (("current", "A"), ("power", "W")):
-        observed = np.concatenate([getattr(log, f"{name}_{unit}") for log in logs])
-        fitted = [loads[each][f"{name}_{unit}"][0] for each in phase[known]]
+    at_s = np.array(_one_after_another([log.time_s for log in logs]))
+    for quantity, unit, observed in (
+        ("current", "A", np.concatenate([log.current_A for log in logs])),
+        ("power", "W", np.concatenate([log.power_W for log in logs])),
+    ):
         yield Panel(
-            name,
+            quantity,
             unit,
             tuple(observed[known].tolist()),
-            tuple(fitted),
+            tuple(loads[each][f"{quantity}_{unit}"][0] for each in phase[known]),
             at=tuple(at_s[known].tolist()),
             at_words="time in the logs [s]",
             groups=tuple(phase[known].tolist()),
         )
+
+
+def _legs(log: FlightLog) -> Iterator[LoggedLeg]:
+    """Every stretch of flight with speeds that begins and ends slowly."""
+    if log.speed_m_s is None:
+        return
+    flying = np.concatenate([[False], log.phase == "flight", [False]])
+    edges = np.flatnonzero(np.diff(flying.astype(int)))
+    for start, end in edges.reshape(-1, 2):
+        # One sample more at either side, where the UAV still stands.
+        chosen = slice(max(start - 1, 0), end + 1)
+        time_s, speed_m_s = log.time_s[chosen], log.speed_m_s[chosen]
+        whole = max(speed_m_s[0], speed_m_s[-1]) < 0.5 * np.max(speed_m_s)
+        if whole and len(time_s) >= LEAST_LEG:
+            yield LoggedLeg(time_s - time_s[0], speed_m_s)
+
+
+def _motion(
+    legs: Sequence[LoggedLeg],
+) -> tuple[tuple[Value, ...], tuple[Panel, ...], tuple[str, ...]]:
+    """Acceleration and speed cap, the speeds that they explain, and warnings."""
+    if not legs:
+        words = "no leg from standing to standing with its speed: acceleration_m_s2 is missing here"
+        return (), (), (words,)
+    observed = np.concatenate([leg.speed_m_s for leg in legs])
+    longest_m = max(leg.distance_m for leg in legs)
+    speeds = _speeds(legs)
+
+    def fitted(keys: Sequence[str], starts: Iterable[Sequence[float]]) -> Estimate:
+        return estimate(
+            [Unknown(key) for key in keys],
+            lambda values: speeds(*values) - observed,
+            starts,
+            bootstrap=False,
+            eliminated=2 * len(legs),
+        )
+
+    keys: tuple[str, ...] = ("flight.acceleration_m_s2", "flight.max_speed_m_s")
+    found = fitted(keys, [(a, float(np.max(observed))) for a in (0.5, 2.0, 8.0)])
+    warnings = undetermined(found)
+    acceleration, cap = found.values
+    without = fitted(keys[:1], [(acceleration,)])
+    more = without.residuals @ without.residuals - found.residuals @ found.residuals
+    gain = float(more) / max(found.spread or 0.0, NOTHING) ** 2
+    if cap >= REACHED * math.sqrt(acceleration * longest_m) or gain < GAIN:
+        keys, found = keys[:1], without
+        warnings = ("no leg is long enough to show a speed cap: max_speed_m_s is missing here",)
+    panel = Panel(
+        "speed",
+        "m/s",
+        tuple(observed.tolist()),
+        tuple(speeds(*found.values.tolist()).tolist()),
+        at=_one_after_another([leg.time_s for leg in legs]),
+        at_words="time in the legs [s]",
+    )
+    return values_of(found, keys, f"fitted to the speed of {len(legs)} legs"), (panel,), warnings
+
+
+def _speeds(legs: Sequence[LoggedLeg]) -> Callable[..., Floats]:
+    """Speeds [m/s] of the trapezoids of an acceleration and a cap that follow the legs best."""
+    time_s = np.concatenate([leg.time_s for leg in legs])
+    speed_m_s = np.concatenate([leg.speed_m_s for leg in legs])
+    leg_of = np.repeat(np.arange(len(legs)), [len(leg.time_s) for leg in legs])
+    distance_m = np.array([leg.distance_m for leg in legs])
+    middle_s = np.array([leg.middle_s for leg in legs])
+
+    def mean(values: Floats, chosen: Booleans) -> Floats:
+        """The mean of each leg; 0 of nothing."""
+        count = np.bincount(leg_of[chosen], minlength=len(legs))
+        return np.bincount(leg_of[chosen], values[chosen], len(legs)) / np.maximum(count, 1)
+
+    def speeds(acceleration_m_s2: float, cap_m_s: float = math.inf) -> Floats:
+        loads, _ = regime_leg(distance_m, acceleration_m_s2, 1.0, 1.0, cap_m_s)
+        start_s = middle_s - 0.5 * loads.durations_s[0]
+        end_s = middle_s + 0.5 * loads.durations_s[0]
+        for _ in range(ROUNDS):
+            rising = acceleration_m_s2 * (time_s - start_s[leg_of])
+            falling = acceleration_m_s2 * (end_s[leg_of] - time_s)
+            fitted: Floats = np.clip(np.minimum(rising, falling), 0.0, cap_m_s)
+            sloped = (fitted > 0.0) & (fitted < cap_m_s)
+            early_s = (fitted - speed_m_s) / acceleration_m_s2
+            later_s = mean(early_s, sloped & (rising < falling))
+            sooner_s = mean(early_s, sloped & (rising >= falling))
+            if max(np.max(np.abs(later_s)), np.max(np.abs(sooner_s))) <= FOUND_S:
+                break
+            start_s, end_s = start_s + later_s, end_s - sooner_s
+        return fitted
+
+    return speeds

@@ -1,9 +1,10 @@
 """Constants of a rotor from a bench test, or from the data of propeller and motor.
 
 A bench test at steady speeds gives thrust ϱ v², current (T_f + D_f v + κ0 v²)/κ and voltage
-R i + κ v, κ = 9.5493/κ_V. Each quantity is weighed by what the fit leaves over of it. Data sheets
-give the coefficients of the propeller of radius r, ϱ = C_T ρ A r² and κ0 = C_Q ρ A r³ with
-A = π r², and of the motor κ_V, R and the current I_0 that it draws without a load, T_f = κ I_0.
+R i + κ v, κ = 9.5493/κ_V [1]_. Each quantity is weighted by the residuals that the fit leaves of
+it. Data sheets give the coefficients of the propeller of radius r, ϱ = C_T ρ A r² and
+κ0 = C_Q ρ A r³ with A = π r², and of the motor κ_V, R and the current I_0 that it draws without a
+load, T_f = κ I_0.
 
 References
 ----------
@@ -14,34 +15,46 @@ References
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable
 from pathlib import Path
 
 import numpy as np
 
 from optuav.arrays import Floats
-from optuav.calibration.data import Column, Table, headings_of, read
-from optuav.calibration.estimation import Unknown, estimate
-from optuav.calibration.fit import Fit, Panel, Value, refuse_outside, unclear, values_of
-from optuav.calibration.plausible import doubts
-from optuav.calibration.together import copies, together
+from optuav.calibration.csv import (
+    Column,
+    Format,
+    Measurements,
+    copies,
+    read,
+    read_all,
+    unit_doubts,
+)
+from optuav.calibration.fit import Fit, Panel, Value, refuse_outside, undetermined, values_of
+from optuav.calibration.least_squares import Unknown, estimate
 from optuav.errors import Fault, InputError
 from optuav.physics import rotor
 
-BENCH = (
-    Column("speed", "rotor speed"),
-    Column("thrust", "force"),
-    Column("current", "current"),
-    Column("voltage", "voltage"),
+LEAST_POINTS = 6
+BENCH = Format(
+    (
+        Column("speed", "rotor speed"),
+        Column("thrust", "force"),
+        Column("current", "current"),
+        Column("voltage", "voltage"),
+    ),
+    least=LEAST_POINTS,
 )
-SHEET = (
-    Column("thrust_coefficient", "number"),
-    Column("torque_coefficient", "number"),
-    Column("radius", "length"),
-    Column("air_density", "density"),
-    Column("velocity_constant", "velocity constant", needed=False),
-    Column("resistance", "resistance", needed=False),
-    Column("no_load_current", "current", needed=False),
+SHEET = Format(
+    (
+        Column("thrust_coefficient", "number"),
+        Column("torque_coefficient", "number"),
+        Column("radius", "length"),
+        Column("air_density", "density"),
+        Column("velocity_constant", "velocity constant", needed=False),
+        Column("resistance", "resistance", needed=False),
+        Column("no_load_current", "current", needed=False),
+    )
 )
 SHEET_SIZES = {
     "radius": "radius",
@@ -49,8 +62,7 @@ SHEET_SIZES = {
     "resistance": "resistance",
     "no_load_current": "current",
 }
-"""Columns of data whose size tells whether the unit is right, and what it is the size of."""
-LEAST_POINTS = 6
+"""Columns of a data sheet whose size shows whether the unit is right, with the quantity."""
 KEYS = (
     "lift_coefficient_N_s2_rad2",
     "velocity_constant_rpm_V",
@@ -62,14 +74,16 @@ KEYS = (
 """Of [rotor], found on a bench."""
 QUANTITIES = (("thrust", "N"), ("current", "A"), ("voltage", "V"))
 ROUNDS = 3
-"""Fits, each weighed by what the one before left over."""
+"""Fits, each weighted by the residuals of the one before."""
+LEAST_RESIDUAL = 1e-9
+"""Least residual of a quantity for its weight, over its largest value."""
 TYPICAL = (0.1, 0.01, 0.3)
-"""Where the fit starts: shares of the voltage lost in the winding, of the torque in friction and in
-damping."""
+"""Shares with which the fit starts: of the voltage lost in the winding, of the torque in friction
+and in damping."""
 
 
 def fit_rotor(files: Iterable[str | Path]) -> Fit:
-    """Find the constants of a rotor.
+    r"""Find the constants of a rotor.
 
     Parameters
     ----------
@@ -83,16 +97,26 @@ def fit_rotor(files: Iterable[str | Path]) -> Fit:
     Returns
     -------
     Fit
-        Keys of [rotor]. Steady speeds do not tell the inertia, data sheets not the largest speed
-        and the damping: the mission keeps its own.
+        Keys of [rotor]. Steady speeds do not show the inertia, data sheets neither the largest
+        speed nor the damping: the mission keeps its own.
 
     Raises
     ------
     InputError
-        With every fault of the files.
+        With every fault of the files, or if no mission may state a constant.
+
+    Examples
+    --------
+    >>> import optuav, pathlib, tempfile
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     file = pathlib.Path(folder) / "propeller.csv"
+    ...     names = "thrust_coefficient,torque_coefficient,radius_m,air_density_kg_m3"
+    ...     _ = file.write_text(f"{names}\n0.0048,2.3515e-4,0.12,1.225\n")
+    ...     optuav.fit_rotor([file]).changes["rotor.lift_coefficient_N_s2_rad2"]
+    3.830471e-06
     """
     paths = [Path(file) for file in files]
-    tables = together(paths, _table)
+    tables = read_all(paths, _read)
     sheets = [table for table in tables if "radius" in table.numbers]
     if not sheets:
         return _from_bench(paths, tables)
@@ -102,33 +126,25 @@ def fit_rotor(files: Iterable[str | Path]) -> Fit:
     return _from_sheet(paths[0], sheets[0])
 
 
-def _table(path: Path) -> Table:
-    sheet = {heading for column in SHEET[:4] for heading in column.headings}
-    if sheet & set(headings_of(path)):
-        table = read(path, SHEET)
-        faults = list(_not_positive(table))
-        if len(table.lines) > 1:
-            faults.append(
-                Fault("lines", f"{len(table.lines)}", "1: a single propeller", table.source)
-            )
-    else:
-        table = read(path, BENCH, LEAST_POINTS)
-        faults = list(_not_positive(table))
-        speeds = len(set(table.numbers["speed"].tolist()))
-        if speeds < LEAST_POINTS:
-            words = f"at least {LEAST_POINTS} different speeds; there are {speeds}"
-            faults.append(Fault("", "", words, table.source))
+def _read(path: Path) -> Measurements:
+    table = read(path, BENCH, SHEET)
+    faults = [
+        fault
+        for name, values in table.numbers.items()
+        for fault in table.faults(values <= 0.0, name, "above 0")
+    ]
+    lines, speeds = len(table.lines), len(np.unique(table.numbers.get("speed", [])))
+    if "radius" in table.numbers and lines > 1:
+        faults.append(Fault("lines", f"{lines}", "1: a single propeller", table.source))
+    if "speed" in table.numbers and speeds < LEAST_POINTS:
+        words = f"at least {LEAST_POINTS} different speeds; there are {speeds}"
+        faults.append(Fault("", "", words, table.source))
     if faults:
         raise InputError(faults)
     return table
 
 
-def _not_positive(table: Table) -> Iterator[Fault]:
-    for name, values in table.numbers.items():
-        yield from table.faults(values <= 0.0, name, "above 0")
-
-
-def _from_sheet(path: Path, table: Table) -> Fit:
+def _from_sheet(path: Path, table: Measurements) -> Fit:
     given = {name: float(values[0]) for name, values in table.numbers.items()}
     radius_m = given["radius"]
     disc_kg_m = given["air_density"] * math.pi * radius_m**2
@@ -137,7 +153,7 @@ def _from_sheet(path: Path, table: Table) -> Fit:
         KEYS[5]: (given["torque_coefficient"] * disc_kg_m * radius_m**3, "C_Q ρ A r³"),
     }
     sizes = {words: given[name] for name, words in SHEET_SIZES.items() if name in given}
-    warnings = list(doubts("as stated", sizes))
+    warnings = list(unit_doubts("as stated", sizes))
     if "velocity_constant" in given:
         found[KEYS[1]] = (given["velocity_constant"], "as stated")
     if "resistance" in given:
@@ -159,13 +175,14 @@ def _from_sheet(path: Path, table: Table) -> Fit:
     )
 
 
-def _from_bench(paths: list[Path], tables: list[Table]) -> Fit:
+def _from_bench(paths: list[Path], tables: list[Measurements]) -> Fit:
     measured = {
         name: np.concatenate([table.numbers[name] for table in tables])
         for name in ("speed", "thrust", "current", "voltage")
     }
     speed = measured["speed"]
-    weights = {name: 1.0 / float(np.max(measured[name])) for name, _ in QUANTITIES}
+    largest = {name: float(np.max(values)) for name, values in measured.items()}
+    weights = {name: 1.0 / largest[name] for name, _ in QUANTITIES}
 
     def residuals(values: Floats) -> Floats:
         model = _model(values, speed)
@@ -175,20 +192,27 @@ def _from_bench(paths: list[Path], tables: list[Table]) -> Fit:
 
     keys = tuple(f"rotor.{key}" for key in KEYS)
     unknowns = [Unknown(key) for key in keys]
-    starts = [_start(measured)]
-    for last in range(ROUNDS):
-        found = estimate(unknowns, residuals, starts, bootstrap=False)
-        starts = [tuple(found.values.tolist())]
-        if last < ROUNDS - 1:
-            parts = np.split(found.residuals, len(QUANTITIES))
-            for (name, _), part in zip(QUANTITIES, parts, strict=True):
-                left = float(np.sqrt(np.mean((part / weights[name]) ** 2)))
-                weights[name] = 1.0 / max(left, 1e-9 * float(np.max(measured[name])))
+    found = estimate(unknowns, residuals, [_start(measured)], bootstrap=False)
+    for _ in range(ROUNDS - 1):
+        parts = np.split(found.residuals, len(QUANTITIES))
+        for (name, _), part in zip(QUANTITIES, parts, strict=True):
+            left = float(np.sqrt(np.mean((part / weights[name]) ** 2)))
+            weights[name] = 1.0 / max(left, LEAST_RESIDUAL * largest[name])
+        found = estimate(unknowns, residuals, [found.values.tolist()], bootstrap=False)
     fitted = _model(found.values, speed)
-    order = np.argsort(speed)
-    fastest = Value("rotor.max_speed_rad_s", float(np.max(speed)), "fastest point of the bench")
+    order = np.argsort(speed, kind="stable")
+    fastest = Value("rotor.max_speed_rad_s", largest["speed"], "fastest point of the bench")
     values = (*values_of(found, keys, f"fitted to {len(speed)} points"), fastest)
-    warnings = (*unclear(found), *_doubts(measured), *copies(paths))
+    at_most = {"rotor speed": largest["speed"]} | {
+        name: largest[name] for name in ("current", "voltage")
+    }
+    power_W = largest["current"] * largest["voltage"]
+    warnings = (
+        *undetermined(found),
+        *unit_doubts("at most", at_most),
+        *unit_doubts("at full speed", {"thrust per power": largest["thrust"] / power_W}),
+        *copies(paths),
+    )
     refuse_outside(values, ", ".join(map(str, paths)), warnings)
     return Fit(
         kind="rotor",
@@ -210,13 +234,6 @@ def _from_bench(paths: list[Path], tables: list[Table]) -> Fit:
     )
 
 
-def _doubts(measured: Mapping[str, Floats]) -> Iterator[str]:
-    """What no rotor shows at its fastest, by itself and for the power that it draws."""
-    speed, thrust, current, voltage = (float(np.max(each)) for each in measured.values())
-    yield from doubts("at most", {"rotor speed": speed, "current": current, "voltage": voltage})
-    yield from doubts("at full speed", {"thrust per power": thrust / (current * voltage)})
-
-
 def _model(values: Floats, speed_rad_s: Floats) -> dict[str, Floats]:
     """Thrust [N], current [A] and voltage [V] at steady speeds."""
     motor = rotor.Motor(
@@ -232,7 +249,7 @@ def _model(values: Floats, speed_rad_s: Floats) -> dict[str, Floats]:
 def _start(measured: dict[str, Floats]) -> tuple[float, ...]:
     """Values of a usual motor that fit the fastest point."""
     fastest = int(np.argmax(measured["speed"]))
-    v, thrust, i, e = (float(measured[name][fastest]) for name in measured)
+    v, thrust, i, e = (float(values[fastest]) for values in measured.values())
     lost, friction, damping = TYPICAL
     torque_constant = (1.0 - lost) * e / v
     torque = torque_constant * i

@@ -1,40 +1,138 @@
-"""Keys of a mission from a table of results: which are known, which are free.
+"""Keys of a mission from a table of results: some are known, the others are fitted.
 
 Each row of the table is a mission flown: a hover and a rest of known length on a known route. Its
-flight time and the charge and energy that are left follow from the mission by the same phases that
-plans are made of; the free keys are fitted to those that the table tells. What is stated as a check
-is predicted only, or repeats a number that was fitted: then it tests nothing.
+flight time and the charge and energy that are left follow from the mission by the same phases as
+those of a plan; the free keys are fitted to some of the table's numbers. A number that is stated as
+a check is predicted only, or repeats one that was fitted: then it tests nothing.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+import tomllib
+from collections import Counter
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple, TypeGuard
 
 import numpy as np
 
 from optuav.arrays import Floats
-from optuav.calibration.estimation import Unknown, estimate
-from optuav.calibration.fit import Fit, Panel, Role, rounded, unclear, values_of
-from optuav.calibration.flown import QUANTITIES, quantities
-from optuav.calibration.table_statement import Cell, Statement, read_statement, tie, value_of
+from optuav.calibration.fit import (
+    Fit,
+    Panel,
+    Role,
+    counted,
+    rounded,
+    undetermined,
+    values_of,
+)
+from optuav.calibration.least_squares import Unknown, estimate
 from optuav.errors import Fault, InputError
-from optuav.mission import Mission
-from optuav.mission.words import shown
+from optuav.mission import Mission, load, shipped
+from optuav.mission.files import label, read_text, refusal
+from optuav.mission.words import nearest, number, shown
+from optuav.network import vehicle
 from optuav.network.network import Network, build_network
+from optuav.network.routes import ORDERS
+from optuav.network.timeline import route_phases
 
+QUANTITIES = {
+    "flight_time_s": "s",
+    "mission_time_s": "s",
+    "battery_percent": "%",
+    "energy_percent": "%",
+    "adjusted_percent": "%",
+    "flight_voltage_V": "V",
+    "hover_voltage_V": "V",
+}
+"""Quantities of a row with their units: times, what is left by perspective, mean voltages."""
+KINDS = ("flight", "hover", "rest")
+LARGEST_FILE = 2_000_000
 SHARE_OF_RESOLUTION = 1.0 / math.sqrt(12.0)
 """Standard deviation of a rounding error, in steps of the rounding."""
 IMPOSSIBLE = 1e9
-"""Residual where a row cannot be flown, or the values are not those of a mission."""
+"""Residual where a row cannot be flown, or no mission may have the values."""
 EDGE = 1e-3
-"""Relative distance from a value within which there is an edge that has shaped it."""
+"""Relative distance from a value within which an edge has shaped it."""
 SAME = 1e-9
-"""Difference of two numbers that a mission tells, relative or in their unit, that is none."""
+"""Difference of two numbers, relative or in their unit, that is rounding alone."""
 SCALES = (1.0, 0.5, 2.0)
 """Where the fit starts, as multiples of the stated values."""
+WITHOUT_LASER = ("laser", "flight.charge_current_A", "flight.charge_power_W")
+
+
+class FlownRow(NamedTuple):
+    """How a row was flown: its stay, and changed keys of the mission."""
+
+    name: str
+    hover_time_s: float
+    rest_time_s: float
+    building: str
+    order: str
+    changes: Mapping[str, object]
+
+
+class TableNumber(NamedTuple):
+    """A number of the table, and whether it is to be fitted."""
+
+    row: FlownRow
+    quantity: str
+    observed: float
+    resolution: float
+    fits: bool
+
+
+@dataclass(frozen=True)
+class ResultsTable:
+    """A table with what is known and what is free.
+
+    Parameters
+    ----------
+    source
+        The file, fit to print.
+    mission
+        With everything that is known, the free keys at their starting values.
+    base, known
+        Name or path of the mission that was extended, and the keys stated on top of it.
+    free
+        Starting value by key.
+    tied
+        Keys that are products of others.
+    """
+
+    source: str
+    mission: Mission
+    base: str
+    known: Mapping[str, object]
+    free: Mapping[str, float]
+    tied: Mapping[str, tuple[str, ...]]
+    numbers: tuple[TableNumber, ...]
+
+    def with_values(self, values: Iterable[float]) -> Mission:
+        """The mission with other values of the free keys."""
+        return tie(self.mission.replace(dict(zip(self.free, values, strict=True))), self.tied)
+
+    def computed(self, mission: Mission) -> Floats:
+        """The numbers of the table as they follow from a mission."""
+        rows, networks = list[Mapping[str, object]](), list[Network]()
+        found = []
+        for each in self.numbers:
+            if each.row.changes not in rows:
+                changed = mission.replace(each.row.changes) if each.row.changes else mission
+                rows.append(each.row.changes)
+                networks.append(build_network(tie(changed, self.tied)))
+            place = rows.index(each.row.changes)
+            found.append(quantities(networks[place], each.row)[each.quantity])
+        return np.array(found)
+
+    def tried(self, values: Floats) -> Floats:
+        """The numbers of the table with values that perhaps no mission may have; NaN then."""
+        try:
+            return self.computed(self.with_values(values.tolist()))
+        except InputError:
+            return np.full(len(self.numbers), math.nan)
 
 
 def fit_table(files: Iterable[str | Path]) -> Fit:
@@ -48,173 +146,430 @@ def fit_table(files: Iterable[str | Path]) -> Fit:
         ``[tied]`` (keys that are products of others), ``[resolution]`` (by quantity, the step to
         which the table is rounded), and ``[[rows]]`` with ``name``, ``given`` (hover_time_s,
         rest_time_s, building, order, laser, or keys of the mission), ``fit`` and ``check``
-        (numbers by quantity, see `QUANTITIES`).
+        (numbers by quantity: ``flight_time_s``, ``mission_time_s``, ``battery_percent``,
+        ``energy_percent``, ``adjusted_percent``, ``flight_voltage_V``, ``hover_voltage_V``).
 
     Returns
     -------
     Fit
         Intervals follow from the resolution, and from the residuals where those are larger. With
-        warnings where the values do not meet the table, or a key lies where hardly a mission is.
+        warnings where the values do not meet the table, or a key has run to an edge beyond which
+        no mission can be flown.
 
     Raises
     ------
     InputError
-        With every fault of the statement, if it has fewer numbers to fit than free keys, or if a
-        row cannot be flown with the values found.
+        With every fault of the file, if it has fewer numbers to fit than free keys, or if a row
+        cannot be flown with the values found.
+
+    Examples
+    --------
+    >>> import optuav, pathlib, tempfile
+    >>> text = '''
+    ... free.battery.capacity_As = 30000
+    ... resolution.battery_percent = 0.01
+    ... rows = [{ given.hover_time_s = 600, fit.battery_percent = 20 }]
+    ... '''
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     file = pathlib.Path(folder) / "table.toml"
+    ...     _ = file.write_text(text)
+    ...     fit = optuav.fit_table([file])
+    >>> fit.data
+    '1 number of the table fitted by 1 free key, 0 predicted'
     """
     paths = [Path(file) for file in files]
     if len(paths) != 1:
         raise InputError("one file that states the table, what is known and what is free")
-    stated = read_statement(paths[0])
-    cells = [cell for row in stated.rows for cell in row.cells]
-    fits = np.array([cell.fits for cell in cells])
-    steps = np.array([SHARE_OF_RESOLUTION * cell.resolution for cell in cells])
-    observed = np.array([cell.observed for cell in cells])
+    table = read_table(paths[0])
+    fits = np.array([each.fits for each in table.numbers])
+    observed = np.array([each.observed for each in table.numbers])
+    steps = SHARE_OF_RESOLUTION * np.array([each.resolution for each in table.numbers])
 
     def residuals(values: Floats) -> Floats:
-        left: Floats = ((_tried(stated, values, len(cells)) - observed) / steps)[fits]
+        left: Floats = ((table.tried(values) - observed) / steps)[fits]
         return np.nan_to_num(left, nan=IMPOSSIBLE)
 
-    keys = tuple(stated.free)
-    starts = [tuple(scale * each for each in stated.free.values()) for scale in SCALES]
+    keys, count = tuple(table.free), int(fits.sum())
+    starts = [tuple(scale * each for each in table.free.values()) for scale in SCALES]
     found = estimate([Unknown(key) for key in keys], residuals, starts, spread=1.0, bootstrap=False)
-    count = int(fits.sum())
-    values = values_of(found, keys, f"fitted to {_numbers(count)} of the table")
-    mission = stated.with_values(found.values.tolist())
-    told = _told(stated, mission)
-    _refuse_unflown(stated, cells, told)
-    roles = _roles(cells, told.tolist())
+    mission = table.with_values(found.values.tolist())
+    computed = table.computed(mission).tolist()
+    _refuse_unflown(table, computed)
+    roles, again = _roles(table.numbers, computed)
     products = {
-        key: rounded(value_of(mission, key))
-        for key, factors in stated.tied.items()
+        key: rounded(product)
+        for key, factors in table.tied.items()
         if not set(factors) & set(found.undetermined)
+        and isinstance(product := value_of(mission, key), int | float)
     }
     repeated = f", {roles.count('repeat')} repeated" if "repeat" in roles else ""
     return Fit(
         kind="table",
         sources=(str(paths[0]),),
         data=(
-            f"{_numbers(count)} of the table fitted by {len(keys)} free "
-            f"key{'s' * (len(keys) > 1)}{repeated}, {roles.count('predicted')} predicted"
+            f"{counted(count, 'number')} of the table fitted by "
+            f"{counted(len(keys), 'free key')}{repeated}, {roles.count('predicted')} predicted"
         ),
-        values=values,
-        panels=tuple(_panels(cells, told, roles)),
+        values=values_of(found, keys, f"fitted to {counted(count, 'number')} of the table"),
+        panels=tuple(_panels(table.numbers, computed, roles)),
         warnings=(
-            *unclear(found),
-            *_missed(cells, told),
-            *_fitted_again(cells, told.tolist()),
-            *_at_an_edge(stated, found.values, len(cells)),
+            *undetermined(found),
+            *_missed(table.numbers, computed),
+            *again,
+            *_at_an_edge(table, found.values),
         ),
-        settings={**stated.known, **products},
-        extends=stated.base,
+        settings={**table.known, **products},
+        extends=table.base,
     )
 
 
-def _told(stated: Statement, mission: Mission) -> Floats:
-    """The numbers of the table as a mission has them."""
-    different: list[Mapping[str, Any]] = []
-    networks: list[Network] = []
-    found = []
-    for row in stated.rows:
-        if row.changes not in different:
-            changed = mission.replace(row.changes) if row.changes else mission
-            different.append(row.changes)
-            networks.append(build_network(tie(changed, stated.tied)))
-        told = quantities(networks[different.index(row.changes)], row.stay)
-        found += [told[cell.quantity] for cell in row.cells]
-    return np.array(found)
-
-
-def _tried(stated: Statement, values: Floats, count: int) -> Floats:
-    """The numbers of the table with values that may be none of a mission; NaN then."""
-    try:
-        return _told(stated, stated.with_values(values.tolist()))
-    except InputError:
-        return np.full(count, math.nan)
-
-
-def _roles(cells: Sequence[Cell], told: Sequence[float]) -> list[Role]:
-    """Fitted, predicted, or both stated and told like a number that is fitted."""
-    fitted = [(cell, each) for cell, each in zip(cells, told, strict=True) if cell.fits]
-
-    def role(cell: Cell, value: float) -> Role:
-        if cell.fits:
-            return "fitted"
-        alike = any(_repeats(cell, value, *other) for other in fitted)
-        return "repeat" if alike else "predicted"
-
-    return [role(cell, value) for cell, value in zip(cells, told, strict=True)]
-
-
-def _repeats(cell: Cell, value: float, other: Cell, its: float) -> bool:
-    """Whether two numbers of the table are one: of one quantity, stated and told alike."""
-    stated = (cell.quantity, cell.observed) == (other.quantity, other.observed)
-    return stated and math.isclose(value, its, rel_tol=SAME, abs_tol=SAME)
-
-
-def _fitted_again(cells: Sequence[Cell], told: Sequence[float]) -> Iterator[str]:
-    """That a number counts more than once, as if it had been measured again."""
-    fitted = [(cell, each) for cell, each in zip(cells, told, strict=True) if cell.fits]
-    again = sum(
-        any(_repeats(*each, *other) for other in fitted[:place])
-        for place, each in enumerate(fitted)
+def quantities(flown: Network, row: FlownRow) -> dict[str, float]:
+    """Each of `QUANTITIES` for a row."""
+    mission, names = flown.mission, [building.name for building in flown.mission.buildings]
+    itinerary = 0
+    if row.building:
+        itinerary = 1 + 2 * names.index(row.building) + ORDERS.index(row.order)
+    given, hover = mission.battery, vehicle.hover_load(mission)
+    capacity_As = float(vehicle.pool(mission).capacity_As)
+    nominal_J = capacity_As * given.nominal_voltage_V
+    charge_As, energy_J = dict.fromkeys(KINDS, 0.0), dict.fromkeys(KINDS, 0.0)
+    flight_s = 0.0
+    for phase in route_phases(flown, itinerary, row.hover_time_s, row.rest_time_s):
+        charge_As[phase.kind] += float(phase.charge_As)
+        energy_J[phase.kind] += float(phase.energy_J)
+        flight_s += float(phase.duration_s) if phase.kind == "flight" else 0.0
+    flight_V, hover_V = energy_J["flight"] / charge_As["flight"], hover.power_W / hover.current_A
+    hovering_J = hover.power_W * row.hover_time_s
+    adjusted = (
+        energy_J["flight"] / (given.flight_energy_J or capacity_As * flight_V)
+        - hovering_J / (given.hover_energy_J or capacity_As * hover_V)
+        + (energy_J["hover"] + hovering_J + energy_J["rest"]) / nominal_J
     )
-    if again:
-        yield (
-            f"{_numbers(again)} to be fitted repeat{'s' * (again == 1)} another: state it as a "
-            "check, or the intervals are too narrow"
+    return {
+        "flight_time_s": flight_s,
+        "mission_time_s": flight_s + row.hover_time_s + row.rest_time_s,
+        "battery_percent": 100.0 * (1.0 + sum(charge_As.values()) / capacity_As),
+        "energy_percent": 100.0 * (1.0 + sum(energy_J.values()) / nominal_J),
+        "adjusted_percent": 100.0 * (1.0 + adjusted),
+        "flight_voltage_V": flight_V,
+        "hover_voltage_V": hover_V,
+    }
+
+
+def value_of(mission: Mission, key: str) -> object:
+    """The value of a dotted key; None where the mission has none."""
+    table, _, name = key.partition(".")
+    return getattr(getattr(mission, table, None), name, None)
+
+
+def tie(mission: Mission, tied: Mapping[str, tuple[str, ...]]) -> Mission:
+    """The mission with its tied keys at the product of theirs."""
+    products = {}
+    for key, names in tied.items():
+        factors = [
+            each for name in names if isinstance(each := value_of(mission, name), int | float)
+        ]
+        if len(factors) == len(names):
+            products[key] = math.prod(factors)
+    return mission.replace(products) if products else mission
+
+
+def _roles(
+    numbers: Sequence[TableNumber], computed: Sequence[float]
+) -> tuple[list[Role], list[str]]:
+    """Whether each number is fitted, predicted, or a repetition of one that is fitted.
+
+    And a warning if one that is fitted repeats another: it counts as if it were measured again.
+    """
+    fitted: list[tuple[TableNumber, float]] = []
+
+    def repeats(each: TableNumber, value: float) -> bool:
+        return any(
+            (each.quantity, each.observed) == (other.quantity, other.observed)
+            and math.isclose(value, its, rel_tol=SAME, abs_tol=SAME)
+            for other, its in fitted
         )
 
+    again = 0
+    for each, value in zip(numbers, computed, strict=True):
+        if each.fits:
+            again += repeats(each, value)
+            fitted.append((each, value))
+    roles: list[Role] = [
+        "fitted" if each.fits else "repeat" if repeats(each, value) else "predicted"
+        for each, value in zip(numbers, computed, strict=True)
+    ]
+    words = (
+        f"{counted(again, 'number')} to be fitted repeat{'s' * (again == 1)} another: state it as "
+        "a check, or the intervals are too narrow"
+    )
+    return roles, [words] if again else []
 
-def _numbers(count: int) -> str:
-    return f"{count} number{'s' * (count > 1)}"
 
-
-def _missed(cells: Sequence[Cell], told: Floats) -> Iterator[str]:
-    """That the table asks for what the values do not give."""
-    fitted = [(cell, each) for cell, each in zip(cells, told.tolist(), strict=True) if cell.fits]
-    steps = [abs(each - cell.observed) / cell.resolution for cell, each in fitted]
-    missed = sum(each > 1.0 for each in steps)
+def _missed(numbers: Sequence[TableNumber], computed: Sequence[float]) -> Iterator[str]:
+    """A warning if the values do not meet the table."""
+    fitted = [
+        (abs(value - each.observed) / each.resolution, each, value - each.observed)
+        for each, value in zip(numbers, computed, strict=True)
+        if each.fits
+    ]
+    missed = sum(steps > 1.0 for steps, _, _ in fitted)
     if missed:
-        cell, value = fitted[int(np.argmax(steps))]
+        _, each, difference = max(fitted, key=lambda one: one[0])
         yield (
             f"the values do not meet the table: {missed} of {len(fitted)} numbers are missed by "
-            f"more than their rounding, {cell.quantity} of {cell.row} by "
-            f"{value - cell.observed:+.3g}"
+            f"more than their rounding, {each.quantity} of {each.row.name} by {difference:+.3g}"
         )
 
 
-def _at_an_edge(stated: Statement, values: Floats, count: int) -> Iterator[str]:
-    """Which keys the fit has driven to where no mission is, or none that can be flown."""
-    for place, key in enumerate(stated.free):
+def _at_an_edge(table: ResultsTable, values: Floats) -> Iterator[str]:
+    """A warning for each key that the fit has driven to where no mission can be flown."""
+    for place, key in enumerate(table.free):
         for words, factor in (("less", 1.0 - EDGE), ("more", 1.0 + EDGE)):
             beyond = values.copy()
             beyond[place] *= factor
-            if not np.isfinite(_tried(stated, beyond, count)).all():
+            if not np.isfinite(table.tried(beyond)).all():
                 yield (
                     f"{key.rpartition('.')[2]} is at an edge: with a thousandth {words} of it the "
                     "rows cannot be flown, or it is out of its range"
                 )
 
 
-def _refuse_unflown(stated: Statement, cells: Sequence[Cell], told: Floats) -> None:
-    """Refuse rows that the values found cannot fly: nothing is told by them, nothing predicted."""
-    unflown = {cell.row for cell, each in zip(cells, told, strict=True) if not math.isfinite(each)}
+def _refuse_unflown(table: ResultsTable, computed: Sequence[float]) -> None:
+    """Refuse rows that cannot be flown with the values found: they show and predict nothing."""
     words = "a row that can be flown; none of the values tried can: start from others in [free]"
-    faults = [Fault("rows", shown(name), words, stated.source) for name in sorted(unflown)]
+    pairs = zip(table.numbers, computed, strict=True)
+    unflown = {each.row.name for each, value in pairs if not math.isfinite(value)}
+    faults = [Fault("rows", shown(name), words, table.source) for name in sorted(unflown)]
     if faults:
         raise InputError(faults)
 
 
-def _panels(cells: Sequence[Cell], told: Floats, roles: Sequence[Role]) -> Iterator[Panel]:
-    for quantity in dict.fromkeys(cell.quantity for cell in cells):
-        own = [number for number, cell in enumerate(cells) if cell.quantity == quantity]
-        words = quantity.rpartition("_")[0]
+def _panels(
+    numbers: Sequence[TableNumber], computed: Sequence[float], roles: Sequence[Role]
+) -> Iterator[Panel]:
+    for quantity in dict.fromkeys(each.quantity for each in numbers):
+        own = [place for place, each in enumerate(numbers) if each.quantity == quantity]
         yield Panel(
-            words.replace("_", " "),
+            quantity.rpartition("_")[0].replace("_", " "),
             QUANTITIES[quantity],
-            tuple(cells[number].observed for number in own),
-            tuple(told[own].tolist()),
-            names=tuple(cells[number].row for number in own),
-            roles=tuple(roles[number] for number in own),
+            tuple(numbers[place].observed for place in own),
+            tuple(computed[place] for place in own),
+            names=tuple(numbers[place].row.name for place in own),
+            roles=tuple(roles[place] for place in own),
         )
+
+
+class Rule(NamedTuple):
+    """What a value of the file may be, in words, and whether a value is such."""
+
+    words: str
+    keeps: Callable[[object], bool]
+
+
+def _finite(value: object) -> TypeGuard[float]:
+    if isinstance(value, bool) or not isinstance(value, int | float):
+        return False
+    return math.isfinite(value)
+
+
+FINITE = Rule("a finite number", _finite)
+POSITIVE = Rule("a number above 0", lambda value: _finite(value) and value > 0.0)
+DURATION = Rule("0 or above [s]", lambda value: _finite(value) and value >= 0.0)
+TEXT = Rule("a text", lambda value: isinstance(value, str))
+TABLE = Rule("a table", lambda value: isinstance(value, dict))
+FILE = {
+    "mission": Rule("a shipped mission's name or a path relative to this file", TEXT.keeps),
+    **dict.fromkeys(("known", "tied", "free", "resolution"), TABLE),
+    "rows": Rule(
+        "tables [[rows]] with name, given, fit, check",
+        lambda value: isinstance(value, list) and all(map(TABLE.keeps, value)),
+    ),
+}
+ROW = {"name": TEXT, **dict.fromkeys(("given", "fit", "check", "resolution"), TABLE)}
+STAY = {
+    "hover_time_s": DURATION,
+    "rest_time_s": DURATION,
+    "building": TEXT,
+    "order": Rule(" or ".join(ORDERS), lambda value: value in ORDERS),
+    "laser": Rule("true or false", lambda value: isinstance(value, bool)),
+}
+"""How a row was flown; any other key of `given` is one of the mission."""
+FACTORS = Rule(
+    "a list of the keys whose product it is",
+    lambda value: bool(value) and isinstance(value, list) and all(map(TEXT.keeps, value)),
+)
+
+
+def read_table(path: Path) -> ResultsTable:
+    """Read a table of results.
+
+    Raises
+    ------
+    InputError
+        With every fault of the file.
+    """
+    try:
+        document = tomllib.loads(read_text(path, LARGEST_FILE))
+    except (tomllib.TOMLDecodeError, RecursionError) as error:
+        raise refusal(path, f"is not TOML: {error}") from None
+    return _Reader(label(path), path.parent).table(document)
+
+
+class _Reader:
+    """Reads a table of results and collects its faults."""
+
+    def __init__(self, source: str, directory: Path) -> None:
+        self.source, self.directory = source, directory
+        self.faults: list[Fault] = []
+
+    def fault(self, key: str, value: object, allowed: str) -> None:
+        self.faults.append(Fault(key, "" if value is None else shown(value), allowed, self.source))
+
+    def take(
+        self, place: str, table: Mapping[str, Any], rules: Mapping[str, Rule], noun: str = "key"
+    ) -> dict[str, Any]:
+        """The entries that keep their rules; every other is a fault."""
+        for key in sorted(table.keys() - rules.keys()):
+            words = f"unknown {noun}{nearest(key, rules)}; known are {', '.join(rules)}"
+            self.fault(f"{place}{key}", None, words)
+        found = {key: value for key, value in table.items() if key in rules}
+        for key, value in list(found.items()):
+            if not rules[key].keeps(value):
+                self.fault(f"{place}{key}", value, rules[key].words)
+                del found[key]
+        return found
+
+    def table(self, document: Mapping[str, Any]) -> ResultsTable:
+        top = self.take("", document, FILE)
+        known, free = _flat(top.get("known", {})), self.free(_flat(top.get("free", {})))
+        tied = self.tied(_flat(top.get("tied", {})))
+        steps = self.quantities("resolution.", top, POSITIVE)
+        if not document.get("rows"):
+            self.fault("rows", None, FILE["rows"].words)
+        parts = [
+            self.row(f"rows[{place}]", row, steps) for place, row in enumerate(top.get("rows", ()))
+        ]
+        numbers = tuple(each for _, own in parts for each in own)
+        base, mission = top.get("mission", "paper"), None
+        if base not in shipped():
+            base = str(self.directory / base)
+        keys = {**known, **free, **dict.fromkeys(tied, 1.0)}
+        try:
+            extended = load(base)
+            mission = self.extended(extended, keys, tied)
+            for place, (row, _) in enumerate(parts):
+                self.try_row(f"rows[{place}].given", row, mission, extended, keys)
+        except InputError as error:
+            self.faults += error.faults
+        if sum(each.fits for each in numbers) < len(free):
+            count = sum(each.fits for each in numbers)
+            words = f"as many numbers to fit as free keys: {len(free)}; there are {count}"
+            self.fault("rows", None, words)
+        unresolved = Counter(each.quantity for each in numbers if math.isnan(each.resolution))
+        for quantity, count in unresolved.items():
+            words = "the step to which the table is rounded, above 0"
+            self.fault(f"resolution.{quantity}", None, f"{words}, for {counted(count, 'number')}")
+        if self.faults or mission is None:
+            raise InputError(self.faults)
+        return ResultsTable(self.source, mission, base, known, free, tied, numbers)
+
+    def quantities(self, place: str, table: Mapping[str, Any], rule: Rule) -> dict[str, float]:
+        """The numbers by quantity in that table of a table which the place ends with."""
+        name = place.rstrip(".").rpartition(".")[2]
+        rules = dict.fromkeys(QUANTITIES, rule)
+        return self.take(place, table.get(name, {}), rules, "quantity")
+
+    def free(self, found: Mapping[str, Any]) -> dict[str, float]:
+        if not found:
+            self.fault("free", None, "a table of keys to be fitted, with values to start from")
+        kept = self.take("free.", found, dict.fromkeys(found, POSITIVE))
+        for key in found:
+            allowed = number(key)
+            if allowed is not None and allowed.whole and kept.pop(key, None) is not None:
+                words = "a key that may have any value in its range; whole numbers cannot be fitted"
+                self.fault(f"free.{key}", found[key], words)
+        return {key: float(value) for key, value in kept.items()}
+
+    def tied(self, found: Mapping[str, Any]) -> dict[str, tuple[str, ...]]:
+        kept = self.take("tied.", found, dict.fromkeys(found, FACTORS))
+        for key, names in kept.items():
+            for each in names:
+                if number(each) is None:
+                    self.fault(f"tied.{key}", each, "products of keys that are numbers")
+        return {key: tuple(names) for key, names in kept.items()}
+
+    def row(
+        self, place: str, stated: Mapping[str, Any], steps: Mapping[str, float]
+    ) -> tuple[FlownRow, list[TableNumber]]:
+        parts = self.take(f"{place}.", stated, ROW)
+        given = parts.get("given", {})
+        stay = self.take(f"{place}.given.", {key: given[key] for key in given if key in STAY}, STAY)
+        changes = _flat({key: given[key] for key in given if key not in STAY})
+        if not stay.pop("laser", True):
+            changes |= dict.fromkeys(WITHOUT_LASER)
+        usual = {"hover_time_s": 0.0, "rest_time_s": 0.0, "building": "", "order": ORDERS[0]}
+        row = FlownRow(parts.get("name", place), **{**usual, **stay}, changes=changes)
+        if row.rest_time_s and not row.building:
+            self.fault(f"{place}.given.building", None, "where it rested")
+        steps = {**steps, **self.quantities(f"{place}.resolution.", parts, POSITIVE)}
+        return row, [
+            TableNumber(row, quantity, float(value), steps.get(quantity, math.nan), key == "fit")
+            for key in ("fit", "check")
+            for quantity, value in self.quantities(f"{place}.{key}.", parts, FINITE).items()
+        ]
+
+    def extended(
+        self, base: Mission, keys: Mapping[str, Any], tied: Mapping[str, tuple[str, ...]]
+    ) -> Mission | None:
+        """The mission with all that is stated, if it may have that."""
+        try:
+            return tie(base.replace(keys), tied)
+        except InputError as error:
+            self.faults += [
+                replace(each, source=each.source or self.source) for each in error.faults
+            ]
+            return None
+
+    def try_row(
+        self,
+        place: str,
+        row: FlownRow,
+        mission: Mission | None,
+        base: Mission,
+        keys: Mapping[str, Any],
+    ) -> None:
+        """Faults of the keys and the building of a row.
+
+        Where the mission itself has faults, the row is tried on the one that was extended, and only
+        faults of its own keys count.
+        """
+        flown = None
+        try:
+            if mission is None:
+                base.replace({**keys, **row.changes})
+            else:
+                flown = mission.replace(row.changes)
+        except InputError as error:
+            self.faults += [
+                replace(fault, key=f"{place}.{fault.key}", source=self.source)
+                for fault in error.faults
+                if mission is not None or fault.key in row.changes
+            ]
+        if flown is None and any(key.startswith("buildings") for key in (*keys, *row.changes)):
+            return
+        names = [building.name for building in (flown or base).buildings]
+        if row.building and row.building not in names:
+            words = f"a building of the mission{nearest(row.building, names)}"
+            self.fault(f"{place}.building", row.building, words)
+
+
+def _flat(table: Mapping[str, Any], before: str = "") -> dict[str, Any]:
+    """Tables within tables as dotted keys."""
+    found: dict[str, Any] = {}
+    for key, value in table.items():
+        if isinstance(value, dict):
+            found |= _flat(value, f"{before}{key}.")
+        else:
+            found[f"{before}{key}"] = value
+    return found

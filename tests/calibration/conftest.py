@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import pytest
 
-from optuav.calibration import estimation
+from optuav.calibration import least_squares
 
 
 @pytest.fixture(autouse=True)
 def few_refits(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> None:
     """A hundred, not four hundred, but where rates are counted at length."""
     if not request.node.get_closest_marker("soak"):
-        monkeypatch.setattr(estimation, "REPLICATES", 100)
+        monkeypatch.setattr(least_squares, "REPLICATES", 100)

@@ -1,14 +1,19 @@
-"""Loads, acceleration and speed cap from flight logs."""
+"""Loads, acceleration and speed cap from flight logs: values, and intervals that hold the truth."""
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from itertools import accumulate
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 import pytest
+from scipy.stats import binom
 
 import optuav
-from optuav.calibration import Fit, Value
+from optuav.arrays import Floats
+from optuav.calibration.regimes import correlation_of_neighbours, mean_over_time
 from optuav.errors import InputError
 
 DATA = Path(__file__).parents[2] / "examples" / "data"
@@ -192,27 +197,135 @@ def test_units_that_the_header_does_not_tell_are_doubted(tmp_path: Path) -> None
     assert "# Warning: the current in hover" in found.to_toml()
 
 
-def test_loads_are_doubted_that_the_battery_hardly_holds(tmp_path: Path) -> None:
-    """Milliamperes that could be amperes: 800 A are 160 C for 5 A h, and 27 C for 30 A h."""
-    file = tmp_path / "log.csv"
-    rows = [f"{n},{800 + n % 2},22,hover" for n in range(20)]
-    file.write_text("\n".join(["time_s,current_A,voltage_V,phase", *rows]))
-    found = optuav.fit_regimes([file])
-    paper = optuav.load("paper").replace({"battery.packs": 1})
-    small, large = (paper.replace({"battery.capacity_As": 3600.0 * Ah}) for Ah in (5, 30))
-    (words,) = set(found.beside(small).warnings) - set(found.warnings)
-    assert words.startswith("hover_current_A = 800.5 would empty the full battery of the mission ")
-    assert "paper, 18000 A s, in 22.5 s: look at the units" in words
-    assert f"# Warning: {words}" in found.beside(small).to_toml()
-    assert found.beside(large) == found
+RECORDS = 400
 
 
-def test_a_battery_that_was_found_counts_before_that_of_the_mission() -> None:
-    """Where one fit tells capacity and load, the mission's own capacity is none of the values."""
-    values = tuple(
-        Value(key, value, "known")
-        for key, value in (("battery.capacity_As", 1e6), ("flight.hover_current_A", 800.0))
+def records(count: int, alike: float) -> Iterator[Floats]:
+    """Records about 0 whose neighbours have a given correlation."""
+    random = np.random.default_rng(3)
+    for _ in range(RECORDS):
+        drawn = random.standard_normal(count)
+        drawn[0] /= (1.0 - alike**2) ** 0.5
+        yield np.array(list(accumulate(drawn, lambda old, new: alike * old + new)))
+
+
+@pytest.mark.parametrize(("count", "alike"), [(20, 0.0), (120, 0.8), (300, 0.8), (1000, 0.95)])
+def test_means_cover_at_their_nominal_rate(count: int, alike: float) -> None:
+    """95 %, where four standard deviations of 400 records are 4.4 %."""
+    inside = 0
+    for record in records(count, alike):
+        _, interval = mean_over_time(record, np.full(count, 0.5))
+        inside += interval.low <= 0.0 <= interval.high
+    assert inside / RECORDS == pytest.approx(0.95, abs=0.0436)
+
+
+def test_short_records_that_wander_slowly_cover_less() -> None:
+    """As the page on calibration says: 60 samples of which neighbours correlate by 0.9."""
+    means = [mean_over_time(record, np.full(60, 0.5)) for record in records(60, 0.9)]
+    inside = np.mean([interval.low <= 0.0 <= interval.high for _, interval in means])
+    assert 0.8 < inside < 0.92
+
+
+@pytest.mark.parametrize("alike", [0.0, 0.5, 0.8])
+def test_short_records_do_not_hide_how_alike_neighbours_are(alike: float) -> None:
+    """Of 40 samples it comes out 0.1 (at 0.5) to 0.15 (at 0.8) too small if nothing is done."""
+    assert np.mean(
+        [correlation_of_neighbours(record) for record in records(40, alike)]
+    ) == pytest.approx(max(alike, 0.06), abs=0.055)
+
+
+def test_a_voltage_that_sags_does_not_wander() -> None:
+    """20 to 22 over a minute: the mean lies among the samples, and is told as by batches alone."""
+    record = 20.0 + 2.0 * np.arange(60) / 59.0 + np.random.default_rng(0).normal(0.0, 0.05, 60)
+    _, (low, high) = mean_over_time(record, np.ones(60))
+    assert (low, high) == pytest.approx((20.56, 21.44), abs=0.1)
+
+
+def test_a_record_of_one_value_has_no_width() -> None:
+    assert mean_over_time(np.full(12, 3.0), np.ones(12)) == (3.0, (3.0, 3.0))
+
+
+def test_steps_weigh() -> None:
+    """A sample that stands for twice the time counts twice."""
+    values, steps_s = np.arange(10.0), np.array([*np.ones(9), 2.0])
+    mean, _ = mean_over_time(values, steps_s)
+    assert mean == pytest.approx((45.0 + 9.0) / 11.0)
+
+
+COURSE = (("rest", 30.0), ("flight", None), ("hover", 150.0), ("flight", None), ("charge", 60.0))
+
+
+class Flight(NamedTuple):
+    """How long the legs are, how often the log is written, how far its speeds are off.
+
+    And which part of its error the current keeps from one sample to the next.
+    """
+
+    leg_m: float
+    step_s: float
+    error_m_s: float
+    wander: float = 0.0
+
+
+LONG, SHORT = Flight(1500.0, 1.0, 0.15), Flight(420.0, 0.5, 0.15)
+WANDERING = SHORT._replace(step_s=0.25, wander=0.8)
+
+
+def written(path: Path, flight: Flight, random: np.random.Generator) -> Path:
+    """A log of two legs, speeds with errors of their own and currents too."""
+    leg_s = flight.leg_m / 12.0 + 12.0 / 2.5
+    lasts_s = np.array([leg_s if duration is None else duration for _, duration in COURSE])
+    ends_s = np.cumsum(lasts_s)
+    time_s = np.arange(random.uniform(0.0, flight.step_s), ends_s[-1], flight.step_s)
+    piece = np.searchsorted(ends_s, time_s, side="right")
+    phase = [COURSE[number][0] for number in piece]
+    left_s = ends_s[piece] - time_s
+    climb = 2.5 * np.minimum(left_s, lasts_s[piece] - left_s)
+    flies = np.array([each == "flight" for each in phase])
+    speed_m_s = np.where(flies, np.minimum(climb, 12.0), 0.0)
+    speed_m_s = np.abs(speed_m_s + flight.error_m_s * random.standard_normal(len(time_s)))
+    means_A = {"rest": 0.4, "flight": 26.0, "hover": 21.0, "charge": 0.4 - 3.4}
+    current_A = np.array([means_A[each] for each in phase]) * (
+        1.0 + errors(random, len(time_s), flight.wander)
     )
-    found = Fit("table", (), "", values, ())
-    tiny = optuav.load("paper").replace({"battery.capacity_As": 100.0})
-    assert found.beside(tiny).warnings == ()
+    rows = zip(time_s, current_A, speed_m_s, phase, strict=True)
+    lines = [f"{t:.3f},{i:.5f},23,{v:.4f},{word}" for t, i, v, word in rows]
+    path.write_text("\n".join(["time_s,current_A,voltage_V,speed_m_s,phase", *lines]), "utf-8")
+    return path
+
+
+def errors(random: np.random.Generator, count: int, wander: float) -> Floats:
+    """Of the currents, relative: 2 % that change by the sample, or wander."""
+    drawn = 0.02 * random.standard_normal(count)
+    drawn[0] /= (1.0 - wander**2) ** 0.5
+    return np.array(list(accumulate(drawn, lambda error, more: wander * error + more)))
+
+
+def covered(flight: Flight, runs: int, seed: int, tmp_path: Path) -> dict[str, int]:
+    """How often each interval holds the truth."""
+    random, counts = np.random.default_rng(seed), dict.fromkeys(TRUE, 0)
+    for _ in range(runs):
+        found = optuav.fit_regimes([written(tmp_path / "log.csv", flight, random)])
+        values = {each.key.removeprefix("flight."): each for each in found.values}
+        for key, true in TRUE.items():
+            interval = values[key].interval
+            assert interval is not None
+            counts[key] += interval.low <= true <= interval.high
+    return counts
+
+
+@pytest.mark.parametrize("flight", [LONG, WANDERING])
+def test_intervals_cover_the_truth(flight: Flight, tmp_path: Path) -> None:
+    """Of 50 logs; so few as to fail come once in thousand times at a rate of 95 %."""
+    for key, count in covered(flight, 50, 5, tmp_path).items():
+        assert count >= binom.ppf(1e-3, 50, 0.95), (key, count)
+
+
+@pytest.mark.soak
+@pytest.mark.parametrize(
+    "flight", [LONG, SHORT, WANDERING, Flight(420.0, 0.1, 0.3), Flight(200.0, 0.25, 0.1)]
+)
+def test_intervals_cover_at_their_nominal_rate(flight: Flight, tmp_path: Path) -> None:
+    """95 % within what 400 logs can tell: four standard deviations are 4.4 %."""
+    for key, count in covered(flight, 400, 11, tmp_path).items():
+        assert count / 400 == pytest.approx(0.95, abs=0.0436), key

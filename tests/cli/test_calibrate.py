@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 import optuav
-from optuav.calibration import estimation
+from optuav.calibration import least_squares
 from tests.cli.run import refused, run, widest
 
 DATA = Path(__file__).parents[2] / "examples" / "data"
@@ -23,7 +23,7 @@ EXAMPLES = {
 @pytest.fixture(autouse=True)
 def few_refits(monkeypatch: pytest.MonkeyPatch) -> None:
     """For intervals by bootstrap, which count for nothing here but their places."""
-    monkeypatch.setattr(estimation, "REPLICATES", 50)
+    monkeypatch.setattr(least_squares, "REPLICATES", 50)
 
 
 @pytest.mark.parametrize("kind", EXAMPLES)

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from optuav.arrays import Floats
-from optuav.calibration.estimation import Unknown, estimate
+from optuav.calibration.least_squares import Unknown, estimate
 
 
 def test_a_long_record_needs_no_square_of_its_length() -> None:

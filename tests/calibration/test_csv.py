@@ -8,8 +8,16 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from optuav.calibration.data import Column, check_record, read
-from optuav.calibration.together import copies, together
+from optuav.calibration.csv import (
+    Column,
+    Format,
+    Measurements,
+    clock_faults,
+    copies,
+    gaps,
+    read,
+    read_all,
+)
 from optuav.errors import InputError
 
 COLUMNS = (
@@ -19,6 +27,13 @@ COLUMNS = (
     Column("phase", "text", needed=False),
     Column("duration", "time", needed=False, blanks=True),
 )
+LOG = Format(COLUMNS)
+
+
+def record(table: Measurements) -> None:
+    """Refuse what is no record over time."""
+    if found := [*clock_faults(table), *gaps(table)]:
+        raise InputError(found)
 
 
 @pytest.fixture
@@ -29,7 +44,7 @@ def file(tmp_path: Path) -> Path:
 def faults(file: Path, text: str, least: int = 1) -> list[str]:
     file.write_text(text, "utf-8")
     with pytest.raises(InputError) as caught:
-        check_record(read(file, COLUMNS, least))
+        record(read(file, Format(COLUMNS, least)))
     return [str(fault).replace(str(file), "log.csv") for fault in caught.value.faults]
 
 
@@ -38,7 +53,7 @@ def test_units_of_the_header_become_si(file: Path) -> None:
     file.write_text(
         "# a remark\ntime_min, current_mA,speed_rpm,phase\n1,500,60,hover\n\n2,5e2,0,rest\n"
     )
-    table = read(file, COLUMNS)
+    table = read(file, LOG)
     assert table.numbers["time"].tolist() == [60.0, 120.0]
     assert table.numbers["current"].tolist() == [0.5, 0.5]
     assert table.numbers["speed"][0] == pytest.approx(2.0 * math.pi)
@@ -48,20 +63,17 @@ def test_units_of_the_header_become_si(file: Path) -> None:
 
 def test_a_blank_is_no_number_where_blanks_are_allowed(file: Path) -> None:
     file.write_text("time_s,current_A,duration_s\n0,1,\n1,1,2\n")
-    assert np.isnan(read(file, COLUMNS).numbers["duration"][0])
+    assert np.isnan(read(file, LOG).numbers["duration"][0])
 
 
 def test_all_faults_are_told_at_once(file: Path) -> None:
-    """Gap, NaN, text, infinity, a short line and absurd sizes, each with its line."""
+    """Gap, NaN, text, infinity, a short line and absurd sizes: one fault a rule, with its lines."""
     text = "time_s,current_A\n0,1\n1,\n2,nan\n3,much\n4,inf\n5\n6,1e300\n7,-1e-300\n"
     assert faults(file, text) == [
-        "log.csv, line 3: current_A = an empty cell: a finite number, as current_A",
-        "log.csv, line 4: current_A = nan: a finite number, as current_A",
-        "log.csv, line 5: current_A = much: a finite number, as current_A",
-        "log.csv, line 6: current_A = inf: a finite number, as current_A",
         "log.csv, line 7: cells = 1: as many as in the header, 2",
-        "log.csv, line 8: current_A = 1e300: 0, or 1e-09 to 1e+10 in size",
-        "log.csv, line 9: current_A = -1e-300: 0, or 1e-09 to 1e+10 in size",
+        "log.csv, lines 3 to 6: current_A = an empty cell, nan, much, inf: a finite number, "
+        "as current_A",
+        "log.csv, lines 8, 9: current_A = 1e300, -1e-300: 0, or 1e-09 to 1e+10 in size",
     ]
 
 
@@ -107,53 +119,51 @@ def test_clocks_and_gaps_of_a_record(file: Path) -> None:
     assert found[2].endswith("time = 20 s after 3 s: no gap of more than 10 usual steps of 1 s")
 
 
-def test_faults_of_several_files_come_together(tmp_path: Path) -> None:
+def test_faults_of_several_files_come_read_all(tmp_path: Path) -> None:
     for name in ("a", "b"):
         (tmp_path / f"{name}.csv").write_text("time_s\n1\n")
     paths = [tmp_path / name for name in ("a.csv", "b.csv", "missing.csv")]
     with pytest.raises(InputError) as caught:
-        together(paths, lambda path: read(path, COLUMNS))
+        read_all(paths, lambda path: read(path, LOG))
     assert len(caught.value.faults) == 3
     assert "there is no such file" in str(caught.value.faults[-1])
 
 
-def test_equal_faults_are_told_once_with_their_lines(tmp_path: Path) -> None:
-    """Lines that follow each other are named by their ends; what differs has a line of its own."""
-    file = tmp_path / "log.csv"
-    file.write_text("time_s,current_A\n" + "0,\n" * 7 + "0,much\n")
-    with pytest.raises(InputError) as caught:
-        together([file], lambda path: read(path, COLUMNS))
-    assert [fault.source.removeprefix(str(file)) for fault in caught.value.faults] == [
-        ", lines 2 to 8",
-        ", line 9",
+def test_lines_that_break_one_rule_are_one_fault(file: Path) -> None:
+    """Lines that follow each other are named by their ends."""
+    text = "time_s,current_A\n" + "0,\n" * 7 + "0,much\n0,1\n0,\n"
+    assert faults(file, text) == [
+        "log.csv, lines 2 to 9, 11: current_A = an empty cell, much: a finite number, as current_A"
     ]
 
 
-def test_many_values_with_one_fault_are_one_fault(tmp_path: Path) -> None:
-    """A record from its end to its start is told in a line, and so are many unlike cells."""
-    file = tmp_path / "log.csv"
-
-    def told(*rows: str) -> list[str]:
-        file.write_text("\n".join(["time_s,current_A", *rows]))
-
-        def record(path: Path) -> None:
-            check_record(read(path, COLUMNS))
-
-        with pytest.raises(InputError) as caught:
-            together([file], record)
-        return [str(fault).removeprefix(str(file)) for fault in caught.value.faults]
-
-    assert told(*(f"{400 - n},1" for n in range(300))) == [
-        ", lines 3 to 301: time = 399 s, …, 101 s: later than the line before; time runs backwards"
+def test_many_values_with_one_fault_are_one_fault(file: Path) -> None:
+    """A record from its end to its start, and many unlike cells, take one line each."""
+    reversed_ = "".join(f"{400 - n},1\n" for n in range(300))
+    assert faults(file, f"time_s,current_A\n{reversed_}") == [
+        "log.csv, lines 3 to 301: time = 399 s, …, 101 s: later than the line before; "
+        "time runs backwards"
     ]
-    assert told(*(f"{n},{'no' * (n % 2)}{n}" for n in range(20))) == [
-        ", lines 3, 5, 7, 9, 11 and 5 more: current_A = no1, …, no19: a finite number, as current_A"
+    unlike = "".join(f"{n},{'no' * (n % 2)}{n}\n" for n in range(20))
+    assert faults(file, f"time_s,current_A\n{unlike}") == [
+        "log.csv, lines 3, 5, 7, 9, 11 and 5 more: current_A = no1, …, no19: a finite number, "
+        "as current_A"
     ]
+
+
+def test_the_format_with_most_headings_is_read(file: Path) -> None:
+    """And the first of several that have as many."""
+    other = Format((Column("time", "time"), Column("force", "force")))
+    file.write_text("time_s,force_g\n1,1000\n")
+    assert read(file, LOG, other).numbers["force"] == pytest.approx([9.80665])
+    file.write_text("time_s,phase\n1,rest\n")
+    with pytest.raises(InputError, match="there is no column current_A"):
+        read(file, other, LOG)
 
 
 def test_no_file_at_all() -> None:
     with pytest.raises(InputError, match="no file"):
-        together([], lambda path: read(path, COLUMNS))
+        read_all([], lambda path: read(path, LOG))
 
 
 def test_a_file_counts_once_under_all_its_names(tmp_path: Path) -> None:
@@ -163,7 +173,7 @@ def test_a_file_counts_once_under_all_its_names(tmp_path: Path) -> None:
     (tmp_path / "link.csv").symlink_to(tmp_path / "a.csv")
     paths = [tmp_path / name for name in ("a.csv", "below/../a.csv", "link.csv", "missing.csv")]
     with pytest.raises(InputError) as caught:
-        together(paths, lambda path: read(path, COLUMNS[:1]))
+        read_all(paths, lambda path: read(path, Format(COLUMNS[:1])))
     again, linked, missing = map(str, caught.value.faults)
     assert again == f"{paths[1]}: is the file {paths[0]} again: name it once"
     assert linked == f"{paths[2]}: is the file {paths[0]} again: name it once"

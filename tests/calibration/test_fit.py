@@ -1,0 +1,80 @@
+"""Values and intervals as text, warnings beside a mission, and what a fragment of TOML states."""
+
+from __future__ import annotations
+
+import tomllib
+from pathlib import Path
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+import optuav
+from optuav.calibration import Fit, Value
+from optuav.calibration.least_squares import ConfidenceInterval
+
+
+@pytest.mark.parametrize(
+    ("value", "low", "high", "words"),
+    [
+        (37726.86, 37405.1, 38051.2, ["37727", "37405 – 38051"]),
+        (20000.476, 20000.4, 20000.552, ["20000.476", "20000.400 – 20000.552"]),
+        (662.419, 656.6, 668.3, ["662.4", "656.6 – 668.3"]),
+        (2.7985e-4, 2.759e-4, 2.838e-4, ["0.0002798", "0.0002759 – 0.0002838"]),
+        (3.817e-6, 3.8e-6, 3.835e-6, ["3.817e-06", "3.800e-06 – 3.835e-06"]),
+        (4.400105e8, 4.400088e8, 4.400122e8, ["4.400105e+08", "4.400088e+08 – 4.400122e+08"]),
+        (20.0, 20.0, 20.0, ["20", "20 – 20"]),
+        (0.0, 0.0, 0.0, ["0", "0 – 0"]),
+    ],
+)
+def test_value_and_ends_have_the_same_decimals(
+    value: float, low: float, high: float, words: list[str]
+) -> None:
+    assert Value("a.b", value, "", ConfidenceInterval(low, high)).written(" – ") == words
+
+
+@given(st.floats(1e-9, 1e8), st.floats(1e-6, 0.9), st.floats(1e-6, 9.0))
+def test_the_ends_always_differ_from_the_value(value: float, below: float, above: float) -> None:
+    """And below a million nothing has an exponent, down to a ten thousandth."""
+    interval = ConfidenceInterval(value * (1.0 - below), value * (1.0 + above))
+    told, span = Value("a.b", value, "", interval).written(" ")
+    low, high = span.split()
+    assert float(low) < float(told) < float(high)
+    assert ("e" in told) == (not 1e-4 <= interval.high < 1e6)
+
+
+def test_loads_are_doubted_that_the_battery_hardly_holds(tmp_path: Path) -> None:
+    """Milliamperes that could be amperes: 800 A are 160 C for 5 A h, and 27 C for 30 A h."""
+    file = tmp_path / "log.csv"
+    rows = [f"{n},{800 + n % 2},22,hover" for n in range(20)]
+    file.write_text("\n".join(["time_s,current_A,voltage_V,phase", *rows]))
+    found = optuav.fit_regimes([file])
+    paper = optuav.load("paper").replace({"battery.packs": 1})
+    small, large = (paper.replace({"battery.capacity_As": 3600.0 * Ah}) for Ah in (5, 30))
+    (words,) = set(found.beside(small).warnings) - set(found.warnings)
+    assert words.startswith("hover_current_A = 800.5 would empty the full battery of the mission ")
+    assert "paper, 18000 A s, in 22.5 s: look at the units" in words
+    assert f"# Warning: {words}" in found.beside(small).to_toml()
+    assert found.beside(large) == found
+
+
+def test_a_battery_that_was_found_counts_before_that_of_the_mission() -> None:
+    """Where one fit tells capacity and load, the mission's own capacity is none of the values."""
+    values = tuple(
+        Value(key, value, "known")
+        for key, value in (("battery.capacity_As", 1e6), ("flight.hover_current_A", 800.0))
+    )
+    found = Fit("table", (), "", values, ())
+    tiny = optuav.load("paper").replace({"battery.capacity_As": 100.0})
+    assert found.beside(tiny).warnings == ()
+
+
+def test_a_fragment_is_toml_whatever_its_words() -> None:
+    """Settings of every type, quotes in the name of a mission, a line break in that of a file."""
+    settings = {"flight.model": "regimes", "route.hover_m": [1, 2.5, 3], "laser.tracked": True}
+    fit = Fit("table", ("a\nb = 3.csv",), "few", (), (), settings=settings)
+    document = tomllib.loads(fit.to_toml('C:\\a "b".toml'))
+    assert document["extends"].endswith('a "b".toml')
+    assert document["route"]["hover_m"] == [1, 2.5, 3]
+    assert document["laser"]["tracked"] is True
+    assert "b" not in document
