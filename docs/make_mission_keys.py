@@ -23,7 +23,6 @@ START, END = "<!-- keys: written by make_mission_keys.py -->\n", "<!-- end of ke
 
 HEAD = ("| key | what it is | what it may be | if left out |", "|---|---|---|---|")
 INSTEAD = {
-    "name": "the file's name",
     "flow_rate_per_s": "state flow_rate_per_min",
     "visibility_km": "state attenuation_per_km",
     "attenuation_per_km": "state visibility_km",
@@ -46,6 +45,8 @@ def rows(model: type[BaseModel], keys: Iterable[str]) -> Iterator[Row]:
     for key in keys:
         field = model.model_fields[key]
         default = INSTEAD.get(key) or left_out(field)
+        if model is Mission and key == "name":
+            default = "the file's name"
         yield key, field.description or "", allowed(model, key), default
 
 

@@ -6,6 +6,7 @@ import json
 
 import typer
 from rich.console import Console
+from rich.text import Text
 
 from optuav.cli.options import JsonOption, MissionArgument, SetOption, mission_of
 from optuav.network.feasibility import advice
@@ -21,8 +22,7 @@ def validate(
         answer = {"mission": checked.name, "valid": True, "warnings": list(warnings)}
         typer.echo(json.dumps(answer, indent=2, ensure_ascii=False))
         return
-    screen = Console(highlight=False, soft_wrap=True)
+    screen = Console(highlight=False)
     screen.print(f"{checked.name}: every key of the mission is in order", markup=False)
     for warning in warnings:
-        screen.print("warning:", style="bold yellow", end=" ")
-        screen.print(warning, markup=False)
+        screen.print(Text.assemble(("warning: ", "bold yellow"), warning))

@@ -51,6 +51,16 @@ class Datasheet(Section):
         Charge that shall be left after landing [%], 0 to 90.
     laser_power_W
         That the laser draws [W], 0 to 1e6.
+
+    Examples
+    --------
+    >>> import optuav
+    >>> drone = optuav.Datasheet(
+    ...     mass_kg=6.3, packs=2, cells=12, capacity_mAh=5000, hover_min=41, cruise_speed_m_s=12
+    ... )
+    >>> mission = drone.mission()
+    >>> mission.flight.hover_current_A
+    14.6341
     """
 
     mass_kg: Annotated[float, Number("kg", ge=0.05, le=1000)]

@@ -29,6 +29,13 @@ def json_schema() -> dict[str, Any]:
     -------
     dict
         The schema as plain data.
+
+    Examples
+    --------
+    >>> import optuav
+    >>> schema = optuav.json_schema()
+    >>> schema["definitions"]["Limits"]["properties"]["deadline_s"]["maximum"]
+    10000000.0
     """
     generated = _plain(Mission.model_json_schema(ref_template="#/definitions/{model}"))
     definitions: dict[str, Any] = generated["$defs"]

@@ -65,6 +65,16 @@ def load(source: str | Path) -> Mission:
     ------
     InputError
         With every fault of the file and of those that it extends.
+
+    Examples
+    --------
+    >>> import optuav
+    >>> mission = optuav.load("paper")
+    >>> mission.limits.deadline_s
+    1200.0
+    >>> optuav.load("papr")
+    Traceback (most recent call last):
+    optuav.errors.InputError: papr: there is no such file; did you mean 'paper'?
     """
     if not isinstance(source, str | Path):
         raise InputError([Fault("", shown(source), "a shipped mission's name or a file's path")])
@@ -88,7 +98,19 @@ def load(source: str | Path) -> Mission:
 
 @cache
 def shipped() -> tuple[str, ...]:
-    """Names of the missions that come with the package, in alphabetical order."""
+    """Names of the missions that come with the package, in alphabetical order.
+
+    Returns
+    -------
+    tuple of str
+        Names that `load` takes.
+
+    Examples
+    --------
+    >>> import optuav
+    >>> optuav.shipped()
+    ('matrice350', 'paper', 'paper-table2')
+    """
     return tuple(sorted(path.stem for path in _SHIPPED.glob("*.toml")))
 
 

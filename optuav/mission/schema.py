@@ -54,6 +54,16 @@ class Mission(Section):
     Missions are equal if all their values are, can be hashed and pickled, and change only by
     `replace`, which makes a new one. `load`, `from_dict` and `replace` raise
     `optuav.errors.InputError` with all faults; the constructor raises pydantic's own error.
+
+    Examples
+    --------
+    >>> import optuav
+    >>> mission = optuav.load("paper")
+    >>> mission.battery.packs, len(mission.buildings)
+    (2, 10)
+    >>> longer = mission.replace({"limits.deadline_s": 1500, "buildings.b3": None})
+    >>> longer.limits.deadline_s, len(longer.buildings)
+    (1500.0, 9)
     """
 
     name: Name = "mission"

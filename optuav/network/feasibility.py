@@ -96,6 +96,7 @@ def advice(mission: Mission) -> tuple[str, ...]:
     found = list(impossibilities(network))
     if not found:
         found += _deadline(network)
+    found += _fast(network)
     found += _charging(mission)
     found += _dark(network)
     return tuple(found)
@@ -109,6 +110,16 @@ def _deadline(network: Network) -> Iterator[str]:
             f"limits.deadline_s = {deadline_s:g} s is shorter than the flight alone, "
             f"{shortest_s:.2f} s"
         )
+
+
+def _fast(network: Network) -> Iterator[str]:
+    """A sentence on the fastest leg that a route may use, where it is too fast for the model."""
+    legs, names = network.legs, network.places.names
+    speeds_m_s = np.where(legs.flyable & ~legs.edited, legs.peak_speed_m_s, 0.0)
+    fastest = int(speeds_m_s.argmax())
+    warning = flight.speed_warning(float(speeds_m_s[fastest]))
+    if warning is not None:
+        yield f"on the leg {names[legs.start[fastest]]} → {names[legs.end[fastest]]}, {warning}"
 
 
 def _charging(mission: Mission) -> Iterator[str]:

@@ -76,3 +76,62 @@ def build_places(mission: Mission, obstacles: Prisms) -> Places:
         np.where(sight, received.current_A, 0.0),
         edited,
     )
+
+
+@dataclass(frozen=True)
+class ChargingCap:
+    """What keeps a stronger laser from charging faster.
+
+    Parameters
+    ----------
+    key
+        The key of the mission that states the current.
+    current_A
+        Its value [A].
+    places
+        Names of the places where it holds.
+    everywhere
+        Whether those are all places in sight of the laser.
+    """
+
+    key: str
+    current_A: float
+    places: tuple[str, ...]
+    everywhere: bool
+
+    def __str__(self) -> str:
+        names = ", ".join(self.places[:10]) + (", …" if len(self.places) > 10 else "")
+        at = "wherever the laser is in sight" if self.everywhere else f"at {names}"
+        return (
+            f"{self.key} = {self.current_A:g} A caps the charging current {at}: a stronger laser "
+            "changes nothing there"
+        )
+
+
+def charging_cap(mission: Mission, places: Places) -> ChargingCap | None:
+    """Which key caps the charging current, and where; None if more laser power charges faster.
+
+    Places whose power was stated in a graph are left out.
+
+    Examples
+    --------
+    >>> import optuav
+    >>> from optuav.network.network import build_network
+    >>> network = build_network(optuav.load("paper"))
+    >>> print(charging_cap(network.mission, network.places))
+    battery.charge_current_A = 10 A caps the charging current wherever the laser is in sight: a \
+stronger laser changes nothing there
+    """
+    if mission.laser is None:
+        return None
+    key, current_A = "battery.charge_current_A", mission.battery.charge_current_A
+    lit = places.laser_sight & ~places.edited
+    capped = lit
+    if mission.flight.model == "regimes" and mission.flight.charge_current_A is not None:
+        key, current_A = "flight.charge_current_A", mission.flight.charge_current_A
+    else:
+        distance_m = np.sqrt(((places.position_m - mission.laser.position_m) ** 2).sum(axis=1))
+        power_W = vehicle.received_power_W(mission, distance_m, np.inf)
+        capped = lit & (power_W > current_A * mission.battery.nominal_voltage_V)
+    names = tuple(places.names[place] for place in np.flatnonzero(capped))
+    return ChargingCap(key, current_A, names, bool((capped == lit).all())) if names else None

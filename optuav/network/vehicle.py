@@ -155,11 +155,14 @@ def charging(mission: Mission, distance_m: Quantity) -> Flow:
     if stated.model == "regimes" and stated.charge_current_A is not None:
         return Flow(stated.charge_current_A, stated.charge_power_W)
     voltage_V = mission.battery.nominal_voltage_V
-    power_W = laser.received_power(
-        conversion(mission),
-        given.power_W,
-        attenuation_per_km(mission),
-        distance_m,
-        mission.battery.charge_current_A * voltage_V,
-    )
+    power_W = received_power_W(mission, distance_m, mission.battery.charge_current_A * voltage_V)
     return Flow(power_W / voltage_V, power_W)
+
+
+def received_power_W(mission: Mission, distance_m: Quantity, limit_W: Quantity) -> Quantity:
+    """Power of the laser by distance [m], turned down to what may be received [W]."""
+    given = mission.laser
+    assert given is not None
+    return laser.received_power(
+        conversion(mission), given.power_W, attenuation_per_km(mission), distance_m, limit_W
+    )
