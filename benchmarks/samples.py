@@ -5,7 +5,7 @@ from __future__ import annotations
 import time
 
 from benchmarks.timing import Row
-from optuav.studies import sensitivity
+from optuav.studies.sensitivity import sensitivity
 
 SAMPLES = 100_000
 

@@ -36,13 +36,9 @@ def pictures() -> Iterator[tuple[str, Axes]]:
     yield "plane", plots.plane(part.model, part.model.row(0), [program.solve()])
     yield "profile", plots.profile(optuav.replay(promised)).speed
     found = optuav.sensitivity("paper", {})
-    swings = [
-        plots.Swing(each.key, each.low, each.high, each.hover_low_s, each.hover_high_s)
-        for each in found.effects
-    ]
-    yield "tornado", plots.tornado(swings, found.hover_time_s, "paper")
-    by_schedule = optuav.compare_schedules(plan.mission, slot_s=10.0)
-    yield "packs", plots.packs(by_schedule.plans)[0]
+    yield "tornado", found.plot()["tornado.png"].axes[0]
+    by_schedule = optuav.compare(plan.mission, by="schedule", slots_s=10.0)
+    yield "packs", by_schedule.plot()["packs.png"].axes[0]
     yield "leg", plots.leg(plan.mission, "origin", "hover").speed
     logged = optuav.fit_regimes([DATA / "flight_log.csv"])
     yield "fit", plots.fit(logged)[0].values

@@ -39,10 +39,8 @@ if TYPE_CHECKING:
     from optuav.solving import solve as solve
     from optuav.solving.hovers import longest_hovers as longest_hovers
     from optuav.solving.route_choice import route_choice as route_choice
-    from optuav.studies import compare as compare
-    from optuav.studies import compare_by as compare_by
-    from optuav.studies import compare_schedules as compare_schedules
-    from optuav.studies import sensitivity as sensitivity
+    from optuav.studies.compare import compare as compare
+    from optuav.studies.sensitivity import sensitivity as sensitivity
 
     __version__: str
 
@@ -75,10 +73,8 @@ HOMES = {
     "fit_rotor": "optuav.calibration",
     "fit_table": "optuav.calibration",
     "explain": "optuav.diagnosis",
-    "compare": "optuav.studies",
-    "compare_by": "optuav.studies",
-    "compare_schedules": "optuav.studies",
-    "sensitivity": "optuav.studies",
+    "compare": "optuav.studies.compare",
+    "sensitivity": "optuav.studies.sensitivity",
     "ledger": "optuav.paper.ledger",
     "reproduce": "optuav.paper.reproduce",
 }

@@ -94,7 +94,7 @@ def calibrate(
 
 
 def _show(found: Fit, written: list[Path]) -> None:
-    from optuav.studies.tables import as_text
+    from optuav.studies.results import as_text
 
     screen = Console(highlight=False)
     if screen.is_terminal:

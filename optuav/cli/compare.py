@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterable
 from pathlib import Path
-from typing import Annotated, Any, NamedTuple
+from typing import TYPE_CHECKING, Annotated
 
 import typer
-from rich.console import Console, RenderableType
+from rich.console import Console
 
 from optuav.cli.options import (
     JsonOption,
@@ -20,10 +19,12 @@ from optuav.cli.options import (
 )
 from optuav.cli.progress import progress
 from optuav.errors import Fault, InputError
-from optuav.mission import Mission
 from optuav.mission.files import label, make_directory, refusal, write_text
 
-YES, NO, ENGINE_FAILED = 0, 1, 3
+if TYPE_CHECKING:
+    from optuav.studies.results import Results
+
+NO, ENGINE_FAILED = 1, 3
 
 
 def compare(
@@ -37,11 +38,12 @@ def compare(
         ),
     ] = None,
     perspective: Annotated[
-        str,
+        str | None,
         typer.Option(
-            help="battery, energy or adjusted: how charge is counted; with --by also available."
+            help="How charge is counted: battery (the default), energy or adjusted; "
+            "with --by also available (the default there)."
         ),
-    ] = "battery",
+    ] = None,
     engines: Annotated[
         str | None,
         typer.Option(
@@ -61,7 +63,7 @@ def compare(
         ),
     ] = None,
     times: Annotated[
-        bool, typer.Option("--times", help="Tell times taken, which differ from run to run.")
+        bool, typer.Option("--times", help="Show the times taken, which differ from run to run.")
     ] = False,
     settings: SetOption = None,
     as_json: JsonOption = False,
@@ -73,84 +75,28 @@ def compare(
     Exit code 1 if answers disagree or there is no feasible plan, 3 if an engine failed.
     """
     make_ready(save, plot)
+    from optuav.studies import compare as studies
+
     lengths = None if slots is None else _numbers(slots)
-    asked = mission_of(mission, settings)
-    if by is not None:
-        _refuse_with_by(lengths, engines=engines, time_limit_s=time_limit_s, times=times or None)
-    slot_s = lengths[0] if lengths else None
-    if by == "schedule":
-        found = _by_schedule(asked, slot_s, plot)
-    elif by is not None:
-        found = _by_choice(asked, _names(by), perspective, slot_s, plot)
-    else:
-        options: dict[str, Any] = {} if engines is None else {"engines": _names(engines)}
-        options |= {} if lengths is None else {"slots": lengths}
-        options |= {"perspective": perspective, "time_limit_s": time_limit_s}
-        found = _by_method(asked, options, plot, times=times)
-    _deliver(found, as_json, save)
-    if found.code:
-        raise typer.Exit(found.code)
-
-
-class Found(NamedTuple):
-    """A comparison: as data, as CSV, as tables and pictures, and the exit code that it deserves."""
-
-    data: dict[str, Any]
-    table: str
-    shown: Iterable[RenderableType]
-    pictures: list[Path]
-    code: int
-
-
-def _by_method(
-    mission: Mission, options: dict[str, Any], plot: Path | None, *, times: bool
-) -> Found:
-    """The answers of all engines, in slots and in continuous times."""
-    from optuav import studies
-    from optuav.studies import tables
-
+    names = None if engines is None else _names(engines)
+    chosen = "method" if by is None else _names(by)
     with progress() as told:
-        found = studies.compare(mission, progress=told, **options)
-    disagree = not found.agrees or not found
-    return Found(
-        found.to_dict(times=times),
-        found.to_csv(times=times),
-        tables.comparison_tables(found, times=times, width=_width(tables.WIDTH)),
-        found.save_pictures(plot) if plot is not None else [],
-        ENGINE_FAILED if found.failures else NO if disagree else YES,
-    )
-
-
-def _by_choice(
-    mission: Mission, by: list[str], perspective: str, slot_s: float | None, plot: Path | None
-) -> Found:
-    """Plans by perspective and trajectory."""
-    from optuav import studies
-    from optuav.studies.choice_tables import choice_tables
-
-    found = studies.compare_by(mission, by, perspective=perspective, slot_s=slot_s)
-    has_plan = any(row.hover_time_s is not None for row in found.rows)
-    return Found(
-        found.to_dict(),
-        found.to_csv(),
-        choice_tables(found),
-        found.save_pictures(plot) if plot is not None else [],
-        YES if has_plan else NO,
-    )
-
-
-def _by_schedule(mission: Mission, slot_s: float | None, plot: Path | None) -> Found:
-    """Plans by schedule of the packs."""
-    from optuav import studies
-
-    found = studies.compare_schedules(mission, slot_s=slot_s)
-    return Found(
-        found.to_dict(),
-        found.to_csv(),
-        found.tables(),
-        found.save_pictures(plot) if plot is not None else [],
-        YES if any(found.plans) else NO,
-    )
+        found = studies.compare(
+            mission_of(mission, settings),
+            by=chosen,
+            perspective=perspective,
+            slots_s=lengths,
+            engines=names,
+            time_limit_s=time_limit_s,
+            times=times,
+            progress=told,
+        )
+    deliver(found, save, plot, as_json=as_json)
+    if found.facts.get("failures"):
+        raise typer.Exit(ENGINE_FAILED)
+    has_plan = any(row["hover_time_s"] is not None for row in found.rows)
+    if not has_plan or found.facts.get("disagreements"):
+        raise typer.Exit(NO)
 
 
 def make_ready(save: Path | None, plot: Path | None) -> None:
@@ -168,18 +114,6 @@ def make_ready(save: Path | None, plot: Path | None) -> None:
         _ = plots.slot_gaps  # refused here where matplotlib is missing
 
 
-def _refuse_with_by(lengths: list[float] | None, **others: Any) -> None:
-    faults = [
-        Fault(f"--{name.replace('_', '-')}", "", "does not go with --by")
-        for name, value in others.items()
-        if value is not None
-    ]
-    if lengths is not None and len(lengths) > 1:
-        faults.append(Fault("--slots", "", "one length with --by"))
-    if faults:
-        raise InputError(faults)
-
-
 def _names(text: str) -> list[str]:
     return [name.strip() for name in text.split(",")]
 
@@ -192,27 +126,20 @@ def _numbers(text: str) -> list[float]:
         raise InputError([Fault("--slots", repr(text), words)]) from None
 
 
-def _width(otherwise: int) -> int:
-    """Columns of the terminal; what is written elsewhere is as wide everywhere."""
-    screen = Console()
-    return screen.width if screen.is_terminal else otherwise
-
-
-def _deliver(found: Found, as_json: bool, save: Path | None) -> None:
-    """Print a comparison, and write what was asked for."""
-    from optuav.studies.tables import as_text
-
-    text = json.dumps(found.data, indent=2, ensure_ascii=False)
+def deliver(found: Results, save: Path | None, plot: Path | None, *, as_json: bool) -> None:
+    """Print a table of results, as wide as the screen, and write the files that were asked for."""
+    text = json.dumps(found.to_dict(), indent=2, ensure_ascii=False)
     if save is not None:
-        write_text(save, found.table if save.suffix == ".csv" else f"{text}\n")
+        write_text(save, found.to_csv() if save.suffix == ".csv" else f"{text}\n")
+    pictures = found.save_pictures(plot) if plot is not None else []
     if as_json:
         typer.echo(text)
         return
     screen = Console(highlight=False)
     if screen.is_terminal:
-        for each in found.shown:
+        for each in found.tables(screen.width):
             screen.print(each)
     else:
-        typer.echo(as_text(found.shown))
-    for path in ([save] if save else []) + found.pictures:
+        typer.echo(str(found))
+    for path in ([save] if save else []) + pictures:
         screen.print(f"wrote {path}", style="dim", markup=False, soft_wrap=True)

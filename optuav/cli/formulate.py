@@ -67,7 +67,7 @@ def formulate(
         typer.echo(textwrap.fill(str(program), WIDTH, subsequent_indent="  "))
         raise typer.Exit(NO)
     from optuav.mission.files import write_text
-    from optuav.studies import statement
+    from optuav.studies.statement import statement
 
     text = statement(program, *forms).rstrip("\n")
     if save is None:

@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
 from typing import Annotated
 
 import typer
-from rich.console import Console
 
-from optuav.cli.compare import make_ready
+from optuav.cli.compare import deliver, make_ready
 from optuav.cli.options import (
     JsonOption,
     MissionArgument,
@@ -18,7 +16,6 @@ from optuav.cli.options import (
     SetOption,
     mission_of,
 )
-from optuav.mission.files import write_text
 
 NO = 1
 
@@ -29,7 +26,7 @@ def sensitivity(
         Path | None,
         typer.Option(
             metavar="FILE",
-            help="How keys are spread, as TOML; else what is measured is within 10 %.",
+            help="How keys are spread, as TOML; by default all that is measured is within 10 %.",
         ),
     ] = None,
     perspective: Annotated[
@@ -37,40 +34,33 @@ def sensitivity(
     ] = "available",
     plan: Annotated[
         Path | None,
-        typer.Option(metavar="PLAN", help="A saved plan to hold fixed; else the mission's best."),
+        typer.Option(
+            metavar="PLAN", help="A saved plan to hold fixed; by default the mission's best."
+        ),
     ] = None,
     samples: Annotated[int, typer.Option(help="How many samples to draw.")] = 10_000,
-    seed: Annotated[int, typer.Option(help="What they are drawn from.")] = 0,
+    seed: Annotated[int, typer.Option(help="Seed of the samples.")] = 0,
     settings: SetOption = None,
     as_json: JsonOption = False,
     save: SaveTableOption = None,
     plot: PlotOption = None,
 ) -> None:
-    """Tell which numbers matter most, and what their uncertainty means for the hover time.
+    """Find which numbers matter most, and what their uncertainty means for the hover time.
 
-    Exit code 1 if the mission has no plan as it stands.
+    Exit code 1 if the mission has no plan.
     """
     make_ready(save, plot)
-    asked = mission_of(mission, settings)
-    from optuav import studies
     from optuav.plan import load_plan
+    from optuav.studies import sensitivity as studies
 
     found = studies.sensitivity(
-        asked,
+        mission_of(mission, settings),
         uncertainty,
         perspective=perspective,
         plan=None if plan is None else load_plan(plan),
         samples=samples,
         seed=seed,
     )
-    pictures = found.save_pictures(plot) if plot is not None else []
-    text = json.dumps(found.to_dict(), indent=2, ensure_ascii=False)
-    if save is not None:
-        write_text(save, found.to_csv() if save.suffix == ".csv" else f"{text}\n")
-    typer.echo(text if as_json else str(found))
-    if not as_json:
-        screen = Console(highlight=False)
-        for path in ([save] if save else []) + pictures:
-            screen.print(f"wrote {path}", style="dim", markup=False, soft_wrap=True)
-    if not found.hover_time_s:
+    deliver(found, save, plot, as_json=as_json)
+    if not found.facts["hover_time_s"]:
         raise typer.Exit(NO)

@@ -12,6 +12,7 @@ import pytest
 import optuav
 from optuav.engines import smooth
 from optuav.errors import SolverError
+from optuav.studies import methods
 from tests.cli.run import refused, run, widest, words
 
 QUICK = ("compare", "small.toml", "--engines", "grid", "--slots", "10,60")
@@ -32,7 +33,7 @@ def test_agreement_is_exit_code_0() -> None:
     assert widest(found.out) <= 80
     assert found.out.splitlines()[-1] == "All 12 answers agree."
     assert found.out.rstrip() == str(
-        optuav.compare("small.toml", slots=(10.0, 60.0), engines=("grid",))
+        optuav.compare("small.toml", slots_s=(10.0, 60.0), engines=("grid",))
     )
 
 
@@ -40,21 +41,25 @@ def test_largest_gap_is_the_largest() -> None:
     """Not the one that uses up most of its own bound: P3's 8.85 s of 10 s at slots of 10 s."""
     printed = run(*QUICK, "--perspective", "battery").out.splitlines()
     (line,) = (line.split() for line in printed if line.startswith("grid 10 s"))
-    found = optuav.compare("small.toml", slots=(10.0,), engines=("grid",), perspective="battery")
-    gaps_s = {row.name: row.cells[-1].gap_s for row in found.rows}
+    found = optuav.compare("small.toml", slots_s=(10.0,), engines=("grid",), perspective="battery")
+    gaps_s = {
+        " ".join(filter(None, (row["problem"], row["building"], row["order"]))): row["gap_s"]
+        for row in found.rows
+        if row["method"] == "grid 10 s"
+    }
     assert gaps_s["P4 b1 rest-first"] > gaps_s["P3"] == pytest.approx(8.848, abs=1e-3)
     assert line[3] == f"{max(gaps_s.values()):.2f}" == "9.54"
 
 
 def test_every_engine_by_default() -> None:
     found = run("compare", "small.toml", "--slots", "60", "--set", "buildings=[]", "--json")
-    methods = [cell["method"] for cell in json.loads(found.out)["rows"][0]["cells"]]
+    methods = [row["method"] for row in json.loads(found.out)["rows"] if row["problem"] == "P3"]
     assert methods == ["closed form", "LP", "CasADi wells", "grid 60 s", "MILP 60 s"]
 
 
 def test_disagreement_is_loud_and_exit_code_1(monkeypatch: pytest.MonkeyPatch) -> None:
     """With an accuracy that no solver has."""
-    monkeypatch.setattr(optuav.studies.methods, "ACCURACY_S", {"cvxpy": -1.0, "closed-form": 0.0})
+    monkeypatch.setattr(methods, "ACCURACY_S", {"cvxpy": -1.0, "closed-form": 0.0})
     found = run("compare", "small.toml", "--engines", "cvxpy", "--slots", "60")
     assert found.code == 1
     assert "DISAGREE  P3, LP: " in found.out
@@ -88,8 +93,8 @@ def test_the_same_question_gives_the_same_output() -> None:
     """Times taken differ from run to run and are told only when asked."""
     assert run(*QUICK, "--json").out == run(*QUICK, "--json").out
     assert run(*QUICK).out == run(*QUICK).out
-    assert "time" not in json.loads(run(*QUICK, "--json").out)["rows"][0]["cells"][0]
-    assert json.loads(run(*QUICK, "--json", "--times").out)["rows"][0]["cells"][0]["time_s"] > 0.0
+    assert "time" not in json.loads(run(*QUICK, "--json").out)["rows"][0]
+    assert json.loads(run(*QUICK, "--json", "--times").out)["rows"][0]["time_s"] > 0.0
     timed = run(*QUICK, "--times").out
     assert "time [s]" in timed
     assert widest(timed) <= 80
@@ -120,7 +125,9 @@ def test_plans_by_perspective_and_trajectory(folder: Path) -> None:
     found = run("compare", "paper-table2", "--by", "perspective,trajectory", "--slots", "1")
     assert found.code == 0
     assert widest(found.out) <= 80
-    assert found.out.rstrip() == str(optuav.compare_by("paper-table2", slot_s=1.0))
+    assert found.out.rstrip() == str(
+        optuav.compare("paper-table2", by=("perspective", "trajectory"), slots_s=1.0)
+    )
     assert "energy direct 697.00" in words(found.out)
     data = json.loads(run("compare", "paper", "--by", "trajectory", "--json").out)
     assert [row["trajectory"] for row in data["rows"]] == ["direct", "traj1", "traj2", "optimal"]
@@ -140,20 +147,26 @@ def test_plans_by_trajectory_where_there_are_none() -> None:
     [
         (("--slots", ""), "--slots = '': numbers of seconds"),
         (("--slots", "1,x"), "--slots = '1,x': numbers of seconds"),
-        (("--slots", "0"), "slots = 0.0"),
-        (("--slots", "1e-9"), "slots = 1e-09"),
-        (("--slots", "inf"), "slots = inf"),
+        (("--slots", "0"), "slots_s = 0.0"),
+        (("--slots", "1e-9"), "slots_s = 1e-09"),
+        (("--slots", "inf"), "slots_s = inf"),
         (("--slots", "1,1.0"), "each length once"),
         (("--engines", "grid,abacus"), "engines = 'abacus': some of closed-form, cvxpy"),
         (("--perspective", "wells"), "perspective = 'wells': one of battery, energy, adjusted"),
-        (("--perspective", "available"), "available where plans are compared (compare_by, --by)"),
-        (("--by", "problem"), "by = 'problem': some of perspective, trajectory; or schedule alone"),
+        (("--perspective", "available"), "available where plans are compared"),
+        (
+            ("--by", "problem"),
+            "by = 'problem': some of perspective, trajectory; or method or schedule alone",
+        ),
         (("--by", "schedule,trajectory"), "by = 'schedule': some of perspective, trajectory; or"),
         (("--by", "trajectory,trajectory"), "each once"),
-        (("--by", "trajectory", "--slots", "1,2"), "one length with --by"),
-        (("--by", "trajectory", "--engines", "grid"), "--engines: does not go with --by"),
-        (("--by", "trajectory", "--times"), "--times: does not go with --by"),
-        (("--by", "perspective", "--perspective", "energy"), "is varied already"),
+        (("--by", "trajectory", "--slots", "1,2"), "one length unless by = 'method'"),
+        (
+            ("--by", "trajectory", "--engines", "grid"),
+            "goes with by = 'method' only",
+        ),
+        (("--by", "trajectory", "--times"), "times = true: goes with by = 'method' only"),
+        (("--by", "perspective", "--perspective", "energy"), "is compared by already"),
         (("--time-limit-s", "0"), "time_limit_s = 0.0"),
         (("--set", "limits.min_soc=2"), "limits.min_soc = 2"),
     ],
@@ -174,6 +187,5 @@ def test_bad_input_is_refused_in_words(arguments: tuple[str, ...], said: str) ->
 def test_places_that_cannot_be_written_to_are_refused_before_the_work(
     by: tuple[str, ...], option: tuple[str, ...], said: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(optuav.studies, "compare", None)
-    monkeypatch.setattr(optuav.studies, "compare_by", None)
+    monkeypatch.setattr("optuav.studies.compare.compare", None)
     assert said in refused("compare", "paper", *by, *option)

@@ -43,13 +43,13 @@ def test_every_detail_is_saved_and_drawn(folder: Path) -> None:
     run(*asked, "--save", "all.csv")
     lines = (folder / "all.csv").read_text("utf-8").splitlines()
     assert lines[0].startswith("key,unit,now,low,high,hover_low_s,hover_high_s,elasticity")
-    assert len(lines) == len(data["effects"]) + 1
+    assert len(lines) == len(data["rows"]) + 1
 
 
 def test_a_mission_without_a_plan_is_an_honest_no() -> None:
     found = run("sensitivity", "paper", "--set", "limits.deadline_s=60", "--samples", "10")
     assert found.code == 1
-    assert "No hover as it stands" in found.out
+    assert "The mission has no plan" in found.out
 
 
 @pytest.mark.parametrize(

@@ -1,4 +1,4 @@
-"""`optuav.compare`: what agrees is said to agree, and what does not is found out."""
+"""Comparisons by method: what agrees is said to agree, and what does not is found out."""
 
 from __future__ import annotations
 
@@ -20,8 +20,7 @@ from optuav.engines import grid, linear, smooth
 from optuav.engines.solution import Solution
 from optuav.errors import InputError, SolverError
 from optuav.status import Status
-from optuav.studies import Cell, Comparison
-from optuav.studies.tables import comparison_tables
+from optuav.studies.results import Results, Row
 
 SLOTS_S = (1.0, 60.0)
 
@@ -35,20 +34,29 @@ def two_buildings(name: str = "paper", **values: Any) -> optuav.Mission:
     )
 
 
-def cell(found: Comparison, row: str, method: str) -> Cell:
-    """The cell of a row and a method by their names."""
-    (only,) = [c for r, c in found.cells if r.name == row and c.method.name == method]
+def name(row: Row) -> str:
+    """The problem of a row with its building and order."""
+    return " ".join(row[part] for part in ("problem", "building", "order") if row[part])
+
+
+def names(found: Results) -> list[str]:
+    return list(dict.fromkeys(map(name, found.rows)))
+
+
+def cell(found: Results, problem: str, method: str) -> Row:
+    """The only row of a problem and a method by their names."""
+    (only,) = [row for row in found.rows if (name(row), row["method"]) == (problem, method)]
     return only
 
 
 @pytest.fixture(scope="module")
-def paper() -> Comparison:
+def paper() -> Results:
     """The mission `paper` with two buildings, by every method."""
-    return optuav.compare(two_buildings(), slots=SLOTS_S)
+    return optuav.compare(two_buildings(), slots_s=SLOTS_S)
 
 
-def test_rows_and_columns(paper: Comparison) -> None:
-    assert [row.name for row in paper.rows] == [
+def test_rows_and_columns(paper: Results) -> None:
+    assert names(paper) == [
         "P3",
         "P4 b1 rest-first",
         "P4 b1 hover-first",
@@ -56,7 +64,8 @@ def test_rows_and_columns(paper: Comparison) -> None:
         "P4 b9 hover-first",
         "P1",
     ]
-    assert [method.name for method in paper.methods] == [
+    methods = list(dict.fromkeys(row["method"] for row in paper.rows))
+    assert methods == [
         "closed form",
         "LP",
         "CasADi wells",
@@ -65,13 +74,13 @@ def test_rows_and_columns(paper: Comparison) -> None:
         "grid 60 s",
         "MILP 60 s",
     ]
-    assert all(len(row.cells) == len(paper.methods) for row in paper.rows)
+    assert len(paper.rows) == len(names(paper)) * len(methods)
 
 
-def test_everything_agrees_on_the_paper(paper: Comparison) -> None:
-    assert paper.agrees
-    assert paper.disagreements == paper.failures == ()
-    assert all(cell.agrees for _, cell in paper.cells)
+def test_everything_agrees_on_the_paper(paper: Results) -> None:
+    assert paper.facts["agrees"]
+    assert paper.facts["disagreements"] == paper.facts["failures"] == ()
+    assert all(row["agrees"] for row in paper.rows)
 
 
 @pytest.mark.parametrize(
@@ -79,20 +88,18 @@ def test_everything_agrees_on_the_paper(paper: Comparison) -> None:
     [("P3", 688.848), ("P4 b1 rest-first", 719.5399), ("P1", 719.5399)],
 )
 def test_continuous_methods_find_the_check_numbers_of_the_specification(
-    paper: Comparison, row: str, hover_time_s: float
+    paper: Results, row: str, hover_time_s: float
 ) -> None:
     for method in ("closed form", "LP", "CasADi wells"):
         found = cell(paper, row, method)
-        assert found.hover_time_s == pytest.approx(hover_time_s, abs=1e-3)
-        assert abs(found.gap_s or 0.0) < 1e-6
-        assert found.largest_gap_s is None
+        assert found["hover_time_s"] == pytest.approx(hover_time_s, abs=1e-3)
+        assert abs(found["gap_s"] or 0.0) < 1e-6
+        assert found["largest_gap_s"] is None
 
 
 @pytest.mark.parametrize("order", ["rest-first", "hover-first"])
 @pytest.mark.parametrize("method", ["grid 60 s", "MILP 60 s"])
-def test_slots_are_those_of_algorithm_1_as_printed(
-    paper: Comparison, order: str, method: str
-) -> None:
+def test_slots_are_those_of_algorithm_1_as_printed(paper: Results, order: str, method: str) -> None:
     """Its two loops over Δ and T', with the charge counted from the phases of a plan."""
     plan = optuav.solve(two_buildings(), "P4", building="b9", order=order, perspective="battery")
     drawn_As = sum(-p.current_A * p.duration_s for p in plan.phases if p.kind == "flight")
@@ -105,48 +112,48 @@ def test_slots_are_those_of_algorithm_1_as_printed(
     pair = best_pair(algorithm1(soc, 1200.0 - plan.flight_time_s, 0.05, 60.0))
     assert pair is not None
     found = cell(paper, f"P4 b9 {order}", method)
-    assert found.hover_time_s == pair[0]
-    assert found.gap_s == pytest.approx(plan.hover_time_s - pair[0])
+    assert found["hover_time_s"] == pair[0]
+    assert found["gap_s"] == pytest.approx(plan.hover_time_s - pair[0])
 
 
-def test_bounds_are_one_slot_or_two(paper: Comparison) -> None:
-    assert cell(paper, "P3", "grid 60 s").largest_gap_s == 60.0
+def test_bounds_are_one_slot_or_two(paper: Results) -> None:
+    assert cell(paper, "P3", "grid 60 s")["largest_gap_s"] == 60.0
     found = cell(paper, "P4 b1 rest-first", "grid 60 s")
-    assert found.largest_gap_s == 120.0
-    assert "not a whole number of slots" in found.words
+    assert found["largest_gap_s"] == 120.0
+    assert "not a whole number of slots" in found["words"]
     flight_s = optuav.solve(
         two_buildings(), "P4", building="b1", order="rest-first", perspective="battery"
     ).flight_time_s
     whole = two_buildings(limits__deadline_s=flight_s + 1000.0)
-    found = optuav.compare(whole, slots=(10.0,), engines=("grid",))
-    assert cell(found, "P4 b1 rest-first", "grid 10 s").largest_gap_s == 10.0
-    assert cell(found, "P4 b1 hover-first", "grid 10 s").largest_gap_s == 20.0
+    compared = optuav.compare(whole, slots_s=(10.0,), engines=("grid",))
+    assert cell(compared, "P4 b1 rest-first", "grid 10 s")["largest_gap_s"] == 10.0
+    assert cell(compared, "P4 b1 hover-first", "grid 10 s")["largest_gap_s"] == 20.0
 
 
-def test_p1_is_the_best_row_in_every_column(paper: Comparison) -> None:
-    for method in paper.methods:
-        column = {row.name: cell.hover_time_s for row, cell in paper.cells if cell.method == method}
+def test_p1_is_the_best_row_in_every_column(paper: Results) -> None:
+    for method in dict.fromkeys(row["method"] for row in paper.rows):
+        own = [row for row in paper.rows if row["method"] == method]
+        column = {name(row): row["hover_time_s"] for row in own}
         best = column.pop("P1")
         assert best == pytest.approx(max(each or 0.0 for each in column.values()), abs=1e-6)
 
 
-def test_each_cell_says_how_it_knows(paper: Comparison) -> None:
-    proofs = {cell.method.engine: cell.proof for _, cell in paper.cells}
+def test_each_cell_says_how_it_knows(paper: Results) -> None:
+    proofs = {row["engine"]: row["proof"] for row in paper.rows}
     assert proofs["grid"] == "exhaustive"
     assert proofs["casadi"].startswith("local")
     assert "duality" in proofs["closed-form"]
-    assert "branch and bound" in cell(paper, "P1", "MILP 60 s").proof
+    assert "branch and bound" in cell(paper, "P1", "MILP 60 s")["proof"]
 
 
 @pytest.mark.parametrize("perspective", ["energy", "adjusted"])
 def test_the_other_linear_perspectives(perspective: str) -> None:
     """CasADi takes their own statement; no wells are behind them."""
-    found = optuav.compare(two_buildings("paper-table2"), slots=(5.0,), perspective=perspective)
-    assert found.agrees
-    assert [each.name for each in found.methods] == [
-        *("closed form", "LP", "CasADi", "grid 5 s", "MILP 5 s")
-    ]
-    slots = cell(found, "P3", "grid 5 s").hover_time_s
+    found = optuav.compare(two_buildings("paper-table2"), slots_s=(5.0,), perspective=perspective)
+    assert found.facts["agrees"]
+    methods = list(dict.fromkeys(row["method"] for row in found.rows))
+    assert methods == ["closed form", "LP", "CasADi", "grid 5 s", "MILP 5 s"]
+    slots = cell(found, "P3", "grid 5 s")["hover_time_s"]
     assert slots == (695.0 if perspective == "energy" else 950.0)  # Table II: 697 and 950
 
 
@@ -158,48 +165,51 @@ def test_no_bound_is_claimed_where_resting_discharges() -> None:
         flight__charge_power_W=None,
         laser=None,
     )
-    found = optuav.compare(mission, slots=(10.0,), engines=("grid", "cvxpy"))
-    assert found.agrees
+    found = optuav.compare(mission, slots_s=(10.0,), engines=("grid", "cvxpy"))
+    assert found.facts["agrees"]
     in_slots = cell(found, "P4 b1 rest-first", "grid 10 s")
-    assert in_slots.largest_gap_s is None
-    assert "no bound: a longer rest can break P4.a state of charge" in in_slots.words
+    assert in_slots["largest_gap_s"] is None
+    assert "no bound: a longer rest can break P4.a state of charge" in in_slots["words"]
     assert "The theory has no bound where a longer rest can break P4.a" in str(found)
-    assert cell(found, "P3", "grid 10 s").largest_gap_s == 10.0
+    assert cell(found, "P3", "grid 10 s")["largest_gap_s"] == 10.0
 
 
 def test_where_no_slots_fit_the_whole_hover_is_lost() -> None:
     """100 s are left of the deadline: less than a slot of hover and one of rest."""
     mission = two_buildings(limits__deadline_s=188.3)
-    found = optuav.compare(mission, slots=(60.0,), engines=("grid", "cvxpy"))
-    assert found.agrees
+    found = optuav.compare(mission, slots_s=(60.0,), engines=("grid", "cvxpy"))
+    assert found.facts["agrees"]
     lost = cell(found, "P4 b1 rest-first", "grid 60 s")
-    assert lost.status is Status.INFEASIBLE
-    assert lost.hover_time_s is lost.gap_s is None
-    assert lost.words.startswith("99.98")
-    assert cell(found, "P3", "grid 60 s").hover_time_s == pytest.approx(188.3 - 75.7922, abs=1e-3)
+    assert lost["status"] == "infeasible"
+    assert lost["hover_time_s"] is lost["gap_s"] is None
+    assert lost["words"].startswith("99.98")
+    assert cell(found, "P3", "grid 60 s")["hover_time_s"] == pytest.approx(
+        188.3 - 75.7922, abs=1e-3
+    )
 
 
 def test_what_is_infeasible_for_all_agrees_and_says_why() -> None:
-    found = optuav.compare(two_buildings(limits__deadline_s=60), slots=(10.0,))
-    assert found.agrees
-    assert not found
-    assert {cell.status for _, cell in found.cells} == {Status.INFEASIBLE}
-    assert "the flight alone takes 75.79 s" in found.rows[-1].reasons[0]
+    found = optuav.compare(two_buildings(limits__deadline_s=60), slots_s=(10.0,))
+    assert found.facts["agrees"]
+    assert all(row["hover_time_s"] is None for row in found.rows)
+    assert {row["status"] for row in found.rows} == {"infeasible"}
+    assert "the flight alone takes 75.79 s" in found.facts["reasons"]["P1"][0]
     assert "the flight alone takes 75.79 s" in str(found)
 
 
 def test_what_cannot_fly_has_no_cells_but_reasons() -> None:
-    found = optuav.compare(two_buildings(body__mass_kg=50), slots=(10.0,))
-    assert not found
-    assert found.agrees
-    assert all(row.cells == () and row.reasons for row in found.rows)
+    found = optuav.compare(two_buildings(body__mass_kg=50), slots_s=(10.0,))
+    assert all(row["hover_time_s"] is None for row in found.rows)
+    assert found.facts["agrees"]
+    assert found.rows == ()
+    assert all(found.facts["reasons"].values())
     assert "No problem has a plan: the UAV cannot fly" in str(found)
 
 
 def test_a_mission_without_buildings_has_two_rows() -> None:
-    found = optuav.compare(optuav.load("paper").replace({"buildings": []}), slots=(10.0,))
-    assert [row.name for row in found.rows] == ["P3", "P1"]
-    assert found.agrees
+    found = optuav.compare(optuav.load("paper").replace({"buildings": []}), slots_s=(10.0,))
+    assert names(found) == ["P3", "P1"]
+    assert found.facts["agrees"]
 
 
 # Sabotage
@@ -222,9 +232,9 @@ def p3_alone() -> optuav.Mission:
 
 def test_an_engine_that_is_a_millisecond_off_is_found_out(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(linear, "solve", later(linear.solve, -1e-3))
-    found = optuav.compare(p3_alone(), slots=(), engines=("cvxpy",))
-    assert not found.agrees
-    assert found.disagreements[0] == "P3, LP: 0.001 s from the closed form"
+    found = optuav.compare(p3_alone(), slots_s=(), engines=("cvxpy",))
+    assert not found.facts["agrees"]
+    assert found.facts["disagreements"][0] == "P3, LP: 0.001 s from the closed form"
     assert "DISAGREE  P3, LP: 0.001 s from the closed form" in str(found)
     assert "All" not in str(found)
     assert found.to_dict()["agrees"] is False
@@ -236,18 +246,18 @@ def test_a_grid_beyond_the_bound_is_found_out(
 ) -> None:
     """P3 of `paper` loses 8.848 s to slots of 10 s; the bound is one slot more than is lost."""
     monkeypatch.setattr(grid, "solve", later(grid.solve, by_s))
-    found = optuav.compare(p3_alone(), slots=(20.0,), engines=("grid",))
-    assert cell(found, "P3", "grid 20 s").gap_s == pytest.approx(8.848 - by_s, abs=1e-3)
-    assert cell(found, "P3", "grid 20 s").largest_gap_s == 20.0
-    assert found.agrees is agrees
+    found = optuav.compare(p3_alone(), slots_s=(20.0,), engines=("grid",))
+    assert cell(found, "P3", "grid 20 s")["gap_s"] == pytest.approx(8.848 - by_s, abs=1e-3)
+    assert cell(found, "P3", "grid 20 s")["largest_gap_s"] == 20.0
+    assert found.facts["agrees"] is agrees
 
 
 def test_slots_that_beat_continuous_times_are_found_out(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(Solution, "verify", lambda *_: None)
     monkeypatch.setattr(grid, "solve", later(grid.solve, 10.0))
-    found = optuav.compare(p3_alone(), slots=(10.0,), engines=("grid",))
-    assert not found.agrees
-    assert cell(found, "P3", "grid 10 s").gap_s == pytest.approx(-1.152, abs=1e-3)
+    found = optuav.compare(p3_alone(), slots_s=(10.0,), engines=("grid",))
+    assert not found.facts["agrees"]
+    assert cell(found, "P3", "grid 10 s")["gap_s"] == pytest.approx(-1.152, abs=1e-3)
     assert "-1.15!" in str(found)
 
 
@@ -256,8 +266,8 @@ def test_an_integer_programme_that_is_not_the_grid_is_found_out(
 ) -> None:
     """Even where both are within the bound."""
     monkeypatch.setattr(grid, "solve", later(grid.solve, -1.0))
-    found = optuav.compare(p3_alone(), slots=(10.0,), engines=("grid", "cvxpy"))
-    assert found.disagreements[0] == "P3, MILP 10 s: grid 10 s finds Δ = 679.000000 s"
+    found = optuav.compare(p3_alone(), slots_s=(10.0,), engines=("grid", "cvxpy"))
+    assert found.facts["disagreements"][0] == "P3, MILP 10 s: grid 10 s finds Δ = 679.000000 s"
 
 
 def test_a_plan_where_there_is_none_is_found_out(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -267,8 +277,10 @@ def test_a_plan_where_there_is_none_is_found_out(monkeypatch: pytest.MonkeyPatch
         return Solution("casadi", "", model, [Status.INFEASIBLE] * programmes, gone, unknowns, {})
 
     monkeypatch.setattr(smooth, "solve", nothing)
-    found = optuav.compare(p3_alone(), slots=(), engines=("casadi",))
-    assert found.disagreements[0] == "P3, CasADi wells: no plan, but one with Δ = 688.848 s"
+    found = optuav.compare(p3_alone(), slots_s=(), engines=("casadi",))
+    assert (
+        found.facts["disagreements"][0] == "P3, CasADi wells: no plan, but one with Δ = 688.848 s"
+    )
 
 
 def test_an_engine_that_fails_is_no_disagreement(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -276,60 +288,69 @@ def test_an_engine_that_fails_is_no_disagreement(monkeypatch: pytest.MonkeyPatch
         raise SolverError("it broke")
 
     monkeypatch.setattr(smooth, "solve", fails)
-    found = optuav.compare(p3_alone(), slots=(10.0,), engines=("casadi", "grid"))
-    assert found.agrees
-    assert found.failures == ("P3, CasADi wells: it broke", "P1, CasADi wells: it broke")
+    found = optuav.compare(p3_alone(), slots_s=(10.0,), engines=("casadi", "grid"))
+    assert found.facts["agrees"]
+    assert found.facts["failures"] == ("P3, CasADi wells: it broke", "P1, CasADi wells: it broke")
     broken = cell(found, "P3", "CasADi wells")
-    assert (broken.status, broken.agrees, broken.hover_time_s) == (Status.ERROR, None, None)
+    assert (broken["status"], broken["agrees"], broken["hover_time_s"]) == ("error", None, None)
     assert "FAILED  P3, CasADi wells: it broke" in str(found)
 
 
 def test_a_time_limit_is_handed_to_the_engines() -> None:
-    found = optuav.compare(p3_alone(), slots=(1.0,), engines=("grid",), time_limit_s=1e-9)
-    assert found.failures[0] == "P3, grid 1 s: grid did not see every cell within the time limit"
+    found = optuav.compare(p3_alone(), slots_s=(1.0,), engines=("grid",), time_limit_s=1e-9)
+    assert (
+        found.facts["failures"][0]
+        == "P3, grid 1 s: grid did not see every cell within the time limit"
+    )
 
 
 # As data and as text
 
 
-def test_the_same_question_gives_the_same_data(paper: Comparison) -> None:
-    again = optuav.compare(two_buildings(), slots=SLOTS_S)
+def test_the_same_question_gives_the_same_data(paper: Results) -> None:
+    again = optuav.compare(two_buildings(), slots_s=SLOTS_S)
     assert again == paper
     assert json.dumps(again.to_dict()) == json.dumps(paper.to_dict())
     assert again.to_csv() == paper.to_csv()
 
 
-def test_times_taken_are_told_only_when_asked(paper: Comparison) -> None:
-    assert "time_s" not in paper.to_dict()["rows"][0]["cells"][0]
-    assert paper.to_dict(times=True)["rows"][0]["cells"][0]["time_s"] > 0.0
+def test_times_taken_are_shown_only_on_request(paper: Results) -> None:
+    assert "time_s" not in paper.to_dict()["rows"][0]
     assert "time_s" not in paper.records()[0]
-    assert paper.records(times=True)[0]["time_s"] > 0.0
+    timed = optuav.compare(p3_alone(), slots_s=(), engines=(), times=True)
+    assert timed.to_dict()["rows"][0]["time_s"] > 0.0
+    assert timed.records()[0]["time_s"] > 0.0
+    assert timed.units["time_s"] == "s"
 
 
-def test_data_are_plain(paper: Comparison) -> None:
+def test_data_are_plain(paper: Results) -> None:
     data = paper.to_dict()
     assert json.loads(json.dumps(data, allow_nan=False)) == data
     assert data["kind"] == "optuav comparison"
     assert data["mission"] == paper.mission.to_dict()
     assert len(data["rows"]) == len(paper.rows)
+    assert data["rows"][0].items() >= paper.records()[0].items()
+    assert data["units"]["gap_s"] == "s"
 
 
-def test_a_frame_has_a_row_a_cell(paper: Comparison) -> None:
+def test_a_frame_has_a_row_a_cell(paper: Results) -> None:
     pytest.importorskip("pandas")
     frame = paper.to_frame()
-    assert len(frame) == len(list(paper.cells)) == 42
+    assert len(frame) == len(paper.rows) == 42
     p3 = frame[(frame.problem == "P3") & (frame.method == "grid 1 s")].iloc[0]
     assert (p3.hover_time_s, p3.slot_s, bool(p3.agrees)) == (688.0, 1.0, True)
 
 
-def test_comma_separated_values_are_read_back(paper: Comparison) -> None:
+def test_comma_separated_values_are_read_back(paper: Results) -> None:
     rows = list(csv.DictReader(io.StringIO(paper.to_csv())))
     assert len(rows) == 42
-    assert [float(row["hover_time_s"]) for row in rows] == [c.hover_time_s for _, c in paper.cells]
+    assert [float(row["hover_time_s"]) for row in rows] == [
+        row["hover_time_s"] for row in paper.rows
+    ]
     assert rows[0]["building"] == ""
 
 
-def test_printed_it_fits_80_columns(paper: Comparison) -> None:
+def test_printed_it_fits_80_columns(paper: Results) -> None:
     lines = str(paper).splitlines()
     assert max(map(len, lines)) <= 80
     assert lines == [line.rstrip() for line in lines]
@@ -338,10 +359,10 @@ def test_printed_it_fits_80_columns(paper: Comparison) -> None:
     assert any(line.split() == row for line in lines)
 
 
-def test_on_a_wide_screen_every_gap_stands_beside_its_bound(paper: Comparison) -> None:
+def test_on_a_wide_screen_every_gap_stands_beside_its_bound(paper: Results) -> None:
     """SPEC 3: at most one slot without a rest, two with one in such a horizon."""
     screen = Console(file=io.StringIO(), width=120, color_system=None, highlight=False)
-    for piece in comparison_tables(paper, width=120):
+    for piece in paper.tables(width=120):
         screen.print(piece)
     assert isinstance(screen.file, io.StringIO)
     rows = [line.split() for line in screen.file.getvalue().splitlines()]
@@ -352,7 +373,7 @@ def test_on_a_wide_screen_every_gap_stands_beside_its_bound(paper: Comparison) -
 
 
 def test_where_nothing_is_feasible_one_sentence_takes_the_place_of_the_tables() -> None:
-    found = optuav.compare(two_buildings(limits__deadline_s=60), slots=(10.0,), engines=("grid",))
+    found = optuav.compare(two_buildings(limits__deadline_s=60), slots_s=(10.0,), engines=("grid",))
     head, gap, *words, last = str(found).splitlines()
     assert head.startswith("paper")
     assert not gap
@@ -365,7 +386,7 @@ def test_where_nothing_is_feasible_one_sentence_takes_the_place_of_the_tables() 
 
 def test_reasons_of_single_programmes_are_told_once_each() -> None:
     """At 80 s the direct flight fits, and no detour over a roof."""
-    found = optuav.compare(two_buildings(limits__deadline_s=80), slots=(10.0,), engines=("grid",))
+    found = optuav.compare(two_buildings(limits__deadline_s=80), slots_s=(10.0,), engines=("grid",))
     text = " ".join(str(found).split())
     assert "P4 b1 rest-first has no plan: the flight alone takes 88.32 s" in text
     assert text.count("has no plan:") == 3
@@ -381,7 +402,7 @@ def test_many_slots_and_long_names_fit_80_columns() -> None:
         }
     )
     slots = (7.0, 10.0, 20.0, 30.0, 40.0, 50.0, 60.0, 1000.0, 12345.678)
-    text = str(optuav.compare(mission, slots=slots, engines=("grid",)))
+    text = str(optuav.compare(mission, slots_s=slots, engines=("grid",)))
     assert max(map(len, text.splitlines())) <= 80
     assert "the very highest [b" in text
     assert all(f"{slot_s:g} s" in text for slot_s in slots)
@@ -394,25 +415,25 @@ def test_everything_wrong_is_said_at_once() -> None:
     with pytest.raises(InputError) as caught:
         optuav.compare(
             "paper",
-            slots=(0.0, math.nan),
+            slots_s=(0.0, math.nan),
             perspective="wells",
             engines=("gurobi",),
             time_limit_s=-1,
         )
     keys = [fault.key for fault in caught.value.faults]
-    assert keys == ["slots", "slots", "time_limit_s", "perspective", "engines"]
+    assert keys == ["slots_s", "slots_s", "perspective", "time_limit_s", "engines"]
 
 
 def test_a_length_twice_is_refused() -> None:
     with pytest.raises(InputError, match="each length once"):
-        optuav.compare("paper", slots=(1.0, 1))
+        optuav.compare("paper", slots_s=(1.0, 1))
 
 
 def test_progress_counts_every_cell() -> None:
     told: list[tuple[int, int, str]] = []
     found = optuav.compare(
-        p3_alone(), slots=(10.0,), engines=("grid",), progress=lambda *news: told.append(news)
+        p3_alone(), slots_s=(10.0,), engines=("grid",), progress=lambda *news: told.append(news)
     )
-    assert [done for done, _, _ in told] == list(range(len(list(found.cells))))
+    assert [done for done, _, _ in told] == list(range(len(found.rows)))
     assert {total for _, total, _ in told} == {len(told)}
     assert [name for _, _, name in told] == ["P3", "P3", "P1", "P1"]

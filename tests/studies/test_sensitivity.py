@@ -8,27 +8,32 @@ from typing import Any
 
 import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
 import optuav
 from optuav.errors import InputError
-from optuav.studies.uncertain.chances import chances
-from optuav.studies.uncertain.ensemble import Base, Ensemble
-from optuav.studies.uncertain.fixed_plan import FixedPlan
-from optuav.studies.uncertain.spread import drawn, everything, spreads
-from optuav.studies.uncertain.study import Sensitivity
+from optuav.studies.results import Results, Row
+from optuav.studies.uncertainty import Chances, FixedPlan, chances, drawn, spreadable, spreads
+from optuav.studies.variants import Base, Variants
 
 SIZE = {"battery": {"capacity_As": {"percent": 10}}, "limits": {"min_soc": {"percent": 50}}}
 
 
-def effect(found: Sensitivity, key: str) -> Any:
-    return next(each for each in found.effects if each.key == key)
+def effect(found: Results, key: str) -> Row:
+    return next(row for row in found.rows if row["key"] == key)
+
+
+def chances_of(found: Results) -> Chances:
+    assert isinstance(found.facts["chances"], Chances)
+    return found.facts["chances"]
 
 
 def test_the_available_well_counts_unless_asked_otherwise() -> None:
     """As everywhere: what is told is the hover time of `solve` without a perspective."""
     found = optuav.sensitivity("paper", {})
-    assert found.perspective == "available"
-    assert found.hover_time_s == pytest.approx(optuav.solve("paper").hover_time_s)
+    assert found.facts["perspective"] == "available"
+    assert found.facts["hover_time_s"] == pytest.approx(optuav.solve("paper").hover_time_s)
 
 
 def test_a_wavelength_is_told_to_hold_the_slopes() -> None:
@@ -49,7 +54,10 @@ def test_single_keys_are_what_solving_again_tells() -> None:
         if key == "laser.wavelength_nm" and mission.laser is not None:
             fits = ("emitter_slope", "emitter_offset_W", "receiver_slope", "receiver_offset_W")
             more = {f"laser.{name}": getattr(mission.laser, name) for name in fits}
-        for value, hover_s in ((each.low, each.hover_low_s), (each.high, each.hover_high_s)):
+        for value, hover_s in (
+            (each["low"], each["hover_low_s"]),
+            (each["high"], each["hover_high_s"]),
+        ):
             plan = optuav.solve(mission.replace({key: value, **more}), perspective="battery")
             assert hover_s == pytest.approx(plan.hover_time_s, abs=1e-5), key
 
@@ -57,19 +65,19 @@ def test_single_keys_are_what_solving_again_tells() -> None:
 def test_the_largest_effect_comes_first_and_a_lost_plan_is_the_largest() -> None:
     """A device 300 m nearer puts b9 and b10 in the way of all routes of `paper`."""
     found = optuav.sensitivity("paper", {})
-    first = found.effects[0]
-    assert (first.key, first.hover_low_s) == ("link.device_m[1]", None)
+    first = found.rows[0]
+    assert (first["key"], first["hover_low_s"]) == ("link.device_m[1]", None)
     assert not optuav.solve(
         optuav.load("paper").replace({"link.device_m": [1000, 2700, 0]}), perspective="battery"
     )
-    swings = [each.swing_s(found.hover_time_s) for each in found.effects]
+    swings = [each["swing_s"] for each in found.rows]
     assert swings == sorted(swings, reverse=True)
 
 
 def wide(mission: optuav.Mission) -> dict[str, dict[str, Any]]:
     """Every number within 40 % of its value, the flow between the wells a hundredfold."""
     stated: dict[str, dict[str, Any]] = {}
-    for key in everything(mission).values():
+    for key in spreadable(mission).values():
         if key.whole or not key.now:
             continue
         share = 0.99 if key.name == "battery.flow_rate_per_s" else 0.4
@@ -117,9 +125,7 @@ def test_the_same_seed_gives_the_same_result() -> None:
     one, two, other = (optuav.sensitivity("paper", SIZE, samples=200, seed=s) for s in (1, 1, 2))
     assert one == two
     assert one.to_dict() == two.to_dict()
-    assert one.chances is not None
-    assert other.chances is not None
-    assert one.chances.mean_s != other.chances.mean_s
+    assert chances_of(one).mean_s != chances_of(other).mean_s
 
 
 def test_quantiles_of_a_single_uniform_key_by_hand() -> None:
@@ -134,21 +140,20 @@ def test_quantiles_of_a_single_uniform_key_by_hand() -> None:
     )
     stated = {"battery": {"capacity_As": {"percent": 10}}}
     found = optuav.sensitivity(mission, stated, perspective="battery", samples=20_000)
-    assert found.chances is not None
-    hover_s, swing_s = found.hover_time_s, 0.1 * 0.95 * 72000 / 72.073
-    for share, value_s in found.chances.quantiles_s.items():
+    hover_s, swing_s = found.facts["hover_time_s"], 0.1 * 0.95 * 72000 / 72.073
+    for share, value_s in chances_of(found).quantiles_s.items():
         assert value_s == pytest.approx(hover_s + (2 * share - 1) * swing_s, abs=0.02 * swing_s)
-    assert found.chances.routes == {"direct": 1.0}
+    assert chances_of(found).routes == {"direct": 1.0}
     # The plan uses all charge: half of the samples have more. But it runs dry in all of them.
-    assert found.chances.kept is not None
-    assert found.chances.kept["charge left"] == pytest.approx(0.5, abs=0.02)
-    assert found.chances.kept["never dry"] == found.chances.flyable == 0.0
+    kept = chances_of(found).kept
+    assert kept is not None
+    assert kept["charge left"] == pytest.approx(0.5, abs=0.02)
+    assert kept["never dry"] == chances_of(found).flyable == 0.0
 
 
 def test_without_a_statement_all_that_is_measured_is_uncertain() -> None:
     """Nothing of what is chosen; no whole number, no 0."""
-    found = optuav.sensitivity("matrice350", samples=10).chances
-    assert found is not None
+    found = chances_of(optuav.sensitivity("matrice350", samples=10))
     assert not found.stated
     assert {key.partition(".")[0] for key in found.uncertain} == {
         *("battery", "laser", "link", "flight")
@@ -159,14 +164,13 @@ def test_without_a_statement_all_that_is_measured_is_uncertain() -> None:
 def test_a_mission_without_a_plan_is_said_to_have_none() -> None:
     mission = optuav.load("paper").replace({"limits.deadline_s": 60})
     found = optuav.sensitivity(mission, {"limits": {"min_soc": {"percent": 10}}}, samples=50)
-    assert found.hover_time_s == 0.0
-    assert found.plan_hover_time_s is None
-    assert found.chances is not None
-    assert found.chances.no_plan == 1.0
-    assert found.chances.flyable is None
+    assert found.facts["hover_time_s"] == 0.0
+    assert found.facts["plan_hover_time_s"] is None
+    assert chances_of(found).no_plan == 1.0
+    assert chances_of(found).flyable is None
     assert "no plan 100.0%" in str(found)
     told = str(found)
-    assert "No hover as it stands" in told
+    assert "The mission has no plan" in told
     assert "Longest hover" not in told
     assert "Less than" not in told
 
@@ -180,7 +184,7 @@ def test_a_plan_that_the_battery_cannot_deliver_is_never_flyable() -> None:
         mission = optuav.load(name)
         fixed = FixedPlan.of(optuav.solve(mission, perspective="battery"), mission)
         columns = {"battery.capacity_As": np.array([mission.battery.capacity_As])}
-        kept = fixed.judged(Ensemble(Base.of(mission), columns), "battery").kept
+        kept = fixed.judged(Variants(Base.of(mission), columns), "battery").kept
         assert kept["never dry"][0] == expected
         assert kept["never past full"][0] == expected
         for condition in ("legs and thrust", "link", "charge left", "deadline"):
@@ -199,7 +203,7 @@ def test_a_fixed_plan_is_flyable_where_the_replay_says_so() -> None:
         "laser": {"visibility_km": {"percent": 30}},
     }
     columns = drawn(spreads(mission, stated), 5, 0, 40)
-    variants = Ensemble(Base.of(mission), columns)
+    variants = Variants(Base.of(mission), columns)
     flyable = FixedPlan.of(plan, mission).judged(variants, "battery").flyable
     where = [float(each) for each in optuav.graph(mission).nodes["hover"]["position_m"]]
     for number in range(40):
@@ -236,10 +240,9 @@ def test_no_sample_hovers_less_than_a_fixed_plan_that_is_flyable_in_it(perspecti
     mission = optuav.load("paper")
     plan = optuav.solve(mission)
     spread = {"link": {"path_loss_exponent": {"percent": 10}}}
-    found = optuav.sensitivity(
-        mission, spread, perspective=perspective, plan=plan, samples=400
-    ).chances
-    assert found is not None
+    found = chances_of(
+        optuav.sensitivity(mission, spread, perspective=perspective, plan=plan, samples=400)
+    )
     assert found.flyable is not None
     assert 0.0 < found.flyable < 1.0
     hovered = found.hover_times_s >= plan.hover_time_s - 1e-6
@@ -271,7 +274,7 @@ def test_small_effects_are_told_as_less_than_what_is_shown(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     """Not as "-0.000"; and keys that hardly move the hover time are named."""
-    monkeypatch.setattr("optuav.studies.uncertain.tables.MOST_ROWS", 40)
+    monkeypatch.setattr("optuav.studies.sensitivity.MOST_ROWS", 40)
     wide = {"limits": {"min_altitude_m": {"low": 20, "high": 80}}}
     told = str(optuav.sensitivity("paper", wide, samples=10))
     assert not re.search(r"[+-]0\.000\b", told)
@@ -288,5 +291,158 @@ def test_data_can_be_written_and_tables_fit_a_screen() -> None:
     found = optuav.sensitivity("matrice350", samples=20)
     data = json.loads(json.dumps(found.to_dict(), allow_nan=False))
     assert data["kind"] == "optuav sensitivity"
-    assert len(data["effects"]) == len(found.effects) == len(found.to_csv().splitlines()) - 1
+    assert len(data["rows"]) == len(found.rows) == len(found.to_csv().splitlines()) - 1
     assert max(map(len, str(found).splitlines())) <= 80
+
+
+# Elasticities
+
+
+@pytest.fixture(scope="module")
+def direct() -> Results:
+    """`paper-table2` with time to spare and no laser: hovers until the charge is used."""
+    mission = optuav.load("paper-table2").replace(
+        {
+            "laser": None,
+            "flight.charge_current_A": None,
+            "flight.charge_power_W": None,
+            "limits.deadline_s": 5000,
+        }
+    )
+    return optuav.sensitivity(mission, {}, perspective="battery")
+
+
+@pytest.mark.parametrize(
+    ("name", "key"),
+    [
+        ("paper", "battery.capacity_As"),
+        ("paper", "battery.flow_rate_per_s"),
+        ("paper", "rotor.max_speed_rad_s"),
+        ("paper-table2", "battery.available_fraction"),
+        ("paper-table2", "flight.hover_current_A"),
+        ("paper-table2", "flight.acceleration_m_s2"),
+        ("matrice350", "flight.max_speed_m_s"),
+        ("matrice350", "laser.visibility_km"),
+    ],
+)
+def test_exact_elasticities_of_a_battery_that_must_not_run_dry(name: str, key: str) -> None:
+    """Rates by shadow prices of both wells are those of solving again, 0.1 % to either side."""
+    mission = optuav.load(name)
+    now = effect(optuav.sensitivity(mission, {}, samples=1), key)
+    less, more = (
+        optuav.solve(mission.replace({key: now["now"] * (1 + step)})) for step in (-1e-3, 1e-3)
+    )
+    assert less.route == more.route
+    measured = (more.hover_time_s - less.hover_time_s) / (more.hover_time_s + less.hover_time_s)
+    assert now["exact_elasticity"] == pytest.approx(1e3 * measured, rel=1e-3)
+
+
+def test_elasticities_of_a_direct_flight_by_hand(direct: Results) -> None:
+    """Δ = ((1 − η0) B − I_fl T_fl)/I_hv, with B = 72 000 As and the recovered loads."""
+    usable_As, flight_As, hover_A = 0.95 * 72000, 93.658 * 59.35, 72.073
+    hover_s = (usable_As - flight_As) / hover_A
+    assert direct.facts["hover_time_s"] == pytest.approx(hover_s, rel=1e-4)
+    size = effect(direct, "battery.capacity_As")
+    assert size["exact_elasticity"] == pytest.approx(usable_As / (hover_A * hover_s), rel=1e-4)
+    assert size["elasticity"] == pytest.approx(size["exact_elasticity"], rel=1e-9)
+    assert size["hover_low_s"] == pytest.approx((0.9 * usable_As - flight_As) / hover_A, rel=1e-4)
+    load = effect(direct, "flight.hover_current_A")
+    assert load["exact_elasticity"] == pytest.approx(-1.0, abs=1e-6)
+    assert load["elasticity"] == pytest.approx(-1.0 / 0.99, rel=1e-6)  # mean of 1/1.1 and 1/0.9
+    assert effect(direct, "limits.deadline_s")["exact_elasticity"] == 0.0
+
+
+def test_measured_and_exact_agree_where_nothing_bends(direct: Results) -> None:
+    """Within a tenth of the value, to a fifth of the elasticity at worst; most far closer."""
+    for each in direct.rows:
+        measured, exact = each["elasticity"], each["exact_elasticity"]
+        if measured is not None and exact is not None and abs(exact) > 0.01:
+            assert measured == pytest.approx(exact, rel=0.2), each["key"]
+
+
+def test_a_kink_has_no_elasticity() -> None:
+    """Where charge and deadline end the hover together, more time brings nothing, less costs."""
+    mission = optuav.load("paper-table2").replace(
+        {
+            "laser": None,
+            "flight.charge_current_A": None,
+            "flight.charge_power_W": None,
+            "limits.deadline_s": 5000,
+        }
+    )
+    plan = optuav.solve(mission, perspective="battery")
+    both = mission.replace({"limits.deadline_s": plan.mission_time_s})
+    found = effect(optuav.sensitivity(both, {}, perspective="battery"), "limits.deadline_s")
+    assert found["exact_elasticity"] is None
+    share = plan.mission_time_s / plan.hover_time_s
+    assert found["exact_less"] == pytest.approx(share, rel=1e-6)  # a second less costs a second
+    assert found["exact_more"] == 0.0
+    assert found["hover_high_s"] == pytest.approx(plan.hover_time_s)
+    assert found["hover_low_s"] == pytest.approx(plan.hover_time_s - 0.1 * plan.mission_time_s)
+
+
+@pytest.mark.parametrize("perspective", ["available", "battery"])
+@pytest.mark.parametrize("axis", ["link.device_m[0]", "route.destination_m[0]"])
+def test_tied_itineraries_have_the_rates_of_solving_again_on_either_side(
+    perspective: str, axis: str
+) -> None:
+    """`paper` is symmetric: moved to one side, one of two roofs is the best, to the other side the
+    other one. Above, the hover time is that of the route that gains more, or loses less."""
+    mission, (key, _) = optuav.load("paper"), axis.split("[")
+    table, name = key.split(".")
+    now, *rest = getattr(getattr(mission, table), name)
+    here, less, more = (
+        optuav.solve(mission.replace({key: [now + step, *rest]}), perspective=perspective)
+        for step in (0.0, -1e-4 * now, 1e-4 * now)
+    )
+    assert less.route != more.route
+    below, above = (
+        (end.hover_time_s / here.hover_time_s - 1.0) / step
+        for end, step in ((less, -1e-4), (more, 1e-4))
+    )
+    assert below < above - 5e-4
+    found = optuav.sensitivity(mission, {}, perspective=perspective, samples=1)
+    each = effect(found, axis)
+    assert each["exact_less"] == pytest.approx(below, rel=5e-3)
+    assert each["exact_more"] == pytest.approx(above, rel=5e-3)
+    assert each["exact_elasticity"] is None
+    assert {"exact_less": each["exact_less"], "exact_more": each["exact_more"]}.items() <= next(
+        row for row in found.to_dict()["rows"] if row["key"] == axis
+    ).items()
+
+
+def test_a_kink_is_told_below_the_table() -> None:
+    """With its rates below and above the value, on a row that would have no room for two."""
+    told = " ".join(str(optuav.sensitivity("paper", {}, samples=1)).split())
+    assert "-0.001 kink" in told
+    assert "Exact at a kink: link.device_m[0] -0.012 below, +0.003 above;" in told
+
+
+@settings(max_examples=5, deadline=None)
+@given(
+    aside_m=st.floats(20.0, 60.0) | st.floats(-60.0, -20.0),
+    mass_kg=st.floats(1.2, 1.32),
+    perspective=st.sampled_from(["available", "battery"]),
+)
+def test_without_a_tie_both_sides_are_the_same(
+    aside_m: float, mass_kg: float, perspective: str
+) -> None:
+    """Off the axis of `paper` one itinerary is the best: its rates are those of solving again."""
+    device_m = [1000.0 + aside_m, 3000.0, 0.0]
+    mission = optuav.load("paper").replace({"link.device_m": device_m, "body.mass_kg": mass_kg})
+    found = optuav.sensitivity(mission, {}, perspective=perspective, samples=1)
+    assert not [
+        each["key"]
+        for each in found.rows
+        if each["exact_less"] != each["exact_more"] and each["exact_elasticity"] is None
+    ]
+    each = effect(found, "link.device_m[0]")
+    hover_s = [
+        optuav.solve(
+            mission.replace({"link.device_m": [device_m[0] + step, *device_m[1:]]}),
+            perspective=perspective,
+        ).hover_time_s
+        for step in (-0.5, 0.5)
+    ]
+    rate = (hover_s[1] - hover_s[0]) * device_m[0] / found.facts["hover_time_s"]
+    assert each["exact_elasticity"] == pytest.approx(rate, rel=1e-3, abs=1e-6)

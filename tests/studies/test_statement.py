@@ -9,7 +9,7 @@ import pytest
 
 import optuav
 from optuav.errors import InputError, NoPlanError
-from optuav.studies import statement
+from optuav.studies.statement import statement
 
 
 def optimum(text: str, path: Path) -> float:

@@ -23,7 +23,7 @@ from optuav.paper.ledger import (
 )
 from optuav.paper.ledger.scenario import papers
 from optuav.paper.ledger.statement import Entry, Statement, Verdict
-from optuav.studies.comparison import as_csv
+from optuav.studies.results import as_csv
 
 Progress = Callable[[int, int, str], None]
 

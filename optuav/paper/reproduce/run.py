@@ -25,7 +25,7 @@ from optuav.paper.reproduce.system import system
 from optuav.paper.reproduce.wells import wells
 from optuav.paper.reproduce.wind import wind
 from optuav.plots.files import png, svg
-from optuav.studies.comparison import as_csv
+from optuav.studies.results import as_csv
 
 Progress = Callable[[int, int, str], None]
 

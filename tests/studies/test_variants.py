@@ -12,9 +12,7 @@ from optuav.mission import Mission
 from optuav.network.network import build_network
 from optuav.network.obstacles import CLEAR, crossed, prisms
 from optuav.solving.given import quantities
-from optuav.studies.uncertain.ensemble import KEY, Base, Columns, Ensemble
-from optuav.studies.uncertain.longest import longest
-from optuav.studies.uncertain.obstacles import clear
+from optuav.studies.variants import KEY, Base, Columns, Variants, clear, longest
 
 COUNT = 60
 
@@ -62,7 +60,7 @@ def test_quantities_are_those_of_each_variant_alone(name: str) -> None:
     """Every quantity and every step on the way, and which itineraries can be flown."""
     mission = optuav.load(name)
     varied = columns(mission)
-    ensemble = Ensemble(Base.of(mission), varied)
+    ensemble = Variants(Base.of(mission), varied)
     flyable = np.broadcast_to(ensemble.flyable, (COUNT, ensemble.flyable.shape[1]))
     for number in range(0, COUNT, 7):
         one = build_network(alone(mission, varied, number))
@@ -91,7 +89,7 @@ def test_the_longest_hover_is_that_of_each_variant_alone(name: str, perspective:
     """Solved by `optuav.solve`, which looks at every itinerary; some variants have no plan."""
     mission = optuav.load(name)
     varied = columns(mission, seed=4)
-    found = longest(Ensemble(Base.of(mission), varied), perspective)
+    found = longest(Variants(Base.of(mission), varied), perspective)
     for number in range(0, COUNT, 12):
         plan = optuav.solve(alone(mission, varied, number), perspective=perspective)
         if plan:

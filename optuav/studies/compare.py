@@ -1,0 +1,354 @@
+"""Comparisons: every engine's answers, or the longest hover by perspective, trajectory or packs."""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Iterator, Mapping, Sequence
+from functools import partial
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from rich.console import RenderableType
+from rich.text import Text
+
+from formulations.perspectives import AVAILABLE, PAPER
+from optuav.engines.capabilities import ENGINES
+from optuav.errors import Fault, InputError
+from optuav.judge.tolerance import TOLERANCE
+from optuav.mission import Mission, load
+from optuav.mission.quantities import SLOT, Number
+from optuav.mission.words import counted_in, shown
+from optuav.physics.packs import SCHEDULES
+from optuav.plan import Plan
+from optuav.solving import solve
+from optuav.solving.question import LIMIT
+from optuav.studies.methods import Progress, compare_methods
+from optuav.studies.results import LONGEST_NAME, Draw, Results, Row, fixed, plain_table
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+SLOTS_S = (0.5, 1.0, 5.0, 10.0, 60.0)
+PERIODS_S = (60.0,)
+PERIOD = Number("s", ge=1e-3, le=1e7)
+AXES: Mapping[str, tuple[str, ...]] = {
+    "perspective": (*PAPER, AVAILABLE),
+    "trajectory": ("direct", "traj1", "traj2", "optimal"),
+}
+"""What plans are compared by, and its values in the order of the table."""
+UNITS = {
+    **{"status": "", "hover_time_s": "s", "rest_time_s": "s", "mission_time_s": "s"},
+    **{f"soc_{name}": "-" for name in PAPER},
+    **{"route": "", "flyable": "", "runs_dry_s": "s", "overfull_s": "s", "proof": ""},
+}
+GROUNDED = {
+    "dry": "cannot be flown, no available charge is left then",
+    "full": "cannot be flown, charging would drive the available well past full",
+    "low": "cannot be flown, less than limits.min_soc is left in both wells together",
+    "no": "cannot be flown, optuav solve and audit tell why",
+}
+"""What the table says under "flies" if a plan cannot be flown, and what it means."""
+
+
+def compare(
+    mission: Mission | str | Path,
+    *,
+    by: str | Sequence[str] = "method",
+    perspective: str | None = None,
+    slots_s: float | Sequence[float] | None = None,
+    engines: Sequence[str] | None = None,
+    time_limit_s: float | None = None,
+    periods_s: Sequence[float] | None = None,
+    times: bool = False,
+    progress: Progress | None = None,
+) -> Results:
+    """Compare answers to the problems of a mission: by method, or plans by what is chosen.
+
+    By method, P3, P4 for every building and order, and P1 are solved in closed form, as linear
+    programmes by CVXPY, by CasADi (through both wells of the battery in the perspective
+    ``"battery"``), and for each length of slot by the exhaustive grid of Algorithm 1 of the paper
+    and as integer programmes by CVXPY; (P1) there is one programme that chooses the route as well.
+    An answer in continuous times agrees if it is that of the closed form, one in slots if it is
+    within the bound of the theory and that of the grid.
+
+    By perspective, trajectory or schedule, P1 is solved for each of them.
+
+    Parameters
+    ----------
+    mission
+        A mission, the name of a shipped one, or the path of a mission file.
+    by
+        ``"method"``; ``"perspective"``, ``"trajectory"`` or both; or ``"schedule"`` of the packs.
+    perspective
+        How charge is counted. By method ``"battery"`` (the default), ``"energy"`` or
+        ``"adjusted"``, which are linear in the times; by trajectory also ``"available"``, which is
+        the default there and always holds by schedule.
+    slots_s
+        Lengths of time slots [s], 0.001 to 1e7. By method several, by default 0.5, 1, 5, 10 and 60;
+        else one, by default continuous times.
+    engines
+        By method: which engines to compare, by default all; the closed form is always among them.
+    time_limit_s
+        By method: longest time that an engine may take for one problem [s], > 0; by default no
+        limit.
+    periods_s
+        By schedule: periods of the schedule ``"alternating"`` [s], 0.001 to 1e7, by default 60;
+        the mission's own is always among them.
+    times
+        By method: whether to add a column of the times taken, which differ from run to run.
+    progress
+        Called before each answer with how many are done, how many there are, and what comes.
+
+    Returns
+    -------
+    Results
+        By method one row a problem and method, with the gap to the optimum in continuous times and
+        whether it agrees; else one row a plan, with whether a simulation finds it flyable.
+
+    Raises
+    ------
+    InputError
+        If an argument is out of range or does not go with `by`; all faults at once.
+    SolverError
+        If an engine fails, other than by method, where the table says so.
+
+    Examples
+    --------
+    >>> import optuav
+    >>> found = optuav.compare("paper", by="trajectory", perspective="battery")
+    >>> [(row["trajectory"], round(row["hover_time_s"], 2)) for row in found.rows]
+    [('direct', 688.85), ('traj1', 719.54), ('traj2', 719.54), ('optimal', 719.54)]
+    """
+    names = (by,) if isinstance(by, str) else tuple(by)
+    own = {"engines": engines, "time_limit_s": time_limit_s, "times": times or None}
+    slots = (slots_s,) if isinstance(slots_s, int | float) else slots_s
+    faults = [*_unusable(names, perspective, slots, periods_s), *_unusable_for(names, own)]
+    if faults:
+        raise InputError(faults)
+    studied = mission if isinstance(mission, Mission) else load(mission)
+    if names == ("method",):
+        return compare_methods(
+            studied,
+            perspective or "battery",
+            SLOTS_S if slots is None else slots,
+            ENGINES if engines is None else engines,
+            time_limit_s,
+            progress,
+            times=times,
+        )
+    settings: list[dict[str, Any]] = []
+    if names == ("schedule",):
+        own_s = studied.battery.period_s
+        periods = dict.fromkeys([*([] if own_s is None else [own_s]), *(periods_s or PERIODS_S)])
+        for name in SCHEDULES:
+            turns = map(float, periods) if name == "alternating" else (None,)
+            settings += [{"schedule": name, "period_s": period_s} for period_s in turns]
+    else:
+        fixed_axes = {"perspective": (perspective or AVAILABLE,), "trajectory": ("optimal",)}
+        axes = (AXES[name] if name in names else fixed_axes[name] for name in AXES)
+        settings = [dict(zip(AXES, pair, strict=True)) for pair in itertools.product(*axes)]
+    plans = []
+    for number, setting in enumerate(settings):
+        if progress is not None:
+            progress(number, len(settings), " ".join(str(v) for v in setting.values() if v))
+        plans.append(_plan(studied, setting, slots[0] if slots else None))
+    return _side_by_side(studied, names, slots[0] if slots else None, settings, plans)
+
+
+def _unusable(
+    names: tuple[str, ...],
+    perspective: str | None,
+    slots_s: Sequence[float] | None,
+    periods_s: Sequence[float] | None,
+) -> Iterator[Fault]:
+    """Yield what cannot be compared by, and figures out of range."""
+    alone = names in (("method",), ("schedule",))
+    if not alone:
+        words = f"some of {', '.join(AXES)}; or method or schedule alone"
+        yield from (Fault("by", repr(name), words) for name in names if name not in AXES)
+        if not names or len(set(names)) < len(names):
+            yield Fault("by", repr(names), f"each once, at least one of {', '.join(AXES)}")
+    for slot_s in slots_s or ():
+        if not SLOT.accepts(slot_s):
+            yield Fault("slots_s", shown(slot_s), SLOT.words)
+    if slots_s and len(set(slots_s)) < len(slots_s):
+        yield Fault("slots_s", shown(tuple(slots_s)), "each length once")
+    if slots_s and len(slots_s) > 1 and names != ("method",):
+        yield Fault("slots_s", shown(tuple(slots_s)), "one length unless by = 'method'")
+    for period_s in periods_s or ():
+        if not PERIOD.accepts(period_s):
+            yield Fault("periods_s", shown(period_s), PERIOD.words)
+    if periods_s is not None and names != ("schedule",):
+        yield Fault("periods_s", shown(tuple(periods_s)), "goes with by = 'schedule' only")
+    if perspective is None:
+        return
+    linear_only, available_only = names == ("method",), names == ("schedule",)
+    allowed = PAPER if linear_only else (AVAILABLE,) if available_only else AXES["perspective"]
+    if perspective not in allowed:
+        plans = "; available where plans are compared" if perspective == AVAILABLE else ""
+        yield Fault("perspective", repr(perspective), f"one of {', '.join(allowed)}{plans}")
+    elif "perspective" in names:
+        yield Fault("perspective", repr(perspective), "is compared by already")
+
+
+def _unusable_for(names: tuple[str, ...], own: Mapping[str, Any]) -> Iterator[Fault]:
+    """Yield faults of the arguments that go with a comparison by method only."""
+    if names != ("method",):
+        for name, value in own.items():
+            if value is not None:
+                yield Fault(name, shown(value), "goes with by = 'method' only")
+        return
+    limit_s = own["time_limit_s"]
+    if limit_s is not None and not LIMIT.accepts(limit_s):
+        yield Fault("time_limit_s", shown(limit_s), f"{LIMIT.words}, or nothing")
+    for name in own["engines"] or ():
+        if name not in ENGINES:
+            yield Fault("engines", repr(name), f"some of {', '.join(ENGINES)}")
+
+
+def _plan(mission: Mission, setting: Row, slot_s: float | None) -> Plan:
+    """Return the plan of a perspective and trajectory, or of a schedule of the packs."""
+    if "schedule" not in setting:
+        return solve(mission, slot_s=slot_s, **setting)
+    changes = {f"battery.{name}": value for name, value in setting.items() if value is not None}
+    return solve(mission.replace(changes), perspective=AVAILABLE, slot_s=slot_s)
+
+
+def _side_by_side(
+    mission: Mission,
+    by: tuple[str, ...],
+    slot_s: float | None,
+    settings: Sequence[Row],
+    plans: Sequence[Plan],
+) -> Results:
+    """Return plans as a table, one row each: what was chosen, and what comes of it."""
+    units = {name: "s" if name == "period_s" else "" for name in settings[0]} | UNITS
+    rows: list[Row] = []
+    for setting, plan in zip(settings, plans, strict=True):
+        row: dict[str, Any] = {
+            **setting,
+            "status": plan.status.value,
+            "hover_time_s": plan.hover_time_s if plan else None,
+            "rest_time_s": plan.rest_time_s if plan else None,
+            "mission_time_s": plan.mission_time_s if plan else None,
+            **{f"soc_{name}": (plan.soc or {}).get(name) for name in PAPER},
+            "route": plan.route if plan else (),
+            "flyable": plan.flyable,
+            "runs_dry_s": plan.runs_dry_s if plan else None,
+            "overfull_s": plan.overfull_s if plan else None,
+            "proof": plan.proof,
+            "reasons": plan.reasons,
+        }
+        if "schedule" in setting:
+            pooled = plans[0]
+            row["brings_s"] = plan.hover_time_s - pooled.hover_time_s if plan and pooled else None
+        rows.append(row)
+    draw: Draw = _choices
+    if by == ("schedule",):
+        units["brings_s"] = "s"
+        draw = partial(_packs, plans=plans)
+    facts = {"by": by, "slot_s": slot_s}
+    return Results("optuav comparison of plans", mission, facts, units, tuple(rows), _tables, draw)
+
+
+# The printed text
+
+
+def _tables(found: Results, _: int) -> Iterator[RenderableType]:
+    """Yield one line a plan with whether it can be flown, and how each is known."""
+    by_schedule = "schedule" in found.units
+    subject = "schedule of the packs" if by_schedule else " and ".join(found.facts["by"])
+    times = counted_in(found.facts["slot_s"])
+    yield Text(f"{found.mission.name}: longest hover by {subject}, {times}", style="bold")
+    yield ""
+    brings = ["brings [s]"] if by_schedule else []
+    words = ["schedule"] if by_schedule else list(AXES)
+    table = plain_table("Δ [s]", *brings, "T' [s]", "T [s]", "η1 [%]", words=words)
+    # The only column that gives way if the table is too wide.
+    table.add_column("by way of", max_width=LONGEST_NAME)
+    table.add_column("flies", no_wrap=True)
+    before, labels = "", [_label(row) for row in found.rows]
+    answers = [_flies(row, found.mission.limits.min_soc) for row in found.rows]
+    for row, label, flies in zip(found.rows, labels, answers, strict=True):
+        soc = row["soc_battery"]
+        table.add_row(
+            label[0] if by_schedule or label[0] != before else "",
+            *label[1:],
+            fixed(row["hover_time_s"]),
+            *(fixed(row["brings_s"], otherwise="–", sign="+") for _ in brings),
+            *(fixed(row[name]) for name in ("rest_time_s", "mission_time_s")),
+            fixed(None if soc is None else 100.0 * soc, otherwise="–"),
+            Text(", ".join(row["route"][1:-1]) or "–", no_wrap=True, overflow="ellipsis"),
+            flies,
+        )
+        before = label[0]
+    yield table
+    yield ""
+    grounded = [word for word in GROUNDED if word in {each.split()[0] for each in answers}]
+    yield from (Text(f"{word}: {GROUNDED[word]}") for word in grounded)
+    if grounded:
+        yield ""
+    for proof in dict.fromkeys(row["proof"] for row in found.rows):
+        known = {
+            label: row["proof"] == proof for label, row in zip(labels, found.rows, strict=True)
+        }
+        yield Text(f"{', '.join(_named(known))}: {proof}")
+    for reason in dict.fromkeys(reason for row in found.rows for reason in row["reasons"]):
+        yield Text(f"Because {reason}")
+
+
+def _label(row: Row) -> tuple[str, ...]:
+    """Return what a plan is told apart by."""
+    if "schedule" not in row:
+        return tuple(row[name] for name in AXES)
+    period_s = row["period_s"]
+    return (row["schedule"] + (f" {period_s:g} s" if period_s else ""),)
+
+
+def _flies(row: Row, min_soc: float) -> str:
+    """Return whether a plan can be flown, or what prevents it first and from when on."""
+    if row["flyable"] is None or row["flyable"]:
+        return "–" if row["flyable"] is None else "yes"
+    moments = {"dry": row["runs_dry_s"], "full": row["overfull_s"]}
+    known = [(moment_s, word) for word, moment_s in moments.items() if moment_s is not None]
+    if known:
+        first_s, word = min(known)
+        return f"{word} {first_s:.0f} s"
+    soc = row["soc_battery"]
+    return "low" if soc is not None and soc < min_soc - TOLERANCE else "no"
+
+
+def _named(chosen: Mapping[tuple[str, ...], bool]) -> Iterator[str]:
+    """Yield the labels that are chosen; by their first word where all that share it are."""
+    for first in dict.fromkeys(label[0] for label in chosen):
+        own = [label for label in chosen if label[0] == first]
+        labels = [" ".join(label) for label in own if chosen[label]]
+        yield from [first] if len(labels) == len(own) else labels
+
+
+# The pictures
+
+
+def _choices(found: Results) -> Iterator[tuple[str, Figure | None]]:
+    from optuav import plots
+
+    bars = [
+        plots.Bar(
+            row["perspective"],
+            row["trajectory"],
+            row["hover_time_s"],
+            row["soc_battery"],
+            row["flyable"] is not False,
+        )
+        for row in found.rows
+    ]
+    axes = plots.choice_bars(bars, found.mission.name, found.mission.limits.min_soc)
+    yield "choices.png", axes.hover.get_figure(root=True)
+
+
+def _packs(_: Results, plans: Sequence[Plan]) -> Iterator[tuple[str, Figure | None]]:
+    from optuav import plots
+
+    if any(plans):
+        first, *_rest = plots.packs([plan for plan in plans if plan])
+        yield "packs.png", first.get_figure(root=True)

@@ -1,0 +1,193 @@
+"""The labelled table that every study returns, and the pieces of text it is printed with."""
+
+from __future__ import annotations
+
+import csv
+import dataclasses
+import io
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, TypeAlias
+
+import numpy as np
+from rich.console import Console, RenderableType
+from rich.table import Table
+from rich.text import Text
+
+from optuav.mission import Mission
+
+if TYPE_CHECKING:
+    import pandas
+    from matplotlib.figure import Figure
+
+SCHEMA = 2
+WIDTH = 80
+LONGEST_NAME = 24
+NONE = "none"
+
+Row: TypeAlias = Mapping[str, Any]
+Show: TypeAlias = Callable[["Results", int], Iterable[RenderableType]]
+Draw: TypeAlias = Callable[["Results"], Iterable[tuple[str, "Figure | None"]]]
+
+
+@dataclasses.dataclass(frozen=True)
+class Results:
+    """A table of results: named columns with units, and one row an answer.
+
+    Printed, it is text of at most 80 columns.
+
+    Parameters
+    ----------
+    kind
+        What the table holds, for example ``"optuav comparison"``.
+    mission
+        The mission that was studied.
+    facts
+        What holds for the table as a whole, by name.
+    units
+        Unit of each column by its name; ``""`` for words and truth values, ``"-"`` for ratios.
+    rows
+        The rows, each a mapping with an entry a column; None where there is no value. A row may
+        have further entries, which `to_dict` shows.
+    show
+        Makes the printed text: a function of the table and a width in columns.
+    draw
+        Makes the pictures: a function of the table that yields names and figures.
+
+    Examples
+    --------
+    >>> import optuav
+    >>> found = optuav.compare("paper", by="trajectory", perspective="battery")
+    >>> [(row["trajectory"], round(row["hover_time_s"], 2)) for row in found.rows]
+    [('direct', 688.85), ('traj1', 719.54), ('traj2', 719.54), ('optimal', 719.54)]
+    >>> found.units["hover_time_s"], found.facts["by"]
+    ('s', ('trajectory',))
+    """
+
+    kind: str
+    mission: Mission
+    facts: Mapping[str, Any]
+    units: Mapping[str, str]
+    rows: tuple[Row, ...]
+    show: Show = dataclasses.field(repr=False, compare=False)
+    draw: Draw = dataclasses.field(repr=False, compare=False)
+
+    def __str__(self) -> str:
+        return as_text(self.tables())
+
+    def tables(self, width: int = WIDTH) -> Iterator[RenderableType]:
+        """Yield the pieces of the printed text, for a screen of so many columns."""
+        yield from self.show(self, width)
+
+    def records(self) -> list[dict[str, Any]]:
+        """Return the rows as flat records with an entry a column; places of a route as text."""
+        return [
+            {
+                name: " > ".join(row[name]) if isinstance(row[name], tuple) else row[name]
+                for name in self.units
+            }
+            for row in self.rows
+        ]
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return facts, rows and mission as plain data, ready for JSON."""
+        return {
+            "schema": SCHEMA,
+            "kind": self.kind,
+            **_plain(self.facts),
+            "units": dict(self.units),
+            "rows": _plain(self.rows),
+            "mission": self.mission.to_dict(),
+        }
+
+    def to_csv(self) -> str:
+        """Return `records` as comma-separated values below a line of column names."""
+        return as_csv(self.records(), list(self.units))
+
+    def to_frame(self) -> pandas.DataFrame:
+        """Return `records` as a data frame; needs pandas (``pip install optuav[frame]``)."""
+        import pandas
+
+        return pandas.DataFrame(self.records(), columns=list(self.units))
+
+    def plot(self) -> dict[str, Figure]:
+        """Return the pictures by file name; none where there is nothing to draw.
+
+        Raises
+        ------
+        InputError
+            If matplotlib is missing.
+        """
+        return {name: figure for name, figure in self.draw(self) if figure is not None}
+
+    def save_pictures(self, directory: str | Path) -> list[Path]:
+        """Write the pictures into a directory, which is made if it is missing.
+
+        Returns
+        -------
+        The files that were written.
+
+        Raises
+        ------
+        InputError
+            If matplotlib is missing, or the directory cannot be made or written to.
+        """
+        from optuav.plots.files import save_figures
+
+        return save_figures(self.draw(self), Path(directory))
+
+
+def _plain(value: object) -> Any:
+    """Return a value as data for JSON; of a dataclass the fields that its repr shows."""
+    if dataclasses.is_dataclass(value):
+        shown = (each.name for each in dataclasses.fields(value) if each.repr)
+        return {name: _plain(getattr(value, name)) for name in shown}
+    if isinstance(value, Mapping):
+        return {str(name): _plain(each) for name, each in value.items()}
+    if isinstance(value, tuple | list):
+        return [_plain(each) for each in value]
+    return value.item() if isinstance(value, np.generic) else value
+
+
+def as_csv(records: Sequence[Mapping[str, object]], columns: Sequence[str] = ()) -> str:
+    """Return flat records as comma-separated values; what is missing is an empty field."""
+    text = io.StringIO()
+    writer = csv.DictWriter(text, columns or list(records[0]), lineterminator="\n")
+    writer.writeheader()
+    writer.writerows(records)
+    return text.getvalue()
+
+
+def as_text(pieces: Iterable[RenderableType]) -> str:
+    """Return what a terminal of 80 columns without colours shows."""
+    screen = Console(
+        file=(written := io.StringIO()), width=WIDTH, color_system=None, highlight=False
+    )
+    for piece in pieces:
+        screen.print(piece)
+    return "\n".join(line.rstrip() for line in written.getvalue().splitlines())
+
+
+def plain_table(*figures: str, words: Iterable[str] = (), gap: int = 2) -> Table:
+    """Return a table without lines: columns of words, then columns of figures.
+
+    Parameters
+    ----------
+    figures
+        Headings of the columns of figures, aligned to the right.
+    words
+        Headings of the columns of words that come first.
+    gap
+        Blanks between columns.
+    """
+    table = Table(box=None, pad_edge=False, padding=(0, gap, 0, 0), header_style="")
+    for name in words:
+        table.add_column(name, no_wrap=True)
+    for name in figures:
+        table.add_column(Text(name), justify="right", no_wrap=True)
+    return table
+
+
+def fixed(value: float | None, digits: int = 2, *, otherwise: str = NONE, sign: str = "") -> str:
+    """Return a number with so many decimals, or another word where there is none."""
+    return otherwise if value is None else f"{value:{sign}.{digits}f}"

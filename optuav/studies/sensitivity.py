@@ -1,0 +1,396 @@
+"""Sensitivity of the longest hover: one key at a time, and samples of all that is uncertain."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+from rich.console import RenderableType
+from rich.text import Text
+
+from formulations.perspectives import AVAILABLE, PAPER
+from optuav.arrays import Floats
+from optuav.engines import bracket, closed_form
+from optuav.engines.sensitivity import ShadowPrice
+from optuav.errors import Fault, InputError
+from optuav.mission import Mission, load
+from optuav.mission.quantities import Number
+from optuav.mission.words import nearest, shown
+from optuav.plan import Plan
+from optuav.solving import solve
+from optuav.studies.results import Results, Row, fixed, plain_table
+from optuav.studies.uncertainty import (
+    Chances,
+    FixedPlan,
+    Spread,
+    around,
+    chances,
+    spreadable,
+    spreads,
+)
+from optuav.studies.variants import Base, Variants, best_itineraries, longest, route_model
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+SAMPLES = Number("-", ge=1, le=1e8, whole=True)
+SEED = Number("-", ge=0, le=2**63, whole=True)
+WORLD = ("battery", "rotor", "body", "laser", "link", "flight")
+"""Tables of what is measured; [route] and [limits] state what is chosen."""
+PLACE = frozenset(
+    {
+        "hover_distance_m",
+        "coverage_radius_m",
+        "hover_altitude_m",
+        "min_altitude_m",
+        "max_altitude_m",
+        "end_gap_m",
+    }
+)
+"""Quantities of constraints without a time. They hold by construction: the hover point always lies
+on the rim of what the radio covers."""
+STEP = 1e-5
+"""Relative step of the derivatives of parameters by keys."""
+UNITS = {
+    **dict.fromkeys(("key", "unit", "now", "low", "high"), ""),
+    **{"hover_low_s": "s", "hover_high_s": "s", "elasticity": "-"},
+    **{"exact_less": "-", "exact_more": "-", "exact_elasticity": "-", "swing_s": "s"},
+}
+MOST_ROWS = 24
+MOST_ROUTES = 4
+MOVES_S = 5e-3
+"""Keys that move the hover time less than this are only named [s]."""
+ZERO, SMALL = 1e-9, 5e-4
+"""Elasticities below these are 0, and have no digit to show."""
+WAVELENGTH = "laser.wavelength_nm"
+LONGEST_KEY = 34
+
+
+def sensitivity(
+    mission: Mission | str | Path,
+    uncertainty: Mapping[str, object] | str | Path | None = None,
+    *,
+    perspective: str = AVAILABLE,
+    plan: Plan | None = None,
+    samples: int = 10_000,
+    seed: int = 0,
+) -> Results:
+    """Find which numbers of a mission matter most to its longest hover.
+
+    Parameters
+    ----------
+    mission
+        A mission, the name of a shipped one, or the path of a mission file.
+    uncertainty
+        Distributions of keys: a TOML file with the tables and keys of a mission, each key as
+        ``{ low = 1, high = 2 }`` (uniform), ``{ low = 1, likely = 1.5, high = 2 }`` (triangular),
+        ``{ deviation = 0.1 }`` (normal about the mission's value, cut off at what is allowed) or
+        ``{ percent = 5 }`` (uniform); ``along = ["table.key"]`` changes other keys by the same
+        factor. Or the same as a dict. By default every number that is measured rather than chosen
+        is within 10 % of its value. Keys are independent of each other.
+    perspective
+        How charge is counted: ``"available"``, ``"battery"``, ``"energy"`` or ``"adjusted"``.
+    plan
+        The plan that is held fixed; by default the best one of the mission.
+    samples
+        Number of samples, 1 to 1e8. The first of them are the same for any number.
+    seed
+        Seed of the samples, 0 to 2**63.
+
+    Returns
+    -------
+    Results
+        One row a key, the largest effect first: the hover times [s] at the ends of its range (the
+        stated one or 10 %), None without a plan; the elasticity, percent of hover time by one
+        percent of the key, as a mean over the range; and the exact one below the value and above
+        it, from shadow prices, which differ at a kink. Among the facts are ``hover_time_s``, the
+        longest hover of the mission itself (0 without a plan), and ``chances``, what the samples
+        say: quantiles of the longest hover, how often each route is the best, and the share of
+        samples in which the fixed plan can be flown; None if nothing is uncertain.
+
+    Raises
+    ------
+    InputError
+        If an argument cannot be used.
+
+    Examples
+    --------
+    >>> import optuav
+    >>> size = {"battery": {"capacity_As": {"percent": 10}}}
+    >>> found = optuav.sensitivity("paper", size, perspective="battery", samples=100)
+    >>> capacity = next(row for row in found.rows if row["key"] == "battery.capacity_As")
+    >>> round(capacity["hover_low_s"], 1), round(capacity["hover_high_s"], 1)
+    (624.7, 814.4)
+    >>> round(capacity["exact_elasticity"], 3)
+    1.318
+    """
+    _refuse(perspective, samples, seed)
+    studied = mission if isinstance(mission, Mission) else load(mission)
+    stated = None if uncertainty is None else spreads(studied, uncertainty)
+    default = [each for key in spreadable(studied).values() if (each := around(key)) is not None]
+    varied = {each.key.name: each for each in (*default, *(stated or ()))}
+    taken = {other.name for each in stated or () for other in each.along}
+    alone = [each for name, each in varied.items() if name not in taken]
+    uncertain = stated
+    if uncertain is None:
+        measured = (each for each in alone if each.key.name.partition(".")[0] in WORLD)
+        uncertain = tuple(each for each in measured if "[" not in each.key.name)
+    best = solve(studied, perspective=perspective)
+    flown = plan or best or None
+    held = None if flown is None else FixedPlan.of(flown, studied)
+    hover_s = best.hover_time_s if best else 0.0
+    base = Base.of(studied)
+    found: Chances | None = None
+    if uncertain:
+        is_stated = stated is not None
+        found = chances(base, uncertain, perspective, held, samples, seed, stated=is_stated)
+    facts = {
+        "perspective": perspective,
+        "hover_time_s": hover_s,
+        "plan_hover_time_s": None if held is None else held.hover_time_s,
+        "chances": found,
+    }
+    rows = effects(base, alone, perspective, hover_s)
+    return Results("optuav sensitivity", studied, facts, UNITS, rows, _tables, _figures)
+
+
+def _refuse(perspective: str, samples: int, seed: int) -> None:
+    faults = [
+        Fault(name, shown(value), number.words)
+        for name, value, number in (("samples", samples, SAMPLES), ("seed", seed, SEED))
+        if not isinstance(value, int) or not number.accepts(value)
+    ]
+    known = (*PAPER, AVAILABLE)
+    if perspective not in known:
+        words = f"one of {', '.join(known)}{nearest(str(perspective), known)}"
+        faults.append(Fault("perspective", shown(perspective), words))
+    if faults:
+        raise InputError(faults)
+
+
+# One key at a time
+
+
+def effects(
+    base: Base, spreads: Sequence[Spread], perspective: str, hover_time_s: float
+) -> tuple[Row, ...]:
+    """Return the effect of each key on the longest hover, the others held; the largest first.
+
+    Parameters
+    ----------
+    base
+        The mission.
+    spreads
+        Ranges of the keys.
+    perspective
+        How charge is counted.
+    hover_time_s
+        Longest hover of the mission itself [s]; 0 without a plan.
+    """
+    ends = np.array([[each.low, each.high] for each in spreads]).reshape(-1)
+    hover_s = longest(_one_by_one(base, spreads, ends, 2), perspective).hover_time_s.reshape(-1, 2)
+    exact = _rates(base, spreads, perspective)
+    found = [
+        _effect(spread, ends_s, hover_time_s, rates)
+        for spread, ends_s, rates in zip(spreads, hover_s.tolist(), exact, strict=True)
+    ]
+    return tuple(sorted(found, key=lambda row: -row["swing_s"]))
+
+
+def _effect(
+    spread: Spread, ends_s: Sequence[float], hover_time_s: float, rates: ShadowPrice
+) -> dict[str, object]:
+    key, (low_s, high_s) = spread.key, ends_s
+    share = key.now / hover_time_s if hover_time_s > 0.0 else 0.0
+    slope = (high_s - low_s) / (spread.high - spread.low)
+    less, more = (rate * share if np.isfinite(rate) and share else None for rate in rates)
+    return {
+        "key": key.name,
+        "unit": key.unit,
+        "now": key.now,
+        "low": spread.low,
+        "high": spread.high,
+        "hover_low_s": low_s if np.isfinite(low_s) else None,
+        "hover_high_s": high_s if np.isfinite(high_s) else None,
+        "elasticity": slope * share if np.isfinite(slope) and share else None,
+        "exact_less": less,
+        "exact_more": more,
+        "exact_elasticity": None if less is None or _has_kink(less, more) else more,
+        "swing_s": max(abs(s - hover_time_s) for s in np.nan_to_num([low_s, high_s]).tolist()),
+        "along": tuple(other.name for other in spread.along),
+    }
+
+
+def _has_kink(less: float | None, more: float | None) -> bool:
+    """Return whether the exact elasticity below a value is another than above it."""
+    if less is None or more is None:
+        return less is not more
+    return ShadowPrice(less, more).has_kink
+
+
+def _one_by_one(base: Base, spreads: Sequence[Spread], values: Floats, each: int) -> Variants:
+    """Return variants in which one key alone differs, `each` of them a key."""
+    columns: dict[str, Floats] = {}
+    for number, spread in enumerate(spreads):
+        own = slice(each * number, each * (number + 1))
+        now = {key.name: key.now for key in (spread.key, *spread.along)}
+        for name, column in spread.columns(values[own]):
+            columns.setdefault(name, np.full(len(values), now[name]))[own] = column
+    return Variants(base, columns)
+
+
+def _rates(base: Base, spreads: Sequence[Spread], perspective: str) -> list[ShadowPrice]:
+    """Return the rates dΔ/dkey [s per unit] on both sides; NaN where there are none.
+
+    Each of the itineraries that tie has its own: below the value the one with the lowest rate is
+    the best, above it the one with the highest.
+    """
+    if not spreads:
+        return []
+    itself = _one_by_one(base, spreads[:1], np.array([spreads[0].key.now]), 1)
+    tied = best_itineraries(itself, perspective)
+    if not len(tied):
+        return [ShadowPrice(np.nan, np.nan)] * len(spreads)
+    sides = np.array([_rates_of(base, spreads, perspective, each) for each in tied.tolist()])
+    less, more = sides[:, 0].min(axis=0), sides[:, 1].max(axis=0)
+    return [ShadowPrice(*each) for each in zip(less.tolist(), more.tolist(), strict=True)]
+
+
+def _rates_of(base: Base, spreads: Sequence[Spread], perspective: str, itinerary: int) -> Floats:
+    """Return dΔ/dkey of one itinerary below and above (2, key), by the chain rule.
+
+    Each key has three variants: a step below its value, at it, and a step above. A parameter that
+    the key moves may have another price on either side; where two have, their prices do not say
+    what both together are worth, and the rate is NaN.
+    """
+    now = np.array([each.key.now for each in spreads])
+    steps = np.array([STEP * (abs(each.key.now) or each.high - each.low) for each in spreads])
+    values = (now[:, None] + steps[:, None] * [-1.0, 0.0, 1.0]).reshape(-1)
+    model = route_model(_one_by_one(base, spreads, values, 3), itinerary, perspective)
+    engine = bracket if perspective == AVAILABLE else closed_form
+    prices = engine.solve(model, 1, model.row(1)).shadow_prices()
+    rates, kinks = np.zeros((2, len(spreads))), np.zeros(len(spreads))
+    for name in (each for each in prices if each not in PLACE):
+        figure = np.broadcast_to(model.parameters[name].value, len(values))
+        below, _, above = figure.reshape(-1, 3).T
+        slopes = (above - below) / (2.0 * steps)
+        less, more = prices[name]
+        sides = np.where(slopes > 0.0, [[less], [more]], [[more], [less]])
+        with np.errstate(invalid="ignore"):
+            rates += np.where(slopes == 0.0, 0.0, slopes * sides)
+        kinks += prices[name].has_kink & (slopes != 0.0)
+    return np.where(kinks > 1, np.nan, rates)
+
+
+# The printed text and the pictures
+
+
+def _tables(found: Results, _: int) -> Iterator[RenderableType]:
+    """Yield the effects of single keys, then what the samples say."""
+    hover_s = found.facts["hover_time_s"]
+    title = f"{found.mission.name}: what matters most, {found.facts['perspective']}"
+    yield Text(title, style="bold")
+    yield ""
+    moving = [row for row in found.rows if row["swing_s"] > MOVES_S]
+    rows = moving[:MOST_ROWS]
+    itself = f"Longest hover {hover_s:.2f} s" if hover_s else "The mission has no plan"
+    yield f"{itself}; one key at a time, everything else held:"
+    if moving:
+        yield _effect_table(rows)
+    else:
+        yield "no key within its range changes that; optuav explain shows what would"
+    if len(moving) > MOST_ROWS:
+        yield Text(f"and {len(moving) - MOST_ROWS} more with smaller effects")
+    sides = [(row["key"], row["exact_less"], row["exact_more"]) for row in rows]
+    kinks = [
+        f"{key} {_rate(less)} below, {_rate(more)} above"
+        for key, less, more in sides
+        if _has_kink(less, more)
+    ]
+    if kinks:
+        yield Text(f"Exact at a kink: {'; '.join(kinks)}")
+    if any(row["key"] == WAVELENGTH for row in rows):
+        yield Text(f"{WAVELENGTH} moves the attenuation alone: slopes and offsets are held")
+    idle = [row["key"] for row in found.rows if row["swing_s"] <= MOVES_S]
+    if moving and idle:
+        yield Text(f"Less than {MOVES_S:g} s: {', '.join(idle)}")
+    if found.facts["chances"] is not None:
+        yield ""
+        yield from _chances(found.facts["chances"], found.facts["plan_hover_time_s"])
+
+
+def _effect_table(rows: Sequence[Row]) -> RenderableType:
+    headings = ("range", "Δ low", "Δ high", "% by 1 %", "exact")
+    table = plain_table(*headings, words=["key"], gap=1)
+    table.columns[0].max_width = LONGEST_KEY
+    for row in rows:
+        kink = _has_kink(row["exact_less"], row["exact_more"])
+        table.add_row(
+            Text(row["key"] + ("+" if row["along"] else "")),
+            _range(row["now"], row["low"], row["high"]),
+            fixed(row["hover_low_s"]),
+            fixed(row["hover_high_s"]),
+            _rate(row["elasticity"]),
+            "kink" if kink else _rate(row["exact_elasticity"]),
+        )
+    return table
+
+
+def _rate(elasticity: float | None) -> str:
+    if elasticity is None:
+        return "–"
+    if abs(elasticity) < SMALL:
+        return "<0.001" if abs(elasticity) > ZERO else "0"
+    return f"{elasticity:+.3f}"
+
+
+def _range(now: float, low: float, high: float) -> str:
+    """Return a range as percent of the value if it is even, else by its ends."""
+    if now and math.isclose(now - low, high - now, rel_tol=1e-9):
+        return f"±{100.0 * abs((high - now) / now):.3g} %"
+    ends = (f"{end:.0f}" if 1e4 <= abs(end) < 1e6 else f"{end:.4g}" for end in (low, high))
+    return " to ".join(ends)
+
+
+def _chances(found: Chances, plan_hover_s: float | None) -> Iterator[RenderableType]:
+    how = "as stated" if found.stated else "within 10 %, as nothing was stated"
+    count = f"{len(found.uncertain)} keys at once, {how}: {found.samples} samples"
+    yield Text(f"{count}, seed {found.seed}", style="bold")
+    quantiles = ", ".join(f"{share:.0%} {s:.1f}" for share, s in found.quantiles_s.items())
+    yield Text(f"Hover      mean {found.mean_s:.1f} s; quantiles [s] {quantiles}")
+    routes = [*found.routes.items()]
+    shares = dict(routes[:MOST_ROUTES])
+    if len(routes) > MOST_ROUTES:
+        shares["others"] = sum(share for _, share in routes[MOST_ROUTES:])
+    if found.no_plan:
+        shares["no plan"] = found.no_plan
+    yield Text(f"Best       {_percent(shares)}")
+    if found.kept is not None and found.flyable is not None:
+        yield Text(
+            f"Fixed plan {plan_hover_s:.2f} s of hover, can be flown in "
+            f"{found.flyable:.1%} of the samples; it keeps {_percent(found.kept)}"
+        )
+        yield Text(
+            "Hover and Best count the fixed plan too, where it keeps the limits: its hover point "
+            "stays, while that of other plans moves with the reach of the radio."
+        )
+
+
+def _percent(shares: Mapping[str, float]) -> str:
+    return ", ".join(f"{name} {share:.1%}" for name, share in shares.items())
+
+
+def _figures(found: Results) -> Iterator[tuple[str, Figure | None]]:
+    """Yield a tornado of the keys, and how the hover times of the samples are spread."""
+    from optuav import plots
+
+    name, facts = found.mission.name, found.facts
+    ends = ("key", "low", "high", "hover_low_s", "hover_high_s")
+    bars = [plots.Swing(*(row[end] for end in ends)) for row in found.rows]
+    yield "tornado.png", plots.tornado(bars, facts["hover_time_s"], name).get_figure(root=True)
+    if facts["chances"] is not None:
+        times_s, plan_s = facts["chances"].hover_times_s, facts["plan_hover_time_s"]
+        yield "hover.png", plots.hover_times(times_s, name, fixed_s=plan_s).get_figure(root=True)

@@ -1,1 +1,0 @@
-"""What is uncertain, and what follows for the hover time."""

@@ -1,0 +1,444 @@
+"""Uncertain keys: how they are spread, samples of them, and what follows for the hover time."""
+
+from __future__ import annotations
+
+import math
+import tomllib
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import NamedTuple
+from zlib import crc32
+
+import numpy as np
+from scipy import special
+
+from formulations.p1 import P1
+from formulations.perspectives import AVAILABLE
+from optuav.arrays import Booleans, Floats
+from optuav.diagnosis.keys import Key, keys
+from optuav.errors import Fault, InputError
+from optuav.mission import Mission
+from optuav.mission.files import label, read_text, refusal
+from optuav.mission.sections import SECTIONS
+from optuav.mission.words import nearest, shown
+from optuav.modelling.check import evaluated
+from optuav.network import vehicle
+from optuav.network.places import ENDS, HOVER
+from optuav.plan import Plan
+from optuav.solving.ties import SAME_S
+from optuav.studies.variants import KEY, Base, Variants, longest
+
+SHARE = 0.1
+"""Reach of a key to either side if nothing is stated, relative to its value."""
+LARGEST_FILE = 200_000
+FARTHEST_M = 1e6
+DEVIATIONS = 2.0
+"""Half the range that a picture shows of a normal distribution."""
+AT_ONCE = 8192
+"""Samples computed together: as many as fit the cache. No result depends on it."""
+QUANTILES = (0.05, 0.25, 0.5, 0.75, 0.95)
+FORMS = (
+    "a table such as { percent = 5 }, { low = 1, high = 2 }, { low = 1, likely = 1.5, high = 2 } "
+    'or { deviation = 0.1 }, each with or without along = ["table.key"]'
+)
+LEGS = "legs and thrust"
+CONDITIONS = {
+    LEGS: "",
+    "link": "outage",
+    "charge left": "state of charge",
+    "never dry": "dry",
+    "never past full": "past full",
+    "deadline": "deadline",
+}
+"""What a fixed plan has to keep, and the kind of those constraints of (P1)."""
+
+
+@dataclass(frozen=True)
+class Spread:
+    """The distribution of a key.
+
+    Parameters
+    ----------
+    key
+        The key with its range; its name may be that of a component.
+    low, high
+        Ends of its range.
+    likely
+        Most likely value of a triangular distribution; None for another one.
+    deviation
+        Standard deviation of a normal distribution about the mission's value, cut off at the range
+        of the key; None for another one. With neither, the distribution is uniform.
+    along
+        Keys that change by the same factor.
+    """
+
+    key: Key
+    low: float
+    high: float
+    likely: float | None = None
+    deviation: float | None = None
+    along: tuple[Key, ...] = ()
+
+    def at(self, share: Floats) -> Floats:
+        """Return the quantiles of the distribution for shares between 0 and 1."""
+        low, high, likely = self.low, self.high, self.likely
+        if self.deviation is not None:
+            now, scale = self.key.now, self.deviation
+            ends = special.ndtr((np.array([self.key.low, self.key.high]) - now) / scale)
+            within = special.ndtri(ends[0] + share * (ends[1] - ends[0]))
+            return np.asarray(np.clip(now + scale * within, self.key.low, self.key.high))
+        if likely is None:
+            return low + share * (high - low)
+        up = low + np.sqrt(share * (high - low) * (likely - low))
+        down = high - np.sqrt((1.0 - share) * (high - low) * (high - likely))
+        return np.where(share * (high - low) < likely - low, up, down)
+
+    def columns(self, values: Floats) -> Iterator[tuple[str, Floats]]:
+        """Yield the values by key, and those of the keys that change along with it."""
+        yield self.key.name, values
+        for other in self.along:
+            yield other.name, np.clip(other.now * (values / self.key.now), other.low, other.high)
+
+
+def drawn(spreads: Sequence[Spread], seed: int, first: int, count: int) -> dict[str, Floats]:
+    """Return samples by key from number `first` on, each key from a random stream of its own."""
+    found: dict[str, Floats] = {}
+    for spread in spreads:
+        stream = np.random.PCG64([seed, crc32(spread.key.name.encode())])
+        stream.advance(first)  # each number takes one step
+        found |= spread.columns(spread.at(np.random.Generator(stream).random(count)))
+    return found
+
+
+def around(key: Key) -> Spread | None:
+    """Return a key within 10 %; None if that is no range, as for 0 or a whole number."""
+    ends = sorted(float(f"{key.now * share:.12g}") for share in (1.0 - SHARE, 1.0 + SHARE))
+    low, high = (min(max(end, key.low), key.high) for end in ends)
+    return None if key.whole or low == high else Spread(key, low, high)
+
+
+def spreadable(mission: Mission) -> dict[str, Key]:
+    """Return the keys that may vary by name: numbers, and components of places and the wind."""
+    found = {key.name: key for key in keys(mission)}
+    for table, name in (
+        *(("route", end) for end in ("origin_m", "destination_m", "hover_m")),
+        *(("laser", "position_m"), ("link", "device_m"), ("wind", "force_N")),
+    ):
+        vector = getattr(getattr(mission, table), name, None)
+        for axis, now in enumerate(vector or ()):
+            part = f"{table}.{name}[{axis}]"
+            unit = name.rpartition("_")[2]
+            found[part] = Key(part, now, -FARTHEST_M, FARTHEST_M, False, unit)
+    return found
+
+
+def spreads(mission: Mission, stated: Mapping[str, object] | str | Path) -> tuple[Spread, ...]:
+    """Return the spreads that a TOML file or a mapping states for the keys of a mission.
+
+    A mapping has the form ``{"battery": {"capacity_As": {"percent": 5}}}``; other forms as in
+    `optuav.sensitivity`.
+
+    Raises
+    ------
+    InputError
+        With all faults.
+    """
+    source = ""
+    if not isinstance(stated, Mapping):
+        path = Path(stated)
+        source = label(path)
+        try:
+            stated = tomllib.loads(read_text(path, LARGEST_FILE))
+        except tomllib.TOMLDecodeError as error:
+            raise refusal(path, f"is not TOML: {error}") from None
+    known = spreadable(mission)
+    found, faults = [], []
+    for table, content in stated.items():
+        for name, form in content.items() if isinstance(content, dict) else ((None, content),):
+            try:
+                found.append(_spread(known, table if name is None else f"{table}.{name}", form))
+            except InputError as error:
+                faults += [replace(fault, source=source) for fault in error.faults]
+    names = [each.name for spread in found for each in (spread.key, *spread.along)]
+    for name in sorted({name for name in names if names.count(name) > 1}):
+        faults.append(Fault(name, "", "varies once, by itself or along another", source))
+    if faults:
+        raise InputError(faults)
+    return tuple(found)
+
+
+def _spread(known: Mapping[str, Key], name: str, form: object) -> Spread:
+    """Return the spread of one key, or refuse what is stated."""
+    key = _key(known, name)
+    numbers, along = _numbers(key, form)
+    others = tuple(_key(known, each) for each in along)
+    if others and key.now == 0.0:
+        raise _refused(f"{name}.along", shown(along), "nothing goes along with 0")
+    likely, deviation = numbers.get("likely"), numbers.get("deviation")
+    if "percent" in numbers:
+        percent = numbers["percent"]
+        _check_percent(key, percent)
+        reach = abs(key.now) * percent / 100.0
+    elif deviation is not None:
+        if not deviation > 0.0:
+            raise _refused(f"{name}.deviation", shown(deviation), "above 0")
+        reach = DEVIATIONS * deviation
+    if "low" in numbers:
+        low, high = numbers["low"], numbers["high"]
+    else:
+        low, high = max(key.now - reach, key.low), min(key.now + reach, key.high)
+    middle = low if likely is None else likely
+    if not (key.low <= low < high <= key.high and low <= middle <= high):
+        words = f"low < high, likely between, within {key.low:g} to {key.high:g} [{key.unit}]"
+        raise _refused(name, _written(form), words)
+    return Spread(key, low, high, likely, deviation, others)
+
+
+def _numbers(key: Key, form: object) -> tuple[dict[str, float], list[str]]:
+    """Return the numbers of a stated spread by name, and the keys that change along with it."""
+    kinds = ({"percent"}, {"low", "high"}, {"low", "likely", "high"}, {"deviation"})
+    if not isinstance(form, dict):
+        raise _refused(key.name, _written(form), FORMS)
+    numbers = {part: value for part, value in form.items() if part != "along"}
+    sound = all(
+        isinstance(value, int | float) and not isinstance(value, bool) and math.isfinite(value)
+        for value in numbers.values()
+    )
+    if numbers.keys() not in kinds or not sound:
+        raise _refused(key.name, _written(form), FORMS)
+    if key.whole:
+        raise _refused(key.name, _written(form), "a whole number cannot be spread")
+    along = form.get("along", [])
+    if not isinstance(along, list) or not all(isinstance(each, str) for each in along):
+        raise _refused(f"{key.name}.along", shown(along), "a list of keys")
+    return numbers, along
+
+
+def _check_percent(key: Key, percent: float) -> None:
+    """Refuse a share that is no range, or that leaves the range of the key."""
+    name = f"{key.name}.percent"
+    if key.now == 0.0:
+        raise _refused(name, shown(percent), "no share of 0 is a range: low and high")
+    most = 100.0 * min(key.now - key.low, key.high - key.now) / abs(key.now)
+    if not 0.0 < percent <= most:
+        words = f"above 0, at most {most:.6g}: within {key.low:g} to {key.high:g} [{key.unit}]"
+        raise _refused(name, shown(percent), words)
+
+
+def _written(form: object) -> str:
+    """Return a stated spread as a TOML file has it."""
+    if not isinstance(form, dict):
+        return shown(form)
+    return f"{{ {', '.join(f'{part} = {shown(value)}' for part, value in form.items())} }}"
+
+
+def _key(known: Mapping[str, Key], name: str) -> Key:
+    if name in known:
+        return known[name]
+    if name.startswith("buildings"):
+        raise _refused(name, "", "buildings stay where they are")
+    found = KEY.fullmatch(name)
+    if found is None or found[2] not in getattr(SECTIONS.get(found[1]), "model_fields", {}):
+        raise _refused(name, "", f"unknown key{nearest(name, known)}")
+    parts = [each for each in known if each.startswith(f"{name}[")]
+    hint = f", but as {', '.join(parts)}" if parts else ""
+    raise _refused(name, "", f"the mission does not state it as a number{hint}")
+
+
+def _refused(name: str, value: str, words: str) -> InputError:
+    return InputError([Fault(name, value, words)])
+
+
+class Judged(NamedTuple):
+    """A fixed plan in many variants of its mission; all arrays have one entry a variant.
+
+    Parameters
+    ----------
+    kept
+        Where each of the `CONDITIONS` is kept.
+    flyable
+        Where all of them are.
+    feasible
+        Where the plan meets (P1) in the perspective of the study.
+    """
+
+    kept: dict[str, Booleans]
+    flyable: Booleans
+    feasible: Booleans
+
+
+@dataclass(frozen=True)
+class FixedPlan:
+    """A plan whose route, hover point and times stay as they were planned.
+
+    Parameters
+    ----------
+    base
+        The mission with its hover point where the plan has it, and the plan's itinerary alone.
+    itinerary
+        Number of that itinerary among all of the mission.
+    hover_time_s, rest_time_s
+        Its times [s].
+    """
+
+    base: Base
+    itinerary: int
+    hover_time_s: float
+    rest_time_s: float
+
+    @classmethod
+    def of(cls, plan: Plan, mission: Mission) -> FixedPlan:
+        """Return the plan on a mission, which has the same places.
+
+        Raises
+        ------
+        InputError
+            If the plan was made for other places, or its route is none of the mission.
+        """
+        words = "a plan over the places of this mission"
+        made_for, here = _scene(plan.mission), _scene(mission)
+        if moved := [name for name in here if made_for[name] != here[name]]:
+            words += f", not with another {' or '.join(moved)}"
+            raise _refused("plan", " → ".join(plan.route), words)
+        point_m = [float(each) for each in vehicle.hover_point_m(plan.mission)]
+        base = Base.of(mission.replace({"route.hover_m": point_m}))
+        routes, names = base.network.routes, base.network.places.names
+        for number, building in enumerate(routes.building.tolist()):
+            stops = [ENDS[HOVER]] if building < 0 else [names[len(ENDS) + building], ENDS[HOVER]]
+            if building >= 0 and not routes.rest_first[number]:
+                stops.reverse()
+            if tuple(stops) == tuple(plan.route[1:-1]):
+                return cls(base.only(number), number, plan.hover_time_s, plan.rest_time_s)
+        words += ", with one hover and at most one rest"
+        raise _refused("plan", " → ".join(plan.route), words)
+
+    def judged(self, variants: Variants, perspective: str) -> Judged:
+        """Return what the plan keeps in each variant of the mission."""
+        own = Variants(self.base, variants.columns, variants.coverage_radius_m)
+        every = np.arange(own.count)
+        rests = bool(self.base.network.routes.building[0] >= 0)
+        given = own.quantities(every, np.zeros_like(every), rests=rests, steps=True)
+        point = {"hover_time_s": self.hover_time_s}
+        if rests:
+            point["rest_time_s"] = self.rest_time_s
+        legs = np.broadcast_to(own.able[:, 0], own.count)
+        kept = {name: np.ones(own.count, bool) for name in CONDITIONS} | {LEGS: legs}
+        for check in evaluated(P1.model(given, AVAILABLE), point):
+            for name, kind in CONDITIONS.items():
+                if kind and check.constraint.kind == kind:
+                    kept[name] &= check.satisfied
+        flyable = np.logical_and.reduce(list(kept.values()))
+        feasible = flyable
+        if perspective != AVAILABLE:
+            feasible = legs
+            for check in evaluated(P1.model(given, perspective), point):
+                feasible = feasible & check.satisfied
+        return Judged(kept, flyable, feasible)
+
+
+def _scene(mission: Mission) -> dict[str, object]:
+    """Return what a plan depends on when it is flown elsewhere, by its name in messages."""
+    laser = mission.laser
+    return {
+        "origin": mission.route.origin_m,
+        "destination": mission.route.destination_m,
+        "device": mission.link.device_m,
+        "place of the laser": laser and laser.position_m,
+        "set of buildings": mission.buildings,
+    }
+
+
+@dataclass(frozen=True)
+class Chances:
+    """What follows from everything that is uncertain, over all samples.
+
+    Parameters
+    ----------
+    samples, seed
+        Number of samples, and the seed that they are drawn from.
+    uncertain
+        Keys that vary.
+    stated
+        Whether their spread was stated; else all are within 10 % of their values.
+    mean_s
+        Mean of the longest hover [s].
+    quantiles_s
+        Hover times [s] that so large a share of the samples does not reach.
+    no_plan
+        Share of samples without a plan.
+    routes
+        Share of samples by the route of the best plan; the most frequent first.
+    kept
+        Share of samples in which the fixed plan keeps each condition; None without a plan.
+    flyable
+        Share of samples in which it keeps all of them; None without a plan.
+    hover_times_s
+        Longest hover of each sample [s], at least the fixed plan's if that is feasible; 0 without
+        a plan.
+    """
+
+    samples: int
+    seed: int
+    uncertain: tuple[str, ...]
+    stated: bool
+    mean_s: float
+    quantiles_s: Mapping[float, float]
+    no_plan: float
+    routes: Mapping[str, float]
+    kept: Mapping[str, float] | None
+    flyable: float | None
+    hover_times_s: Floats = field(repr=False, compare=False)
+
+
+def chances(
+    base: Base,
+    uncertain: Sequence[Spread],
+    perspective: str,
+    plan: FixedPlan | None,
+    samples: int,
+    seed: int,
+    *,
+    stated: bool,
+    at_once: int = AT_ONCE,
+) -> Chances:
+    """Return what the samples say, computed `at_once` at a time; no result depends on that."""
+    routes, names = base.network.routes, base.network.places.names
+    hover_s = np.empty(samples)
+    wins = np.zeros(len(routes) + 1, dtype=np.intp)
+    kept = dict.fromkeys(CONDITIONS, 0)
+    flyable = 0
+    for first in range(0, samples, at_once):
+        some = slice(first, min(first + at_once, samples))
+        variants = Variants(base, drawn(uncertain, seed, first, some.stop - first))
+        best_s, winner = longest(variants, perspective)
+        if plan is not None:
+            judged = plan.judged(variants, perspective)
+            flyable += int(judged.flyable.sum())
+            kept = {name: kept[name] + int(judged.kept[name].sum()) for name in kept}
+            # The best plan's hover point moves with the reach of the radio, the fixed plan's stays:
+            # where the best has no clear way or a longer one, the fixed plan may hover longer.
+            better = judged.feasible & ~(best_s >= plan.hover_time_s - SAME_S)
+            best_s = np.where(better, plan.hover_time_s, best_s)
+            winner = np.where(better, plan.itinerary, winner)
+        hover_s[some] = np.nan_to_num(best_s, nan=0.0)
+        wins += np.bincount(winner + 1, minlength=len(wins))
+    by_route: dict[str, int] = {}
+    for building, count in zip(routes.building.tolist(), wins[1:].tolist(), strict=True):
+        name = "direct" if building < 0 else f"by way of {names[len(ENDS) + building]}"
+        by_route[name] = by_route.get(name, 0) + count
+    ranked = sorted(by_route.items(), key=lambda item: -item[1])
+    quantiles_s = np.quantile(hover_s, QUANTILES).tolist()
+    return Chances(
+        samples=samples,
+        seed=seed,
+        uncertain=tuple(k.name for each in uncertain for k in (each.key, *each.along)),
+        stated=stated,
+        mean_s=float(np.mean(hover_s)),
+        quantiles_s=dict(zip(QUANTILES, quantiles_s, strict=True)),
+        no_plan=int(wins[0]) / samples,
+        routes={name: count / samples for name, count in ranked if count},
+        kept=None if plan is None else {name: count / samples for name, count in kept.items()},
+        flyable=None if plan is None else flyable / samples,
+        hover_times_s=hover_s,
+    )
