@@ -2,20 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-
 from optuav.modelling import Expression, Let
-from optuav.modelling.expression import Trend
 from optuav.physics import kibam
 
 
-def named(
-    level: kibam.Wells,
-    number: int,
-    words: str,
-    known: Sequence[Trend],
-    most: kibam.Wells | None,
-) -> kibam.Wells:
+def named(level: kibam.Wells, number: int, words: str) -> kibam.Wells:
     """Names for the wells after a step, else each step would multiply the printed problem.
 
     Parameters
@@ -25,35 +16,11 @@ def named(
     number
         Of the step, from 1.
     words
-        What is printed instead of what it stands for; empty if that is.
-    known
-        What is known of how the available well after it goes with the times.
-    most
-        What both hold at most while the times are within ranges, if that is known.
+        What is printed instead of the expression that the name stands for; empty to print that.
     """
     if not isinstance(level.total_As, Expression):
         return level
     return kibam.Wells(
-        Let(
-            f"available after step {number}",
-            f"y1_{number}",
-            "A s",
-            level.available_As,
-            words,
-            known,
-            most and most.available_As,
-        ),
-        Let(
-            f"bound after step {number}",
-            f"y2_{number}",
-            "A s",
-            level.bound_As,
-            words,
-            most=most and most.bound_As,
-        ),
+        Let(f"available after step {number}", f"y1_{number}", "A s", level.available_As, words),
+        Let(f"bound after step {number}", f"y2_{number}", "A s", level.bound_As, words),
     )
-
-
-def most_of(level: kibam.Wells) -> kibam.Wells:
-    """What named wells hold at most while the times are within ranges."""
-    return kibam.Wells(*(getattr(well, "most", None) for well in level))

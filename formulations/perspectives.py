@@ -9,13 +9,9 @@ from collections.abc import Callable, Mapping
 from dataclasses import replace
 from typing import Any, TypeAlias
 
-from formulations.named_wells import most_of
-from formulations.pool import pool
 from formulations.quantities import Quantities
-from formulations.taper import trends
-from formulations.wells import levels, wells
+from formulations.wells import wells
 from optuav.modelling import Expression, Let
-from optuav.physics.kibam import state_of_charge
 
 Perspective: TypeAlias = Callable[[Quantities, Any, Any], Any]
 
@@ -54,11 +50,7 @@ def delivered(given: Quantities, hover: Any, rest: Any) -> Any:
     if not given.tapers:
         return battery(given, hover, rest)
     end = wells(given, hover, rest)
-    if not isinstance(end, Expression):
-        return end
-    *_, (_, last) = levels(given, hover, rest)
-    known, most = trends(given, hover, rest), state_of_charge(pool(given), most_of(last))
-    return Let("state of charge at the end", "η", "1", end, "", known, most)
+    return Let("state of charge at the end", "η", "1", end) if isinstance(end, Expression) else end
 
 
 PAPER: tuple[str, ...] = ("battery", "energy", "adjusted")

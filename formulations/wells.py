@@ -12,14 +12,14 @@ from typing import Any
 from formulations.named_wells import named
 from formulations.pool import pool
 from formulations.quantities import Quantities
-from formulations.taper import highest, tapered, trends
+from formulations.taper import tapered
 from optuav.physics import kibam
 
 
 def levels(given: Quantities, hover: Any, rest: Any) -> Sequence[tuple[Any, kibam.Wells]]:
     """Every step of the itinerary with the wells after it, from a full battery.
 
-    They are worked out once for the same times: what several constraints speak of is one tree.
+    The same times give the same trees, so that several constraints share them.
     """
     known = given.known_levels
     if not any(h is hover and r is rest for h, r, _ in known):
@@ -34,19 +34,18 @@ def _levels(given: Quantities, hover: Any, rest: Any) -> Iterator[tuple[Any, kib
         "rest": kibam.Stage(given.rest_current_A, rest),
     }
     level: Any = whole.full
-    highs = highest(given, hover, rest)
     for number, step in enumerate(given.steps, start=1):
         phase = stays[step] if isinstance(step, str) else step
         if isinstance(step, str) and given.tapers:
             level = tapered(whole, level, phase, step)
+            words = f"after the {step}, whose current tapers once y1 = ωB"
         else:
             change = (
                 phase if isinstance(phase, kibam.Transition) else kibam.transition(whole, phase)
             )
             level = kibam.along(whole, level, change)
-        words = "by eqs (15)-(16), a stage of flight" if isinstance(step, kibam.Stage) else ""
-        known = trends(given, hover, rest) if given.tapers else ()
-        level = named(level, number, words, known, next(highs, None))
+            words = "by eqs (15)-(16), a stage of flight" if isinstance(step, kibam.Stage) else ""
+        level = named(level, number, words)
         yield step, level
 
 

@@ -2,27 +2,25 @@
 
 Takes models that look for the largest of at most two times, with constraints of the form that
 phases of constant current give (see `exponential_form`), linear ones among them. The answer comes
-with a time beyond which there is none; how, is told in `bracketing`. Longest parts of times are
-taken whole at first; `tapered` tells what is left of the answer.
+with a time beyond which there is none; see `bracketing`, and `tapered` where charging tapers.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from typing import Any, NamedTuple
+from collections.abc import Iterable, Mapping, Sequence
+from typing import Any
 
 import numpy as np
 
 from optuav.arrays import Booleans, Floats
 from optuav.engines.bracketing import Interval, largest, shortest
-from optuav.engines.exponential_form import Rows, rows_of, stated_forms
+from optuav.engines.exponential_form import Rows, StatedForm, rows_of, stated_forms
 from optuav.engines.solution import Solution
 from optuav.engines.tapered import Tapered
 from optuav.errors import InputError
 from optuav.modelling.check import evaluated, relations
 from optuav.modelling.expression import Leaf, Variable
 from optuav.modelling.kibam_form import CONSTANT, Exponential, Monomial
-from optuav.modelling.longest import lifted, uncapped, without_parts
 from optuav.modelling.model import Model
 from optuav.modelling.traversal import fold
 from optuav.status import Status
@@ -66,40 +64,34 @@ def solve(model: Model, programmes: int, values: Mapping[str, Any] | None = None
         If a constraint has another form.
     """
     given = values or {}
-    first, *second = sorted(
-        (each.name for each in model.variables), key=model.objective.name.__ne__
-    )
-    whole = uncapped(model)
-    rows, x_top, y_top, usable = stated(whole, programmes, given, first, *second)
-    found = largest(rows, x_top, y_top)
-    tapered = None
-    if whole is not model:
-        others = stated(without_parts(model), programmes, given, first, *second).rows
-        tapered = Tapered(model, {**_values(model), **given}, others, x_top, y_top)
-        found = tapered.narrowed(found)
+    names = sorted((each.name for each in model.variables), key=model.objective.name.__ne__)
+    forms = stated_forms(model, given, relaxed=True)
+    tops, usable = _reaches(forms, names, programmes)
+    rows = _rows((each for each in forms if each.constraint), names, tops)
+    usable &= rows.usable
+    if tapers := any(each.relaxed for each in forms):
+        found = _tapered(model, given, forms, names, tops)
+    else:
+        found = largest(rows, *tops)
+        found = found._replace(y=shortest(rows, found, tops[1]))
     codes = np.select(
         [~usable, np.isneginf(found.beyond), np.isnan(found.x), ~found.proved],
         [ERROR, INFEASIBLE, ERROR, FEASIBLE],
         OPTIMAL,
     )
     answered = (codes == OPTIMAL) | (codes == FEASIBLE)
-    shortest_s = shortest(rows, found, y_top)
-    found = found._replace(y=tapered.shortest(found, shortest_s) if tapered else shortest_s)
     points = {
         name: np.where(answered, each, np.nan)
-        for name, each in zip((first, *second), (found.x, found.y), strict=False)
+        for name, each in zip(names, (found.x, found.y), strict=False)
     }
-    model, parts, silent = (smooth := lifted(model))
-    points |= smooth.shares({**_values(model), **given, **points}) if parts else {}
-    binding = _binding(model, {**given, **points}, answered)
     return Solution(
         engine=NAME,
         proof=PROOF if answered.any() else PROOF_OF_NONE,
         statuses=STATUSES[codes].tolist(),
-        objective=points[first] + 0.0,
+        objective=points[names[0]] + 0.0,
         values={each.name: points[each.name] for each in model.variables},
-        binding={label: each for label, each in binding.items() if label not in silent},
-        duals=None,
+        binding=_binding(model, {**given, **points}, answered),
+        duals={} if tapers else None,
         beyond=np.where(usable, found.beyond, np.nan),
         words=[UNDECIDED if each else "" for each in usable & (codes == ERROR)],
         model=model,
@@ -107,51 +99,49 @@ def solve(model: Model, programmes: int, values: Mapping[str, Any] | None = None
     )
 
 
-class Stated(NamedTuple):
-    """The constraints of a model as rows, and how far its times can go.
-
-    Parameters
-    ----------
-    rows
-        What has to be ≥ 0.
-    x_top, y_top
-        Beyond these the linear constraints do not hold [s], one a programme.
-    usable
-        Whether all numbers are numbers, one a programme.
-    """
-
-    rows: Rows
-    x_top: Floats
-    y_top: Floats
-    usable: Booleans
-
-
-def stated(
-    model: Model, programmes: int, values: Mapping[str, Any], x: str, y: str | None = None
-) -> Stated:
-    """State the constraints of a model as rows in its times.
-
-    Parameters
-    ----------
-    model, programmes, values
-        As for `solve`; what is sought does not matter.
-    x, y
-        Names of the unknowns, the second None where there is but one.
+def _reaches(
+    forms: Sequence[StatedForm], names: Sequence[str], programmes: int
+) -> tuple[tuple[Floats, Floats], Booleans]:
+    """How far both times can go [s], the second 0 where there is but one, and where that is known.
 
     Raises
     ------
-    InputError, NotExponentialError
-        As `solve`.
+    InputError
+        If no linear constraint bounds an unknown.
     """
-    forms, sizes = stated_forms(model, values)
-    tops = [_top(forms, name, programmes) for name in (x, y) if name is not None]
-    for name, top in zip((x, y), tops, strict=False):
+    tops = [_top([each.form for each in forms], name, programmes) for name in names]
+    for name, top in zip(names, tops, strict=True):
         if np.isinf(top).any():
             raise InputError(f"engine {NAME} needs a linear constraint that bounds {name}")
-    usable = ~np.isnan(tops).any(axis=0)
+    usable = np.asarray(~np.isnan(tops).any(axis=0))
     x_top, y_top = (np.where(usable, each, 0.0) for each in (*tops, np.zeros(programmes))[:2])
-    rows = rows_of(forms, sizes, x, y, programmes, np.maximum(x_top, y_top))
-    return Stated(rows, x_top, y_top, usable & rows.usable)
+    return (x_top, y_top), usable
+
+
+def _rows(forms: Iterable[StatedForm], names: Sequence[str], tops: tuple[Floats, Floats]) -> Rows:
+    """Forms as rows in one or two times."""
+    x, *others = names
+    kept = list(forms)
+    stated, sizes = [each.form for each in kept], [each.size for each in kept]
+    return rows_of(stated, sizes, x, next(iter(others), None), len(tops[0]), np.maximum(*tops))
+
+
+def _tapered(
+    model: Model,
+    given: Mapping[str, Any],
+    forms: Sequence[StatedForm],
+    names: Sequence[str],
+    tops: tuple[Floats, Floats],
+) -> Interval:
+    """What is known of the longest time where charging tapers."""
+    constraints = dict.fromkeys(each.constraint for each in forms if each.relaxed)
+    values = {name: each.value for name, each in model.given.items()} | {**given}
+    exact = [each for each in forms if not each.relaxed]
+    relaxed = [each for each in forms if each.constraint is not None]
+    tapered = Tapered(
+        [each for each in constraints if each], values, names, _rows(exact, names, tops), *tops
+    )
+    return tapered.best(_rows(relaxed, names, tops), _rows(forms, names, tops))
 
 
 def some_point(
@@ -177,13 +167,10 @@ def _any_point(
 ) -> tuple[list[str], Interval, Booleans]:
     """Names of the times, what is known of them, and where the figures are numbers."""
     names = [each.name for each in model.variables]
-    rows, x_top, y_top, usable = stated(model, programmes, values or {}, *names)
-    return names, largest(rows, x_top, y_top, any_point=True), usable
-
-
-def _values(model: Model) -> dict[str, Any]:
-    """Values of all parameters of a model."""
-    return {name: each.value for name, each in model.given.items()}
+    forms = stated_forms(model, values or {})
+    tops, usable = _reaches(forms, names, programmes)
+    rows = _rows(forms, names, tops)
+    return names, largest(rows, *tops, any_point=True), usable & rows.usable
 
 
 def _top(forms: Sequence[Exponential], name: str, programmes: int) -> Floats:

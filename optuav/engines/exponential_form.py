@@ -7,7 +7,7 @@ times. In x alone and in y alone, g turns at most once; so it has at most two ro
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -15,6 +15,7 @@ import numpy as np
 from optuav.arrays import Booleans, Floats, Integers
 from optuav.engines.sign_changes import Ends, Margin, close_in
 from optuav.modelling.check import TOLERANCE, relations
+from optuav.modelling.expression import Relaxation
 from optuav.modelling.kibam_form import (
     CONSTANT,
     Exponential,
@@ -23,7 +24,7 @@ from optuav.modelling.kibam_form import (
     NotExponentialError,
     exponential,
 )
-from optuav.modelling.model import Model
+from optuav.modelling.model import Constraint, Model
 
 ROUNDING = 2e-13
 """Share of the sum of a row's terms by which it may fall short of 0, for rounding."""
@@ -303,27 +304,84 @@ def _monomial(*factors: Factor) -> Monomial:
     return frozenset(factors)
 
 
-def stated_forms(model: Model, values: Mapping[str, Any]) -> tuple[list[Exponential], list[Any]]:
-    """Every constraint of a model as a form that has to be ≥ 0, and the size of its sides.
+class StatedForm(NamedTuple):
+    """What has to be ≥ 0.
+
+    Parameters
+    ----------
+    form
+        The form.
+    size
+        Of the sides whose difference it is.
+    constraint
+        The constraint that states it; None for a limit up to which a relaxed form is exact.
+    relaxed
+        Whether it is an upper bound of what the constraint states.
+    """
+
+    form: Exponential
+    size: Any
+    constraint: Constraint | None
+    relaxed: bool
+
+
+def stated_forms(
+    model: Model, values: Mapping[str, Any], *, relaxed: bool = False
+) -> list[StatedForm]:
+    """Every constraint of a model as forms.
+
+    Parameters
+    ----------
+    model, values
+        The declaration, and values of its parameters by name.
+    relaxed
+        Whether to take the bounds of `Bounded` functions, and to add where these are exact.
 
     Raises
     ------
     NotExponentialError
         If a constraint has no such form, with its label.
     """
-    forms, sizes = [], []
+    found: list[StatedForm] = []
+    bounded: list[Constraint] = []
     done: dict[int, Any] = {}
     stated = list(relations(model))  # kept, so that no two nodes share an identity
     for each in stated:
         try:
-            left, right = (
-                exponential(side, values, done)
-                for side in (each.relation.left, each.relation.right)
-            )
+            found += _forms(each, values, done)
         except NotExponentialError as error:
-            raise NotExponentialError(f"{each.label!r}: {error}") from error
-        margin: Exponential = left - right
-        for form in {"<=": [-margin], ">=": [margin], "==": [margin, -margin]}[each.relation.sense]:
-            forms.append(form)
-            sizes.append(np.abs(right.terms.get(CONSTANT, 0.0)))
-    return forms, sizes
+            if not relaxed:
+                raise NotExponentialError(f"{each.label!r}: {error}") from error
+            bounded.append(each)
+    return [*found, *_relaxed_forms(bounded, values)] if bounded else found
+
+
+def _relaxed_forms(
+    constraints: Sequence[Constraint], values: Mapping[str, Any]
+) -> Iterator[StatedForm]:
+    """Forms of constraints with bounds of `Bounded` functions, and where these are exact."""
+    exact = Relaxation()
+    at_bounds = dict[int, Any]()
+    for each in constraints:
+        yield from _forms(each, values, at_bounds, exact)
+    for variant in map(Relaxation, exact.names):
+        done = dict[int, Any]()
+        for each in constraints:
+            yield from _forms(each, values, done, variant)
+    for limit in exact.limits:
+        yield StatedForm(limit, 0.0, None, True)
+
+
+def _forms(
+    constraint: Constraint,
+    values: Mapping[str, Any],
+    done: dict[int, Any],
+    relaxed: Relaxation | None = None,
+) -> Iterator[StatedForm]:
+    """What has to be ≥ 0 for a constraint to hold; two forms for an equation."""
+    sides = (exponential(side, values, done, relaxed) for side in constraint.relation.sides)
+    left, right = sides
+    margin, size = left - right, np.abs(right.terms.get(CONSTANT, 0.0))
+    signs = {"<=": (-1.0,), ">=": (1.0,), "==": (1.0, -1.0)}[constraint.relation.sense]
+    for sign in signs:
+        yield StatedForm(margin * sign, size, constraint, relaxed is not None)

@@ -78,7 +78,7 @@ def _with_longest_other(model: Model, parameters: Point, point: Point) -> list[P
     (other,), goal = others, model.objective.name
     top = implied_upper_bounds(model, parameters, {**point, other: 0.0})[other]
     try:
-        forms, sizes = stated_forms(model, parameters)
+        forms, sizes, *_ = zip(*stated_forms(model, parameters), strict=True)
         rows = rows_of(forms, sizes, goal, other, 1, max(top, point[goal]))
     except NotExponentialError:
         return [point]

@@ -12,7 +12,7 @@ import numpy as np
 
 from optuav.arrays import Floats
 from optuav.engines.ranges import implied_upper_bounds
-from optuav.modelling.longest import Lifted
+from optuav.modelling.model import Model
 
 SHARES = (0.02, 0.5, 0.98)
 """Where the starts lie between the bounds of an unknown."""
@@ -33,8 +33,6 @@ class ScaledProgramme:
 
     Parameters
     ----------
-    lifted
-        The model, with parts of times among its unknowns.
     names
         Of the unknowns.
     parameters, numbers
@@ -45,7 +43,6 @@ class ScaledProgramme:
         Points to start from, scaled.
     """
 
-    lifted: Lifted
     names: Sequence[str]
     parameters: Mapping[str, Any]
     numbers: Floats
@@ -83,8 +80,7 @@ class ScaledProgramme:
         for bound in (self.lower, self.upper):
             reach = AT_BOUND * np.maximum(1.0, np.abs(bound))
             found = np.where(np.isfinite(bound) & (np.abs(found - bound) <= reach), bound, found)
-        point = dict(zip(self.names, found.tolist(), strict=True))
-        return point | self.lifted.shares({**self.parameters, **point})
+        return dict(zip(self.names, found.tolist(), strict=True))
 
     def steepness(self, slope: Any) -> float:
         """What to divide the objective by, from its slope halfway between the bounds."""
@@ -95,33 +91,26 @@ class ScaledProgramme:
 
 
 def scaled_programme(
-    lifted: Lifted,
+    model: Model,
     parameters: Mapping[str, Any],
     numbers: Floats,
     lower: Mapping[str, float],
     upper: Mapping[str, float],
 ) -> ScaledProgramme:
     """A programme with sizes and starts that its bounds and constraints suggest."""
-    names = [variable.name for variable in lifted.model.variables]
-    implied = implied_upper_bounds(lifted.model, parameters, lower)
+    names = [variable.name for variable in model.variables]
+    implied = implied_upper_bounds(model, parameters, lower)
     spans = [_span(lower[name], min(implied[name], upper[name]), upper[name]) for name in names]
     first, scale = np.array(spans).reshape(-1, 2).T
-    parts = [0.0] * len(lifted.parts)
-    shares = itertools.product(SHARES, repeat=len(names) - len(parts))
-    points = []
-    for share in itertools.islice(shares, MOST_STARTS):
-        free = (first + np.array([*share, *parts]) * scale).tolist()
-        point = dict(zip(names, free, strict=True))
-        points.append(point | lifted.shares({**parameters, **point}))
+    shares = itertools.islice(itertools.product(SHARES, repeat=len(names)), MOST_STARTS)
     return ScaledProgramme(
-        lifted,
         names,
         parameters,
         numbers,
         np.array([lower[name] for name in names]),
         np.array([upper[name] for name in names]),
         scale,
-        [np.array([point[name] for name in names]) / scale for point in points],
+        [(first + np.array(share) * scale) / scale for share in shares],
     )
 
 

@@ -27,7 +27,6 @@ from optuav.engines.solution import Solution, stacked, unanswered
 from optuav.errors import SolverError
 from optuav.modelling.check import evaluated, holding
 from optuav.modelling.expression import Relation
-from optuav.modelling.longest import lifted
 from optuav.modelling.model import Model
 from optuav.modelling.traversal import evaluate
 from optuav.status import Status
@@ -69,8 +68,7 @@ class Compiled:
         accuracy: float = ACCURACY,
         iterations: int = ITERATIONS,
     ) -> None:
-        self.lifted = lifted(model)
-        self.model = self.lifted.model
+        self.model = model
         self.time_limit_s = time_limit_s
         self.base = self.model.row(0)
         self.form = CasadiForm(self.model)
@@ -111,7 +109,7 @@ class Compiled:
         if broken:
             words = f"does not hold whatever the unknowns: {', '.join(broken)}"
             return unanswered(self.model, NAME, "evaluated", Status.INFEASIBLE, words)
-        scaled = scaled_programme(self.lifted, parameters, numbers, lower, upper)
+        scaled = scaled_programme(self.model, parameters, numbers, lower, upper)
         if starts:
             scaled = replace(scaled, starts=scaled.scaled(starts))
         steepness = scaled.steepness(self.form.slope)
@@ -203,8 +201,6 @@ class Compiled:
         binding: dict[str, bool] = {}
         for row in rows:
             if not np.ndim(row.slack) and row.label not in multipliers:
-                continue
-            if row.label in self.lifted.silent:
                 continue
             tight = abs(float(row.slack)) <= 1e-7 * max(1.0, abs(float(row.right)))
             binding[row.label] = binding.get(row.label, False) or tight

@@ -10,7 +10,6 @@ import numpy as np
 
 from optuav.errors import Fault, InputError
 from optuav.modelling.expression import Sense
-from optuav.modelling.longest import lifted
 from optuav.modelling.model import Constraint, Model
 from optuav.modelling.table import table
 from optuav.modelling.traversal import evaluate
@@ -218,20 +217,15 @@ def _numbers(point: Mapping[str, Any], model: Model) -> dict[str, Any]:
 
 
 def _misnamed(point: Mapping[str, Any], model: Model) -> Iterator[Fault]:
-    """Variables without a value, and names that are of nothing in the model.
-
-    An engine that takes apart a time also tells the share of its parts; these say nothing here.
-    """
+    """Variables without a value, and names that are of nothing in the model."""
     known = [*(each.name for each in model.variables), *model.given]
     for variable in model.variables:
         if variable.name not in point:
             yield Fault(variable.name, "", "a variable of the model without a value")
     strange = [name for name in point if name not in known]
-    shares = lifted(model).parts if strange else ()
     for name in strange:
-        if name not in shares:
-            words = f"the model has no such name; it has {', '.join(known)}"
-            yield Fault(name, repr(point[name]), words)
+        words = f"the model has no such name; it has {', '.join(known)}"
+        yield Fault(name, repr(point[name]), words)
 
 
 def _number(value: Any) -> Any:

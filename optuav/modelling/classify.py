@@ -10,9 +10,8 @@ import numpy as np
 
 from optuav.modelling.affine import NotAffineError, affine
 from optuav.modelling.derivatives import DIFFERENTIABLE, SMOOTH
-from optuav.modelling.expression import Leaf, Variable
+from optuav.modelling.expression import Leaf, Relaxation, Variable
 from optuav.modelling.kibam_form import NotExponentialError, exponential
-from optuav.modelling.longest import LongestPart, uncapped
 from optuav.modelling.model import Model
 from optuav.modelling.traversal import fold
 
@@ -100,12 +99,11 @@ def _longest(model: Model) -> bool:
 
 
 def _first_unlevelled(model: Model) -> tuple[str, str]:
-    whole = uncapped(model)  # kept, so that no two nodes share an identity
     done: dict[int, Any] = {}
-    for constraint in whole.constraints:
+    for constraint in model.constraints:
         for side in constraint.relation.sides:
             try:
-                exponential(side, {}, done)
+                exponential(side, {}, done, Relaxation())
             except NotExponentialError as error:
                 return constraint.label, str(error)
     return "", ""
@@ -127,8 +125,7 @@ def _first_nonlinear(model: Model) -> tuple[str, str]:
 def _first_rough(model: Model) -> str:
     """Name of the first function over an unknown that is not known to be smooth; else nothing.
 
-    Over parameters alone steps and kinks do no harm, but what no derivative is known of does. The
-    longest part of a time becomes an unknown of its own, see `lifted`.
+    Over parameters alone steps and kinks do no harm, but what no derivative is known of does.
     """
     rough: list[str] = []
     done: dict[int, Any] = {}
@@ -138,8 +135,7 @@ def _first_rough(model: Model) -> str:
 
     def call(ufunc: np.ufunc, arguments: tuple[Any, ...]) -> bool:
         varies = any(each is True for each in arguments)
-        known = isinstance(ufunc, LongestPart) or ufunc in (SMOOTH if varies else DIFFERENTIABLE)
-        if not known:
+        if ufunc not in (SMOOTH if varies else DIFFERENTIABLE):
             rough.append(ufunc.__name__)
         return varies
 

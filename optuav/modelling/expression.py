@@ -7,9 +7,9 @@ library's symbols, or text.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import Any, Literal, NamedTuple, TypeAlias
+from typing import Any, Literal, TypeAlias
 
 import numpy as np
 from numpy.lib.mixins import NDArrayOperatorsMixin
@@ -209,11 +209,6 @@ class Let(Expression):
         What it stands for.
     words
         What is printed instead of an expression that would fill a page.
-    trends
-        What is known of how it goes with the unknowns.
-    most
-        What it is at most while the unknowns are within ranges, in the `Range` of each; None if
-        that is not known.
     """
 
     def __init__(
@@ -223,12 +218,8 @@ class Let(Expression):
         unit: str,
         expression: Operand,
         words: str = "",
-        trends: Sequence[Trend] = (),
-        most: Operand | None = None,
     ) -> None:
         self.words = words
-        self.trends = trends
-        self.most = most
         self.name = name
         self.symbol = symbol
         self.unit = unit
@@ -255,34 +246,58 @@ class Relation:
         raise TypeError("a relation has no truth value; hand it to Model.subject_to")
 
 
-class Range(NamedTuple):
-    """The ends of a range of an unknown, themselves unknowns."""
+@dataclass(frozen=True)
+class Bounded:
+    """A function that trees may hold where they hold ufuncs, with bounds that engines can take.
 
-    least: Variable
-    most: Variable
-
-    @classmethod
-    def of(cls, unknown: Variable) -> Range:
-        """The range of an unknown."""
-        return cls(*(_end(unknown, words) for words in cls._fields))
-
-
-def _end(unknown: Variable, words: str) -> Variable:
-    name, symbol = f"{words} {unknown.name}", f"{words} {unknown.symbol}"
-    return Variable(name, symbol, unknown.unit, unknown.lower, unknown.upper, unknown.label, 0)
-
-
-class Trend(NamedTuple):
-    """What a quantity is known to do wherever some relations of parameters hold.
+    Its arguments are a bound, a constant ceiling, a level, a limit, and what `value` takes. It is
+    never more than the bound or the ceiling, and equal to the bound wherever the level does not
+    exceed the limit.
 
     Parameters
     ----------
-    falls_with, rises_with
-        Names of unknowns with which it never rises, and never falls, the others held.
-    where
-        The relations.
+    name
+        For messages.
+    value
+        Its value from the arguments behind the first four, in numbers or arrays.
     """
 
-    falls_with: tuple[str, ...]
-    rises_with: tuple[str, ...]
-    where: tuple[Relation, ...]
+    name: str
+    value: Callable[..., Any]
+
+    @property
+    def __name__(self) -> str:
+        return self.name
+
+    def __call__(self, bound: Any, ceiling: Any, level: Any, limit: Any, *arguments: Any) -> Any:
+        """The value."""
+        return self.value(*arguments)
+
+
+class Relaxation:
+    """Bounds in place of `Bounded` functions, from one fold of a tree.
+
+    Parameters
+    ----------
+    at_ceiling
+        Name of the functions that are at their ceilings; the others are at their bounds.
+
+    Attributes
+    ----------
+    names
+        Of the functions that were met.
+    limits
+        What must be ≥ 0 for their bounds to be exact.
+    """
+
+    def __init__(self, at_ceiling: str = "") -> None:
+        self.at_ceiling = at_ceiling
+        self.names: dict[str, None] = {}
+        self.limits: list[Any] = []
+
+    def __call__(self, function: Bounded, operands: tuple[Any, ...]) -> Any:
+        """What is taken in place of a function."""
+        bound, ceiling, level, limit, *_ = operands
+        self.names[function.name] = None
+        self.limits.append(limit - level)
+        return ceiling if function.name == self.at_ceiling else bound

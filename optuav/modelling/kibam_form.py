@@ -15,7 +15,7 @@ import numpy as np
 from numpy.lib.mixins import NDArrayOperatorsMixin
 
 from optuav.modelling.affine import reciprocal
-from optuav.modelling.expression import Leaf, Operand, Parameter
+from optuav.modelling.expression import Bounded, Leaf, Operand, Parameter, Relaxation
 from optuav.modelling.traversal import fold
 
 Factor: TypeAlias = tuple[str, Literal["time", "levelling"]]
@@ -73,7 +73,10 @@ def unknown(name: str) -> Exponential:
 
 
 def exponential(
-    expression: Operand, values: Mapping[str, Any], done: dict[int, Any] | None = None
+    expression: Operand,
+    values: Mapping[str, Any],
+    done: dict[int, Any] | None = None,
+    relaxed: Relaxation | None = None,
 ) -> Exponential:
     """The form of an expression.
 
@@ -85,6 +88,8 @@ def exponential(
         Values of parameters by name; one that is not named keeps its own.
     done
         As of `fold`, for trees that share nodes.
+    relaxed
+        What to take in place of `Bounded` functions.
 
     Raises
     ------
@@ -98,7 +103,12 @@ def exponential(
             return values.get(node.name, node.value)
         return unknown(node.name)
 
-    return _form(fold(expression, leaf, _called, done=done))
+    def call(function: Any, operands: tuple[Any, ...]) -> Any:
+        if relaxed is None or not isinstance(function, Bounded):
+            return _called(function, operands)
+        return relaxed(function, operands)
+
+    return _form(fold(expression, leaf, call, done=done))
 
 
 def _called(ufunc: np.ufunc, operands: tuple[Any, ...]) -> Any:

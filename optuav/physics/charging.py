@@ -21,7 +21,7 @@ from typing import Literal, TypeAlias
 import numpy as np
 
 from optuav.physics.kibam import Battery, Stage, Wells, step, time_to_full
-from optuav.physics.quantity import TINY, Quantity
+from optuav.physics.quantity import Quantity
 
 Charging: TypeAlias = Literal["constant", "taper"]
 """Names of the ways to charge."""
@@ -70,39 +70,6 @@ def tapered(battery: Battery, wells: Wells, stage: Stage) -> Wells:
         What the charger offers, less what is drawn [A], > 0 while charging, and duration [s], ≥ 0.
     """
     return charged(battery, wells, stage, steady_time(battery, wells, stage))
-
-
-@np.errstate(divide="ignore", invalid="ignore")
-def most_tapered(
-    battery: Battery, wells: Wells, current_A: Quantity, least_s: Quantity, most_s: Quantity
-) -> Wells:
-    """The most that each well holds after a stage as in `tapered`, over a range of durations.
-
-    Each is largest at an end of the range, or where it turns: y1 where k'z = I, y2 where z = 0.
-
-    Parameters
-    ----------
-    battery
-        The battery.
-    wells
-        The most that they hold at the start [A s], y1 ≤ ωB and y2 ≤ (1−ω)B; the module says why
-        nothing else counts.
-    current_A
-        Net into the battery [A].
-    least_s, most_s
-        The range [s], from 0.
-    """
-    share, rate = battery.available_fraction, np.maximum(battery.rate_per_s, TINY)
-    tilt = wells.available_As - share * wells.total_As
-    pull = rate * tilt - (1.0 - share) * current_A
-    left = (share * current_A / pull, -(1.0 - share) * current_A / pull)
-    turns = (np.nan_to_num(-np.log(each) / rate, posinf=0.0, neginf=0.0) for each in left)
-    durations = (least_s, most_s, *(np.clip(each, least_s, most_s) for each in turns))
-    ends = [tapered(battery, wells, Stage(current_A, each)) for each in durations]
-    return Wells(
-        np.maximum.reduce([each.available_As for each in ends]),
-        np.maximum.reduce([each.bound_As for each in ends]),
-    )
 
 
 STEPS: Mapping[Charging, Step] = {"constant": step, "taper": tapered}

@@ -181,27 +181,18 @@ def test_arrays_are_as_single_numbers() -> None:
         np.testing.assert_allclose([well[number] for well in found], one, rtol=1e-13)
 
 
-@given(cases(), st.floats(0.0, 1.0), st.floats(0.0, 1.0), st.floats(0.0, 1.0))
-@example(FALLING, 0.0, 1.0, 1.0)
-@example(NEARLY_FULL, 0.0, 1.0, 1.0)
-def test_no_duration_in_a_range_leaves_more_than_its_most(
-    case: Case, first: float, second: float, less: float
+@given(cases(), st.floats(0.0, 1.0), st.floats(0.0, 1.0))
+@example(FALLING, 1.0, 1.0)
+@example(NEARLY_FULL, 1.0, 1.0)
+def test_a_taper_never_leaves_more_than_a_constant_current(
+    case: Case, part: float, less: float
 ) -> None:
-    """Of either well, from as much or from less of both, at all of many durations in the range."""
+    """In either well, from as much or from less of both; nor more than when full."""
     pool, wells, (current_A, longest_s) = case
-    least_s, most_s = sorted((first * longest_s, second * longest_s))
-    most = charging.most_tapered(pool, wells, current_A, least_s, most_s)
-    duration_s = np.linspace(least_s, most_s, 200)
+    stage = Stage(current_A, part * longest_s)
+    constant, rounding_As = kibam.step(pool, wells, stage), 1e-11 * pool.capacity_As
     for share in (1.0, less):
         start = Wells(wells.available_As * share, wells.bound_As * share)
-        end = charging.tapered(pool, start, Stage(current_A, duration_s))
-        assert np.all(end.available_As <= most.available_As + 1e-11 * pool.capacity_As)
-        assert np.all(end.bound_As <= most.bound_As + 1e-11 * pool.capacity_As)
-
-
-@given(cases())
-def test_the_most_of_a_single_duration_is_what_it_leaves(case: Case) -> None:
-    """A range without width adds nothing."""
-    pool, wells, (current_A, duration_s) = case
-    most = charging.most_tapered(pool, wells, current_A, duration_s, duration_s)
-    assert most == charging.tapered(pool, wells, case.phase)
+        end = charging.tapered(pool, start, stage)
+        for left, most, full in zip(end, constant, pool.full, strict=True):
+            assert left <= min(most, full) + rounding_As

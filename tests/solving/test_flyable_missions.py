@@ -187,7 +187,7 @@ def judge(program: Program, slots: int, tally: Counter[str]) -> None:
         slot_s = program.worked_out.mission.limits.deadline_s / slots
         searched = by(program, "grid", slot_s).solve()
         assert not searched or searched.hover_time_s <= beyond_s + MARGIN_S
-    if share % CASADI_EVERY == 0:
+    if share % CASADI_EVERY == 0 and not tapers:
         against_local(program, plan, beyond_s, tally)
 
 
