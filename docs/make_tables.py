@@ -136,11 +136,18 @@ PURPOSES = {
 }
 
 
+def models(engine: Capability) -> str:
+    """What kind of models an engine takes."""
+    if not engine.nonlinear:
+        return "linear"
+    return "smooth" if engine.needs_smooth or engine.needs_levelling else "any"
+
+
 def purposes() -> Iterator[Row]:
     """What each engine is for, short enough for a first page."""
     yield ("engine", "use it for", "takes", "its answer")
     for each in CAPABILITIES:
-        kind = "smooth" if each.needs_smooth else "any" if each.nonlinear else "linear"
+        kind = models(each)
         most = f", at most {each.most_unknowns} unknowns" if each.most_unknowns else ""
         taken = f"{kind} models{most}; {times(each)}"
         yield (f"`{each.name}`", PURPOSES[each.name], taken, each.gives)
@@ -150,10 +157,9 @@ def capabilities() -> Iterator[Row]:
     """What each engine takes and gives."""
     yield ("engine", "models", "unknowns", "binary", "times", "gives")
     for each in CAPABILITIES:
-        models = "smooth" if each.needs_smooth else "any" if each.nonlinear else "linear"
         most = "any number" if each.most_unknowns is None else f"at most {each.most_unknowns}"
         binary = "yes" if each.integer else NONE
-        yield (f"`{each.name}`", models, most, binary, times(each), each.gives)
+        yield (f"`{each.name}`", models(each), most, binary, times(each), each.gives)
 
 
 # What the program can do
