@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from optuav.modelling import Expression, Let
+from optuav.modelling.expression import Indexed
 from optuav.physics import kibam
 
 
@@ -21,6 +22,12 @@ def named(level: kibam.Wells, number: int, words: str) -> kibam.Wells:
     if not isinstance(level.total_As, Expression):
         return level
     return kibam.Wells(
-        Let(f"available after step {number}", f"y1_{number}", "A s", level.available_As, words),
-        Let(f"bound after step {number}", f"y2_{number}", "A s", level.bound_As, words),
+        Let(
+            f"available after step {number}",
+            Indexed("y1", number),
+            "A s",
+            level.available_As,
+            words,
+        ),
+        Let(f"bound after step {number}", Indexed("y2", number), "A s", level.bound_As, words),
     )

@@ -21,8 +21,8 @@ from optuav.diagnosis.repair import repairs_of
 from optuav.mission import Mission
 from optuav.modelling import Model, NotAffineError, Relation, Variable
 from optuav.modelling.check import evaluated, relations
-from optuav.modelling.notation import Text
 from optuav.modelling.traversal import fold, has_unknowns, leaves
+from optuav.modelling.writer import Text
 from optuav.plan import Plan
 from optuav.solving import Program
 from optuav.solving.dispatch import answer

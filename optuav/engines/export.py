@@ -22,7 +22,7 @@ from optuav.modelling.check import holding
 from optuav.modelling.classify import traits
 from optuav.modelling.expression import Expression, Operand
 from optuav.modelling.model import Model
-from optuav.modelling.notation import Text
+from optuav.modelling.writer import Text
 
 LONGEST_NAME = 120
 RESERVED = re.compile(

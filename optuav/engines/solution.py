@@ -16,8 +16,8 @@ from optuav.engines.residuals import Residuals, residuals
 from optuav.engines.sensitivity import ShadowPrice, prices_at_a_kink, prices_of
 from optuav.errors import SolverError
 from optuav.modelling.check import evaluated, relations
+from optuav.modelling.display import table
 from optuav.modelling.model import Model
-from optuav.modelling.table import table
 from optuav.modelling.usable import unusable
 from optuav.status import Status
 

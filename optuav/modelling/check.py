@@ -9,9 +9,9 @@ from typing import Any
 import numpy as np
 
 from optuav.errors import Fault, InputError
+from optuav.modelling.display import table
 from optuav.modelling.expression import Sense
 from optuav.modelling.model import Constraint, Model
-from optuav.modelling.table import table
 from optuav.modelling.traversal import evaluate
 
 TOLERANCE = 1e-9

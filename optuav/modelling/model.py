@@ -11,6 +11,7 @@ from pathlib import Path
 from types import FrameType
 from typing import Any, Literal
 
+from optuav.modelling.display import latex, text
 from optuav.modelling.expression import Let, Operand, Parameter, Relation, Variable
 from optuav.modelling.traversal import leaves
 
@@ -57,12 +58,37 @@ class Constraint:
 
 
 class Model:
-    """A programme as it was declared; it is solved elsewhere and holds no answer.
+    """An optimisation model as it was declared: it is solved elsewhere and holds no answer.
 
     Parameters
     ----------
     title
         What is sought, in a line.
+
+    Examples
+    --------
+    >>> from optuav.modelling import Model, Parameter, check
+    >>> model = Model("longest hover from a full battery")
+    >>> capacity = Parameter("capacity_As", "B", "A s", 36000.0)
+    >>> drawn = Parameter("hover_current_A", "I", "A", 88.0)
+    >>> hover = model.variable("hover_time_s", "Δ", unit="s", upper=600.0)
+    >>> left = model.let("charge left", capacity - drawn * hover, symbol="y", unit="A s")
+    >>> model.maximise(hover)
+    >>> model.subject_to("reserve", left >= 0.05 * capacity, unit="A s", kind="state of charge")
+    >>> print(model)
+    longest hover from a full battery
+    <BLANKLINE>
+    maximise   Δ
+    over       Δ ∈ [0, 600] s
+    subject to
+      reserve  y ≥ 0.05·B
+    with
+      charge left  y = B − I·Δ
+    where
+      B  capacity_As      36000  A s
+      I  hover_current_A  88     A
+    >>> check(model, {"hover_time_s": 400.0}).satisfied
+    False
     """
 
     def __init__(self, title: str) -> None:
@@ -140,6 +166,8 @@ class Model:
         """State what is to be as small as possible."""
         self.sense, self.objective, self.has_objective = "minimise", objective, True
 
+    maximize, minimize = maximise, minimise
+
     @property
     def towards(self) -> float:
         """1 where it maximises, −1 where it minimises: times this, the objective is to be large."""
@@ -213,14 +241,10 @@ class Model:
         }
 
     def __str__(self) -> str:
-        from optuav.modelling.printing import text
-
         return text(self)
 
     def to_latex(self) -> str:
         """The programme as a LaTeX ``align*`` environment (package amsmath)."""
-        from optuav.modelling.printing import latex
-
         return latex(self)
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import Any, TypeVar
 
 from optuav.modelling.expression import (
@@ -49,7 +49,7 @@ def fold(
             return inner if let is None else let(node, inner)
         return leaf(node) if isinstance(node, LEAVES) else node
 
-    for node in _order(expression) if not done else _upwards(expression, done):
+    for node in _order(expression) if not done else _upwards([expression], done):
         done[id(node)] = value(node)
     return done[id(expression)]
 
@@ -59,16 +59,21 @@ def _order(expression: Operand) -> list[Operand]:
     if not isinstance(expression, Expression):
         return [expression]
     if expression.order is None:
-        expression.order = _upwards(expression, {})
+        expression.order = _upwards([expression], {})
     return expression.order
 
 
-def _upwards(expression: Operand, done: Mapping[int, Any]) -> list[Operand]:
-    """Nodes of a tree that are not done, each after its operands."""
+def nodes(*expressions: Operand) -> list[Operand]:
+    """Every node of some trees once, each after its operands."""
+    return _upwards(expressions, {})
+
+
+def _upwards(expressions: Sequence[Operand], done: Mapping[int, Any]) -> list[Operand]:
+    """Nodes of trees that are not done, each after its operands."""
     found: list[Operand] = []
     seen: set[int] = set()
     opened: set[int] = set()
-    waiting = [expression]
+    waiting = [*reversed(expressions)]
     while waiting:  # no recursion: a sum over a thousand phases is a deep tree
         node = waiting.pop()
         key = id(node)

@@ -58,12 +58,12 @@ where
 """
 
 P4_LATEX = r"""\begin{align*}
-\text{maximise} & \Delta,\text{ then smallest }T' \\
-\text{over} & \Delta \in [0, \infty)\,\mathrm{s} \\
+\text{maximise}\quad & \Delta,\text{ then smallest }T' \\
+\text{over}\quad & \Delta \in [0, \infty)\,\mathrm{s} \\
  & T' \in [0, \infty)\,\mathrm{s} \\
-\text{subject to} & 1 - \frac{Q_{\mathrm{fl}} + I_{\mathrm{hv}}\,\Delta - I_{\mathrm{rest}}\,T'}{N\,B_i} \geq \eta_0 && \text{P4.a state of charge} \\
+\text{subject to}\quad & 1 - \frac{Q_{\mathrm{fl}} + I_{\mathrm{hv}}\,\Delta - I_{\mathrm{rest}}\,T'}{N\,B_i} \geq \eta_0 && \text{P4.a state of charge} \\
  & \Delta + T' \leq T_{\max} - T_{\mathrm{fl}} && \text{P4.b deadline} \\
-\text{where} & Q_{\mathrm{fl}} = 100\,\mathrm{A\,s} \\
+\text{where}\quad & Q_{\mathrm{fl}} = 100\,\mathrm{A\,s} \\
 """  # noqa: E501
 
 

@@ -15,8 +15,9 @@ from matplotlib.mathtext import MathTextParser
 
 import optuav
 from optuav.modelling import Expression, Model, Parameter, Variable, evaluate
-from optuav.modelling.notation import Latex, Text
-from optuav.modelling.printing import WIDTH, latex, text
+from optuav.modelling.display import WIDTH, latex, text
+from optuav.modelling.expression import Indexed
+from optuav.modelling.writer import Latex, Text
 
 X: Any
 Y: Any
@@ -193,7 +194,8 @@ def test_text_means_what_was_declared(tree: Expression, x: float, y: float) -> N
         ("Δt", r"\Delta\,t"),
         ("SOC", r"\mathrm{SOC}"),
         ("charge at the end", r"\text{charge at the end}"),
-        ("hover_time_s", r"\text{hover\_time\_s}"),
+        ("hover_time_s", r"\text{hover}\_\text{time}\_\text{s}"),
+        ("|w_1 − w_0| + |w_F|", "|w_1 - w_0| + |w_F|"),
     ],
 )
 def test_symbols_in_latex(symbol: str, expected: str) -> None:
@@ -334,7 +336,7 @@ def steps(numbers: Sequence[int]) -> Model:
     level: Any = model.variable("x", "x", unit="1")
     for k in numbers:
         words = "by rule" if k % 2 else ""
-        level = model.let(f"level after step {k}", level + 1.0, symbol=f"y_{k}", words=words)
+        level = model.let(f"level after step {k}", level + 1.0, symbol=Indexed("y", k), words=words)
         model.subject_to(f"kept after step {k} of all", 2.0 * level >= 0.0)
     model.subject_to("end", level <= 9.0)
     model.subject_to("not of one number", level <= model.lets[0])
@@ -358,13 +360,13 @@ def test_lines_that_differ_in_a_number_alone_are_one() -> None:
 
 def test_lines_of_latex_are_merged_alike() -> None:
     page = latex(steps((1, 2, 3, 4, 6)))
-    assert r"2\,y_j \geq 0,\quad j = 1, \ldots, 4, 6 && \text{kept after step …}" in page
+    assert r"2\,y_j \geq 0,\quad j = 1, \ldots, 4, 6 && \text{kept after step }\ldots" in page
 
 
 def test_equal_lines_are_told_apart() -> None:
     model = Model("Twice")
     x = model.variable("x", "x", unit="1")
-    level = model.let("level", x + 1.0, symbol="y_3")
+    level = model.let("level", x + 1.0, symbol=Indexed("y", 3))
     for label, stated in (("a", x), ("b", x), ("c", level), ("d", level)):
         model.subject_to(label, stated <= 1.0)
     lines = ["  a  x ≤ 1", "  b  x ≤ 1", "  c  y_3 ≤ 1", "  d  y_3 ≤ 1"]
@@ -404,16 +406,21 @@ def test_page_of_latex() -> None:
     lines = lines_of(page)
     assert all(line.endswith(r" \\") for line in lines[:-1])
     assert not lines[-1].endswith("\\")
-    assert lines[0] == r"\text{minimise} & -\Delta,\text{ then smallest }\left|z\right| \\"
+    assert lines[0] == r"\text{minimise}\quad & -\Delta,\text{ then smallest }\left|z\right| \\"
     assert lines[1] == (
-        r"\text{over} & \Delta \in [0, T_{\mathrm{left}}]\,\mathrm{s} && \text{E.c hover time} \\"
+        r"\text{over}\quad & \Delta \in [0, T_{\mathrm{left}}]\,\mathrm{s}"
+        r" && \text{E.c hover time} \\"
     )
     assert lines[3] == r" & u_{\mathrm{b1}} \in \{0, 1\} \\"
-    assert lines[4] == r"\text{subject to} & y_2 + \kappa^{2} \geq z && \text{E.a charge} \\"
-    assert lines[5].endswith(r"\text{E.b a long one \& 100 \% }\Delta \\")
+    assert lines[4] == r"\text{subject to}\quad & y_2 + \kappa^{2} \geq z && \text{E.a charge} \\"
+    assert lines[5].endswith(r"\text{E.b a long one }\text{\&}\text{ 100 }\%\text{ }\Delta \\")
+    assert lines[6] == (
+        r" & \qquad + 19\,\Delta + 20\,\Delta + 21\,\Delta + 22\,\Delta + 23\,\Delta + 24\,\Delta"
+        r" \leq 10^{9} \\"
+    )
     assert lines[-1] == (
         r" & \omega = 3 \text{ values, } 0.25 \text{ to } 0.75"
-        r" && \text{battery.available\_fraction}"
+        r" && \text{battery.available}\_\text{fraction}"
     )
 
 
@@ -423,3 +430,22 @@ def test_every_line_of_latex_can_be_set() -> None:
     for line in lines_of(latex(example())):
         columns = re.split(r"(?<!\\)&+", line.removesuffix(r"\\"))
         parser.parse(rf"${' '.join(columns)}$")
+
+
+@pytest.mark.parametrize("perspective", ["battery", "adjusted", "available"])
+@pytest.mark.parametrize("problem", ["P1", "P4"])
+def test_latex_of_the_paper_is_fit_for_a_page(problem: str, perspective: str) -> None:
+    """Only ASCII, so that every TeX compiles it, brackets closed on each line, no endless line."""
+    building = "b1" if problem == "P4" else None
+    page = optuav.formulate("paper", problem, perspective=perspective, building=building).to_latex()
+    assert page.isascii()
+    for line in page.splitlines():
+        assert line.count(r"\left") == line.count(r"\right")
+        assert line.count("{") == line.count("}")
+        assert len(re.sub(r"\\[A-Za-z]+|[{}_^ ]", "", line.split("&&")[0])) < 110
+
+
+def test_marks_among_words_are_mathematics() -> None:
+    """MathJax shows a backslash before what is escaped inside of a text."""
+    expected = r"\text{limits.deadline}\_\text{s of 5 }\%\text{ }\to\text{ }\ldots"
+    assert Latex().words("limits.deadline_s of 5 % → …") == expected

@@ -1,0 +1,387 @@
+"""Expressions in the notation of mathematics: a line of Unicode, or LaTeX."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from optuav.modelling.expression import Leaf, Let, Operand, Relation, Sense, Variable
+from optuav.modelling.traversal import fold
+
+LIST, SUM, SIGN, PRODUCT, POWER, ATOM = range(6)
+"""How tightly a written expression holds together."""
+
+NAMES: Mapping[np.ufunc, str] = {
+    np.log: "ln",
+    np.arctan2: "atan2",
+    np.maximum: "max",
+    np.minimum: "min",
+    np.sign: "sgn",
+}
+"""Functions whose name in mathematics is not NumPy's."""
+
+DIGITS = 7
+LEAST, MOST = 1e-4, 10.0**DIGITS
+"""Numbers between these are written without a power of ten."""
+GUARD = 1e-100
+"""max(x, g) with a positive g below this is written as x."""
+SUPERSCRIPTS = str.maketrans("−0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
+
+
+class Written(NamedTuple):
+    """An expression in writing, how tightly it holds together, and its negative if that is simpler.
+
+    With the negative, −(exp(x) − 1) is written 1 − exp(x), and a·(−b) as −a·b.
+    """
+
+    text: str
+    level: int
+    negative: Written | None = None
+
+
+ONE = Written("1", ATOM)
+
+
+class Text:
+    """Mathematics in a line of Unicode; it may be broken at a space, not at a no-break space."""
+
+    minus = "−"
+    infinity = "∞"
+    after = "\N{NO-BREAK SPACE}"
+    """What stands between an operator and the term that follows it."""
+    several = "{} values, {} to {}".replace(" ", after)
+    span = "{} … {}"
+    """Whole numbers from a first to a last one."""
+    aside = ", "
+    """Between a relation and where it holds."""
+    member = "∈"
+    binary = "{0, 1}"
+    senses: Mapping[Sense, str] = {"<=": "≤", ">=": "≥", "==": "="}
+
+    def symbol(self, symbol: str) -> str:
+        """A symbol such as ``"P_0,hv"``."""
+        return symbol
+
+    def unit(self, unit: str) -> str:
+        """A unit after a number or an interval; nothing for ``"1"``."""
+        return "" if unit == "1" else f" {unit}"
+
+    def words(self, words: str) -> str:
+        """Words among mathematics."""
+        return words
+
+    def _bracket(self, inner: str) -> str:
+        return f"({inner})"
+
+    def _times(self, left: str, right: str) -> str:
+        return f"{left}·{right}"
+
+    def _over(self, above: Written, below: Written) -> Written:
+        """A fraction, with room around the slash where there are brackets."""
+        left, right = self._at_least(PRODUCT, above), self._at_least(POWER, below)
+        roomy = left.endswith(")") or right.startswith("(")
+        slash = f" /{self.after}" if roomy else "/"
+        return Written(f"{left}{slash}{right}", PRODUCT)
+
+    def _power(self, base: str, exponent: Written) -> str:
+        if re.fullmatch(r"−?\d+", exponent.text):
+            return f"{base}{exponent.text.translate(SUPERSCRIPTS)}"
+        return f"{base}^{self._at_least(ATOM, exponent)}"
+
+    def _root(self, inner: Written) -> Written:
+        return Written(f"√{self._at_least(ATOM, inner)}", POWER)
+
+    def _size(self, inner: str) -> str:
+        return f"|{inner}|"
+
+    def _function(self, name: str, arguments: str) -> str:
+        return f"{name}({arguments})"
+
+    def write(
+        self, expression: Operand | Relation, called: Callable[[str], str] = lambda symbol: symbol
+    ) -> str:
+        """An expression, a number, an array of numbers or a relation.
+
+        Parameters
+        ----------
+        expression
+            What is to be written.
+        called
+            What the symbols in it become.
+        """
+        if isinstance(expression, Relation):
+            left, right = (self.write(each, called) for each in expression.sides)
+            return f"{left} {self.senses[expression.sense]}{self.after}{right}"
+
+        def named(node: Leaf | Let, _: object = None) -> Written:
+            return Written(self.symbol(called(node.symbol)), ATOM)
+
+        return self._operand(fold(expression, named, self._call, named)).text
+
+    def number(self, value: Operand) -> Written:
+        """A number; an array of different numbers as its size and range."""
+        entries = np.unique(np.asarray(value, float))
+        if len(entries) > 1:
+            ends = np.fmin.reduce(entries), np.fmax.reduce(entries)
+            written = (self.number(end).text for end in ends)
+            return Written(self.several.format(np.size(value), *written), LIST)
+        number = float(entries[0]) + 0.0  # no −0
+        if number < 0.0:
+            return self._negative(self.number(-number))
+        if not np.isfinite(number):
+            return Written(self.infinity if number > 0.0 else "NaN", ATOM)
+        if number == 0.0 or LEAST <= number < MOST:
+            digits = np.format_float_positional(number, DIGITS, fractional=False, trim="-")
+            return Written(digits, ATOM)
+        mantissa, exponent = np.format_float_scientific(number, DIGITS - 1, trim="-").split("e")
+        ten = Written(self._power("10", self.number(int(exponent))), POWER)
+        return ten if mantissa == "1" else Written(self._times(mantissa, ten.text), PRODUCT)
+
+    def interval(self, variable: Variable) -> str:
+        """The values that a variable may take, in its unit."""
+        if variable.binary:
+            return self.binary
+        lower, upper = self.write(variable.lower), self.write(variable.upper)
+        left = "(" if lower == f"{self.minus}{self.infinity}" else "["
+        right = ")" if upper == self.infinity else "]"
+        return f"{left}{lower}, {upper}{right}{self.unit(variable.unit)}"
+
+    def running(self, index: str, numbers: Sequence[int]) -> str:
+        """After a relation, the numbers that an index runs through: ", j = 1 … 5, 7"."""
+        stretches: list[list[int]] = []
+        for number in sorted(numbers):
+            if stretches and number == stretches[-1][-1] + 1:
+                stretches[-1].append(number)
+            else:
+                stretches.append([number])
+        parts = (
+            self.span.format(each[0], each[-1]) if len(each) > 2 else ", ".join(map(str, each))
+            for each in stretches
+        )
+        return self.aside + f"{index} = {', '.join(parts)}".replace(" ", self.after)
+
+    def lines(self, maths: str) -> list[str]:
+        """A piece of mathematics on as many lines as it needs."""
+        return [maths]
+
+    def _operand(self, value: Operand) -> Written:
+        return value if isinstance(value, Written) else self.number(value)
+
+    def _at_least(self, level: int, written: Written) -> str:
+        """An expression as an operand that must hold together as tightly as a level."""
+        return written.text if written.level >= level else self._bracket(written.text)
+
+    def _call(self, ufunc: np.ufunc, arguments: tuple[Operand, ...]) -> Written:
+        first, *rest = map(self._operand, arguments)
+        if ufunc is np.maximum and _is_guard(arguments[1]):
+            return first
+        if ufunc is np.add:
+            return self._sum(first, rest[0])
+        if ufunc is np.subtract:
+            if rest[0].negative is not None:
+                return self._sum(first, rest[0].negative)
+            return self._join(first, self.minus, self._at_least(PRODUCT, rest[0]))
+        if ufunc is np.negative:
+            return self._negative(first)
+        if ufunc is np.positive:
+            return first
+        if ufunc is np.multiply:
+            return self._product(first, rest[0])
+        if ufunc is np.divide:
+            return self._fraction(first, rest[0])
+        if ufunc in (np.power, np.float_power):
+            return Written(self._power(self._at_least(ATOM, first), rest[0]), POWER)
+        if ufunc is np.sqrt:
+            return self._root(first)
+        if ufunc is np.absolute:
+            return Written(self._size(first.text), ATOM)
+        if ufunc is np.expm1:
+            power = self._call(np.exp, arguments)
+            opposite = self._join(ONE, self.minus, power.text)
+            return self._join(power, self.minus, ONE.text)._replace(negative=opposite)
+        if ufunc is np.log1p:
+            return self._call(np.log, (self._sum(ONE, first),))
+        name = NAMES.get(ufunc, ufunc.__name__)
+        separate = (self._at_least(SUM, each) for each in (first, *rest))
+        return Written(self._function(name, ", ".join(separate)), ATOM)
+
+    def _sum(self, left: Written, right: Written) -> Written:
+        if left.text == "0":
+            return right
+        term = self._at_least(SUM, right)
+        if term.startswith(self.minus):
+            return self._join(left, self.minus, term.removeprefix(self.minus))
+        return self._join(left, "+", term)
+
+    def _join(self, left: Written, operator: str, right: str) -> Written:
+        if right == "0":
+            return left
+        return Written(f"{self._at_least(SUM, left)} {operator}{self.after}{right}", SUM)
+
+    def _negative(self, written: Written) -> Written:
+        if written.negative is not None:
+            return written.negative._replace(negative=written)
+        return Written(f"{self.minus}{self._at_least(PRODUCT, written)}", SIGN, written)
+
+    def _product(self, left: Written, right: Written) -> Written:
+        for factor, other in ((left, right), (right, left)):
+            if factor.level == SIGN and factor.negative is not None:
+                positive = factor.negative
+                turned = (positive, other) if factor is left else (other, positive)
+                return self._negative(self._product(*turned))
+        factors = self._at_least(PRODUCT, left), self._at_least(PRODUCT, right)
+        return Written(self._times(*factors), PRODUCT)
+
+    def _fraction(self, above: Written, below: Written) -> Written:
+        if above.level == SIGN and above.negative is not None:
+            return self._negative(self._fraction(above.negative, below))
+        return self._over(above, below)
+
+
+def _is_guard(operand: Operand) -> bool:
+    """Whether a number does nothing but keep a divisor from being 0: no part of the mathematics."""
+    return not isinstance(operand, Written) and bool(
+        np.all((np.asarray(operand) > 0.0) & (np.asarray(operand) < GUARD))
+    )
+
+
+OPERATORS = frozenset({"exp", "ln", "max", "min", "sin", "cos", "tan", "tanh"})
+"""Functions that LaTeX has a name for."""
+GREEK: Mapping[str, str] = {
+    letter: rf"\{name}"
+    for letter, name in re.findall(
+        r"(\w) (\w+)",
+        "α alpha β beta γ gamma δ delta ε epsilon ζ zeta η eta θ theta ι iota κ kappa λ lambda "
+        "μ mu ν nu ξ xi π pi ρ rho σ sigma τ tau υ upsilon φ phi χ chi ψ psi ω omega ϱ varrho "
+        "Γ Gamma Δ Delta Θ Theta Λ Lambda Ξ Xi Π Pi Σ Sigma Φ Phi Ψ Psi Ω Omega",
+    )
+}
+IN_WORDS: Mapping[str, str] = {
+    **GREEK,
+    **{mark: rf"\{mark}" for mark in "_%#${}"},
+    **{"−": "-", "…": r"\ldots", "→": r"\to", "·": r"\cdot", "×": r"\times", "∞": r"\infty"},
+    **{"≤": r"\leq", "≥": r"\geq", "^": r"\wedge", "~": r"\sim", "\\": r"\backslash"},
+    "&": r"\text{\&}",
+}
+"""Marks among words that are mathematics in LaTeX: MathJax knows none of them in ``\\text``."""
+LINE = 64
+"""About how many characters of mathematics fit on a line beside its label."""
+
+
+class Latex(Text):
+    """LaTeX for its mathematics mode, in commands that MathJax and matplotlib's mathtext know."""
+
+    minus = "-"
+    infinity = r"\infty"
+    after = " "
+    several = r"{} \text{{ values, }} {} \text{{ to }} {}"
+    span = r"{}, \ldots, {}"
+    aside = r",\quad "
+    member = r"\in"
+    binary = r"\{0, 1\}"
+    senses: Mapping[Sense, str] = {"<=": r"\leq", ">=": r"\geq", "==": "="}
+
+    def symbol(self, symbol: str) -> str:
+        """A symbol with its subscripts; sums of symbols are sums, and words stay words."""
+        parts = re.fullmatch(r"([^\W\d_]+)(\d*)('*)(?:_([^\W_]+(?:,[^\W_]+)*))?('*)", symbol)
+        if parts is None:
+            if re.search(r"[|+−]", symbol):
+                terms = re.sub(r"[^\s|+−]+", lambda each: self.symbol(each[0]), symbol)
+                return terms.replace("−", self.minus)
+            return self.words(symbol)
+        base, index, primes, subscript, more_primes = parts.groups(default="")
+        below = ",".join(_name(part) for part in (index, *subscript.split(",")) if part)
+        below = below if len(below) == 1 else f"{{{below}}}"
+        return f"{_name(base)}{primes}{more_primes}" + (f"_{below}" if below != "{}" else "")
+
+    def unit(self, unit: str) -> str:
+        """A unit in upright letters; nothing for ``"1"``."""
+        upright = _upright(unit).replace(" ", r"\,").replace("²", "^2").replace("³", "^3")
+        return "" if unit == "1" else rf"\,\mathrm{{{upright}}}"
+
+    def words(self, words: str) -> str:
+        """Words as text, the marks of `IN_WORDS` among them as mathematics."""
+        parts = re.split(f"([{re.escape(''.join(IN_WORDS))}])", words)
+        return "".join(IN_WORDS.get(part, rf"\text{{{part}}}") for part in parts if part)
+
+    def lines(self, maths: str) -> list[str]:
+        r"""A piece of mathematics on lines of some `LINE` characters, broken between terms.
+
+        ``\left`` and ``\right`` that stand on different lines are closed on each by a dot.
+        """
+        found, terms, room, depth = list[str](), [*_terms(maths)], LINE, 0
+        while terms:
+            start = r"\qquad " + r"\left. " * depth if found else ""
+            fits = [k for k in range(1, len(terms)) if _width("".join(terms[:k])) <= room]
+            if _width("".join(terms)) <= room or not fits:
+                return [*found, start + "".join(terms)]
+            depths = {k: depth + _opened("".join(terms[:k])) for k in fits}
+            last = min(fits[len(fits) // 3 :], key=lambda k: (depths[k], -k))
+            depth = depths[last]
+            found.append(start + "".join(terms[:last]).rstrip() + r" \right." * depth)
+            terms, room = terms[last:], LINE - 4
+        return found
+
+    def _bracket(self, inner: str) -> str:
+        return rf"\left({inner}\right)"
+
+    def _times(self, left: str, right: str) -> str:
+        """The factors side by side, with a dot before a number."""
+        return rf"{left} \cdot {right}" if right[0].isdigit() else rf"{left}\,{right}"
+
+    def _over(self, above: Written, below: Written) -> Written:
+        return Written(rf"\frac{{{above.text}}}{{{below.text}}}", PRODUCT)
+
+    def _power(self, base: str, exponent: Written) -> str:
+        """A power; a prime must not meet a superscript."""
+        base = f"{{{base}}}" if "'" in base else base
+        return f"{base}^{{{exponent.text}}}"
+
+    def _root(self, inner: Written) -> Written:
+        return Written(rf"\sqrt{{{inner.text}}}", ATOM)
+
+    def _size(self, inner: str) -> str:
+        return rf"\left|{inner}\right|"
+
+    def _function(self, name: str, arguments: str) -> str:
+        upright = rf"\{name}" if name in OPERATORS else rf"\operatorname{{{_upright(name)}}}"
+        return f"{upright}{self._bracket(arguments)}"
+
+
+def _upright(text: str) -> str:
+    return re.sub(r"([_%&#${}])", r"\\\1", text)
+
+
+def _name(letters: str) -> str:
+    """A letter in italics, more letters upright."""
+    if letters in ("min", "max"):
+        return rf"\{letters}"
+    if len(letters) == 1 or letters.isdigit():
+        return GREEK.get(letters, letters)
+    if any(letter in GREEK for letter in letters):
+        return r"\,".join(map(_name, letters))
+    return rf"\mathrm{{{letters}}}"
+
+
+def _opened(maths: str) -> int:
+    return maths.count(r"\left") - maths.count(r"\right")
+
+
+def _terms(maths: str) -> Iterator[str]:
+    """Pieces between which a line may be broken: before signs and relations outside of braces."""
+    start = 0
+    for sign in re.finditer(r"(?<= )(?:[+-]|\\leq|\\geq) |(?<=,)\\quad ", maths):
+        before = maths[: sign.start()]
+        if before.count("{") - before.count(r"\{") == before.count("}") - before.count(r"\}"):
+            yield maths[start : sign.start()]
+            start = sign.start()
+    yield maths[start:]
+
+
+def _width(maths: str) -> int:
+    """About how many characters of a line it takes."""
+    seen = re.sub(r"\\(?:left|right|text|mathrm|frac|[,;])|[{}_^ ]", "", maths)
+    return len(re.sub(r"\\[A-Za-z]+", "m", seen))
