@@ -14,9 +14,8 @@ from pydantic import BaseModel
 from pydantic.fields import FieldInfo
 
 from optuav.mission import Mission
-from optuav.mission.quantities import RATE_PER_MINUTE
-from optuav.mission.sections import CONVERSIONS, REGIME_KEYS, SECTIONS, RotorFlight
-from optuav.mission.words import allowed
+from optuav.mission.messages import allowed
+from optuav.mission.schema import CONVERSIONS, RATE_PER_MINUTE, REGIME_KEYS, SECTIONS, RotorFlight
 
 PAGE = Path(__file__).parent / "missions.md"
 START, END = "<!-- keys: written by make_mission_keys.py -->\n", "<!-- end of keys -->\n"

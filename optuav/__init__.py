@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     from optuav.mission import json_schema as json_schema
     from optuav.mission import load as load
     from optuav.mission import shipped as shipped
-    from optuav.mission.datasheet import Datasheet as Datasheet
+    from optuav.mission.template import Datasheet as Datasheet
     from optuav.network.graph import graph as graph
     from optuav.network.graph import validate_graph as validate_graph
     from optuav.paper.ledger import ledger as ledger
@@ -57,7 +57,7 @@ HOMES = {
     "json_schema": "optuav.mission",
     "load": "optuav.mission",
     "shipped": "optuav.mission",
-    "Datasheet": "optuav.mission.datasheet",
+    "Datasheet": "optuav.mission.template",
     "graph": "optuav.network.graph",
     "validate_graph": "optuav.network.graph",
     "Plan": "optuav.plan",

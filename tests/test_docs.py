@@ -19,7 +19,7 @@ from formulations.quantities import QUANTITIES, Quantities
 from optuav.cli.app import program
 from optuav.engines.capabilities import ENGINES
 from optuav.mission import Mission
-from optuav.mission.sections import SECTIONS
+from optuav.mission.schema import SECTIONS
 from optuav.solving.question import PROBLEMS
 
 ROOT = Path(__file__).parents[1]
@@ -172,6 +172,11 @@ def test_table_of_engines_is_the_whole_truth(problem: str, perspective: str) -> 
 
 
 # Missions and graph
+
+
+def test_the_json_schema_of_missions_is_up_to_date() -> None:
+    """``python docs/make_mission_schema.py`` has nothing to change."""
+    assert optuav.json_schema() == script("make_mission_schema").json_schema()
 
 
 def test_tables_of_keys_are_up_to_date() -> None:

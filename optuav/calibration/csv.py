@@ -20,8 +20,8 @@ import numpy as np
 from optuav.arrays import Booleans, Floats
 from optuav.errors import Fault, InputError
 from optuav.mission.files import label, read_text
-from optuav.mission.quantities import short
-from optuav.mission.words import nearest, shown
+from optuav.mission.messages import nearest, shown
+from optuav.mission.schema import short
 
 Read = TypeVar("Read")
 

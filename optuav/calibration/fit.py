@@ -15,8 +15,8 @@ import tomli_w
 from optuav.calibration.least_squares import CONFIDENCE, ConfidenceInterval, Estimate
 from optuav.errors import Fault, InputError
 from optuav.mission import Mission, shipped
-from optuav.mission.sections import SCHEMA
-from optuav.mission.words import number, printable
+from optuav.mission.messages import number, printable
+from optuav.mission.schema import SCHEMA
 from optuav.network import vehicle
 
 Role: TypeAlias = Literal["fitted", "repeat", "predicted"]

@@ -53,7 +53,7 @@ from optuav.calibration.least_squares import (
     estimate,
 )
 from optuav.errors import Fault, InputError
-from optuav.mission.words import nearest
+from optuav.mission.messages import nearest
 from optuav.physics.flight import regime_leg
 
 Means: TypeAlias = Mapping[str, Mapping[str, tuple[float, ConfidenceInterval]]]

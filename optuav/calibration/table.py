@@ -32,7 +32,7 @@ from optuav.calibration.least_squares import Unknown, estimate
 from optuav.errors import Fault, InputError
 from optuav.mission import Mission, load, shipped
 from optuav.mission.files import label, read_text, refusal
-from optuav.mission.words import nearest, number, shown
+from optuav.mission.messages import nearest, number, shown
 from optuav.network import vehicle
 from optuav.network.network import Network, build_network
 from optuav.network.routes import ORDERS

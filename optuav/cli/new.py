@@ -14,9 +14,8 @@ from rich.markup import escape
 
 from optuav.errors import Fault, InputError
 from optuav.mission import Mission, load
-from optuav.mission.datasheet import Datasheet
 from optuav.mission.files import must_be_new, write_text
-from optuav.mission.template import template
+from optuav.mission.template import Datasheet, template
 
 REGIMES = "regimes"
 

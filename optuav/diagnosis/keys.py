@@ -10,7 +10,7 @@ from typing import get_args
 from pydantic.fields import FieldInfo
 
 from optuav.mission import Mission
-from optuav.mission.quantities import FORCE, Number
+from optuav.mission.schema import FORCE, Number
 
 TABLES = ("limits", "battery", "body", "rotor", "laser", "link", "flight")
 MOST = 1e3

@@ -14,7 +14,7 @@ from optuav.diagnosis.keys import Key, keys, moved, wind_components
 from optuav.diagnosis.search import Asking, Found, search
 from optuav.errors import InputError, SolverError
 from optuav.mission import Mission
-from optuav.mission.words import shown
+from optuav.mission.messages import shown
 from optuav.plan import Plan
 from optuav.solving import Program
 

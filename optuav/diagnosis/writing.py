@@ -13,7 +13,7 @@ from optuav.diagnosis.layout import LABEL, columns, labelled, number_text, parag
 from optuav.diagnosis.price_words import price_blocks
 from optuav.diagnosis.proof_words import combination_text
 from optuav.diagnosis.repair import WRITTEN, Repair
-from optuav.mission.words import shown
+from optuav.mission.messages import shown
 from optuav.status import Status
 
 MOST_REPAIRS = 12

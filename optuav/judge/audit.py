@@ -13,7 +13,7 @@ from optuav.judge.reading import read
 from optuav.judge.replay import Replay, replay
 from optuav.judge.tolerance import TOLERANCE, same
 from optuav.mission.files import label
-from optuav.mission.words import printable, shown
+from optuav.mission.messages import printable, shown
 from optuav.network import vehicle
 from optuav.plan import Plan
 from optuav.plan.file import DERIVED, to_dict

@@ -12,12 +12,11 @@ from pydantic import Strict, ValidationError
 from optuav.errors import Fault, InputError
 from optuav.judge.itinerary import Itinerary, Stop
 from optuav.mission import Mission, load, shipped
-from optuav.mission.faults import Breach, Statement
 from optuav.mission.files import label, read_text
 from optuav.mission.load import LARGEST_FILE, parse
-from optuav.mission.quantities import Allowed, Number
-from optuav.mission.validate import format_breaches
-from optuav.mission.words import allowed, nearest, shown
+from optuav.mission.messages import Breach, StatedMission, allowed, nearest, shown
+from optuav.mission.schema import Allowed, Number
+from optuav.mission.validation import format_breaches
 from optuav.network.places import ENDS
 from optuav.plan import Plan
 from optuav.plan.file import LARGEST_BYTES, read_plan
@@ -90,7 +89,7 @@ def read_itinerary(path: str | Path) -> Itinerary:
     file = Path(path)
     source = label(file)
     document = parse(read_text(file, LARGEST_FILE), file)
-    statement = Statement(document, {(): source})
+    statement = StatedMission(document, {(): source})
     breaches = format_breaches(document)
     stated = mission = None
     try:
@@ -112,7 +111,7 @@ def read_itinerary(path: str | Path) -> Itinerary:
     )
 
 
-def _breaches(error: ValidationError, statement: Statement) -> Iterator[Breach]:
+def _breaches(error: ValidationError, statement: StatedMission) -> Iterator[Breach]:
     """Pydantic's errors by key and in our words."""
     for detail in error.errors(include_url=False, include_context=False, include_input=False):
         key = detail["loc"]

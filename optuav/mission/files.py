@@ -9,7 +9,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from optuav.errors import Fault, InputError
-from optuav.mission.words import printable
+from optuav.mission.messages import printable
 
 
 def label(path: Path) -> str:

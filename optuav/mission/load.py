@@ -1,7 +1,8 @@
-"""Mission files: TOML, each stating a mission or what it changes in the one that it extends."""
+"""Mission files in TOML: read with the files that they extend, and the schema for editors."""
 
 from __future__ import annotations
 
+import json
 import os
 import re
 import tomllib
@@ -12,12 +13,11 @@ from pathlib import Path
 from typing import Any
 
 from optuav.errors import Fault, InputError
-from optuav.mission.faults import Key, Statement
 from optuav.mission.files import label, read_text, refusal
+from optuav.mission.messages import Key, StatedMission, nearest, printable, shortened, shown
+from optuav.mission.mission import Mission
 from optuav.mission.overlay import displaced, overlay
-from optuav.mission.schema import Mission
-from optuav.mission.validate import format_breaches, validate
-from optuav.mission.words import nearest, printable, shortened, shown
+from optuav.mission.validation import format_breaches, validate
 
 LARGEST_FILE = 2_000_000
 """Most bytes that a mission file may have."""
@@ -25,7 +25,8 @@ LARGEST_FILE = 2_000_000
 LONGEST_CHAIN = 32
 """Most files that may extend one another."""
 
-_SHIPPED = Path(__file__).parent / "shipped"
+_HERE = Path(__file__).parent
+_SHIPPED = _HERE / "shipped"
 
 # tomllib's time grows with the square of the parts of a dotted key.
 _PART = r"""(?>[\w-]+|"[^"\n]*"|'[^'\n]*')[ \t]*"""
@@ -93,7 +94,7 @@ def load(source: str | Path) -> Mission:
         document = overlay(document, file.document)
     document.setdefault("name", shortened(printable(files[0].path.stem)))
     faults = [*broken, *(fault for file in files for fault in file.faults)]
-    return validate(Mission, Statement(document, sources, gone), faults, whole=not broken)
+    return validate(Mission, StatedMission(document, sources, gone), faults, whole=not broken)
 
 
 @cache
@@ -112,6 +113,29 @@ def shipped() -> tuple[str, ...]:
     ('matrice350', 'paper', 'paper-table2')
     """
     return tuple(sorted(path.stem for path in _SHIPPED.glob("*.toml")))
+
+
+def json_schema() -> dict[str, Any]:
+    """JSON Schema (draft 7) of the files that `load` reads.
+
+    A file without ``extends`` has to state what a mission needs, one with it needs no more than
+    ``schema``. Rules between values (names, footprints, altitudes, loads of the flight models)
+    are left to `load`.
+
+    Returns
+    -------
+    dict
+        The schema as plain data.
+
+    Examples
+    --------
+    >>> import optuav
+    >>> schema = optuav.json_schema()
+    >>> schema["definitions"]["Limits"]["properties"]["deadline_s"]["maximum"]
+    10000000.0
+    """
+    schema: dict[str, Any] = json.loads((_HERE / "mission.schema.json").read_text("utf-8"))
+    return schema
 
 
 def _chain(source: str | Path) -> tuple[list[_File], list[Fault]]:
@@ -150,7 +174,7 @@ def _read(source: str | Path, directory: Path) -> _File:
         name = label(path)
     hint = nearest(Path(source).name, shipped()) or f"; shipped missions are {', '.join(shipped())}"
     document = parse(read_text(path, LARGEST_FILE, hint=hint), path)
-    faults = Statement(document, {(): name}).faults(format_breaches(document))
+    faults = StatedMission(document, {(): name}).faults(format_breaches(document))
     document.pop("schema", None)
     return _File(path, name, document, document.pop("extends", None), faults)
 

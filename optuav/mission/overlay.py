@@ -1,4 +1,4 @@
-"""Stating a mission on top of another: what a file does with ``extends`` and `Mission.replace`.
+"""One mission stated on top of another: what ``extends`` and `Mission.replace` do.
 
 Tables join key by key, anything else is replaced. A newly stated value also displaces what only
 made sense with the old one, as a rate per minute does the rate per second.
@@ -13,10 +13,9 @@ from typing import Any
 from pydantic import BaseModel
 
 from optuav.errors import Fault
-from optuav.mission.faults import Key, Statement
-from optuav.mission.sections import CONVERSIONS, REGIME_KEYS
-from optuav.mission.validate import KEYS
-from optuav.mission.words import nearest, shown
+from optuav.mission.messages import Key, StatedMission, nearest, shown
+from optuav.mission.schema import CONVERSIONS, REGIME_KEYS
+from optuav.mission.validation import KEYS, Document
 
 _ENERGIES = frozenset({"flight_energy_J", "hover_energy_J"})
 
@@ -44,7 +43,7 @@ _KEYS = {"name", "description", *KEYS} | {
 _BY_INDEX = re.compile(r"buildings\[(\d{1,9})\](?:\.(.*))?", re.DOTALL)
 
 
-def overlay(base: Mapping[str, Any], stated: Mapping[str, Any]) -> dict[str, Any]:
+def overlay(base: Document, stated: Document) -> dict[str, Any]:
     """Join two mission documents.
 
     Parameters
@@ -66,7 +65,7 @@ def overlay(base: Mapping[str, Any], stated: Mapping[str, Any]) -> dict[str, Any
     return joined
 
 
-def displaced(base: Mapping[str, Any], stated: Mapping[str, Any]) -> dict[Key, str]:
+def displaced(base: Document, stated: Document) -> dict[Key, str]:
     """Keys that `overlay` displaces, each with the dotted key whose new value does."""
     return {
         (name, other): f"{name}.{key}"
@@ -77,9 +76,7 @@ def displaced(base: Mapping[str, Any], stated: Mapping[str, Any]) -> dict[Key, s
     }
 
 
-def _both(
-    base: Mapping[str, Any], stated: Mapping[str, Any]
-) -> Iterator[tuple[str, dict[str, Any], dict[str, Any]]]:
+def _both(base: Document, stated: Document) -> Iterator[tuple[str, dict[str, Any], dict[str, Any]]]:
     """Tables that are in both documents, with their names."""
     for name, table in stated.items():
         below = base.get(name)
@@ -87,7 +84,7 @@ def _both(
             yield name, below, table
 
 
-def revise(base: Mapping[str, Any], values: Mapping[str, Any]) -> tuple[Statement, list[Fault]]:
+def revise(base: Document, values: Document) -> tuple[StatedMission, list[Fault]]:
     """Apply values by dotted key, as in ``{"limits.deadline_s": 800}``.
 
     Parameters
@@ -125,10 +122,10 @@ def revise(base: Mapping[str, Any], values: Mapping[str, Any]) -> tuple[Statemen
         faults += _revise_buildings(revised, buildings)
         if revised:
             document["buildings"] = [building for building in revised if building is not None]
-    return Statement(without_none(document), displaced=displaced(base, stated)), faults
+    return StatedMission(without_none(document), displaced=displaced(base, stated)), faults
 
 
-def without_none(document: Mapping[str, Any]) -> dict[str, Any]:
+def without_none(document: Document) -> dict[str, Any]:
     """The document without the keys that are None."""
 
     def stated(table: Any) -> Any:
@@ -142,7 +139,7 @@ def without_none(document: Mapping[str, Any]) -> dict[str, Any]:
     return tables
 
 
-def _revise_buildings(buildings: list[Any], values: Mapping[str, Any]) -> Iterator[Fault]:
+def _revise_buildings(buildings: list[Any], values: Document) -> Iterator[Fault]:
     """Apply values to a list in place; None takes the place of a building that is removed.
 
     Keys are ``buildings.b3``, ``buildings.b3.position_m`` or ``buildings[2].position_m``.
@@ -174,7 +171,7 @@ def _table(value: Any) -> dict[str, Any]:
     return value if isinstance(value, dict) else {}
 
 
-def _by_key(values: Mapping[str, Any]) -> Iterator[tuple[str, Any]]:
+def _by_key(values: Document) -> Iterator[tuple[str, Any]]:
     """Keys and values; models and NumPy's values, also in a list or table, as plain data."""
     for key, value in values.items():
         if isinstance(value, list | tuple):

@@ -1,189 +1,459 @@
-"""The mission: validated data that never changes."""
+"""The tables of a mission file as frozen models; every attribute has the name of its key.
+
+Each kind of quantity has a type with its unit and range. The ranges are broad, and narrow enough
+that no product or power in the physics overflows. Whole numbers pass for numbers; strings, truth
+values, NaN and infinities do not.
+"""
 
 from __future__ import annotations
 
-import re
-from collections.abc import Mapping
-from itertools import islice
-from pathlib import Path
-from typing import Annotated, Any, Self
+from collections.abc import Iterator
+from dataclasses import dataclass
+from operator import ge, gt, le, lt
+from typing import Annotated, Literal, TypeAlias, TypeGuard, get_args
 
-import tomli_w
-from pydantic import BeforeValidator, Strict, model_validator
-
-from optuav.errors import MOST_SHOWN, Fault, InputError
-from optuav.mission.faults import Statement
-from optuav.mission.files import write_text
-from optuav.mission.overlay import revise, without_none
-from optuav.mission.quantities import Allowed, Description, Listed, Name
-from optuav.mission.rules import rules
-from optuav.mission.sections import (
-    SCHEMA,
-    Battery,
-    Body,
-    Building,
-    Flight,
-    Laser,
-    Limits,
-    Link,
-    Rotor,
-    RotorFlight,
-    Route,
-    Section,
-    Wind,
+from annotated_types import Ge, GroupedMetadata, Gt, Le, Len, Lt, Predicate
+from pydantic import (
+    BaseModel,
+    BeforeValidator,
+    ConfigDict,
+    Discriminator,
+    Strict,
+    Tag,
+    model_validator,
 )
-from optuav.mission.validate import format_breaches, validate
-from optuav.mission.words import shown
-
-__all__ = ["SCHEMA", "Mission"]
-
-MOST_BUILDINGS = 100_000
-"""Most buildings that a mission may have."""
 
 
-def _few(buildings: Any) -> Any:
-    """Refuse more buildings than there may be before any of them is looked at."""
-    if isinstance(buildings, list | tuple) and len(buildings) > MOST_BUILDINGS:
-        raise ValueError(f"more than {MOST_BUILDINGS} buildings")
-    return buildings
+@dataclass(frozen=True)
+class Allowed:
+    """What a value may be, in the words that a fault shows."""
+
+    words: str
 
 
-class Mission(Section):
-    """A mission of a laser-charged UAV; every attribute has the name of its key in a file.
+@dataclass(frozen=True)
+class Number(GroupedMetadata):
+    """A number with its unit and range; pydantic reads the constraints, a person the words."""
 
-    Missions are equal if all their values are, can be hashed and pickled, and change only by
-    `replace`, which makes a new one. `load`, `from_dict` and `replace` raise
-    `optuav.errors.InputError` with all faults; the constructor raises pydantic's own error.
+    unit: str
+    gt: float | None = None
+    ge: float | None = None
+    lt: float | None = None
+    le: float | None = None
+    whole: bool = False
+    note: str = ""
 
-    Examples
-    --------
-    >>> import optuav
-    >>> mission = optuav.load("paper")
-    >>> mission.battery.packs, len(mission.buildings)
-    (2, 10)
-    >>> longer = mission.replace({"limits.deadline_s": 1500, "buildings.b3": None})
-    >>> longer.limits.deadline_s, len(longer.buildings)
-    (1500.0, 9)
+    def __iter__(self) -> Iterator[object]:
+        yield Strict()
+        for constraint, bound in ((Gt, self.gt), (Ge, self.ge), (Lt, self.lt), (Le, self.le)):
+            if bound is not None:
+                yield constraint(bound)
+
+    def accepts(self, value: object) -> TypeGuard[float]:
+        """Whether the value is such a number."""
+        if not isinstance(value, int | float) or isinstance(value, bool):
+            return False
+        if self.whole and isinstance(value, float) and not value.is_integer():
+            return False
+        bounds = ((gt, self.gt), (ge, self.ge), (lt, self.lt), (le, self.le))
+        return all(holds(value, bound) for holds, bound in bounds if bound is not None)
+
+    @property
+    def words(self) -> str:
+        """For example ``a number, 0 <= x < 1 [-]``."""
+        noun = "a whole number" if self.whole else "a number"
+        if self.le is not None and self.ge == -self.le:
+            return f"{noun}, |x| <= {short(self.le)} [{self.unit}]{self.note}"
+        low = f"{short(self.gt)} < " if self.gt is not None else ""
+        low = f"{short(self.ge)} <= " if self.ge is not None else low
+        high = f" < {short(self.lt)}" if self.lt is not None else ""
+        high = f" <= {short(self.le)}" if self.le is not None else high
+        return f"{noun}, {low}x{high} [{self.unit}]{self.note}"
+
+
+def short(number: float) -> str:
+    """A bound as a person writes it: ``1e6``, not ``1e+06``."""
+    mantissa, _, exponent = f"{number:g}".partition("e")
+    return f"{mantissa}e{int(exponent)}" if exponent else mantissa
+
+
+def _listed(value: object) -> object:
+    """A list, TOML's only sequence, is as good as a tuple."""
+    return tuple(value) if isinstance(value, list) else value
+
+
+Listed = BeforeValidator(_listed)
+
+# Text
+Name = Annotated[
+    str,
+    Strict(),
+    Len(1, 200),
+    Predicate(str.isprintable),
+    Allowed("a string of 1 to 200 printable characters"),
+]
+Description = Annotated[str, Strict(), Len(0, 10_000), Allowed("a string, up to 10000 characters")]
+Switch = Annotated[bool, Strict(), Allowed("true or false")]
+
+# Space
+Coordinate = Annotated[float, Number("m", ge=-1e6, le=1e6)]
+Altitude = Annotated[float, Number("m", ge=0, le=1e6)]
+Length = Annotated[float, Number("m", ge=1e-3, le=1e6)]
+Position = Annotated[
+    tuple[Coordinate, Coordinate, Coordinate],
+    Strict(),
+    Listed,
+    Allowed("three numbers [x, y, z], each |x| <= 1e6 [m]"),
+]
+RoofPosition = Annotated[
+    tuple[Coordinate, Coordinate, Altitude],
+    Strict(),
+    Listed,
+    Allowed("three numbers [x, y, z], |x| and |y| <= 1e6, 0 <= z <= 1e6 [m]"),
+]
+Size = Annotated[tuple[Length, Length], Strict(), Listed]
+Corner = Annotated[tuple[Coordinate, Coordinate], Strict(), Listed]
+Polygon = Annotated[tuple[Corner, ...], Len(3, 10_000), Strict(), Listed]
+Footprint = Annotated[
+    Size | Polygon,
+    Allowed(
+        "a size [x, y], each 0.001 <= x <= 1e6, or a polygon [[x, y], ...] of 3 to 10000 corners, "
+        "each |x| <= 1e6 [m]"
+    ),
+]
+
+# Time
+SLOT = Number("s", ge=1e-3, le=1e7)
+Slot = Annotated[float, SLOT]
+
+# Electricity
+RATE_PER_MINUTE = Number("1/min", ge=0, le=6e4)
+Voltage = Annotated[float, Number("V", ge=1e-3, le=1e6)]
+Current = Annotated[float, Number("A", ge=0, le=1e6)]
+LoadCurrent = Annotated[float, Number("A", ge=1e-6, le=1e6)]
+Power = Annotated[float, Number("W", ge=0, le=1e9)]
+LoadPower = Annotated[float, Number("W", ge=1e-6, le=1e9)]
+Energy = Annotated[float, Number("J", ge=1e-3, le=1e15)]
+
+# Mechanics
+Inertia = Annotated[float, Number("kg m2", ge=1e-9, le=1e6)]
+Acceleration = Annotated[float, Number("m/s2", ge=1e-6, le=1e6)]
+FORCE = Number("N", ge=-1e6, le=1e6)
+_ForceComponent = Annotated[float, FORCE]
+Force = Annotated[
+    tuple[_ForceComponent, _ForceComponent, _ForceComponent],
+    Strict(),
+    Listed,
+    Allowed("three numbers [x, y, z], each |x| <= 1e6 [N]"),
+]
+
+# Light and radio
+_KNOWN = "; known at 810 and 1550 nm"
+Slope = Annotated[float, Number("-", ge=1e-6, le=1e3, note=_KNOWN)]
+Offset = Annotated[float, Number("W", ge=-1e9, le=1e9, note=_KNOWN)]
+
+
+SCHEMA = 1
+"""Version of the format of a mission file."""
+
+SECONDS_PER_MINUTE = 60.0
+
+CONVERSIONS: dict[float, dict[str, float]] = {
+    810: {
+        "emitter_slope": 0.445,
+        "emitter_offset_W": -0.75,
+        "receiver_slope": 0.5414,
+        "receiver_offset_W": -0.2313,
+    },
+    1550: {
+        "emitter_slope": 0.34,
+        "emitter_offset_W": -1.1,
+        "receiver_slope": 0.5434,
+        "receiver_offset_W": -0.2761,
+    },
+}
+"""Straight-line fits a1, b1, a2, b2 of emitter and receiver by wavelength [nm]."""
+
+
+class Section(BaseModel):
+    """A table of the mission: frozen, without unknown keys."""
+
+    model_config = ConfigDict(
+        frozen=True,
+        extra="forbid",
+        validate_default=True,
+        allow_inf_nan=False,
+        use_attribute_docstrings=True,
+    )
+
+
+class Route(Section):
+    """Where the mission starts, hovers and ends."""
+
+    origin_m: Position
+    """Start w0 (x, y, z) [m]."""
+    destination_m: Position
+    """End wF (x, y, z) [m]."""
+    hover_m: Position | None = None
+    """Hover point (x, y, z) [m]; without it the point w_U that the link gives."""
+
+
+class Limits(Section):
+    """What the plan has to respect."""
+
+    deadline_s: Annotated[float, Number("s", gt=0, le=1e7)]
+    """Longest mission T_max [s]."""
+    min_soc: Annotated[float, Number("-", ge=0, lt=1)]
+    """State of charge η0 that must be left at the end [-]."""
+    slot_s: Slot = 1.0
+    """Length of a time slot of the grid [s]."""
+    outage_probability: Annotated[float, Number("-", ge=1e-12, lt=1)]
+    """Largest outage probability ε of the link while hovering [-]."""
+    min_altitude_m: Altitude
+    """Lowest hover point z_min [m]."""
+    max_altitude_m: Altitude
+    """Highest hover point z_max [m]."""
+
+
+Charging: TypeAlias = Literal["constant", "taper"]
+_CHARGING = Allowed('one of "constant", "taper"')
+
+# As in `optuav.physics.packs`, whose import would take NumPy with it.
+Schedule: TypeAlias = Literal[
+    "pooled", "sequential", "round-robin", "alternating", "most-available"
+]
+_SCHEDULE = Allowed(f"one of {', '.join(map(repr, get_args(Schedule)))}".replace("'", '"'))
+
+
+class Battery(Section):
+    """The battery packs, each two wells of charge (kinetic battery model)."""
+
+    packs: Annotated[int, Number("-", ge=1, le=1000, whole=True)]
+    """Number of packs N [-]."""
+    capacity_As: Annotated[float, Number("A s", ge=1e-3, le=1e9)]
+    """Capacity of one pack [A s]."""
+    nominal_voltage_V: Voltage
+    """Nominal voltage e_nom [V]."""
+    available_fraction: Annotated[float, Number("-", ge=1e-6, le=0.999999)]
+    """Share ω of the capacity in the available well [-]."""
+    flow_rate_per_s: Annotated[
+        float, Number("1/s", ge=0, le=1e3, note="; or state flow_rate_per_min")
+    ]
+    """Rate k_F at which charge flows between the wells [1/s]; or state flow_rate_per_min."""
+    charge_current_A: Current
+    """Largest charging current I_ch [A]."""
+    charging: Annotated[Charging, _CHARGING] = "constant"
+    """Current near full: constant and never past full, or less and less once y1 is full."""
+    schedule: Annotated[Schedule, _SCHEDULE] = "pooled"
+    """Which pack carries a flight, a hover or a rest: all as one, or one while another charges."""
+    period_s: Slot | None = None
+    """Time after which schedule = "alternating" changes the pack [s]."""
+    flight_energy_J: Energy | None = None
+    """Energy E_1 of the full battery in flight [J]; without it derived from the loads."""
+    hover_energy_J: Energy | None = None
+    """Energy E_2 of the full battery in hover [J]; without it derived from the loads."""
+
+    @property
+    def takes_turns(self) -> bool:
+        """Whether packs carry one after the other; a single one is the pooled battery."""
+        return self.schedule != "pooled" and self.packs > 1
+
+    @model_validator(mode="before")
+    @classmethod
+    def _rate_per_second(cls, stated: object) -> object:
+        """Convert a valid rate per minute to one per second; any other is left to be refused."""
+        if not isinstance(stated, dict) or "flow_rate_per_s" in stated:
+            return stated
+        rate = stated.get("flow_rate_per_min")
+        if not RATE_PER_MINUTE.accepts(rate):
+            return stated
+        others = {key: value for key, value in stated.items() if key != "flow_rate_per_min"}
+        return {**others, "flow_rate_per_s": rate / SECONDS_PER_MINUTE}
+
+
+class Rotor(Section):
+    """Constants of one of the four rotors with its motor and propeller."""
+
+    max_speed_rad_s: Annotated[float, Number("rad/s", ge=1e-3, le=1e6)]
+    """Largest speed v_max [rad/s]."""
+    lift_coefficient_N_s2_rad2: Annotated[float, Number("N s2/rad2", ge=1e-12, le=10)]
+    """Thrust over squared speed ϱ [N s²/rad²]."""
+    friction_torque_Nm: Annotated[float, Number("N m", ge=0, le=1e6)]
+    """Motor friction T_f [N m]."""
+    drag_coefficient_Nm_s2_rad2: Annotated[float, Number("N m s2/rad2", ge=1e-15, le=10)]
+    """Aerodynamic torque over squared speed κ0 [N m s²/rad²]."""
+    viscous_damping_Nm_s_rad: Annotated[float, Number("N m s/rad", ge=0, le=1e3)]
+    """Viscous damping D_f [N m s/rad]."""
+    velocity_constant_rpm_V: Annotated[float, Number("rpm/V", ge=1e-3, le=1e6)]
+    """Velocity constant κ_V [rpm/V]; κ_E = κ_T = 9.5493/κ_V."""
+    resistance_ohm: Annotated[float, Number("ohm", ge=0, le=1e6)]
+    """Resistance of the winding R [Ω]."""
+    inertia_kg_m2: Annotated[float, Number("kg m2", ge=0, le=1e3)]
+    """Inertia of the turning parts J [kg m²]."""
+
+
+class Body(Section):
+    """Mass and inertia of the airframe."""
+
+    mass_kg: Annotated[float, Number("kg", ge=1e-6, le=1e6)]
+    """Mass of the UAV m [kg]."""
+    gravity_m_s2: Acceleration = 9.8
+    """Acceleration of gravity [m/s²]."""
+    arm_length_m: Length
+    """Distance l from the centre to a rotor [m]."""
+    inertia_x_kg_m2: Inertia
+    """Inertia in roll I_x [kg m²]."""
+    inertia_y_kg_m2: Inertia
+    """Inertia in pitch I_y [kg m²]."""
+    inertia_z_kg_m2: Inertia
+    """Inertia in yaw I_z [kg m²]."""
+
+
+class Laser(Section):
+    """The charging laser and the air that it shines through.
+
+    Conversion coefficients that are not stated follow from the wavelength at 810 and 1550 nm.
     """
 
-    name: Name = "mission"
-    """Name of the mission; by default that of its file."""
-    description: Description = ""
-    """What the mission is about."""
-    route: Route
-    limits: Limits
-    battery: Battery
-    rotor: Rotor | None = None
-    body: Body | None = None
-    laser: Laser | None = None
-    link: Link
-    wind: Wind = Wind()
-    flight: Flight = RotorFlight()
-    buildings: Annotated[
-        tuple[Building, ...],
-        Strict(),
-        Listed,
-        BeforeValidator(_few),
-        Allowed(f"up to {MOST_BUILDINGS} tables [[buildings]] with name, position_m"),
-    ] = ()
+    position_m: Position
+    """Source w_s (x, y, z) [m]."""
+    power_W: Power
+    """Largest source power P_s [W]."""
+    wavelength_nm: Annotated[float, Number("nm", ge=1, le=1e6)]
+    """Wavelength λ [nm]."""
+    visibility_km: Annotated[float, Number("km", ge=1e-3, le=1e4)] | None = None
+    """Visibility V [km], from which the attenuation follows; or state attenuation_per_km."""
+    attenuation_per_km: Annotated[float, Number("1/km", ge=0, le=1e4)] | None = None
+    """Attenuation α [1/km]; or state visibility_km."""
+    emitter_slope: Slope
+    """Slope a1 of the emitter's conversion [-]."""
+    emitter_offset_W: Offset
+    """Offset b1 of the emitter's conversion [W]."""
+    receiver_slope: Slope
+    """Slope a2 of the receiver's conversion [-]."""
+    receiver_offset_W: Offset
+    """Offset b2 of the receiver's conversion [W]."""
 
-    @model_validator(mode="after")
-    def _rules(self) -> Self:
-        document = {name: _stated(section) for name, section in _stated(self).items()}
-        document["buildings"] = [_stated(building) for building in self.buildings]
-        if breaches := list(islice(rules(document, document), MOST_SHOWN)):
-            raise InputError(Statement(document).faults(breaches))
-        return self
-
-    def replace(self, values: Mapping[str, Any]) -> Self:
-        """Make a mission that differs in some values.
-
-        Parameters
-        ----------
-        values
-            New values by dotted key, for example ``{"limits.deadline_s": 800,
-            "buildings.b3.position_m": [300, 800, 60]}``; a building goes by its name or as
-            ``buildings[2]``. None removes an optional key, a table or a building. A table joins
-            the one that is there. A value displaces what made sense only with the old one:
-            ``laser.visibility_km`` and ``laser.attenuation_per_km`` each other, a new
-            ``laser.wavelength_nm`` the four conversion coefficients, a new
-            ``battery.capacity_As`` or ``battery.packs`` the energies E_1 and E_2 of the full
-            battery, a new ``flight.model`` the loads of the other one.
-
-        Returns
-        -------
-        Mission
-            The new mission, validated as a whole.
-
-        Raises
-        ------
-        InputError
-            With every fault, unknown keys among them.
-        """
-        if not isinstance(values, Mapping):
-            raise InputError([Fault("", shown(values), "values by dotted key in a dict")])
-        statement, faults = revise(self.model_dump(mode="json", exclude_none=True), values)
-        return validate(type(self), statement, faults)
-
-    def to_dict(self) -> dict[str, Any]:
-        """Every value as plain data, as a file without ``extends`` states it.
-
-        Returns
-        -------
-        dict
-            Strings, numbers, truth values, lists and dicts; optional keys that are not set are
-            left out.
-        """
-        return {"schema": SCHEMA, **self.model_dump(mode="json", exclude_none=True)}
-
+    @model_validator(mode="before")
     @classmethod
-    def from_dict(cls, document: Mapping[str, Any]) -> Self:
-        """Make a mission of plain data.
-
-        Parameters
-        ----------
-        document
-            As `to_dict` gives it; None counts as not stated.
-
-        Returns
-        -------
-        Mission
-            The mission.
-
-        Raises
-        ------
-        InputError
-            With every fault.
-        """
-        if not isinstance(document, Mapping):
-            raise InputError([Fault("", shown(document), "a mission as a dict")])
-        stated = without_none(document)
-        faults = Statement(stated).faults(format_breaches(stated))
-        stated.pop("schema", None)
-        return validate(cls, Statement(stated), faults)
-
-    def save(self, path: str | Path) -> None:
-        """Write the mission as a complete TOML file, whole or not at all.
-
-        Parameters
-        ----------
-        path
-            The file; what is there is replaced.
-
-        Raises
-        ------
-        InputError
-            If the directory is missing or cannot be written to.
-        """
-        text = tomli_w.dumps(self.to_dict())
-        # Each array on one line; strings are safe, as their line breaks are written escaped.
-        for pattern, joint in ((r"\[\n +", "["), (r",\n *\]", "]"), (r",\n +", ", ")):
-            text = re.sub(pattern, joint, text)
-        write_text(Path(path), text)
+    def _conversion_of_wavelength(cls, stated: object) -> object:
+        """Fill in the four coefficients where none is stated and the wavelength gives them."""
+        if not isinstance(stated, dict) or not CONVERSIONS[810].keys().isdisjoint(stated):
+            return stated
+        wavelength = stated.get("wavelength_nm")
+        if not isinstance(wavelength, int | float):
+            return stated
+        return {**stated, **CONVERSIONS.get(wavelength, {})}
 
 
-def _stated(value: Any) -> Any:
-    """The keys of a section that are set, with their values."""
-    if not isinstance(value, Section):
-        return value
-    return {key: item for key, item in vars(value).items() if item is not None}
+class Link(Section):
+    """The radio link to the ground device."""
+
+    device_m: Position
+    """Ground device w_u (x, y, z) [m]."""
+    noise_power_W: Annotated[float, Number("W", ge=1e-30, le=1e9)]
+    """Noise power N0 [W]."""
+    transmit_power_W: Annotated[float, Number("W", ge=1e-12, le=1e9)]
+    """Transmit power P_u [W]."""
+    transmit_voltage_V: Voltage
+    """Voltage e_tr of the transmitter [V]."""
+    rice_factor: Annotated[float, Number("-", ge=0, le=1e4)]
+    """Rice factor K, a ratio and not dB [-]."""
+    snr_threshold_dB: Annotated[float, Number("dB", ge=-200, le=200)]
+    """Smallest signal-to-noise ratio γ_th [dB]."""
+    path_loss_exponent: Annotated[float, Number("-", ge=1, le=10)]
+    """Path-loss exponent β [-]."""
+
+
+class Wind(Section):
+    """Steady wind."""
+
+    force_N: Force = (0.0, 0.0, 0.0)
+    """Force of the wind on the UAV (x, y, z) [N]."""
+
+
+_MODEL = Allowed('"rotors" or "regimes"')
+
+
+class RotorFlight(Section):
+    """Flight computed from rotor and airframe."""
+
+    model: Annotated[Literal["rotors"], _MODEL] = "rotors"
+    """Flight model: "rotors" computes loads and legs from [rotor] and [body]."""
+    through_buildings: Switch = False
+    """Whether a leg may cross a building."""
+
+
+class RegimeFlight(Section):
+    """Flight with constant loads by regime and bang-bang legs."""
+
+    model: Annotated[Literal["regimes"], _MODEL]
+    """Flight model: "regimes" has constant loads in flight, in hover and at rest."""
+    through_buildings: Switch = False
+    """Whether a leg may cross a building."""
+    acceleration_m_s2: Acceleration
+    """Acceleration and braking of a leg [m/s²]."""
+    max_speed_m_s: Annotated[float, Number("m/s", ge=1e-3, le=1e6)] | None = None
+    """Largest speed of a leg [m/s]; without it there is no cap."""
+    flight_current_A: LoadCurrent
+    """Current in flight [A]."""
+    flight_power_W: LoadPower
+    """Power in flight [W]."""
+    hover_current_A: LoadCurrent
+    """Current in hover, communication included [A]."""
+    hover_power_W: LoadPower
+    """Power in hover, communication included [W]."""
+    rest_current_A: Current = 0.0
+    """Current at rest [A]."""
+    rest_power_W: Power = 0.0
+    """Power at rest [W]."""
+    charge_current_A: Current | None = None
+    """Charging current in sight of the laser [A]; replaces the laser's power model."""
+    charge_power_W: Power | None = None
+    """Charging power in sight of the laser [W]; replaces the laser's power model."""
+
+
+REGIME_KEYS = frozenset(RegimeFlight.model_fields) - frozenset(RotorFlight.model_fields)
+"""Keys of [flight] that have a meaning with ``flight.model = "regimes"`` only."""
+
+
+def flight_model(stated: object) -> str:
+    """Which of the two tables [flight] is; with a misspelt model, the one that has its keys."""
+    if not isinstance(stated, dict):
+        return getattr(stated, "model", "rotors")
+    model = stated.get("model", "rotors")
+    if model in ("rotors", "regimes"):
+        return str(model)
+    return "rotors" if REGIME_KEYS.isdisjoint(stated) else "regimes"
+
+
+Flight: TypeAlias = Annotated[
+    Annotated[RotorFlight, Tag("rotors")] | Annotated[RegimeFlight, Tag("regimes")],
+    Discriminator(flight_model),
+]
+
+
+class Building(Section):
+    """A prism from the ground up to its roof, on which the UAV may rest."""
+
+    name: Name
+    """Name of the building, one of its kind; not origin, hover or destination."""
+    position_m: RoofPosition
+    """Where the UAV rests (x, y, z) [m]; z is the height of the roof."""
+    footprint_m: Footprint | None = None
+    """Size [x, y] around position_m, or polygon of [x, y] corners on the map [m]."""
+
+
+SECTIONS: dict[str, type[Section]] = {
+    "route": Route,
+    "limits": Limits,
+    "battery": Battery,
+    "rotor": Rotor,
+    "body": Body,
+    "laser": Laser,
+    "link": Link,
+    "wind": Wind,
+    "flight": RegimeFlight,
+    "buildings": Building,
+}
+"""The tables of a mission file; for [flight] the one with all its keys."""

@@ -1,15 +1,33 @@
-"""A commented mission file to start from, written from the mission's own descriptions."""
+"""A mission to start from: a commented file, or one made of a drone's datasheet."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
-from typing import Any
+import math
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Annotated, Any, Self
 
 import tomli_w
-from pydantic import BaseModel
+from pydantic import BaseModel, ValidationError
 
-from optuav.mission.schema import Mission
-from optuav.mission.sections import Building
+from optuav.errors import Fault, InputError
+from optuav.mission.load import load
+from optuav.mission.messages import allowed, shown
+from optuav.mission.mission import Mission
+from optuav.mission.overlay import without_none
+from optuav.mission.schema import SCHEMA, Number, Section
+
+SCENE = "matrice350"
+"""The shipped mission whose places, limits, link and laser stand in for the owner's."""
+
+CELL_V = 3.7
+"""Nominal voltage of a lithium-polymer cell."""
+REST_SHARE = 0.02
+"""Power at rest over power in hover, an assumption: electronics awake, rotors stopped."""
+
+_AS_PER_MAH = 3.6
+_S_PER_MIN = 60.0
+
+Minutes = Annotated[float, Number("min", ge=1, le=1e4)]
 
 
 def template(mission: Mission, name: str, remarks: Sequence[str] = ()) -> str:
@@ -33,45 +51,174 @@ def template(mission: Mission, name: str, remarks: Sequence[str] = ()) -> str:
         "# Lengths in metres, ground at z = 0; every key carries its unit as a suffix.",
         *(f"# {remark}" for remark in remarks),
         "",
-        f"schema = {mission.to_dict()['schema']}",
-        *_entry("name", name),
-        *_entry("description", ""),
+        f"schema = {SCHEMA}",
+        f"name = {_text(name)}",
+        'description = ""',
     ]
     for key in Mission.model_fields:
         table = getattr(mission, key)
         if isinstance(table, BaseModel):
-            lines += ["", f"[{key}]", *_table(table)]
-    for building in mission.buildings:
-        lines += ["", "[[buildings]]"]
-        explained = building == mission.buildings[0]
-        lines += _table(building) if explained else _bare(building)
+            lines += ["", f"[{key}]", *_entries(table, explained=True)]
+    for number, building in enumerate(mission.buildings):
+        lines += ["", "[[buildings]]", *_entries(building, explained=number == 0)]
     return "\n".join(lines) + "\n"
 
 
-def _table(table: BaseModel) -> Iterator[str]:
-    values = table.model_dump(mode="json")
-    for key, field in type(table).model_fields.items():
-        for line in (field.description or "").splitlines():
-            yield f"# {line}"
-        if values[key] is None:
+def _entries(table: BaseModel, *, explained: bool) -> Iterator[str]:
+    """Lines of a table; explained, each key has a comment, and those not set stand there too."""
+    for key, value in table.model_dump(mode="json").items():
+        if explained:
+            description = type(table).model_fields[key].description or ""
+            yield from (f"# {line}" for line in description.splitlines())
+        if value is not None:
+            yield f"{key} = {_text(value)}"
+        elif explained:
             yield f"# {key} ="
-        else:
-            yield from _entry(key, values[key])
 
 
-def _bare(building: Building) -> Iterator[str]:
-    for key, value in building.model_dump(mode="json", exclude_none=True).items():
-        yield from _entry(key, value)
-
-
-def _entry(key: str, value: Any) -> list[str]:
-    return [f"{key} = {_text(value)}"]
-
-
-def _text(value: Any) -> str:
+def _text(value: object) -> str:
     """A value as TOML writes it; a whole number as one."""
     if isinstance(value, list):
         return f"[{', '.join(_text(each) for each in value)}]"
     if isinstance(value, float) and value.is_integer() and abs(value) < 1e9:
         value = int(value)
     return tomli_w.dumps({"x": value}).partition("=")[2].strip()
+
+
+class Datasheet(Section):
+    """What the owner of a multirotor knows of it; `mission` makes a mission of it.
+
+    Parameters
+    ----------
+    mass_kg, payload_kg
+        Take-off mass of the published flight times [kg], 0.05 to 1000, and what it carries on top,
+        as the receiver of the laser [kg], 0 to 1000.
+    packs, cells
+        Battery packs, and cells of a pack in series [-], 1 to 100.
+    capacity_mAh
+        Of one pack [mAh], 10 to 1e6.
+    hover_min, cruise_min
+        Until the battery is empty, hovering without payload and at cruise speed [min], 1 to 1e4;
+        the latter as when hovering, unless stated.
+    cruise_speed_m_s
+        [m/s], 0.5 to 100.
+    reserve_percent
+        Charge that shall be left after landing [%], 0 to 90.
+    laser_power_W
+        Power that the laser draws [W], 0 to 1e6.
+
+    Examples
+    --------
+    >>> import optuav
+    >>> drone = optuav.Datasheet(
+    ...     mass_kg=6.3, packs=2, cells=12, capacity_mAh=5000, hover_min=41, cruise_speed_m_s=12
+    ... )
+    >>> mission = drone.mission()
+    >>> mission.flight.hover_current_A
+    14.6341
+    """
+
+    mass_kg: Annotated[float, Number("kg", ge=0.05, le=1000)]
+    """Take-off mass of the published flight times [kg]."""
+    payload_kg: Annotated[float, Number("kg", ge=0, le=1000)] = 0.0
+    """What it carries on top, as the receiver of the laser [kg]."""
+    packs: Annotated[int, Number("-", ge=1, le=100, whole=True)] = 1
+    """Number of battery packs [-]."""
+    cells: Annotated[int, Number("-", ge=1, le=100, whole=True)]
+    """Cells of a pack in series [-]."""
+    capacity_mAh: Annotated[float, Number("mAh", ge=10, le=1e6)]
+    """Capacity of one pack [mAh]."""
+    hover_min: Minutes
+    """Hover time without payload until the battery is empty [min]."""
+    cruise_min: Minutes | None = None
+    """Flight time at cruise speed until empty; without it that of hovering [min]."""
+    cruise_speed_m_s: Annotated[float, Number("m/s", ge=0.5, le=100)]
+    """Cruise speed [m/s]."""
+    reserve_percent: Annotated[float, Number("%", ge=0, le=90)] = 20.0
+    """Charge that shall be left after landing [%]."""
+    laser_power_W: Annotated[float, Number("W", ge=0, le=1e6)] = 5000.0
+    """Power that the laser draws [W]."""
+
+    @classmethod
+    def of(cls, values: Mapping[str, Any]) -> Self:
+        """A datasheet of values by name; None counts as not stated.
+
+        Raises
+        ------
+        InputError
+            With every value that is missing or not allowed.
+        """
+        if faults := cls.faults(values):
+            raise InputError(faults)
+        return cls(**without_none(values))
+
+    @classmethod
+    def faults(cls, values: Mapping[str, Any]) -> tuple[Fault, ...]:
+        """Everything that is missing or not allowed among values by name."""
+        stated = without_none(values)
+        try:
+            cls(**stated)
+        except ValidationError as error:
+            kinds = {str(detail["loc"][0]): detail["type"] for detail in error.errors()}
+            return tuple(
+                Fault(name, shown(stated[name]) if name in stated else "", cls._words(name, kind))
+                for name, kind in kinds.items()
+            )
+        return ()
+
+    @classmethod
+    def _words(cls, name: str, kind: str) -> str:
+        if kind == "extra_forbidden":
+            return f"one of {', '.join(cls.model_fields)}"
+        return f"{'is missing; ' if kind == 'missing' else ''}{allowed(cls, name)}"
+
+    @property
+    def load_factor(self) -> float:
+        """Power with over power without payload [-], by the momentum theory of rotors.
+
+        Hover power grows with the mass to the power of 3/2 (W. Johnson, "Helicopter Theory",
+        Dover, 1994, chapter 2).
+        """
+        return math.sqrt((1.0 + self.payload_kg / self.mass_kg) ** 3)
+
+    def mission(self) -> Mission:
+        """The drone in the places of the shipped mission `matrice350`.
+
+        Currents are what empties the packs in the stated times, times `load_factor`; powers follow
+        by the nominal voltage. Packs charge at 1 C at most. The wells of the battery, the
+        acceleration, the link and the laser but for its power are those of that mission.
+        """
+        capacity_As = self.capacity_mAh * _AS_PER_MAH
+        voltage_V = self.cells * CELL_V
+        hover_A, flight_A = (
+            self.packs * capacity_As / (minutes * _S_PER_MIN) * self.load_factor
+            for minutes in (self.hover_min, self.cruise_min or self.hover_min)
+        )
+        currents_A = {"flight": flight_A, "hover": hover_A, "rest": REST_SHARE * hover_A}
+        loads = {f"{regime}_current_A": round(A, 4) for regime, A in currents_A.items()} | {
+            f"{regime}_power_W": round(A * voltage_V, 2) for regime, A in currents_A.items()
+        }
+        return load(SCENE).replace(
+            {
+                "name": "drone",
+                "description": "",
+                "limits.min_soc": self.reserve_percent / 100.0,
+                "battery.packs": self.packs,
+                "battery.capacity_As": capacity_As,
+                "battery.nominal_voltage_V": round(voltage_V, 3),
+                "battery.charge_current_A": round(self.packs * self.capacity_mAh / 1000.0, 4),
+                "laser.power_W": self.laser_power_W,
+                "flight.max_speed_m_s": self.cruise_speed_m_s,
+                **{f"flight.{key}": value for key, value in loads.items()},
+            }
+        )
+
+    def remarks(self) -> tuple[str, ...]:
+        """Lines on what the mission was made of, and what was assumed."""
+        stated = self.model_dump(exclude_none=True).items()
+        return (
+            *(f"{name} = {value:g}" for name, value in stated),
+            f"Assumed: {CELL_V:g} V a cell, charging at 1 C, {REST_SHARE:.0%} of the hover power",
+            f"at rest; power grows with mass to the power of 1.5, {self.load_factor:.4g} times.",
+            f"Places, wells, link and air are those of `{SCENE}`: put yours in.",
+        )

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from optuav.mission.schema import Mission
+from optuav.mission import Mission
 from optuav.network import vehicle
 from optuav.network.network import Network, build_network
 from optuav.network.places import HOVER

@@ -6,7 +6,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from optuav.mission.schema import Mission
+from optuav.mission import Mission
 from optuav.network import vehicle
 from optuav.network.network import Network, build_network
 from optuav.network.places import HOVER

@@ -12,8 +12,8 @@ import numpy as np
 
 from optuav.arrays import Booleans, Floats
 from optuav.errors import Fault, InputError
-from optuav.mission.schema import Mission
-from optuav.mission.words import shown
+from optuav.mission import Mission
+from optuav.mission.messages import shown
 from optuav.network.legs import Legs
 from optuav.network.network import Network, build_network
 from optuav.network.places import DESTINATION, ENDS, HOVER, ORIGIN, Places

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from optuav.arrays import Booleans, Floats, Integers
-from optuav.mission.schema import Mission
+from optuav.mission import Mission
 from optuav.network import vehicle
 from optuav.network.obstacles import CLEAR, Prisms, crossed
 from optuav.network.places import DESTINATION, FIRST_BUILDING, HOVER, ORIGIN, Places

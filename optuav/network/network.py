@@ -8,7 +8,7 @@ from typing import Literal
 import numpy as np
 
 from optuav.arrays import Integers
-from optuav.mission.schema import Mission
+from optuav.mission import Mission
 from optuav.network.legs import Legs, build_legs, one_stop_legs
 from optuav.network.obstacles import prisms
 from optuav.network.places import Places, build_places

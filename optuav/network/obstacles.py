@@ -11,9 +11,8 @@ from typing import Any, TypeAlias
 import numpy as np
 
 from optuav.arrays import Floats, Integers
-from optuav.mission.quantities import Footprint, RoofPosition
-from optuav.mission.schema import Mission
-from optuav.mission.sections import Building
+from optuav.mission import Mission
+from optuav.mission.schema import Building, Footprint, RoofPosition
 
 MARGIN_M = 1e-6
 """How far walls and roofs are moved inwards [m], so that to graze a building is not to cross it."""

@@ -8,7 +8,7 @@ from typing import Literal, NamedTuple
 
 import numpy as np
 
-from optuav.mission.schema import Mission
+from optuav.mission import Mission
 from optuav.network import vehicle
 from optuav.network.network import Network
 from optuav.network.places import FIRST_BUILDING, HOVER

@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from optuav.mission.schema import Mission
+from optuav.mission import Mission
 from optuav.physics import flight, kibam, laser, link, rotor
 from optuav.physics.flight import Loads, regime_leg
 from optuav.physics.quantity import Quantity, Vector, norm

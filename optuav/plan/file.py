@@ -13,8 +13,8 @@ from pydantic_core import ErrorDetails
 from optuav.errors import Fault, InputError
 from optuav.mission import Mission
 from optuav.mission.files import label, read_text, write_text
-from optuav.mission.quantities import short
-from optuav.mission.words import safe_name, shown
+from optuav.mission.messages import safe_name, shown
+from optuav.mission.schema import short
 from optuav.plan.plan import Plan
 
 SCHEMA = 1

@@ -10,7 +10,7 @@ from pydantic import StrictBool, model_validator
 
 from optuav.errors import NoPlanError
 from optuav.mission import Mission
-from optuav.mission.quantities import Slot
+from optuav.mission.schema import Slot
 from optuav.network.places import ENDS
 from optuav.plan.phases import Kind, Number, Phase, Record, Stop
 from optuav.plan.wells import overfull_s, runs_dry_s

@@ -7,7 +7,7 @@ import textwrap
 import unicodedata
 from collections.abc import Iterator
 
-from optuav.mission.words import counted_in, printable
+from optuav.mission.messages import counted_in, printable
 from optuav.network import vehicle
 from optuav.plan.phases import Phase
 from optuav.plan.plan import Plan

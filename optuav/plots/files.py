@@ -11,7 +11,7 @@ from optuav.calibration.fit import Fit
 from optuav.errors import Fault, InputError
 from optuav.mission import Mission
 from optuav.mission.files import make_directory, write_bytes
-from optuav.mission.words import shown
+from optuav.mission.messages import shown
 from optuav.plan import Phase, Plan
 
 if TYPE_CHECKING:

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from optuav.errors import Fault, InputError
-from optuav.mission.words import nearest, number
+from optuav.mission.messages import nearest, number
 from optuav.modelling import Parameter
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from optuav.engines.ranges import cut_short
-from optuav.mission.words import written_out
+from optuav.mission.messages import written_out
 from optuav.modelling import Model
 from optuav.network.network import Network
 from optuav.solving.planning import Part

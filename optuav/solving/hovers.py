@@ -13,7 +13,7 @@ from optuav.arrays import Booleans, Floats
 from optuav.engines.bracketing import largest, shortest
 from optuav.engines.sweeping import WIDTH_S
 from optuav.errors import Fault, InputError
-from optuav.mission.quantities import Number
+from optuav.mission.schema import Number
 from optuav.physics import kibam
 from optuav.solving.hover_rows import Legs, alike, hover_rows
 

@@ -13,7 +13,7 @@ from formulations.quantities import Quantities
 from optuav.arrays import Integers
 from optuav.engines.solution import Solution
 from optuav.errors import Fault, InputError
-from optuav.mission.words import written_out
+from optuav.mission.messages import written_out
 from optuav.modelling import Constraint, Model, evaluate
 from optuav.modelling.check import evaluated, relations
 from optuav.modelling.classify import traits

@@ -16,8 +16,8 @@ from formulations.perspectives import AVAILABLE, PAPER, PERSPECTIVES
 from optuav.engines.capabilities import ENGINES
 from optuav.errors import Fault, InputError
 from optuav.mission import Mission
-from optuav.mission.quantities import SLOT, Number
-from optuav.mission.words import nearest, shown
+from optuav.mission.messages import nearest, shown
+from optuav.mission.schema import SLOT, Number
 from optuav.network.network import TRAJECTORIES, Trajectory
 from optuav.network.routes import ORDERS, Order
 

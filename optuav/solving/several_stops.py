@@ -13,8 +13,8 @@ import numpy as np
 from formulations.available import LABELS
 from formulations.perspectives import PAPER
 from optuav.errors import Fault, InputError, SolverError
-from optuav.mission.quantities import Number
-from optuav.mission.words import shown
+from optuav.mission.messages import shown
+from optuav.mission.schema import Number
 from optuav.network import vehicle
 from optuav.network.feasibility import never_flyable
 from optuav.network.network import Network

@@ -10,7 +10,7 @@ from formulations.formulation import Formulation
 from formulations.perspectives import AVAILABLE
 from optuav.errors import Fault, InputError
 from optuav.mission import Mission, load
-from optuav.mission.words import shown
+from optuav.mission.messages import shown
 from optuav.plan import Plan
 from optuav.solving.declaring import declared_program, work_out
 from optuav.solving.free_hover import free_program

@@ -16,8 +16,8 @@ from optuav.engines.capabilities import ENGINES
 from optuav.errors import Fault, InputError
 from optuav.judge.tolerance import TOLERANCE
 from optuav.mission import Mission, load
-from optuav.mission.quantities import SLOT, Number
-from optuav.mission.words import counted_in, shown
+from optuav.mission.messages import counted_in, shown
+from optuav.mission.schema import SLOT, Number
 from optuav.physics.packs import SCHEDULES
 from optuav.plan import Plan
 from optuav.solving import solve

@@ -17,8 +17,8 @@ from optuav.engines import bracket, closed_form
 from optuav.engines.sensitivity import ShadowPrice
 from optuav.errors import Fault, InputError
 from optuav.mission import Mission, load
-from optuav.mission.quantities import Number
-from optuav.mission.words import nearest, shown
+from optuav.mission.messages import nearest, shown
+from optuav.mission.schema import Number
 from optuav.plan import Plan
 from optuav.solving import solve
 from optuav.studies.results import Results, Row, fixed, plain_table

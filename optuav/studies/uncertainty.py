@@ -20,8 +20,8 @@ from optuav.diagnosis.keys import Key, keys
 from optuav.errors import Fault, InputError
 from optuav.mission import Mission
 from optuav.mission.files import label, read_text, refusal
-from optuav.mission.sections import SECTIONS
-from optuav.mission.words import nearest, shown
+from optuav.mission.messages import nearest, shown
+from optuav.mission.schema import SECTIONS
 from optuav.modelling.check import evaluated
 from optuav.network import vehicle
 from optuav.network.places import ENDS, HOVER

@@ -9,7 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import optuav
-from optuav.mission.datasheet import Datasheet
+from optuav.mission.template import Datasheet
 
 KNOWN: dict[str, Any] = {
     "mass_kg": 4.0,

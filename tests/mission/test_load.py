@@ -591,12 +591,6 @@ def test_saving_follows_a_link(tmp_path: Path, paper: Mission) -> None:
 # For editors
 
 
-def test_the_json_schema_file_is_up_to_date() -> None:
-    """Write `json.dumps(optuav.json_schema(), indent=2, ensure_ascii=False)` to the file if not."""
-    stored = json.loads((PACKAGE / "mission.schema.json").read_text("utf-8"))
-    assert stored == json_schema()
-
-
 def test_the_json_schema_knows_what_files_may_state() -> None:
     """Both flow rates, extends, and no more requirements than a file that extends has."""
     schema = json_schema()

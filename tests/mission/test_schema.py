@@ -6,7 +6,7 @@ import copy
 import math
 import pickle
 from pathlib import Path
-from typing import Any
+from typing import Any, get_args
 
 import pytest
 from hypothesis import given
@@ -15,8 +15,9 @@ from pydantic import ValidationError
 
 import optuav.mission
 from optuav.errors import InputError
-from optuav.mission import Mission, load
-from optuav.mission.sections import Battery, Building, Laser, RegimeFlight, Route
+from optuav.mission import Mission, load, schema
+from optuav.mission.schema import Battery, Building, Laser, RegimeFlight, Route
+from optuav.physics import charging, packs
 from tests.mission.strategies import documents, missions
 
 NOT_NUMBERS = [math.nan, math.inf, -math.inf, "1", True, [1], {}, 10**400, b"1", 1j]
@@ -551,3 +552,9 @@ def test_every_key_is_explained() -> None:
 def test_shipped_directory_holds_missions_only() -> None:
     directory = Path(optuav.mission.__file__).parent / "shipped"
     assert {path.suffix for path in directory.iterdir()} == {".toml"}
+
+
+def test_schedules_and_charging_have_the_names_of_the_physics() -> None:
+    """Stated twice, so that reading a mission imports no NumPy."""
+    assert get_args(schema.Schedule) == get_args(packs.Schedule)
+    assert get_args(schema.Charging) == get_args(charging.Charging)

@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 
 import optuav
 from optuav.mission import Mission
-from optuav.mission.sections import Building
+from optuav.mission.schema import Building
 from optuav.network import obstacles as sight
 from optuav.network.network import build_network
 from optuav.network.obstacles import CLEAR, crossed, outline_m, prisms

@@ -7,7 +7,7 @@ from collections.abc import Callable, Collection, Iterator, Mapping
 from dataclasses import dataclass
 
 from optuav.errors import Fault, InputError
-from optuav.mission.words import nearest
+from optuav.mission.messages import nearest
 from optuav.paper.ledger import (
     battery_size,
     charging,

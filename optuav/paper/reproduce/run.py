@@ -8,7 +8,7 @@ from pathlib import Path
 from optuav.errors import Fault, InputError
 from optuav.mission import Mission, load
 from optuav.mission.files import make_directory, write_bytes
-from optuav.mission.words import nearest
+from optuav.mission.messages import nearest
 from optuav.paper.ledger import Ledger, ledger
 from optuav.paper.reproduce.battery_size import battery_size
 from optuav.paper.reproduce.charging import charging

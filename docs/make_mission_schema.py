@@ -1,14 +1,20 @@
-"""The format of a mission file as JSON Schema, for editors that complete and check TOML."""
+"""Writes optuav/mission/mission.schema.json from the models of a mission.
+
+Run it where a key changes: ``python docs/make_mission_schema.py``; a test compares.
+"""
 
 from __future__ import annotations
 
+import json
+from pathlib import Path
 from typing import Any
 
 from pydantic import BaseModel
 
-from optuav.mission.quantities import RATE_PER_MINUTE
-from optuav.mission.schema import Mission
-from optuav.mission.sections import CONVERSIONS, SCHEMA, SECTIONS, RegimeFlight
+from optuav.mission import Mission
+from optuav.mission.schema import CONVERSIONS, RATE_PER_MINUTE, SCHEMA, SECTIONS, RegimeFlight
+
+FILE = Path(__file__).parents[1] / "optuav" / "mission" / "mission.schema.json"
 
 _TWINS = {
     "battery": ("flow_rate_per_s", "flow_rate_per_min"),
@@ -19,24 +25,7 @@ _ALTERNATIVES = {*CONVERSIONS[810], *(key for twins in _TWINS.values() for key i
 
 
 def json_schema() -> dict[str, Any]:
-    """JSON Schema (draft 7) of the files that `load` reads.
-
-    A file without ``extends`` has to state what a mission needs, one with it needs no more than
-    ``schema``. Rules between values (names, footprints, altitudes, loads of the flight models)
-    are left to `load`.
-
-    Returns
-    -------
-    dict
-        The schema as plain data.
-
-    Examples
-    --------
-    >>> import optuav
-    >>> schema = optuav.json_schema()
-    >>> schema["definitions"]["Limits"]["properties"]["deadline_s"]["maximum"]
-    10000000.0
-    """
+    """The schema that `optuav.json_schema` describes."""
     generated = _plain(Mission.model_json_schema(ref_template="#/definitions/{model}"))
     definitions: dict[str, Any] = generated["$defs"]
     for name, definition in definitions.items():
@@ -116,3 +105,7 @@ def _plain(node: Any) -> Any:
         node["items"] = node.pop("prefixItems")
     dropped = {"title", *({"default"} if node.get("default") is None else ())}
     return {key: _plain(value) for key, value in node.items() if key not in dropped}
+
+
+if __name__ == "__main__":
+    FILE.write_text(json.dumps(json_schema(), indent=2) + "\n", "utf-8")
