@@ -2,46 +2,47 @@
 
 from __future__ import annotations
 
+import io
 import itertools
 from collections.abc import Callable
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
-from matplotlib.animation import FuncAnimation
+import numpy.typing as npt
+from matplotlib.animation import AbstractMovieWriter, FuncAnimation
 from matplotlib.artist import Artist
 from matplotlib.axes import Axes
+from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
+from PIL import Image
 
 from optuav.plan.trace import Trace
-from optuav.plots.bands import NAMES_PT, draw_bands, swatch
-from optuav.plots.charge import Course
+from optuav.plots import style
+from optuav.plots.bands import NAMES_PT, draw_bands, swatches
+from optuav.plots.charge import Course, draw_wells
 from optuav.plots.labels import Label, place, settle
-from optuav.plots.moving import drawn
-from optuav.plots.replayed import Replayed, trace_bands
-from optuav.plots.scene import Scene, draw_plan_view, drawn_sight_lines, scene, scenery_labels
-from optuav.plots.style import (
-    BLACK,
-    BLUE,
-    GREY,
-    KINDS,
-    ORANGE,
-    SKY,
-    VERMILLION,
-    group_thousands,
-    page,
-    printed,
-    styled,
+from optuav.plots.profiles import Replayed, timed, trace_bands
+from optuav.plots.scene import (
+    Scene,
+    draw_plan_view,
+    drawn_sight_lines,
+    scene,
+    scenery_labels,
+    stop_look,
 )
-from optuav.plots.ways import stop_look
-from optuav.plots.well_bands import draw_wells
+from optuav.plots.style import BLACK, BLUE, GREEN, GREY, ORANGE, PURPLE, SKY, VERMILLION
 
 FRAMES, FRAMES_PER_S = 120, 10
-"""Moments that are shown, evenly over the mission, and how many a second."""
+"""Number of moments that are shown, evenly over the mission, and how many a second."""
 HELD = 20
 """Frames for which the end is held."""
 DOTS_PER_INCH = 100
+COLOURS = 256
+PALETTE = (BLACK, ORANGE, SKY, GREEN, BLUE, VERMILLION, PURPLE, GREY)
+"""Colours that stay as they are in a GIF, however little of the picture they fill."""
 
 
 def animate(replayed: Replayed) -> FuncAnimation:
@@ -63,14 +64,19 @@ def animate(replayed: Replayed) -> FuncAnimation:
     ------
     NoPlanError
         If nothing is flown.
+
+    Examples
+    --------
+    >>> moving = optuav.plots.animate(optuav.replay(optuav.solve("paper", "P3")))
+    >>> moving.save("flight.gif")  # doctest: +SKIP
     """
     end_s = float(replayed.trace.time_s[-1])
-    with styled():
+    with style.applied():
         still = _still(replayed)
-        figure = page(*still.get_size_inches())
+        figure = style.page(*reversed(still.get_size_inches()))
         figure.set_layout_engine("none")
         figure.set_dpi(DOTS_PER_INCH)
-        figure.figimage(drawn(still), zorder=-1)  # what does not move is drawn once
+        figure.figimage(_image(still), zorder=-1)  # what does not move is drawn once
         left, right = (_over(figure, ax) for ax in still.axes[:2])
         moving = _moving(left, right, replayed)
     moments_s = [*np.linspace(0.0, end_s, FRAMES).tolist(), *itertools.repeat(end_s, HELD)]
@@ -80,7 +86,7 @@ def animate(replayed: Replayed) -> FuncAnimation:
 
 
 def _over(figure: Figure, ax: Axes) -> Axes:
-    """Axes that show nothing of themselves, where others lie in a figure of the same size."""
+    """Empty axes, where others lie in a figure of the same size."""
     over = figure.add_axes(ax.get_position().bounds)
     over.set(xlim=ax.get_xlim(), ylim=ax.get_ylim(), xticks=[], yticks=[])
     over.set_axis_off()
@@ -90,18 +96,24 @@ def _over(figure: Figure, ax: Axes) -> Axes:
 def _still(replayed: Replayed) -> Figure:
     """All that does not move: the map on the left, the wells over the mission on the right."""
     trace = replayed.trace
-    figure = page(7.6, 3.8)
+    figure = style.page(3.8, 7.6)
     figure.set_dpi(DOTS_PER_INCH)
     left, right = figure.subplots(1, 2, width_ratios=(1.0, 1.0))
     lived = Course(trace.time_s, trace.available_As.sum(axis=1), trace.bound_As.sum(axis=1))
     draw_wells(right, replayed.mission, lived)
-    right.set(xlim=(0.0, trace.time_s[-1] or 1.0), xlabel="time since take-off $t$ [s]")
+    right.set(xlim=(0.0, trace.time_s[-1] or 1.0), xlabel=style.TIME)
     right.set_title(" ", pad=NAMES_PT)
     left.set_title(" ")
     shown = scene(replayed.mission)
     _draw_map(left, shown, trace)
-    group_thousands(left, right)
-    figure.legend(handles=_entries(trace), loc="outside lower center", ncols=7)
+    style.group_thousands(left, right)
+    entries = [
+        Line2D([], [], color=ORANGE, linewidth=1.6, label="power from the laser"),
+        Patch(color=BLUE, linewidth=0.0, label="available $y_1$"),
+        Patch(color=SKY, linewidth=0.0, label="bound $y_2$"),
+        *swatches(trace.kind),
+    ]
+    figure.legend(handles=entries, loc="outside lower center", ncols=7)
     settle(left)
     _name_places(left, shown, trace)
     draw_bands([right], list(trace_bands(trace)))
@@ -112,7 +124,7 @@ def _still(replayed: Replayed) -> Figure:
 def _draw_map(ax: Axes, shown: Scene, trace: Trace) -> None:
     draw_plan_view(ax, shown)
     x, y, _ = trace.position_m.T
-    ax.plot(x, y, color=GREY, linewidth=0.8, linestyle=(0.0, (4.0, 2.0)), zorder=3)
+    ax.plot(x, y, color=GREY, linewidth=0.8, linestyle=style.DASHED, zorder=3)
     for number in np.unique(trace.phase):
         first = int(np.argmax(trace.phase == number))
         if trace.kind[first] != "flight":
@@ -122,11 +134,13 @@ def _draw_map(ax: Axes, shown: Scene, trace: Trace) -> None:
 
 
 def _name_places(ax: Axes, shown: Scene, trace: Trace) -> None:
-    """Names without symbols, for which a small map has no room."""
+    """Write names without symbols, for which a small map has no room."""
     x, y, _ = trace.position_m.T
     reached = [int(np.flatnonzero(trace.phase == number)[-1]) for number in np.unique(trace.phase)]
     named = {str(trace.start_place[0]): 0, **{str(trace.end_place[at]): at for at in reached}}
-    labels = [Label(printed(name), (float(x[at]), float(y[at]))) for name, at in named.items()]
+    labels = [
+        Label(style.printed(name), (float(x[at]), float(y[at]))) for name, at in named.items()
+    ]
     written = {label.at for label in labels}
     labels += [
         replace(label, text=label.text.partition(" $")[0])
@@ -137,7 +151,7 @@ def _name_places(ax: Axes, shown: Scene, trace: Trace) -> None:
 
 
 def _moving(left: Axes, right: Axes, replayed: Replayed) -> Callable[[float], list[Artist]]:
-    """What draws a moment [s]."""
+    """A function that draws a moment [s]."""
     trace, laser = replayed.trace, replayed.mission.laser
     end_s = float(trace.time_s[-1])
     (trail,) = left.plot([], [], color=BLUE, linewidth=1.6)
@@ -147,7 +161,7 @@ def _moving(left: Axes, right: Axes, replayed: Replayed) -> Callable[[float], li
     (now,) = right.plot([], [], color=BLACK, linewidth=0.8)
     clock = left.set_title("", y=1.0)
     verdict = right.set_title("", y=1.0, pad=NAMES_PT, color=VERMILLION)
-    timed = [event for event in replayed.violations if event.kind != "mismatch"]
+    events, name = timed(replayed), style.printed(replayed.mission.name)
 
     def show(moment_s: float) -> list[Artist]:
         at = max(0, int(np.searchsorted(trace.time_s, moment_s, side="right")) - 1)
@@ -155,25 +169,61 @@ def _moving(left: Axes, right: Axes, replayed: Replayed) -> Callable[[float], li
         trail.set_data(*np.concatenate([trace.position_m[: at + 1, :2], [here]]).T)
         lit = laser is not None and trace.received_power_W[at] > 0.0
         beam.set_data(*np.array([laser.position_m[:2], here]).T if laser and lit else ([], []))
-        past = [event for event in timed if event.time_s <= moment_s]
+        past = [event for event in events if event.time_s <= moment_s]
         craft.set_data(here[:1], here[1:])
         craft.set_markerfacecolor(VERMILLION if past else BLACK)
         veil.set_bounds(moment_s, 0.0, end_s - moment_s, 1.0)
         now.set_data([moment_s, moment_s], right.get_ylim())
-        clock.set_text(
-            f"{printed(replayed.mission.name)}, $t$ = {moment_s:.0f} s: {trace.kind[at]}"
-        )
+        clock.set_text(f"{name}, $t$ = {moment_s:.0f} s: {trace.kind[at]}")
         verdict.set_text(", ".join(f"{each.kind} at {each.time_s:.1f} s" for each in past[:2]))
         return [trail, beam, craft, veil, now, clock, verdict]
 
     return show
 
 
-def _entries(trace: Trace) -> list[Artist]:
-    kinds = dict.fromkeys(str(kind) for kind in trace.kind)
-    return [
-        Line2D([], [], color=ORANGE, linewidth=1.6, label="power from the laser"),
-        Patch(color=BLUE, linewidth=0.0, label="available $y_1$"),
-        Patch(color=SKY, linewidth=0.0, label="bound $y_2$"),
-        *(swatch(KINDS[kind], kind) for kind in kinds),
-    ]
+def _image(figure: Figure) -> npt.NDArray[np.uint8]:
+    """A figure that is laid out as an image (row, column, colour)."""
+    before = figure.canvas
+    canvas: Any = FigureCanvasAgg(figure)
+    canvas.draw()
+    figure.set_canvas(before)  # an animation draws on the figure's canvas too: once is enough
+    return np.array(canvas.buffer_rgba())
+
+
+class GifWriter(AbstractMovieWriter):
+    """Makes a GIF in memory, small because all frames share one palette.
+
+    Where nothing moves, frames stay the same; those of matplotlib's own writer do not.
+
+    Parameters
+    ----------
+    fps
+        Frames a second.
+    """
+
+    content = b""
+
+    def setup(self, fig: Figure, outfile: object, dpi: float | None = None) -> None:
+        """Begin; nothing is written to the file."""
+        self.figure, self.frames = fig, list[Image.Image]()
+
+    def grab_frame(self, **_: object) -> None:
+        """Keep the figure as it is now."""
+        self.frames.append(Image.fromarray(_image(self.figure)).convert("RGB"))
+
+    def finish(self) -> None:
+        """Put the frames together, in the colours of three of them and of the palette."""
+        samples = [self.frames[at] for at in (0, len(self.frames) // 2, -1)]
+        width, height = samples[0].size
+        samples += [Image.new("RGB", (width, height // 8), colour) for colour in PALETTE]
+        sheet = Image.new("RGB", (width, sum(each.height for each in samples)))
+        tops = itertools.accumulate((each.height for each in samples), initial=0)
+        for top, each in zip(tops, samples, strict=False):
+            sheet.paste(each, (0, top))
+        palette = sheet.quantize(COLOURS)
+        first, *rest = (
+            each.quantize(palette=palette, dither=Image.Dither.NONE) for each in self.frames
+        )
+        file, duration_ms = io.BytesIO(), round(1000 / self.fps)
+        first.save(file, "GIF", save_all=True, append_images=rest, duration=duration_ms, loop=0)
+        self.content = file.getvalue()

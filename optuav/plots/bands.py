@@ -1,31 +1,54 @@
-"""Coloured bands over stretches of time, named above the axes where there is room."""
+"""Bands that colour the phases of a plan, and panels over its time."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from typing import NamedTuple
 
+from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.patches import Patch
+
+from optuav.errors import InputError
+from optuav.plan import Plan
+from optuav.plots.labels import root
+from optuav.plots.style import KINDS, TIME, page, printed
 
 TINT = 0.15
 NAMES_PT = 16.0
 """Room for the names between axes and title [pt]."""
+MOST = 7
+"""Largest number of entries side by side in a legend."""
 
 
 class Band(NamedTuple):
-    """A stretch of time [s], and words for it, the first that fits being taken."""
+    """A stretch of time [s], and names for it, of which the first that fits is written."""
 
     begin_s: float
     end_s: float
     colour: str
-    words: tuple[str, ...]
+    names: tuple[str, ...]
+
+
+def phase_band(kind: str, place: str, begin_s: float, end_s: float) -> Band:
+    """The band of a phase; that of a rest names its place where there is room."""
+    names = (f"rest, {printed(place)}", kind) if kind == "rest" else (kind,)
+    return Band(begin_s, end_s, KINDS[kind], names)
+
+
+def plan_bands(plan: Plan) -> list[Band]:
+    """The bands of the phases of a plan that take time."""
+    return [
+        phase_band(each.kind, each.end_place, each.start_s, each.end_s)
+        for each in plan.phases
+        if each.duration_s > 0.0
+    ]
 
 
 def draw_bands(axes: Sequence[Axes], bands: Sequence[Band]) -> None:
-    """Draw bands on axes that share their time; name them above the first.
+    """Draw bands on axes that share their time, with names above the first.
 
-    Their limits are final, and their place is settled.
+    The limits of the axes are final, and their place is settled.
     """
     for band in bands:
         for ax in axes:
@@ -34,9 +57,9 @@ def draw_bands(axes: Sequence[Axes], bands: Sequence[Band]) -> None:
     for band in bands:
         ends = [(band.begin_s, 0.0), (band.end_s, 0.0)]
         left, right = top.transData.transform(ends)[:, 0]
-        for words in band.words:
+        for name in band.names:
             text = top.annotate(
-                words,
+                name,
                 (0.5 * (band.begin_s + band.end_s), 1.0),
                 (0.0, 3.0),
                 xycoords=("data", "axes fraction"),
@@ -52,5 +75,45 @@ def draw_bands(axes: Sequence[Axes], bands: Sequence[Band]) -> None:
 
 
 def swatch(colour: str, label: str) -> Patch:
-    """What a legend shows for a band."""
+    """The entry of a band in a legend."""
     return Patch(color=colour, alpha=2.0 * TINT, linewidth=0.0, label=label)
+
+
+def swatches(kinds: Iterable[str]) -> list[Patch]:
+    """The entries of the kinds of phases that occur."""
+    return [swatch(KINDS[kind], kind) for kind in dict.fromkeys(map(str, kinds))]
+
+
+def legend_under(ax: Axes, distance: float, handles: Sequence[Artist]) -> None:
+    """Put a legend under axes, at a distance as a share of their height."""
+    corner = (0.5, -distance)
+    ax.legend(
+        handles=handles, loc="upper center", bbox_to_anchor=corner, ncols=6, columnspacing=1.4
+    )
+
+
+def panels(plans: Sequence[Plan], axes: Sequence[Axes] | None, height_in: float) -> Sequence[Axes]:
+    """Axes for plans over the time of the longest: those given, or of a height [inch] on a page.
+
+    Raises
+    ------
+    InputError
+        If there is no plan to draw, or the number of axes is not that of the plans.
+    """
+    if not plans or (axes is not None and len(axes) != len(plans)):
+        raise InputError("one plan at least, and as many axes as plans")
+    if axes is None:
+        figure = page(0.7 + height_in * len(plans))
+        axes = list(figure.subplots(len(plans), 1, sharex=True, squeeze=False)[:, 0])
+    end_s = max(plan.mission_time_s for plan in plans)
+    for ax in axes:
+        ax.set_xlim(0.0, end_s or 1.0)
+    axes[-1].set_xlabel(TIME)
+    return axes
+
+
+def legend_below(ax: Axes, handles: Sequence[Artist], plans: Sequence[Plan]) -> None:
+    """Put a legend below all panels: what is drawn, and the kinds of phases that occur."""
+    kinds = (phase.kind for plan in plans for phase in plan.phases)
+    entries = [*handles, *swatches(kinds)]
+    root(ax).legend(handles=entries, loc="outside lower center", ncols=min(len(entries), MOST))

@@ -1,37 +1,44 @@
-"""The battery over a plan: both wells, and the current that fills or drains them."""
+"""The wells of the battery over plans: as curves, as bands, and as tanks."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import math
+from collections.abc import Iterator, Sequence
 from typing import NamedTuple
 
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.lines import Line2D
+from matplotlib.patches import Patch, Rectangle
 
 from optuav.arrays import Floats
+from optuav.mission import Mission
 from optuav.network import vehicle
 from optuav.physics.charging import STEPS
 from optuav.physics.kibam import Battery, Stage, Wells
-from optuav.plan import Phase as Planned
 from optuav.plan import Plan
-from optuav.plots.bands import NAMES_PT, Band, draw_bands, swatch
-from optuav.plots.labels import Label, place, settle
-from optuav.plots.style import (
-    BLACK,
-    BLUE,
-    KINDS,
-    SKY,
-    VERMILLION,
-    group_thousands,
-    margins,
-    need_panels,
-    page,
-    printed,
-    styled,
+from optuav.plots import style
+from optuav.plots.bands import (
+    NAMES_PT,
+    draw_bands,
+    legend_below,
+    legend_under,
+    panels,
+    plan_bands,
+    swatches,
 )
+from optuav.plots.labels import mark, settle
+from optuav.plots.style import BLACK, BLUE, GREY, SKY, VERMILLION
 
 POINTS_PER_STAGE = 65
+FADED = 0.6
+"""Share of white over what follows the moment at which the battery is empty."""
+FILLS, FADE = 1.5, 2.0
+"""Heights of layers, above the bands of the phases."""
+HATCH = "//////"
+PIPE = 0.12
+"""Distance of the tanks, as a share of both their widths."""
+MOST_IN_A_ROW = 3
 
 
 class BatteryAxes(NamedTuple):
@@ -48,48 +55,18 @@ class Course(NamedTuple):
     available_As: Floats
     bound_As: Floats
 
+    @property
+    def total_As(self) -> Floats:
+        """Charge in both wells [A s]."""
+        return self.available_As + self.bound_As
 
-def battery(plan: Plan, axes: BatteryAxes | None = None) -> BatteryAxes:
-    """Draw the charge in both wells of the pooled battery and the current, over time.
 
-    The wells follow the kinetic battery model through every stage of constant current. Levels of
-    the full and the empty wells are marked, and the moments at which the available well runs dry
-    or is driven past full.
+class Moment(NamedTuple):
+    """Fill of the wells at a moment [-]: charge over that of the full well."""
 
-    Parameters
-    ----------
-    plan
-        A plan that exists.
-    axes
-        Where to draw; on a page of its own by default.
-
-    Raises
-    ------
-    NoPlanError
-        If there is no plan.
-    """
-    end_s = plan.mission_time_s
-    need_panels(axes, BatteryAxes)
-    with styled():
-        if axes is None:
-            top, bottom = page(7.2, 4.6).subplots(2, 1, sharex=True, height_ratios=(2.2, 1.0))
-            axes = BatteryAxes(top, bottom)
-        pool = vehicle.pool(plan.mission)
-        lived = course(pool, plan)
-        _draw_wells(axes.wells, pool, lived)
-        _draw_current(axes.current, lived)
-        for ax in axes:
-            ax.set_xlim(0.0, end_s or 1.0)
-        group_thousands(*axes)
-        axes.current.set_xlabel("time since take-off $t$ [s]")
-        left = 100.0 * (lived.available_As[-1] + lived.bound_As[-1]) / pool.capacity_As
-        heading = f"{printed(plan.mission.name)}: battery, $η_1$ = {left:.1f} % at the end"
-        axes.wells.set_title(heading, pad=NAMES_PT)
-        _legend(axes, plan)
-        settle(axes.wells)
-        draw_bands(axes, [phase_band(phase) for phase in plan.phases if phase.duration_s > 0.0])
-        _mark_moments(axes.wells, plan, pool, lived)
-    return axes
+    words: str
+    available: float
+    bound: float
 
 
 def course(pool: Battery, plan: Plan) -> Course:
@@ -108,89 +85,294 @@ def course(pool: Battery, plan: Plan) -> Course:
     return Course(*map(np.concatenate, (times, available, bound)))
 
 
-def _draw_wells(ax: Axes, pool: Battery, lived: Course) -> None:
+def moments(plan: Plan) -> list[Moment]:
+    """The full battery, and the wells at the end of every phase that takes time."""
+    full = vehicle.pool(plan.mission).full
+    return [
+        Moment("full, at take-off", 1.0, 1.0),
+        *(
+            Moment(
+                f"after {phase.kind}, {phase.end_s:.0f} s",
+                sum(phase.available_As) / float(full.available_As),
+                sum(phase.bound_As) / float(full.bound_As),
+            )
+            for phase in plan.phases
+            if phase.duration_s > 0.0
+        ),
+    ]
+
+
+def battery(plan: Plan, axes: BatteryAxes | None = None) -> BatteryAxes:
+    """Draw the charge in both wells of the pooled battery and the current, over time.
+
+    The wells follow the kinetic battery model (KiBaM) through every stage of constant current.
+    Levels of the full and the empty wells are marked, and the moments at which the available well
+    runs dry or is driven past full.
+
+    Parameters
+    ----------
+    plan
+        A plan that exists.
+    axes
+        Where to draw; on a page of its own by default.
+
+    Returns
+    -------
+    The axes, with charge in A s and current in A over time in s.
+
+    Raises
+    ------
+    NoPlanError
+        If there is no plan.
+    InputError
+        If the axes are not `BatteryAxes`.
+
+    Examples
+    --------
+    >>> plan = optuav.solve("paper", "P3")
+    >>> optuav.plots.battery(plan).current.get_xlabel()
+    'time since take-off $t$ [s]'
+    """
+    end_s = plan.mission_time_s
+    style.need_panels(axes, BatteryAxes)
+    with style.applied():
+        axes = axes or BatteryAxes(
+            *style.page(4.6).subplots(2, 1, sharex=True, height_ratios=(2.2, 1.0))
+        )
+        pool = vehicle.pool(plan.mission)
+        lived = course(pool, plan)
+        _draw_curves(axes.wells, pool, lived)
+        _draw_current(axes.current, lived)
+        for ax in axes:
+            ax.set_xlim(0.0, end_s or 1.0)
+        style.group_thousands(*axes)
+        axes.current.set_xlabel(style.TIME)
+        left = 100.0 * lived.total_As[-1] / pool.capacity_As
+        heading = f"{style.printed(plan.mission.name)}: battery, $η_1$ = {left:.1f} % at the end"
+        axes.wells.set_title(heading, pad=NAMES_PT)
+        entries = [
+            Line2D([], [], color=BLACK, linewidth=0.8, label="total $y_1 + y_2$"),
+            Line2D([], [], color=BLUE, label="available well $y_1$"),
+            Line2D([], [], color=SKY, label="bound well $y_2$"),
+            *swatches(phase.kind for phase in plan.phases),
+        ]
+        legend_under(axes.current, 0.36, entries)
+        settle(axes.wells)
+        draw_bands(axes, plan_bands(plan))
+        end = (float(lived.time_s[-1]), float(lived.total_As[-1]))
+        axes.wells.plot(*end, "o", color=BLACK, markersize=3.0, clip_on=False, zorder=5)
+        events = [
+            (f"{words} at {moment_s:.1f} s", moment_s, float(level_As))
+            for words, moment_s, level_As in (
+                ("runs dry", plan.runs_dry_s, 0.0),
+                ("driven past full", plan.overfull_s, pool.full.available_As),
+            )
+            if moment_s is not None
+        ]
+        curves = [np.stack([lived.time_s, y], axis=1) for y in (*lived[1:], lived.total_As)]
+        levels = [[(0.0, y), (end_s, y)] for y in (0.0, *pool.full)]
+        mark(axes.wells, events, curves, levels)
+    return axes
+
+
+def _draw_curves(ax: Axes, pool: Battery, lived: Course) -> None:
     time_s, available_As, bound_As = lived
-    full = pool.full
-    low, high = margins([0.0, *available_As, *(available_As + bound_As), pool.capacity_As], 0.06, 0)
+    levels_As = [0.0, *available_As, *lived.total_As, pool.capacity_As]
+    low, high = style.margins(levels_As, 0.06, 0)
     ax.axhspan(low, 0.0, facecolor="none", hatch="////", edgecolor=f"{VERMILLION}80", linewidth=0.0)
     ax.axhline(0.0, color=VERMILLION, linewidth=0.9)
-    for level_As, colour in ((full.available_As, BLUE), (full.bound_As, SKY)):
-        ax.axhline(level_As, color=colour, linewidth=0.8, linestyle=(0.0, (4.0, 2.0)))
-    ax.plot(time_s, available_As + bound_As, color=BLACK, linewidth=0.8)
+    for level_As, colour in zip(pool.full, (BLUE, SKY), strict=True):
+        ax.axhline(level_As, color=colour, linewidth=0.8, linestyle=style.DASHED)
+    ax.plot(time_s, lived.total_As, color=BLACK, linewidth=0.8)
     ax.plot(time_s, available_As, color=BLUE)
     ax.plot(time_s, bound_As, color=SKY)
     ax.set(ylim=(low, high), ylabel="charge in the wells [A s]")
-    levels = [
-        (0.0, "$y_1$ empty"),
-        (full.bound_As, "$y_2$ full: $(1-ω)B$"),
-        (full.available_As, "$y_1$ full: $ωB$"),
-    ]
-    _right_ticks(ax, levels)
-
-
-def _right_ticks(ax: Axes, levels: Sequence[tuple[float, str]]) -> None:
-    """Name levels at the right side; those too close for two lines share one."""
-    low, high = ax.get_ylim()
-    groups: list[tuple[float, str]] = []
-    for level, words in sorted(levels):
-        if groups and level - groups[-1][0] < 0.05 * (high - low):
-            groups[-1] = (groups[-1][0], f"{groups[-1][1]}, {words}")
-        else:
-            groups.append((level, words))
-    side = ax.secondary_yaxis("right")
-    side.set_yticks([level for level, _ in groups], [words for _, words in groups])
-    side.tick_params(length=0.0)
-    side.spines["right"].set_visible(False)
+    names = "$y_1$ empty", "$y_1$ full: $ωB$", "$y_2$ full: $(1-ω)B$"
+    style.name_levels(ax, zip((0.0, *map(float, pool.full)), names, strict=True))
 
 
 def _draw_current(ax: Axes, lived: Course) -> None:
-    """What the battery takes and gives, from what it holds: charging may taper."""
-    moments = np.flatnonzero(np.diff(lived.time_s, prepend=-1.0) > 0.0)
-    edges, total_As = lived.time_s[moments], (lived.available_As + lived.bound_As)[moments]
+    """Draw the current as the slope of the charge, as charging may taper."""
+    later = np.flatnonzero(np.diff(lived.time_s, prepend=-1.0) > 0.0)
+    edges, total_As = lived.time_s[later], lived.total_As[later]
     currents = np.diff(total_As) / np.diff(edges)
     ax.axhline(0.0, color=BLACK, linewidth=0.5)
     ax.stairs(currents, edges, color=BLACK, baseline=None, linewidth=1.1)
-    ax.set(ylim=margins([0.0, *currents], 0.12), ylabel="current into\nthe battery $I$ [A]")
+    ax.set(ylim=style.margins([0.0, *currents], 0.12), ylabel="current into\nthe battery $I$ [A]")
 
 
-def _legend(axes: BatteryAxes, plan: Plan) -> None:
-    lines = [
-        Line2D([], [], color=BLACK, linewidth=0.8, label="total $y_1 + y_2$"),
-        Line2D([], [], color=BLUE, label="available well $y_1$"),
-        Line2D([], [], color=SKY, label="bound well $y_2$"),
-    ]
-    kinds = dict.fromkeys(phase.kind for phase in plan.phases)
-    bands = [swatch(KINDS[kind], kind) for kind in kinds]
-    axes.current.legend(
-        handles=[*lines, *bands],
-        loc="upper center",
-        bbox_to_anchor=(0.5, -0.36),
-        ncols=6,
-        columnspacing=1.4,
+def wells(plans: Sequence[Plan], axes: Sequence[Axes] | None = None) -> Sequence[Axes]:
+    """Draw both wells of the pooled battery as bands over time, one panel a plan.
+
+    The available well lies on the bound one, so that it runs dry where its band closes; what the
+    plan takes after that is hatched, and all that follows fades, as it cannot be flown.
+
+    Parameters
+    ----------
+    plans
+        Plans that exist, usually of one mission in several perspectives.
+    axes
+        Where to draw, one a plan; on a page of their own by default.
+
+    Returns
+    -------
+    The axes, with charge in A s over time in s.
+
+    Raises
+    ------
+    InputError
+        If there is no plan to draw, or the number of axes is not that of the plans.
+    NoPlanError
+        If one of the plans does not exist.
+
+    Examples
+    --------
+    >>> plan = optuav.solve("paper", "P3", perspective="battery")
+    >>> (ax,) = optuav.plots.wells([plan])
+    >>> ax.get_title(loc="left")
+    'paper, perspective battery: hover $Δ$ = 688.85 s, cannot be flown'
+    """
+    with style.applied():
+        axes = panels(plans, axes, 2.0)
+        courses = [course(vehicle.pool(plan.mission), plan) for plan in plans]
+        for ax, plan, lived in zip(axes, plans, courses, strict=True):
+            draw_wells(ax, plan.mission, lived)
+            ax.set_title(_title(plan), pad=NAMES_PT)
+        style.group_thousands(*axes)
+        entries = [
+            Line2D([], [], color=BLACK, linewidth=0.9, label="total $y_1 + y_2$"),
+            Patch(color=BLUE, linewidth=0.0, label="available $y_1$"),
+            Patch(color=SKY, linewidth=0.0, label="bound $y_2$"),
+            Patch(fc="none", ec=VERMILLION, hatch=HATCH, linewidth=0.0, label="not there"),
+        ]
+        legend_below(axes[-1], entries, plans)
+        settle(axes[0])
+        for ax, plan, lived in zip(axes, plans, courses, strict=True):
+            draw_bands([ax], plan_bands(plan))
+            if plan.runs_dry_s is not None:
+                ax.axvline(plan.runs_dry_s, color=VERMILLION, linewidth=0.9, zorder=FADE + 0.2)
+                rest = (plan.runs_dry_s, lived.time_s[-1])
+                ax.axvspan(*rest, color="white", alpha=FADED, linewidth=0.0, zorder=FADE)
+            shares = np.linspace(0.0, 1.0, 9)
+            under = [np.stack([lived.time_s, share * lived.total_As], axis=1) for share in shares]
+            ceiling = [(lived.time_s[end], lived.total_As[0]) for end in (0, -1)]
+            mark(ax, _events(plan, lived), under, [ceiling])
+    return axes
+
+
+def draw_wells(ax: Axes, mission: Mission, lived: Course) -> None:
+    """Draw both wells as bands, the available one on the bound one, with the levels of charge."""
+    pool = vehicle.pool(mission)
+    time_s, bound_As, total_As = lived.time_s, lived.bound_As, lived.total_As
+    ax.fill_between(time_s, 0.0, bound_As, color=SKY, linewidth=0.0, zorder=FILLS)
+    top_As = np.maximum(total_As, bound_As)
+    ax.fill_between(time_s, bound_As, top_As, color=BLUE, linewidth=0.0, zorder=FILLS)
+    ax.fill_between(
+        time_s,
+        np.minimum(total_As, bound_As),
+        bound_As,
+        facecolor="none",
+        edgecolor=VERMILLION,
+        hatch=HATCH,
+        linewidth=0.0,
+        zorder=FADE + 0.1,
     )
+    ax.plot(time_s, total_As, color=BLACK, linewidth=0.9, zorder=FADE + 0.2)
+    least_As = mission.limits.min_soc * pool.capacity_As
+    for level_As in (pool.capacity_As, least_As):
+        ax.axhline(level_As, color=GREY, linewidth=0.8, linestyle=style.DASHED)
+    _, high = style.margins([0.0, *total_As, pool.capacity_As], 0.16, 0.0)
+    ax.set(ylim=(min(0.0, *total_As), high), ylabel="charge [A s]")
+    style.name_levels(ax, [(pool.capacity_As, "full: $B$"), (least_As, "to be kept: $η_0 B$")])
 
 
-def phase_band(phase: Planned) -> Band:
-    """A phase as a band, with its name."""
-    words = (f"rest, {printed(phase.end_place)}",) if phase.kind == "rest" else ()
-    return Band(phase.start_s, phase.end_s, KINDS[phase.kind], (*words, phase.kind))
+def _title(plan: Plan) -> str:
+    times = f"hover $Δ$ = {plan.hover_time_s:.2f} s"
+    if plan.rest_time_s > 0.0:
+        times += f", rest $T'$ = {plan.rest_time_s:.2f} s"
+    words = f"{style.printed(plan.mission.name)}, perspective {plan.perspective}: {times}"
+    return words if plan.runs_dry_s is None else f"{words}, cannot be flown"
 
 
-def _mark_moments(ax: Axes, plan: Plan, pool: Battery, lived: Course) -> None:
-    """Mark when the available well runs dry or is driven past full."""
-    marks = [
-        Label(f"{words} at {moment_s:.1f} s", (moment_s, level_As), style={"color": VERMILLION})
-        for words, moment_s, level_As in (
-            ("runs dry", plan.runs_dry_s, 0.0),
-            ("driven past full", plan.overfull_s, pool.full.available_As),
+def _events(plan: Plan, lived: Course) -> Iterator[tuple[str, float, float]]:
+    """The moments at which the available well is driven past full and runs dry."""
+    for words, moment_s in (("driven past full", plan.overfull_s), ("dry", plan.runs_dry_s)):
+        if moment_s is None:
+            continue
+        level_As = float(np.interp(moment_s, lived.time_s, lived.total_As))
+        text = f"{words} at {moment_s:.1f} s"
+        if words == "dry":
+            left = f"{level_As:,.0f}".replace(",", "\N{THIN SPACE}")
+            text += f"\n{left} A s still bound"
+        yield text, moment_s, level_As
+
+
+def tanks(plan: Plan) -> list[Axes]:
+    """Draw both wells as tanks at the end of every phase: width is size, height is charge.
+
+    Charge flows through the pipe from the higher level to the lower one. A level below the floor
+    or above the rim is one that the battery cannot have.
+
+    Parameters
+    ----------
+    plan
+        A plan that exists.
+
+    Returns
+    -------
+    The axes, one a tank, on a page of their own.
+
+    Raises
+    ------
+    NoPlanError
+        If there is no plan.
+
+    Examples
+    --------
+    >>> [ax.get_title(loc="left") for ax in optuav.plots.tanks(optuav.solve("paper", "P3"))][:2]
+    ['full, at take-off', 'after flight, 38 s']
+    """
+    _ = plan.mission_time_s
+    shown = moments(plan)
+    columns = min(MOST_IN_A_ROW, len(shown))
+    rows = math.ceil(len(shown) / columns)
+    with style.applied():
+        figure = style.page(0.4 + 1.9 * rows)
+        grid = figure.subplots(rows, columns, squeeze=False)
+        pool = vehicle.pool(plan.mission)
+        levels = [level for each in shown for level in each[1:]]
+        limits = min(0.0, *levels) - 0.16, max(1.0, *levels) + 0.3
+        name = style.printed(plan.mission.name)
+        title = f"{name}: the wells in the perspective {plan.perspective}"
+        figure.suptitle(title, x=0.02, ha="left")
+        for ax in grid.flat:
+            ax.set_axis_off()
+        for ax, moment in zip(grid.flat, shown, strict=False):
+            _draw_tanks(ax, pool, moment)
+            ax.set(xlim=(-0.03, 1.03 + PIPE), ylim=limits)
+            ax.set_title(moment.words)
+    return list(grid.flat[: len(shown)])
+
+
+def _draw_tanks(ax: Axes, pool: Battery, moment: Moment) -> None:
+    share = float(pool.available_fraction)
+    for left, width, fill, colour, name, holds in (
+        (0.0, share, moment.available, BLUE, "$y_1$", "$ω B$"),
+        (share + PIPE, 1.0 - share, moment.bound, SKY, "$y_2$", "$(1-ω) B$"),
+    ):
+        middle, possible = left + 0.5 * width, -1e-9 <= fill <= 1.0 + 1e-9
+        ax.add_patch(Rectangle((left, 0.0), width, fill, facecolor=colour, alpha=0.55))
+        ax.add_patch(Rectangle((left, 0.0), width, 1.0, fill=False, edgecolor=BLACK, linewidth=0.9))
+        ax.annotate(
+            f"{name}\n{style.minus(f'{round(100.0 * fill, 1) + 0.0:.1f}')} %",
+            (middle, max(1.0, fill) + 0.02),
+            ha="center",
+            va="bottom",
+            fontsize=6.5,
+            color=BLACK if possible else VERMILLION,
+            fontweight="normal" if possible else "bold",
         )
-        if moment_s is not None
-    ]
-    for mark in marks:
-        ax.plot(*mark.at, "o", color=VERMILLION, markersize=4.5, clip_on=False, zorder=5)
-    total_As = lived.available_As + lived.bound_As
-    end = (float(lived.time_s[-1]), float(total_As[-1]))
-    ax.plot(*end, "o", color=BLACK, markersize=3.0, clip_on=False, zorder=5)
-    curves = [np.stack([lived.time_s, y], axis=1) for y in (*lived[1:], total_As)]
-    levels = [[(0.0, y), (plan.mission_time_s, y)] for y in (0.0, *pool.full)]
-    place(ax, marks, curves, levels)
+        below = (middle, min(0.0, fill) - 0.03)
+        ax.annotate(holds, below, ha="center", va="top", fontsize=6.5)
+    ax.plot([share, share + PIPE], [0.04, 0.04], color=BLACK, linewidth=2.2)
+    ax.annotate("$k_F$", (share + 0.5 * PIPE, 0.06), ha="center", va="bottom", fontsize=7.0)

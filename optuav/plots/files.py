@@ -1,4 +1,4 @@
-"""Pictures of a plan as files."""
+"""Pictures as files; the same plan gives the same bytes."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from optuav import plots
 from optuav.calibration.fit import Fit
 from optuav.errors import Fault, InputError
 from optuav.mission import Mission
@@ -18,7 +19,7 @@ if TYPE_CHECKING:
     from matplotlib.animation import FuncAnimation
     from matplotlib.figure import Figure
 
-    from optuav.plots.replayed import Replayed
+    from optuav.plots.profiles import Replayed
 
 
 def save_pictures(plan: Plan, directory: str | Path, beside: Sequence[Plan] = ()) -> list[Path]:
@@ -46,22 +47,29 @@ def save_pictures(plan: Plan, directory: str | Path, beside: Sequence[Plan] = ()
     InputError
         If matplotlib is missing, or the directory cannot be made or written to. Every file is
         written whole or not at all.
+
+    Examples
+    --------
+    >>> plan = optuav.solve("paper", "P3")
+    >>> [path.name for path in optuav.plots.save_pictures(plan, "pictures")]  # doctest: +SKIP
+    ['map.png', 'battery.png', 'leg.png']
     """
     return save_figures(_figures(plan, beside), Path(directory))
 
 
 def save_map(mission: Mission, directory: str | Path) -> list[Path]:
-    """Write the map of a mission as ``map.png``; otherwise as `save_pictures`."""
-    from optuav.plots import mission_map
+    """Write the map of a mission as ``map.png``; arguments and errors are those of `save_pictures`.
 
-    drawn = mission_map(mission).plan.get_figure(root=True)
+    Examples
+    --------
+    >>> optuav.plots.save_map(optuav.load("paper"), "pictures")  # doctest: +SKIP
+    """
+    drawn = plots.mission_map(mission).plan.get_figure(root=True)
     return save_figures([("map.png", drawn)], Path(directory))
 
 
 def save_profile(replayed: Replayed, path: str | Path) -> Path:
     """Write altitude, speed and power over a simulated plan as a PNG file.
-
-    The same plan gives the same bytes.
 
     Parameters
     ----------
@@ -76,19 +84,28 @@ def save_profile(replayed: Replayed, path: str | Path) -> Path:
         If matplotlib is missing, or the file cannot be written.
     NoPlanError
         If nothing is flown.
-    """
-    from optuav.plots import profile
 
-    write_bytes(Path(path), png(profile(replayed).power.get_figure(root=True)))
+    Examples
+    --------
+    >>> replayed = optuav.replay(optuav.solve("paper"))
+    >>> optuav.plots.save_profile(replayed, "profile.png")  # doctest: +SKIP
+    """
+    write_bytes(Path(path), png(plots.profile(replayed).power.get_figure(root=True)))
     return Path(path)
 
 
 def save_animation(replayed: Replayed, path: str | Path) -> Path:
-    """Write a simulated plan as a GIF of some seconds, a file ``.gif``; else as `save_profile`."""
-    file = gif_file(path)
-    from optuav.plots import animate
+    """Write a simulated plan in motion as a GIF of some seconds.
 
-    write_bytes(file, gif(animate(replayed)))
+    Arguments and errors are those of `save_profile`; the name of the file ends in ``.gif``.
+
+    Examples
+    --------
+    >>> replayed = optuav.replay(optuav.solve("paper"))
+    >>> optuav.plots.save_animation(replayed, "mission.gif")  # doctest: +SKIP
+    """
+    file = gif_file(path)
+    write_bytes(file, gif(plots.animate(replayed)))
     return file
 
 
@@ -109,13 +126,17 @@ def gif_file(path: str | Path) -> Path:
 def save_fit(found: Fit, directory: str | Path) -> list[Path]:
     """Write the picture of a calibration as ``fit.png``, if it rests on observations.
 
-    Otherwise as `save_pictures`.
-    """
-    from optuav.plots import fit
+    Arguments and errors are those of `save_pictures`.
 
+    Examples
+    --------
+    >>> found = optuav.fit_regimes(["flight_log.csv"])  # doctest: +SKIP
+    >>> optuav.plots.save_fit(found, "pictures")  # doctest: +SKIP
+    """
     if not found.panels:
         return []
-    return save_figures([("fit.png", fit(found)[0].values.get_figure(root=True))], Path(directory))
+    drawn = plots.fit(found)[0].values.get_figure(root=True)
+    return save_figures([("fit.png", drawn)], Path(directory))
 
 
 def save_figures(figures: Iterable[tuple[str, Figure | None]], folder: Path) -> list[Path]:
@@ -128,18 +149,16 @@ def save_figures(figures: Iterable[tuple[str, Figure | None]], folder: Path) -> 
 
 
 def _figures(plan: Plan, beside: Sequence[Plan]) -> Iterator[tuple[str, Figure | None]]:
-    from optuav.plots import battery, leg, mission_map, packs, wells
-
-    yield "map.png", mission_map(plan).plan.get_figure(root=True)
+    yield "map.png", plots.mission_map(plan).plan.get_figure(root=True)
     if plan and plan.mission.battery.takes_turns:
-        yield "packs.png", packs([plan])[0].get_figure(root=True)
+        yield "packs.png", plots.packs([plan])[0].get_figure(root=True)
     elif plan:
-        yield "battery.png", battery(plan).wells.get_figure(root=True)
+        yield "battery.png", plots.battery(plan).wells.get_figure(root=True)
     if plan and beside:
-        yield "wells.png", wells([plan, *beside])[0].get_figure(root=True)
+        yield "wells.png", plots.wells([plan, *beside])[0].get_figure(root=True)
     first = modelled_leg(plan)
     if first is not None:
-        drawn = leg(plan.mission, first.start_place, first.end_place)
+        drawn = plots.leg(plan.mission, first.start_place, first.end_place)
         yield "leg.png", drawn.speed.get_figure(root=True)
 
 
@@ -159,25 +178,24 @@ def svg(figure: Figure | None) -> bytes:
     return _file(figure, "svg", {"Date": None, "Creator": None})
 
 
-def gif(moving: FuncAnimation) -> bytes:
-    """An animation as GIF; the same animation gives the same bytes."""
-    from optuav.plots.animation import FRAMES_PER_S
-    from optuav.plots.moving import GifWriter
-    from optuav.plots.style import styled
-
-    writer = GifWriter(fps=FRAMES_PER_S)
-    with styled():
-        moving.save("moving.gif", writer)  # the writer keeps it in memory
-    return writer.content
-
-
 def _file(figure: Figure | None, form: str, metadata: dict[str, None]) -> bytes:
-    """By default matplotlib signs files with its version, and SVG with the date."""
-    from optuav.plots.style import styled
+    """A file without the version of matplotlib and the date, which it has by default."""
+    from optuav.plots import style
 
     assert figure is not None
     content = io.BytesIO()
     figure.set_layout_engine("none")  # the picture is laid out already
-    with styled():
+    with style.applied():
         figure.savefig(content, format=form, dpi=figure.dpi, metadata=metadata)
     return content.getvalue()
+
+
+def gif(moving: FuncAnimation) -> bytes:
+    """An animation as GIF; the same animation gives the same bytes."""
+    from optuav.plots import style
+    from optuav.plots.animation import FRAMES_PER_S, GifWriter
+
+    writer = GifWriter(fps=FRAMES_PER_S)
+    with style.applied():
+        moving.save("moving.gif", writer)  # the writer keeps it in memory
+    return writer.content

@@ -1,13 +1,14 @@
-"""Labels beside points, placed one after the other where no other label is."""
+"""Labels beside points, placed one after the other away from other labels and from lines."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, field
-from typing import Any, NamedTuple
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
+import numpy.typing as npt
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patheffects import withStroke
@@ -15,7 +16,7 @@ from matplotlib.text import Annotation
 from matplotlib.transforms import Bbox
 
 from optuav.arrays import Floats
-from optuav.plots.style import GREY
+from optuav.plots.style import GREY, VERMILLION
 
 POINTS_PER_INCH = 72.0
 NEAR = (4.0, 8.0)
@@ -27,12 +28,14 @@ CLEARANCE = 1.5
 STRONG, FAINT = 1.0, 4.0
 """Distance of the dots that stand for a line [pt]."""
 MOST_DOTS = 2000
-"""Along a straight part of one."""
+"""Most dots along a straight part of a line."""
 OUTSIDE, PER_POINT = 1000.0, 0.5
-"""What a label costs that leaves the axes, and each point of distance; a covered dot costs 1."""
+"""Costs of leaving the axes, and of each point of distance; a covered dot costs 1."""
 MOST_COVERED = 2
-"""Dots that a label may cover that could be left out as well."""
+"""Most dots that a label covers which is not needed."""
 LEADER = {"arrowstyle": "-", "linewidth": 0.4, "color": GREY, "shrinkA": 0.0, "shrinkB": 2.0}
+BACKING = {"facecolor": "white", "alpha": 0.8, "edgecolor": "none", "pad": 0.3}
+"""Box that sets a label apart from the points behind it."""
 
 
 @dataclass(frozen=True)
@@ -42,23 +45,30 @@ class Label:
     Parameters
     ----------
     text
-        What it says.
+        The text.
     at
         The point, in the data's coordinates.
     needed
         Whether it is shown even where there is little room; others are left out then.
-    style
-        Further properties of the text.
+    colour, size
+        Of the text; the size in points.
+    upright
+        Whether the text runs upwards.
+    backed
+        Whether the text stands on a pale box.
     """
 
     text: str
     at: tuple[float, float]
     needed: bool = True
-    style: Mapping[str, Any] = field(default_factory=dict)
+    colour: str = "black"
+    size: float = 7.5
+    upright: bool = False
+    backed: bool = False
 
 
 class Spot(NamedTuple):
-    """Where a label goes: its box [px], whether it is far from its point, and what that costs."""
+    """A place for a label: its box [px], whether it is far from its point, and its cost."""
 
     box: Bbox
     far: bool
@@ -83,26 +93,29 @@ def settle(ax: Axes) -> None:
 
 
 def place(
-    ax: Axes, labels: Sequence[Label], lines: Iterable[Any] = (), faint: Iterable[Any] = ()
-) -> list[Annotation]:
+    ax: Axes,
+    labels: Sequence[Label],
+    lines: Iterable[npt.ArrayLike] = (),
+    faint: Iterable[npt.ArrayLike] = (),
+) -> None:
     """Write labels beside their points, needed ones first, away from each other and from lines.
 
     Parameters
     ----------
     ax
-        Where; its limits are final, and its place is settled.
+        Where to write; its limits are final, and its place is settled.
     labels
         What to write.
     lines, faint
-        Arrays (n, 2) of corners of lines in the data's coordinates, which labels keep off; from
-        the faint ones less strictly.
+        Arrays (n, 2) of corners of lines in the data's coordinates, which labels avoid; faint
+        ones less strictly.
     """
     pixels = root(ax).dpi / POINTS_PER_INCH
     points = [[label.at] for label in labels]
     dots = np.concatenate(
         [_dots(ax, lines, STRONG * pixels), _dots(ax, [*faint, *points], FAINT * pixels)]
     )
-    frame, taken, written = ax.get_window_extent(), list[Bbox](), list[Annotation]()
+    frame, taken = ax.get_window_extent(), list[Bbox]()
     for label in sorted(labels, key=lambda each: not each.needed):
         text = _write(ax, label, (0.0, 0.0), far=False)
         size = text.get_window_extent()
@@ -119,9 +132,21 @@ def place(
             continue
         spot = min(found, key=lambda each: each.cost)
         offset = ((spot.box.x0 - size.x0) / pixels, (spot.box.y0 - size.y0) / pixels)
-        written.append(_write(ax, label, offset, far=spot.far))
+        _write(ax, label, offset, far=spot.far)
         taken.append(spot.box)
-    return written
+
+
+def mark(
+    ax: Axes,
+    events: Iterable[tuple[str, float, float]],
+    lines: Iterable[npt.ArrayLike],
+    faint: Iterable[npt.ArrayLike] = (),
+) -> None:
+    """Draw dots at events (words, x, y) where a limit is passed, with their words beside them."""
+    labels = [Label(words, (x, y), colour=VERMILLION) for words, x, y in events]
+    for label in labels:
+        ax.plot(*label.at, "o", color=VERMILLION, markersize=4.5, clip_on=False, zorder=5)
+    place(ax, labels, lines, faint)
 
 
 def _write(ax: Axes, label: Label, offset_pt: tuple[float, float], *, far: bool) -> Annotation:
@@ -133,14 +158,14 @@ def _write(ax: Axes, label: Label, offset_pt: tuple[float, float], *, far: bool)
         annotation_clip=False,
         arrowprops=LEADER if far else None,
         zorder=10,
-        **{
-            "ha": "left",
-            "va": "bottom",
-            "fontsize": 7.5,
-            "linespacing": 1.1,
-            "path_effects": [withStroke(linewidth=2.0, foreground="white")],
-            **label.style,
-        },
+        ha="left",
+        va="bottom",
+        color=label.colour,
+        fontsize=label.size,
+        rotation=90.0 if label.upright else 0.0,
+        bbox=BACKING if label.backed else None,
+        linespacing=1.1,
+        path_effects=[withStroke(linewidth=2.0, foreground="white")],
     )
     text.set_in_layout(False)
     return text
@@ -148,7 +173,7 @@ def _write(ax: Axes, label: Label, offset_pt: tuple[float, float], *, far: bool)
 
 def _spots(
     label: Label, anchor: Floats, size: Bbox, pixels: float, taken: Sequence[Bbox], frame: Bbox
-) -> Iterable[Spot]:
+) -> Iterator[Spot]:
     """Places that are free of other labels, and inside the axes unless the label is needed."""
     for ring in (*NEAR, *FAR) if label.needed else NEAR:
         for x, y in DIRECTIONS:
@@ -168,8 +193,8 @@ def _inside(box: Bbox, dots: Floats) -> Floats:
     return dots[((dots >= (box.x0, box.y0)) & (dots <= (box.x1, box.y1))).all(axis=1)]
 
 
-def _dots(ax: Axes, lines: Iterable[Any], spacing: float) -> Floats:
-    """Dots [px] along lines, some pixels apart."""
+def _dots(ax: Axes, lines: Iterable[npt.ArrayLike], spacing: float) -> Floats:
+    """Dots [px] along lines, at most a spacing apart."""
     found = [np.empty((0, 2))]
     for line in lines:
         corners = ax.transData.transform(np.asarray(line, dtype=float))

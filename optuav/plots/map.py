@@ -3,56 +3,43 @@
 from __future__ import annotations
 
 import itertools
+import math
 import textwrap
-from collections.abc import Iterator, Mapping, Sequence
-from typing import Any, NamedTuple
+from collections import defaultdict
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from functools import partial
+from typing import NamedTuple
 
 import numpy as np
 from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.lines import Line2D
+from matplotlib.patches import Rectangle
+from matplotlib.transforms import ScaledTranslation
 
+from optuav.arrays import Floats
 from optuav.errors import InputError
 from optuav.mission import Mission
 from optuav.plan import Plan, Stop
-from optuav.plots.labels import Label, place, settle
+from optuav.plots import style
+from optuav.plots.labels import POINTS_PER_INCH, Label, place, root, settle
 from optuav.plots.scene import (
+    Point,
     Scene,
     draw_plan_view,
     drawn_sight_lines,
-    extent,
     scene,
     scenery_labels,
+    stop_look,
 )
-from optuav.plots.style import (
-    BLACK,
-    BLUE,
-    GREEN,
-    GREY,
-    ORANGE,
-    SKY,
-    VERMILLION,
-    group_thousands,
-    need_panels,
-    page,
-    printed,
-    styled,
-)
-from optuav.plots.ways import Way, draw_from_above, draw_from_side, stop_look
+from optuav.plots.style import BLACK, BLUE, GREEN, GREY, ORANGE, SKY, VERMILLION, Look, printed
 
 SYMBOLS = {
     "origin": "origin $\\mathbf{w}_0$",
     "hover": "hover point $\\mathbf{w}_U$",
     "destination": "destination $\\mathbf{w}_F$",
 }
-WORDS = {
-    "direct": "Direct path",
-    "traj1": "Traj. 1",
-    "traj2": "Traj. 2",
-    "optimal": "Optimal",
-}
-"""Names of the trajectories as the paper prints them."""
-LOOKS: tuple[dict[str, Any], ...] = (
+LOOKS: tuple[Look, ...] = (
     {"color": BLACK, "linestyle": "-"},
     {"color": SKY, "linestyle": (0.0, (5.0, 1.5))},
     {"color": ORANGE, "linestyle": (0.0, (2.0, 1.0))},
@@ -60,6 +47,11 @@ LOOKS: tuple[dict[str, Any], ...] = (
     {"color": VERMILLION, "linestyle": (0.0, (1.0, 1.0))},
     {"color": GREEN, "linestyle": (0.0, (3.0, 3.0))},
 )
+SHIFT = 2.0
+"""Distance between legs that would lie on each other [pt]."""
+ARROW_AT, ARROW_STEP = 0.56, 0.05
+"""Where a leg shows its direction: past the middle, so that there and back do not meet; and how
+much farther its neighbour does."""
 
 
 class MapAxes(NamedTuple):
@@ -67,6 +59,22 @@ class MapAxes(NamedTuple):
 
     plan: Axes
     height: Axes
+
+
+class Way(NamedTuple):
+    """A route as it is drawn."""
+
+    names: tuple[str, ...]
+    points: list[Point]
+    stops: tuple[Stop, ...]
+    look: Look
+
+    @property
+    def side(self) -> Floats:
+        """Corners from the side (corner, 2): distance over ground and height [m]."""
+        corners = np.array(self.points)
+        steps = np.hypot(*np.diff(corners[:, :2], axis=0).T)
+        return np.stack([np.concatenate([[0.0], np.cumsum(steps)]), corners[:, 2]], axis=1)
 
 
 def mission_map(subject: Plan | Mission, axes: MapAxes | None = None) -> MapAxes:
@@ -82,22 +90,31 @@ def mission_map(subject: Plan | Mission, axes: MapAxes | None = None) -> MapAxes
         A plan, a plan that says that there is none, or a mission.
     axes
         Where to draw; on a page of its own by default.
+
+    Returns
+    -------
+    The axes, in m.
+
+    Raises
+    ------
+    InputError
+        If the axes are not `MapAxes`.
+
+    Examples
+    --------
+    >>> optuav.plots.mission_map(optuav.load("paper")).plan.get_title(loc="left")
+    'paper'
     """
     mission = subject if isinstance(subject, Mission) else subject.mission
     plan = subject if isinstance(subject, Plan) and subject else None
-    with styled():
-        shown = scene(mission)
-        names = plan.route if plan else shown.direct
-        look = {"color": BLUE} if plan else {"color": GREY, "linestyle": (0.0, (4.0, 2.0))}
-        way = Way(names, shown.positions(names), plan.stops if plan else (), look)
-        axes, legend = _page(shown, axes)
-        entries = [*_way_entries(way, plan), *draw_plan_view(axes.plan, shown)]
-        draw_from_above(axes.plan, shown, [way])
-        entries.append(draw_from_side(axes.height, shown, [way]))
-        axes.plan.set_title(_title(subject))
-        _legend(legend, entries, "" if plan else _why(subject))
-        _write(axes, [way], _plan_labels(shown, [way]))
-    return axes
+    shown = scene(mission)
+    names = plan.route if plan else shown.direct
+    look: Look = {"color": BLUE} if plan else {"color": GREY, "linestyle": style.DASHED}
+    way = Way(names, shown.positions(names), plan.stops if plan else (), look)
+    reasons = subject.reasons[:3] if isinstance(subject, Plan) else ()
+    why = "\n".join(textwrap.fill(reason.replace("$", r"\$"), 60) for reason in reasons)
+    entries = _way_entries(way, plan)
+    return _draw(shown, [way], axes, entries, _title(subject), "" if plan else why)
 
 
 def trajectories(plans: Mapping[str, Plan], axes: MapAxes | None = None) -> MapAxes:
@@ -113,57 +130,83 @@ def trajectories(plans: Mapping[str, Plan], axes: MapAxes | None = None) -> MapA
     axes
         Where to draw; on a page of its own by default.
 
+    Returns
+    -------
+    The axes, in m.
+
     Raises
     ------
     InputError
         If there are no plans, or they take place in different missions.
+
+    Examples
+    --------
+    >>> plans = {"direct": optuav.solve("paper", "P3"), "optimal": optuav.solve("paper")}
+    >>> optuav.plots.trajectories(plans).plan.get_title(loc="left")
+    'paper: trajectories in the perspective available'
     """
     if not plans:
         raise InputError("a map of trajectories needs at least one plan")
-    if len({_place(plan.mission) for plan in plans.values()}) > 1:
+    if len({_site(plan.mission) for plan in plans.values()}) > 1:
         raise InputError("the plans of one map have the same places: route, buildings, laser, link")
-    with styled():
-        shown = scene(next(iter(plans.values())).mission)
-        looks = dict(zip(plans, itertools.cycle(LOOKS), strict=False))
-        ways = [
-            Way(plan.route, shown.positions(plan.route), plan.stops, looks[name])
-            for name, plan in plans.items()
-            if plan
-        ]
-        axes, legend = _page(shown, axes)
-        entries = [_trajectory_entry(name, plan, looks[name]) for name, plan in plans.items()]
-        entries += draw_plan_view(axes.plan, shown)
-        draw_from_above(axes.plan, shown, ways)
-        entries.append(draw_from_side(axes.height, shown, ways))
-        counted = ", ".join(dict.fromkeys(plan.perspective for plan in plans.values()))
-        axes.plan.set_title(
-            f"{printed(shown.mission.name)}: trajectories in the perspective {counted}"
-        )
-        _legend(legend, entries)
-        _write(axes, ways, _plan_labels(shown, ways, times=False))
-    return axes
+    shown = scene(next(iter(plans.values())).mission)
+    looks = dict(zip(plans, itertools.cycle(LOOKS), strict=False))
+    ways = [
+        Way(plan.route, shown.positions(plan.route), plan.stops, looks[name])
+        for name, plan in plans.items()
+        if plan
+    ]
+    perspectives = ", ".join(dict.fromkeys(plan.perspective for plan in plans.values()))
+    title = f"{printed(shown.mission.name)}: trajectories in the perspective {perspectives}"
+    entries = (_trajectory_entry(name, plan, looks[name]) for name, plan in plans.items())
+    return _draw(shown, ways, axes, entries, title, times=False)
 
 
-def _place(mission: Mission) -> tuple[Any, ...]:
-    """What decides where a mission takes place."""
+def _site(mission: Mission) -> tuple[object, ...]:
+    """The part of a mission that decides where it takes place."""
     limits = mission.limits
     reach = (mission.link, limits.outage_probability, limits.min_altitude_m)
     return (mission.route, mission.buildings, mission.laser, *reach)
 
 
-def _page(shown: Scene, axes: MapAxes | None) -> tuple[MapAxes, Axes]:
-    """The axes, and those that get the legend; a page of its own has the shape of the map."""
-    need_panels(axes, MapAxes)
-    if axes is not None:
-        return axes, axes.height
-    width_m, depth_m = np.diff(extent(shown), axis=0)[0]
+def _draw(
+    shown: Scene,
+    ways: Sequence[Way],
+    axes: MapAxes | None,
+    entries: Iterable[Artist],
+    title: str,
+    heading: str = "",
+    *,
+    times: bool = True,
+) -> MapAxes:
+    """Draw both views with the ways, a legend under a heading, and labels."""
+    style.need_panels(axes, MapAxes)
+    with style.applied():
+        axes, legend = (axes, axes.height) if axes else _page(shown)
+        handles = [*entries, *draw_plan_view(axes.plan, shown)]
+        _draw_from_above(axes.plan, shown, ways)
+        handles.append(_draw_from_side(axes.height, shown, ways))
+        axes.plan.set_title(title)
+        _legend(legend, handles, heading)
+        style.group_thousands(*axes)
+        settle(axes.plan)
+        flat = [np.array(way.points)[:, :2] for way in ways]
+        labels = _plan_labels(shown, ways, times=times)
+        place(axes.plan, labels, flat, drawn_sight_lines(axes.plan))
+        place(axes.height, _height_labels(ways), [way.side for way in ways])
+    return axes
+
+
+def _page(shown: Scene) -> tuple[MapAxes, Axes]:
+    """Axes on a page of the shape of the map, and those that get the legend."""
+    width_m, depth_m = np.diff(shown.corners_m, axis=0)[0]
     if depth_m >= width_m:
-        figure = page(7.2, 5.4)
-        grid = figure.add_gridspec(2, 2, width_ratios=(1.0, 0.95), height_ratios=(1.0, 1.0))
+        figure = style.page(5.4)
+        grid = figure.add_gridspec(2, 2, width_ratios=(1.0, 0.95))
         cells = (grid[:, 0], grid[0, 1], grid[1, 1])
     else:
         depth_in = max(1.6, 6.2 * depth_m / width_m)
-        figure = page(7.2, depth_in + 3.0)
+        figure = style.page(depth_in + 3.0)
         grid = figure.add_gridspec(3, 1, height_ratios=(depth_in, 1.6, 0.7))
         cells = (grid[0, 0], grid[1, 0], grid[2, 0])
     plan, height, legend = (figure.add_subplot(cell) for cell in cells)
@@ -171,77 +214,64 @@ def _page(shown: Scene, axes: MapAxes | None) -> tuple[MapAxes, Axes]:
     return MapAxes(plan, height), legend
 
 
-def _legend(home: Axes, entries: Sequence[Artist], heading: str = "") -> None:
-    style: dict[str, Any] = {"title": heading, "alignment": "left", "title_fontsize": 7.5}
+def _legend(home: Axes, entries: Sequence[Artist], heading: str) -> None:
+    legend = partial(home.legend, handles=entries, title=heading, title_fontsize=7.5)
     if home.axison:
-        style |= {"loc": "upper center", "bbox_to_anchor": (0.5, -0.22), "ncols": 3}
+        legend(alignment="left", loc="upper center", bbox_to_anchor=(0.5, -0.22), ncols=3)
     else:
-        wide = home.get_position().width > 0.6
-        style |= {"loc": "upper left", "ncols": 3 if wide else 1, "labelspacing": 0.6}
-        style |= {"columnspacing": 1.4}
-    home.legend(handles=entries, **style)
+        columns = 3 if home.get_position().width > 0.6 else 1
+        legend(
+            alignment="left", loc="upper left", ncols=columns, labelspacing=0.6, columnspacing=1.4
+        )
 
 
 def _title(subject: Plan | Mission) -> str:
     if isinstance(subject, Mission):
         return printed(subject.name)
     words = [subject.problem, subject.trajectory, subject.perspective]
-    asked = ", ".join(printed(word) for word in words if word)
+    question = ", ".join(printed(word) for word in words if word)
     answer = "" if subject else f": no plan ({subject.status.value})"
-    return f"{printed(subject.mission.name)}: {asked}{answer}"
-
-
-def _why(subject: Plan | Mission) -> str:
-    reasons = subject.reasons if isinstance(subject, Plan) else ()
-    return "\n".join(textwrap.fill(reason.replace("$", r"\$"), 60) for reason in reasons[:3])
+    return f"{printed(subject.mission.name)}: {question}{answer}"
 
 
 def _way_entries(way: Way, plan: Plan | None) -> Iterator[Artist]:
     if plan is None:
         yield Line2D([], [], label="direct route (no plan)", **way.look)
         return
-    yield Line2D(
-        [], [], label=f"route, $T_\\mathrm{{fl}}$ = {plan.flight_time_s:.1f} s", **way.look
-    )
-    for kind, symbol, total_s in (
-        ("hover", "Δ", plan.hover_time_s),
-        ("rest", "$T'$", plan.rest_time_s),
-    ):
+    flown = f"route, $T_\\mathrm{{fl}}$ = {plan.flight_time_s:.1f} s"
+    yield Line2D([], [], label=flown, **way.look)
+    kinds = (("hover", "Δ", plan.hover_time_s), ("rest", "$T'$", plan.rest_time_s))
+    for kind, symbol, total_s in kinds:
         if any(stop.kind == kind for stop in way.stops):
-            label = f"{kind}, {symbol} = {total_s:.1f} s"
-            yield Line2D([], [], linestyle="", label=label, **stop_look(kind, True))
+            look: Look = {**stop_look(kind, True), "linestyle": ""}
+            yield Line2D([], [], label=f"{kind}, {symbol} = {total_s:.1f} s", **look)
 
 
-def _trajectory_entry(name: str, plan: Plan, look: Mapping[str, Any]) -> Artist:
-    label = WORDS.get(name, printed(name))
+def _trajectory_entry(name: str, plan: Plan, look: Look) -> Artist:
+    label = style.WORDS.get(name, printed(name))
     if plan:
-        by_way = [printed(stop.at) for stop in plan.stops if stop.kind == "rest"]
-        label += f"{' by ' + ', '.join(by_way) if by_way else ''}: Δ = {plan.hover_time_s:.1f} s"
-        label += f", $T'$ = {plan.rest_time_s:.1f} s" if by_way else ""
+        rests = [printed(stop.at) for stop in plan.stops if stop.kind == "rest"]
+        label += f"{' by ' + ', '.join(rests) if rests else ''}: Δ = {plan.hover_time_s:.1f} s"
+        label += f", $T'$ = {plan.rest_time_s:.1f} s" if rests else ""
     else:
         label += f": no plan ({plan.status.value})"
     return Line2D([], [], label=label, **look)
 
 
-def _plan_labels(shown: Scene, ways: Sequence[Way], *, times: bool = True) -> list[Label]:
+def _plan_labels(shown: Scene, ways: Sequence[Way], *, times: bool) -> list[Label]:
     """Names of the places of the ways with their stops, then the scenery's."""
     names = list(dict.fromkeys(name for way in ways for name in way.names))
     names += [name for name in ("origin", "destination") if name not in names]
-    points = shown.positions(names)
     stops = [stop for way in ways for stop in way.stops] if times else []
     labels = []
-    for name, (x, y, _) in zip(names, points, strict=True):
+    for name, (x, y, _) in zip(names, shown.positions(names), strict=True):
         lines = [SYMBOLS.get(name) or printed(name)]
-        lines += [_stay(stop) for stop in stops if stop.at == name]
+        for stop in (each for each in stops if each.at == name):
+            stay = f"{stop.kind} {stop.duration_s:.1f} s\nfrom {stop.start_s:.1f} s"
+            lines.append(stay if stop.duration_s > 0.0 else "passes by")
         labels.append(Label("\n".join(lines), (x, y)))
     written = {label.at for label in labels}
     return labels + [label for label in scenery_labels(shown) if tuple(label.at) not in written]
-
-
-def _stay(stop: Stop) -> str:
-    if stop.duration_s == 0.0:
-        return "passes by"
-    return f"{stop.kind} {stop.duration_s:.1f} s\nfrom {stop.start_s:.1f} s"
 
 
 def _height_labels(ways: Sequence[Way]) -> list[Label]:
@@ -255,9 +285,97 @@ def _height_labels(ways: Sequence[Way]) -> list[Label]:
     return [Label(short.get(name) or printed(name), at) for name, at in corners.items()]
 
 
-def _write(axes: MapAxes, ways: Sequence[Way], labels: Sequence[Label]) -> None:
-    flat = [np.array(way.points)[:, :2] for way in ways]
-    group_thousands(*axes)
-    settle(axes.plan)
-    place(axes.plan, labels, flat, drawn_sight_lines(axes.plan))
-    place(axes.height, _height_labels(ways), [way.side for way in ways])
+def _draw_from_above(ax: Axes, shown: Scene, ways: Sequence[Way]) -> None:
+    """Draw ways on the map, legs that several of them share side by side, and their stops."""
+    for way, legs_aside in zip(ways, _shifts(ways), strict=True):
+        for (start, end), shift in zip(itertools.pairwise(way.points), legs_aside, strict=True):
+            _draw_leg(ax, start, end, shift, way.look)
+        for stop in way.stops:
+            ((x, y, _),) = shown.positions([stop.at])
+            ax.plot(x, y, zorder=6, **stop_look(stop.kind, stop.duration_s > 0.0))
+    for x, y, _ in shown.positions(["origin", "destination"]):
+        ax.plot(x, y, "D", color=BLACK, markersize=4, zorder=6)
+
+
+def _shifts(ways: Sequence[Way]) -> list[list[float]]:
+    """By how many line widths every leg of every way moves aside, so that none hides another."""
+    users = defaultdict[frozenset[tuple[float, ...]], list[tuple[int, int]]](list)
+    for number, way in enumerate(ways):
+        for leg, (start, end) in enumerate(itertools.pairwise(way.points)):
+            users[frozenset((start[:2], end[:2]))].append((number, leg))
+    aside = [[0.0] * (len(way.points) - 1) for way in ways]
+    for legs in users.values():
+        for rank, (number, leg) in enumerate(legs):
+            aside[number][leg] = rank - (len(legs) - 1) / 2
+    return aside
+
+
+def _draw_leg(ax: Axes, start: Point, end: Point, shift: float, look: Look) -> None:
+    """Draw a leg on the map, moved aside to its left or right as seen from its lesser end."""
+    length = math.dist(start[:2], end[:2])
+    if length == 0.0:
+        return
+    low, high = sorted((start[:2], end[:2]))
+    normal = (low[1] - high[1]) / length, (high[0] - low[0]) / length
+    inches = shift * SHIFT / POINTS_PER_INCH
+    moved = ScaledTranslation(normal[0] * inches, normal[1] * inches, root(ax).dpi_scale_trans)
+    transform = ax.transData + moved
+    ax.plot(*zip(start[:2], end[:2], strict=True), transform=transform, zorder=3, **look)
+    at = ARROW_AT + ARROW_STEP * shift
+    tail, head = (
+        (start[0] + share * (end[0] - start[0]), start[1] + share * (end[1] - start[1]))
+        for share in (at - 0.02, at)
+    )
+    arrow = {"arrowstyle": "-|>", "color": look["color"], "linewidth": 0.0, "mutation_scale": 12.0}
+    arrow |= {"shrinkA": 0.0, "shrinkB": 0.0}
+    ax.annotate("", head, tail, xycoords=transform, textcoords=transform, arrowprops=arrow)
+
+
+def _draw_from_side(ax: Axes, shown: Scene, ways: Sequence[Way]) -> Artist:
+    """Draw heights along the ways, one a little above the other; the legend's entry."""
+    limits = shown.mission.limits
+    highest_m = max(1.0, limits.min_altitude_m)
+    lowest_m = farthest_m = 0.0
+    for rank, way in enumerate(ways):
+        along_m, z = way.side.T
+        raised_in = (rank - (len(ways) - 1) / 2) * SHIFT / POINTS_PER_INCH
+        raised = ax.transData + ScaledTranslation(0.0, raised_in, root(ax).dpi_scale_trans)
+        ax.plot(along_m, z, transform=raised, zorder=3, **way.look)
+        for name, *at in zip(way.names, along_m, z, strict=True):
+            for stop in (each for each in way.stops if each.at == name):
+                look = stop_look(stop.kind, stop.duration_s > 0.0)
+                ax.plot(*at, transform=raised, zorder=6, **look)
+        for low_m, high_m, roof_m in _buildings_along(shown, way):
+            ax.add_patch(Rectangle((low_m, 0.0), high_m - low_m, roof_m, color=style.PALE, lw=0.8))
+            highest_m = max(highest_m, roof_m)
+        lowest_m, highest_m = min(lowest_m, *z), max(highest_m, *z)
+        farthest_m = max(farthest_m, along_m[-1])
+    aside = "\n(lines side by side)" if len(ways) > 1 else ""
+    along = f"distance over ground along the way [m]{aside}"
+    ax.set(xlim=style.margins([0.0, farthest_m]), xlabel=along)
+    ax.set(ylim=(lowest_m, lowest_m + 1.35 * (highest_m - lowest_m)), ylabel="height z [m]")
+    return ax.axhspan(
+        limits.min_altitude_m,
+        limits.max_altitude_m,
+        facecolor=f"{GREEN}1F",
+        hatch="....",
+        edgecolor=f"{GREEN}40",
+        linewidth=0.0,
+        label="altitudes for hovering",
+    )
+
+
+def _buildings_along(shown: Scene, way: Way) -> Iterator[tuple[float, float, float]]:
+    """Where a way is over a footprint, from and to [m] over ground, and the roof [m]."""
+    import shapely
+
+    tree, roofs_m = shown.obstacles.tree, shown.obstacles.roof_m
+    for (start, end), begin_m in zip(itertools.pairwise(way.points), way.side[:, 0], strict=False):
+        if start[:2] == end[:2]:
+            continue
+        line = shapely.LineString([start[:2], end[:2]])
+        for number in np.sort(tree.query(line, predicate="intersects")):
+            common = shapely.intersection(line, tree.geometries[number])
+            for part in shapely.get_parts(common):
+                along = [begin_m + math.dist(start[:2], point) for point in part.coords]
+                yield float(min(along)), float(max(along)), float(roofs_m[number])

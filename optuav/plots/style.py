@@ -1,17 +1,19 @@
-"""What all pictures share: colours, type, pages, and names made fit to print."""
+"""What all pictures share: colours, fonts, pages, legends, and names made fit to print."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from contextlib import AbstractContextManager
 from functools import cache
-from typing import Any
+from typing import Any, TypedDict
 
 import matplotlib.style
+from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.font_manager import FontProperties, findfont, get_font
 from matplotlib.ticker import FuncFormatter
+from matplotlib.typing import LineStyleType
 
 from optuav.errors import Fault, InputError
 
@@ -29,6 +31,16 @@ PALE = "#D9D9D9"
 
 KINDS = {"flight": BLUE, "hover": GREEN, "rest": ORANGE}
 """Colour of every kind of phase."""
+
+WORDS = {
+    "direct": "Direct path",
+    "traj1": "Traj. 1",
+    "traj2": "Traj. 2",
+    "optimal": "Optimal",
+}
+"""Names of the trajectories as the paper prints them."""
+
+DASHED: LineStyleType = (0.0, (4.0, 2.0))
 
 FONT = "DejaVu Sans"
 RC: dict[str, Any] = {
@@ -52,16 +64,33 @@ RC: dict[str, Any] = {
     "svg.hashsalt": "optuav",
 }
 
+WIDTH_IN = 7.2
 DOTS_PER_INCH = 200
+LEGEND_PT = 20.0
+"""Room for one line of a legend between axes and title [pt]."""
 LONGEST_NAME = 24
+TIME = "time since take-off $t$ [s]"
 
 
-def styled() -> AbstractContextManager[None]:
+class Look(TypedDict, total=False):
+    """Properties of a line or marker, by matplotlib's names."""
+
+    color: str
+    linestyle: LineStyleType
+    linewidth: float
+    marker: str
+    markersize: float
+    markerfacecolor: str
+    markeredgecolor: str
+    markeredgewidth: float
+
+
+def applied() -> AbstractContextManager[None]:
     """The look of the pictures, whatever matplotlib is set to; the user's settings come back."""
     return matplotlib.style.context(["default", RC])
 
 
-def page(width_in: float, height_in: float) -> Figure:
+def page(height_in: float, width_in: float = WIDTH_IN) -> Figure:
     """An empty figure without a window [inch]."""
     return Figure(figsize=(width_in, height_in), dpi=DOTS_PER_INCH, layout="constrained")
 
@@ -87,8 +116,12 @@ def group_thousands(*axes: Axes) -> None:
 
 def _grouped(value: float, _position: float | None) -> str:
     separator = "," if abs(value) >= 1e4 else ""
-    text = f"{value:{separator}.10g}"
-    return text.replace(",", "\N{THIN SPACE}").replace("-", "\N{MINUS SIGN}")
+    return minus(f"{value:{separator}.10g}").replace(",", "\N{THIN SPACE}")
+
+
+def minus(text: str) -> str:
+    """A number with a minus sign in place of a hyphen."""
+    return text.replace("-", "\N{MINUS SIGN}")
 
 
 def margins(
@@ -100,7 +133,31 @@ def margins(
     return low - room, high + room
 
 
-def need_panels(axes: object, kind: type[tuple[Any, ...]]) -> None:
+def legend_above(ax: Axes, columns: int, handles: Sequence[Artist] | None = None) -> None:
+    """Put a legend between axes and title; of all labelled artists unless handles are given."""
+    shown = ax.get_legend_handles_labels()[0] if handles is None else handles
+    corner = (0.0, 1.0)
+    ax.legend(
+        handles=shown, loc="lower left", bbox_to_anchor=corner, borderaxespad=0.2, ncols=columns
+    )
+
+
+def name_levels(ax: Axes, levels: Iterable[tuple[float, str]], colour: str = "black") -> None:
+    """Name levels at the right side; those too close for two lines share one."""
+    low, high = ax.get_ylim()
+    groups: list[tuple[float, str]] = []
+    for level, words in sorted(levels):
+        if groups and level - groups[-1][0] < 0.05 * (high - low):
+            groups[-1] = (groups[-1][0], f"{groups[-1][1]}, {words}")
+        else:
+            groups.append((level, words))
+    side = ax.secondary_yaxis("right")
+    side.set_yticks([level for level, _ in groups], [words for _, words in groups])
+    side.tick_params(length=0.0, labelcolor=colour)
+    side.spines["right"].set_visible(False)
+
+
+def need_panels(axes: object, kind: type[tuple[Axes | None, ...]]) -> None:
     """Refuse axes that are not the panels a picture draws on.
 
     Raises

@@ -20,7 +20,7 @@ import optuav
 from optuav import plots
 from optuav.errors import InputError, NoPlanError
 from optuav.plots import animation, files
-from optuav.plots.style import BLACK, ORANGE, VERMILLION, styled
+from optuav.plots.style import BLACK, ORANGE, VERMILLION, applied
 
 
 @pytest.fixture(scope="module")
@@ -71,7 +71,7 @@ def test_places_of_the_route_are_named_beside_them(
 ) -> None:
     """Within half an inch, and without names on each other."""
     plan = optuav.solve(name)
-    with styled():
+    with applied():
         still = animation._still(optuav.replay(plan))
     named = {text.get_text(): text for text in still.axes[0].texts}
     assert {*plan.route, "device", "laser"} <= named.keys()

@@ -22,7 +22,7 @@ from optuav.paper.reproduce.exhibit import (
 from optuav.paper.reproduce.plans import grounded, no_plan, solve, why
 from optuav.plan import Plan
 from optuav.plots.comparison import Bar
-from optuav.plots.map import WORDS
+from optuav.plots.style import WORDS
 
 TRAJECTORIES = ("direct", "traj1", "traj2", "optimal")
 COUNTED = ("battery", OURS)

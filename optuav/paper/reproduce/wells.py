@@ -17,7 +17,7 @@ from optuav.paper.reproduce.exhibit import (
 )
 from optuav.paper.reproduce.perspectives import COUNTED
 from optuav.paper.reproduce.plans import no_plan, solve
-from optuav.plots.levels import moments
+from optuav.plots.charge import moments
 
 
 def wells(mission: Mission) -> Iterator[Exhibit | LeftOut]:

@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 
 from matplotlib.axes import Axes
 
-from optuav.plots.style import PALE, VERMILLION, page, styled
+from optuav.plots.style import PALE, VERMILLION, applied, page
 
 ROW_IN = 0.24
 """Height of a row [inch]."""
@@ -38,8 +38,8 @@ def table(
     noted = marked or {}
     words = sorted(set(noted.values()))  # in one order in all tables with the same words
     lines = len(rows) + 1 + 0.8 * len(words)
-    with styled():
-        ax = page(7.2, 0.45 + ROW_IN * lines).subplots()
+    with applied():
+        ax = page(0.45 + ROW_IN * lines).subplots()
         ax.set_axis_off()
         ax.set_title(title)
         edges = [sum(widths[:number]) / sum(widths) for number in range(len(widths) + 1)]

@@ -1,4 +1,4 @@
-"""Packs by schedule: what every pack holds, who flies and who is charged, over time."""
+"""Packs by schedule: the wells of every pack, and which pack flies and is charged, over time."""
 
 from __future__ import annotations
 
@@ -13,83 +13,88 @@ from optuav.physics.kibam import Battery, Stage, Wells, step
 from optuav.physics.packs import NOBODY, Stretch
 from optuav.plan import Plan
 from optuav.plan.wells import net_stages
+from optuav.plots import style
+from optuav.plots.bands import legend_below, panels
 from optuav.plots.labels import settle
-from optuav.plots.panels import legend_below, panels
-from optuav.plots.style import (
-    BLACK,
-    BLUE,
-    KINDS,
-    PURPLE,
-    SKY,
-    VERMILLION,
-    styled,
-)
 
-COLOURS = (BLUE, VERMILLION, PURPLE, SKY)
-"""Of the packs, by number and round again."""
-
+COLOURS = (style.BLUE, style.VERMILLION, style.PURPLE, style.SKY)
+"""Colours of the packs by number, repeated."""
 POINTS = 33
-"""Of a curve within a stretch."""
-
+"""Points of a curve within a stretch."""
 FLIES, CHARGED = (-24.0, -12.0), (-38.0, -26.0)
-"""Where the strips lie that tell who flies and who is charged [%]."""
+"""Where the strips lie that show which pack flies and which is charged [%]."""
 
 
 def packs(plans: Sequence[Plan], axes: Sequence[Axes] | None = None) -> Sequence[Axes]:
-    """Draw the available wells of all packs over time, a panel a plan.
+    """Draw the available wells of all packs over time, one panel a plan.
 
     Levels are shares of a full available well, so that pooled packs stand beside single ones; the
-    bound wells are thin lines. Strips below tell which pack flies, and which the laser charges; a
-    dot marks a pack that is seen empty and taken out of service.
+    bound wells are thin lines. Strips below show which pack flies, and which the laser charges; a
+    dot marks a pack that is empty and taken out of service.
 
     Parameters
     ----------
     plans
         Plans that exist, usually of one mission under several schedules.
     axes
-        Where to draw, as many as there are plans; on a page of their own by default.
+        Where to draw, one a plan; on a page of their own by default.
+
+    Returns
+    -------
+    The axes, with levels in % over time in s.
 
     Raises
     ------
     InputError
-        If there is no plan to draw, or as many axes are not given.
+        If there is no plan to draw, or the number of axes is not that of the plans.
     NoPlanError
         If one of the plans does not exist.
+
+    Examples
+    --------
+    >>> mission = optuav.load("paper").replace({"battery.schedule": "sequential"})
+    >>> (ax,) = optuav.plots.packs([optuav.solve(mission, "P3", slot_s=50.0)])
+    >>> ax.get_title(loc="left")
+    'sequential: hovers $Δ$ = 550.00 s'
     """
-    with styled():
+    with style.applied():
         axes = panels(plans, axes, 1.35)
         for ax, plan in zip(axes, plans, strict=True):
-            _panel(ax, plan)
+            _draw_panel(ax, plan)
         for ax in axes[:-1]:
             ax.tick_params(bottom=False)
-        legend_below(axes[-1], _lines(plans), plans)
+        most = max(len(plan.phases[0].available_As) for plan in plans)
+        lines = [
+            Line2D([], [], color=_colour(pack), label=f"pack {pack + 1}") for pack in range(most)
+        ]
+        bound = Line2D([], [], color="black", linewidth=0.5, label="bound well $y_2/(1-ω)B$")
+        legend_below(axes[-1], [*lines, bound], plans)
         settle(axes[0])
     return axes
 
 
-def _panel(ax: Axes, plan: Plan) -> None:
-    given = plan.mission.battery
-    pack = full_packs(plan.mission).pack
-    before = pack.full
+def _draw_panel(ax: Axes, plan: Plan) -> None:
+    given, carried = plan.mission.battery, full_packs(plan.mission)
     for phase in plan.phases:
-        ax.axvspan(phase.start_s, phase.end_s, color=KINDS[phase.kind], alpha=0.13, linewidth=0.0)
-    wells = Wells(*(np.full(full_packs(plan.mission).count, float(well)) for well in before))
-    stretches = carry(plan.mission, net_stages(plan.phases)).stretches
-    for stretch in (each for carried in stretches for each in carried):
-        _curves(ax, pack, wells, stretch)
-        _strips(ax, stretch)
+        colour = style.KINDS[phase.kind]
+        ax.axvspan(phase.start_s, phase.end_s, color=colour, alpha=0.13, linewidth=0.0)
+    wells = Wells(*(np.full(carried.count, float(well)) for well in carried.pack.full))
+    by_phase = carry(plan.mission, net_stages(plan.phases)).stretches
+    for stretch in (each for stretches in by_phase for each in stretches):
+        _draw_curves(ax, carried.pack, wells, stretch)
+        _draw_strips(ax, stretch)
         wells = Wells(*(well[0] for well in stretch.wells))
-    ax.axhline(0.0, color=BLACK, linewidth=0.6)
+    ax.axhline(0.0, color="black", linewidth=0.6)
     ax.set(ylim=(CHARGED[0] - 2.0, 106.0), yticks=(0, 50, 100), ylabel="$y_1/ωB$ [%]")
+    beside = {"transform": ax.get_yaxis_transform(), "ha": "right", "va": "center"}
     for (low, high), words in ((FLIES, "flies"), (CHARGED, "charged")):
-        ax.text(-0.008, 0.5 * (low + high), words, transform=ax.get_yaxis_transform(),
-                ha="right", va="center", fontsize=6.0)  # fmt: skip
+        ax.text(-0.008, 0.5 * (low + high), words, fontsize=6.0, **beside)  # type: ignore[arg-type]
     turn = f", every {given.period_s:g} s" if given.period_s else ""
     ax.set_title(f"{given.schedule}{turn}: hovers $Δ$ = {plan.hover_time_s:.2f} s")
 
 
-def _curves(ax: Axes, pack: Battery, wells: Wells, stretch: Stretch) -> None:
-    """Both wells of every pack within a stretch; straight where a full pack is kept full."""
+def _draw_curves(ax: Axes, pack: Battery, wells: Wells, stretch: Stretch) -> None:
+    """Draw both wells of every pack within a stretch; straight where a full pack is kept full."""
     passed_s = np.linspace(0.0, float(stretch.duration_s[0]), POINTS)
     time_s, full = float(stretch.start_s[0]) + passed_s, pack.full
     for number, current_A in enumerate(stretch.currents_A[0]):
@@ -103,8 +108,8 @@ def _curves(ax: Axes, pack: Battery, wells: Wells, stretch: Stretch) -> None:
         ax.plot(time_s[-1], 0.0, "o", color=colour, markersize=4.0, clip_on=False, zorder=5)
 
 
-def _strips(ax: Axes, stretch: Stretch) -> None:
-    """Who flies and who is charged; a pack that refuses charge is not."""
+def _draw_strips(ax: Axes, stretch: Stretch) -> None:
+    """Draw which pack flies and which is charged; one that takes no charge is not."""
     start_s, duration_s = float(stretch.start_s[0]), float(stretch.duration_s[0])
     for number, (low, high) in ((stretch.carrier[0], FLIES), (stretch.served[0], CHARGED)):
         charged = (low, high) == CHARGED
@@ -116,12 +121,3 @@ def _strips(ax: Axes, stretch: Stretch) -> None:
 
 def _colour(number: int) -> str:
     return COLOURS[number % len(COLOURS)]
-
-
-def _lines(plans: Sequence[Plan]) -> list[Line2D]:
-    """What the legend says of the lines."""
-    most = max(len(plan.phases[0].available_As) for plan in plans)
-    return [
-        *(Line2D([], [], color=_colour(pack), label=f"pack {pack + 1}") for pack in range(most)),
-        Line2D([], [], color=BLACK, linewidth=0.5, label="bound well $y_2/(1-ω)B$"),
-    ]

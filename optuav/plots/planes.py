@@ -1,0 +1,327 @@
+"""The (Δ, T') plane of a problem with two unknowns: grid, constraints and optimum."""
+
+from __future__ import annotations
+
+import functools
+import math
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from itertools import cycle
+from typing import Any, NamedTuple, TypeAlias
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.patches import Rectangle
+
+from formulations.available import StepEnd
+from optuav.arrays import Booleans, Floats
+from optuav.engines import grid
+from optuav.errors import InputError
+from optuav.modelling import Constraint, Model, Variable, evaluate
+from optuav.modelling.check import holding, relations
+from optuav.plan import Plan
+from optuav.plots import style
+from optuav.plots.labels import Label, place, settle
+from optuav.plots.style import BLACK, printed
+
+COLOURS = (style.VERMILLION, style.BLUE, style.GREEN, style.PURPLE, style.ORANGE, style.SKY)
+REACHED = {"dry": "empty", "past full": "full"}
+"""What the available well is where one of its limits binds, by the kind of the constraint."""
+STEEP = 4.0
+"""Slope on the page from which a label runs along its line."""
+MOST_POINTS = 40
+"""Most points of the grid that are shown along an axis."""
+SAMPLES = 241
+"""Points along an axis at which the constraints are evaluated."""
+BEYOND = 1.5
+"""How far the grid is shown, as a multiple of how far it is feasible."""
+MARGIN = 0.07
+"""Share of the plane that is shown beyond the grid."""
+
+Values: TypeAlias = Mapping[str, object]
+
+
+def plane(
+    model: Model,
+    parameters: Values,
+    plans: Sequence[Plan] = (),
+    *,
+    slot_s: float = 1.0,
+    ax: Axes | None = None,
+) -> Axes:
+    """Draw the plane of the two unknowns of a problem: rest time across, hover time upwards.
+
+    Constraints are lines on which the two sides of their declaration are equal, with their
+    forbidden sides shaded, thick where they bound what is feasible. Left out are those that cut
+    nothing off, and the far end of a grid of which only the beginning is feasible. The points are
+    those of Algorithm 1's grid, thinned out where there are many.
+
+    Parameters
+    ----------
+    model
+        A declared problem with two unknowns, such as P4 (``Program.parts[k].model``).
+    parameters
+        Values of its parameters for one itinerary, as ``model.row(entry)`` gives them.
+    plans
+        Plans to mark, of the same problem and itinerary: continuous ones and ones in slots.
+    slot_s
+        Length of the slots of the grid [s], > 0.
+    ax
+        Where to draw; on a page of its own by default.
+
+    Returns
+    -------
+    The axes, with both times in s.
+
+    Raises
+    ------
+    InputError
+        If the model does not have two unknowns.
+
+    Examples
+    --------
+    >>> program = optuav.formulate("paper", "P4", building="b1", order="rest-first")
+    >>> model = program.parts[0].model
+    >>> optuav.plots.plane(model, model.row(0), slot_s=20.0).get_xlabel()
+    "rest time T' [s]"
+    """
+    if len(model.variables) != 2:
+        names = ", ".join(each.symbol for each in model.variables)
+        raise InputError(f"a plane needs two unknowns; the problem has {names or 'none'}")
+    upward, across = model.variables
+    marked = [
+        (plan, (float(getattr(plan, across.name)), float(getattr(plan, upward.name))))
+        for plan in plans
+        if plan
+    ]
+    points = [point for _, point in marked]
+    route = marked[0][0].route if marked else ()
+    with style.applied():
+        ax = ax or style.page(4.4).subplots()
+        counted = _worth_seeing(model, parameters, slot_s, points)
+        for name, number, values_s in (("ylim", 1, counted[0]), ("xlim", 0, counted[1])):
+            highest = max([0.0, *values_s, *(point[number] for point in points)]) or 1.0
+            ax.set(**{name: (-MARGIN * highest, (1.0 + MARGIN) * highest)})
+        ax.set_title("\n".join([model.title, *[" → ".join(map(printed, route))] * bool(route)]))
+        ax.set(xlabel=_axis_label(across), ylabel=_axis_label(upward))
+        style.group_thousands(ax)
+        cells = _draw_grid(ax, model, parameters, counted, slot_s)
+        labels, lines = _draw_constraints(ax, model, parameters, route)
+        for plan, point in marked:
+            _draw_optimum(ax, plan, point, (across.symbol, upward.symbol))
+        ax.legend(loc="upper left", bbox_to_anchor=(1.01, 1.0), labelspacing=0.9)
+        settle(ax)
+        place(ax, labels, lines, [[point] for point in cells])
+    return ax
+
+
+def constraint_name(constraint: Constraint, route: Sequence[str]) -> str:
+    """The label of a constraint; for one of the available well, what happens where it binds.
+
+    Parameters
+    ----------
+    constraint
+        As declared.
+    route
+        Names of the places in the order in which they are reached; empty if they are not known.
+    """
+    moment = constraint.moment
+    if constraint.kind not in REACHED or not isinstance(moment, StepEnd):
+        return constraint.label
+    well = f"available well {REACHED[constraint.kind]}"
+    if moment.stay:
+        return f"{well} {moment}"
+    end = f"to {printed(route[moment.flight])}" if route else f"{moment.flight}"
+    if moment.lands:
+        return f"{well}, end of flight {end}"
+    return f"{well}, stage {moment.stage} of flight {end}"
+
+
+def _axis_label(variable: Variable) -> str:
+    words = variable.name.removesuffix(f"_{variable.unit}").replace("_", " ")
+    return f"{words} {variable.symbol} [{variable.unit}]"
+
+
+def _excesses(
+    model: Model, parameters: Values, x: Floats, y: Floats
+) -> Iterator[tuple[Constraint, Floats]]:
+    """Constraints and by how much they hold (y, x); they forbid where that is negative."""
+    upward, across = model.variables
+    values = {**parameters, across.name: x, upward.name: y[:, None]}
+    done: dict[int, Any] = {}
+    for each in list(relations(model)):  # kept, so that no two nodes share an identity
+        left, right = (evaluate(side, values, done) for side in each.relation.sides)
+        excess = right - left if each.relation.sense == "<=" else left - right
+        yield each, np.broadcast_to(np.asarray(excess, dtype=float), (len(y), len(x)))
+
+
+def _all(holds: Iterable[Booleans]) -> Booleans:
+    """Where all hold; everywhere if there are none."""
+    return np.asarray(functools.reduce(np.logical_and, holds, np.ones((), dtype=bool)))
+
+
+def _worth_seeing(
+    model: Model, parameters: Values, slot_s: float, marked: Sequence[tuple[float, float]]
+) -> list[Floats]:
+    """The grid as far as it is feasible and somewhat farther, where that is much less than all."""
+    counted = grid.axes(model, parameters, slot_s)
+    y, x = (np.linspace(0.0, values_s.max(initial=0.0), SAMPLES) for values_s in counted)
+    feasible = np.broadcast_to(
+        _all(
+            excess >= 0.0
+            for each, excess in _excesses(model, parameters, x, y)
+            if each.relation.sense != "=="
+        ),
+        (SAMPLES, SAMPLES),
+    )
+    reached = (y[feasible.any(axis=1)], 1), (x[feasible.any(axis=0)], 0)
+    seen = []
+    for values_s, (inside, number) in zip(counted, reached, strict=True):
+        farthest = BEYOND * max([*inside, *(point[number] for point in marked)], default=np.inf)
+        cut = values_s[values_s <= farthest]
+        seen.append(cut if len(cut) > 1 and farthest < 0.7 * values_s.max() else values_s)
+    return seen
+
+
+def _draw_grid(
+    ax: Axes, model: Model, parameters: Values, counted: Sequence[Floats], slot_s: float
+) -> Floats:
+    """Draw the grid, dots where it is feasible and crosses elsewhere; the points (n, 2) shown."""
+    every = [max(1, math.ceil(len(values) / MOST_POINTS)) for values in counted]
+    upward, across = (values[::n] for values, n in zip(counted, every, strict=True))
+    y, x = (each.ravel() for each in np.meshgrid(upward, across))
+    names = [variable.name for variable in model.variables]
+    values = {**parameters, **dict(zip(names, (y, x), strict=True))}
+    feasible = np.broadcast_to(
+        _all(
+            holding(each.sense, *(evaluate(side, values) for side in each.sides))
+            for each in (constraint.relation for constraint in model.constraints)
+        ),
+        y.shape,
+    )
+    slots = f"(slots of {slot_s:g} s{_thinned(every, model)})"
+    for which, marker, size, colour, words in (
+        (feasible, "o", 1.8, BLACK, "feasible"),
+        (~feasible, "x", 2.2, style.GREY, "not feasible"),
+    ):
+        if which.any():
+            (dots,) = ax.plot(x[which], y[which], marker, markersize=size, color=colour)
+            dots.set(markeredgewidth=0.5, label=f"{words}\n{slots}")
+    return np.stack([x, y], axis=1)
+
+
+def _thinned(every: Sequence[int], model: Model) -> str:
+    """Which slots are shown; nothing if all are."""
+    endings = {1: "st", 2: "nd", 3: "rd"}
+    words = [
+        f"every {n}{'th' if n % 100 in (11, 12, 13) else endings.get(n % 10, 'th')}" for n in every
+    ]
+    if max(every) == 1:
+        return ""
+    if len(set(every)) == 1:
+        return f", {words[0]} shown"
+    shown = zip(words, every, model.variables, strict=True)
+    return ",\n" + ", ".join(f"{each} of {of.symbol}" for each, number, of in shown if number > 1)
+
+
+class Cut(NamedTuple):
+    """A constraint that cuts something off, sampled on the plane.
+
+    Parameters
+    ----------
+    constraint
+        As declared.
+    excess
+        By how much it holds; it forbids where negative.
+    others_hold
+        Where all others hold, so that it alone decides.
+    """
+
+    constraint: Constraint
+    excess: Floats
+    others_hold: Booleans
+
+
+def _cuts(sampled: Sequence[tuple[Constraint, Floats]]) -> Iterator[Cut]:
+    """The constraints without which more would be feasible, one of those that do the same."""
+    kept = [(each, excess, excess >= 0.0) for each, excess in sampled]
+    bounding = [each for each in kept if each[0].relation.sense != "=="]
+    feasible = _all(held for *_, held in bounding)
+    for cut in list(bounding):
+        others = _all(held for *_, held in bounding if held is not cut[2])
+        # What holds nowhere is named, though another constraint forbids everything as well.
+        if cut[2].any() and (others == feasible).all():
+            bounding.remove(cut)
+            kept.remove(cut)
+    for constraint, excess, own in kept:
+        others = _all(held for *_, held in bounding if held is not own)
+        yield Cut(constraint, excess, np.broadcast_to(others, excess.shape))
+
+
+def _draw_constraints(
+    ax: Axes, model: Model, parameters: Values, route: Sequence[str]
+) -> tuple[list[Label], list[Floats]]:
+    """Draw the boundaries that cut, with their forbidden sides; their labels and lines."""
+    x, y = (np.linspace(*limits, SAMPLES) for limits in (ax.get_xlim(), ax.get_ylim()))
+    labels, lines = list[Label](), list[Floats]()
+    cuts = _cuts(list(_excesses(model, parameters, x, y)))
+    for (constraint, excess, others_hold), colour in zip(cuts, cycle(COLOURS), strict=False):
+        name = constraint_name(constraint, route)
+        low, high = float(excess.min()), float(excess.max())
+        if constraint.relation.sense != "==" and low < 0.0:
+            levels = [low, min(0.0, high)]
+            ax.contourf(x, y, excess, levels=levels, colors=[colour], alpha=0.1, zorder=0.5)
+        if high < 0.0:
+            words = f"{name}\n(holds nowhere here)"
+            ax.add_patch(Rectangle((0.0, 0.0), 0.0, 0.0, color=colour, alpha=0.2, label=words))
+        if not low < 0.0 < high:
+            continue
+        drawn = ax.contour(x, y, excess, levels=[0.0], colors=[colour], linewidths=0.8, zorder=3)
+        found = [np.asarray(line) for line in drawn.allsegs[0]]
+        lines += map(np.asarray, drawn.get_paths()[0].to_polygons(closed_only=False))
+        edges = [edge for line in found for edge in _edges(line, (x, y), others_hold)]
+        for edge in edges:
+            ax.plot(*edge.T, color=colour, linewidth=2.0, zorder=3, solid_capstyle="round")
+        middle, upright = _middle(ax, max(edges or found, key=len))
+        labels.append(Label(name, middle, colour=colour, upright=upright, backed=True))
+    return labels, lines
+
+
+def _edges(line: Floats, sampled: tuple[Floats, Floats], others_hold: Booleans) -> list[Floats]:
+    """The parts of a line along which its constraint alone parts feasible from not."""
+    column, row = (
+        np.clip(np.rint((at - axis[0]) / (axis[1] - axis[0])), 0, SAMPLES - 1).astype(int)
+        for at, axis in zip(line.T, sampled, strict=True)
+    )
+    alone = others_hold[row, column]
+    changes = np.flatnonzero(np.diff(alone)) + 1
+    parts = np.split(line, changes), np.split(alone, changes)
+    return [part for part, here in zip(*parts, strict=True) if here[0] and len(part) > 1]
+
+
+def _middle(ax: Axes, line: Floats) -> tuple[tuple[float, float], bool]:
+    """The point half-way along a line as it is seen, and whether the line is steep there."""
+    seen = ax.transAxes.inverted().transform(ax.transData.transform(line))
+    steps = np.diff(seen, axis=0)
+    along = np.concatenate([[0.0], np.cumsum(np.hypot(*steps.T))])
+    half = 0.5 * along[-1]
+    x, y = (float(np.interp(half, along, each)) for each in line.T)
+    across, upward = np.abs(steps[min(np.searchsorted(along, half), len(steps)) - 1])
+    return (x, y), bool(upward > STEEP * across)
+
+
+def _draw_optimum(
+    ax: Axes, plan: Plan, point: tuple[float, float], symbols: tuple[str, str]
+) -> None:
+    times = ", ".join(f"{s} = {t:.2f} s" for s, t in zip(symbols, point, strict=True))
+    continuous = plan.slot_s is None
+    words = "optimum" if continuous else f"optimum in slots of {plan.slot_s:g} s"
+    ax.plot(
+        *point,
+        "*" if continuous else "s",
+        markersize=11.0 if continuous else 9.0,
+        markerfacecolor=style.YELLOW if continuous else "none",
+        markeredgecolor=BLACK,
+        markeredgewidth=0.9,
+        zorder=6,
+        label=f"{words}\n{times}",
+    )
