@@ -171,7 +171,9 @@ def test_limits_of_the_well_are_told_by_the_route_where_a_plan_tells_it() -> Non
     some = Relation(0.0, ">=", 0.0)
     dry = [Constraint("P1.b not dry", some, kind="dry", moment=each) for each in moments]
     route = ("origin", "hover", "the $ roof", "destination")
-    assert constraint_name(dry[0], route) == ("available well empty, stage 1 of flight to the \\$ roof")
+    assert constraint_name(dry[0], route) == (
+        "available well empty, stage 1 of flight to the \\$ roof"
+    )
     assert constraint_name(dry[1], ()) == "available well empty, end of flight 2"
     assert constraint_name(Constraint("P1.d hover time", some), route) == "P1.d hover time"
 
