@@ -18,6 +18,7 @@ from optuav.judge.tolerance import TOLERANCE
 from optuav.mission import Mission, load
 from optuav.mission.messages import counted_in, shown
 from optuav.mission.schema import SLOT, Number
+from optuav.options import Perspective
 from optuav.physics.packs import SCHEDULES
 from optuav.plan import Plan
 from optuav.solving import solve
@@ -54,7 +55,7 @@ def compare(
     mission: Mission | str | Path,
     *,
     by: str | Sequence[str] = "method",
-    perspective: str | None = None,
+    perspective: Perspective | None = None,
     slots_s: float | Sequence[float] | None = None,
     engines: Sequence[str] | None = None,
     time_limit_s: float | None = None,
@@ -157,7 +158,7 @@ def compare(
 
 def _unusable(
     names: tuple[str, ...],
-    perspective: str | None,
+    perspective: Perspective | None,
     slots_s: Sequence[float] | None,
     periods_s: Sequence[float] | None,
 ) -> Iterator[Fault]:

@@ -10,8 +10,10 @@ from optuav import solving
 from optuav.mission import Mission
 from optuav.paper.reproduce.exhibit import OURS, LeftOut
 from optuav.plan import Plan
+from optuav.solving.question import problem_of
 
 REMEMBERED = 256
+PROBLEM_FIELDS = ("trajectory", "building", "order", "hover_point", "stops", "hovers")
 SEARCHED = (
     "the study takes many plans, and where the packs take turns each is a search by simulation"
 )
@@ -25,7 +27,9 @@ def solve(mission: Mission, problem: str = "P1", **options: Any) -> Plan:
 
 @lru_cache(maxsize=REMEMBERED)
 def _found(mission: Mission, problem: str, *options: tuple[str, Any]) -> Plan:
-    return solving.solve(mission, problem, **dict(options))
+    stated = dict(options)
+    fields = {each: stated.pop(each) for each in PROBLEM_FIELDS if each in stated}
+    return solving.solve(mission, problem_of(problem, **fields), **stated)
 
 
 def why(plan: Plan) -> str:
