@@ -36,7 +36,7 @@ stops = [
 # %% [markdown]
 # ## The verdict
 #
-# `optuav audit theirs.toml` prints the same. The legs between the stops are worked out.
+# `optuav audit theirs.toml` prints the same. The legs between the stops follow.
 
 # %%
 verdict = optuav.audit(theirs)

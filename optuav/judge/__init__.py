@@ -1,7 +1,7 @@
-"""An independent judge: a plan simulated again from its mission, and the verdict."""
+"""An independent judge: a plan simulated again from its mission, and the verdict on it."""
 
 from optuav.judge.audit import Audit, audit
-from optuav.judge.itinerary import Itinerary, Stop
 from optuav.judge.replay import Replay, replay
+from optuav.judge.timeline import Itinerary, Stop
 
 __all__ = ["Audit", "Itinerary", "Replay", "Stop", "audit", "replay"]

@@ -1,42 +1,50 @@
-"""The verdict on any plan: ours, edited by hand, or somebody else's."""
+"""The verdict on any plan: a plan of ours, one edited by hand, or an itinerary in a file."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from dataclasses import asdict, dataclass
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Literal, TypeGuard
 
-from optuav.judge.figures import MISMATCH
-from optuav.judge.itinerary import Itinerary
-from optuav.judge.reading import read
+from annotated_types import Len
+from pydantic import Strict, ValidationError
+
+from optuav.errors import Fault, InputError
+from optuav.judge.limits import MISMATCH, same
 from optuav.judge.replay import Replay, replay
-from optuav.judge.tolerance import TOLERANCE, same
-from optuav.mission.files import label
-from optuav.mission.messages import printable, shown
+from optuav.judge.timeline import Itinerary, Stop
+from optuav.judge.wells import TOLERANCE
+from optuav.mission import Mission, load, shipped
+from optuav.mission.files import label, read_text
+from optuav.mission.load import LARGEST_FILE, parse
+from optuav.mission.messages import Breach, StatedMission, allowed, nearest, printable, shown
+from optuav.mission.schema import Allowed, Number
+from optuav.mission.validation import format_breaches
 from optuav.network import vehicle
+from optuav.network.places import ENDS
 from optuav.plan import Plan
-from optuav.plan.file import DERIVED, to_dict
-from optuav.plan.phases import LARGEST
+from optuav.plan.file import DERIVED, LARGEST_BYTES, read_plan, to_dict
+from optuav.plan.phases import LARGEST, Record
 from optuav.plan.trace import Event
 
 MOST_SHOWN = 20
-"""Events that are told one by one."""
+"""Largest number of events that are printed one by one."""
 
-WORDS = ("warnings",)
-"""What a plan's file repeats in words, which may be put otherwise."""
+MOST_STOPS = 10_000
+"""Largest number of stops of an itinerary."""
 
 
 @dataclass(frozen=True)
 class Audit:
-    """A verdict; it is true where the plan can be flown.
+    """A verdict on a plan; it is true where the plan can be flown.
 
     Parameters
     ----------
     source
         The file, or the name of the mission.
     subject
-        What was judged.
+        The plan or itinerary.
     replay
         Its simulation; None where there is no plan to simulate.
     events
@@ -50,7 +58,7 @@ class Audit:
 
     @property
     def violations(self) -> tuple[Event, ...]:
-        """What keeps the plan from being flown as it stands."""
+        """The events because of which the plan cannot be flown."""
         return tuple(event for event in self.events if event.violation)
 
     @property
@@ -64,7 +72,7 @@ class Audit:
     def __str__(self) -> str:
         return "\n".join(_lines(self))
 
-    def to_dict(self) -> dict[str, Any]:
+    def to_dict(self) -> dict[str, object]:
         """The audit as plain data: strings, numbers, truth values, lists, dicts and None."""
         return {
             "source": self.source,
@@ -81,7 +89,7 @@ class Audit:
 def audit(plan: Plan | Itinerary | str | Path) -> Audit:
     """Judge a plan by simulating it from its mission, see `optuav.replay`.
 
-    Whether it is the best is not judged: of ``slot_s`` only that every stay is in whole slots.
+    Whether the plan is the best is not judged; of ``slot_s`` only that every stay is whole slots.
 
     Parameters
     ----------
@@ -99,13 +107,24 @@ def audit(plan: Plan | Itinerary | str | Path) -> Audit:
     ------
     InputError
         With everything that keeps a file from being read.
+
+    Examples
+    --------
+    >>> import optuav
+    >>> from optuav.judge import Stop
+    >>> shorter = optuav.Itinerary(optuav.load("paper"), (Stop("hover", "hover", 577.5),))
+    >>> found = optuav.audit(shorter)
+    >>> bool(found)
+    True
+    >>> print(str(found).splitlines()[2])
+    Times      mission 653.29 s, hover 577.50 s, rest 0.00 s, flight 75.79 s
     """
     if isinstance(plan, Plan | Itinerary):
         return _judged(printable(plan.mission.name), plan, {})
     return _judged(label(Path(plan)), *read(plan))
 
 
-def _judged(source: str, subject: Plan | Itinerary, data: Mapping[str, Any]) -> Audit:
+def _judged(source: str, subject: Plan | Itinerary, data: Mapping[str, object]) -> Audit:
     if isinstance(subject, Plan) and not subject:
         why = "; ".join(subject.reasons) or subject.proof
         words = f"there is no plan ({subject.status.value}): {why}"
@@ -114,12 +133,13 @@ def _judged(source: str, subject: Plan | Itinerary, data: Mapping[str, Any]) -> 
     events = list(replayed.events)
     if isinstance(subject, Plan):
         follows = to_dict(subject)
-        for name in (each for each in DERIVED if each in data and each not in WORDS):
+        # Warnings repeat figures in sentences, which another version may put otherwise.
+        for name in (each for each in DERIVED if each in data and each != "warnings"):
             events += _contradictions(name, data[name], follows[name], replayed.mission_time_s)
     return Audit(source, subject, replayed, tuple(events))
 
 
-def _contradictions(here: str, stated: Any, follows: Any, time_s: float) -> Iterator[Event]:
+def _contradictions(here: str, stated: object, follows: object, time_s: float) -> Iterator[Event]:
     """Figures that a file repeats and that do not follow from its phases."""
     if isinstance(stated, dict) and isinstance(follows, dict) and stated.keys() == follows.keys():
         for key in follows:
@@ -127,7 +147,7 @@ def _contradictions(here: str, stated: Any, follows: Any, time_s: float) -> Iter
     elif isinstance(stated, list) and isinstance(follows, list) and len(stated) == len(follows):
         for number, pair in enumerate(zip(stated, follows, strict=True)):
             yield from _contradictions(f"{here}[{number}]", *pair, time_s)
-    elif _number(stated) and _number(follows):
+    elif _is_number(stated) and _is_number(follows):
         if not same(stated, follows):
             words = f"{here}: the file says {stated:.10g}, its phases say {follows:.10g}"
             yield Event(MISMATCH, time_s, words, float(stated), float(follows))
@@ -136,10 +156,9 @@ def _contradictions(here: str, stated: Any, follows: Any, time_s: float) -> Iter
         yield Event(MISMATCH, time_s, words)
 
 
-def _number(value: Any) -> bool:
+def _is_number(value: object) -> TypeGuard[float]:
     """Whether it can be computed with; JSON has integers that no float holds."""
-    is_number = isinstance(value, int | float) and not isinstance(value, bool)
-    return is_number and abs(value) <= LARGEST
+    return isinstance(value, int | float) and not isinstance(value, bool) and abs(value) <= LARGEST
 
 
 def _route(replayed: Replay | None) -> list[str]:
@@ -180,3 +199,122 @@ def _lines(judged: Audit) -> Iterator[str]:
     yield ""
     share = f"{TOLERANCE:g} of the capacity ({TOLERANCE * capacity_As:.3g} A s)"
     yield f"Tolerance  {share}, of a limit, or of a figure"
+
+
+class StopTable(Record):
+    """A table [[stops]] of an itinerary's file."""
+
+    at: Annotated[str, Strict(), Allowed("the name of a place")]
+    kind: Annotated[Literal["rest", "hover"], Allowed('"rest" or "hover"')]
+    duration_s: Annotated[float, Number("s", ge=0, le=1e7)]
+
+
+STOP = f"a table with {', '.join(StopTable.model_fields)}"
+
+
+class ItineraryFile(Record):
+    """An itinerary as its file states it."""
+
+    mission: Annotated[
+        str,
+        Strict(),
+        Len(1),
+        Allowed("the name of a shipped mission, or a path relative to this file"),
+    ]
+    stops: Annotated[
+        tuple[StopTable, ...],
+        Len(0, MOST_STOPS),
+        Allowed(f"tables [[stops]], each {STOP}; at most {MOST_STOPS}, or stops = []"),
+    ]
+
+
+def read(path: str | Path) -> tuple[Plan | Itinerary, dict[str, object]]:
+    """A saved plan (JSON) with the data of its file, which repeat figures, or an itinerary (TOML).
+
+    Their names or first letters tell which.
+
+    Raises
+    ------
+    InputError
+        With everything that keeps the file from being either.
+    """
+    text = read_text(Path(path), LARGEST_BYTES)
+    if Path(path).suffix == ".json" or text.lstrip().startswith("{"):
+        return read_plan(path)
+    return read_itinerary(path), {}
+
+
+def read_itinerary(path: str | Path) -> Itinerary:
+    """The itinerary of a file.
+
+    Parameters
+    ----------
+    path
+        A TOML file with ``schema``, ``mission`` (the name of a shipped one, or a path relative to
+        the file) and a table ``[[stops]]`` for every stay, in order: ``at``, ``kind`` (``"rest"``
+        or ``"hover"``) and ``duration_s``.
+
+    Raises
+    ------
+    InputError
+        With everything that is wrong with the file, and with that of its mission.
+    """
+    file = Path(path)
+    source = label(file)
+    document = parse(read_text(file, LARGEST_FILE), file)
+    statement = StatedMission(document, {(): source})
+    breaches = format_breaches(document)
+    stated = mission = None
+    try:
+        stated = ItineraryFile.model_validate({k: v for k, v in document.items() if k != "schema"})
+    except ValidationError as error:
+        breaches += _breaches(error, statement)
+    faults = statement.faults(breaches)
+    if not any(key == ("mission",) for key, _ in breaches):
+        try:
+            mission = _mission(document["mission"], file)
+        except InputError as error:
+            faults += error.faults
+    if mission is not None:
+        faults += _unknown_places(mission, document.get("stops"), source)
+    if faults or stated is None or mission is None:
+        raise InputError(faults)
+    return Itinerary(
+        mission, tuple(Stop(each.at, each.kind, each.duration_s) for each in stated.stops)
+    )
+
+
+def _breaches(error: ValidationError, statement: StatedMission) -> Iterator[Breach]:
+    """Pydantic's errors by key, each with what is allowed."""
+    for detail in error.errors(include_url=False, include_context=False, include_input=False):
+        key = detail["loc"]
+        name = str(key[-1])
+        model = StopTable if len(key) == 3 else ItineraryFile
+        if len(key) == 2:
+            yield Breach(key, STOP)
+        elif name not in model.model_fields:
+            yield Breach(key, f"unknown key{nearest(name, model.model_fields)}")
+        else:
+            missing = "" if statement.holds(key) else "is missing; "
+            yield Breach(key, f"{missing}{allowed(model, name)}")
+
+
+def _mission(name: str, file: Path) -> Mission:
+    """The mission of an itinerary; a file that cannot be read is a fault of its key."""
+    try:
+        return load(name if name in shipped() else file.parent / name)
+    except InputError as error:
+        raise InputError(
+            each if each.key else Fault("mission", shown(name), each.allowed, label(file))
+            for each in error.faults
+        ) from None
+
+
+def _unknown_places(mission: Mission, stops: object, source: str) -> Iterator[Fault]:
+    """Stops at places that the mission has not; other faults of stops are found elsewhere."""
+    known = (*ENDS, *(building.name for building in mission.buildings))
+    for number, stop in enumerate(stops if isinstance(stops, list) else ()):
+        at = stop.get("at") if isinstance(stop, dict) else None
+        if isinstance(at, str) and at not in known:
+            words = f"is no place of the mission {mission.name}{nearest(at, known)}"
+            yield Fault(f"stops.{number}.at", shown(at), words, source)

@@ -1,32 +1,31 @@
-"""A plan simulated again from its mission, by code that knows nothing of how it was found."""
+"""A plan simulated again from its mission: its events, its state of charge and its trace."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
 from optuav.arrays import Floats
 from optuav.errors import Fault, InputError, NoPlanError
-from optuav.judge import table
-from optuav.judge.course import Course, pooled, scheduled
-from optuav.judge.energies import energies, states_of_charge
-from optuav.judge.figures import contradicted_verdict, mismatches
-from optuav.judge.itinerary import Itinerary, moves
-from optuav.judge.limits import impossible, kept
-from optuav.judge.phases import Phase, Site, phases
-from optuav.judge.wells import FOLLOWERS, Method
+from optuav.judge.limits import broken_limits, contradicted_verdict, impossible, mismatches
+from optuav.judge.timeline import Itinerary, Phase, Site, Stage, motion, moves, phases
+from optuav.judge.wells import METHODS, Course, Method, Stretch, pooled, scheduled, wells_at
 from optuav.mission import Mission
 from optuav.network import vehicle
-from optuav.physics.kibam import Wells
+from optuav.physics.charging import holding_current
+from optuav.physics.kibam import Battery
 from optuav.plan import Plan
 from optuav.plan.trace import Event, Trace
 
 if TYPE_CHECKING:
     import pandas
+
+POINTS = 65
+"""Moments of a stretch in a trace, its ends among them."""
 
 
 @dataclass(frozen=True)
@@ -40,9 +39,9 @@ class Replay:
     method
         How the wells were followed.
     phases
-        The phases as they will be; empty where the mission cannot be flown at all.
+        The phases, computed again; empty where the mission cannot be flown at all.
     course
-        What the phases do to the packs; None where the mission cannot be flown at all.
+        The packs over the phases; None where the mission cannot be flown at all.
     soc
         State of charge at the end by perspective [-].
     events
@@ -63,7 +62,7 @@ class Replay:
 
     @property
     def violations(self) -> tuple[Event, ...]:
-        """The events that keep the plan from being flown as it stands."""
+        """The events because of which the plan cannot be flown."""
         return tuple(event for event in self.events if event.violation)
 
     @property
@@ -86,21 +85,27 @@ class Replay:
 
     @cached_property
     def trace(self) -> Trace:
-        """The mission over time: position, speed, currents, wells; worked out when asked for."""
-        if self.course is None:
+        """The mission over time: position, speed, currents, wells; computed on first use.
+
+        Raises
+        ------
+        NoPlanError
+            If nothing is flown.
+        """
+        if self.course is None or not any(phase.duration_s for phase in self.phases):
             raise NoPlanError("there is no table: nothing is flown")
-        return table.trace(self.mission, self.phases, self.course, FOLLOWERS[self.method])
+        return _trace(self.mission, self.phases, self.course, self.method)
 
     def to_frame(self) -> pandas.DataFrame:
-        """The mission over time, one row a moment; needs pandas."""
+        """The mission over time, one row per moment; needs pandas."""
         return self.trace.to_frame()
 
 
 def replay(plan: Plan | Itinerary, *, method: Method = "exact") -> Replay:
     """Simulate a plan from its mission.
 
-    Of the plan only the places, their order and the times of the stays are taken, and what the user
-    stated in a graph: figures of legs, sight and power at places. All else is worked out again, and
+    Of the plan only the places, their order and the times of the stays are read, and what the user
+    stated in a graph: figures of legs, and power at places. Everything else is computed again, and
     every figure that the plan states is compared with it.
 
     Parameters
@@ -113,28 +118,51 @@ def replay(plan: Plan | Itinerary, *, method: Method = "exact") -> Replay:
 
     Returns
     -------
-    What happens. Its verdict `flyable` allows charge to miss its limits by 1e-6 of the capacity,
-    and other figures by 1e-6 of the limit.
+    Replay
+        Its verdict `flyable` allows charge to miss its limits by 1e-6 of the capacity, and other
+        figures by 1e-6 of the limit.
 
     Raises
     ------
     InputError
-        If there is no such method, or it does not go with the schedule of the packs.
+        If there is no such method, or it does not suit the schedule of the packs.
     NoPlanError
         If there is no plan to simulate.
+
+    Examples
+    --------
+    >>> import optuav
+    >>> from optuav.judge import Stop
+    >>> paper = optuav.load("paper")
+    >>> direct = optuav.Itinerary(paper, (Stop("hover", "hover", 688.8),))
+    >>> found = optuav.replay(direct)
+    >>> found.flyable
+    False
+    >>> print(found.violations[0])
+        660.26 s  the available well runs dry: -9425.68, at least 0 A s
     """
-    if method not in FOLLOWERS:
-        raise InputError([Fault("method", repr(method), f"one of {', '.join(FOLLOWERS)}")])
+    if method not in METHODS:
+        raise InputError([Fault("method", repr(method), f"one of {', '.join(METHODS)}")])
     if isinstance(plan, Plan):
         plan.route  # noqa: B018  (raises where there is no plan)
-    site, asked = Site(plan.mission), moves(plan)
-    events = list(impossible(site, asked))
+    mission, site, planned = plan.mission, Site(plan.mission), tuple(moves(plan))
+    events = list(impossible(site, planned))
     if events:
         return Replay(plan, method, (), None, {}, tuple(events))
-    flown = phases(site, asked)
-    course = _course(plan.mission, flown, method)
-    soc = _soc_at_end(plan.mission, flown, course.ends[-1])
-    events = [*course.events, *kept(plan.mission, flown, soc["battery"])]
+    flown = phases(site, planned)
+    if not mission.battery.takes_turns:
+        course = pooled(mission, flown, method)
+    elif method == "exact":
+        course = scheduled(mission, flown)
+    else:
+        words = f'exact: {method} goes with battery.schedule = "pooled" only'
+        raise InputError([Fault("method", repr(method), words)])
+    drawn = energies(mission, flown)
+    left_As = sum(float(pack.total_As) for pack in course.ends[-1])
+    share = np.array([left_As / float(vehicle.pool(mission).capacity_As)])
+    levels = drawn.states_of_charge(drawn.starts_J[-1:], share)
+    soc = {name: float(level[0]) for name, level in levels.items()}
+    events = [*course.events, *broken_limits(mission, flown, soc["battery"])]
     if isinstance(plan, Plan):
         events += mismatches(plan, flown, course.ends, soc)
         events += contradicted_verdict(plan, events)
@@ -142,20 +170,139 @@ def replay(plan: Plan | Itinerary, *, method: Method = "exact") -> Replay:
     return Replay(plan, method, flown, course, soc, tuple(events))
 
 
-def _course(mission: Mission, flown: tuple[Phase, ...], method: Method) -> Course:
-    if not mission.battery.takes_turns:
-        return pooled(mission, flown, FOLLOWERS[method])
-    if method != "exact":
-        words = f'exact: {method} goes with battery.schedule = "pooled" only'
-        raise InputError([Fault("method", repr(method), words)])
-    return scheduled(mission, flown)
+class Energies(NamedTuple):
+    """Energy drawn in flight, drawn in hover, and gained otherwise, stage by stage.
+
+    Parameters
+    ----------
+    gains_W
+        (stage, 3) power drawn in flight, drawn in hover, and received in hover or gained net at
+        rest [W].
+    starts_J
+        (stage + 1, 3) their integrals at the start of every stage, and at the end of the last [J].
+    batteries_J
+        Energy of the full battery at the voltages of flight, of hover, and nominally: E_1, E_2 and
+        E_0 [J].
+    """
+
+    gains_W: Floats
+    starts_J: Floats
+    batteries_J: tuple[float, float, float]
+
+    def states_of_charge(self, energies_J: Floats, share: Floats) -> dict[str, Floats]:
+        """State of charge by perspective [-].
+
+        Parameters
+        ----------
+        energies_J
+            (moment, 3) integrals of `gains_W` [J].
+        share
+            (y1 + y2)/B over all packs [-].
+        """
+        flight_J, hover_J, gained_J = np.moveaxis(energies_J, -1, 0)
+        E_1, E_2, E_0 = self.batteries_J
+        return {
+            "battery": share,
+            "energy": 1.0 - (flight_J + hover_J - gained_J) / E_0,
+            "adjusted": 1.0 - flight_J / E_1 - hover_J / E_2 + gained_J / E_0,
+        }
 
 
-def _soc_at_end(
-    mission: Mission, flown: tuple[Phase, ...], end: tuple[Wells, ...]
-) -> dict[str, float]:
-    told = energies(mission, flown)
-    left_As = sum(float(pack.total_As) for pack in end)
-    share: Floats = np.array([left_As / float(vehicle.pool(mission).capacity_As)])
-    found = states_of_charge(told.batteries_J, told.starts_J[-1:], share)
-    return {name: float(level[0]) for name, level in found.items()}
+def energies(mission: Mission, flown: Sequence[Phase]) -> Energies:
+    """Energies over the phases of a plan."""
+    stages = [(phase.kind, stage) for phase in flown for stage in phase.stages]
+    gains_W = np.array(
+        [_gains_W(kind, stage.drawn[1], stage.received[1]) for kind, stage in stages]
+    )
+    durations_s = np.array([stage.duration_s for _, stage in stages])
+    starts_J = np.concatenate([np.zeros((1, 3)), np.cumsum(durations_s[:, None] * gains_W, axis=0)])
+    flown_As = sum(
+        stage.duration_s * stage.drawn.current_A for kind, stage in stages if kind == "flight"
+    )
+    hover, given = vehicle.hover_load(mission), mission.battery
+    B = float(vehicle.pool(mission).capacity_As)
+    E_0 = B * given.nominal_voltage_V
+    E_1 = given.flight_energy_J or (B * starts_J[-1, 0] / flown_As if flown_As else E_0)
+    E_2 = given.hover_energy_J or (B * hover.power_W / hover.current_A if hover.current_A else E_0)
+    return Energies(gains_W, starts_J, (float(E_1), float(E_2), E_0))
+
+
+def _gains_W(kind: str, drawn_W: float, received_W: float) -> tuple[float, float, float]:
+    if kind == "flight":
+        return drawn_W, 0.0, received_W
+    return (0.0, drawn_W, received_W) if kind == "hover" else (0.0, 0.0, received_W - drawn_W)
+
+
+def _trace(mission: Mission, flown: Sequence[Phase], course: Course, method: Method) -> Trace:
+    drawn = energies(mission, flown)
+    stages = [stage for phase in flown for stage in phase.stages]
+    pieces = [
+        _piece(mission, flown[each.phase], stages[each.stage], each, course.pack, drawn, method)
+        for each in course.stretches
+        if each.duration_s > 0.0
+    ]
+    columns = {name: np.concatenate([getattr(each, name) for each in pieces]) for name in COLUMNS}
+    soc = {name: np.concatenate([each.soc[name] for each in pieces]) for name in pieces[0].soc}
+    return Trace(**columns, soc=soc)
+
+
+COLUMNS = tuple(name for name in Trace.__dataclass_fields__ if name != "soc")
+
+
+def _piece(
+    mission: Mission,
+    phase: Phase,
+    stage: Stage,
+    stretch: Stretch,
+    pack: Battery,
+    drawn: Energies,
+    method: Method,
+) -> Trace:
+    """The rows of a stretch."""
+    passed_s = np.linspace(0.0, stretch.duration_s, POINTS)
+    followed = [None if stretch.held else current_A for current_A in stretch.currents_A]
+    wells = [
+        wells_at(method, pack, before, current_A, passed_s)
+        for before, current_A in zip(stretch.before, followed, strict=True)
+    ]
+    currents_A = [
+        np.asarray(holding_current(pack, each)) if current_A is None else np.full(POINTS, current_A)
+        for each, current_A in zip(wells, followed, strict=True)
+    ]
+    available_As = np.stack([each.available_As for each in wells], axis=1)
+    bound_As = np.stack([each.bound_As for each in wells], axis=1)
+    share = (available_As + bound_As).sum(axis=1) / (len(wells) * pack.capacity_As)
+    since_stage_s = stretch.start_s - stage.start_s + passed_s
+    energies_J = (
+        drawn.starts_J[stretch.stage] + since_stage_s[:, None] * drawn.gains_W[stretch.stage]
+    )
+    drawn_A, drawn_W = stage.drawn
+    voltage_V = drawn_W / drawn_A if drawn_A else mission.battery.nominal_voltage_V
+    return Trace(
+        time_s=stretch.start_s + passed_s,
+        **motion(mission, phase, _since_phase(phase, stage, stretch))._asdict(),
+        kind=np.full(POINTS, phase.kind),
+        stage=np.full(POINTS, stage.name),
+        phase=np.full(POINTS, stretch.phase),
+        start_place=np.full(POINTS, phase.start.name),
+        end_place=np.full(POINTS, phase.end.name),
+        current_A=sum(currents_A, np.zeros(POINTS)),
+        power_W=np.full(POINTS, stage.power_W),
+        received_power_W=np.full(POINTS, float(stage.received.power_W)),
+        voltage_V=np.full(POINTS, voltage_V),
+        available_As=available_As,
+        bound_As=bound_As,
+        soc=drawn.states_of_charge(energies_J, share),
+    )
+
+
+def _since_phase(phase: Phase, stage: Stage, stretch: Stretch) -> Floats:
+    """Moments of a stretch since its phase began [s]: at the end of a stage the next one begins."""
+    begun_s = 0.0
+    for each in phase.stages:
+        if each is stage:
+            break
+        begun_s += each.duration_s
+    last_s = np.nextafter(begun_s + stage.duration_s, 0.0)
+    start_s = begun_s + (stretch.start_s - stage.start_s)
+    return np.clip(start_s + np.linspace(0.0, stretch.duration_s, POINTS), begun_s, last_s)

@@ -43,16 +43,13 @@ def speed_warning(peak_speed_m_s: float) -> str | None:
     Examples
     --------
     >>> print(speed_warning(154.89))
-    a peak speed of 154.9 m/s, above 40 m/s, is not realistic: this flight model has no drag
+    a peak of 154.9 m/s is not realistic: this model has no drag
     >>> speed_warning(12.0) is None
     True
     """
     if not peak_speed_m_s > FASTEST_WITHOUT_DRAG_M_S:
         return None
-    return (
-        f"a peak speed of {peak_speed_m_s:.1f} m/s, above {FASTEST_WITHOUT_DRAG_M_S:g} m/s, "
-        "is not realistic: this flight model has no drag"
-    )
+    return f"a peak of {peak_speed_m_s:.1f} m/s is not realistic: this model has no drag"
 
 
 @dataclass(frozen=True)

@@ -25,9 +25,10 @@ class Event:
     ----------
     kind
         ``"empty"``, ``"full"``, ``"deadline"``, ``"state of charge"``, ``"altitude"``,
-        ``"coverage"``, ``"building"``, ``"ends"``, ``"no roof"``, ``"impossible"`` or
-        ``"mismatch"``, which no plan to be flown may have; ``"no sight"``, ``"peak speed"``,
-        ``"stated"``, ``"pack empty"`` or ``"pack full"`` to be known.
+        ``"coverage"``, ``"building"``, ``"ends"``, ``"no roof"``, ``"impossible"``,
+        ``"mismatch"`` or ``"no plan"``, which no plan to be flown may have; ``"no sight"``,
+        ``"peak speed"``, ``"no drag"``, ``"stated"``, ``"pack empty"`` or ``"pack full"`` to be
+        known.
     time_s
         When, counted from take-off [s].
     words

@@ -14,7 +14,7 @@ from rich.text import Text
 from formulations.perspectives import AVAILABLE, PAPER
 from optuav.engines.capabilities import ENGINES
 from optuav.errors import Fault, InputError
-from optuav.judge.tolerance import TOLERANCE
+from optuav.judge.wells import TOLERANCE
 from optuav.mission import Mission, load
 from optuav.mission.messages import counted_in, shown
 from optuav.mission.schema import SLOT, Number

@@ -346,3 +346,15 @@ def test_events_are_in_order_of_time() -> None:
     for name in feasible():
         events = optuav.replay(plans()[name]).events
         assert all(a.time_s <= b.time_s for a, b in itertools.pairwise(events))
+
+
+def test_speeds_that_drag_would_forbid_are_warned_of() -> None:
+    """Above 40 m/s with either flight model, at the moment of the peak; not below."""
+    paper = optuav.load("paper")
+    fast = judged(paper, ("hover", "hover", 10.0))
+    assert fast.flyable
+    assert fast.first_s("no drag") == fast.first_s("peak speed") == pytest.approx(18.30, abs=0.005)
+    regimes = optuav.load("paper-table2")
+    assert judged(regimes, ("hover", "hover", 10.0)).first_s("no drag") is not None
+    capped = regimes.replace({"flight.max_speed_m_s": 40.0})
+    assert judged(capped, ("hover", "hover", 10.0)).first_s("no drag") is None
