@@ -33,7 +33,7 @@ def json_schema() -> dict[str, Any]:
             definition.pop("required", None)
     for name, twins in _TWINS.items():
         definitions[SECTIONS[name].__name__]["not"] = {"required": list(twins)}
-    definitions["Battery"]["properties"]["flow_rate_per_min"] = {
+    definitions["BatteryPacks"]["properties"]["flow_rate_per_min"] = {
         "description": "Rate k_F at which charge flows between the wells [1/min].",
         "minimum": RATE_PER_MINUTE.ge,
         "maximum": RATE_PER_MINUTE.le,

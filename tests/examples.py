@@ -8,7 +8,12 @@ SUITE = 50
 """Of a property, in the profile of the suite; other profiles draw as many as they say."""
 
 
-def few(count: int) -> settings:
-    """Settings with so many examples in the suite, and the profile's own number otherwise."""
+def few(count: int, most: int | None = None) -> settings:
+    """Settings with so many examples in the suite, and the profile's own number otherwise.
+
+    That number may be bounded, for properties that are cheap to get wrong once and slow to draw.
+    """
     drawn = settings.default.max_examples
-    return settings(max_examples=count if drawn == SUITE else drawn)
+    if drawn == SUITE:
+        return settings(max_examples=count)
+    return settings(max_examples=drawn if most is None else min(drawn, most))

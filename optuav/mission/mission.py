@@ -18,7 +18,7 @@ from optuav.mission.overlay import revise, without_none
 from optuav.mission.schema import (
     SCHEMA,
     Allowed,
-    Battery,
+    BatteryPacks,
     Body,
     Building,
     Description,
@@ -27,11 +27,11 @@ from optuav.mission.schema import (
     Limits,
     Link,
     Listed,
+    MissionSection,
     Name,
     Rotor,
     RotorFlight,
-    Route,
-    Section,
+    RouteEnds,
     Wind,
 )
 from optuav.mission.validation import format_breaches, rules, validate
@@ -47,7 +47,7 @@ def _few(buildings: object) -> object:
     return buildings
 
 
-class Mission(Section):
+class Mission(MissionSection):
     """A mission of a laser-charged UAV; every attribute has the name of its key in a file.
 
     Missions are equal if all their values are, can be hashed and pickled, and change only by
@@ -69,9 +69,9 @@ class Mission(Section):
     """Name of the mission; by default that of its file."""
     description: Description = ""
     """What the mission is about."""
-    route: Route
+    route: RouteEnds
     limits: Limits
-    battery: Battery
+    battery: BatteryPacks
     rotor: Rotor | None = None
     body: Body | None = None
     laser: Laser | None = None
@@ -89,7 +89,7 @@ class Mission(Section):
     @model_validator(mode="after")
     def _rules(self) -> Self:
         document: dict[str, Any] = {
-            name: _stated(value) if isinstance(value, Section) else value
+            name: _stated(value) if isinstance(value, MissionSection) else value
             for name, value in _stated(self).items()
         }
         document["buildings"] = [_stated(building) for building in self.buildings]
@@ -184,6 +184,6 @@ class Mission(Section):
         write_text(Path(path), text)
 
 
-def _stated(section: Section) -> dict[str, Any]:
+def _stated(section: MissionSection) -> dict[str, Any]:
     """The keys of a section that are set, with their values."""
     return {key: item for key, item in vars(section).items() if item is not None}

@@ -175,7 +175,7 @@ CONVERSIONS: dict[float, dict[str, float]] = {
 """Straight-line fits a1, b1, a2, b2 of emitter and receiver by wavelength [nm]."""
 
 
-class Section(BaseModel):
+class MissionSection(BaseModel):
     """A table of the mission: frozen, without unknown keys."""
 
     model_config = ConfigDict(
@@ -187,7 +187,7 @@ class Section(BaseModel):
     )
 
 
-class Route(Section):
+class RouteEnds(MissionSection):
     """Where the mission starts, hovers and ends."""
 
     origin_m: Position
@@ -198,7 +198,7 @@ class Route(Section):
     """Hover point (x, y, z) [m]; without it the point w_U that the link gives."""
 
 
-class Limits(Section):
+class Limits(MissionSection):
     """What the plan has to respect."""
 
     deadline_s: Annotated[float, Number("s", gt=0, le=1e7)]
@@ -225,7 +225,7 @@ Schedule: TypeAlias = Literal[
 _SCHEDULE = Allowed(f"one of {', '.join(map(repr, get_args(Schedule)))}".replace("'", '"'))
 
 
-class Battery(Section):
+class BatteryPacks(MissionSection):
     """The battery packs, each two wells of charge (kinetic battery model)."""
 
     packs: Annotated[int, Number("-", ge=1, le=1000, whole=True)]
@@ -271,7 +271,7 @@ class Battery(Section):
         return {**others, "flow_rate_per_s": rate / SECONDS_PER_MINUTE}
 
 
-class Rotor(Section):
+class Rotor(MissionSection):
     """Constants of one of the four rotors with its motor and propeller."""
 
     max_speed_rad_s: Annotated[float, Number("rad/s", ge=1e-3, le=1e6)]
@@ -292,7 +292,7 @@ class Rotor(Section):
     """Inertia of the turning parts J [kg m²]."""
 
 
-class Body(Section):
+class Body(MissionSection):
     """Mass and inertia of the airframe."""
 
     mass_kg: Annotated[float, Number("kg", ge=1e-6, le=1e6)]
@@ -309,7 +309,7 @@ class Body(Section):
     """Inertia in yaw I_z [kg m²]."""
 
 
-class Laser(Section):
+class Laser(MissionSection):
     """The charging laser and the air that it shines through.
 
     Conversion coefficients that are not stated follow from the wavelength at 810 and 1550 nm.
@@ -346,7 +346,7 @@ class Laser(Section):
         return {**stated, **CONVERSIONS.get(wavelength, {})}
 
 
-class Link(Section):
+class Link(MissionSection):
     """The radio link to the ground device."""
 
     device_m: Position
@@ -365,7 +365,7 @@ class Link(Section):
     """Path-loss exponent β [-]."""
 
 
-class Wind(Section):
+class Wind(MissionSection):
     """Steady wind."""
 
     force_N: Force = (0.0, 0.0, 0.0)
@@ -375,7 +375,7 @@ class Wind(Section):
 _MODEL = Allowed('"rotors" or "regimes"')
 
 
-class RotorFlight(Section):
+class RotorFlight(MissionSection):
     """Flight computed from rotor and airframe."""
 
     model: Annotated[Literal["rotors"], _MODEL] = "rotors"
@@ -384,7 +384,7 @@ class RotorFlight(Section):
     """Whether a leg may cross a building."""
 
 
-class RegimeFlight(Section):
+class RegimeFlight(MissionSection):
     """Flight with constant loads by regime and bang-bang legs."""
 
     model: Annotated[Literal["regimes"], _MODEL]
@@ -433,7 +433,7 @@ Flight: TypeAlias = Annotated[
 ]
 
 
-class Building(Section):
+class Building(MissionSection):
     """A prism from the ground up to its roof, on which the UAV may rest."""
 
     name: Name
@@ -444,10 +444,10 @@ class Building(Section):
     """Size [x, y] around position_m, or polygon of [x, y] corners on the map [m]."""
 
 
-SECTIONS: dict[str, type[Section]] = {
-    "route": Route,
+SECTIONS: dict[str, type[MissionSection]] = {
+    "route": RouteEnds,
     "limits": Limits,
-    "battery": Battery,
+    "battery": BatteryPacks,
     "rotor": Rotor,
     "body": Body,
     "laser": Laser,

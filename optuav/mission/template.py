@@ -14,7 +14,7 @@ from optuav.mission.load import load
 from optuav.mission.messages import allowed, shown
 from optuav.mission.mission import Mission
 from optuav.mission.overlay import without_none
-from optuav.mission.schema import SCHEMA, Number, Section
+from optuav.mission.schema import SCHEMA, MissionSection, Number
 
 SCENE = "matrice350"
 """The shipped mission whose places, limits, link and laser stand in for the owner's."""
@@ -85,7 +85,7 @@ def _text(value: object) -> str:
     return tomli_w.dumps({"x": value}).partition("=")[2].strip()
 
 
-class Datasheet(Section):
+class Datasheet(MissionSection):
     """What the owner of a multirotor knows of it; `mission` makes a mission of it.
 
     Parameters

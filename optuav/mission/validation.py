@@ -14,7 +14,7 @@ from optuav.mission.schema import (
     REGIME_KEYS,
     SCHEMA,
     SECTIONS,
-    Battery,
+    BatteryPacks,
     Laser,
     RegimeFlight,
 )
@@ -190,7 +190,7 @@ def _battery(stated: Document, valid: Document) -> Iterator[Breach]:
         if "period_s" in stated:
             yield Breach(("battery", "period_s"), 'goes with schedule = "alternating" only')
     elif "period_s" not in stated:
-        words = f'{allowed(Battery, "period_s")}, needed by schedule = "alternating"'
+        words = f'{allowed(BatteryPacks, "period_s")}, needed by schedule = "alternating"'
         yield Breach(("battery", "period_s"), f"is missing; {words}")
 
 

@@ -10,6 +10,7 @@ from hypothesis import strategies as st
 
 import optuav
 from optuav.mission.template import Datasheet
+from tests.examples import few
 
 KNOWN: dict[str, Any] = {
     "mass_kg": 4.0,
@@ -52,6 +53,8 @@ def test_without_laser_and_reserve_it_hovers_what_the_datasheet_says() -> None:
     assert plan.mission_time_s == pytest.approx(36 * 60, rel=1e-4)
 
 
+@pytest.mark.campaign
+@few(15, most=1000)
 @given(
     mass_kg=st.floats(0.5, 30),
     payload=st.floats(0, 1),

@@ -146,16 +146,16 @@ def test_dotted_text_is_no_dotted_key(tmp_path: Path) -> None:
     assert load(path).description == text
 
 
-@pytest.mark.parametrize("count", [100_000, 100_001])
+@pytest.mark.parametrize("count", [5_000, pytest.param(100_000, marks=pytest.mark.soak), 100_001])
 def test_faults_of_many_buildings_are_all_kept_and_few_are_printed(
     tmp_path: Path, count: int
 ) -> None:
     """Up to the largest number each building is judged; above it none is."""
     error = refusal(tmp_path / "mission.toml", HEAD + "buildings = [" + "{}," * count + "]")
-    assert len(error.faults) == (2 * count if count == 100_000 else 1)
+    assert len(error.faults) == (2 * count if count <= 100_000 else 1)
     lines = str(error).splitlines()
     assert lines[MOST_SHOWN:] == (
-        [f"and {2 * count - MOST_SHOWN} more"] if count == 100_000 else []
+        [f"and {2 * count - MOST_SHOWN} more"] if count <= 100_000 else []
     )
 
 

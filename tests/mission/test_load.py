@@ -18,6 +18,7 @@ from hypothesis import strategies as st
 import optuav
 from optuav.errors import InputError
 from optuav.mission import Mission, json_schema, load, shipped
+from tests.examples import few
 from tests.mission.strategies import SHIPPED_FILES, documents, missions
 
 PACKAGE = Path(optuav.__file__).parent / "mission"
@@ -476,6 +477,8 @@ def test_names_with_dots_are_reached(paper: Mission) -> None:
     assert len(moved.buildings) == 9
 
 
+@pytest.mark.campaign
+@few(15, most=1000)
 @given(mission=missions(), data=st.data())
 def test_replacing_a_value_by_itself_changes_nothing(mission: Mission, data: st.DataObject) -> None:
     """Whatever the key: nothing is displaced by a value that was there."""
@@ -491,6 +494,8 @@ def test_replacing_a_value_by_itself_changes_nothing(mission: Mission, data: st.
 # Saving
 
 
+@pytest.mark.campaign
+@few(15, most=1000)
 @given(mission=missions())
 def test_a_saved_mission_is_read_again(scratch: Path, mission: Mission) -> None:
     """File, dict, JSON and pickle give the same mission to the last digit."""
@@ -503,6 +508,8 @@ def test_a_saved_mission_is_read_again(scratch: Path, mission: Mission) -> None:
     assert hash(copy) == hash(mission)
 
 
+@pytest.mark.campaign
+@few(15, most=1000)
 @given(document=documents())
 def test_what_is_stated_is_what_is_kept(document: dict[str, object]) -> None:
     """No stated value is changed, lost or moved, but for the rate per minute."""
@@ -597,7 +604,7 @@ def test_the_json_schema_knows_what_files_may_state() -> None:
     assert schema["required"] == ["schema"]
     assert {"extends", "schema", "name", "buildings"} <= schema["properties"].keys()
     definitions = schema["definitions"]
-    assert definitions["Battery"]["properties"]["flow_rate_per_min"]["maximum"] == 6e4
+    assert definitions["BatteryPacks"]["properties"]["flow_rate_per_min"]["maximum"] == 6e4
     requiring = [name for name, definition in definitions.items() if "required" in definition]
     assert requiring == ["Building"]
     assert set(schema["then"]["required"]) == {"route", "limits", "battery", "link"}

@@ -16,8 +16,9 @@ from pydantic import ValidationError
 import optuav.mission
 from optuav.errors import InputError
 from optuav.mission import Mission, load, schema
-from optuav.mission.schema import Battery, Building, Laser, RegimeFlight, Route
+from optuav.mission.schema import BatteryPacks, Building, Laser, RegimeFlight, RouteEnds
 from optuav.physics import charging, packs
+from tests.examples import few
 from tests.mission.strategies import documents, missions
 
 NOT_NUMBERS = [math.nan, math.inf, -math.inf, "1", True, [1], {}, 10**400, b"1", 1j]
@@ -457,6 +458,8 @@ ANYTHING = st.recursive(
 )
 
 
+@pytest.mark.campaign
+@few(15, most=1000)
 @given(data=st.data(), document=documents(most_buildings=2))
 def test_anything_in_any_place(data: st.DataObject, document: dict[str, Any]) -> None:
     """Python's data are as hostile as a file: one error in words, or a mission."""
@@ -503,6 +506,8 @@ def test_none_counts_as_not_stated(document: dict[str, Any]) -> None:
 # Values that stay
 
 
+@pytest.mark.campaign
+@few(15, most=1000)
 @given(mission=missions())
 def test_missions_are_values(mission: Mission) -> None:
     """Frozen, equal to their copies, of the same hash, different where a value differs."""
@@ -517,6 +522,8 @@ def test_missions_are_values(mission: Mission) -> None:
         mission.name = "other"  # type: ignore[misc]
 
 
+@pytest.mark.campaign
+@few(15, most=1000)
 @given(document=documents())
 def test_a_document_is_not_changed_by_reading_it(document: dict[str, Any]) -> None:
     before = copy.deepcopy(document)
@@ -537,12 +544,12 @@ def test_the_constructor_judges_as_well(document: dict[str, Any]) -> None:
     with pytest.raises(ValidationError, match="either visibility_km or attenuation_per_km"):
         Mission(**parts | {"laser": paper.laser.model_copy(update={"visibility_km": 3.0})})
     with pytest.raises(ValidationError):
-        Route(origin_m=(0, 0, "0"), destination_m=(0, 0, 0))  # type: ignore[arg-type]
+        RouteEnds(origin_m=(0, 0, "0"), destination_m=(0, 0, 0))  # type: ignore[arg-type]
 
 
 def test_every_key_is_explained() -> None:
     """Editors, templates and `show` take their words from the models: unit and meaning."""
-    for section in (Battery, Laser, Building, RegimeFlight, Route):
+    for section in (BatteryPacks, Laser, Building, RegimeFlight, RouteEnds):
         for key, field in section.model_fields.items():
             assert field.description, key
             quantity = key.rpartition("_")[2] in {"m", "A", "W", "V", "J", "As", "km", "nm", "s"}

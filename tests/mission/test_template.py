@@ -13,6 +13,7 @@ from pydantic import BaseModel
 import optuav
 from optuav.mission import Mission
 from optuav.mission.template import template
+from tests.examples import few
 from tests.mission.strategies import NAMES, missions
 
 
@@ -22,6 +23,8 @@ def loaded(text: str, directory: Path) -> Mission:
     return optuav.load(path)
 
 
+@pytest.mark.campaign
+@few(15, most=1000)
 @given(mission=missions(), name=NAMES)
 def test_a_template_is_the_mission_with_another_name(
     mission: Mission, name: str, tmp_path_factory: pytest.TempPathFactory

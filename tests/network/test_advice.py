@@ -14,6 +14,7 @@ from optuav.network.feasibility import advice, impossibilities
 from optuav.network.graph import edited_network
 from optuav.network.network import build_network
 from optuav.network.places import ChargingCap, charging_cap
+from tests.examples import few
 from tests.mission.strategies import missions
 
 PAPER = optuav.load("paper")
@@ -96,6 +97,8 @@ def test_many_dark_roofs_are_not_all_named() -> None:
     )
 
 
+@pytest.mark.campaign
+@few(15, most=1000)
 @given(missions())
 def test_advice_holds_every_impossibility(mission: Mission) -> None:
     """`validate` warns of what will make the plan infeasible."""

@@ -11,6 +11,7 @@ from hypothesis import given
 import optuav
 from optuav.mission import Mission
 from optuav.network.derived import Figure, building_figures, derived
+from tests.examples import few
 from tests.mission.strategies import missions
 from tests.solving.by_hand import hovering
 
@@ -78,6 +79,8 @@ def test_a_hover_point_in_the_dark_is_marked() -> None:
     assert found["power received at hover (no sight)"].value == 0.0
 
 
+@pytest.mark.campaign
+@few(15, most=1000)
 @given(missions())
 def test_figures_are_finite_or_none(mission: Mission) -> None:
     """Nothing NaN reaches the screen; hover load as worked out by hand."""
@@ -106,6 +109,8 @@ def test_building_figures_of_the_shipped_mission() -> None:
     assert first.footprint_m == (40, 40)
 
 
+@pytest.mark.campaign
+@few(15, most=1000)
 @given(missions())
 def test_building_figures_are_those_of_a_plan_that_stops_there(mission: Mission) -> None:
     """Flight time by way of each building, in both orders, in the order of the mission."""

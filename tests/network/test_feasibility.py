@@ -12,6 +12,7 @@ from optuav.mission import Mission
 from optuav.network.feasibility import blocked_legs, impossibilities
 from optuav.network.network import build_network
 from optuav.network.routes import NO_LEG
+from tests.examples import few
 from tests.mission.strategies import missions
 
 PAPER = optuav.load("paper")
@@ -100,6 +101,8 @@ def test_the_hover_point_of_the_link_may_be_stated() -> None:
     assert reasons(PAPER.replace({"route.hover_m": hover_m})) == ()
 
 
+@pytest.mark.campaign
+@few(15, most=1000)
 @given(missions())
 def test_a_plan_or_reasons(mission: Mission) -> None:
     """Never neither; nothing impossible is ever planned."""
@@ -110,6 +113,8 @@ def test_a_plan_or_reasons(mission: Mission) -> None:
     assert all(text and "nan" not in text for text in plan.reasons)
 
 
+@pytest.mark.campaign
+@few(15, most=1000)
 @given(missions())
 def test_blocked_tells_of_every_leg_that_cannot_be_flown(mission: Mission) -> None:
     """As many words as legs of the itinerary without passage."""

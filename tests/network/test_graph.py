@@ -18,6 +18,7 @@ from hypothesis import strategies as st
 import optuav
 from optuav.mission import Mission
 from optuav.network.graph import EDGE_FIGURES, edited_network
+from tests.examples import few
 from tests.mission.strategies import missions
 from tests.solving.by_hand import longest_of_all
 
@@ -90,6 +91,8 @@ def test_blocked_legs_have_no_edge_and_dark_roofs_no_power() -> None:
     assert view.nodes["b9"]["received_power_W"] == 0.0
 
 
+@pytest.mark.campaign
+@few(15, most=1000)
 @given(missions())
 def test_an_unedited_graph_is_in_order_and_changes_nothing(mission: Mission) -> None:
     """Also where there is no hover point, no laser, no building, or nothing can fly."""
@@ -164,6 +167,8 @@ def attempt(view: Graph) -> tuple[optuav.Plan | None, tuple[optuav.Fault, ...]]:
         return None, error.faults
 
 
+@pytest.mark.campaign
+@few(15, most=1000)
 @given(st.data())
 def test_a_damaged_graph_is_refused_or_solved(data: st.DataObject) -> None:
     """Whatever is done to it: clear faults, or the plan that belongs to its figures."""
@@ -212,6 +217,8 @@ def test_a_damaged_graph_is_refused_or_solved(data: st.DataObject) -> None:
     assert all(len(line) <= 80 for line in plan.summary().splitlines())
 
 
+@pytest.mark.campaign
+@few(15, most=1000)
 @given(st.data())
 def test_edited_figures_make_the_plan(data: st.DataObject) -> None:
     """Measured legs, forbidden legs, lost sight and weaker light, against a plan made by hand."""

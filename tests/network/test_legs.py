@@ -16,6 +16,7 @@ from optuav.network.network import build_network
 from optuav.network.obstacles import prisms
 from optuav.network.places import DESTINATION, HOVER, ORIGIN
 from optuav.physics import flight
+from tests.examples import few
 from tests.mission.strategies import missions
 
 
@@ -41,6 +42,8 @@ def test_all_pairs_lead_from_everywhere_to_everywhere_else() -> None:
     assert list(zip(start, end, strict=True)) == [(0, 1), (0, 2), (1, 0), (1, 2), (2, 0), (2, 1)]
 
 
+@pytest.mark.campaign
+@few(15, most=1000)
 @given(missions())
 def test_the_table_of_all_pairs_holds_the_one_stop_legs(mission: Mission) -> None:
     """The same figures, sight included, wherever both tables have a leg."""
@@ -76,6 +79,8 @@ def test_a_building_between_two_others_blocks_their_leg() -> None:
     assert flyable["n1", "n2"]
 
 
+@pytest.mark.campaign
+@few(15, most=1000)
 @given(missions("rotors"))
 def test_rotor_legs_are_those_of_the_physics_one_by_one(mission: Mission) -> None:
     """Durations and charges of every stage, wind included, as `flight.leg` gives them."""
@@ -100,6 +105,8 @@ def test_rotor_legs_are_those_of_the_physics_one_by_one(mission: Mission) -> Non
         assert list(table.currents_A[:, leg]) == list(one.loads.currents_A)
 
 
+@pytest.mark.campaign
+@few(15, most=1000)
 @given(missions("regimes"))
 def test_regime_legs_are_trapezoids(mission: Mission) -> None:
     """T = 2 sqrt(d/a), or d/v + v/a once the cap is reached; constant current and power."""
@@ -121,6 +128,8 @@ def test_regime_legs_are_trapezoids(mission: Mission) -> None:
         assert table.energy_J[leg] == pytest.approx(duration_s * given.flight_power_W)
 
 
+@pytest.mark.campaign
+@few(15, most=1000)
 @given(missions())
 def test_a_leg_costs_the_same_there_and_back(mission: Mission) -> None:
     """Building to hover point and back: time, charge, energy, speed, and what is in the way."""

@@ -12,6 +12,7 @@ import optuav
 from optuav.mission import Mission
 from optuav.network.network import build_network
 from optuav.network.places import ENDS, HOVER, Places
+from tests.examples import few
 from tests.mission.strategies import missions
 
 
@@ -95,6 +96,8 @@ def test_a_hover_point_that_does_not_exist() -> None:
     assert where.received_power_W[HOVER] == where.charge_current_A[HOVER] == 0.0
 
 
+@pytest.mark.campaign
+@few(15, most=1000)
 @given(missions())
 def test_charging_is_a_matter_of_sight_and_of_the_limit(mission: Mission) -> None:
     """0 without sight; with it between 0 and the limit, or as stated."""

@@ -14,6 +14,7 @@ import optuav
 from optuav.mission import Mission
 from optuav.network.network import Network, build_network
 from optuav.network.routes import NO_LEG, Order
+from tests.examples import few
 from tests.mission.strategies import missions
 
 
@@ -34,6 +35,8 @@ def route(worked_out: Network, index: int) -> tuple[str, ...]:
     return (names[table.start[numbers[0]]], *(names[table.end[leg]] for leg in numbers))
 
 
+@pytest.mark.campaign
+@few(15, most=1000)
 @given(missions())
 def test_itineraries_are_all_routes_with_at_most_one_stop(mission: Mission) -> None:
     """Direct first, then by building, rest first and hover first: the order in which ties break."""
@@ -48,6 +51,8 @@ def test_itineraries_are_all_routes_with_at_most_one_stop(mission: Mission) -> N
         assert route(worked_out, index) == names
 
 
+@pytest.mark.campaign
+@few(15, most=1000)
 @given(missions())
 def test_totals_are_sums_over_the_legs(mission: Mission) -> None:
     """Time, charge and energy; flyable if every leg is."""

@@ -20,6 +20,7 @@ from optuav.network.network import (
     trajectory_routes,
 )
 from optuav.network.routes import ORDERS, Order
+from tests.examples import few
 from tests.mission.strategies import missions
 
 PAPER = optuav.load("paper")
@@ -62,6 +63,8 @@ def searched(worked_out: Network, name: str, order: Order | None) -> list[int]:
     return [index for index in by_way if times_s[index] <= min(times_s.values()) + 1e-6]
 
 
+@pytest.mark.campaign
+@few(15, most=1000)
 @given(missions(), st.sampled_from(TRAJECTORIES), st.sampled_from([None, *ORDERS]))
 def test_trajectories_are_what_they_say(mission: Mission, name: Any, order: Order | None) -> None:
     """All, the direct one, by way of the nearest building, the shortest by way of any."""
@@ -70,6 +73,8 @@ def test_trajectories_are_what_they_say(mission: Mission, name: Any, order: Orde
     assert found == searched(worked_out, name, order)
 
 
+@pytest.mark.campaign
+@few(15, most=1000)
 @given(st.data())
 def test_the_shortest_way_over_edited_legs(data: st.DataObject) -> None:
     """Any durations, 0 and ties among them, any legs forbidden."""
