@@ -25,14 +25,10 @@ from optuav.mission.schema import short
 
 Read = TypeVar("Read")
 
-LARGEST_FILE = 50_000_000
-"""Most bytes of a file."""
-SIZES = (1e-9, 1e10)
-"""Range of the size of a measured value in SI units, unless it is 0; clocks may count from 1970."""
-WIDEST_STEP = 10.0
-"""Longest step between the lines of a record, in median steps, that is not a gap."""
-MOST_VALUES, MOST_RUNS = 5, 5
-"""How many wrong values, and how many runs of lines, a fault lists."""
+LARGEST_FILE = 50_000_000  # bytes
+SIZES = (1e-9, 1e10)  # of a measured value in SI units, unless it is 0; clocks count from 1970
+WIDEST_STEP = 10.0  # longest step of a record, in median steps, that is not a gap
+MOST_VALUES, MOST_RUNS = 5, 5  # wrong values and runs of lines that a fault lists
 
 GRAVITY_N_KG = 9.80665
 UNITS: Mapping[str, Mapping[str, float]] = {
@@ -92,18 +88,17 @@ class Measurements:
 
     def faults(
         self,
-        rows: Iterable[int] | Booleans,
+        wrong: Booleans,
         key: str,
         allowed: str,
         value: Callable[[int], str] | None = None,
     ) -> Iterator[Fault]:
-        """At most one fault, for all rows (by number, or as a mask) that break a rule."""
-        chosen = np.flatnonzero(rows).tolist() if isinstance(rows, np.ndarray) else list(rows)
-        value = value or (lambda row: f"{self.numbers[key][row]:g}")
-        if chosen:
-            yield _fault(
-                self.source, key, allowed, [(self.lines[row], value(row)) for row in chosen]
-            )
+        """At most one fault, for all rows that break a rule."""
+        rows = np.flatnonzero(wrong).tolist()
+        value = value or (lambda row: f"{self.numbers[key][row]:g}".replace("nan", "an empty cell"))
+        if rows:
+            lines = [(self.lines[row], value(row)) for row in rows]
+            yield _fault(self.source, key, allowed, lines)
 
 
 def read(path: Path, *formats: Format) -> Measurements:
@@ -157,26 +152,21 @@ def clock_faults(table: Measurements) -> Iterator[Fault]:
     time_s = table.numbers["time"]
     steps_s = np.diff(time_s, prepend=-math.inf)
     for wrong, does in ((steps_s == 0.0, "stands still"), (steps_s < 0.0, "runs backwards")):
-        yield from table.faults(
-            wrong,
-            "time",
-            f"later than the line before; time {does}",
-            lambda row: f"{time_s[row]:g} s",
-        )
+        words = f"later than the line before; time {does}"
+        yield from table.faults(wrong, "time", words, lambda row: f"{time_s[row]:g} s")
 
 
 def gaps(table: Measurements) -> Iterator[Fault]:
     """The lines of a record that come too long after the line before."""
     time_s = table.numbers["time"]
     usual_s = float(np.median(np.diff(time_s)))
-    late = np.diff(time_s, prepend=time_s[0]) > WIDEST_STEP * max(usual_s, 0.0)
-    words = f"no gap of more than {WIDEST_STEP:g} usual steps of {usual_s:g} s"
-    yield from table.faults(
-        late & (usual_s > 0.0),
-        "time",
-        words,
-        lambda row: f"{time_s[row]:g} s after {time_s[row - 1]:g} s",
-    )
+    if usual_s > 0.0:
+        late = np.diff(time_s, prepend=time_s[0]) > WIDEST_STEP * usual_s
+        words = f"no gap of more than {WIDEST_STEP:g} usual steps of {usual_s:g} s"
+        after = "{:g} s after {:g} s".format
+        yield from table.faults(
+            late, "time", words, lambda row: after(time_s[row], time_s[row - 1])
+        )
 
 
 def read_all(files: Iterable[str | Path], one: Callable[[Path], Read]) -> list[Read]:

@@ -10,8 +10,11 @@ from itertools import chain
 from pathlib import Path
 from typing import Literal, TypeAlias
 
+import numpy as np
 import tomli_w
 
+from optuav.arrays import Floats
+from optuav.calibration.csv import copies
 from optuav.calibration.least_squares import CONFIDENCE, ConfidenceInterval, Estimate
 from optuav.errors import Fault, InputError
 from optuav.mission import Mission, shipped
@@ -21,12 +24,9 @@ from optuav.network import vehicle
 
 Role: TypeAlias = Literal["fitted", "repeat", "predicted"]
 IN_THE_AIR = ("flight.flight_current_A", "flight.hover_current_A")
-LEAST_S = 120.0
-"""Shortest time for which a full battery keeps a UAV in the air, a load of 30 C."""
-EXPONENT_FROM, EXPONENT_BELOW = 1e6, 1e-4
-"""Sizes from which on, and below which, a number is written with an exponent."""
-FINEST = 1e-9
-"""Least relative distance of an end of an interval from the value that decides on decimals."""
+LEAST_S = 120.0  # shortest time for which a full battery keeps a UAV in the air, at 30 C
+PLAIN = (1e-4, 1e6)  # sizes between which a number has no exponent
+FINEST = 1e-9  # least relative distance of an end from its value that decides on decimals
 
 
 @dataclass(frozen=True)
@@ -67,7 +67,7 @@ class Value:
         decimals = 1 - math.floor(math.log10(min(apart))) if apart else 0
         if not apart:
             form = ".6g"
-        elif EXPONENT_BELOW <= size < EXPONENT_FROM:
+        elif PLAIN[0] <= size < PLAIN[1]:
             form = f".{max(decimals, 0)}f"
         else:
             form = f".{max(decimals + math.floor(math.log10(size)), 1)}e"
@@ -235,18 +235,28 @@ class Fit:
                 yield entry if each.determined else f"# {entry}"
 
 
+def panel(
+    quantity: str,
+    unit: str,
+    observed: Sequence[float] | Floats,
+    fitted: Sequence[float] | Floats,
+    at: Sequence[float] | Floats = (),
+    at_words: str = "",
+    groups: Iterable[str] = (),
+) -> Panel:
+    """A panel from sequences or arrays."""
+    columns = (tuple(np.asarray(each).tolist()) for each in (observed, fitted, at))
+    observed, fitted, at = columns
+    return Panel(quantity, unit, observed, fitted, (), at, at_words, (), tuple(groups))
+
+
 def values_of(found: Estimate, keys: Sequence[str], origin: str) -> tuple[Value, ...]:
     """Values of the mission from a fit whose parameters are the keys."""
+    unknown = (None,) * len(keys)
+    columns = (found.values.tolist(), found.intervals or unknown, found.bootstrap or unknown)
     return tuple(
-        Value(
-            key,
-            float(found.values[number]),
-            origin,
-            found.intervals[number] if found.intervals else None,
-            found.bootstrap[number] if found.bootstrap else None,
-            key not in found.undetermined,
-        )
-        for number, key in enumerate(keys)
+        Value(key, value, origin, interval, bootstrap, key not in found.undetermined)
+        for key, value, interval, bootstrap in zip(keys, *columns, strict=True)
     )
 
 
@@ -261,22 +271,28 @@ def undetermined(found: Estimate) -> tuple[str, ...]:
     return (f"the data cannot tell {listed} apart: a change of one is made up for by the others",)
 
 
-def refuse_outside(values: Iterable[Value], source: str, words: Iterable[str]) -> None:
-    """Refuse values that no mission may state, with words on a possible reason.
+def finished(found: Fit, hint: str = "") -> Fit:
+    """The fit with a warning for every copy among its files, if a mission may state its values.
 
     Raises
     ------
     InputError
-        Naming every such value that is determined.
+        Naming every value that is determined and out of range; hint and warnings may say why.
     """
-    faults, reasons = list[Fault](), "".join(f"; {each}" for each in words)
-    for each in values:
-        allowed = number(each.key)
-        if each.determined and allowed is not None and not allowed.accepts(each.value):
-            name, value = f"{each.key}, {each.origin}", f"{each.value:.4g}"
-            faults.append(Fault(name, value, f"{allowed.words}{reasons}", source))
+    reasons = "".join(f"; {each}" for each in (hint, *found.warnings) if each)
+    faults = [
+        Fault(
+            f"{each.key}, {each.origin}",
+            f"{each.value:.4g}",
+            f"{allowed.words}{reasons}",
+            ", ".join(found.sources),
+        )
+        for each in found.values
+        if each.determined and (allowed := number(each.key)) and not allowed.accepts(each.value)
+    ]
     if faults:
         raise InputError(faults)
+    return replace(found, warnings=(*found.warnings, *copies(map(Path, found.sources))))
 
 
 def rounded(value: float) -> float:
@@ -290,5 +306,5 @@ def counted(count: int, noun: str) -> str:
 
 
 def _entry(key: str, value: object) -> str:
-    """A line of TOML; a dotted key stays bare."""
+    """A line of TOML."""
     return f"{key} = {tomli_w.dumps({'x': value}).partition('=')[2].strip()}"

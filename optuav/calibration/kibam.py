@@ -24,26 +24,16 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
-from typing import TypeAlias
+from typing import NamedTuple, TypeAlias
 
 import numpy as np
 
 from optuav.arrays import Floats
-from optuav.calibration.csv import (
-    Column,
-    Format,
-    Measurements,
-    clock_faults,
-    copies,
-    gaps,
-    read,
-    read_all,
-    unit_doubts,
-)
-from optuav.calibration.fit import Fit, Panel, refuse_outside, undetermined, values_of
-from optuav.calibration.least_squares import NOTHING, Unknown, estimate
+from optuav.calibration import csv
+from optuav.calibration.fit import Fit, Panel, finished, undetermined, values_of
+from optuav.calibration.least_squares import NOTHING, estimate
 from optuav.errors import Fault, InputError
 from optuav.physics.kibam import Battery, levelling
 from optuav.physics.packs import lifetime
@@ -51,46 +41,39 @@ from optuav.physics.packs import lifetime
 Implied: TypeAlias = Callable[[float, float], tuple[Floats, Floats]]
 
 KEYS = ("battery.capacity_As", "battery.available_fraction", "battery.flow_rate_per_s")
-LIFETIMES = Format(
+LIFETIMES = csv.Format(
     (
-        Column("load", "text"),
-        Column("current", "current"),
-        Column("duration", "time", needed=False, blanks=True),
-        Column("lifetime", "time"),
+        csv.Column("load", "text"),
+        csv.Column("current", "current"),
+        csv.Column("duration", "time", needed=False, blanks=True),
+        csv.Column("lifetime", "time"),
     )
 )
 """A line for every piece of a load, the pieces of one load in order."""
-RECORD = Format((Column("time", "time"), Column("current", "current")), least=3)
+RECORD = csv.Format((csv.Column("time", "time"), csv.Column("current", "current")), least=3)
 """The record of one discharge, which ends at the moment of cut-off."""
-ENOUGH_TO_BE_LATE = 10
-"""Lines of a record from which on it has a usual step."""
-MOST_PIECES = 200_000
-"""Most pieces of constant current of a load until the battery is empty."""
+ENOUGH_TO_BE_LATE = 10  # lines of a record from which on it has a usual step
+MOST_PIECES = 200_000  # most pieces of constant current of a load until the battery is empty
 LEAST_DISCHARGES = 3
-SCATTER = 0.02
-"""Relative scatter of lifetimes where there are too few to show it."""
-FAR = 0.2
-"""Relative miss of a lifetime that scatter does not explain; no value is stated beyond it."""
-ALIKE = 1e-3
-"""Relative difference below which two currents are of one size."""
-LEAST_SENSITIVITY = 1e-3
-"""Below it the available well would not run dry but fill up."""
+SCATTER = 0.02  # relative scatter of lifetimes where there are too few to show it
+FAR = 0.2  # relative miss of a lifetime beyond which no value is stated
+ALIKE = 1e-3  # relative difference below which two currents are of one size
+LEAST_SENSITIVITY = 1e-3  # below it the available well would not run dry but fill up
 STARTS = tuple((share, rate) for share in (0.1, 0.4, 0.8) for rate in (0.1, 1.0, 10.0))
 """ω, and k' times the typical lifetime, from which the fit starts."""
 
 
-@dataclass(frozen=True)
-class Discharge:
-    """A load, the lifetime of a full battery under it, and a doubt about its record, or none.
+class Discharge(NamedTuple):
+    """A load, and the lifetime of a full battery under it.
 
     Pieces are pairs of current [A], positive while discharging, and duration [s], repeated until
-    the end.
+    the end. `late` has the moments before which a record has a long stretch without a line.
     """
 
     name: str
     pieces: tuple[tuple[float, float], ...]
     lifetime_s: float
-    doubt: str = ""
+    late: Sequence[str] = ()
 
     @property
     def constant(self) -> bool:
@@ -106,6 +89,20 @@ class Discharge:
         changes_A = np.diff(np.tile(currents_A, rounds), prepend=0.0)
         counted = (starts_s < self.lifetime_s) & (changes_A != 0.0)
         return changes_A[counted], self.lifetime_s - starts_s[counted]
+
+    @property
+    def doubts(self) -> Iterator[str]:
+        """Warnings of what may be wrong with the lifetime or the record."""
+        if float(self.changes[0].sum()) <= 0.0:
+            yield (
+                f"{self.name} is stated to end in a pause, where a battery cannot run dry: "
+                "its lifetime may be wrong"
+            )
+        for late in self.late:
+            yield (
+                f"{self.name} has long stretches without a line, {late}: the current is taken to "
+                "hold until the next line"
+            )
 
 
 def fit_kibam(files: Iterable[str | Path]) -> Fit:
@@ -143,11 +140,12 @@ def fit_kibam(files: Iterable[str | Path]) -> Fit:
     '3 discharges of one full pack'
     """
     paths = [Path(file) for file in files]
-    discharges = [each for found in read_all(paths, _discharges) for each in found]
-    sources, count = ", ".join(map(str, paths)), len(discharges)
+    discharges = [each for found in csv.read_all(paths, _discharges) for each in found]
+    count, few = len(discharges), len(discharges) == LEAST_DISCHARGES
     if count < LEAST_DISCHARGES:
         words = f"at least {LEAST_DISCHARGES} discharges for as many parameters; there are {count}"
-        raise InputError([Fault("", "", words, sources)])
+        raise InputError([Fault("", "", words, ", ".join(map(str, paths)))])
+    names, lifetimes_s = zip(*((each.name, each.lifetime_s) for each in discharges), strict=True)
     implied = _implied(discharges)
 
     def residuals(values: Floats) -> Floats:
@@ -157,61 +155,63 @@ def fit_kibam(files: Iterable[str | Path]) -> Fit:
         left: Floats = np.log(capacities_As / capacity_As) / usual
         return left
 
-    unknowns = (Unknown(KEYS[0]), Unknown(KEYS[1], "share"), Unknown(KEYS[2]))
-    few = count == LEAST_DISCHARGES
-    spread = SCATTER if few else None
-    found = estimate(unknowns, residuals, _starts(discharges, implied), spread=spread)
+    def simulated(values: Floats) -> tuple[float, ...]:
+        capacity_As, share, rate = values.tolist()
+        return tuple(
+            lifetime(
+                each.pieces, capacity_As=capacity_As, available_fraction=share, flow_rate_per_s=rate
+            )
+            for each in discharges
+        )
+
+    def misses(values: Floats) -> Floats:
+        relative: Floats = np.array(simulated(values)) / lifetimes_s - 1.0
+        return np.abs(relative)
+
+    found = estimate(
+        KEYS,
+        residuals,
+        _starts(discharges, implied),
+        shares=KEYS[1:2],
+        spread=SCATTER if few else None,
+        bootstrap=True,
+        # A battery may also last as long by the formula but run dry in an earlier piece.
+        miss=lambda values: float(np.max(misses(values))),
+    )
     values = values_of(found, KEYS, f"fitted to {count} discharges")
-    capacity_As, share, rate = (each.value for each in values)
     of_one = f"{values[0].origin}; of one pack, so the loads must be those of one"
     values = (replace(values[0], origin=of_one), *values[1:])
-    lifetimes_s = tuple(each.lifetime_s for each in discharges)
-    fitted_s = tuple(
-        lifetime(
-            each.pieces, capacity_As=capacity_As, available_fraction=share, flow_rate_per_s=rate
-        )
-        for each in discharges
-    )
-    missed = [
-        each.name
-        for each, own_s in zip(discharges, fitted_s, strict=True)
-        if not abs(own_s / each.lifetime_s - 1.0) <= FAR
-    ]
+    met = misses(found.values) <= FAR
+    missed = [name for name, near in zip(names, met, strict=True) if not near]
+    warnings = [*undetermined(found), *_advice(discharges)] if found.undetermined else []
     if missed:
         # Such data have several poor optima, and rounding decides in which one the fit ends.
         values = tuple(
             replace(each, interval=None, bootstrap=None, determined=False) for each in values
         )
-        poor = [
+        warnings = [
             "no kinetic battery lasts like that, so no value is stated: the fit misses "
             f"{', '.join(missed)} by more than {FAR:.0%}; look at units, and whether it was one "
             "full battery each time"
         ]
-    else:
-        poor = [*undetermined(found), *_advice(discharges)] if found.undetermined else []
+    warnings += [words for each in discharges for words in each.doubts]
     largest_A = max(current_A for each in discharges for current_A, _ in each.pieces)
-    warnings = [
-        *poor,
-        *_ends_in_pauses(discharges),
-        *(each.doubt for each in discharges if each.doubt),
-        *unit_doubts("at most", {"current": largest_A}),
-        *unit_doubts("at least", {"lifetime": min(lifetimes_s)}),
-        *copies(paths),
-    ]
-    refuse_outside(values, sources, warnings)
+    warnings += csv.unit_doubts("at most", {"current": largest_A})
+    warnings += csv.unit_doubts("at least", {"lifetime": min(lifetimes_s)})
     if few:
         warnings.append(
             f"{LEAST_DISCHARGES} discharges for as many parameters leave nothing over: the "
             f"intervals take lifetimes to scatter by {SCATTER:.0%}"
         )
-    names = tuple(each.name for each in discharges)
-    return Fit(
-        kind="kibam",
-        sources=tuple(map(str, paths)),
-        data=f"{count} discharges of one full pack",
-        values=values,
-        panels=(Panel("lifetime", "s", lifetimes_s, fitted_s, names=names),),
-        warnings=tuple(warnings),
+    return finished(
+        Fit(
+            "kibam",
+            tuple(map(str, paths)),
+            f"{count} discharges of one full pack",
+            values,
+            (Panel("lifetime", "s", lifetimes_s, simulated(found.values), names),),
+            tuple(warnings),
+        )
     )
 
 
@@ -249,95 +249,69 @@ def _starts(
         yield float(np.exp(np.mean(np.log(capacities_As)))), share, flow_rate_per_s
 
 
-def _ends_in_pauses(discharges: Sequence[Discharge]) -> Iterator[str]:
-    for each in discharges:
-        changes_A, _ = each.changes
-        if float(changes_A.sum()) <= 0.0:
-            yield (
-                f"{each.name} is stated to end in a pause, where a battery cannot run dry: "
-                "its lifetime may be wrong"
-            )
-
-
 def _advice(discharges: Sequence[Discharge]) -> Iterator[str]:
     """Which further loads would determine the parameters."""
-    sizes = {each.pieces[0][0] for each in discharges}
+    sizes = [each.pieces[0][0] for each in discharges]
     if not all(each.constant for each in discharges):
         yield "add loads of other sizes, constant ones and ones with long and short pauses"
-    else:
-        one = max(sizes) - min(sizes) <= ALIKE * max(sizes)
-        blind = (
-            " and of one size, which says how much charge the battery gives at that current and "
-            "nothing else"
-        )
+    elif max(sizes) - min(sizes) <= ALIKE * max(sizes):
         yield (
-            f"all loads are constant{blind if one else ''}; add loads of other sizes, from very "
-            "small to very large, and with pauses"
+            "all loads are constant and of one size, which says how much charge the battery gives "
+            "at that current and nothing else; add loads of other sizes, from very small to very "
+            "large, and with pauses"
+        )
+    else:
+        yield (
+            "all loads are constant; add loads of other sizes, from very small to very large, and "
+            "with pauses"
         )
 
 
 def _discharges(path: Path) -> list[Discharge]:
     """The discharges in a file of lifetimes, or in a record."""
-    table = read(path, LIFETIMES, RECORD)
+    table = csv.read(path, LIFETIMES, RECORD)
     if "time" in table.numbers:
         return [_recorded(path.stem, table)]
-    rows: dict[str, list[int]] = {}
-    for row, name in enumerate(table.texts["load"]):
-        rows.setdefault(name, []).append(row)
+    names = np.array(table.texts["load"])
     current_A, lifetime_s = table.numbers["current"], table.numbers["lifetime"]
-    duration_s = table.numbers.get("duration", np.full(len(current_A), math.nan))
+    duration_s = table.numbers.get("duration", np.full(len(names), math.nan))
     faults, found = list[Fault](), list[Discharge]()
-    for name, own in rows.items():
-        faults += _faults_of_load(table, name, own, duration_s)
-        pieces = [(float(current_A[row]), float(duration_s[row])) for row in own]
-        if len(own) == 1:
-            pieces = [(pieces[0][0], float(lifetime_s[own[0]]))]
-        found.append(Discharge(name, tuple(pieces), float(lifetime_s[own[0]])))
+    for name in dict.fromkeys(table.texts["load"]):
+        own = names == name
+        several = np.sum(own) > 1
+        lasts_s = float(lifetime_s[own][0])
+        faults += table.faults(own & ~(lifetime_s > 0.0), "lifetime", "a time above 0")
+        words = f"one lifetime for all pieces of {name}; a second discharge gets a second name"
+        faults += table.faults(own & (lifetime_s != lasts_s), "lifetime", words)
+        if not np.any(current_A[own] > 0.0):
+            words = f"some current above 0 in {name}: positive is discharge"
+            faults += table.faults(own, "current", words)
+        timeless = own & ~(duration_s > 0.0) & several
+        words = f"a time above 0, as {name} has several pieces"
+        faults += table.faults(timeless, "duration", words)
+        if several and not np.any(timeless):
+            rounds = lasts_s / float(np.sum(duration_s[own]))
+            words = f"at most {MOST_PIECES} pieces of {name} until the battery is empty"
+            many = own & (rounds * np.sum(own) > MOST_PIECES)
+            faults += table.faults(many, "duration", words)
+        durations_s = duration_s[own] if several else lifetime_s[own]
+        pieces = tuple(zip(current_A[own].tolist(), durations_s.tolist(), strict=True))
+        found.append(Discharge(name, pieces, lasts_s))
     if faults:
         raise InputError(faults)
     return found
 
 
-def _faults_of_load(
-    table: Measurements, name: str, rows: Sequence[int], duration_s: Floats
-) -> Iterator[Fault]:
-    current_A, lifetime_s = table.numbers["current"], table.numbers["lifetime"]
-    wrong = [row for row in rows if not lifetime_s[row] > 0.0]
-    yield from table.faults(wrong, "lifetime", "a time above 0")
-    wrong = [row for row in rows if lifetime_s[row] != lifetime_s[rows[0]]]
-    words = f"one lifetime for all pieces of {name}; a second discharge gets a second name"
-    yield from table.faults(wrong, "lifetime", words)
-    if not max(current_A[rows]) > 0.0:
-        words = f"some current above 0 in {name}: positive is discharge"
-        yield from table.faults(rows[:1], "current", words)
-    if len(rows) > 1:
-        wrong = [row for row in rows if not duration_s[row] > 0.0]
-        words = f"a time above 0, as {name} has several pieces"
-        yield from table.faults(
-            wrong,
-            "duration",
-            words,
-            lambda row: "an empty cell" if math.isnan(duration_s[row]) else f"{duration_s[row]:g}",
-        )
-        pieces = 0.0 if wrong else lifetime_s[rows[0]] / np.sum(duration_s[rows]) * len(rows)
-        if pieces > MOST_PIECES:
-            words = f"at most {MOST_PIECES} pieces of {name} until the battery is empty"
-            yield from table.faults(rows[:1], "duration", words)
-
-
-def _recorded(name: str, table: Measurements) -> Discharge:
+def _recorded(name: str, table: csv.Measurements) -> Discharge:
     """The discharge in a record; each current holds until the next line, however long."""
     time_s, current_A = table.numbers["time"], table.numbers["current"]
-    faults = list(clock_faults(table))
-    if not np.max(current_A[:-1]) > 0.0:
-        faults += table.faults([0], "current", "some current above 0: positive is discharge")
+    faults = list(csv.clock_faults(table))
+    if not np.any(current_A[:-1] > 0.0):
+        words = "some current above 0: positive is discharge"
+        faults += table.faults(np.ones(len(time_s), dtype=bool), "current", words)
     if faults:
         raise InputError(faults)
-    doubt = ""
-    for late in gaps(table) if len(time_s) >= ENOUGH_TO_BE_LATE else ():
-        doubt = (
-            f"{name} has long stretches without a line, {late.value}: the current is taken to hold "
-            "until the next line"
-        )
+    steady = len(time_s) >= ENOUGH_TO_BE_LATE
+    late = [each.value for each in csv.gaps(table)] if steady else []
     pieces = zip(current_A[:-1].tolist(), np.diff(time_s).tolist(), strict=True)
-    return Discharge(name, tuple(pieces), float(time_s[-1] - time_s[0]), doubt)
+    return Discharge(name, tuple(pieces), float(time_s[-1] - time_s[0]), late)

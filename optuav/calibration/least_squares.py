@@ -18,48 +18,29 @@ References
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Collection, Iterable, Sequence
 from itertools import compress
 from typing import Literal, NamedTuple
 
 import numpy as np
 
-from optuav.arrays import Floats
+from optuav.arrays import Booleans, Floats
 
-CONFIDENCE = 0.95
-"""Share of intervals that hold the truth."""
-REPLICATES = 400
-"""Refits of the bootstrap."""
-SEED = 20200813
-"""Of the bootstrap, so that the same data give the same intervals."""
-LEAST_FREEDOM = 3
-"""Fewest observations more than parameters for a bootstrap."""
-LOGIT = 13.8
-"""Largest size of the logit of a share: 1e-6 from 0 and 1."""
-LOGARITHM = (-35.0, 20.7)
-"""Range of the logarithm of a positive value: 1e-15 to 1e9."""
-CLOSE = {"trf": 1e-12, "lm": 1e-6}
-"""Tolerance of the fit itself, and of the refits of the bootstrap."""
-BLIND = 1e-6
-"""Singular value of the Jacobian, over the largest, below which the data determine nothing."""
-NOTHING = 1e-100
-"""What replaces 0 in a denominator, far from 1 and from overflow."""
-TIE = 1e-6
-"""Relative difference of two sums of squares below which the nearer optimum is preferred."""
-WIDE = math.log(10.0)
-"""Half width of an interval, of a logarithm or logit, beyond which a value is not determined."""
-ROUNDING = 1e-3
-"""Component of a blind direction that may come from rounding."""
+CONFIDENCE = 0.95  # share of intervals that hold the truth
+REPLICATES = 400  # refits of the bootstrap
+SEED = 20200813  # of the bootstrap, so that the same data give the same intervals
+LEAST_FREEDOM = 3  # fewest observations more than parameters for a bootstrap
+LOGIT = 13.8  # largest size of the logit of a share: 1e-6 from 0 and 1
+LOGARITHM = (-35.0, 20.7)  # range of the logarithm of a positive value: 1e-15 to 1e9
+CLOSE = {"search": 1e-12, "polish": 1e-12, "refit": 1e-6}  # tolerances of a fit, by its aim
+BLIND = 1e-6  # singular value of the Jacobian, over the largest, that determines nothing
+NOTHING = 1e-100  # what replaces 0 in a denominator, far from 1 and from overflow
+TIE = 1e-6  # relative difference of two sums of squares that is rounding
+SAME = 1e-4  # difference of two optima, in logarithms or logits, that is rounding
+WIDE = math.log(10.0)  # half width, of a logarithm or logit, of a value that is not determined
+ROUNDING = 1e-3  # component of a blind direction that may come from rounding
 
 Residuals = Callable[[Floats], Floats]
-
-
-class Unknown(NamedTuple):
-    """A parameter to be fitted: its name, and whether it is a share in (0, 1) or just positive."""
-
-    name: str
-    kind: Literal["positive", "share"] = "positive"
 
 
 class ConfidenceInterval(NamedTuple):
@@ -69,89 +50,80 @@ class ConfidenceInterval(NamedTuple):
     high: float
 
 
-@dataclass(frozen=True)
-class Estimate:
-    """The result of a fit.
-
-    Parameters
-    ----------
-    values
-        (parameter,): the values.
-    residuals
-        (observation,): the residuals at the optimum.
-    spread
-        s, standard deviation of a residual; None if there are no more observations than parameters.
-    intervals
-        By the Jacobian, one a parameter; None where the spread is unknown.
-    bootstrap
-        By refitting; None where there are too few observations or they determine too little.
-    undetermined
-        Parameters that the data do not determine, or cannot tell apart.
-    """
+class Estimate(NamedTuple):
+    """The result of a fit: values by parameter, residuals by observation, and how sure they are."""
 
     values: Floats
     residuals: Floats
-    spread: float | None
-    intervals: tuple[ConfidenceInterval, ...] | None
-    bootstrap: tuple[ConfidenceInterval, ...] | None
-    undetermined: tuple[str, ...]
+    spread: float | None  # s; None if there are no more observations than parameters
+    intervals: tuple[ConfidenceInterval, ...] | None  # by the Jacobian; None without a spread
+    bootstrap: tuple[ConfidenceInterval, ...] | None  # None where observations are too few
+    undetermined: tuple[str, ...]  # parameters that the data do not determine or tell apart
 
 
 def estimate(
-    unknowns: Sequence[Unknown],
+    names: Sequence[str],
     residuals: Residuals,
     starts: Iterable[Sequence[float]],
     *,
+    shares: Collection[str] = (),
     spread: float | None = None,
-    bootstrap: bool = True,
+    bootstrap: bool = False,
     eliminated: int = 0,
+    miss: Callable[[Floats], float] | None = None,
 ) -> Estimate:
     """Fit parameters to observations from several starts.
 
     Parameters
     ----------
-    unknowns
-        The p parameters.
+    names
+        Of the p parameters, which are positive.
     residuals
         Maps values (p,) to the n residuals, all of one standard deviation; finite everywhere.
     starts
         Values to start from, at least one set.
+    shares
+        Names of the parameters that are below 1 as well.
     spread
         Standard deviation of a residual where it is known; the residuals may show a larger one.
     bootstrap
         Whether to refit for intervals as well.
     eliminated
         Further parameters, over which the residuals of every set of values are least already [3]_.
+    miss
+        Relative miss of values by another measure, which decides between equally good optima.
     """
     from scipy.special import ndtri, stdtrit
 
-    problem = _Problem(unknowns, residuals)
-    found = [problem.fit(problem.inner(start)) for start in starts]
+    problem = _Problem(np.array([name in shares for name in names]), residuals)
+    found = [problem.fit(problem.inner(start), "search") for start in starts]
     least = min(each.sum_of_squares for each in found)
-    ties = [each for each in found if each.sum_of_squares <= (1.0 + TIE) * least]
-    best = min(ties, key=lambda each: each.way)
-    errors = _errors(best.jacobian)
-    freedom = len(best.residuals) - errors.rank - eliminated
+    rounding = TIE * (least + (spread or 0.0) ** 2)
+    ties = [each for each in found if each.sum_of_squares <= least + rounding]
+    if miss and any(np.max(np.abs(each.x - ties[0].x)) > SAME for each in ties):
+        misses = [miss(problem.outer(each.x)) for each in ties]
+        pairs = zip(ties, misses, strict=True)
+        ties = [each for each, missed in pairs if missed <= min(misses) + SAME]
+    best = problem.fit(min(ties, key=lambda each: each.way).x, "polish")
+    errors, largest_error, rank = _errors(best.jacobian)
+    freedom = len(best.residuals) - rank - eliminated
     left = math.sqrt(best.sum_of_squares / freedom) if freedom > 0 else None
     sigma = left if spread is None else max(spread, left or 0.0)
-    wide = errors.parameters >= errors.least / BLIND
-    intervals = None
+    wide, intervals = errors >= largest_error, None
     if sigma is not None:
         level = 0.5 + 0.5 * CONFIDENCE
         quantile = float(stdtrit(freedom, level) if spread is None else ndtri(level))
-        reach = sigma * quantile * errors.parameters
+        reach = sigma * quantile * errors
         intervals = problem.intervals(best.x - reach, best.x + reach)
         wide |= reach > WIDE
-    undetermined = tuple(compress((each.name for each in unknowns), wide))
+        # Of optima that are equally good, rounding would choose one.
+        apart = [np.abs(each.x - best.x) > np.maximum(reach, SAME) for each in ties]
+        wide |= np.any(apart, axis=0)
+    undetermined = tuple(compress(names, wide))
     refit = bootstrap and freedom >= LEAST_FREEDOM and not undetermined
-    return Estimate(
-        problem.outer(best.x),
-        best.residuals,
-        sigma,
-        intervals,
-        _bootstrap(problem, best, freedom) if refit else None,
-        undetermined,
-    )
+    refitted = _bootstrap(problem, best, freedom) if refit else None
+    values = problem.outer(best.x)
+    return Estimate(values, best.residuals, sigma, intervals, refitted, undetermined)
 
 
 class _Optimum(NamedTuple):
@@ -170,9 +142,8 @@ class _Optimum(NamedTuple):
 class _Problem:
     """Residuals as a function of logarithms and logits."""
 
-    def __init__(self, unknowns: Sequence[Unknown], residuals: Residuals) -> None:
-        self.residuals = residuals
-        self.shares = np.array([unknown.kind == "share" for unknown in unknowns])
+    def __init__(self, shares: Booleans, residuals: Residuals) -> None:
+        self.shares, self.residuals = shares, residuals
         # Beyond these a mission may state no value.
         self.low = np.where(self.shares, -LOGIT, LOGARITHM[0])
         self.high = np.where(self.shares, LOGIT, LOGARITHM[1])
@@ -189,27 +160,27 @@ class _Problem:
         return np.where(self.shares, grown / (1.0 + grown), grown)
 
     def fit(
-        self, start: Floats, method: Literal["trf", "lm"] = "trf", shift: Floats | float = 0.0
+        self,
+        start: Floats,
+        aim: Literal["search", "polish", "refit"],
+        shift: Floats | float = 0.0,
     ) -> _Optimum:
-        """The optimum, `shift` added to the residuals.
-
-        Steps of "trf" keep out of directions in which the data are blind; "lm" is fast.
-        """
+        """The optimum, `shift` added to the residuals."""
         from scipy.optimize import least_squares
 
         def residuals(x: Floats) -> Floats:
             return self.residuals(self.outer(x)) + shift
 
-        close = CLOSE[method]
         answer = least_squares(
             residuals,
             start,
-            # Central differences: forward ones move the optimum in its seventh digit.
-            jac="3-point" if method == "trf" else "2-point",
-            method=method,
-            xtol=close,
-            ftol=close,
-            gtol=close,
+            # Steps of "trf" keep out of directions in which the data are blind; "lm" is fast.
+            method="lm" if aim == "refit" else "trf",
+            # One-sided differences leave the optimum uncertain in its seventh digit.
+            jac="3-point" if aim == "polish" else "2-point",
+            xtol=CLOSE[aim],
+            ftol=CLOSE[aim],
+            gtol=CLOSE[aim],
         )
         way = float(np.linalg.norm(answer.x - start))
         return _Optimum(answer.x, answer.fun, np.asarray(answer.jac), way)
@@ -220,16 +191,11 @@ class _Problem:
         return tuple(map(ConfidenceInterval, *ends))
 
 
-class _Errors(NamedTuple):
-    """Standard errors of the parameters for s = 1 and along the best determined direction."""
+def _errors(jacobian: Floats) -> tuple[Floats, float, int]:
+    """Standard errors of the parameters for s = 1, which of them are too large, and the rank of J.
 
-    parameters: Floats
-    least: float
-    rank: int
-
-
-def _errors(jacobian: Floats) -> _Errors:
-    """Errors by the singular values; where the data are blind, larger than anything."""
+    Errors in directions in which the data are blind are larger than anything.
+    """
     rows, columns = jacobian.shape
     _, sizes, directions = np.linalg.svd(jacobian, full_matrices=rows < columns)
     sizes = np.pad(sizes, (0, columns - len(sizes)))
@@ -238,23 +204,22 @@ def _errors(jacobian: Floats) -> _Errors:
     along = 1.0 / np.where(blind, BLIND**2 * largest, sizes)
     # A rounding error in a blind direction would reach parameters that are determined.
     directions[blind] = np.where(np.abs(directions[blind]) < ROUNDING, 0.0, directions[blind])
-    parameters = np.linalg.norm(directions * along[:, None], axis=0)
-    return _Errors(parameters, 1.0 / largest, int(np.sum(~blind)))
+    errors = np.linalg.norm(directions * along[:, None], axis=0)
+    return errors, 1.0 / (BLIND * largest), int(np.sum(~blind))
 
 
 def _bootstrap(problem: _Problem, best: _Optimum, freedom: int) -> tuple[ConfidenceInterval, ...]:
     """Intervals by the bootstrap-t."""
-    random = np.random.default_rng(SEED)
-    count = len(best.residuals)
+    random, count = np.random.default_rng(SEED), len(best.residuals)
 
     def errors(fit: _Optimum) -> Floats:
         own = math.sqrt(fit.sum_of_squares / freedom)
-        return np.maximum(own * _errors(fit.jacobian).parameters, np.finfo(float).tiny)
+        return np.maximum(own * _errors(fit.jacobian)[0], np.finfo(float).tiny)
 
     pool = (best.residuals - best.residuals.mean()) * math.sqrt(count / freedom)
     scaled = []
     for drawn in random.choice(pool, (REPLICATES, count)):
-        again = problem.fit(best.x, "lm", drawn - best.residuals)
+        again = problem.fit(best.x, "refit", drawn - best.residuals)
         scaled.append((again.x - best.x) / errors(again))
     outside = 0.5 - 0.5 * CONFIDENCE
     low, high = np.quantile(scaled, [outside, 1.0 - outside], axis=0)

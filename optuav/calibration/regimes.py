@@ -24,7 +24,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 from typing import NamedTuple, TypeAlias
 
@@ -32,24 +32,13 @@ import numpy as np
 import numpy.typing as npt
 
 from optuav.arrays import Booleans, Floats
-from optuav.calibration.csv import (
-    Column,
-    Format,
-    Measurements,
-    clock_faults,
-    copies,
-    gaps,
-    read,
-    read_all,
-    unit_doubts,
-)
-from optuav.calibration.fit import Fit, Panel, Value, refuse_outside, undetermined, values_of
+from optuav.calibration import csv
+from optuav.calibration.fit import Fit, Panel, Value, finished, panel, undetermined, values_of
 from optuav.calibration.least_squares import (
     CONFIDENCE,
     NOTHING,
     ConfidenceInterval,
     Estimate,
-    Unknown,
     estimate,
 )
 from optuav.errors import Fault, InputError
@@ -59,14 +48,14 @@ from optuav.physics.flight import regime_leg
 Means: TypeAlias = Mapping[str, Mapping[str, tuple[float, ConfidenceInterval]]]
 """Mean and interval by phase, and by ``"current_A"`` and ``"power_W"``."""
 
-LOG = Format(
+LOG = csv.Format(
     (
-        Column("time", "time"),
-        Column("current", "current"),
-        Column("voltage", "voltage", needed=False),
-        Column("power", "power", needed=False),
-        Column("speed", "speed", needed=False),
-        Column("phase", "text", needed=False),
+        csv.Column("time", "time"),
+        csv.Column("current", "current"),
+        csv.Column("voltage", "voltage", needed=False),
+        csv.Column("power", "power", needed=False),
+        csv.Column("speed", "speed", needed=False),
+        csv.Column("phase", "text", needed=False),
     ),
     least=10,
 )
@@ -78,28 +67,18 @@ ORIGINS = {
 }
 """Phases of a log, "charge" a rest in the laser's light, and where their loads come from."""
 PHASES = (*ORIGINS, "other")
-STILL_m_s = 1.0
-"""Speed below which an airborne UAV hovers, where the log has no phases."""
-IDLE = 0.1
-"""Share of the median current below which the rotors stand."""
-BATCHES = 10
-"""Of a record, for the interval of its mean; it has at least as many samples."""
-MOST_ALIKE = 0.99
-"""Largest correlation of neighbours that is believed."""
-LEAST_LEG = 5
-"""Fewest samples of a leg."""
-REACHED = 0.98
-"""Share of the speed cap that the longest leg must at least reach without it, for it to bind."""
-GAIN = 9.0
-"""Least gain of the sum of squares, in variances, by which a cap shows: three standard errors."""
-ROUNDS = 20
-"""Most steps to the best moments at which a leg begins and ends; two or three are usual."""
-FOUND_S = 1e-9
-"""Change of these moments below which they are found."""
+STILL_m_s = 1.0  # speed below which an airborne UAV hovers, where the log has no phases
+IDLE = 0.1  # share of the median current below which the rotors stand
+BATCHES = 10  # of a record, for the interval of its mean; it has at least as many samples
+MOST_ALIKE = 0.99  # largest correlation of neighbours that is believed
+LEAST_LEG = 5  # fewest samples of a leg
+REACHED = 0.98  # share of the cap that the longest leg must reach without it, for it to bind
+GAIN = 9.0  # least gain of the sum of squares by a cap, in variances: three standard errors
+ROUNDS = 20  # most steps to the best moments at which a leg begins and ends; two are usual
+FOUND_S = 1e-9  # change of these moments below which they are found
 
 
-@dataclass(frozen=True)
-class FlightLog:
+class FlightLog(NamedTuple):
     """Time [s], current [A], power [W], speed [m/s] or None, and phase of every sample."""
 
     time_s: Floats
@@ -161,22 +140,11 @@ def fit_regimes(files: Iterable[str | Path]) -> Fit:
     20.5
     """
     paths = [Path(file) for file in files]
-    logs, sources = read_all(paths, _read_log), ", ".join(map(str, paths))
-    loads = dict(_loads(logs))
+    logs = csv.read_all(paths, _read_log)
+    loads = _loads(logs)
     if not loads.keys() & {"flight", "hover"}:
         words = f"at least {BATCHES} samples of flight or of hover"
-        raise InputError([Fault("", "", words, sources)])
-    found = tuple(_values(loads))
-    # A load below 0 that the log cannot tell from 0 is 0.
-    values = tuple(
-        replace(each, value=0.0)
-        if each.interval and each.value < 0.0 <= each.interval.high
-        else each
-        for each in found
-    )
-    refuse_outside(
-        values, sources, ["positive is discharge, a rest in the laser's light is charge"]
-    )
+        raise InputError([Fault("", "", words, ", ".join(map(str, paths)))])
     legs = [leg for log in logs for leg in _legs(log)]
     motion, panels, remarks = _motion(legs)
     warnings = [
@@ -184,20 +152,26 @@ def fit_regimes(files: Iterable[str | Path]) -> Fit:
         for phase in ("flight", "hover")
         if phase not in loads
     ]
-    warnings += [
-        f"{old.key} = {old.value:.3g} lies no farther below 0 than the log leaves open: 0 is stated"
-        for old, new in zip(found, values, strict=True)
-        if new is not old
-    ]
+    values = list(_values(loads))
+    for place, each in enumerate(values):
+        if each.interval is not None and each.value < 0.0 <= each.interval.high:
+            values[place] = replace(each, value=0.0)
+            warnings.append(
+                f"{each.key} = {each.value:.3g} lies no farther below 0 than the log leaves open: "
+                "0 is stated"
+            )
     samples = sum(len(log.time_s) for log in logs)
-    return Fit(
-        kind="regimes",
-        sources=tuple(map(str, paths)),
-        data=f"{samples} samples, {len(legs)} legs with speeds",
-        values=(*motion, *values),
-        panels=(*_load_panels(logs, loads), *panels),
-        warnings=(*warnings, *remarks, *_doubts(logs, loads), *copies(paths)),
-        settings={"flight.model": "regimes"},
+    return finished(
+        Fit(
+            "regimes",
+            tuple(map(str, paths)),
+            f"{samples} samples, {len(legs)} legs with speeds",
+            (*motion, *values),
+            (*_load_panels(logs, loads), *panels),
+            (*warnings, *remarks, *_doubts(logs, loads)),
+            settings={"flight.model": "regimes"},
+        ),
+        "positive is discharge, a rest in the laser's light is charge",
     )
 
 
@@ -237,8 +211,8 @@ def _variance(alike: float, count: float) -> float:
 
 
 def _read_log(path: Path) -> FlightLog:
-    table = read(path, LOG)
-    numbers, faults = table.numbers, [*clock_faults(table), *gaps(table)]
+    table = csv.read(path, LOG)
+    numbers, faults = table.numbers, [*csv.clock_faults(table), *csv.gaps(table)]
     if ("voltage" in numbers) == ("power" in numbers):
         words = "one of the columns voltage and power, with their units"
         faults.append(Fault("", "", words, table.source))
@@ -258,40 +232,42 @@ def _read_log(path: Path) -> FlightLog:
     return FlightLog(numbers["time"], current_A, power_W, speed_m_s, phase)
 
 
-def _faults_of_cells(table: Measurements) -> Iterator[Fault]:
+def _faults_of_cells(table: csv.Measurements) -> Iterator[Fault]:
     phases, numbers = table.texts.get("phase", ()), table.numbers
     for phase in sorted(set(phases) - set(PHASES)):
-        rows = [row for row, each in enumerate(phases) if each == phase]
         words = f"{', '.join(PHASES)}{nearest(phase, PHASES)}"
-        yield from table.faults(rows, "phase", words, phases.__getitem__)
+        yield from table.faults(np.array(phases) == phase, "phase", words, phases.__getitem__)
     if "speed" in numbers:
         yield from table.faults(numbers["speed"] < 0.0, "speed", "0 or above")
     if "voltage" in numbers:
         yield from table.faults(numbers["voltage"] <= 0.0, "voltage", "above 0")
-    if not np.max(numbers["current"]) > 0.0:
-        largest = [int(np.argmax(numbers["current"]))]
+    drawn = numbers["current"] > 0.0
+    if not np.any(drawn):
         words = "some current above 0: positive is discharge"
-        yield from table.faults(largest, "current", words)
+        yield from table.faults(~drawn, "current", words)
 
 
-def _loads(
-    logs: Sequence[FlightLog],
-) -> Iterator[tuple[str, dict[str, tuple[float, ConfidenceInterval]]]]:
-    """Mean current [A] and power [W] with their intervals, by phase."""
-    phases = np.concatenate([log.phase for log in logs])
+def _joined(logs: Sequence[FlightLog]) -> FlightLog:
+    """Logs as one, each from the end of the one before, without speeds."""
+    time_s = np.array(_one_after_another([log.time_s for log in logs]))
     current_A = np.concatenate([log.current_A for log in logs])
     power_W = np.concatenate([log.power_W for log in logs])
+    return FlightLog(time_s, current_A, power_W, None, np.concatenate([log.phase for log in logs]))
+
+
+def _loads(logs: Sequence[FlightLog]) -> Means:
+    """Mean current [A] and power [W] with their intervals, by phase."""
+    _, current_A, power_W, _, phases = _joined(logs)
     steps_s = np.concatenate([np.gradient(log.time_s) for log in logs])
-    for phase in ORIGINS:
-        own = phases == phase
-        if np.sum(own) >= BATCHES:
-            yield (
-                phase,
-                {
-                    "current_A": mean_over_time(current_A[own], steps_s[own]),
-                    "power_W": mean_over_time(power_W[own], steps_s[own]),
-                },
-            )
+    masks = {phase: phases == phase for phase in ORIGINS}
+    return {
+        phase: {
+            "current_A": mean_over_time(current_A[own], steps_s[own]),
+            "power_W": mean_over_time(power_W[own], steps_s[own]),
+        }
+        for phase, own in masks.items()
+        if np.sum(own) >= BATCHES
+    }
 
 
 def _values(loads: Means) -> Iterator[Value]:
@@ -311,10 +287,10 @@ def _doubts(logs: Sequence[FlightLog], loads: Means) -> Iterator[str]:
         if phase in loads:
             current_A, power_W = (loads[phase][unit][0] for unit in ("current_A", "power_W"))
             sizes = {"current": current_A, "voltage": power_W / current_A}
-            yield from unit_doubts(f"in {phase}", sizes)
+            yield from csv.unit_doubts(f"in {phase}", sizes)
     speeds_m_s = [float(np.max(log.speed_m_s)) for log in logs if log.speed_m_s is not None]
     if speeds_m_s:
-        yield from unit_doubts("at most", {"speed": max(speeds_m_s)})
+        yield from csv.unit_doubts("at most", {"speed": max(speeds_m_s)})
 
 
 def _one_after_another(times_s: Sequence[Floats]) -> tuple[float, ...]:
@@ -326,22 +302,13 @@ def _one_after_another(times_s: Sequence[Floats]) -> tuple[float, ...]:
 
 def _load_panels(logs: Sequence[FlightLog], loads: Means) -> Iterator[Panel]:
     """Current and power over the time of all logs, and their means."""
-    phase = np.concatenate([log.phase for log in logs])
+    time_s, current_A, power_W, _, phase = _joined(logs)
     known = np.isin(phase, list(loads))
-    at_s = np.array(_one_after_another([log.time_s for log in logs]))
-    for quantity, unit, observed in (
-        ("current", "A", np.concatenate([log.current_A for log in logs])),
-        ("power", "W", np.concatenate([log.power_W for log in logs])),
-    ):
-        yield Panel(
-            quantity,
-            unit,
-            tuple(observed[known].tolist()),
-            tuple(loads[each][f"{quantity}_{unit}"][0] for each in phase[known]),
-            at=tuple(at_s[known].tolist()),
-            at_words="time in the logs [s]",
-            groups=tuple(phase[known].tolist()),
-        )
+    groups = phase[known].tolist()
+    for quantity, unit, observed in (("current", "A", current_A), ("power", "W", power_W)):
+        means = [loads[each][f"{quantity}_{unit}"][0] for each in groups]
+        words = "time in the logs [s]"
+        yield panel(quantity, unit, observed[known], means, time_s[known], words, groups)
 
 
 def _legs(log: FlightLog) -> Iterator[LoggedLeg]:
@@ -371,13 +338,11 @@ def _motion(
     speeds = _speeds(legs)
 
     def fitted(keys: Sequence[str], starts: Iterable[Sequence[float]]) -> Estimate:
-        return estimate(
-            [Unknown(key) for key in keys],
-            lambda values: speeds(*values) - observed,
-            starts,
-            bootstrap=False,
-            eliminated=2 * len(legs),
-        )
+        def residuals(values: Floats) -> Floats:
+            left: Floats = speeds(*values) - observed
+            return left
+
+        return estimate(keys, residuals, starts, eliminated=2 * len(legs))
 
     keys: tuple[str, ...] = ("flight.acceleration_m_s2", "flight.max_speed_m_s")
     found = fitted(keys, [(a, float(np.max(observed))) for a in (0.5, 2.0, 8.0)])
@@ -389,15 +354,10 @@ def _motion(
     if cap >= REACHED * math.sqrt(acceleration * longest_m) or gain < GAIN:
         keys, found = keys[:1], without
         warnings = ("no leg is long enough to show a speed cap: max_speed_m_s is missing here",)
-    panel = Panel(
-        "speed",
-        "m/s",
-        tuple(observed.tolist()),
-        tuple(speeds(*found.values.tolist()).tolist()),
-        at=_one_after_another([leg.time_s for leg in legs]),
-        at_words="time in the legs [s]",
-    )
-    return values_of(found, keys, f"fitted to the speed of {len(legs)} legs"), (panel,), warnings
+    at_s = _one_after_another([leg.time_s for leg in legs])
+    fit = speeds(*found.values.tolist())
+    course = panel("speed", "m/s", observed, fit, at_s, "time in the legs [s]")
+    return values_of(found, keys, f"fitted to the speed of {len(legs)} legs"), (course,), warnings
 
 
 def _speeds(legs: Sequence[LoggedLeg]) -> Callable[..., Floats]:

@@ -21,39 +21,31 @@ from pathlib import Path
 import numpy as np
 
 from optuav.arrays import Floats
-from optuav.calibration.csv import (
-    Column,
-    Format,
-    Measurements,
-    copies,
-    read,
-    read_all,
-    unit_doubts,
-)
-from optuav.calibration.fit import Fit, Panel, Value, refuse_outside, undetermined, values_of
-from optuav.calibration.least_squares import Unknown, estimate
+from optuav.calibration import csv
+from optuav.calibration.fit import Fit, Value, finished, panel, undetermined, values_of
+from optuav.calibration.least_squares import estimate
 from optuav.errors import Fault, InputError
 from optuav.physics import rotor
 
 LEAST_POINTS = 6
-BENCH = Format(
+BENCH = csv.Format(
     (
-        Column("speed", "rotor speed"),
-        Column("thrust", "force"),
-        Column("current", "current"),
-        Column("voltage", "voltage"),
+        csv.Column("speed", "rotor speed"),
+        csv.Column("thrust", "force"),
+        csv.Column("current", "current"),
+        csv.Column("voltage", "voltage"),
     ),
     least=LEAST_POINTS,
 )
-SHEET = Format(
+SHEET = csv.Format(
     (
-        Column("thrust_coefficient", "number"),
-        Column("torque_coefficient", "number"),
-        Column("radius", "length"),
-        Column("air_density", "density"),
-        Column("velocity_constant", "velocity constant", needed=False),
-        Column("resistance", "resistance", needed=False),
-        Column("no_load_current", "current", needed=False),
+        csv.Column("thrust_coefficient", "number"),
+        csv.Column("torque_coefficient", "number"),
+        csv.Column("radius", "length"),
+        csv.Column("air_density", "density"),
+        csv.Column("velocity_constant", "velocity constant", needed=False),
+        csv.Column("resistance", "resistance", needed=False),
+        csv.Column("no_load_current", "current", needed=False),
     )
 )
 SHEET_SIZES = {
@@ -72,11 +64,10 @@ KEYS = (
     "drag_coefficient_Nm_s2_rad2",
 )
 """Of [rotor], found on a bench."""
+SPEED = "speed of the rotor $v$ [rad/s]"
 QUANTITIES = (("thrust", "N"), ("current", "A"), ("voltage", "V"))
-ROUNDS = 3
-"""Fits, each weighted by the residuals of the one before."""
-LEAST_RESIDUAL = 1e-9
-"""Least residual of a quantity for its weight, over its largest value."""
+ROUNDS = 3  # fits, each weighted by the residuals of the one before
+LEAST_RESIDUAL = 1e-9  # of a quantity for its weight, over its largest value
 TYPICAL = (0.1, 0.01, 0.3)
 """Shares with which the fit starts: of the voltage lost in the winding, of the torque in friction
 and in damping."""
@@ -116,7 +107,7 @@ def fit_rotor(files: Iterable[str | Path]) -> Fit:
     3.830471e-06
     """
     paths = [Path(file) for file in files]
-    tables = read_all(paths, _read)
+    tables = csv.read_all(paths, _read)
     sheets = [table for table in tables if "radius" in table.numbers]
     if not sheets:
         return _from_bench(paths, tables)
@@ -126,8 +117,8 @@ def fit_rotor(files: Iterable[str | Path]) -> Fit:
     return _from_sheet(paths[0], sheets[0])
 
 
-def _read(path: Path) -> Measurements:
-    table = read(path, BENCH, SHEET)
+def _read(path: Path) -> csv.Measurements:
+    table = csv.read(path, BENCH, SHEET)
     faults = [
         fault
         for name, values in table.numbers.items()
@@ -144,7 +135,7 @@ def _read(path: Path) -> Measurements:
     return table
 
 
-def _from_sheet(path: Path, table: Measurements) -> Fit:
+def _from_sheet(path: Path, table: csv.Measurements) -> Fit:
     given = {name: float(values[0]) for name, values in table.numbers.items()}
     radius_m = given["radius"]
     disc_kg_m = given["air_density"] * math.pi * radius_m**2
@@ -153,7 +144,7 @@ def _from_sheet(path: Path, table: Measurements) -> Fit:
         KEYS[5]: (given["torque_coefficient"] * disc_kg_m * radius_m**3, "C_Q ρ A r³"),
     }
     sizes = {words: given[name] for name, words in SHEET_SIZES.items() if name in given}
-    warnings = list(unit_doubts("as stated", sizes))
+    warnings = list(csv.unit_doubts("as stated", sizes))
     if "velocity_constant" in given:
         found[KEYS[1]] = (given["velocity_constant"], "as stated")
     if "resistance" in given:
@@ -164,18 +155,11 @@ def _from_sheet(path: Path, table: Measurements) -> Fit:
     elif "no_load_current" in given:
         warnings.append("the friction torque needs velocity_constant_rpm_V as well")
     values = tuple(Value(f"rotor.{key}", *each) for key, each in found.items())
-    refuse_outside(values, table.source, warnings)
-    return Fit(
-        kind="rotor",
-        sources=(str(path),),
-        data="data of a propeller and its motor",
-        values=values,
-        panels=(),
-        warnings=tuple(warnings),
-    )
+    data = "data of a propeller and its motor"
+    return finished(Fit("rotor", (str(path),), data, values, (), tuple(warnings)))
 
 
-def _from_bench(paths: list[Path], tables: list[Measurements]) -> Fit:
+def _from_bench(paths: list[Path], tables: list[csv.Measurements]) -> Fit:
     measured = {
         name: np.concatenate([table.numbers[name] for table in tables])
         for name in ("speed", "thrust", "current", "voltage")
@@ -191,46 +175,35 @@ def _from_bench(paths: list[Path], tables: list[Measurements]) -> Fit:
         )
 
     keys = tuple(f"rotor.{key}" for key in KEYS)
-    unknowns = [Unknown(key) for key in keys]
-    found = estimate(unknowns, residuals, [_start(measured)], bootstrap=False)
+    found = estimate(keys, residuals, [_start(measured)])
     for _ in range(ROUNDS - 1):
         parts = np.split(found.residuals, len(QUANTITIES))
         for (name, _), part in zip(QUANTITIES, parts, strict=True):
             left = float(np.sqrt(np.mean((part / weights[name]) ** 2)))
             weights[name] = 1.0 / max(left, LEAST_RESIDUAL * largest[name])
-        found = estimate(unknowns, residuals, [found.values.tolist()], bootstrap=False)
-    fitted = _model(found.values, speed)
-    order = np.argsort(speed, kind="stable")
+        found = estimate(keys, residuals, [found.values.tolist()])
+    fitted, order = _model(found.values, speed), np.argsort(speed, kind="stable")
     fastest = Value("rotor.max_speed_rad_s", largest["speed"], "fastest point of the bench")
-    values = (*values_of(found, keys, f"fitted to {len(speed)} points"), fastest)
-    at_most = {"rotor speed": largest["speed"]} | {
-        name: largest[name] for name in ("current", "voltage")
-    }
     power_W = largest["current"] * largest["voltage"]
-    warnings = (
-        *undetermined(found),
-        *unit_doubts("at most", at_most),
-        *unit_doubts("at full speed", {"thrust per power": largest["thrust"] / power_W}),
-        *copies(paths),
-    )
-    refuse_outside(values, ", ".join(map(str, paths)), warnings)
-    return Fit(
-        kind="rotor",
-        sources=tuple(map(str, paths)),
-        data=f"{len(speed)} points of a bench test at steady speed",
-        values=values,
-        panels=tuple(
-            Panel(
-                name,
-                unit,
-                tuple(measured[name][order].tolist()),
-                tuple(fitted[name][order].tolist()),
-                at=tuple(speed[order].tolist()),
-                at_words="speed of the rotor $v$ [rad/s]",
-            )
-            for name, unit in QUANTITIES
-        ),
-        warnings=warnings,
+    sizes = {"rotor speed": largest["speed"], "current": largest["current"]}
+    return finished(
+        Fit(
+            "rotor",
+            tuple(map(str, paths)),
+            f"{len(speed)} points of a bench test at steady speed",
+            (*values_of(found, keys, f"fitted to {len(speed)} points"), fastest),
+            tuple(
+                panel(name, unit, measured[name][order], fitted[name][order], speed[order], SPEED)
+                for name, unit in QUANTITIES
+            ),
+            (
+                *undetermined(found),
+                *csv.unit_doubts("at most", {**sizes, "voltage": largest["voltage"]}),
+                *csv.unit_doubts(
+                    "at full speed", {"thrust per power": largest["thrust"] / power_W}
+                ),
+            ),
+        )
     )
 
 

@@ -12,7 +12,7 @@ import math
 import tomllib
 from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 from typing import Any, NamedTuple, TypeGuard
 
@@ -28,7 +28,7 @@ from optuav.calibration.fit import (
     undetermined,
     values_of,
 )
-from optuav.calibration.least_squares import Unknown, estimate
+from optuav.calibration.least_squares import estimate
 from optuav.errors import Fault, InputError
 from optuav.mission import Mission, load, shipped
 from optuav.mission.files import label, read_text, refusal
@@ -48,67 +48,51 @@ QUANTITIES = {
     "hover_voltage_V": "V",
 }
 """Quantities of a row with their units: times, what is left by perspective, mean voltages."""
-KINDS = ("flight", "hover", "rest")
 LARGEST_FILE = 2_000_000
-SHARE_OF_RESOLUTION = 1.0 / math.sqrt(12.0)
-"""Standard deviation of a rounding error, in steps of the rounding."""
-IMPOSSIBLE = 1e9
-"""Residual where a row cannot be flown, or no mission may have the values."""
-EDGE = 1e-3
-"""Relative distance from a value within which an edge has shaped it."""
-SAME = 1e-9
-"""Difference of two numbers, relative or in their unit, that is rounding alone."""
-SCALES = (1.0, 0.5, 2.0)
-"""Where the fit starts, as multiples of the stated values."""
+ROUNDING = 1.0 / math.sqrt(12.0)  # standard deviation of its error, in steps
+IMPOSSIBLE = 1e9  # residual where a row cannot be flown, or no mission may have the values
+EDGE = 1e-3  # relative distance from a value within which an edge has shaped it
+SAME = 1e-9  # difference of two numbers, relative or in their unit, that is rounding alone
+SCALES = (1.0, 0.5, 2.0)  # where the fit starts, as multiples of the stated values
 WITHOUT_LASER = ("laser", "flight.charge_current_A", "flight.charge_power_W")
-
-
-class FlownRow(NamedTuple):
-    """How a row was flown: its stay, and changed keys of the mission."""
-
-    name: str
-    hover_time_s: float
-    rest_time_s: float
-    building: str
-    order: str
-    changes: Mapping[str, object]
 
 
 class TableNumber(NamedTuple):
     """A number of the table, and whether it is to be fitted."""
 
-    row: FlownRow
+    row: str
     quantity: str
     observed: float
     resolution: float
     fits: bool
 
 
-@dataclass(frozen=True)
-class ResultsTable:
-    """A table with what is known and what is free.
+class FlownRow(NamedTuple):
+    """How a row was flown: its stay, and changed keys of the mission; and its numbers."""
 
-    Parameters
-    ----------
-    source
-        The file, fit to print.
-    mission
-        With everything that is known, the free keys at their starting values.
-    base, known
-        Name or path of the mission that was extended, and the keys stated on top of it.
-    free
-        Starting value by key.
-    tied
-        Keys that are products of others.
-    """
+    hover_time_s: float
+    rest_time_s: float
+    building: str
+    order: str
+    changes: Mapping[str, object]
+    numbers: tuple[TableNumber, ...]
+
+
+class ResultsTable(NamedTuple):
+    """A table of results with what is known and what is free."""
 
     source: str
-    mission: Mission
-    base: str
+    mission: Mission  # with everything that is known, the free keys at their starting values
+    base: str  # name or path of the mission that was extended
     known: Mapping[str, object]
     free: Mapping[str, float]
-    tied: Mapping[str, tuple[str, ...]]
-    numbers: tuple[TableNumber, ...]
+    tied: Mapping[str, tuple[str, ...]]  # keys that are products of others
+    rows: tuple[FlownRow, ...]
+
+    @property
+    def numbers(self) -> tuple[TableNumber, ...]:
+        """The numbers of all rows."""
+        return tuple(each for row in self.rows for each in row.numbers)
 
     def with_values(self, values: Iterable[float]) -> Mission:
         """The mission with other values of the free keys."""
@@ -116,15 +100,14 @@ class ResultsTable:
 
     def computed(self, mission: Mission) -> Floats:
         """The numbers of the table as they follow from a mission."""
-        rows, networks = list[Mapping[str, object]](), list[Network]()
-        found = []
-        for each in self.numbers:
-            if each.row.changes not in rows:
-                changed = mission.replace(each.row.changes) if each.row.changes else mission
-                rows.append(each.row.changes)
-                networks.append(build_network(tie(changed, self.tied)))
-            place = rows.index(each.row.changes)
-            found.append(quantities(networks[place], each.row)[each.quantity])
+        networks, found = dict[str, Network](), list[float]()
+        for row in self.rows:
+            changes = repr(row.changes)
+            if changes not in networks:
+                changed = mission.replace(row.changes) if row.changes else mission
+                networks[changes] = build_network(tie(changed, self.tied))
+            values = quantities(networks[changes], row)
+            found += [values[each.quantity] for each in row.numbers]
         return np.array(found)
 
     def tried(self, values: Floats) -> Floats:
@@ -183,7 +166,7 @@ def fit_table(files: Iterable[str | Path]) -> Fit:
     table = read_table(paths[0])
     fits = np.array([each.fits for each in table.numbers])
     observed = np.array([each.observed for each in table.numbers])
-    steps = SHARE_OF_RESOLUTION * np.array([each.resolution for each in table.numbers])
+    steps = ROUNDING * np.array([each.resolution for each in table.numbers])
 
     def residuals(values: Floats) -> Floats:
         left: Floats = ((table.tried(values) - observed) / steps)[fits]
@@ -191,33 +174,31 @@ def fit_table(files: Iterable[str | Path]) -> Fit:
 
     keys, count = tuple(table.free), int(fits.sum())
     starts = [tuple(scale * each for each in table.free.values()) for scale in SCALES]
-    found = estimate([Unknown(key) for key in keys], residuals, starts, spread=1.0, bootstrap=False)
+    found = estimate(keys, residuals, starts, spread=1.0)
     mission = table.with_values(found.values.tolist())
     computed = table.computed(mission).tolist()
-    _refuse_unflown(table, computed)
-    roles, again = _roles(table.numbers, computed)
+    pairs = list(zip(table.numbers, computed, strict=True))
+    if unflown := {each.row for each, value in pairs if not math.isfinite(value)}:
+        words = "a row that can be flown; none of the values tried can: start from others in [free]"
+        raise InputError(
+            Fault("rows", shown(name), words, table.source) for name in sorted(unflown)
+        )
+    roles, again = _roles(pairs)
     products = {
-        key: rounded(product)
+        key: rounded(value_of(mission, key))
         for key, factors in table.tied.items()
         if not set(factors) & set(found.undetermined)
-        and isinstance(product := value_of(mission, key), int | float)
     }
+    fitted = counted(count, "number")
     repeated = f", {roles.count('repeat')} repeated" if "repeat" in roles else ""
     return Fit(
-        kind="table",
-        sources=(str(paths[0]),),
-        data=(
-            f"{counted(count, 'number')} of the table fitted by "
-            f"{counted(len(keys), 'free key')}{repeated}, {roles.count('predicted')} predicted"
-        ),
-        values=values_of(found, keys, f"fitted to {counted(count, 'number')} of the table"),
-        panels=tuple(_panels(table.numbers, computed, roles)),
-        warnings=(
-            *undetermined(found),
-            *_missed(table.numbers, computed),
-            *again,
-            *_at_an_edge(table, found.values),
-        ),
+        "table",
+        (str(paths[0]),),
+        f"{fitted} of the table fitted by {counted(len(keys), 'free key')}{repeated}, "
+        f"{roles.count('predicted')} predicted",
+        values_of(found, keys, f"fitted to {fitted} of the table"),
+        tuple(_panels(pairs, roles)),
+        (*undetermined(found), *_missed(pairs), *again, *_at_an_edge(table, found.values)),
         settings={**table.known, **products},
         extends=table.base,
     )
@@ -232,8 +213,8 @@ def quantities(flown: Network, row: FlownRow) -> dict[str, float]:
     given, hover = mission.battery, vehicle.hover_load(mission)
     capacity_As = float(vehicle.pool(mission).capacity_As)
     nominal_J = capacity_As * given.nominal_voltage_V
-    charge_As, energy_J = dict.fromkeys(KINDS, 0.0), dict.fromkeys(KINDS, 0.0)
-    flight_s = 0.0
+    charge_As: dict[str, float] = {"flight": 0.0, "hover": 0.0, "rest": 0.0}
+    energy_J, flight_s = dict(charge_As), 0.0
     for phase in route_phases(flown, itinerary, row.hover_time_s, row.rest_time_s):
         charge_As[phase.kind] += float(phase.charge_As)
         energy_J[phase.kind] += float(phase.energy_J)
@@ -256,7 +237,7 @@ def quantities(flown: Network, row: FlownRow) -> dict[str, float]:
     }
 
 
-def value_of(mission: Mission, key: str) -> object:
+def value_of(mission: Mission, key: str) -> Any:
     """The value of a dotted key; None where the mission has none."""
     table, _, name = key.partition(".")
     return getattr(getattr(mission, table, None), name, None)
@@ -264,19 +245,12 @@ def value_of(mission: Mission, key: str) -> object:
 
 def tie(mission: Mission, tied: Mapping[str, tuple[str, ...]]) -> Mission:
     """The mission with its tied keys at the product of theirs."""
-    products = {}
-    for key, names in tied.items():
-        factors = [
-            each for name in names if isinstance(each := value_of(mission, name), int | float)
-        ]
-        if len(factors) == len(names):
-            products[key] = math.prod(factors)
+    factors = {key: [value_of(mission, each) for each in names] for key, names in tied.items()}
+    products = {key: math.prod(each) for key, each in factors.items() if None not in each}
     return mission.replace(products) if products else mission
 
 
-def _roles(
-    numbers: Sequence[TableNumber], computed: Sequence[float]
-) -> tuple[list[Role], list[str]]:
+def _roles(pairs: Sequence[tuple[TableNumber, float]]) -> tuple[list[Role], list[str]]:
     """Whether each number is fitted, predicted, or a repetition of one that is fitted.
 
     And a warning if one that is fitted repeats another: it counts as if it were measured again.
@@ -291,13 +265,13 @@ def _roles(
         )
 
     again = 0
-    for each, value in zip(numbers, computed, strict=True):
+    for each, value in pairs:
         if each.fits:
             again += repeats(each, value)
             fitted.append((each, value))
     roles: list[Role] = [
         "fitted" if each.fits else "repeat" if repeats(each, value) else "predicted"
-        for each, value in zip(numbers, computed, strict=True)
+        for each, value in pairs
     ]
     words = (
         f"{counted(again, 'number')} to be fitted repeat{'s' * (again == 1)} another: state it as "
@@ -306,19 +280,16 @@ def _roles(
     return roles, [words] if again else []
 
 
-def _missed(numbers: Sequence[TableNumber], computed: Sequence[float]) -> Iterator[str]:
+def _missed(pairs: Sequence[tuple[TableNumber, float]]) -> Iterator[str]:
     """A warning if the values do not meet the table."""
-    fitted = [
-        (abs(value - each.observed) / each.resolution, each, value - each.observed)
-        for each, value in zip(numbers, computed, strict=True)
-        if each.fits
-    ]
-    missed = sum(steps > 1.0 for steps, _, _ in fitted)
+    fitted = [(value - each.observed, each) for each, value in pairs if each.fits]
+    steps = [abs(difference) / each.resolution for difference, each in fitted]
+    missed = sum(each > 1.0 for each in steps)
     if missed:
-        _, each, difference = max(fitted, key=lambda one: one[0])
+        difference, worst = fitted[int(np.argmax(steps))]
         yield (
             f"the values do not meet the table: {missed} of {len(fitted)} numbers are missed by "
-            f"more than their rounding, {each.quantity} of {each.row.name} by {difference:+.3g}"
+            f"more than their rounding, {worst.quantity} of {worst.row} by {difference:+.3g}"
         )
 
 
@@ -335,29 +306,17 @@ def _at_an_edge(table: ResultsTable, values: Floats) -> Iterator[str]:
                 )
 
 
-def _refuse_unflown(table: ResultsTable, computed: Sequence[float]) -> None:
-    """Refuse rows that cannot be flown with the values found: they show and predict nothing."""
-    words = "a row that can be flown; none of the values tried can: start from others in [free]"
-    pairs = zip(table.numbers, computed, strict=True)
-    unflown = {each.row.name for each, value in pairs if not math.isfinite(value)}
-    faults = [Fault("rows", shown(name), words, table.source) for name in sorted(unflown)]
-    if faults:
-        raise InputError(faults)
-
-
-def _panels(
-    numbers: Sequence[TableNumber], computed: Sequence[float], roles: Sequence[Role]
-) -> Iterator[Panel]:
-    for quantity in dict.fromkeys(each.quantity for each in numbers):
-        own = [place for place, each in enumerate(numbers) if each.quantity == quantity]
-        yield Panel(
-            quantity.rpartition("_")[0].replace("_", " "),
-            QUANTITIES[quantity],
-            tuple(numbers[place].observed for place in own),
-            tuple(computed[place] for place in own),
-            names=tuple(numbers[place].row.name for place in own),
-            roles=tuple(roles[place] for place in own),
-        )
+def _panels(pairs: Sequence[tuple[TableNumber, float]], roles: Sequence[Role]) -> Iterator[Panel]:
+    for quantity, unit in QUANTITIES.items():
+        own = [
+            (each.observed, value, each.row, role)
+            for (each, value), role in zip(pairs, roles, strict=True)
+            if each.quantity == quantity
+        ]
+        if own:
+            observed, computed, names, kinds = zip(*own, strict=True)
+            words = quantity.rpartition("_")[0].replace("_", " ")
+            yield Panel(words, unit, observed, computed, names, roles=kinds)
 
 
 class Rule(NamedTuple):
@@ -395,6 +354,8 @@ STAY = {
     "laser": Rule("true or false", lambda value: isinstance(value, bool)),
 }
 """How a row was flown; any other key of `given` is one of the mission."""
+USUAL_STAY = {"hover_time_s": 0.0, "rest_time_s": 0.0, "building": "", "order": ORDERS[0]}
+CELLS, STEPS = dict.fromkeys(QUANTITIES, FINITE), dict.fromkeys(QUANTITIES, POSITIVE)
 FACTORS = Rule(
     "a list of the keys whose product it is",
     lambda value: bool(value) and isinstance(value, list) and all(map(TEXT.keeps, value)),
@@ -427,43 +388,43 @@ class _Reader:
         self.faults.append(Fault(key, "" if value is None else shown(value), allowed, self.source))
 
     def take(
-        self, place: str, table: Mapping[str, Any], rules: Mapping[str, Rule], noun: str = "key"
+        self, place: str, table: Mapping[str, Any], rules: Mapping[str, Rule]
     ) -> dict[str, Any]:
         """The entries that keep their rules; every other is a fault."""
-        for key in sorted(table.keys() - rules.keys()):
-            words = f"unknown {noun}{nearest(key, rules)}; known are {', '.join(rules)}"
-            self.fault(f"{place}{key}", None, words)
-        found = {key: value for key, value in table.items() if key in rules}
-        for key, value in list(found.items()):
-            if not rules[key].keeps(value):
+        found = {}
+        for key, value in table.items():
+            if key not in rules:
+                words = f"unknown key{nearest(key, rules)}; known are {', '.join(rules)}"
+                self.fault(f"{place}{key}", None, words)
+            elif rules[key].keeps(value):
+                found[key] = value
+            else:
                 self.fault(f"{place}{key}", value, rules[key].words)
-                del found[key]
         return found
 
     def table(self, document: Mapping[str, Any]) -> ResultsTable:
         top = self.take("", document, FILE)
         known, free = _flat(top.get("known", {})), self.free(_flat(top.get("free", {})))
         tied = self.tied(_flat(top.get("tied", {})))
-        steps = self.quantities("resolution.", top, POSITIVE)
+        steps = self.take("resolution.", top.get("resolution", {}), STEPS)
         if not document.get("rows"):
             self.fault("rows", None, FILE["rows"].words)
-        parts = [
-            self.row(f"rows[{place}]", row, steps) for place, row in enumerate(top.get("rows", ()))
-        ]
-        numbers = tuple(each for _, own in parts for each in own)
+        stated = enumerate(top.get("rows", ()))
+        rows = tuple(self.row(f"rows[{place}]", row, steps) for place, row in stated)
+        numbers = [each for row in rows for each in row.numbers]
         base, mission = top.get("mission", "paper"), None
         if base not in shipped():
             base = str(self.directory / base)
-        keys = {**known, **free, **dict.fromkeys(tied, 1.0)}
         try:
-            extended = load(base)
-            mission = self.extended(extended, keys, tied)
-            for place, (row, _) in enumerate(parts):
-                self.try_row(f"rows[{place}].given", row, mission, extended, keys)
+            mission = tie(load(base).replace({**known, **free, **dict.fromkeys(tied, 1.0)}), tied)
+            for place, row in enumerate(rows):
+                self.try_row(f"rows[{place}].given", row, mission)
         except InputError as error:
-            self.faults += error.faults
-        if sum(each.fits for each in numbers) < len(free):
-            count = sum(each.fits for each in numbers)
+            self.faults += [
+                replace(each, source=each.source or self.source) for each in error.faults
+            ]
+        count = sum(each.fits for each in numbers)
+        if count < len(free):
             words = f"as many numbers to fit as free keys: {len(free)}; there are {count}"
             self.fault("rows", None, words)
         unresolved = Counter(each.quantity for each in numbers if math.isnan(each.resolution))
@@ -472,13 +433,7 @@ class _Reader:
             self.fault(f"resolution.{quantity}", None, f"{words}, for {counted(count, 'number')}")
         if self.faults or mission is None:
             raise InputError(self.faults)
-        return ResultsTable(self.source, mission, base, known, free, tied, numbers)
-
-    def quantities(self, place: str, table: Mapping[str, Any], rule: Rule) -> dict[str, float]:
-        """The numbers by quantity in that table of a table which the place ends with."""
-        name = place.rstrip(".").rpartition(".")[2]
-        rules = dict.fromkeys(QUANTITIES, rule)
-        return self.take(place, table.get(name, {}), rules, "quantity")
+        return ResultsTable(self.source, mission, base, known, free, tied, rows)
 
     def free(self, found: Mapping[str, Any]) -> dict[str, float]:
         if not found:
@@ -499,66 +454,38 @@ class _Reader:
                     self.fault(f"tied.{key}", each, "products of keys that are numbers")
         return {key: tuple(names) for key, names in kept.items()}
 
-    def row(
-        self, place: str, stated: Mapping[str, Any], steps: Mapping[str, float]
-    ) -> tuple[FlownRow, list[TableNumber]]:
+    def row(self, place: str, stated: Mapping[str, Any], steps: Mapping[str, float]) -> FlownRow:
         parts = self.take(f"{place}.", stated, ROW)
-        given = parts.get("given", {})
-        stay = self.take(f"{place}.given.", {key: given[key] for key in given if key in STAY}, STAY)
+        given, name = parts.get("given", {}), parts.get("name", place)
+        stay: dict[str, Any] = dict(USUAL_STAY)
+        own = {key: given[key] for key in given if key in STAY}
+        stay |= self.take(f"{place}.given.", own, STAY)
         changes = _flat({key: given[key] for key in given if key not in STAY})
         if not stay.pop("laser", True):
             changes |= dict.fromkeys(WITHOUT_LASER)
-        usual = {"hover_time_s": 0.0, "rest_time_s": 0.0, "building": "", "order": ORDERS[0]}
-        row = FlownRow(parts.get("name", place), **{**usual, **stay}, changes=changes)
-        if row.rest_time_s and not row.building:
+        if stay["rest_time_s"] and not stay["building"]:
             self.fault(f"{place}.given.building", None, "where it rested")
-        steps = {**steps, **self.quantities(f"{place}.resolution.", parts, POSITIVE)}
-        return row, [
-            TableNumber(row, quantity, float(value), steps.get(quantity, math.nan), key == "fit")
+        own = self.take(f"{place}.resolution.", parts.get("resolution", {}), STEPS)
+        steps = {**steps, **own}
+        numbers = tuple(
+            TableNumber(name, quantity, float(value), steps.get(quantity, math.nan), key == "fit")
             for key in ("fit", "check")
-            for quantity, value in self.quantities(f"{place}.{key}.", parts, FINITE).items()
-        ]
+            for quantity, value in self.take(f"{place}.{key}.", parts.get(key, {}), CELLS).items()
+        )
+        return FlownRow(**stay, changes=changes, numbers=numbers)
 
-    def extended(
-        self, base: Mission, keys: Mapping[str, Any], tied: Mapping[str, tuple[str, ...]]
-    ) -> Mission | None:
-        """The mission with all that is stated, if it may have that."""
+    def try_row(self, place: str, row: FlownRow, mission: Mission) -> None:
+        """Collect faults of the keys and the building of a row."""
         try:
-            return tie(base.replace(keys), tied)
+            mission = mission.replace(row.changes)
         except InputError as error:
             self.faults += [
-                replace(each, source=each.source or self.source) for each in error.faults
+                replace(each, key=f"{place}.{each.key}", source=self.source)
+                for each in error.faults
             ]
-            return None
-
-    def try_row(
-        self,
-        place: str,
-        row: FlownRow,
-        mission: Mission | None,
-        base: Mission,
-        keys: Mapping[str, Any],
-    ) -> None:
-        """Faults of the keys and the building of a row.
-
-        Where the mission itself has faults, the row is tried on the one that was extended, and only
-        faults of its own keys count.
-        """
-        flown = None
-        try:
-            if mission is None:
-                base.replace({**keys, **row.changes})
-            else:
-                flown = mission.replace(row.changes)
-        except InputError as error:
-            self.faults += [
-                replace(fault, key=f"{place}.{fault.key}", source=self.source)
-                for fault in error.faults
-                if mission is not None or fault.key in row.changes
-            ]
-        if flown is None and any(key.startswith("buildings") for key in (*keys, *row.changes)):
-            return
-        names = [building.name for building in (flown or base).buildings]
+            if any(key.startswith("buildings") for key in row.changes):
+                return
+        names = [building.name for building in mission.buildings]
         if row.building and row.building not in names:
             words = f"a building of the mission{nearest(row.building, names)}"
             self.fault(f"{place}.building", row.building, words)

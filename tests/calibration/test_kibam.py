@@ -131,6 +131,20 @@ def test_records_of_current_say_the_same(tmp_path: Path) -> None:
     assert found.panels[0].names == ("CL500", "ILs250", "ILl500")
 
 
+def test_a_battery_that_runs_dry_earlier_is_no_fit(tmp_path: Path) -> None:
+    """By the charge drawn until the end, another battery gives these three lifetimes as well.
+
+    Under pauses its available well is empty one job earlier, and so it is not the one to state.
+    """
+    observed = [(name, LOADS[name], lasts(LOADS[name])) for name in ("CL500", "ILs250", "ILl500")]
+    other = {"capacity_As": 455.33381, "available_fraction": 0.0682498}
+    _, load, lifetime_s = observed[1]
+    assert lifetime(load, **other, flow_rate_per_s=0.001354235) < 0.97 * lifetime_s
+    found = by_key(optuav.fit_kibam([written(tmp_path / "three.csv", observed)]))
+    for key, true in truth().items():
+        assert found[key].value == pytest.approx(true, rel=1e-6), key
+
+
 def test_a_current_holds_until_the_next_line(tmp_path: Path) -> None:
     """However long: a record of changes has few lines; where a logger was steady, it is doubted."""
     rows = {

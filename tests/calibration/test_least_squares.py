@@ -8,13 +8,13 @@ import numpy as np
 import pytest
 
 from optuav.arrays import Floats
-from optuav.calibration.least_squares import Unknown, estimate
+from optuav.calibration.least_squares import estimate
 
 
 def test_a_long_record_needs_no_square_of_its_length() -> None:
     """A mean of 400 000 samples; its standard error is s over the root of their number."""
     samples = np.random.default_rng(1).normal(5.0, 0.1, 400_000)
-    found = estimate([Unknown("mean")], lambda x: x - samples, [(1.0,)], bootstrap=False)
+    found = estimate(["mean"], lambda x: x - samples, [(1.0,)])
     assert found.intervals is not None
     (interval,) = found.intervals
     reach = 1.959964 * np.std(samples, ddof=1) / math.sqrt(len(samples))
@@ -29,7 +29,7 @@ def test_what_is_not_seen_takes_no_freedom() -> None:
     def residuals(values: Floats) -> Floats:
         return np.log(values[0] * values[1]) - observed
 
-    found = estimate([Unknown("a"), Unknown("b")], residuals, [(1.0, 1.0)], bootstrap=False)
+    found = estimate(["a", "b"], residuals, [(1.0, 1.0)])
     assert found.undetermined == ("a", "b")
     assert found.spread == pytest.approx(np.std(observed, ddof=1), rel=1e-9)
 
@@ -42,12 +42,26 @@ def test_parameters_that_are_eliminated_take_their_freedom() -> None:
     level = np.mean(observed)
 
     found = estimate(
-        [Unknown("slope")],
+        ["slope"],
         lambda values: level + values[0] * place - observed,
         [(1.0,)],
-        bootstrap=False,
         eliminated=1,
     )
     slope = place @ observed / (place @ place)
     left = observed - level - slope * place
     assert found.spread == pytest.approx(math.sqrt(left @ left / 8.0), rel=1e-6)
+
+
+def test_of_equally_good_optima_none_is_stated_unless_another_measure_decides() -> None:
+    """(x − 1)(x − 3) = 0 from either side; rounding alone would choose."""
+
+    def residuals(values: Floats) -> Floats:
+        return (values - 1.0) * (values - 3.0)
+
+    starts = [(0.9,), (3.2,)]
+    both = estimate(["x"], residuals, starts, spread=1e-3)
+    assert both.undetermined == ("x",)
+    assert both.values == pytest.approx([3.0])
+    found = estimate(["x"], residuals, starts, spread=1e-3, miss=lambda x: abs(float(x[0]) - 1.1))
+    assert found.undetermined == ()
+    assert found.values == pytest.approx([1.0])
