@@ -12,7 +12,7 @@ from matplotlib.axes import Axes
 
 import optuav
 from optuav import plots
-from optuav.paper.reproduce.perspectives import by_perspective
+from optuav.paper.figures import by_perspective
 
 PICTURES = Path(__file__).parent / "pictures"
 DATA = Path(__file__).parents[1] / "examples" / "data"
@@ -29,7 +29,9 @@ def pictures() -> Iterator[tuple[str, Axes]]:
         for perspective in ("battery", "available")
     ]
     yield "wells", plots.wells(direct)[0]
-    program = optuav.formulate("paper", optuav.P4("b1", order="rest-first"), perspective="battery")
+    program = optuav.formulate(
+        "paper", "P4", building="b1", order="rest-first", perspective="battery"
+    )
     (part,) = program.parts
     yield "plane", plots.plane(part.model, part.model.row(0), [program.solve()])
     yield "profile", plots.profile(optuav.replay(promised)).speed

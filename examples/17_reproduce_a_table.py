@@ -16,11 +16,11 @@ import math
 from fractions import Fraction
 
 import optuav
-from optuav.paper.ledger import Verdict, cells
-from optuav.paper.ledger.admitted import admitted, loads_exist
+from optuav.paper.statement import Verdict
+from optuav.paper.table2 import ROWS, Charge, admitted, consistent_charges, loads_exist
 
 paper, recovered = optuav.load("paper"), optuav.load("paper-table2")
-printed = {(row.deadline_s, row.perspective): row for row in cells.ROWS}
+printed = {(row.deadline_s, row.perspective): row for row in ROWS}
 energy, battery = printed[1200, "energy"], printed[1200, "battery"]
 
 # %% [markdown]
@@ -30,7 +30,7 @@ energy, battery = printed[1200, "energy"], printed[1200, "battery"]
 
 # %%
 plan = optuav.solve(paper, "P3", slot_s=1.0, perspective="battery")
-flights_s = {Fraction(row.mission) - Fraction(row.hover) for row in cells.ROWS}
+flights_s = {Fraction(row.mission) - Fraction(row.hover) for row in ROWS}
 (flight_s,) = map(float, flights_s)  # one flight time in all six rows
 print(f"hover {plan.hover_time_s:.0f} s, printed {battery.hover} s")
 print(f"flight {plan.flight_time_s:.2f} s, by the table {flight_s:.2f} s")
@@ -81,7 +81,7 @@ for (deadline_s, perspective), row in printed.items():
     found = optuav.solve(asked, "P3", perspective=perspective, slot_s=1.0)
     print(f"{deadline_s} s, {perspective:9} Δ = {found.hover_time_s:.2f} s, printed {row.hover} s")
     assert math.isclose(found.hover_time_s, float(row.hover), abs_tol=0.005)
-whole_s = cells.whole_slots(printed[800, "battery"].hover)
+whole_s = printed[800, "battery"].slots_s
 left = 100.0 * (1.0 - (flight_As + current_A * whole_s) / capacity_As)
 print(f"left after {whole_s:.0f} s: {left:.2f} %, printed {printed[800, 'battery'].soc[0]} %")
 assert math.isclose(left, 24.27, abs_tol=0.005)
@@ -97,23 +97,23 @@ assert math.isclose(left, 24.27, abs_tol=0.005)
 low, high = admitted(2, 740.65)
 print(f"η2 at {printed[800, 'battery'].hover} s: {low:.2f} to {high:.2f} %, printed", end=" ")
 print(printed[800, "battery"].soc[1], "%")
-others = cells.consistent_cells()
+others = consistent_charges()
 assert high < 0.0
 assert loads_exist(others)
 for cell in ((2, 740.65, "-12.79"), (3, 950.0, "11.71"), (3, 697.0, "33.17")):
-    assert not loads_exist((*others, cells.Cell(*cell)))
+    assert not loads_exist((*others, Charge(*cell)))
 
 # %% [markdown]
 # ## What a match is worth
 #
-# The ledger has every number of the paper. Of Table II it says what was used in the fit, what
+# The ledger has the numbers of the paper. Of Table II it says what was used in the fit, what
 # follows from it, and what contradicts the rest. η3 nearly is η1 by construction: E_1 and E_2 are
 # the capacity at the voltages of the same loads, so its cells test little.
 
 # %%
 found = optuav.ledger(["table2"])
 print(found.summary)
-verdicts = [cell.verdict for cell in found.cells_of_table2()]
+verdicts = [cell.verdict for cell in found.table2]
 assert len(verdicts) - verdicts.count(Verdict.CONTRADICTS) == 26
 assert verdicts.count(Verdict.FITTED) == 14
 assert verdicts.count(Verdict.WITHIN) == 2

@@ -12,9 +12,8 @@ from typing import Any, TypeAlias
 from formulations.quantities import Quantities
 from formulations.wells import wells
 from optuav.modelling import Expression, Let
-from optuav.options import Perspective
 
-StateOfCharge: TypeAlias = Callable[[Quantities, Any, Any], Any]
+Perspective: TypeAlias = Callable[[Quantities, Any, Any], Any]
 
 
 def battery(given: Quantities, hover: Any, rest: Any) -> Any:
@@ -54,13 +53,13 @@ def delivered(given: Quantities, hover: Any, rest: Any) -> Any:
     return Let("state of charge at the end", "η", "1", end) if isinstance(end, Expression) else end
 
 
-PAPER: tuple[Perspective, ...] = ("battery", "energy", "adjusted")
+PAPER: tuple[str, ...] = ("battery", "energy", "adjusted")
 """The perspectives of the paper."""
 
-AVAILABLE: Perspective = "available"
+AVAILABLE = "available"
 """Charge balance as in `battery`, and a battery that never runs dry nor is overcharged."""
 
-PERSPECTIVES: Mapping[Perspective, StateOfCharge] = {
+PERSPECTIVES: Mapping[str, Perspective] = {
     "battery": battery,
     "energy": energy,
     "adjusted": adjusted,

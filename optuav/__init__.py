@@ -9,11 +9,6 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from formulations.formulation import Formulation as Formulation
-    from formulations.p1 import P1 as P1
-    from formulations.p2 import P2 as P2
-    from formulations.p3 import P3 as P3
-    from formulations.p4 import P4 as P4
     from optuav.calibration import Fit as Fit
     from optuav.calibration import fit_kibam as fit_kibam
     from optuav.calibration import fit_regimes as fit_regimes
@@ -36,7 +31,7 @@ if TYPE_CHECKING:
     from optuav.network.graph import graph as graph
     from optuav.network.graph import validate_graph as validate_graph
     from optuav.paper.ledger import ledger as ledger
-    from optuav.paper.reproduce import reproduce as reproduce
+    from optuav.paper.report import reproduce as reproduce
     from optuav.plan import Plan as Plan
     from optuav.plan import load_plan as load_plan
     from optuav.solving import Program as Program
@@ -67,11 +62,6 @@ HOMES = {
     "validate_graph": "optuav.network.graph",
     "Plan": "optuav.plan",
     "load_plan": "optuav.plan",
-    "Formulation": "formulations.formulation",
-    "P1": "formulations.p1",
-    "P2": "formulations.p2",
-    "P3": "formulations.p3",
-    "P4": "formulations.p4",
     "Program": "optuav.solving",
     "formulate": "optuav.solving",
     "solve": "optuav.solving",
@@ -86,7 +76,7 @@ HOMES = {
     "compare": "optuav.studies.compare",
     "sensitivity": "optuav.studies.sensitivity",
     "ledger": "optuav.paper.ledger",
-    "reproduce": "optuav.paper.reproduce",
+    "reproduce": "optuav.paper.report",
 }
 """Where each public name is defined."""
 

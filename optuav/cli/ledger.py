@@ -17,9 +17,13 @@ def ledger(
     names: Annotated[
         list[str] | None,
         typer.Argument(
-            metavar="[NAME]...", help="Names of entries, or beginnings of names; all by default."
+            metavar="[NAME]...",
+            help="Show these entries in full: names, or beginnings of names.",
         ),
     ] = None,
+    details: Annotated[
+        bool, typer.Option("--details", help="Show every entry in full, not a summary.")
+    ] = False,
     as_json: JsonOption = False,
     save: Annotated[
         Path | None, typer.Option("--save", metavar="FILE", help="Write the entries as .csv.")
@@ -33,5 +37,9 @@ def ledger(
     found = computed(names or ())
     if save is not None:
         write_text(save, found.to_csv())
-    text = json.dumps(found.records(), indent=2, ensure_ascii=False) if as_json else str(found)
-    typer.echo(text)
+    if as_json:
+        typer.echo(json.dumps(found.records(), indent=2, ensure_ascii=False))
+    elif names or details:
+        typer.echo(found.details)
+    else:
+        typer.echo(f"{found.summary}\n\nWith reasons: optuav ledger --details, or NAME...")

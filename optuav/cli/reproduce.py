@@ -19,7 +19,11 @@ def reproduce(
     ),
     only: Annotated[
         list[str] | None,
-        typer.Option("--only", metavar="NAME", help="One study, or ledger. May be repeated."),
+        typer.Option(
+            "--only",
+            metavar="NAME",
+            help="One study by name, or by number as fig5 and table2; or ledger. Repeatable.",
+        ),
     ] = None,
     mission: Annotated[
         str | None,
@@ -30,19 +34,20 @@ def reproduce(
         ),
     ] = None,
 ) -> None:
-    """Make every table and figure of the paper anew, with a report that opens offline.
+    """Make every table and figure of the paper, with a report that opens offline.
 
     Exit code 1 if the mission has no plan.
     """
     from optuav import plots
     from optuav.mission import load
-    from optuav.paper.reproduce import reproduce as made_anew
-    from optuav.paper.reproduce.plans import solve, why
+    from optuav.paper import report
+    from optuav.paper.curves import solve
+    from optuav.paper.figures import why
 
     _ = plots.curves  # refused here where matplotlib is missing
     asked = None if mission is None else load(mission)
     with progress() as told:
-        written = made_anew(out, only=only or (), mission=asked, progress=told)
+        written = report.reproduce(out, only=only or (), mission=asked, progress=told)
     screen = Console(highlight=False, soft_wrap=True)
     screen.print(f"wrote {len(written)} files, among them {out / 'report.html'}", markup=False)
     if asked is not None and not (plan := solve(asked)):

@@ -44,7 +44,6 @@ if TYPE_CHECKING:
     from optuav.plots.profiles import ProfileAxes as ProfileAxes
     from optuav.plots.profiles import profile as profile
     from optuav.plots.schedules import packs as packs
-    from optuav.plots.tables import table as table
     from optuav.plots.uncertainty import Swing as Swing
     from optuav.plots.uncertainty import hover_times as hover_times
     from optuav.plots.uncertainty import tornado as tornado

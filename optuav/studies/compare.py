@@ -18,7 +18,6 @@ from optuav.judge.wells import TOLERANCE
 from optuav.mission import Mission, load
 from optuav.mission.messages import counted_in, shown
 from optuav.mission.schema import SLOT, Number
-from optuav.options import Perspective
 from optuav.physics.packs import SCHEDULES
 from optuav.plan import Plan
 from optuav.solving import solve
@@ -55,7 +54,7 @@ def compare(
     mission: Mission | str | Path,
     *,
     by: str | Sequence[str] = "method",
-    perspective: Perspective | None = None,
+    perspective: str | None = None,
     slots_s: float | Sequence[float] | None = None,
     engines: Sequence[str] | None = None,
     time_limit_s: float | None = None,
@@ -158,7 +157,7 @@ def compare(
 
 def _unusable(
     names: tuple[str, ...],
-    perspective: Perspective | None,
+    perspective: str | None,
     slots_s: Sequence[float] | None,
     periods_s: Sequence[float] | None,
 ) -> Iterator[Fault]:

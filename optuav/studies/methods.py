@@ -12,19 +12,14 @@ from rich.console import RenderableType
 from rich.table import Table
 from rich.text import Text
 
-from formulations.formulation import Formulation
-from formulations.p1 import P1
-from formulations.p4 import P4
 from optuav.engines import closed_form
 from optuav.errors import SolverError
 from optuav.mission import Mission
 from optuav.modelling import Model, evaluate
 from optuav.modelling.check import TOLERANCE
 from optuav.network.routes import ORDERS
-from optuav.options import Perspective
 from optuav.plan import Plan
 from optuav.solving import Program, formulate, solve
-from optuav.solving.question import problem_of
 from optuav.solving.route_choice import route_choice
 from optuav.status import Status
 from optuav.studies.bound import bound
@@ -63,7 +58,7 @@ class Method(NamedTuple):
 
 def compare_methods(
     mission: Mission,
-    perspective: Perspective,
+    perspective: str,
     slots_s: Sequence[float],
     engines: Sequence[str],
     time_limit_s: float | None,
@@ -85,12 +80,7 @@ def compare_methods(
     reasons: dict[str, tuple[str, ...]] = {}
     for number, (problem, building, order) in enumerate(problems):
         subject = {"problem": problem, "building": building, "order": order}
-        reference = _Reference.of(
-            mission,
-            problem_of(problem, building=building, order=order),
-            perspective,
-            time_limit_s,
-        )
+        reference = _Reference.of(mission, perspective, time_limit_s, **subject)
         by_slot: dict[float, dict[str, Any]] = {}
         for column, method in enumerate(methods if reference.program.parts else ()):
             if progress is not None:
@@ -122,7 +112,7 @@ def compare_methods(
 
 
 def _methods(
-    slots_s: Sequence[float], perspective: Perspective, engines: Sequence[str]
+    slots_s: Sequence[float], perspective: str, engines: Sequence[str]
 ) -> Iterator[Method]:
     yield Method(REFERENCE, "closed-form")
     if "cvxpy" in engines:
@@ -161,15 +151,11 @@ class _Reference:
 
     @classmethod
     def of(
-        cls,
-        mission: Mission,
-        problem: Formulation,
-        perspective: Perspective,
-        time_limit_s: float | None,
+        cls, mission: Mission, perspective: str, time_limit_s: float | None, **subject: Any
     ) -> _Reference:
         wells = "wells" if perspective == "battery" else perspective
         program, through_wells = (
-            formulate(mission, problem, perspective=each, time_limit_s=time_limit_s)
+            formulate(mission, perspective=each, time_limit_s=time_limit_s, **subject)
             for each in (perspective, wells)
         )
         solutions = [closed_form.solve(part.model, len(part.routes)) for part in program.parts]
@@ -190,7 +176,7 @@ class _Reference:
     def plan(self, method: Method) -> Plan:
         """Return the checked plan of a method; CVXPY solves (P1) over all routes at once."""
         question = self.program.question
-        if method.engine == "cvxpy" and isinstance(question.problem, P1):
+        if method.engine == "cvxpy" and question.problem == "P1":
             return route_choice(
                 self.program.worked_out.mission,
                 perspective=question.perspective,
@@ -487,16 +473,13 @@ def _figures(found: Results) -> Iterator[tuple[str, Figure | None]]:
 
 def _plane(found: Results, best: Row) -> Figure | None:
     """Return the plane of a (P4) with its optimum, and that in the longest slots that fit."""
-    problem = P4(best["building"], order=best["order"])
-    perspective = found.facts["perspective"]
+    subject = {"building": best["building"], "order": best["order"]}
+    subject["perspective"] = found.facts["perspective"]
     answered = [r for r in found.rows if _name(r) == _name(best) and r["hover_time_s"] is not None]
     slots_s = [row["slot_s"] for row in answered if row["slot_s"] is not None]
     slot_s = max(slots_s, default=found.mission.limits.slot_s)
-    (part,) = formulate(found.mission, problem, perspective=perspective).parts
-    plans = [
-        solve(found.mission, problem, slot_s=each, perspective=perspective)
-        for each in (None, slot_s)
-    ]
+    (part,) = formulate(found.mission, "P4", **subject).parts
+    plans = [solve(found.mission, "P4", slot_s=each, **subject) for each in (None, slot_s)]
     from optuav import plots
 
     axes = plots.plane(part.model, part.model.row(0), plans, slot_s=slot_s)

@@ -25,7 +25,6 @@ from optuav.mission.schema import SECTIONS
 from optuav.modelling.check import evaluated
 from optuav.network import vehicle
 from optuav.network.places import ENDS, HOVER
-from optuav.options import Perspective
 from optuav.plan import Plan
 from optuav.solving.ties import SAME_S
 from optuav.studies.variants import KEY, Base, Variants, longest
@@ -314,7 +313,7 @@ class FixedPlan:
         words += ", with one hover and at most one rest"
         raise _refused("plan", " → ".join(plan.route), words)
 
-    def judged(self, variants: Variants, perspective: Perspective) -> Judged:
+    def judged(self, variants: Variants, perspective: str) -> Judged:
         """Return what the plan keeps in each variant of the mission."""
         own = Variants(self.base, variants.columns, variants.coverage_radius_m)
         every = np.arange(own.count)
@@ -325,7 +324,7 @@ class FixedPlan:
             point["rest_time_s"] = self.rest_time_s
         legs = np.broadcast_to(own.able[:, 0], own.count)
         kept = {name: np.ones(own.count, bool) for name in CONDITIONS} | {LEGS: legs}
-        for check in evaluated(P1().model(given, AVAILABLE), point):
+        for check in evaluated(P1.model(given, AVAILABLE), point):
             for name, kind in CONDITIONS.items():
                 if kind and check.constraint.kind == kind:
                     kept[name] &= check.satisfied
@@ -333,7 +332,7 @@ class FixedPlan:
         feasible = flyable
         if perspective != AVAILABLE:
             feasible = legs
-            for check in evaluated(P1().model(given, perspective), point):
+            for check in evaluated(P1.model(given, perspective), point):
                 feasible = feasible & check.satisfied
         return Judged(kept, flyable, feasible)
 
@@ -395,7 +394,7 @@ class Chances:
 def chances(
     base: Base,
     uncertain: Sequence[Spread],
-    perspective: Perspective,
+    perspective: str,
     plan: FixedPlan | None,
     samples: int,
     seed: int,

@@ -106,7 +106,7 @@ def test_both_methods_agree(name: str) -> None:
 @given(missions(), st.sampled_from(["direct", "optimal", "traj2"]))
 def test_random_plans_agree_with_their_simulation(mission: Mission, trajectory: str) -> None:
     """Whatever the mission: figures agree, the wells alone may be out of bounds."""
-    plan = optuav.solve(mission, optuav.P1(trajectory=trajectory), perspective="battery")
+    plan = optuav.solve(mission, trajectory=trajectory, perspective="battery")
     if not plan:
         return
     replayed = optuav.replay(plan)
@@ -310,7 +310,7 @@ def test_power_that_the_user_stated_is_taken_as_it_is() -> None:
     view.nodes["b3"]["received_power_W"] = 55.5
     view.nodes["hover"]["laser_sight"] = False
     plan = optuav.solve(
-        paper, optuav.P4("b3", order="hover-first"), graph=view, perspective="battery"
+        paper, "P4", building="b3", order="hover-first", graph=view, perspective="battery"
     )
     replayed = optuav.replay(plan)
     assert replayed.flyable, replayed.violations

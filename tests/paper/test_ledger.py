@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+import inspect
 import io
 import math
 import shlex
@@ -11,10 +12,10 @@ from decimal import Decimal
 import pytest
 
 import optuav
-from optuav.paper.ledger import Entry, Ledger, Statement, Verdict, cells
-from optuav.paper.ledger.admitted import admitted, loads_exist
-from optuav.paper.ledger.entries import statements
-from optuav.paper.ledger.statement import agrees, meets
+from optuav.paper import computations, table2
+from optuav.paper.ledger import Ledger, statements
+from optuav.paper.statement import Entry, PaperStatement, Verdict, agrees, data, fits
+from optuav.paper.table2 import admitted, loads_exist
 from tests.cli.run import refused, run
 
 MATCHING = {Verdict.MATCHED, Verdict.CUT, Verdict.RECOVERED, Verdict.FITTED, Verdict.GIVEN}
@@ -32,10 +33,10 @@ def by_name(found: Ledger) -> dict[str, Entry]:
 
 def entry(stated: str, value: float | None, *, limit: bool = False) -> Entry:
     """An entry of one value by the printed parameters."""
-    told = Statement(
+    paper = PaperStatement(
         name="n", place="p", what="w", stated=stated, how="h", compute=lambda _: None, limit=limit
     )
-    return Entry(told, value, None)
+    return Entry(paper, value, None)
 
 
 @pytest.mark.parametrize(
@@ -78,12 +79,12 @@ def test_nothing_matches_outside_its_digits(found: Ledger) -> None:
         allowed = unit * (1.0 if entry.verdict is Verdict.CUT else 0.5) * (1.0 + 1e-9)
         assert min(abs(value - float(stated.stated)) for value in values) <= allowed, stated.name
         compared += 1
-    assert compared > 90
+    assert compared > 45
 
 
 def test_every_number_has_a_name_a_place_and_a_reason_where_it_fails(found: Ledger) -> None:
     names = [entry.statement.name for entry in found.entries]
-    assert len(set(names)) == len(names) > 120
+    assert len(set(names)) == len(names) > 70
     for entry in found.entries:
         assert entry.statement.place
         assert entry.statement.how
@@ -96,11 +97,66 @@ def test_no_verdict_is_left_open(found: Ledger) -> None:
     assert sum(found.counts.values()) == len(found.entries)
 
 
-def test_settings_are_those_of_the_shipped_mission(found: Ledger) -> None:
-    """A setting that `paper` had otherwise would not get its verdict."""
+PRINTED = {
+    "route.origin_m": (0, 0, 50),
+    "route.destination_m": (2000, 0, 50),
+    "laser.position_m": (1000, 0, 50),
+    "link.device_m": (1000, 3000, 0),
+    "limits.slot_s": 1,
+    "battery.packs": 2,
+    "battery.capacity_As": 36000,
+    "battery.nominal_voltage_V": 11.1,
+    "link.path_loss_exponent": 2,
+    "link.rice_factor": 20,
+    "link.noise_power_W": 1e-4,
+    "link.snr_threshold_dB": -11,
+    "limits.outage_probability": 1e-2,
+    "limits.min_altitude_m": 50,
+    "limits.max_altitude_m": 100,
+    "rotor.max_speed_rad_s": 1060,
+    "body.mass_kg": 1.3,
+    "laser.emitter_slope": 0.34,
+    "laser.emitter_offset_W": -1.1,
+    "laser.receiver_slope": 0.5434,
+    "laser.receiver_offset_W": -0.2761,
+    "laser.wavelength_nm": 1550,
+    "link.transmit_power_W": 5,
+    "rotor.friction_torque_Nm": 0.04,
+    "rotor.resistance_ohm": 0.2,
+    "rotor.velocity_constant_rpm_V": 920,
+    "battery.available_fraction": 0.8,
+    "battery.charge_current_A": 10,
+    "rotor.viscous_damping_Nm_s_rad": 2e-4,
+    "link.transmit_voltage_V": 1,
+    "rotor.inertia_kg_m2": 4.1904e-5,
+    "battery.flow_rate_per_s": 4.5e-5,
+}
+
+
+def test_the_missions_have_the_printed_settings(found: Ledger) -> None:
+    """Section V and Table I; those with a reading of ours are in the ledger as well."""
+    for mission in (optuav.load("paper"), optuav.load("paper-table2")):
+        for key, printed in PRINTED.items():
+            section, _, name = key.partition(".")
+            assert getattr(getattr(mission, section), name) == printed, key
+        assert len(mission.buildings) == 10
+        assert {each.position_m[2] for each in mission.buildings} == {60, 80, 100}
     settings = [entry for entry in found.entries if entry.statement.given]
     assert {entry.verdict for entry in settings} == {Verdict.GIVEN}
-    assert len(settings) > 40
+    assert all(entry.reason for entry in settings)
+
+
+def test_every_computation_is_used_and_every_name_exists() -> None:
+    """By the file of the statements, which names them."""
+    named = {
+        each[key][0] for each in data()["statement"] for key in ("compute", "room") if key in each
+    }
+    public = {
+        name
+        for name, each in inspect.getmembers(computations, inspect.isfunction)
+        if each.__module__ == computations.__name__ and not name.startswith("_")
+    }
+    assert named == public - {"of_rotors"}
 
 
 @pytest.mark.parametrize(
@@ -118,18 +174,12 @@ def test_settings_are_those_of_the_shipped_mission(found: Ledger) -> None:
         ("fig7-drop-15", Verdict.RECOVERED),
         ("fig7-speed", Verdict.MATCHED),
         ("fig7-energy", Verdict.UNDECIDED),
-        ("eq5-factor", Verdict.MATCHED),
-        ("eq7-turning-times", Verdict.MATCHED),
-        ("eq7-displacing-times", Verdict.MATCHED),
-        ("eq8-exponent", Verdict.MATCHED),
         ("model-altitude", Verdict.MATCHED),
         ("fig8-optimum", Verdict.UNDECIDED),
         ("fig8-crossing", Verdict.FITTED),
         ("fig8-saturation", Verdict.UNDECIDED),
         ("fig9-limit-x-plus", Verdict.CUT),
         ("fig9-limit-z-plus", Verdict.CUT),
-        ("band-laser", Verdict.MATCHED),
-        ("band-radio", Verdict.UNDECIDED),
         ("fig9-limit-z-minus", Verdict.CONTRADICTS),
         ("fig10-efficiency", Verdict.UNDECIDED),
     ],
@@ -140,7 +190,7 @@ def test_verdicts_on_the_results(by_name: dict[str, Entry], name: str, verdict: 
 
 def test_table_2_has_24_cells_that_match_2_at_an_edge_and_4_that_cannot(found: Ledger) -> None:
     """In every row Δ or T follows from the fitted 59.35 s; eight states of charge were fitted."""
-    of_table = found.cells_of_table2()
+    of_table = found.table2
     verdicts = [cell.verdict for cell in of_table]
     assert len(of_table) == 30
     assert verdicts.count(Verdict.FITTED) == 6 + 8
@@ -159,9 +209,9 @@ def test_two_cells_miss_their_last_digit(by_name: dict[str, Entry]) -> None:
 
 def test_loads_nearby_show_all_cells_but_four() -> None:
     """By hand: a direct path of 59.35 s, and the shipped loads but for two powers."""
-    flight_W, hover_W = cells.SHOW_ALL_W.values()
+    flight_W, hover_W = table2.SHOW_ALL_W.values()
     flight_s = 59.34994
-    for eta, hover_s, stated in cells.consistent_cells():
+    for eta, hover_s, stated in table2.consistent_charges():
         spent = {
             1: (93.658 * flight_s + (72.073 - 5.992) * hover_s) / 72000.0,
             2: (flight_W * flight_s + (hover_W - 66.515) * hover_s) / 799200.0,
@@ -174,7 +224,7 @@ def test_loads_nearby_show_all_cells_but_four() -> None:
 
 def test_one_set_of_loads_shows_all_cells_but_four() -> None:
     """Each of the four makes the linear programme infeasible, whichever Δ it is read at."""
-    consistent = cells.consistent_cells()
+    consistent = table2.consistent_charges()
     assert loads_exist(consistent)
     for number, hover_s, stated in (
         (2, 740.65, "-12.79"),
@@ -182,7 +232,7 @@ def test_one_set_of_loads_shows_all_cells_but_four() -> None:
         (3, 950.0, "11.71"),
         (3, 697.0, "33.17"),
     ):
-        assert not loads_exist((*consistent, cells.Cell(number, hover_s, stated)))
+        assert not loads_exist((*consistent, table2.Charge(number, hover_s, stated)))
 
 
 def test_a_line_through_two_cells_bounds_the_third() -> None:
@@ -191,17 +241,17 @@ def test_a_line_through_two_cells_bounds_the_third() -> None:
     share = 43.65 / 253.0
     by_hand = [(1.0 - share) * 5.01 + share * -25.58 + 0.005 * sign for sign in (-1.0, 1.0)]
     assert by_hand[0] - 1e-9 <= low <= high <= by_hand[1] + 1e-9
-    assert not meets("-12.79", (low, high))
+    assert not fits("-12.79", (low, high))
 
 
 def test_the_fit_has_as_many_parameters_as_numbers() -> None:
     """So only the cells that were not fitted test it."""
-    assert len(cells.FREE_PARAMETERS) == cells.FIT_NUMBERS == 6
+    assert len(table2.FREE_PARAMETERS) == table2.TABLE["different_numbers"] == 6
 
 
 def test_the_printed_columns_are_those_of_the_table() -> None:
     """T − Δ is one flight time in all six rows."""
-    for row in cells.ROWS:
+    for row in table2.ROWS:
         assert math.isclose(float(row.mission) - float(row.hover), 59.35, abs_tol=1e-9)
 
 
@@ -222,7 +272,7 @@ def test_a_whole_name_chooses_one_entry_and_a_beginning_all() -> None:
 )
 def test_findings_in_words_are_counted_apart(stated: str, number: bool) -> None:
     assert entry(stated, None).statement.is_number is number
-    words = "0 in words" if number else "1 in words"
+    words = "0 of them in words" if number else "1 of them in words"
     assert words in Ledger((entry(stated, None),)).summary
 
 
@@ -236,13 +286,51 @@ def test_commands_run() -> None:
     assert "verdict    used in the fit" in run("ledger", "fig8-crossing").out
 
 
-def test_command_line(tmp_path: object) -> None:
+def test_command_line(found: Ledger) -> None:
+    """A summary by default, every entry on request."""
+    summary = run("ledger").out
+    assert summary.startswith("78 statements of the paper, 14 of them in words")
+    assert "text-e2: 1032036 J; ours 1031760 printed" in summary
+    assert "text-e1" not in summary
+    assert "verdict    matched" not in summary
+    details = run("ledger", "--details").out
+    assert all(f"{each.statement.name}  " in details for each in found.entries)
+    assert len(summary.splitlines()) < 40 < len(details.splitlines())
     assert "no such" not in refused("ledger", "table3")
     assert "--save" in refused("ledger", "text-e1", "--save", "ledger.txt")
+
+
+def test_reasons_state_right_numbers(by_name: dict[str, Entry]) -> None:
+    """Those that the file states of our own plans, found again by `solve` and by hand."""
+    paper, recovered = optuav.load("paper"), optuav.load("paper-table2")
+
+    def hover_s(mission: optuav.Mission, problem: str = "P1", **options: object) -> float:
+        options = {"perspective": "battery", **options}
+        return optuav.solve(mission, problem, **options).hover_time_s  # type: ignore[arg-type]
+
+    two, one = (hover_s(paper, perspective="available", stops=most) for most in (2, 1))
+    optima = {
+        each.name: hover_s(recovered, "P4", building=each.name) for each in recovered.buildings
+    }
+    least = {
+        soc: hover_s(recovered.replace({"limits.min_soc": soc}), "P4", building="b1")
+        for soc in (0.05, 0.1, 0.15)
+    }
+    shown = {
+        "model-one-rest": [f"{two:.3f} s in `paper`", f"{one:.3f} s"],
+        "fig8-optimum": [f"{min(optima.values()):.2f} to {max(optima.values()):.2f} s"],
+        "fig7-drop-10": [f"{100.0 * (1.0 - least[0.1] / least[0.05]):.2f} %"],
+        "fig7-drop-15": [f"{100.0 * (1.0 - least[0.15] / least[0.05]):.2f} %"],
+        "fig5-same": [f"{hover_s(recovered, perspective=p):.2f}" for p in ("battery", "adjusted")],
+        "fig8-crossing": [f"{hover_s(each):.2f} s of `{each.name}`" for each in (paper, recovered)],
+    }
+    for name, parts in shown.items():
+        for part in parts:
+            assert part in by_name[name].reason, name
 
 
 def test_the_csv_has_a_line_an_entry() -> None:
     chosen = optuav.ledger(["table2-4"])
     rows = list(csv.DictReader(io.StringIO(chosen.to_csv())))
-    assert [row["stated"] for row in rows] == ["1200", "950", "1009.35", "5.09", "-25.58", "11.71"]
+    assert [row["stated"] for row in rows] == ["950", "1009.35", "5.09", "-25.58", "11.71"]
     assert {row["verdict"] for row in rows} <= {verdict.value for verdict in Verdict}

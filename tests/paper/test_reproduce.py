@@ -16,14 +16,11 @@ matplotlib = pytest.importorskip("matplotlib")
 
 import optuav  # noqa: E402
 from optuav.errors import InputError  # noqa: E402
-from optuav.paper.curves import battery_size, charging, wind  # noqa: E402
-from optuav.paper.reproduce import NAMES, STUDIES  # noqa: E402
-from optuav.paper.reproduce import battery_size as by_battery_size  # noqa: E402
-from optuav.paper.reproduce import least_charge as by_least_charge  # noqa: E402
-from optuav.paper.reproduce import more_stops as by_more_stops  # noqa: E402
-from optuav.paper.reproduce.document import Heading, Paragraph, Table, markdown, page  # noqa: E402
-from optuav.paper.reproduce.exhibit import Exhibit, LeftOut, number  # noqa: E402
-from optuav.paper.reproduce.plans import grounded, solve  # noqa: E402
+from optuav.paper import curves, figures  # noqa: E402
+from optuav.paper.curves import solve  # noqa: E402
+from optuav.paper.document import element, listing, markdown, page, prose, table  # noqa: E402
+from optuav.paper.figures import Exhibit, grounded, number  # noqa: E402
+from optuav.paper.report import NAMES, NUMBERS, STUDIES  # noqa: E402
 from tests.cli.run import refused, run  # noqa: E402
 
 QUICK = ("direct-path", "wind", "charging", "misprints")
@@ -38,12 +35,13 @@ def small(**values: Any) -> optuav.Mission:
 def exhibits(study: str, mission: optuav.Mission | str) -> dict[str, Exhibit]:
     (found,) = (each for each in STUDIES if each.name == study)
     asked = mission if isinstance(mission, optuav.Mission) else optuav.load(mission)
-    return {each.name: each for each in found.make(asked) if isinstance(each, Exhibit)}
+    return {each.name: each for each in found.exhibits(asked) if isinstance(each, Exhibit)}
 
 
-def left_out(study: str, mission: optuav.Mission) -> list[LeftOut]:
+def left_out(study: str, mission: optuav.Mission) -> list[tuple[str, str]]:
+    """Parts that are not shown, and why."""
     (found,) = (each for each in STUDIES if each.name == study)
-    return [each for each in found.make(mission) if isinstance(each, LeftOut)]
+    return [each for each in found.exhibits(mission) if not isinstance(each, Exhibit)]
 
 
 def contents(folder: Path) -> dict[str, bytes]:
@@ -55,14 +53,18 @@ def contents(folder: Path) -> dict[str, bytes]:
 
 
 class Sources(html.parser.HTMLParser):
-    """What a page loads, and where it leads."""
+    """What a page loads, where it leads, and which anchors it has."""
 
     def __init__(self) -> None:
         super().__init__()
         self.found: list[str] = []
         self.links: list[str] = []
+        self.anchors: list[str] = []
+        self.tags: list[str] = []
 
     def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+        self.tags.append(tag)
+        self.anchors += [f"#{value}" for name, value in attrs if name == "id"]
         places = [value or "" for name, value in attrs if name in ("src", "href", "srcset")]
         (self.links if tag == "a" else self.found).extend(places)
 
@@ -88,8 +90,11 @@ def test_the_same_call_writes_the_same_bytes(only: tuple[str, ...], tmp_path: Pa
 def test_every_picture_comes_as_png_svg_and_csv(written: Path) -> None:
     names = {path.stem for path in (written / "figures").glob("*.png")}
     assert names == {path.stem for path in (written / "figures").glob("*.svg")}
-    assert names | {"ledger"} == {path.stem for path in (written / "data").glob("*.csv")}
-    assert {"wind.paper", "table2.paper-table2", "signs.paper-table2"} <= names
+    data = {path.stem for path in (written / "data").glob("*.csv")}
+    tables = {"direct-path.paper", "direct-path.paper-table2", "table2.paper", "misprints.paper"}
+    assert data - names == tables | {"table2.paper-table2", "ledger"}
+    assert names - data == set()
+    assert {"wind.paper", "c9.paper", "signs.paper-table2"} <= names
 
 
 def test_the_page_needs_no_other_file(written: Path) -> None:
@@ -102,11 +107,26 @@ def test_the_page_needs_no_other_file(written: Path) -> None:
     assert "@import" not in text
 
 
-def test_the_page_leads_to_the_files_beside_it(written: Path) -> None:
+def test_the_page_leads_to_the_files_beside_it_and_to_its_sections(written: Path) -> None:
     sources = Sources()
     sources.feed((written / "report.html").read_text("utf-8"))
-    assert len(sources.links) == 3 * len(sources.found)
-    assert [each for each in sources.links if not (written / each).is_file()] == []
+    contents = [each for each in sources.links if each.startswith("#")]
+    assert contents == sources.anchors
+    assert {"#fit", "#direct-path", "#wind", "#misprints", "#ledger"} <= set(contents)
+    files = [each for each in sources.links if not each.startswith("#")]
+    assert len(files) >= 3 * len(sources.found)
+    assert [each for each in files if not (written / each).is_file()] == []
+
+
+def test_tables_are_text_and_the_ledger_is_folded(written: Path) -> None:
+    """So that they can be read on a phone, searched and copied."""
+    text = (written / "report.html").read_text("utf-8")
+    _, _, after = text.partition('id="direct-path"')
+    assert '<td data-head="η2 [%]">−12.79 †</td>' in after
+    whole = after.partition('id="ledger"')[2]
+    assert whole.index("<details>") < whole.index("<summary>") < whole.index("<table")
+    assert "1032036" in whole.partition("<table")[2]
+    assert 'name="viewport"' in text
 
 
 def test_the_markdown_leads_to_the_files(written: Path) -> None:
@@ -132,31 +152,31 @@ def test_what_cannot_be_flown_is_counted() -> None:
     dry = solve(paper, "P4", building="b1", order="rest-first", perspective="battery")
     full = solve(paper, trajectory="traj2", perspective="energy")
     flown = solve(paper, "P3")
-    assert [*grounded([flown], "bars")] == []
-    told = [*grounded([dry, full, flown], "bars")]
-    assert [each.partition(" the ")[0] for each in told] == ["In 1 of 3 bars"] * 2
-    assert ["runs dry" in each for each in told] == [True, False]
+    assert [*grounded({"flown": flown}, "bars")] == []
+    said = [*grounded({"dry": dry, "full": full, "flown": flown}, "bars")]
+    assert [each.partition(" the ")[0] for each in said] == ["In 1 of 3 bars"] * 2
+    assert ["runs dry" in each for each in said] == [True, False]
 
 
 @pytest.fixture
 def few_points(monkeypatch: pytest.MonkeyPatch) -> None:
     """Of the curves over battery size."""
-    monkeypatch.setattr(by_battery_size, "POINTS", dict.fromkeys(by_battery_size.POINTS, 5))
+    monkeypatch.setattr(figures, "PACKS", dict.fromkeys(figures.PACKS, 5))
 
 
 @pytest.fixture
 def coarse(monkeypatch: pytest.MonkeyPatch, few_points: None) -> None:
     """Few points of the curves that take long, and few stops at the mission's own deadline."""
-    monkeypatch.setattr(battery_size, "HALVINGS", 5)
-    monkeypatch.setattr(by_least_charge, "SPEED_SHARES", (1.0, 1.1))
-    monkeypatch.setattr(by_more_stops, "TIMES", (1.0,))
-    monkeypatch.setattr(by_more_stops, "WAYS", {"one rest, one hover": (1, 1)})
+    monkeypatch.setattr(curves, "HALVINGS", 5)
+    monkeypatch.setattr(figures, "SPEED_SHARES", (1.0, 1.1))
+    monkeypatch.setattr(figures, "LATER", (1.0,))
+    monkeypatch.setattr(figures, "WAYS", {"one rest, one hover": (1, 1)})
 
 
 @pytest.fixture
 def png_alone(monkeypatch: pytest.MonkeyPatch) -> None:
     """No picture is drawn a second time as SVG, where the words are the matter."""
-    monkeypatch.setattr("optuav.paper.reproduce.run.svg", lambda figure: b"")
+    monkeypatch.setattr("optuav.paper.report.svg", lambda figure: b"")
 
 
 @pytest.mark.slow
@@ -173,7 +193,7 @@ def test_a_mission_of_ones_own(tmp_path: Path) -> None:
 @pytest.mark.usefixtures("png_alone")
 def test_a_mission_without_laser_wind_or_roofs(tmp_path: Path) -> None:
     """Regime loads know no wind, and without laser there is no charging to draw."""
-    bare = battery_size.without_laser(optuav.load("paper-table2")).replace({"buildings": []})
+    bare = curves.without_laser(optuav.load("paper-table2")).replace({"buildings": []})
     studies = ("wind", "charging", "battery-size", "overcharges", "perspectives")
     names = {path.stem for path in optuav.reproduce(tmp_path, mission=bare, only=studies)}
     assert not any(name.startswith(("wind", "harvest", "battery-size", "overch")) for name in names)
@@ -184,15 +204,16 @@ def test_a_mission_without_laser_wind_or_roofs(tmp_path: Path) -> None:
 def test_a_mission_that_cannot_be_flown_gets_a_report(tmp_path: Path) -> None:
     """The reason comes first, and every section that is not there is named with it."""
     optuav.reproduce(tmp_path, mission=small(**{"limits.deadline_s": 70.0}))
-    told = (tmp_path / "report.md").read_text("utf-8")
+    text = (tmp_path / "report.md").read_text("utf-8")
     reason = "the flight alone takes 75.79 s, longer than limits.deadline\\_s = 70 s"
-    first, _, rest = told.partition("## Not shown")
+    first, _, rest = text.partition("## Not shown")
     assert f"small has no plan: {reason}" in first
-    assert told.count(reason) == 2
+    assert text.count(reason) == 2
     for study in STUDIES:
-        assert f"## {study.title}" in first or study.title in rest
-    assert "Routes: ." not in told
-    assert not re.search(r"\bnan\b", told)
+        title = study.title(of_paper=False)
+        assert f"## {title}" in first or title in rest
+    assert "Routes: ." not in text
+    assert not re.search(r"\bnan\b", text)
 
 
 @pytest.mark.slow
@@ -200,10 +221,10 @@ def test_a_mission_that_cannot_be_flown_gets_a_report(tmp_path: Path) -> None:
 def test_where_one_trajectory_has_no_plan_it_is_said_with_the_reason(tmp_path: Path) -> None:
     """Straight on 89 % would be left, with a rest more."""
     optuav.reproduce(tmp_path, mission=small(**{"limits.min_soc": 0.9}))
-    told = (tmp_path / "report.md").read_text("utf-8")
-    assert "No plan: direct (P1.b state of charge: 0.891068 >= 0.9" in told
-    assert "has no plan" not in told
-    assert not re.search(r"\bnan\b", told)
+    text = (tmp_path / "report.md").read_text("utf-8")
+    assert "No plan: direct (P1.b state of charge: 0.891068 >= 0.9" in text
+    assert "has no plan" not in text
+    assert not re.search(r"\bnan\b", text)
 
 
 def test_a_charge_that_cannot_be_left_has_no_plan_rather_than_no_number() -> None:
@@ -211,7 +232,7 @@ def test_a_charge_that_cannot_be_left_has_no_plan_rather_than_no_number() -> Non
     (shown, _) = exhibits(
         "least-charge", small(**{"buildings": [], "limits.min_soc": 0.88})
     ).values()
-    assert shown.findings == ("From η0 = 93 % on there is no plan at the mission's own v_max.",)
+    assert shown.findings == ["From η0 = 93 % on there is no plan at the mission's own v_max."]
 
 
 def test_a_reading_of_p2_without_a_plan_is_named_with_the_reason() -> None:
@@ -227,8 +248,8 @@ def test_names_of_missions_are_safe_in_files_and_texts(tmp_path: Path) -> None:
     optuav.reproduce(tmp_path / "out", mission=odd, only=("wind", "perspectives"))
     assert (tmp_path / "out" / "figures" / "wind.a-b-c-x-y_1.png").is_file()
     assert "<x>" not in (tmp_path / "out" / "report.html").read_text("utf-8")
-    told = (tmp_path / "out" / "report.md").read_text("utf-8")
-    assert r"a b/c \<x> \$y\_1\$" in told
+    text = (tmp_path / "out" / "report.md").read_text("utf-8")
+    assert r"a b/c \<x> \$y\_1\$" in text
     assert {path.name for path in tmp_path.iterdir()} == {"out"}
 
 
@@ -245,7 +266,7 @@ def test_many_plans_of_packs_that_take_turns_are_left_out_with_words() -> None:
     """Each takes a search by simulation: half a minute where three studies ask for dozens."""
     turns = small(**{"battery.schedule": "alternating", "battery.period_s": 10.0})
     for study in ("least-charge", "battery-size", "more-stops"):
-        assert any("search by simulation" in each.why for each in left_out(study, turns))
+        assert any("search by simulation" in why for _, why in left_out(study, turns))
 
 
 def test_nothing_is_written_where_a_study_fails(
@@ -254,7 +275,7 @@ def test_nothing_is_written_where_a_study_fails(
     def fails(_: object) -> None:
         raise ZeroDivisionError
 
-    monkeypatch.setattr("optuav.paper.reproduce.run.svg", fails)
+    monkeypatch.setattr("optuav.paper.report.svg", fails)
     with pytest.raises(ZeroDivisionError):
         optuav.reproduce(tmp_path / "out", only=("wind",))
     assert not (tmp_path / "out").exists()
@@ -266,10 +287,10 @@ def test_unknown_studies_are_named() -> None:
 
 
 def test_progress_is_told_to_the_end(tmp_path: Path) -> None:
-    told: list[tuple[int, int, str]] = []
-    optuav.reproduce(tmp_path, only=("wind",), progress=lambda *step: told.append(step))
-    assert [name for _, _, name in told] == ["wind of paper", "wind of paper-table2"]
-    assert all(done < steps for done, steps, _ in told)
+    text: list[tuple[int, int, str]] = []
+    optuav.reproduce(tmp_path, only=("wind",), progress=lambda *step: text.append(step))
+    assert [name for _, _, name in text] == ["wind of paper", "wind of paper-table2"]
+    assert all(done < steps for done, steps, _ in text)
 
 
 def test_command_line(tmp_path: Path) -> None:
@@ -290,6 +311,41 @@ def test_command_line(tmp_path: Path) -> None:
 
 def test_names_are_those_of_the_studies() -> None:
     assert (*(study.name for study in STUDIES), "ledger") == NAMES
+    figs = (f"fig{each}" for each in range(1, 11))
+    assert set(NUMBERS) == {*figs, "table2"}
+
+
+@pytest.mark.usefixtures("png_alone")
+@pytest.mark.parametrize(
+    ("only", "names"),
+    [
+        (["fig5"], {"hover-time.paper.1200s", "hover-time.paper-table2.1200s"}),
+        (["fig4"], {"charge-left.paper.800s", "charge-left.paper-table2.800s"}),
+        (["fig9"], {"wind.paper"}),
+    ],
+)
+def test_studies_are_chosen_by_the_numbers_of_the_paper(
+    only: list[str], names: set[str], tmp_path: Path
+) -> None:
+    """One study has Figs. 3 to 6, and only what is asked for is shown."""
+    files = optuav.reproduce(tmp_path, only=only)
+    assert {path.stem for path in files if path.suffix == ".png"} == names
+
+
+def test_the_number_of_a_table_chooses_its_tables(tmp_path: Path) -> None:
+    """With a mission of one's own, which has its own deadline, Fig. 3 and Fig. 5 are one chart."""
+    tables = optuav.reproduce(tmp_path, only=["table2"])
+    assert {path.stem.partition(".")[0] for path in tables if path.suffix == ".csv"} == {
+        "direct-path",
+        "table2",
+    }
+    for name in ("fig3", "fig5"):
+        (shown,) = (
+            path
+            for path in optuav.reproduce(tmp_path, only=[name], mission=small())
+            if path.suffix == ".png"
+        )
+        assert shown.name == "hover-time.small.1200s.png"
 
 
 # The studies
@@ -332,13 +388,15 @@ def test_hover_time_falls_with_the_charge_left() -> None:
 
 def test_energy_against_wind_is_even_along_x_and_least_at_the_weight_along_z() -> None:
     mission = optuav.load("paper")
-    along_x = wind.hover_energy(mission, wind.AXES["x"], 100.0)
+    along_x = curves.hover_energy(mission, curves.AXES["x"])
     assert along_x.energy_J == pytest.approx(along_x.energy_J[::-1], rel=1e-9)
     calm = along_x.energy_J[along_x.force_N == 0.0]
     assert calm == pytest.approx([100.0 * (1310.994 + 5.0)], rel=1e-6)
-    along_z = wind.hover_energy(mission, wind.AXES["z"], 100.0)
-    assert wind.calmest_N(along_z) == pytest.approx(12.74)
-    assert wind.limits_N(mission, wind.AXES["z"]) == pytest.approx((-4.4758, 29.9558), abs=1e-4)
+    along_z = curves.hover_energy(mission, curves.AXES["z"])
+    assert along_z.calmest_N == pytest.approx(12.74)
+    assert curves.wind_limits_N(mission, curves.AXES["z"]) == pytest.approx(
+        (-4.4758, 29.9558), abs=1e-4
+    )
 
 
 def test_harvest_by_hand() -> None:
@@ -347,7 +405,7 @@ def test_harvest_by_hand() -> None:
 
     import numpy as np
 
-    found = charging.harvest(optuav.load("paper"), 1000.0, np.array([1000.0]), 100.0)
+    found = curves.harvest(optuav.load("paper"), 1000.0, np.array([1000.0]))
     share = math.exp(-0.1019)
     power_W = 0.34 * 0.5434 * share * 1000.0 + 0.5434 * -1.1 * share - 0.2761
     assert found.energy_J == pytest.approx([100.0 * power_W])
@@ -384,12 +442,28 @@ def test_csv_holds_the_numbers_of_the_picture(written: Path) -> None:
 
 
 def test_texts_are_escaped() -> None:
-    blocks = [Heading("a < b", 1), Paragraph("x_1 & `y_2`"), Table(("a|b",), [("<i>",)])]
-    shown = page("<t>", blocks, {})
+    """Marks of HTML and of Markdown in texts are shown, not obeyed; code is ours alone."""
+    body = element(
+        "body",
+        element("h1", "a < b"),
+        prose("x_1 & `y_2`"),
+        element("p", "# `no` <script>alert(1)</script> [link](to) \\ 1. $x$"),
+        listing(["1. one", "- two\nlines"]),
+        table([("a|b",), ("<i>",)]),
+    )
+    shown = page('<t>"', body, {})
     assert "<i>" not in shown
+    assert "<script>" not in shown
+    assert "<title>&lt;t&gt;" in shown
     assert "a &lt; b" in shown
     assert "<code>y_2</code>" in shown
-    assert markdown(blocks) == "# a \\< b\n\nx\\_1 & `y_2`\n\n| a\\|b |\n| --- |\n| \\<i> |\n"
+    assert markdown(body) == (
+        "# a \\< b\n\n"
+        "x\\_1 \\& `y_2`\n\n"
+        "\\# \\`no\\` \\<script>alert(1)\\</script> \\[link\\](to) \\\\ 1. \\$x\\$\n\n"
+        "- 1\\. one\n- \\- two lines\n\n"
+        "| a\\|b |\n| --- |\n| \\<i> |\n"
+    )
 
 
 @pytest.mark.parametrize(

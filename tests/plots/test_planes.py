@@ -138,7 +138,9 @@ BRIGHT = {"battery.charge_current_A": 150.0, "laser.power_W": 15_000.0}
 def lasting(values: dict[str, float], building: str, order: str) -> tuple[Axes, optuav.Plan]:
     """The plane under `available`, with its optimum."""
     mission = optuav.load("paper").replace(values)
-    program = optuav.formulate(mission, optuav.P4(building, order=order), perspective="available")
+    program = optuav.formulate(
+        mission, "P4", perspective="available", building=building, order=order
+    )
     (part,) = program.parts
     plan = program.solve()
     return plots.plane(part.model, part.model.row(0), [plan]), plan

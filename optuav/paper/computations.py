@@ -1,0 +1,335 @@
+"""Our values for the paper's statements: the functions that `statements.toml` names.
+
+Each takes a mission and the arguments in the file, and returns None where it does not apply.
+"""
+
+from __future__ import annotations
+
+import itertools
+import math
+from collections.abc import Callable, Sequence
+from functools import wraps
+from typing import TypeAlias
+
+import numpy as np
+
+from formulations.perspectives import PAPER
+from optuav.mission import Mission
+from optuav.network import vehicle
+from optuav.network.network import build_network
+from optuav.network.one_stop import find_shortcuts
+from optuav.network.places import HOVER
+from optuav.paper import curves, table2
+from optuav.paper.curves import LEAST_SOC, SPEED_SHARES, TRAJECTORIES, solve, with_deadline
+from optuav.paper.statement import Interval, Value, printed_interval
+from optuav.physics import laser, rotor
+from optuav.plan import Plan
+
+RADIUS_M, AIR_KG_M3 = 0.12, 1.225
+"""The propeller of Morbidi et al. (2016), and the density of air."""
+CLEAR_AIR_KM = 10.0
+"""Visibility at which Zhang et al. (2018) take the attenuation of clear air [km]."""
+NEAR_M, FAR_M = np.linspace(0.0, 1000.0, 101), np.linspace(0.0, 5000.0, 101)
+SOURCES_W = (500.0, 1000.0)
+"""Distances and sources at which the trends of Fig. 10 are checked."""
+SAME_S = 1e-6
+
+Computation: TypeAlias = Callable[..., Value]
+
+
+def of_rotors(compute: Computation) -> Computation:
+    """Return a computation from motor constants that is None for loads by regime."""
+
+    @wraps(compute)
+    def computed(mission: Mission, *options: str | float) -> Value:
+        return compute(mission, *options) if curves.has_rotors(mission) else None
+
+    return computed
+
+
+def _yes(holds: bool) -> str:
+    return "yes" if holds else "no"
+
+
+def _rises(*series: Sequence[float]) -> str:
+    return "rises" if all(list(each) == sorted(each) for each in series) else "does not always rise"
+
+
+# The models: sections I to IV
+
+
+def source_for_full_charge(mission: Mission) -> Value:
+    """Source with which the battery takes its largest current wherever the UAV may charge."""
+    assert mission.laser is not None
+    places = build_network(mission).places
+    there_m = places.position_m[[HOVER, *places.buildings]] - np.array(mission.laser.position_m)
+    most_W = mission.battery.charge_current_A * mission.battery.nominal_voltage_V
+    needed_W = np.max(curves.source_for_W(mission, most_W, np.linalg.norm(there_m, axis=1)))
+    return "below 1 kW" if needed_W < 1000.0 else f"{needed_W:.0f} W"
+
+
+@of_rotors
+def c9_over_c6(mission: Mission) -> Value:
+    """The quotient with which the polynomial of eq (4) is voltage times current."""
+    motor, speed, change = vehicle.motor(mission), 1000.0, 100.0
+    c6, c9 = (float(rotor.power_coefficients(motor)[number]) for number in (5, 8))
+    rest = float(rotor.polynomial_power(motor, speed, change)) - change * speed**2 * c9
+    needed = (float(rotor.power(motor, speed, change)) - rest) / (change * speed**2)
+    quotients = {
+        "κ_T/T_f": motor.torque_constant_Nm_A / motor.friction_torque_Nm,
+        "κ_0/T_f": motor.drag_coefficient_Nm_s2_rad2 / motor.friction_torque_Nm,
+    }
+    right = (name for name, q in quotients.items() if math.isclose(q * c6, needed, rel_tol=1e-6))
+    return next(right, None)
+
+
+def rests_that_pay(mission: Mission) -> Value:
+    """One where the legs obey the triangle inequality in time, charge and energy."""
+    shortcuts = find_shortcuts(build_network(mission))
+    return None if shortcuts else 1.0
+
+
+def hover_altitude(mission: Mission) -> Value:
+    """Altitude of the hover point."""
+    altitude_m = float(build_network(mission).places.position_m[HOVER][2])
+    return "z_min" if altitude_m == mission.limits.min_altitude_m else f"{altitude_m:g} m"
+
+
+def eta3_signs(mission: Mission) -> Value:
+    """Signs of E_fl, E_hv, E_harv by which the row Δ = 697 s comes out within a percent."""
+    if curves.has_rotors(mission):
+        return None
+    start, end = (table2.charge_left(mission, 3, hover_s) / 100.0 for hover_s in (0.0, 697.0))
+    hover = float(vehicle.hover_load(mission).power_W) * 697.0 / table2.HOVER_J
+    shares = (1.0 - start, hover, end - start + hover)
+    found = (
+        " ".join("−" if sign < 0.0 else "+" for sign in signs)
+        for signs in itertools.product((-1.0, 1.0), repeat=3)
+        if abs(1.0 + float(np.dot(signs, shares)) - 0.2830) < 0.01
+    )
+    return " or ".join(found)
+
+
+# The scenario: section V and Table I
+
+
+def weight_N(mission: Mission) -> Value:
+    """Force of gravity along z [N]."""
+    return -float(vehicle.airframe(mission).weight_N)
+
+
+def full_battery_J(mission: Mission, voltage_V: float | None = None) -> Value:
+    """Energy of the full battery at a voltage [J], the nominal one by default."""
+    volts = mission.battery.nominal_voltage_V if voltage_V is None else voltage_V
+    return float(vehicle.pool(mission).capacity_As) * volts
+
+
+def blade_coefficient(_: Mission, coefficient: float, arm_m: float = 1.0) -> Value:
+    """Thrust or torque of the propeller over the square of its speed."""
+    return coefficient * AIR_KG_M3 * math.pi * RADIUS_M**4 * arm_m
+
+
+def attenuation_per_km(mission: Mission) -> Value:
+    """Attenuation by Kim's model in clear air [1/km]."""
+    assert mission.laser is not None
+    return float(laser.attenuation(mission.laser.wavelength_nm, CLEAR_AIR_KM))
+
+
+# Table II and Figs. 3 to 6: perspectives and trajectories
+
+
+def charge_left(mission: Mission, eta: int, hover_s: float) -> Value:
+    """η1, η2 or η3 of the direct path after a hover time [%]."""
+    return table2.charge_left(mission, eta, hover_s)
+
+
+def admitted(_: Mission, eta: int, hover_s: float) -> Interval:
+    """The same by all loads that the other cells of Table II admit [%]."""
+    return table2.admitted(eta, hover_s)
+
+
+def direct_path(mission: Mission, which: str, deadline_s: float, perspective: str) -> Value:
+    """Hover or mission time of (P3) in slots of one second [s]."""
+    return float(getattr(table2.direct(mission, deadline_s, perspective), which))
+
+
+def rotor_voltage(mission: Mission, regime: str) -> Value:
+    """Voltage e_r of the motors [V], power over current where loads are stated by regime."""
+    if regime == "flight":
+        legs = build_network(mission).legs
+        return float(legs.energy_J[0] / legs.charge_As[0])
+    if curves.has_rotors(mission):
+        motor = vehicle.motor(mission)
+        force_N = vehicle.airframe(mission).external_force_N((0.0, 0.0, 0.0))
+        return float(rotor.voltage(motor, rotor.hover_speed(motor, force_N)))
+    load = vehicle.hover_load(mission)
+    return float(load.power_W) / float(load.current_A)
+
+
+def longest_perspectives(mission: Mission) -> Value:
+    """The perspectives with the longest hover on the direct path, at either deadline."""
+    longest: set[str] = set()
+    for deadline_s in curves.DEADLINES_S:
+        hovers = {name: table2.direct(mission, deadline_s, name).hover_time_s for name in PAPER}
+        longest |= {name for name in hovers if hovers[name] >= max(hovers.values()) - SAME_S}
+    return ", ".join(name for name in PAPER if name in longest)
+
+
+def _plans(mission: Mission, deadline_s: float, perspective: str) -> dict[str, Plan]:
+    """The plan of every trajectory."""
+    asked = with_deadline(mission, deadline_s)
+    return {name: solve(asked, trajectory=name, perspective=perspective) for name in TRAJECTORIES}
+
+
+def best_trajectory(mission: Mission, deadline_s: float) -> Value:
+    """The trajectory that is best in all perspectives, or the best of each."""
+    best = {}
+    for perspective in PAPER:
+        plans = _plans(mission, deadline_s, perspective)
+        most_s = plans.pop("optimal").hover_time_s - SAME_S
+        name = max(plans, key=lambda name: plans[name].hover_time_s)
+        best[perspective] = name if plans[name].hover_time_s >= most_s else "none of them"
+    if len(set(best.values())) == 1:
+        return best["battery"]
+    return ", ".join(f"{perspective}: {name}" for perspective, name in best.items())
+
+
+def energy_is_shorter(mission: Mission) -> Value:
+    """Whether the energy perspective hovers less than the others at 800 s by any trajectory."""
+    energy, *others = (_plans(mission, 800.0, name) for name in ("energy", "battery", "adjusted"))
+    return _yes(
+        all(
+            energy[name].hover_time_s < plans[name].hover_time_s
+            for plans in others
+            for name in TRAJECTORIES
+        )
+    )
+
+
+def same_in_slots(mission: Mission) -> Value:
+    """Whether battery and adjusted perspective have one optimum in slots of a second."""
+    battery, adjusted = (
+        solve(mission, perspective=name, slot_s=1.0) for name in ("battery", "adjusted")
+    )
+    return _yes(battery.hover_time_s == adjusted.hover_time_s)
+
+
+def least_charge_is_kept(mission: Mission) -> Value:
+    """Whether η1 is at least η0 at the end of every plan at 800 s."""
+    plans = (plan for name in PAPER for plan in _plans(mission, 800.0, name).values())
+    least = mission.limits.min_soc - 1e-9
+    return _yes(all((plan.soc or {})["battery"] >= least for plan in plans))
+
+
+# Fig. 7: the charge that must be left, and the rotor speed
+
+
+def hover_drop(mission: Mission, percent: float, building: str) -> Value:
+    """By how much Δ falls from η0 = 5 % to another [%], by way of a building."""
+    first, later = (
+        solve(
+            mission.replace({"limits.min_soc": least}),
+            "P4",
+            building=building,
+            perspective="battery",
+        )
+        for least in (LEAST_SOC[0], percent / 100.0)
+    )
+    return 100.0 * (1.0 - later.hover_time_s / first.hover_time_s)
+
+
+def _by_speed(mission: Mission, least: float) -> list[Plan]:
+    """The optimal plans at the shares of v_max."""
+    assert mission.rotor is not None
+    speed, key = mission.rotor.max_speed_rad_s, "rotor.max_speed_rad_s"
+    changed = (mission.replace({key: speed * s, "limits.min_soc": least}) for s in SPEED_SHARES)
+    return [solve(each, perspective="battery") for each in changed]
+
+
+@of_rotors
+def hover_by_speed(mission: Mission) -> Value:
+    """How Δ changes with v_max, for every η0."""
+    return _rises(*([p.hover_time_s for p in _by_speed(mission, least)] for least in LEAST_SOC))
+
+
+@of_rotors
+def flight_energy_by_speed(mission: Mission) -> Value:
+    """How the energy of flying changes with v_max."""
+    flights = (
+        [phase for phase in plan.phases if phase.kind == "flight"]
+        for plan in _by_speed(mission, LEAST_SOC[0])
+    )
+    return _rises([-sum(p.power_W * p.duration_s for p in phases) for phases in flights])
+
+
+# Fig. 8: packs of other sizes without a laser
+
+
+def optimum_in_slots(mission: Mission) -> Value:
+    """Δ of the optimal solution [s]."""
+    return solve(mission, perspective="battery", slot_s=1.0).hover_time_s
+
+
+def crossing_As(mission: Mission, hover_s: float) -> float | None:
+    """Pack with which the direct path without laser hovers that long [A s]."""
+    return curves.crossing(mission, hover_s)
+
+
+def saving_As(mission: Mission, hover_s: float) -> float:
+    """Charge of a pack that the laser saves [A s]."""
+    return (curves.crossing(mission, hover_s) or math.nan) - mission.battery.capacity_As
+
+
+def saving_percent(mission: Mission, hover_s: float) -> Value:
+    """The same as a share of the pack [%]."""
+    return 100.0 * saving_As(mission, hover_s) / mission.battery.capacity_As
+
+
+def saturation_As(mission: Mission) -> Value:
+    """Pack from which the deadline ends the direct path without laser [A s]."""
+    return curves.saturation(curves.without_laser(mission))
+
+
+# Fig. 9: wind
+
+
+@of_rotors
+def calmest_wind(mission: Mission, axis: str) -> Value:
+    """Wind along an axis in which hovering takes the least energy [N]."""
+    return curves.hover_energy(mission, curves.AXES[axis]).calmest_N
+
+
+@of_rotors
+def wind_limit(mission: Mission, axis: str, end: str) -> Value:
+    """Least or largest wind along an axis in which the place is held [N]."""
+    return curves.wind_limits_N(mission, curves.AXES[axis])[end == "plus"]
+
+
+def wind_limit_by_level(_: Mission) -> Interval:
+    """Least wind along z that follows from the printed 11.57 N and 12.74 N [N]: m g − F."""
+    least, most = printed_interval("11.57")
+    # A limit that is cut, not rounded, may be up to a whole unit larger.
+    return 12.74 - math.hypot(most + 0.005, 12.74), 12.74 - math.hypot(least, 12.74)
+
+
+# Fig. 10: harvested energy
+
+
+def harvest_by_distance(mission: Mission) -> Value:
+    """How harvested energy and efficiency change with the distance."""
+    found = [curves.harvest(mission, power_W, FAR_M) for power_W in SOURCES_W]
+    series = [each for curve in found for each in (curve.energy_J, curve.efficiency)]
+    falls = all(np.all(np.diff(each) < 0.0) for each in series)
+    return "both fall" if falls else "do not always fall"
+
+
+def efficiency_near(mission: Mission) -> Value:
+    """Least and largest efficiency below 1 km [%]."""
+    near = [100.0 * curves.harvest(mission, power, NEAR_M).efficiency for power in SOURCES_W]
+    return f"{np.min(near):.1f} to {np.max(near):.1f}"
+
+
+def harvest_by_power(mission: Mission) -> Value:
+    """How harvested energy changes with the power of the source, below 1 km."""
+    less, more = (curves.harvest(mission, power_W, NEAR_M).energy_J for power_W in SOURCES_W)
+    return "rises" if np.all(more > less) else "does not always rise"

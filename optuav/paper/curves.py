@@ -1,0 +1,182 @@
+"""Plans and curves that the paper's figures and its ledger share."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import cache, lru_cache
+from typing import NamedTuple
+
+import numpy as np
+
+from optuav import solving
+from optuav.arrays import Floats
+from optuav.mission import Mission, load
+from optuav.network import vehicle
+from optuav.physics import laser, rotor
+from optuav.physics.quantity import Vector
+from optuav.plan import Plan
+
+OURS = "available"
+"""The perspective in which the available well must last."""
+TRAJECTORIES = ("direct", "traj1", "traj2", "optimal")
+AXES = {"x": (1.0, 0.0, 0.0), "y": (0.0, 1.0, 0.0), "z": (0.0, 0.0, 1.0)}
+
+DEADLINES_S = (800.0, 1200.0)
+"""T_max of Table II and of Figs. 3 to 6 [s]; the later figures take the second."""
+LEAST_SOC = (0.05, 0.10, 0.15)
+"""η0 of Fig. 7."""
+SPEED_SHARES = (0.95, 1.0, 1.05, 1.1)
+"""Rotor speeds of Fig. 7 over the mission's v_max; the paper does not print its own."""
+HOVER_S = 100.0
+"""Hover time of Figs. 9 and 10 [s]."""
+
+WIND_POINTS = 401
+HALVINGS = 30
+LARGEST_PACK = 4.0
+"""Largest pack that is tried, over the mission's own."""
+REMEMBERED = 512
+
+
+@cache
+def papers() -> tuple[Mission, Mission]:
+    """The mission with the printed parameters, and the one with the recovered loads."""
+    return load("paper"), load("paper-table2")
+
+
+def solve(
+    mission: Mission, problem: str = "P1", *, perspective: str = OURS, **options: str | float
+) -> Plan:
+    """As `optuav.solve`; a plan that was found is kept."""
+    defaults = {"trajectory": "optimal"} if problem == "P1" else {}
+    return _solve(mission, problem, perspective, *sorted({**defaults, **options}.items()))
+
+
+@lru_cache(maxsize=REMEMBERED)
+def _solve(
+    mission: Mission, problem: str, perspective: str, *options: tuple[str, str | float]
+) -> Plan:
+    return solving.solve(mission, problem, perspective=perspective, **dict(options))  # type: ignore[arg-type]
+
+
+def with_deadline(mission: Mission, deadline_s: float) -> Mission:
+    """The mission with another deadline [s]."""
+    return mission.replace({"limits.deadline_s": deadline_s})
+
+
+def has_rotors(mission: Mission) -> bool:
+    """Whether the loads follow from motors; otherwise they are stated by regime."""
+    return mission.flight.model == "rotors"
+
+
+# Fig. 8: hover time by size of the battery
+
+
+def without_laser(mission: Mission) -> Mission:
+    """The mission without its laser, and without the charging that it states."""
+    stated = () if has_rotors(mission) else ("flight.charge_current_A", "flight.charge_power_W")
+    return mission.replace(dict.fromkeys(("laser", *stated)))
+
+
+def direct(mission: Mission, pack_As: float, perspective: str) -> Plan:
+    """(P3) with packs of another capacity [A s]."""
+    return solve(mission.replace({"battery.capacity_As": pack_As}), "P3", perspective=perspective)
+
+
+@lru_cache(maxsize=REMEMBERED)
+def crossing(mission: Mission, hover_s: float, perspective: str = "battery") -> float | None:
+    """Least pack [A s] with which the direct path without laser hovers that long [s], if any."""
+    return _least_pack(
+        without_laser(mission), perspective, lambda plan: plan.hover_time_s >= hover_s
+    )
+
+
+@lru_cache(maxsize=REMEMBERED)
+def saturation(mission: Mission, perspective: str = "battery") -> float | None:
+    """Least pack [A s] with which the deadline ends the direct path; None if it never does."""
+
+    def ends(plan: Plan) -> bool:
+        left_s = mission.limits.deadline_s - plan.mission_time_s
+        return left_s <= 1e-9 * mission.limits.deadline_s
+
+    return _least_pack(mission, perspective, ends)
+
+
+def _least_pack(mission: Mission, perspective: str, holds: Callable[[Plan], bool]) -> float | None:
+    """Where a condition on the direct path begins to hold as the pack grows, by halving."""
+
+    def is_enough(pack_As: float) -> bool:
+        plan = direct(mission, pack_As, perspective)
+        return bool(plan) and holds(plan)
+
+    low, high = 0.0, LARGEST_PACK * mission.battery.capacity_As
+    if not is_enough(high):
+        return None
+    for _ in range(HALVINGS):
+        middle = 0.5 * (low + high)
+        low, high = (low, middle) if is_enough(middle) else (middle, high)
+    return high
+
+
+# Fig. 9: energy of a hover by wind
+
+
+class WindCurve(NamedTuple):
+    """Energy of a hover [J], radio included, against the wind along an axis [N]."""
+
+    force_N: Floats
+    energy_J: Floats
+
+    @property
+    def calmest_N(self) -> float:
+        """The wind in which hovering takes the least energy [N]."""
+        return float(self.force_N[np.argmin(self.energy_J)])
+
+
+def wind_limits_N(mission: Mission, direction: Vector) -> tuple[float, float]:
+    """Least and largest wind along a unit vector in which rotors hold the place [N]."""
+    motor, weight_N = vehicle.motor(mission), vehicle.airframe(mission).weight_N
+    against = (-direction[0], -direction[1], -direction[2])
+    low, high = (rotor.largest_wind(motor, weight_N, way) for way in (against, direction))
+    return -float(low), float(high)
+
+
+def hover_energy(mission: Mission, direction: Vector) -> WindCurve:
+    """Energy of `HOVER_S` by the wind along a unit vector, with 0 N and the weight as points."""
+    low, high = wind_limits_N(mission, direction)
+    weight_N = float(vehicle.airframe(mission).weight_N)
+    inner = [force for force in (0.0, weight_N) if low < force < high]
+    force_N = np.union1d(np.linspace(low, high, WIND_POINTS), inner)
+    # At the limits themselves rounding could take the thrust beyond the largest.
+    inside = np.clip(force_N, low * (1.0 - 1e-12), high * (1.0 - 1e-12))
+    x, y, z = (inside * component for component in direction)
+    load = vehicle.hover_load(mission, (x, y, z))
+    return WindCurve(force_N, HOVER_S * np.asarray(load.power_W, dtype=float))
+
+
+# Fig. 10: harvested energy by distance
+
+
+class Harvest(NamedTuple):
+    """Energy harvested in `HOVER_S` [J] and efficiency ζ [-] by the distance from the laser [m]."""
+
+    distance_m: Floats
+    energy_J: Floats
+    efficiency: Floats
+
+
+def harvest(mission: Mission, source_W: float, distance_m: Floats) -> Harvest:
+    """What a source gives in clear sight, not limited to what the battery takes."""
+    share = laser.transmission(vehicle.attenuation_per_km(mission), distance_m)
+    power_W = laser.unlimited_power(vehicle.conversion(mission), source_W, share)
+    return Harvest(
+        distance_m,
+        HOVER_S * np.asarray(power_W, dtype=float),
+        np.asarray(laser.efficiency(power_W, source_W), dtype=float),
+    )
+
+
+def source_for_W(mission: Mission, received_W: float, distance_m: Floats) -> Floats:
+    """Power of the source with which so much is received [W], by distance [m]."""
+    share = laser.transmission(vehicle.attenuation_per_km(mission), distance_m)
+    needed_W = laser.source_limit(vehicle.conversion(mission), received_W, share)
+    return np.asarray(needed_W, dtype=float)

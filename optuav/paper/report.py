@@ -1,0 +1,316 @@
+"""`reproduce`: the studies of the paper as files, with one report of them and of the ledger."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+from xml.etree.ElementTree import Element
+
+from optuav.errors import Fault, InputError
+from optuav.mission import Mission, load
+from optuav.mission.files import make_directory, write_bytes
+from optuav.mission.messages import nearest
+from optuav.paper import figures, table2
+from optuav.paper.curves import papers, solve
+from optuav.paper.document import element, figure, listing, markdown, page, prose, table
+from optuav.paper.figures import COUNTED, Exhibit, NotShownError, is_papers, why
+from optuav.paper.ledger import Ledger, Progress, ledger
+from optuav.paper.statement import Verdict, data
+from optuav.plots.files import png, svg
+from optuav.studies.results import as_csv
+
+LEDGER = "ledger"
+COLUMNS = ("place", "what", "stated", "unit", "by printed", "by recovered", "verdict", "why")
+
+
+@dataclass(frozen=True)
+class Study:
+    """A figure or table of the paper for a mission, or something that the paper leaves out.
+
+    Parameters
+    ----------
+    name
+        Its name for ``only``; the file of the statements has its title and numbers by it.
+    make
+        Its exhibits for a mission.
+    counted
+        Whether it is made once a perspective of `COUNTED`, which `make` takes as well.
+    """
+
+    name: str
+    make: Callable[..., Any]
+    counted: bool = False
+
+    @property
+    def numbers(self) -> Sequence[str]:
+        """Its numbers in the paper: ``["fig7"]``."""
+        numbers: Sequence[str] = data()["study"][self.name].get("numbers", ())
+        return numbers
+
+    def title(self, *, of_paper: bool) -> str:
+        """Its heading, with its place in the paper if it is made for the paper's missions."""
+        texts: Mapping[str, str] = data()["study"][self.name]
+        return (
+            f"{texts['place']}: {texts['title']}"
+            if of_paper and "place" in texts
+            else texts["title"]
+        )
+
+    def exhibits(self, mission: Mission) -> Iterator[Exhibit | tuple[str, str]]:
+        """Its exhibits, and which part of it is left out, all if that is empty, with the reason."""
+        for perspective in COUNTED if self.counted else ("",):
+            try:
+                if self.counted:
+                    yield self.make(mission, perspective)
+                else:
+                    yield from self.make(mission)
+            except NotShownError as reason:
+                yield f"perspective {perspective}" if self.counted else "", str(reason)
+
+
+STUDIES = (
+    Study("system", figures.system, counted=True),
+    Study("wells", figures.wells, counted=True),
+    Study("direct-path", figures.direct_path),
+    Study("perspectives", figures.by_perspective),
+    Study("least-charge", figures.least_charge, counted=True),
+    Study("battery-size", figures.battery_size, counted=True),
+    Study("wind", figures.wind),
+    Study("charging", figures.charging),
+    Study("runs-dry", figures.runs_dry),
+    Study("overcharges", figures.overcharges),
+    Study("second-problem", figures.second_problem),
+    Study("more-stops", figures.more_stops),
+    Study("peak-speed", figures.peak_speed),
+    Study("misprints", figures.misprints),
+)
+NAMES = (*(study.name for study in STUDIES), LEDGER)
+NUMBERS = tuple(sorted(number for study in STUDIES for number in study.numbers))
+
+
+def reproduce(
+    directory: str | Path = "reproduced",
+    *,
+    only: Sequence[str] = (),
+    mission: Mission | str | Path | None = None,
+    progress: Progress | None = None,
+) -> list[Path]:
+    """Make every table and figure of the paper again, and write a report.
+
+    Parameters
+    ----------
+    directory
+        Where to write: ``report.html``, which needs no other file, and ``report.md``; ``figures/``
+        with PNG and SVG, ``data/`` with CSV. Made if it is missing; files of these names are
+        replaced, once all is computed. The same call writes the same bytes.
+    only
+        Names of studies, or numbers of the paper such as ``"fig5"`` and ``"table2"``; all by
+        default. ``"ledger"`` is the ledger of the paper's numbers.
+    mission
+        A mission of your own to make the studies for, without the ledger; the paper's two missions
+        by default.
+    progress
+        Called with the number of steps done, of all, and the name of the next.
+
+    Returns
+    -------
+    list of Path
+        The files that were written.
+
+    Raises
+    ------
+    InputError
+        If there is no such study of such a mission, matplotlib is missing, or the directory cannot
+        be made or written to. Every file is written whole or not at all.
+
+    Examples
+    --------
+    >>> import optuav
+    >>> optuav.reproduce("out", only=["fig99"])
+    Traceback (most recent call last):
+    ...
+    optuav.errors.InputError: only: got 'fig99', ...
+    """
+    missions = papers() if mission is None else (_loaded(mission),)
+    _check(only, own=mission is not None)
+    files = _made(Path(directory), lambda: dict(_files(missions, only, mission is None, progress)))
+    for name in ("figures", "data"):
+        make_directory(Path(directory) / name)
+    for name, content in files.items():
+        write_bytes(Path(directory) / name, content)
+    return [Path(directory) / name for name in files]
+
+
+def _loaded(mission: Mission | str | Path) -> Mission:
+    return mission if isinstance(mission, Mission) else load(mission)
+
+
+def _made(directory: Path, files: Callable[[], dict[str, bytes]]) -> dict[str, bytes]:
+    """Files for a directory that is made first, and removed again if making them fails."""
+    new = not directory.exists()
+    make_directory(directory)
+    try:
+        return files()
+    except BaseException:
+        if new:
+            directory.rmdir()
+        raise
+
+
+def _check(only: Sequence[str], *, own: bool) -> None:
+    known = (*NAMES[:-1], *NUMBERS) if own else (*NAMES, *NUMBERS)
+    faults = [
+        Fault("only", repr(name), "not the ledger, which is of the paper's two missions alone")
+        if name == LEDGER
+        else Fault("only", repr(name), f"one of {', '.join(known)}{nearest(name, known)}")
+        for name in only
+        if name not in known
+    ]
+    if faults:
+        raise InputError(faults)
+
+
+def _files(
+    missions: Sequence[Mission], only: Sequence[str], of_paper: bool, progress: Progress | None
+) -> Iterator[tuple[str, bytes]]:
+    """Every file by its name in the directory."""
+    chosen = [each for each in STUDIES if not only or {each.name, *each.numbers} & {*only}]
+    made: dict[Study, list[Exhibit]] = {study: [] for study in chosen}
+    left_out: dict[tuple[str, str], list[str]] = {}
+    pictures: dict[str, bytes] = {}
+    steps = [(study, mission) for study in chosen for mission in missions]
+    for done, (study, mission) in enumerate(steps):
+        if progress is not None:
+            progress(done, len(steps) + 1, f"{study.name} of {mission.name}")
+        for each in study.exhibits(mission):
+            if isinstance(each, tuple):
+                part, reason = each
+                what = f"{study.title(of_paper=is_papers(mission))}{part and f', {part}'}"
+                left_out.setdefault((mission.name, reason), []).append(what)
+            elif not only or study.name in only or {*each.numbers} & {*only}:
+                made[study].append(each)
+                pictures |= dict(_pictures(each))
+                yield f"data/{each.name}.csv", as_csv(each.records).encode()
+    yield from pictures.items()
+    entries: Ledger | None = None
+    if of_paper and (not only or LEDGER in only):
+        if progress is not None:
+            progress(len(steps), len(steps) + 1, LEDGER)
+        entries = ledger()
+        yield "data/ledger.csv", entries.to_csv().encode()
+    names = ", ".join(mission.name for mission in missions)
+    title = "The paper, reproduced" if entries else f"The paper's studies for {names}"
+    body = element("body", *_report(title, missions, made, left_out, entries))
+    yield "report.md", markdown(body).encode()
+    yield "report.html", page(title, body, pictures).encode()
+
+
+def _pictures(exhibit: Exhibit) -> Iterator[tuple[str, bytes]]:
+    drawn = exhibit.axes.get_figure(root=True) if exhibit.axes else None
+    if drawn is not None:
+        yield f"figures/{exhibit.name}.png", png(drawn)
+        yield f"figures/{exhibit.name}.svg", svg(drawn)
+
+
+def _report(
+    title: str,
+    missions: Sequence[Mission],
+    made: Mapping[Study, Sequence[Exhibit]],
+    left_out: Mapping[tuple[str, str], Sequence[str]],
+    entries: Ledger | None,
+) -> Iterator[Element]:
+    """The parts of the report, after its title and its contents."""
+    of_paper = all(map(is_papers, missions))
+    sections = [*_of_the_paper(entries)] if entries else []
+    sections += [
+        _section(study.name, study.title(of_paper=of_paper), *_shown(exhibits))
+        for study, exhibits in made.items()
+        if exhibits
+    ]
+    if left_out:
+        reasons = (
+            f"{name}: {'; '.join(what)}. Why: {reason}."
+            for (name, reason), what in left_out.items()
+        )
+        sections.append(_section("not-shown", "Not shown", listing(reasons)))
+    if entries:
+        sections.append(_section(LEDGER, "The ledger", *_whole(entries)))
+    yield element("h1", title)
+    names = " and ".join(mission.name for mission in missions)
+    paper = data()["paper"]["citation"]
+    yield element("p", f"Computed by optuav from {names}. The paper: {paper}.")
+    for mission in missions:
+        if not (plan := solve(mission)):
+            yield element("p", f"{mission.name} has no plan: {why(plan)}.")
+    links = [element("a", each[0].text or "", href=f"#{each.get('id')}") for each in sections]
+    yield element("nav", listing(links))
+    yield from sections
+
+
+def _section(anchor: str, title: str, *content: Element) -> Element:
+    return element("section", element("h2", title), *content, id=anchor)
+
+
+def _shown(exhibits: Sequence[Exhibit]) -> Iterator[Element]:
+    for each in exhibits:
+        yield figure(each.name, each.caption, each.rows)
+        if each.findings:
+            yield listing(each.findings)
+
+
+def _of_the_paper(entries: Ledger) -> Iterator[Element]:
+    """What the ledger finds in short, and the fit behind Table II."""
+    in_words = entries.in_words.counts
+    rows = [("verdict", "statements of the paper", "of these in words")]
+    rows += [(v.value, str(n), str(in_words.get(v, 0))) for v, n in entries.counts.items()]
+    rows.append(("all", str(len(entries.entries)), str(len(entries.in_words.entries))))
+    intro = prose(data()["paper"]["missions"])
+    yield _section("in-short", "In short", intro, table(rows))
+    texts, found = data()["table2"], entries.table2
+    count = {each: sum(cell.verdict is each for cell in found) for each in Verdict}
+    exact = count[Verdict.FITTED] + count[Verdict.RECOVERED]
+    flight_W, hover_W = table2.SHOW_ALL_W.values()
+    exist = table2.loads_exist(table2.consistent_charges())
+    numbers = {
+        "cells": len(found),
+        "exact": exact,
+        "fitted": count[Verdict.FITTED],
+        "predicted": count[Verdict.RECOVERED],
+        "within": count[Verdict.WITHIN],
+        "agreeing": exact + count[Verdict.WITHIN],
+        "impossible": count[Verdict.CONTRADICTS],
+        "parameters": len(table2.FREE_PARAMETERS),
+        "numbers": texts["different_numbers"],
+        "exists": "exists" if exist else "does not exist",
+        "flight_W": flight_W,
+        "hover_W": hover_W,
+    }
+    agreement, worth, adjusted, existence = (
+        prose(texts[name].format(**numbers))
+        for name in ("agreement", "worth", "adjusted", "existence")
+    )
+    parameters = f"Free parameters: {'; '.join(table2.FREE_PARAMETERS)}."
+    listed = listing((parameters, f"Data: {'; '.join(texts['data'])}."))
+    cells = [("cell", "printed", "by paper-table2", "why it cannot be matched")]
+    for cell in found:
+        if cell.verdict is Verdict.CONTRADICTS:
+            what = f"{cell.statement.place}, {cell.statement.what}"
+            ours = f"{cell.shown(cell.recovered)} %"
+            cells.append((what, f"{cell.statement.stated} %", ours, cell.reason))
+    content = (agreement, worth, listed, adjusted, existence, table(cells, cards=True))
+    yield _section("fit", "Table II and the fit behind it", *content)
+
+
+def _whole(entries: Ledger) -> Iterator[Element]:
+    yield prose(data()["paper"]["ledger"])
+    yield element("p", f"Not counted: {'; '.join(data()['paper']['not_counted'])}.")
+    rows = [COLUMNS]
+    for each in entries.entries:
+        paper = each.statement
+        stated = (paper.place, paper.what, paper.stated, paper.unit)
+        ours = (each.shown(each.printed), each.shown(each.recovered))
+        rows.append((*stated, *ours, each.verdict.value, each.reason))
+    summary = element("summary", f"All {len(entries.entries)} statements")
+    yield element("details", summary, table(rows, cards=True))

@@ -1,0 +1,160 @@
+"""Table II: its rows as printed, and the loads that it admits, by linear programming."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+from functools import cache
+from typing import NamedTuple
+
+import numpy as np
+
+from formulations.perspectives import PAPER, PERSPECTIVES
+from formulations.quantities import Quantities
+from optuav.arrays import Floats
+from optuav.mission import Mission
+from optuav.network.network import build_network
+from optuav.paper.curves import solve, with_deadline
+from optuav.paper.statement import Interval, data, printed_interval
+from optuav.plan import Plan
+from optuav.solving.given import quantities
+
+TABLE = data()["table2"]
+FREE_PARAMETERS: Sequence[str] = TABLE["free_parameters"]
+SHOW_ALL_W: dict[str, float] = TABLE["show_all"]
+IMPOSSIBLE = {(eta, stated) for eta, stated in TABLE["impossible"]}
+
+BATTERY_AS = 2 * 36000.0
+NOMINAL_J = BATTERY_AS * TABLE["nominal_V"]
+FLIGHT_J = BATTERY_AS * float(TABLE["flight_V"])
+HOVER_J = BATTERY_AS * float(TABLE["hover_V"])
+"""B, E_0, E_1 and E_2 as the paper composes them."""
+
+
+class TableRow(NamedTuple):
+    """A row as printed: deadline [s], perspective, Δ [s], T [s], and η1 to η3 [%]."""
+
+    deadline_s: int
+    perspective: str
+    hover: str
+    mission: str
+    soc: tuple[str, str, str]
+
+    @property
+    def slots_s(self) -> float:
+        """Δ in whole slots [s], after which the charges are: 740.65 s fills 741 of them."""
+        return float(math.ceil(float(self.hover)))
+
+
+class Charge(NamedTuple):
+    """A state of charge in the table: η number, hover time [s] and percent as printed."""
+
+    number: int
+    hover_s: float
+    stated: str
+
+
+def _rows() -> Iterator[TableRow]:
+    """The rows, from the statements of their cells."""
+    cells = {each["name"]: each for each in data()["statement"]}
+    for number in range(1, 7):
+        name = f"table2-{number}"
+        hover, mission = cells[f"{name}-hover"], cells[f"{name}-mission"]
+        _, _, deadline_s, perspective = hover["compute"]
+        first, second, third = (cells[f"{name}-eta{eta}"]["stated"] for eta in (1, 2, 3))
+        soc = (first, second, third)
+        yield TableRow(deadline_s, perspective, hover["stated"], mission["stated"], soc)
+
+
+ROWS = tuple(_rows())
+
+
+def consistent_charges() -> tuple[Charge, ...]:
+    """The different states of charge, without those that the others rule out."""
+    return tuple(
+        dict.fromkeys(
+            Charge(eta, row.slots_s, stated)
+            for row in ROWS
+            for eta, stated in enumerate(row.soc, start=1)
+            if (eta, stated) not in IMPOSSIBLE
+        )
+    )
+
+
+# On the direct path every state of charge is a straight line in the hover time. It depends on five
+# loads: the flight's charge [A s], the hover current without laser [A], the charging current c [A],
+# the flight's energy [J] and the hover power [W]; what is received is 11.1 V × c. A printed cell is
+# two linear inequalities in them, half a unit of its last digit to either side.
+
+
+def _percent(eta: int, hover_s: float) -> tuple[Floats, float]:
+    """η1, η2 or η3 [%]: its coefficients of the loads, and its constant."""
+    harvested = TABLE["nominal_V"] * hover_s / NOMINAL_J
+    lost = {
+        1: (1.0 / BATTERY_AS, hover_s / BATTERY_AS, -hover_s / BATTERY_AS, 0.0, 0.0),
+        2: (0.0, 0.0, -harvested, 1.0 / NOMINAL_J, hover_s / NOMINAL_J),
+        3: (0.0, 0.0, -harvested, 1.0 / FLIGHT_J, hover_s / HOVER_J),
+    }[eta]
+    return -100.0 * np.array(lost), 100.0
+
+
+def _inequalities(charges: Sequence[Charge]) -> Iterator[tuple[Floats, float]]:
+    """a·x ≤ b of the charges, of both voltages, and of the crossing in Fig. 8."""
+    for charge in charges:
+        slope, constant = _percent(charge.number, charge.hover_s)
+        low, high = printed_interval(charge.stated)
+        yield slope, high - constant
+        yield -slope, constant - low
+    unit = np.eye(5)
+    for stated, energy, current in ((TABLE["flight_V"], 3, 0), (TABLE["hover_V"], 4, 1)):
+        low, high = printed_interval(stated)
+        yield unit[energy] - high * unit[current], 0.0
+        yield low * unit[current] - unit[energy], 0.0
+    low, high = printed_interval(TABLE["crossing_hover_s"])
+    usable_As = 0.95 * 2 * TABLE["crossing_As"]
+    yield unit[0] + low * unit[1], usable_As
+    yield -unit[0] - high * unit[1], -usable_As
+
+
+def _least(objective: Floats, charges: Sequence[Charge]) -> float:
+    """Least value of a linear objective over the loads that are admitted; ∞ if none are."""
+    from scipy.optimize import linprog
+
+    left, right = zip(*_inequalities(charges), strict=True)
+    found = linprog(objective, A_ub=np.array(left), b_ub=np.array(right), method="highs")
+    return math.inf if found.fun is None else float(found.fun)
+
+
+@cache
+def admitted(eta: int, hover_s: float) -> Interval:
+    """Least and largest η1, η2 or η3 [%] by all loads that show every digit of the other cells.
+
+    The others are the consistent charges, both voltages and the crossing of Fig. 8.
+    """
+    others = [each for each in consistent_charges() if each[:2] != (eta, hover_s)]
+    slope, constant = _percent(eta, hover_s)
+    low, high = (side * _least(side * slope, others) + constant for side in (1.0, -1.0))
+    return low, high
+
+
+def loads_exist(charges: Sequence[Charge]) -> bool:
+    """Whether one set of loads shows all these charges, both voltages and the crossing."""
+    return math.isfinite(_least(np.zeros(5), charges))
+
+
+# Our values
+
+
+def direct(mission: Mission, deadline_s: float, perspective: str) -> Plan:
+    """(P3) in slots of one second, as a row of the table has it."""
+    return solve(with_deadline(mission, deadline_s), "P3", perspective=perspective, slot_s=1.0)
+
+
+def charge_left(mission: Mission, eta: int, hover_s: float) -> float:
+    """η1, η2 or η3 at the end of the direct path [%] after a hover time [s]."""
+    return 100.0 * float(np.squeeze(PERSPECTIVES[PAPER[eta - 1]](_direct(mission), hover_s, 0.0)))
+
+
+@cache
+def _direct(mission: Mission) -> Quantities:
+    return quantities(build_network(mission), np.array([0]), rests=False)
