@@ -117,7 +117,7 @@ def compare(
     >>> import optuav
     >>> found = optuav.compare("paper", by="trajectory", perspective="battery")
     >>> [(row["trajectory"], round(row["hover_time_s"], 2)) for row in found.rows]
-    [('direct', 688.85), ('traj1', 719.54), ('traj2', 719.54), ('optimal', 719.54)]
+    [('direct', 688.85), ('traj1', 715.05), ('traj2', 719.54), ('optimal', 719.54)]
     """
     names = (by,) if isinstance(by, str) else tuple(by)
     own = {"engines": engines, "time_limit_s": time_limit_s, "times": times or None}

@@ -59,7 +59,7 @@ class Results:
     >>> import optuav
     >>> found = optuav.compare("paper", by="trajectory", perspective="battery")
     >>> [(row["trajectory"], round(row["hover_time_s"], 2)) for row in found.rows]
-    [('direct', 688.85), ('traj1', 719.54), ('traj2', 719.54), ('optimal', 719.54)]
+    [('direct', 688.85), ('traj1', 715.05), ('traj2', 719.54), ('optimal', 719.54)]
     >>> found.units["hover_time_s"], found.facts["by"]
     ('s', ('trajectory',))
     """

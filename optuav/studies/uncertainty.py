@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import tomllib
+from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -24,7 +25,7 @@ from optuav.mission.messages import nearest, shown
 from optuav.mission.schema import SECTIONS
 from optuav.modelling.check import evaluated
 from optuav.network import vehicle
-from optuav.network.places import ENDS, HOVER
+from optuav.network.places import ENDS
 from optuav.plan import Plan
 from optuav.solving.ties import SAME_S
 from optuav.studies.variants import KEY, Base, Variants, longest
@@ -42,16 +43,16 @@ FORMS = (
     "a table such as { percent = 5 }, { low = 1, high = 2 }, { low = 1, likely = 1.5, high = 2 } "
     'or { deviation = 0.1 }, each with or without along = ["table.key"]'
 )
-LEGS = "legs and thrust"
+KINDS = ({"percent"}, {"low", "high"}, {"low", "likely", "high"}, {"deviation"})
+LEGS, FLYABLE = "legs and thrust", "flyable"
 CONDITIONS = {
-    LEGS: "",
-    "link": "outage",
-    "charge left": "state of charge",
-    "never dry": "dry",
-    "never past full": "past full",
+    "outage": "link",
+    "state of charge": "charge left",
+    "dry": "never dry",
+    "past full": "never past full",
     "deadline": "deadline",
 }
-"""What a fixed plan has to keep, and the kind of those constraints of (P1)."""
+"""What a fixed plan has to keep beside its legs, by the kind of those constraints of (P1)."""
 
 
 @dataclass(frozen=True)
@@ -171,66 +172,56 @@ def spreads(mission: Mission, stated: Mapping[str, object] | str | Path) -> tupl
 def _spread(known: Mapping[str, Key], name: str, form: object) -> Spread:
     """Return the spread of one key, or refuse what is stated."""
     key = _key(known, name)
-    numbers, along = _numbers(key, form)
-    others = tuple(_key(known, each) for each in along)
+    for fault in _faults(key, form):
+        raise InputError([fault])
+    assert isinstance(form, dict)
+    others = tuple(_key(known, each) for each in form.get("along", []))
     if others and key.now == 0.0:
-        raise _refused(f"{name}.along", shown(along), "nothing goes along with 0")
-    likely, deviation = numbers.get("likely"), numbers.get("deviation")
-    if "percent" in numbers:
-        percent = numbers["percent"]
-        _check_percent(key, percent)
-        reach = abs(key.now) * percent / 100.0
-    elif deviation is not None:
-        if not deviation > 0.0:
-            raise _refused(f"{name}.deviation", shown(deviation), "above 0")
-        reach = DEVIATIONS * deviation
-    if "low" in numbers:
-        low, high = numbers["low"], numbers["high"]
-    else:
-        low, high = max(key.now - reach, key.low), min(key.now + reach, key.high)
-    middle = low if likely is None else likely
-    if not (key.low <= low < high <= key.high and low <= middle <= high):
-        words = f"low < high, likely between, within {key.low:g} to {key.high:g} [{key.unit}]"
-        raise _refused(name, _written(form), words)
-    return Spread(key, low, high, likely, deviation, others)
+        raise _refused(f"{name}.along", shown(form["along"]), "nothing goes along with 0")
+    return Spread(key, *_range(key, form), form.get("likely"), form.get("deviation"), others)
 
 
-def _numbers(key: Key, form: object) -> tuple[dict[str, float], list[str]]:
-    """Return the numbers of a stated spread by name, and the keys that change along with it."""
-    kinds = ({"percent"}, {"low", "high"}, {"low", "likely", "high"}, {"deviation"})
-    if not isinstance(form, dict):
-        raise _refused(key.name, _written(form), FORMS)
-    numbers = {part: value for part, value in form.items() if part != "along"}
+def _range(key: Key, form: Mapping[str, float]) -> tuple[float, float]:
+    """Return the ends of a stated range; of a normal distribution those that a picture shows."""
+    if "low" in form:
+        return form["low"], form["high"]
+    share = abs(key.now) * form.get("percent", 0.0) / 100.0
+    reach = DEVIATIONS * form["deviation"] if "deviation" in form else share
+    return max(key.now - reach, key.low), min(key.now + reach, key.high)
+
+
+def _faults(key: Key, form: object) -> Iterator[Fault]:
+    """Yield what is wrong with a stated spread. Each check relies on those before it."""
+    name, within = key.name, f"within {key.low:g} to {key.high:g} [{key.unit}]"
+    parts = form if isinstance(form, dict) else {}
+    stated = ", ".join(f"{part} = {shown(value)}" for part, value in parts.items())
+    written = f"{{ {stated} }}" if isinstance(form, dict) else shown(form)
+    numbers = {part: value for part, value in parts.items() if part != "along"}
     sound = all(
         isinstance(value, int | float) and not isinstance(value, bool) and math.isfinite(value)
         for value in numbers.values()
     )
-    if numbers.keys() not in kinds or not sound:
-        raise _refused(key.name, _written(form), FORMS)
+    if numbers.keys() not in KINDS or not sound:
+        yield Fault(name, written, FORMS)
     if key.whole:
-        raise _refused(key.name, _written(form), "a whole number cannot be spread")
-    along = form.get("along", [])
+        yield Fault(name, written, "a whole number cannot be spread")
+    along = parts.get("along", [])
     if not isinstance(along, list) or not all(isinstance(each, str) for each in along):
-        raise _refused(f"{key.name}.along", shown(along), "a list of keys")
-    return numbers, along
-
-
-def _check_percent(key: Key, percent: float) -> None:
-    """Refuse a share that is no range, or that leaves the range of the key."""
-    name = f"{key.name}.percent"
-    if key.now == 0.0:
-        raise _refused(name, shown(percent), "no share of 0 is a range: low and high")
-    most = 100.0 * min(key.now - key.low, key.high - key.now) / abs(key.now)
-    if not 0.0 < percent <= most:
-        words = f"above 0, at most {most:.6g}: within {key.low:g} to {key.high:g} [{key.unit}]"
-        raise _refused(name, shown(percent), words)
-
-
-def _written(form: object) -> str:
-    """Return a stated spread as a TOML file has it."""
-    if not isinstance(form, dict):
-        return shown(form)
-    return f"{{ {', '.join(f'{part} = {shown(value)}' for part, value in form.items())} }}"
+        yield Fault(f"{name}.along", shown(along), "a list of keys")
+    percent, deviation = numbers.get("percent"), numbers.get("deviation")
+    if percent is not None:
+        if key.now == 0.0:
+            words = "no share of 0 is a range: low and high"
+            yield Fault(f"{name}.percent", shown(percent), words)
+        most = 100.0 * min(key.now - key.low, key.high - key.now) / abs(key.now)
+        if not 0.0 < percent <= most:
+            words = f"above 0, at most {most:.6g}: {within}"
+            yield Fault(f"{name}.percent", shown(percent), words)
+    if deviation is not None and not deviation > 0.0:
+        yield Fault(f"{name}.deviation", shown(deviation), "above 0")
+    low, high = _range(key, numbers)
+    if not (key.low <= low < high <= key.high and low <= numbers.get("likely", low) <= high):
+        yield Fault(name, written, f"low < high, likely between, {within}")
 
 
 def _key(known: Mapping[str, Key], name: str) -> Key:
@@ -256,16 +247,18 @@ class Judged(NamedTuple):
     Parameters
     ----------
     kept
-        Where each of the `CONDITIONS` is kept.
-    flyable
-        Where all of them are.
+        Where each condition is kept, by its name.
     feasible
         Where the plan meets (P1) in the perspective of the study.
     """
 
     kept: dict[str, Booleans]
-    flyable: Booleans
     feasible: Booleans
+
+    @property
+    def flyable(self) -> Booleans:
+        """Where all conditions are kept."""
+        return np.asarray(np.logical_and.reduce([*self.kept.values()]))
 
 
 @dataclass(frozen=True)
@@ -303,12 +296,8 @@ class FixedPlan:
             raise _refused("plan", " → ".join(plan.route), words)
         point_m = [float(each) for each in vehicle.hover_point_m(plan.mission)]
         base = Base.of(mission.replace({"route.hover_m": point_m}))
-        routes, names = base.network.routes, base.network.places.names
-        for number, building in enumerate(routes.building.tolist()):
-            stops = [ENDS[HOVER]] if building < 0 else [names[len(ENDS) + building], ENDS[HOVER]]
-            if building >= 0 and not routes.rest_first[number]:
-                stops.reverse()
-            if tuple(stops) == tuple(plan.route[1:-1]):
+        for number in range(len(base.network.routes)):
+            if base.network.route_names(number) == plan.route:
                 return cls(base.only(number), number, plan.hover_time_s, plan.rest_time_s)
         words += ", with one hover and at most one rest"
         raise _refused("plan", " → ".join(plan.route), words)
@@ -323,18 +312,16 @@ class FixedPlan:
         if rests:
             point["rest_time_s"] = self.rest_time_s
         legs = np.broadcast_to(own.able[:, 0], own.count)
-        kept = {name: np.ones(own.count, bool) for name in CONDITIONS} | {LEGS: legs}
+        kept = {LEGS: legs} | dict.fromkeys(CONDITIONS.values(), np.ones(own.count, bool))
         for check in evaluated(P1.model(given, AVAILABLE), point):
-            for name, kind in CONDITIONS.items():
-                if kind and check.constraint.kind == kind:
-                    kept[name] &= check.satisfied
-        flyable = np.logical_and.reduce(list(kept.values()))
-        feasible = flyable
-        if perspective != AVAILABLE:
-            feasible = legs
-            for check in evaluated(P1.model(given, perspective), point):
-                feasible = feasible & check.satisfied
-        return Judged(kept, flyable, feasible)
+            if (name := CONDITIONS.get(check.constraint.kind)) is not None:
+                kept[name] = kept[name] & check.satisfied
+        judged = Judged(kept, legs)
+        if perspective == AVAILABLE:
+            return judged._replace(feasible=judged.flyable)
+        for check in evaluated(P1.model(given, perspective), point):
+            judged = judged._replace(feasible=judged.feasible & check.satisfied)
+        return judged
 
 
 def _scene(mission: Mission) -> dict[str, object]:
@@ -406,16 +393,15 @@ def chances(
     routes, names = base.network.routes, base.network.places.names
     hover_s = np.empty(samples)
     wins = np.zeros(len(routes) + 1, dtype=np.intp)
-    kept = dict.fromkeys(CONDITIONS, 0)
-    flyable = 0
+    kept: Counter[str] = Counter()
     for first in range(0, samples, at_once):
         some = slice(first, min(first + at_once, samples))
         variants = Variants(base, drawn(uncertain, seed, first, some.stop - first))
         best_s, winner = longest(variants, perspective)
         if plan is not None:
             judged = plan.judged(variants, perspective)
-            flyable += int(judged.flyable.sum())
-            kept = {name: kept[name] + int(judged.kept[name].sum()) for name in kept}
+            for name, where in {**judged.kept, FLYABLE: judged.flyable}.items():
+                kept[name] += int(where.sum())
             # The best plan's hover point moves with the reach of the radio, the fixed plan's stays:
             # where the best has no clear way or a longer one, the fixed plan may hover longer.
             better = judged.feasible & ~(best_s >= plan.hover_time_s - SAME_S)
@@ -423,11 +409,11 @@ def chances(
             winner = np.where(better, plan.itinerary, winner)
         hover_s[some] = np.nan_to_num(best_s, nan=0.0)
         wins += np.bincount(winner + 1, minlength=len(wins))
-    by_route: dict[str, int] = {}
+    by_route: Counter[str] = Counter()
     for building, count in zip(routes.building.tolist(), wins[1:].tolist(), strict=True):
-        name = "direct" if building < 0 else f"by way of {names[len(ENDS) + building]}"
-        by_route[name] = by_route.get(name, 0) + count
-    ranked = sorted(by_route.items(), key=lambda item: -item[1])
+        by_route["direct" if building < 0 else f"by way of {names[len(ENDS) + building]}"] += count
+    shares = {name: count / samples for name, count in kept.items()}
+    flyable = shares.pop(FLYABLE, None)
     quantiles_s = np.quantile(hover_s, QUANTILES).tolist()
     return Chances(
         samples=samples,
@@ -437,8 +423,8 @@ def chances(
         mean_s=float(np.mean(hover_s)),
         quantiles_s=dict(zip(QUANTILES, quantiles_s, strict=True)),
         no_plan=int(wins[0]) / samples,
-        routes={name: count / samples for name, count in ranked if count},
-        kept=None if plan is None else {name: count / samples for name, count in kept.items()},
-        flyable=None if plan is None else flyable / samples,
+        routes={name: count / samples for name, count in by_route.most_common() if count},
+        kept=shares or None,
+        flyable=flyable,
         hover_times_s=hover_s,
     )
