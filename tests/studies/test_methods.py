@@ -34,6 +34,12 @@ def two_buildings(name: str = "paper", **values: Any) -> optuav.Mission:
     )
 
 
+def one_building(name: str = "paper", **values: Any) -> optuav.Mission:
+    """A shipped mission with b1 alone."""
+    mission = two_buildings(name, **values)
+    return mission.replace({"buildings": [each.model_dump() for each in mission.buildings[:1]]})
+
+
 def name(row: Row) -> str:
     """The problem of a row with its building and order."""
     return " ".join(row[part] for part in ("problem", "building", "order") if row[part])
@@ -149,7 +155,7 @@ def test_each_cell_says_how_it_knows(paper: Results) -> None:
 @pytest.mark.parametrize("perspective", ["energy", "adjusted"])
 def test_the_other_linear_perspectives(perspective: str) -> None:
     """CasADi takes their own statement; no wells are behind them."""
-    found = optuav.compare(two_buildings("paper-table2"), slots_s=(5.0,), perspective=perspective)
+    found = optuav.compare(one_building("paper-table2"), slots_s=(5.0,), perspective=perspective)
     assert found.facts["agrees"]
     methods = list(dict.fromkeys(row["method"] for row in found.rows))
     assert methods == ["closed form", "LP", "CasADi", "grid 5 s", "MILP 5 s"]
@@ -158,7 +164,7 @@ def test_the_other_linear_perspectives(perspective: str) -> None:
 
 
 def test_no_bound_is_claimed_where_resting_discharges() -> None:
-    mission = two_buildings(
+    mission = one_building(
         "paper-table2",
         flight__rest_current_A=9.0,
         flight__charge_current_A=None,
@@ -176,7 +182,7 @@ def test_no_bound_is_claimed_where_resting_discharges() -> None:
 
 def test_where_no_slots_fit_the_whole_hover_is_lost() -> None:
     """100 s are left of the deadline: less than a slot of hover and one of rest."""
-    mission = two_buildings(limits__deadline_s=188.3)
+    mission = one_building(limits__deadline_s=188.3)
     found = optuav.compare(mission, slots_s=(60.0,), engines=("grid", "cvxpy"))
     assert found.facts["agrees"]
     lost = cell(found, "P4 b1 rest-first", "grid 60 s")
@@ -189,7 +195,7 @@ def test_where_no_slots_fit_the_whole_hover_is_lost() -> None:
 
 
 def test_what_is_infeasible_for_all_agrees_and_says_why() -> None:
-    found = optuav.compare(two_buildings(limits__deadline_s=60), slots_s=(10.0,))
+    found = optuav.compare(one_building(limits__deadline_s=60), slots_s=(10.0,))
     assert found.facts["agrees"]
     assert all(row["hover_time_s"] is None for row in found.rows)
     assert {row["status"] for row in found.rows} == {"infeasible"}
@@ -198,7 +204,7 @@ def test_what_is_infeasible_for_all_agrees_and_says_why() -> None:
 
 
 def test_what_cannot_fly_has_no_cells_but_reasons() -> None:
-    found = optuav.compare(two_buildings(body__mass_kg=50), slots_s=(10.0,))
+    found = optuav.compare(one_building(body__mass_kg=50), slots_s=(10.0,))
     assert all(row["hover_time_s"] is None for row in found.rows)
     assert found.facts["agrees"]
     assert found.rows == ()
@@ -307,11 +313,11 @@ def test_a_time_limit_is_handed_to_the_engines() -> None:
 # As data and as text
 
 
-def test_the_same_question_gives_the_same_data(paper: Results) -> None:
-    again = optuav.compare(two_buildings(), slots_s=SLOTS_S)
-    assert again == paper
-    assert json.dumps(again.to_dict()) == json.dumps(paper.to_dict())
-    assert again.to_csv() == paper.to_csv()
+def test_the_same_question_gives_the_same_data() -> None:
+    once, again = (optuav.compare(p3_alone(), slots_s=(60.0,)) for _ in range(2))
+    assert again == once
+    assert json.dumps(again.to_dict()) == json.dumps(once.to_dict())
+    assert again.to_csv() == once.to_csv()
 
 
 def test_times_taken_are_shown_only_on_request(paper: Results) -> None:
