@@ -24,8 +24,9 @@ from optuav.mission.validation import format_breaches
 from optuav.network import vehicle
 from optuav.network.places import ENDS
 from optuav.plan import Plan
-from optuav.plan.file import DERIVED, LARGEST_BYTES, read_plan, to_dict
+from optuav.plan.file import LARGEST_BYTES, read_plan
 from optuav.plan.phases import LARGEST, Record
+from optuav.plan.plan import DERIVED
 from optuav.plan.trace import Event
 
 MOST_SHOWN = 20
@@ -132,7 +133,7 @@ def _judged(source: str, subject: Plan | Itinerary, data: Mapping[str, object]) 
     replayed = replay(subject)
     events = list(replayed.events)
     if isinstance(subject, Plan):
-        follows = to_dict(subject)
+        follows = subject.to_dict()
         # Warnings repeat figures in sentences, which another version may put otherwise.
         for name in (each for each in DERIVED if each in data and each != "warnings"):
             events += _contradictions(name, data[name], follows[name], replayed.mission_time_s)

@@ -1,4 +1,4 @@
-"""A plan and its files."""
+"""A plan, its file, its summary and its trace."""
 
 from optuav.plan.file import load_plan
 from optuav.plan.phases import Phase, Stage, Stop

@@ -1,4 +1,4 @@
-"""Plans as plain data and as JSON files."""
+"""Plans read from JSON files."""
 
 from __future__ import annotations
 
@@ -12,28 +12,12 @@ from pydantic_core import ErrorDetails
 
 from optuav.errors import Fault, InputError
 from optuav.mission import Mission
-from optuav.mission.files import label, read_text, write_text
+from optuav.mission.files import label, read_text
 from optuav.mission.messages import safe_name, shown
 from optuav.mission.schema import short
-from optuav.plan.plan import Plan
+from optuav.plan.plan import DERIVED, KIND, SCHEMA, Plan
 
-SCHEMA = 1
-KIND = "optuav plan"
 LARGEST_BYTES = 200_000_000
-
-DERIVED = (
-    "hover_time_s",
-    "rest_time_s",
-    "flight_time_s",
-    "mission_time_s",
-    "peak_speed_m_s",
-    "runs_dry_s",
-    "overfull_s",
-    "route",
-    "stops",
-    "warnings",
-)
-"""What the data repeat for their readers; it follows from the phases, which decide."""
 
 TYPES = {
     "float_type": "a number",
@@ -44,46 +28,7 @@ TYPES = {
     "dict_type": "an object",
     "model_type": "an object",
 }
-"""What a value may be, by pydantic's name of the error."""
-
-
-def to_dict(plan: Plan) -> dict[str, Any]:
-    """The plan as plain data: strings, numbers, lists, dicts and None.
-
-    Returns
-    -------
-    dict
-        The fields of the plan with its mission inside; times and route repeated for the reader,
-        null where there is no plan.
-    """
-    data = plan.model_dump(mode="json", exclude={"mission"})
-    derived = {name: _plain(getattr(plan, name)) if plan else None for name in DERIVED}
-    return {
-        "schema": SCHEMA,
-        "kind": KIND,
-        **{name: data[name] for name in data if name != "phases"},
-        **derived,
-        "phases": data["phases"],
-        "mission": plan.mission.to_dict(),
-    }
-
-
-def _plain(value: Any) -> Any:
-    if isinstance(value, tuple):
-        return [each if isinstance(each, str) else each.model_dump(mode="json") for each in value]
-    return value
-
-
-def save(plan: Plan, path: str | Path) -> None:
-    """Write a plan as JSON, whole or not at all.
-
-    Raises
-    ------
-    InputError
-        If the directory is missing or cannot be written to.
-    """
-    text = json.dumps(to_dict(plan), indent=2, ensure_ascii=False, allow_nan=False)
-    write_text(Path(path), text + "\n")
+"""What a value may be, by pydantic's name of its error."""
 
 
 def load_plan(path: str | Path) -> Plan:
@@ -103,9 +48,18 @@ def load_plan(path: str | Path) -> Plan:
     ------
     InputError
         With everything that is wrong with the file.
+
+    Examples
+    --------
+    >>> import optuav, tempfile
+    >>> plan = optuav.solve("paper", "P3", perspective="available")
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     plan.save(f"{folder}/plan.json")
+    ...     optuav.load_plan(f"{folder}/plan.json") == plan
+    True
     """
     plan, data = read_plan(path)
-    follows = to_dict(plan)
+    follows = plan.to_dict()
     faults = [
         Fault(
             name,
@@ -166,20 +120,20 @@ def _plan(data: dict[str, Any], source: str) -> Plan:
                 Fault(f"mission.{each.key}".rstrip("."), each.value, each.allowed, source)
                 for each in error.faults
             ]
-    told = {"mission"} if faults else set()
+    known = {"mission"} if faults else set()
     try:
         plan = Plan.model_validate(fields)
     except ValidationError as error:
-        faults += [each for each in _record_faults(error, source) if each.key not in told]
+        faults += [each for each in _record_faults(error, source) if each.key not in known]
     if faults:
         raise InputError(faults)
     return plan
 
 
 def _record_faults(error: ValidationError, source: str) -> Iterator[Fault]:
-    """What is wrong with the data of a plan, by dotted key and in our words.
+    """What is wrong with the data of a plan, by dotted key.
 
-    A list counts as too short for pydantic where its entries are wrong, and is told by them.
+    For pydantic a list with wrong entries is too short as well; the entries alone are reported.
     """
     details = error.errors(include_url=False)
     above = {detail["loc"][:depth] for detail in details for depth in range(1, len(detail["loc"]))}
@@ -188,11 +142,11 @@ def _record_faults(error: ValidationError, source: str) -> Iterator[Fault]:
             continue
         key = ".".join(safe_name(part) for part in detail["loc"])
         value = "" if detail["type"] == "missing" or not key else shown(detail["input"])
-        yield Fault(key, value, _words(detail), source)
+        yield Fault(key, value, _allowed(detail), source)
 
 
-def _words(detail: ErrorDetails) -> str:
-    """What would have been allowed where pydantic found an error."""
+def _allowed(detail: ErrorDetails) -> str:
+    """What is allowed where pydantic found an error."""
     known = detail.get("ctx", {})
     match detail["type"]:
         case "missing":

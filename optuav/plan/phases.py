@@ -1,13 +1,25 @@
-"""What a plan is made of: phases with their stages, and the stops among them."""
+"""Phases of a plan with their stages, its stops, and what the phases do to the battery."""
 
 from __future__ import annotations
 
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from functools import partial, reduce
 from typing import Annotated, Literal
 
 from pydantic import BaseModel, ConfigDict, Field, StrictBool, StrictStr
 
+from optuav.mission import Mission
+from optuav.network import vehicle
+from optuav.network.timeline import carry
+from optuav.physics import kibam
+from optuav.physics.charging import STEPS
+from optuav.physics.quantity import Quantity
+
 LARGEST = 1e100
 """Largest number in a plan, so that products stay finite."""
+
+ROUNDING = 1e-9
+"""Share of the capacity by which rounding may carry a well past its limit [-]."""
 
 Kind = Literal["flight", "hover", "rest"]
 Number = Annotated[float, Field(strict=True, ge=-LARGEST, le=LARGEST)]
@@ -16,21 +28,21 @@ Packs = Annotated[tuple[Number, ...], Field(min_length=1)]
 
 
 class Record(BaseModel):
-    """Frozen data of a plan, as it stands in its file."""
+    """Frozen data of a plan, with the same keys as in its file."""
 
     model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
 
 
 class Stage(Record):
-    """A stretch of constant current.
+    """A stage of constant current.
 
     Parameters
     ----------
     duration_s
-        [s], ≥ 0.
+        Duration [s], ≥ 0.
     current_A, power_W
-        Net, into the battery [A], [W]: negative while they drain it. Where charging tapers, what is
-        offered: a full battery takes less.
+        Net, into the battery [A], [W]; negative while the battery drains. Where charging tapers,
+        what is offered: a full battery takes less.
     """
 
     duration_s: Amount
@@ -48,15 +60,15 @@ class Phase(Record):
     start_place, end_place
         Names of places; the same while hovering and resting.
     start_s
-        When it begins, counted from take-off [s].
+        Start, counted from take-off [s].
     stages
-        Its stretches of constant current, in order; at least one.
+        Its stages, in order; at least one.
     distance_m, peak_speed_m_s
         Of a leg [m], [m/s]; 0 otherwise.
     edited
-        Whether its figures were stated by the user in a graph.
+        Whether the user stated its figures in a graph.
     available_As, bound_As
-        Charge in the wells at its end [A s], one entry a pack; pooled packs count as one.
+        Charge in the wells at its end [A s], one entry per pack; pooled packs count as one.
     """
 
     kind: Kind
@@ -72,12 +84,12 @@ class Phase(Record):
 
     @property
     def duration_s(self) -> float:
-        """How long it takes [s]."""
+        """Duration [s]."""
         return sum(stage.duration_s for stage in self.stages)
 
     @property
     def end_s(self) -> float:
-        """When it ends, counted from take-off [s]."""
+        """End, counted from take-off [s]."""
         return self.start_s + self.duration_s
 
     @property
@@ -107,10 +119,70 @@ class Stop(Record):
     at
         Name of the place.
     start_s, duration_s
-        When, counted from take-off, and for how long [s].
+        Start, counted from take-off, and duration [s].
     """
 
     kind: Literal["hover", "rest"]
     at: str
     start_s: Amount
     duration_s: Amount
+
+
+def runs_dry_s(mission: Mission, phases: Sequence[Phase]) -> float | None:
+    """When the available well is empty, or no pack is left to fly on [s]; None if never."""
+    if mission.battery.takes_turns:
+        return carry(mission, net_stages(phases)).ended_s
+    return _first_passing(
+        mission, phases, kibam.time_to_empty, lambda level, full: level < -ROUNDING
+    )
+
+
+def overfull_s(mission: Mission, phases: Sequence[Phase]) -> float | None:
+    """When charging first drives the available well past full [s]; None if it never does."""
+    if mission.battery.takes_turns or mission.battery.charging == "taper":
+        return None
+    return _first_passing(
+        mission, phases, kibam.time_to_full, lambda level, full: level > full + ROUNDING
+    )
+
+
+def net_stages(phases: Sequence[Phase]) -> Iterator[tuple[Kind, list[kibam.Stage]]]:
+    """Kind of every phase, and its stages as the battery model takes them."""
+    for phase in phases:
+        yield phase.kind, [kibam.Stage(each.current_A, each.duration_s) for each in phase.stages]
+
+
+def wells_at_ends(
+    mission: Mission, phases: Iterable[tuple[Kind, Sequence[kibam.Stage]]]
+) -> list[kibam.Wells]:
+    """Wells [A s] at the end of every phase, stated as a kind and stages, from full packs.
+
+    Pooled packs are one battery, which may be driven past full unless charging tapers; where packs
+    take turns there is one entry per pack.
+    """
+    if mission.battery.takes_turns:
+        return carry(mission, phases).wells
+    pool = vehicle.pool(mission)
+    wells, ends = pool.full, []
+    for _, stages in phases:
+        wells = reduce(partial(STEPS[mission.battery.charging], pool), stages, wells)
+        ends.append(wells)
+    return ends
+
+
+def _first_passing(
+    mission: Mission,
+    phases: Sequence[Phase],
+    moment: Callable[[kibam.Battery, kibam.Wells, float], Quantity],
+    beyond: Callable[[float, float], bool],
+) -> float | None:
+    """First moment [s] at which y1/B passes a limit; within a stage an end is the extreme."""
+    pool = vehicle.pool(mission)
+    charged = STEPS[mission.battery.charging]
+    wells, start_s = pool.full, 0.0
+    for stage in (stage for phase in phases for stage in phase.stages):
+        end = charged(pool, wells, kibam.Stage(stage.current_A, stage.duration_s))
+        if beyond(end.available_As / pool.capacity_As, pool.available_fraction):
+            return start_s + min(float(moment(pool, wells, stage.current_A)), stage.duration_s)
+        wells, start_s = end, start_s + stage.duration_s
+    return None

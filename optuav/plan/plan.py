@@ -1,7 +1,8 @@
-"""A plan: what the UAV does, what that does to the battery, and how we know it is the best."""
+"""The answer to a problem over a mission: what the UAV does, and what is known about it."""
 
 from __future__ import annotations
 
+import json
 from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Self
@@ -10,40 +11,57 @@ from pydantic import StrictBool, model_validator
 
 from optuav.errors import NoPlanError
 from optuav.mission import Mission
+from optuav.mission.files import write_text
 from optuav.mission.schema import Slot
 from optuav.network.places import ENDS
-from optuav.plan.phases import Kind, Number, Phase, Record, Stop
-from optuav.plan.wells import overfull_s, runs_dry_s
+from optuav.plan.phases import Kind, Number, Phase, Record, Stop, overfull_s, runs_dry_s
+from optuav.plan.summary import summary
 from optuav.status import Status
 
 if TYPE_CHECKING:
     import pandas
 
 
+SCHEMA = 1
+KIND = "optuav plan"
+
+DERIVED = (
+    *("hover_time_s", "rest_time_s", "flight_time_s", "mission_time_s", "peak_speed_m_s"),
+    *("runs_dry_s", "overfull_s", "route", "stops", "warnings"),
+)
+"""Figures that a file repeats for its readers; they follow from the phases, which decide."""
+
+COLUMNS = (
+    *("kind", "start_place", "end_place", "start_s", "duration_s", "current_A", "power_W"),
+    *("distance_m", "peak_speed_m_s", "edited"),
+)
+"""Attributes of a phase that are columns of a plan's table."""
+
+
 class Plan(Record):
     """The answer to a problem over a mission.
 
-    Where there is no plan, `status` and `reasons` say so, and every time or state that is asked of
-    it raises `NoPlanError`. A plan is true where there is one.
+    Where there is no plan, `status` and `reasons` say so, and every time or state raises
+    `NoPlanError`. A plan is true where there is one.
 
     Parameters
     ----------
     mission
-        What was asked about.
+        The mission.
     problem, trajectory, building, order, perspective
-        As asked: names of the problem, of the trajectory, of the building to rest on, of the order
-        of rest and hover (None where nothing was asked), and of the perspective.
+        The question: names of the problem, of the trajectory, of the building to rest on, of the
+        order of rest and hover (None where nothing was stated), and of the perspective.
     slot_s
         Length of the slots [s], 0.001 to 1e7; None for continuous times.
     engine, proof
-        Who answered, and how it knows.
+        The engine, and how it knows that its answer is right.
     status
         What is known of the problem as stated.
     binding
         Labels of the constraints that hold with equality; from the grid, of those that a slot more
         or less of a time would violate.
     reasons
-        Why there is no plan, in words; empty if there is one.
+        Why there is no plan; empty if there is one.
     notes
         What a reader should know about the answer.
     phases
@@ -51,8 +69,16 @@ class Plan(Record):
     soc
         State of charge at the end by perspective [-]; None if there is no plan.
     flyable
-        Whether the simulation of the plan from its mission found nothing against it; None where
-        there is no plan, or none was made.
+        Whether the plan passed its simulation; None where there is no plan or no simulation.
+
+    Examples
+    --------
+    >>> import optuav
+    >>> plan = optuav.solve("paper", "P3", perspective="available")
+    >>> print(f"{plan.hover_time_s:.2f} s of {plan.mission_time_s:.2f} s")
+    577.52 s of 653.32 s
+    >>> plan.route, plan.flyable
+    (('origin', 'hover', 'destination'), True)
     """
 
     mission: Mission
@@ -162,14 +188,13 @@ class Plan(Record):
     def overfull_s(self) -> float | None:
         """When charging first drives the available well past full [s]; None if it never does.
 
-        Where packs take turns, and where charging tapers, a full pack takes no
-        more than it can hold.
+        Where packs take turns, and where charging tapers, a full pack takes no more than it holds.
         """
         return overfull_s(self.mission, self._existing())
 
     @property
     def warnings(self) -> tuple[str, ...]:
-        """What keeps the plan from being flown as it stands, in words; empty if nothing does."""
+        """Sentences on why the battery cannot fly the plan; empty if it can."""
         found = []
         if self.runs_dry_s is not None:
             turns = self.mission.battery.takes_turns
@@ -193,15 +218,23 @@ class Plan(Record):
 
     def summary(self) -> str:
         """The plan as an aligned block of text."""
-        from optuav.plan.summary import summary
-
         return summary(self)
 
     def to_dict(self) -> dict[str, Any]:
-        """The plan as plain data, mission inside, times null where there is no plan."""
-        from optuav.plan.file import to_dict
+        """The plan as plain data: strings, numbers, lists, dicts and None.
 
-        return to_dict(self)
+        Returns
+        -------
+        dict
+            The fields of the plan with its mission inside; times and route repeated for the reader,
+            null where there is no plan.
+        """
+        data = self.model_dump(mode="json", exclude={"mission"})
+        phases = data.pop("phases")
+        derived = {name: _plain(getattr(self, name)) if self else None for name in DERIVED}
+        mission = self.mission.to_dict()
+        head = {"schema": SCHEMA, "kind": KIND}
+        return {**head, **data, **derived, "phases": phases, "mission": mission}
 
     def save(self, path: str | Path) -> None:
         """Write the plan as JSON, whole or not at all; `optuav.load_plan` reads it back.
@@ -216,18 +249,37 @@ class Plan(Record):
         InputError
             If the directory is missing or cannot be written to.
         """
-        from optuav.plan.file import save
-
-        save(self, path)
+        text = json.dumps(self.to_dict(), indent=2, ensure_ascii=False, allow_nan=False)
+        write_text(Path(path), text + "\n")
 
     def to_frame(self) -> pandas.DataFrame:
-        """One row a phase; needs pandas (``pip install optuav[frame]``).
+        """One row per phase, in order; needs pandas (``pip install optuav[frame]``).
+
+        Returns
+        -------
+        Columns as the attributes of `Phase`, mean current [A] and power [W] into the battery, and
+        the charge in the wells at its end, ``available_As`` and ``bound_As``, summed over the packs
+        [A s]. Where there is no plan, the table has no rows.
 
         Raises
         ------
         ModuleNotFoundError
             If pandas is not installed.
         """
-        from optuav.plan.frame import to_frame
+        import pandas
 
-        return to_frame(self)
+        rows = [
+            {
+                **{column: getattr(phase, column) for column in COLUMNS},
+                "available_As": sum(phase.available_As),
+                "bound_As": sum(phase.bound_As),
+            }
+            for phase in self.phases
+        ]
+        return pandas.DataFrame(rows, columns=[*COLUMNS, "available_As", "bound_As"])
+
+
+def _plain(value: object) -> object:
+    if isinstance(value, tuple):
+        return [each if isinstance(each, str) else each.model_dump(mode="json") for each in value]
+    return value

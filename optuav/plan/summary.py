@@ -1,4 +1,4 @@
-"""A plan in words: an aligned block that a person understands."""
+"""The summary of a plan: an aligned block of text of at most 80 columns."""
 
 from __future__ import annotations
 
@@ -6,17 +6,20 @@ import re
 import textwrap
 import unicodedata
 from collections.abc import Iterator
+from typing import TYPE_CHECKING
 
 from optuav.mission.messages import counted_in, printable
 from optuav.network import vehicle
 from optuav.plan.phases import Phase
-from optuav.plan.plan import Plan
+
+if TYPE_CHECKING:
+    from optuav.plan.plan import Plan
 
 WIDTH = 80
 LABEL = 13
 GAP = "  "
 TOO_LONG = 1e5
-"""From here on a number has two digits and an exponent, so that the table leaves room for names."""
+"""From here on a number is printed with two digits and an exponent, to leave room for names."""
 
 
 def summary(plan: Plan) -> str:
@@ -160,7 +163,7 @@ def _timeline(plan: Plan) -> Iterator[str]:
 
 
 def _place(phase: Phase, room: int) -> str:
-    """Where a phase is spent, in the columns there are: its end at least, or how that begins."""
+    """The places of a phase in so many columns: both, or its end, cut if need be."""
     end = _as_wide(phase.end_place)
     if phase.kind == "flight":
         end = f"→ {end}"

@@ -1,10 +1,10 @@
-"""What a simulation of a plan hands on: a table over time, and what happened at which moment."""
+"""The trace of a simulated plan: a table over time, and events at their moments."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 import numpy.typing as npt
@@ -17,9 +17,13 @@ if TYPE_CHECKING:
 Texts = npt.NDArray[np.str_]
 
 
+APART = ("time_s", "position_m", "available_As", "bound_As", "soc")
+"""Fields of a trace that are not columns of its table as they are."""
+
+
 @dataclass(frozen=True)
 class Event:
-    """Something that happens on the way, or that a plan gets wrong.
+    """Something that happens during a mission, or that a plan gets wrong.
 
     Parameters
     ----------
@@ -30,7 +34,7 @@ class Event:
         ``"peak speed"``, ``"no drag"``, ``"stated"``, ``"pack empty"`` or ``"pack full"`` to be
         known.
     time_s
-        When, counted from take-off [s].
+        Moment, counted from take-off [s].
     words
         What happens, for a person.
     value, limit
@@ -38,7 +42,7 @@ class Event:
     unit
         Of both.
     violation
-        Whether it keeps the plan from being flown as it stands.
+        Whether the plan cannot be flown because of it.
     """
 
     kind: str
@@ -54,7 +58,7 @@ class Event:
 
     @property
     def figures(self) -> str:
-        """Value and limit in words; empty where there is no limit."""
+        """Value and limit as text; empty where there is no value."""
         if self.value is None or self.kind == "mismatch":
             return ""
         if self.limit is None:
@@ -65,7 +69,7 @@ class Event:
 
 @dataclass(frozen=True)
 class Trace:
-    """A mission over time, as arrays with one entry a moment; both ends of every stage are there.
+    """A mission over time: arrays with one entry per moment, among them both ends of every stage.
 
     Parameters
     ----------
@@ -117,7 +121,7 @@ class Trace:
         return len(self.time_s)
 
     def to_frame(self) -> pandas.DataFrame:
-        """One row a moment; needs pandas (``pip install optuav[frame]``).
+        """One row per moment; needs pandas (``pip install optuav[frame]``).
 
         Returns
         -------
@@ -132,30 +136,14 @@ class Trace:
         """
         import pandas
 
-        columns: dict[str, Any] = {"time_s": self.time_s}
+        columns: dict[str, npt.NDArray[np.generic]] = {"time_s": self.time_s}
         columns |= dict(zip(("x_m", "y_m", "z_m"), self.position_m.T, strict=True))
-        for name in ALIKE:
-            columns[name] = getattr(self, name)
+        columns |= {
+            name: getattr(self, name) for name in self.__dataclass_fields__ if name not in APART
+        }
         for name, wells in (("available", self.available_As), ("bound", self.bound_As)):
             columns[f"{name}_As"] = wells.sum(axis=1)
             if wells.shape[1] > 1:
                 columns |= {f"{name}_{k}_As": well for k, well in enumerate(wells.T, start=1)}
         columns |= {f"soc_{name}": level for name, level in self.soc.items()}
         return pandas.DataFrame(columns)
-
-
-ALIKE = (
-    "speed_m_s",
-    "pitch_rad",
-    "roll_rad",
-    "kind",
-    "stage",
-    "phase",
-    "start_place",
-    "end_place",
-    "current_A",
-    "power_W",
-    "received_power_W",
-    "voltage_V",
-)
-"""Fields of a trace that are columns of its table as they are."""

@@ -12,7 +12,7 @@ from optuav.network.timeline import carry, full_packs
 from optuav.physics.kibam import Battery, Stage, Wells, step
 from optuav.physics.packs import NOBODY, Stretch
 from optuav.plan import Plan
-from optuav.plan.wells import net_stages
+from optuav.plan.phases import net_stages
 from optuav.plots import style
 from optuav.plots.bands import legend_below, panels
 from optuav.plots.labels import settle

@@ -24,7 +24,7 @@ from optuav.network.one_stop import find_shortcuts, shortcuts_in_words
 from optuav.network.routes import NO_LEG
 from optuav.network.timeline import route_phases
 from optuav.plan import Phase, Plan, Stage
-from optuav.plan.wells import wells_at_ends
+from optuav.plan.phases import wells_at_ends
 from optuav.solving.dispatch import answer
 from optuav.solving.given import quantities, step_ends
 from optuav.solving.question import AUTO, Question

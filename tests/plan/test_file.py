@@ -16,7 +16,7 @@ from hypothesis import strategies as st
 
 import optuav
 from optuav import InputError, Plan
-from optuav.plan.file import DERIVED
+from optuav.plan.plan import DERIVED
 from tests.mission.strategies import missions
 from tests.plan.made import INFEASIBLE, feasible, plans
 
