@@ -11,7 +11,7 @@ import numpy as np
 
 from benchmarks.timing import Row, median_s
 from benchmarks.towns import town
-from optuav.engines import smooth
+from optuav.engines.casadi_engine import Casadi
 from optuav.mission import Mission, load
 from optuav.network.network import build_network
 from optuav.physics.kibam import Stage
@@ -128,7 +128,7 @@ def _ipopt_s(mission: Mission) -> float:
     """Time of IPOPT, an itinerary [s]; its answers are not above what is proved."""
     parts = formulate(mission, perspective="available").parts
     proved = max(np.nanmax(each.solve().beyond_s) for each in _batches(mission))
-    found = [smooth.solve(part.model, len(part.routes)).objective for part in parts]
+    found = [Casadi().solve(part.model, len(part.routes)).objective for part in parts]
     assert abs(max(np.nanmax(each) for each in found) - proved) <= SAME_S
     count = sum(len(part.routes) for part in parts)
-    return median_s(lambda: [smooth.solve(p.model, len(p.routes)) for p in parts], 1) / count
+    return median_s(lambda: [Casadi().solve(p.model, len(p.routes)) for p in parts], 1) / count

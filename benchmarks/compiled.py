@@ -100,8 +100,7 @@ def _casadi(given: Mapping[str, Any]) -> Solve:
     """Two programmes for IPOPT, Δ and then T', with the starts and options of the engine."""
     import casadi
 
-    from optuav.engines.ipopt import OPTIONS
-    from optuav.engines.smooth import ACCURACY, EQUAL
+    from optuav.engines.casadi_engine import ACCURACY, EQUAL, OPTIONS
 
     options = {**OPTIONS, "ipopt.tol": ACCURACY}
     x, p, best = casadi.SX.sym("x", 2), casadi.SX.sym("p", 5), casadi.SX.sym("best")

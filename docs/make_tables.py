@@ -16,7 +16,7 @@ import optuav
 from formulations.formulation import Formulation
 from formulations.perspectives import PAPER, PERSPECTIVES
 from optuav.cli.app import program
-from optuav.engines.capabilities import CAPABILITIES, Capability
+from optuav.engines.registry import CAPABILITIES, Capability
 from optuav.modelling import Model
 from optuav.modelling.classify import Traits, traits
 from optuav.network.network import TRAJECTORIES

@@ -17,7 +17,7 @@ import numpy as np
 
 import optuav
 from optuav.engines import closed_form
-from optuav.engines.capabilities import takers
+from optuav.engines.registry import takers
 from optuav.modelling import Model, Parameter, check, evaluate
 from optuav.modelling.classify import traits
 from optuav.physics import kibam

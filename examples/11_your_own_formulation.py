@@ -16,7 +16,7 @@ import math
 
 import optuav
 from formulations.formulation import Formulation
-from optuav.engines.capabilities import takers
+from optuav.engines.registry import takers
 from optuav.modelling import Model, Parameter
 from optuav.modelling.classify import traits
 

@@ -17,7 +17,7 @@ import optuav
 from formulations.perspectives import PERSPECTIVES
 from formulations.quantities import QUANTITIES, Quantities
 from optuav.cli.app import program
-from optuav.engines.capabilities import ENGINES
+from optuav.engines.registry import ENGINES
 from optuav.mission import Mission
 from optuav.mission.schema import SECTIONS
 from optuav.solving.question import PROBLEMS

@@ -11,7 +11,7 @@ import numpy as np
 
 from optuav.diagnosis.effects import Effect
 from optuav.diagnosis.keys import Key, keys
-from optuav.engines.sensitivity import ShadowPrice
+from optuav.engines.prices import ShadowPrice
 from optuav.engines.solution import Solution
 from optuav.modelling import Model, Parameter
 from optuav.modelling.expression import Operand

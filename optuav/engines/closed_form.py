@@ -11,12 +11,14 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Mapping
-from typing import Any, NamedTuple, TypeAlias
+from dataclasses import dataclass
+from typing import Any, ClassVar, NamedTuple, TypeAlias
 
 import numpy as np
 
-from optuav.arrays import Booleans, Floats
+from optuav.arrays import Booleans, Floats, Values
 from optuav.engines.linear_form import linear_form
+from optuav.engines.registry import Capability, Compiled, SolvedAgain, capability
 from optuav.engines.solution import Solution
 from optuav.modelling.model import Model
 from optuav.modelling.traversal import evaluate
@@ -197,3 +199,34 @@ def _intersections(a: Floats, b: Floats, direction: Floats, bases: Bases) -> tup
     u, v = direction
     λ, μ = (u * s - v * r) / determinant, (v * p - u * q) / determinant
     return np.stack([x, y], axis=1), np.stack([λ, μ], axis=1)
+
+
+@dataclass(frozen=True)
+class ClosedForm:
+    """The engine of linear programmes in one or two times."""
+
+    name: ClassVar[str] = NAME
+    takes: ClassVar[Capability] = capability(NAME)
+
+    def solve(
+        self,
+        model: Model,
+        programmes: int,
+        values: Values | None = None,
+        *,
+        slot_s: float | None = None,
+        time_limit_s: float | None = None,
+    ) -> Solution:
+        """Solve a model for every entry of its parameters; see `registry.Engine`."""
+        return solve(model, programmes, values)
+
+    def compile(
+        self,
+        model: Model,
+        programmes: int = 1,
+        *,
+        slot_s: float | None = None,
+        time_limit_s: float | None = None,
+    ) -> Compiled:
+        """Hand over a model once, to be solved often; see `registry.Engine`."""
+        return SolvedAgain(self, model, programmes, slot_s, time_limit_s)

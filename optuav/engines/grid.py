@@ -16,12 +16,14 @@ import itertools
 import math
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from typing import Any
+from dataclasses import dataclass
+from typing import Any, ClassVar
 
 import numpy as np
 
-from optuav.arrays import Booleans, Floats
+from optuav.arrays import Booleans, Floats, Values
 from optuav.engines.ranges import linear_excesses, lower_bounds, slot_ranges, upper_bounds_by
+from optuav.engines.registry import Capability, Compiled, SolvedAgain, capability
 from optuav.engines.solution import Solution
 from optuav.errors import InputError, SolverError
 from optuav.modelling.affine import NotAffineError, affine
@@ -41,8 +43,6 @@ MOST_SLOTS = 1 << 24
 """Most slots that an unknown may run through, so that they fit in memory."""
 EQUAL = 1e-9
 """Relative difference below which two objective values are the same."""
-
-Values = Mapping[str, Any]
 
 
 @np.errstate(divide="ignore", invalid="ignore", over="ignore")
@@ -276,3 +276,36 @@ def _tight(model: Model, parameters: Values, point: Values, slot_s: float) -> It
     for variable, step_s in itertools.product(model.variables, (slot_s, -slot_s)):
         moved = {**parameters, **point, variable.name: point[variable.name] + step_s}
         yield from (row.label for row in evaluated(model, moved) if not row.satisfied)
+
+
+@dataclass(frozen=True)
+class Grid:
+    """The engine that searches all whole slots."""
+
+    name: ClassVar[str] = NAME
+    takes: ClassVar[Capability] = capability(NAME)
+
+    def solve(
+        self,
+        model: Model,
+        programmes: int,
+        values: Values | None = None,
+        *,
+        slot_s: float | None = None,
+        time_limit_s: float | None = None,
+    ) -> Solution:
+        """Solve a model for every entry of its parameters; see `registry.Engine`."""
+        if slot_s is None:
+            raise InputError(f"engine {NAME} needs the length of a slot")
+        return solve(model, programmes, slot_s, time_limit_s, values)
+
+    def compile(
+        self,
+        model: Model,
+        programmes: int = 1,
+        *,
+        slot_s: float | None = None,
+        time_limit_s: float | None = None,
+    ) -> Compiled:
+        """Hand over a model once, to be solved often; see `registry.Engine`."""
+        return SolvedAgain(self, model, programmes, slot_s, time_limit_s)

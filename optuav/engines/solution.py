@@ -11,9 +11,14 @@ from typing import Any
 import numpy as np
 
 from optuav.arrays import Booleans, Floats
-from optuav.engines.multipliers import local_multipliers
-from optuav.engines.residuals import Residuals, residuals
-from optuav.engines.sensitivity import ShadowPrice, prices_at_a_kink, prices_of
+from optuav.engines.prices import (
+    Residuals,
+    ShadowPrice,
+    local_multipliers,
+    prices_at_a_kink,
+    prices_of,
+    residuals,
+)
 from optuav.errors import SolverError
 from optuav.modelling.check import evaluated, relations
 from optuav.modelling.display import table

@@ -2,25 +2,22 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from optuav.engines.solution import Solution, stacked
+from optuav.engines.solution import Solution
 from optuav.errors import InputError, SolverError
 from optuav.modelling import Parameter
 from optuav.solving.changes import refuse
 from optuav.solving.dispatch import chosen_engine
-from optuav.solving.planning import Part
 from optuav.solving.question import Question
 from optuav.status import Status
 
 if TYPE_CHECKING:
     from optuav.solving.program import Program
-
-Solver = Callable[[Mapping[str, Any]], Solution]
 
 
 class CompiledProgram:
@@ -42,11 +39,19 @@ class CompiledProgram:
     def __init__(self, program: Program, question: Question) -> None:
         if not program.parts:
             raise InputError(f"nothing to compile: {'; '.join(program.reasons)}")
-        if question.engine == "grid" and question.slot_s is None:
+        if question.engine_name == "grid" and question.slot_s is None:
             question = replace(question, slot_s=program.worked_out.mission.limits.slot_s)
         self.program = program
         self.question = question
-        self._solvers = [_solver(part, question) for part in program.parts]
+        self._models = [
+            chosen_engine(part.model, question).compile(
+                part.model,
+                len(part.routes),
+                slot_s=question.slot_s,
+                time_limit_s=question.time_limit_s,
+            )
+            for part in program.parts
+        ]
         self._parameters: dict[str, Parameter] = {}
         for part in program.parts:
             self._parameters |= part.model.parameters
@@ -81,7 +86,7 @@ class CompiledProgram:
         """
         refuse(values, self._parameters, self._most)
         numbers = {n: np.array(v, float) if np.ndim(v) else float(v) for n, v in values.items()}
-        solutions = [solver(numbers) for solver in self._solvers]
+        solutions = [model.solve(numbers) for model in self._models]
         for solution in solutions:
             if Status.ERROR in solution.statuses:
                 raise SolverError(solution.refusal(solution.statuses.index(Status.ERROR)))
@@ -99,41 +104,3 @@ class CompiledProgram:
         if len(solutions) == 1 and len(solutions[0].statuses) == 1:
             return (0, 0) if solutions[0].status.has_answer else None
         return self.program.best(solutions)
-
-
-def _solver(part: Part, asked: Question) -> Solver:
-    """A call that solves all programmes of a part with changed parameters."""
-    engine, count = chosen_engine(part.model, asked), len(part.routes)
-    if engine == "closed-form":
-        from optuav.engines import closed_form
-
-        return lambda values: closed_form.solve(part.model, count, values)
-    if engine == "bracket":
-        from optuav.engines import bracket
-
-        return lambda values: bracket.solve(part.model, count, values)
-    if engine == "grid":
-        from optuav.engines import grid
-
-        slot_s, limit_s = asked.slot_s, asked.time_limit_s
-        assert slot_s is not None
-        return lambda values: grid.solve(part.model, count, slot_s, limit_s, values)
-    compiled: Any
-    if engine == "cvxpy":
-        from optuav.engines import linear
-
-        compiled = linear.Compiled(part.model, asked.slot_s, asked.time_limit_s, asked.solver)
-    else:
-        from optuav.engines import smooth
-
-        compiled = smooth.Compiled(part.model, asked.time_limit_s)
-    rows = [part.model.row(index) for index in range(count)]
-    if count == 1:
-        return lambda values: compiled.solve(rows[0] | _entry(values, 0))
-    return lambda values: stacked(
-        [compiled.solve(row | _entry(values, index)) for index, row in enumerate(rows)]
-    )
-
-
-def _entry(values: Mapping[str, Any], index: int) -> dict[str, float]:
-    return {name: float(v[index] if np.ndim(v) else v) for name, v in values.items()}

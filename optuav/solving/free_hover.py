@@ -7,7 +7,8 @@ from typing import NoReturn
 
 import numpy as np
 
-from optuav.engines.sensitivity import ShadowPrice
+from optuav.engines.prices import ShadowPrice
+from optuav.engines.registry import Engine
 from optuav.errors import InputError
 from optuav.mission import Mission
 from optuav.network import vehicle
@@ -90,7 +91,7 @@ class FreeProgram(Program):
         """
         self._refuse("shadow prices")
 
-    def compile(self, engine: str | None = None) -> NoReturn:
+    def compile(self, engine: str | Engine | None = None) -> NoReturn:
         """Refused: what is in sight of the hover point is no part of the models.
 
         Raises

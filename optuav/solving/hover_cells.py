@@ -135,7 +135,7 @@ class Cells:
 
     def _engine(self, routes: OpenRoutes, straight: tuple[int, ...]) -> Any:
         """A model of a cell and IPOPT for it; the itinerary and the sides are parameters."""
-        from optuav.engines import smooth
+        from optuav.engines.casadi_engine import CasadiProgramme
 
         key = (id(routes), straight)
         if key not in self.compiled:
@@ -154,7 +154,7 @@ class Cells:
             cell = Cell(straight, signs, sides, (x, y, z), (u, v, w))
             model = routes.model(self.times.perspective, cell)
             model.preferences = []
-            engine = smooth.Compiled(model, self.times.time_limit_s, ACCURACY, ITERATIONS)
+            engine = CasadiProgramme(model, self.times.time_limit_s, ACCURACY, ITERATIONS)
             self.compiled[key] = model, engine
         return self.compiled[key]
 

@@ -12,7 +12,7 @@ from formulations.available import Telling, well_limits
 from formulations.perspectives import AVAILABLE, PERSPECTIVES
 from formulations.quantities import Quantities
 from optuav.arrays import Booleans, Floats, Integers
-from optuav.engines.exponential_form import Rows, rows_of
+from optuav.engines.rows import Rows, rows_of
 from optuav.modelling.kibam_form import CONSTANT, Exponential, unknown
 from optuav.physics import kibam
 

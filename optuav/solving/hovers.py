@@ -10,8 +10,7 @@ from typing import Any, Literal, NamedTuple, TypeAlias
 import numpy as np
 
 from optuav.arrays import Booleans, Floats
-from optuav.engines.bracketing import largest, shortest
-from optuav.engines.sweeping import WIDTH_S
+from optuav.engines.bracketing import WIDTH_S, largest, shortest
 from optuav.errors import Fault, InputError
 from optuav.mission.schema import Number
 from optuav.physics import kibam

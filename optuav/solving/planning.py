@@ -148,7 +148,7 @@ def plan_without(
     return plan_for(
         asked,
         worked_out,
-        engine=asked.engine if asked.engine != AUTO else "",
+        engine=asked.engine_name if asked.engine != AUTO else "",
         proof=proof,
         status=status,
         reasons=tuple(reasons),

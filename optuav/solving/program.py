@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from formulations.perspectives import AVAILABLE
-from optuav.engines.capabilities import ENGINES, takers
-from optuav.engines.sensitivity import ShadowPrice
+from optuav.engines.prices import ShadowPrice
+from optuav.engines.registry import Engine, names, takers
 from optuav.engines.solution import Solution
 from optuav.errors import SolverError
 from optuav.modelling import Checks, Model
@@ -72,7 +72,7 @@ class Program:
         """Names of the engines that take every declared model, in slots if they were asked for."""
         slots = self.question.slot_s is not None
         able = [takers(each, slots) for each in self.traits]
-        return tuple(name for name in ENGINES if able and all(name in each for each in able))
+        return tuple(name for name in names() if able and all(name in each for each in able))
 
     def to_latex(self) -> str:
         """The declared models as LaTeX ``align*`` environments (package amsmath)."""
@@ -220,13 +220,13 @@ class Program:
     def _answers(self) -> list[Solution]:
         return [answer(part.model, len(part.routes), self.question) for part in self.parts]
 
-    def compile(self, engine: str | None = None) -> CompiledProgram:
+    def compile(self, engine: str | Engine | None = None) -> CompiledProgram:
         """Hand the models to an engine once, to be solved often with changed parameters.
 
         Parameters
         ----------
         engine
-            Name of the engine; by default the one of the question.
+            An engine or its name; by default the one of the question.
 
         Raises
         ------

@@ -13,7 +13,7 @@ from formulations.p2 import P2, P2Tight
 from formulations.p3 import P3
 from formulations.p4 import P4
 from formulations.perspectives import AVAILABLE, PAPER, PERSPECTIVES
-from optuav.engines.capabilities import ENGINES
+from optuav.engines.registry import Engine, names
 from optuav.errors import Fault, InputError
 from optuav.mission import Mission
 from optuav.mission.messages import nearest, shown
@@ -73,7 +73,7 @@ class Question:
     order: Order | None
     perspective: str
     slot_s: float | None
-    engine: str
+    engine: str | Engine
     time_limit_s: float | None
     solver: str | None
     hover_point: HoverPoint = "w_U"
@@ -84,6 +84,11 @@ class Question:
     def problem_name(self) -> str:
         """Name of the problem for a reader."""
         return self.problem if isinstance(self.problem, str) else self.problem.__name__
+
+    @property
+    def engine_name(self) -> str:
+        """Name of the engine, or "auto"."""
+        return self.engine if isinstance(self.engine, str) else self.engine.name
 
     @property
     def formulation(self) -> type[Formulation]:
@@ -99,7 +104,7 @@ def question(
     order: str | None,
     perspective: str,
     slot_s: float | None,
-    engine: str,
+    engine: str | Engine,
     time_limit_s: float | None,
     solver: str | None,
     hover_point: str = "w_U",
@@ -111,17 +116,18 @@ def question(
     InputError
         Listing every option that does not exist, and every pair that contradicts.
     """
+    engine_name = engine if isinstance(engine, str) else engine.name
     faults = [
         *_unknown(mission, problem, trajectory, building, order, perspective, engine),
         *_out_of_range(slot_s, time_limit_s),
-        *_contradictions(problem, trajectory, building, order, engine, solver),
+        *_contradictions(problem, trajectory, building, order, engine_name, solver),
         *_not_among("hover_point", hover_point, HOVER_POINTS),
     ]
     if hover_point == "free":
-        faults += _not_with_free(problem, trajectory, perspective, slot_s, engine)
+        faults += _not_with_free(problem, trajectory, perspective, slot_s, engine_name)
     if faults:
         raise InputError(faults)
-    if engine == "grid" and slot_s is None:
+    if engine_name == "grid" and slot_s is None:
         slot_s = mission.limits.slot_s
     if problem in ROUTED and trajectory is None:
         trajectory = "optimal"
@@ -146,17 +152,18 @@ def _unknown(
     building: str | None,
     order: str | None,
     perspective: str,
-    engine: str,
+    engine: str | Engine,
 ) -> Iterator[Fault]:
     if not (isinstance(problem, type) and issubclass(problem, Formulation)) or isabstract(problem):
         yield from _not_among("problem", problem, tuple(PROBLEMS), "or a Formulation class")
     yield from _not_among("trajectory", trajectory, (None, *TRAJECTORIES))
     yield from _not_among("order", order, (None, *ORDERS))
     yield from _not_among("perspective", perspective, tuple(PERSPECTIVES))
-    yield from _not_among("engine", engine, (AUTO, *ENGINES))
-    names = tuple(each.name for each in mission.buildings)
-    if building is not None and building not in names:
-        shown = ", ".join(names[:12]) + (", …" if len(names) > 12 else "") or "none"
+    if isinstance(engine, str):
+        yield from _not_among("engine", engine, (AUTO, *names()))
+    buildings = tuple(each.name for each in mission.buildings)
+    if building is not None and building not in buildings:
+        shown = ", ".join(buildings[:12]) + (", …" if len(buildings) > 12 else "") or "none"
         yield Fault("building", repr(building), f"the mission's buildings are: {shown}")
 
 

@@ -82,7 +82,9 @@ def _refuse(asked: Question, worked_out: Network) -> None:
     words = f"under battery.schedule = {schedule!r} and perspective available"
     if asked.problem not in PROBLEMS:
         faults.append(Fault("problem", asked.problem_name, f"{', '.join(PROBLEMS)} {words}"))
-    if asked.engine not in (AUTO, "grid"):
-        faults.append(Fault("engine", repr(asked.engine), f"{AUTO} {words}: plans are simulated"))
+    if asked.engine_name not in (AUTO, "grid"):
+        faults.append(
+            Fault("engine", repr(asked.engine_name), f"{AUTO} {words}: plans are simulated")
+        )
     if faults:
         raise InputError(faults)

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 from formulations.formulation import Formulation
 from formulations.perspectives import AVAILABLE
+from optuav.engines.registry import Engine
 from optuav.errors import Fault, InputError
 from optuav.mission import Mission, load
 from optuav.mission.messages import shown
@@ -35,7 +36,7 @@ def formulate(
     order: str | None = None,
     perspective: str = AVAILABLE,
     slot_s: float | None = None,
-    engine: str = "auto",
+    engine: str | Engine = "auto",
     graph: Graph | None = None,
     time_limit_s: float | None = None,
     solver: str | None = None,
@@ -70,7 +71,7 @@ def formulate(
     engine
         ``"closed-form"``, ``"cvxpy"``, ``"bracket"``, ``"casadi"``, ``"grid"`` (slots; without
         `slot_s` the mission's ``limits.slot_s``) or ``"auto"``: the grid for slots, else the first
-        that takes the model.
+        that takes the model; or an engine with options of its own, as ``Cvxpy(solver="clarabel")``.
     graph
         A graph from `optuav.graph` that was edited; its figures replace the computed ones.
     time_limit_s
@@ -124,7 +125,7 @@ def solve(
     order: str | None = None,
     perspective: str = AVAILABLE,
     slot_s: float | None = None,
-    engine: str = "auto",
+    engine: str | Engine = "auto",
     graph: Graph | None = None,
     time_limit_s: float | None = None,
     solver: str | None = None,

@@ -12,7 +12,7 @@ from rich.console import RenderableType
 from rich.text import Text
 
 from formulations.perspectives import AVAILABLE, PAPER
-from optuav.engines.capabilities import ENGINES
+from optuav.engines.registry import ENGINES
 from optuav.errors import Fault, InputError
 from optuav.judge.wells import TOLERANCE
 from optuav.mission import Mission, load

@@ -14,7 +14,7 @@ from rich.text import Text
 from formulations.perspectives import AVAILABLE, PAPER
 from optuav.arrays import Floats
 from optuav.engines import bracket, closed_form
-from optuav.engines.sensitivity import ShadowPrice
+from optuav.engines.prices import ShadowPrice
 from optuav.errors import Fault, InputError
 from optuav.mission import Mission, load
 from optuav.mission.messages import nearest, shown

@@ -10,7 +10,7 @@ from typing import Any
 import pytest
 
 import optuav
-from optuav.engines import smooth
+from optuav.engines.casadi_engine import Casadi
 from optuav.errors import SolverError
 from optuav.studies import methods
 from tests.cli.run import refused, run, widest, words
@@ -74,7 +74,7 @@ def test_an_engine_that_fails_is_exit_code_3(monkeypatch: pytest.MonkeyPatch) ->
     def fails(*_: Any, **__: Any) -> None:
         raise SolverError("it broke")
 
-    monkeypatch.setattr(smooth, "solve", fails)
+    monkeypatch.setattr(Casadi, "solve", fails)
     found = run("compare", "small.toml", "--engines", "casadi", "--slots", "60")
     assert found.code == 3
     assert "FAILED  P3, CasADi wells: it broke" in found.out

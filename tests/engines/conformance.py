@@ -15,7 +15,7 @@ from functools import partial
 
 import numpy as np
 
-from optuav.engines.capabilities import takers
+from optuav.engines.registry import takers
 from optuav.modelling import Model, Parameter
 from optuav.modelling.classify import traits
 from optuav.status import Status

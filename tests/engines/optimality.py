@@ -7,24 +7,14 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from optuav.engines import bracket, closed_form, grid, linear, smooth
+from optuav.engines import registry
 from optuav.engines.solution import Solution
 from optuav.modelling import Model, Relation, evaluate
 
 
 def solved(engine: str, model: Model, slot_s: float | None = None, programmes: int = 1) -> Solution:
     """The solution of an engine; the grid needs slots."""
-    if engine == closed_form.NAME:
-        return closed_form.solve(model, programmes)
-    if engine == linear.NAME:
-        return linear.solve(model, programmes, slot_s)
-    if engine == smooth.NAME:
-        return smooth.solve(model, programmes)
-    if engine == bracket.NAME:
-        return bracket.solve(model, programmes)
-    assert engine == grid.NAME
-    assert slot_s is not None
-    return grid.solve(model, programmes, slot_s)
+    return registry.engine(engine).solve(model, programmes, slot_s=slot_s)
 
 
 @dataclass(frozen=True)

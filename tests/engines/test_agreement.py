@@ -17,7 +17,8 @@ from formulations.p2 import P2
 from formulations.p3 import P3
 from formulations.p4 import P4
 from formulations.quantities import Quantities
-from optuav.engines import closed_form, grid, linear
+from optuav.engines import closed_form, grid
+from optuav.engines.cvxpy_engine import Cvxpy
 from optuav.engines.solution import Solution
 from optuav.status import Status
 from tests.engines.optimality import solved
@@ -85,7 +86,10 @@ def compare_slots(given: Quantities, slot_s: float, tally: Tally) -> None:
     for formulation in formulations:
         for perspective in LINEAR:
             model = formulation.model(given, perspective)
-            searched, branched = grid.solve(model, 1, slot_s), linear.solve(model, 1, slot_s)
+            searched, branched = (
+                grid.solve(model, 1, slot_s),
+                Cvxpy().solve(model, 1, slot_s=slot_s),
+            )
             tally.compared["slots"] += 1
             where = f"{formulation.__name__} {perspective} slots of {slot_s} s {given}"
             if searched.status is not branched.status:

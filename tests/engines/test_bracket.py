@@ -15,8 +15,8 @@ from scipy.integrate import solve_ivp
 import optuav
 from formulations.p4 import P4
 from optuav.engines import bracket
-from optuav.engines.exponential_form import Rows
-from optuav.engines.sweeping import WIDTH_S
+from optuav.engines.bracketing import WIDTH_S
+from optuav.engines.rows import Rows
 from optuav.modelling import check
 from optuav.physics.kibam import Stage
 from optuav.solving.hovers import Hovers, longest_hovers

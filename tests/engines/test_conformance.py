@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from optuav.engines.capabilities import ENGINES
+from optuav.engines.registry import ENGINES
 from optuav.engines.solution import Solution
 from optuav.errors import SolverError
 from optuav.status import Status

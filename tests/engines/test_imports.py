@@ -11,17 +11,11 @@ from pathlib import Path
 import pytest
 
 import optuav.engines
-from optuav.engines.capabilities import ENGINES
+from optuav.engines.registry import CLASSES, ENGINES
 
 DIRECTORY = Path(optuav.engines.__file__).parent
-MODULES = {
-    "closed-form": "closed_form",
-    "cvxpy": "linear",
-    "casadi": "smooth",
-    "grid": "grid",
-    "bracket": "bracket",
-}
-"""Where each engine of the table lives."""
+MODULES = {name: place.partition(".")[0] for name, place in CLASSES.items()}
+"""Where each engine lives."""
 HEAVY = ("casadi", "cvxpy", "highspy", "matplotlib", "pandas", "scipy.stats", "scipy.optimize")
 
 
@@ -60,12 +54,7 @@ def test_solvers_are_imported_inside_functions(module: Path) -> None:
     top |= {str(node.module) for node in body if isinstance(node, ast.ImportFrom)}
     assert not any(name.startswith(HEAVY) for name in top)
     libraries = {name.partition(".")[0] for name in imported(module)} & {"casadi", "cvxpy"}
-    owned = {
-        "linear": {"cvxpy"},
-        "solvers": {"cvxpy"},
-        "casadi_form": {"casadi"},
-        "ipopt": {"casadi"},
-    }
+    owned = {"cvxpy_engine": {"cvxpy"}, "casadi_engine": {"casadi"}}
     assert libraries <= owned.get(module.stem, set())
 
 
@@ -94,7 +83,7 @@ except SystemExit as exit:
 """
 LIGHT = {
     "formulations": "import formulations.p4",
-    "import": "import optuav, optuav.engines.sensitivity",
+    "import": "import optuav, optuav.engines.prices",
     "compile": "optuav.formulate('paper').compile().solve().shadow_prices()",
     "command line": "import optuav.cli",
     "formulate": COMMAND.format(arguments=["formulate", "paper"]),

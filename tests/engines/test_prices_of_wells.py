@@ -16,7 +16,7 @@ from formulations.p3 import P3
 from formulations.p4 import P4
 from formulations.quantities import Quantities
 from optuav.engines import bracket, grid
-from optuav.engines.sensitivity import ShadowPrice
+from optuav.engines.prices import ShadowPrice
 from optuav.engines.solution import Status
 from optuav.modelling import Model
 from optuav.physics.kibam import Stage
@@ -24,7 +24,7 @@ from optuav.solving import formulate
 from tests.engines.optimality import solved
 from tests.engines.random_missions import random_quantities
 from tests.engines.test_missions_agree import differences_of_best, shared_parameters, sides_agree
-from tests.engines.test_sensitivity import KINKS, at_kink
+from tests.engines.test_prices import KINKS, at_kink
 from tests.formulations.given import quantities
 
 WITHIN = {"rel": 1e-3, "abs": 3e-3}

@@ -10,7 +10,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from optuav.engines import multipliers
+from optuav.engines import prices
 from optuav.engines.solution import Solution, stacked, unanswered
 from optuav.errors import SolverError
 from optuav.modelling import Model, Parameter
@@ -155,7 +155,7 @@ def test_multipliers_that_follow_from_the_answer_are_computed_on_first_use(
 
     def local_multipliers(*arguments: object) -> dict[str, float]:
         counted.append(arguments)
-        return multipliers.local_multipliers(*arguments)  # type: ignore[arg-type]
+        return prices.local_multipliers(*arguments)  # type: ignore[arg-type]
 
     monkeypatch.setattr("optuav.engines.solution.local_multipliers", local_multipliers)
     found = replace(corner(4.0, {}), duals=None)

@@ -8,7 +8,7 @@ import pytest
 import optuav
 from formulations.pool import pool
 from optuav.engines import bracket
-from optuav.engines.sweeping import WIDTH_S
+from optuav.engines.bracketing import WIDTH_S
 from optuav.physics import kibam
 from optuav.solving.given import quantities
 from optuav.solving.program import Program

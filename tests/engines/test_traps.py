@@ -17,8 +17,10 @@ from formulations.formulation import Formulation
 from formulations.p3 import P3
 from formulations.p4 import P4
 from optuav.cli import main
-from optuav.engines import linear, smooth, solvers
-from optuav.engines.capabilities import CAPABILITIES, ENGINES
+from optuav.engines import casadi_engine, cvxpy_engine
+from optuav.engines.casadi_engine import Casadi, CasadiProgramme
+from optuav.engines.cvxpy_engine import Cvxpy, CvxpyProgramme
+from optuav.engines.registry import CAPABILITIES, ENGINES
 from optuav.errors import InputError, SolverError
 from optuav.modelling import Model
 from optuav.solving import formulate, solve
@@ -108,7 +110,7 @@ def test_ipopt_keeps_every_constraint_here(order: str, deadline_s: float) -> Non
     asked = {"problem": "P4", "building": "b1", "order": order}
     (linear_part,) = formulate("paper", **{"perspective": "battery", **asked}).parts
     (wells,) = formulate("paper", perspective="wells", **asked).parts
-    found = smooth.Compiled(wells.model).solve({"deadline_s": deadline_s})
+    found = CasadiProgramme(wells.model).solve({"deadline_s": deadline_s})
     hover_s, rest_s = found.point(0).values()
     given = linear_part.model.row(0)
     battery_As = given["packs"] * given["capacity_As"]
@@ -123,14 +125,14 @@ def test_ipopt_keeps_every_constraint_here(order: str, deadline_s: float) -> Non
 
 def test_point_that_ipopt_calls_solved_is_evaluated_again(monkeypatch: pytest.MonkeyPatch) -> None:
     """Beyond the charge by half a second of hover: no answer, whatever it says."""
-    compiled = smooth.Compiled(p4())
-    honest = smooth.run
+    compiled = CasadiProgramme(p4())
+    honest = casadi_engine.run
 
     def beyond(programme: Any, arguments: Any) -> Any:
         answer, word = honest(programme, arguments)
         return {**answer, "x": answer["x"] * (1.0 + 5e-3)}, word
 
-    monkeypatch.setattr(smooth, "run", beyond)
+    monkeypatch.setattr(casadi_engine, "run", beyond)
     with pytest.raises(SolverError, match="casadi found no answer"):
         compiled.solve({})
 
@@ -166,17 +168,17 @@ def test_first_order_solvers_are_accurate_or_refused(solver: str, perspective: s
 
 def test_coarse_answer_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
     """Asked for less, OSQP says optimal a good part of a second off: the gap tells."""
-    monkeypatch.setattr(solvers, "SETTINGS", {"OSQP": {"eps_abs": 1e-4, "polishing": False}})
+    monkeypatch.setattr(cvxpy_engine, "SETTINGS", {"OSQP": {"eps_abs": 1e-4, "polishing": False}})
     with pytest.raises(SolverError, match="OSQP says optimal, but its answer"):
-        linear.solve(p4(), 1, solver="OSQP")
+        Cvxpy("OSQP").solve(p4(), 1)
 
 
 def test_solvers_keep_off_the_screen(capfd: pytest.CaptureFixture[str]) -> None:
     """OSQP remarks on polishing, HiGHS on its licence: standard output is the plan's alone."""
     for solver in ("HIGHS", "OSQP", "SCS", "CLARABEL", "SCIPY"):
-        linear.solve(p4(), 1, solver=solver)
-    linear.solve(p4(), 1, slot_s=1.0)
-    smooth.solve(p4(), 1)
+        Cvxpy(solver).solve(p4(), 1)
+    Cvxpy().solve(p4(), 1, slot_s=1.0)
+    Casadi().solve(p4(), 1)
     assert capfd.readouterr() == ("", "")
 
 
@@ -257,7 +259,7 @@ def test_passed_time_limit_is_exit_code_3(
 
 def test_time_limit_holds_within_a_run_of_ipopt(monkeypatch: pytest.MonkeyPatch) -> None:
     """Not only between two starts: here is one, and our own clock stands still."""
-    compiled = smooth.Compiled(p4(), time_limit_s=1e-9)
+    compiled = CasadiProgramme(p4(), time_limit_s=1e-9)
     monkeypatch.setattr(time, "monotonic", lambda: 0.0)
     with pytest.raises(SolverError, match="within the time limit"):
         compiled.solve({}, [{"Δ": 1.0, "T'": 1.0}])
@@ -345,7 +347,7 @@ def test_missing_ipopt_is_exit_code_3(
 
 def test_failure_inside_ipopt_is_a_solver_error(monkeypatch: pytest.MonkeyPatch) -> None:
     """At any of its calls, with what the library itself said."""
-    compiled = smooth.Compiled(p4())
+    compiled = CasadiProgramme(p4())
 
     def fail(**arguments: Any) -> None:
         raise RuntimeError("numerical trouble")
@@ -380,7 +382,7 @@ def test_half_a_verdict_is_refused(
     said: str, refusal: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Words that leave it open are neither infeasible nor unbounded."""
-    compiled = linear.Compiled(P3.model(quantities()))
+    compiled = CvxpyProgramme(P3.model(quantities()))
     say(monkeypatch, [said] * 9)
     with pytest.raises(SolverError, match=refusal):
         compiled.solve({})
@@ -391,7 +393,7 @@ def test_infeasible_or_unbounded_is_followed_up(
     C: float, status: Status, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """HiGHS's presolve may leave it at that: without an objective the programme has an answer."""
-    compiled = linear.Compiled(p3(C=C))
+    compiled = CvxpyProgramme(p3(C=C))
     say(monkeypatch, ["infeasible_or_unbounded"])
     found = compiled.solve({})
     assert (found.status, found.words) == (status, ["infeasible_or_unbounded"])

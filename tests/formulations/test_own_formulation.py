@@ -14,8 +14,10 @@ from matplotlib.mathtext import MathTextParser
 
 import optuav
 from formulations.formulation import Formulation
-from optuav.engines import closed_form, grid, linear, smooth
-from optuav.engines.capabilities import takers
+from optuav.engines import closed_form, grid
+from optuav.engines.casadi_engine import Casadi
+from optuav.engines.cvxpy_engine import Cvxpy
+from optuav.engines.registry import takers
 from optuav.engines.solution import Solution
 from optuav.modelling import Model, Parameter, check
 from optuav.modelling.classify import traits
@@ -66,7 +68,7 @@ def answered(model: Model, engine: str, slot_s: float = 5.0) -> Solution:
         return closed_form.solve(model, 1)
     if engine == "grid":
         return grid.solve(model, 1, slot_s)
-    return linear.solve(model, 1) if engine == "cvxpy" else smooth.solve(model, 1)
+    return Cvxpy().solve(model, 1) if engine == "cvxpy" else Casadi().solve(model, 1)
 
 
 # What is printed, and what it is
@@ -455,7 +457,7 @@ def test_what_binds_is_told_of_a_point_of_branch_and_bound() -> None:
     """On every route: the loan is taken, the charge is used up, and a rest lasts what is left."""
     program = optuav.formulate("paper", Borrowed, engine="cvxpy", perspective="battery")
     for part in program.parts:
-        found = linear.solve(part.model, len(part.routes))
+        found = Cvxpy().solve(part.model, len(part.routes))
         assert found.values["loan"].tolist() == [1.0] * len(part.routes)
         assert found.binding["charge"].all()
         assert found.binding.get("deadline", np.True_).all()

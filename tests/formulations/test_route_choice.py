@@ -9,7 +9,7 @@ import pytest
 
 from formulations.quantities import Quantities
 from formulations.route_choice import FORMS, Form, Route, route_choice
-from optuav.engines import linear
+from optuav.engines.cvxpy_engine import Cvxpy, CvxpyProgramme
 from optuav.modelling import evaluate
 
 both_forms = pytest.mark.parametrize("form", FORMS)
@@ -65,7 +65,7 @@ def longest_s(given: Quantities) -> float:
 
 def bound_s(some: Sequence[Route], form: Form) -> float:
     relaxed = route_choice(some, "battery", form, relaxed=True)
-    return float(linear.solve(relaxed, 1).objective[0])
+    return float(Cvxpy().solve(relaxed, 1).objective[0])
 
 
 @both_forms
@@ -74,7 +74,7 @@ def test_best_route_is_found(form: Form, seed: int) -> None:
     """As arithmetic tells route by route; the others are switched off."""
     some = routes(seed)
     alone = [longest_s(each.given) for each in some]
-    found = linear.solve(route_choice(some, "battery", form), 1)
+    found = Cvxpy().solve(route_choice(some, "battery", form), 1)
     point = found.point(0)
     assert found.objective[0] == pytest.approx(max(alone), abs=1e-6)
     choices = [point[f"choice[{number}]"] for number in range(1, len(some) + 1)]
@@ -104,7 +104,7 @@ def test_big_m_is_no_larger_than_the_deadline_needs() -> None:
 @both_forms
 def test_a_route_without_a_rest_does_not_rest(form: Form) -> None:
     some = [route("direct", 10.0, 0.0, 10.0, 0.0), route("roof", 40.0, 600.0, 20.0, 1.0)]
-    point = linear.solve(route_choice(some, "battery", form), 1).point(0)
+    point = Cvxpy().solve(route_choice(some, "battery", form), 1).point(0)
     found = point["hover_time_s"], point["rest_time_s"], point["choice[1]"]
     assert found == pytest.approx((90.0, 0.0, 1.0))
 
@@ -116,7 +116,7 @@ def test_of_equal_plans_the_shortest_mission_and_then_the_first_route(form: Form
         route(name, flight_s, 100.0, 10.0, 0.0)
         for name, flight_s in (("late", 15.0), ("first", 10.0), ("second", 10.0))
     ]
-    point = linear.solve(route_choice(some, "battery", form), 1).point(0)
+    point = Cvxpy().solve(route_choice(some, "battery", form), 1).point(0)
     assert [point[f"choice[{k}]"] for k in (1, 2, 3)] == [0.0, 1.0, 0.0]
 
 
@@ -127,7 +127,7 @@ def test_parameters_keep_their_names_where_all_routes_share_them(form: Form) -> 
     model = route_choice(some, "battery", form)
     assert {"deadline_s", "flight_charge_As[1]", "flight_charge_As[2]"} <= model.parameters.keys()
     assert model.parameters.keys().isdisjoint({"deadline_s[1]", "flight_charge_As"})
-    found = linear.Compiled(model).solve({"flight_charge_As[1]": 400.0})
+    found = CvxpyProgramme(model).solve({"flight_charge_As[1]": 400.0})
     assert found.objective[0] == pytest.approx(50.0)
 
 
@@ -139,6 +139,6 @@ def test_a_last_slot_may_be_cut_short() -> None:
         Route("direct, cut", whole.given, hover_s=(100.0, 100.0), cut_s=10.0),
     ]
     for form in FORMS:
-        found = linear.solve(route_choice(some, "battery", form), 1)
+        found = Cvxpy().solve(route_choice(some, "battery", form), 1)
         assert found.objective[0] == pytest.approx(90.0)
         assert found.point(0)["choice[2]"] == 1.0

@@ -14,7 +14,7 @@ from formulations.p1 import P1
 from formulations.p2 import P2, P2Tight
 from formulations.p3 import P3
 from formulations.p4 import P4
-from optuav.engines.capabilities import takers
+from optuav.engines.registry import takers
 from optuav.modelling import Model, Parameter
 from optuav.modelling.classify import traits
 from optuav.solving import formulate

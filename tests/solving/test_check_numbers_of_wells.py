@@ -11,7 +11,7 @@ from scipy.integrate import solve_ivp
 
 import optuav
 from optuav import Plan
-from optuav.engines import smooth
+from optuav.engines.casadi_engine import Casadi
 from optuav.modelling import Model
 from optuav.physics.kibam import Battery, Stage, step
 from tests.kibam import Floats
@@ -60,7 +60,7 @@ def test_several_stops_by_casadi(
     mission = PAPER.replace({"limits.deadline_s": deadline_s})
     plan = optuav.solve(mission, **options)
     assert plan.hover_time_s == pytest.approx(hover_s, abs=5e-4)
-    found = smooth.solve(along(plan, deadline_s), 1)
+    found = Casadi().solve(along(plan, deadline_s), 1)
     assert found.objective[0] == pytest.approx(hover_s, abs=5e-4)
 
 

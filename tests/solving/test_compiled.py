@@ -11,7 +11,7 @@ import pytest
 
 import optuav
 from formulations.formulation import Formulation
-from optuav.engines.capabilities import ENGINES
+from optuav.engines.registry import ENGINES
 from optuav.errors import InputError, SolverError
 from optuav.mission import Mission, load
 from optuav.modelling import Model

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from formulations.formulation import Formulation
-from optuav.engines.capabilities import CAPABILITIES, ENGINES, need, takers
+from optuav.engines.registry import CAPABILITIES, ENGINES, need, takers
 from optuav.errors import InputError
 from optuav.mission import load
 from optuav.modelling import Model

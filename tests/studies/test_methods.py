@@ -16,7 +16,9 @@ from rich.console import Console
 
 import optuav
 from formulations.algorithm1 import algorithm1, best_pair
-from optuav.engines import grid, linear, smooth
+from optuav.engines import grid
+from optuav.engines.casadi_engine import Casadi
+from optuav.engines.cvxpy_engine import Cvxpy
 from optuav.engines.solution import Solution
 from optuav.errors import InputError, SolverError
 from optuav.status import Status
@@ -237,7 +239,7 @@ def p3_alone() -> optuav.Mission:
 
 
 def test_an_engine_that_is_a_millisecond_off_is_found_out(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(linear, "solve", later(linear.solve, -1e-3))
+    monkeypatch.setattr(Cvxpy, "solve", later(Cvxpy.solve, -1e-3))
     found = optuav.compare(p3_alone(), slots_s=(), engines=("cvxpy",))
     assert not found.facts["agrees"]
     assert found.facts["disagreements"][0] == "P3, LP: 0.001 s from the closed form"
@@ -277,12 +279,12 @@ def test_an_integer_programme_that_is_not_the_grid_is_found_out(
 
 
 def test_a_plan_where_there_is_none_is_found_out(monkeypatch: pytest.MonkeyPatch) -> None:
-    def nothing(model: Any, programmes: int, *_: Any, **__: Any) -> Solution:
+    def nothing(_: Any, model: Any, programmes: int, *__: Any, **___: Any) -> Solution:
         gone = np.full(programmes, np.nan)
         unknowns = {each.name: gone for each in model.variables}
         return Solution("casadi", "", model, [Status.INFEASIBLE] * programmes, gone, unknowns, {})
 
-    monkeypatch.setattr(smooth, "solve", nothing)
+    monkeypatch.setattr(Casadi, "solve", nothing)
     found = optuav.compare(p3_alone(), slots_s=(), engines=("casadi",))
     assert (
         found.facts["disagreements"][0] == "P3, CasADi wells: no plan, but one with Δ = 688.848 s"
@@ -293,7 +295,7 @@ def test_an_engine_that_fails_is_no_disagreement(monkeypatch: pytest.MonkeyPatch
     def fails(*_: Any, **__: Any) -> Solution:
         raise SolverError("it broke")
 
-    monkeypatch.setattr(smooth, "solve", fails)
+    monkeypatch.setattr(Casadi, "solve", fails)
     found = optuav.compare(p3_alone(), slots_s=(10.0,), engines=("casadi", "grid"))
     assert found.facts["agrees"]
     assert found.facts["failures"] == ("P3, CasADi wells: it broke", "P1, CasADi wells: it broke")

@@ -15,8 +15,9 @@ from formulations.p2 import P2, P2Tight
 from formulations.p3 import P3
 from formulations.p4 import P4
 from formulations.quantities import Quantities
-from optuav.engines import closed_form, grid, smooth
-from optuav.engines.sensitivity import ShadowPrice
+from optuav.engines import closed_form, grid
+from optuav.engines.casadi_engine import Casadi
+from optuav.engines.prices import ShadowPrice
 from optuav.modelling import Model, Parameter
 from optuav.solving import formulate
 from optuav.status import Status
@@ -212,7 +213,7 @@ def test_wells_have_the_prices_of_charge_balance() -> None:
     (linear,) = formulate("paper", "P4", perspective="battery", **asked).parts
     (wells,) = formulate("paper", "P4", perspective="wells", **asked).parts
     reference = closed_form.solve(linear.model, 1).shadow_prices()
-    prices = smooth.solve(wells.model, 1).shadow_prices()
+    prices = Casadi().solve(wells.model, 1).shadow_prices()
     for name in ("deadline_s", "min_soc", "capacity_As", "hover_current_A", "rest_current_A"):
         assert tuple(prices[name]) == pytest.approx(tuple(reference[name]), rel=1e-5), name
     for name in ("flow_rate_per_s", "available_fraction"):

@@ -12,7 +12,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from optuav.engines import casadi_form, closed_form, smooth
+from optuav.engines import casadi_engine, closed_form
+from optuav.engines.casadi_engine import Casadi, CasadiProgramme
 from optuav.errors import InputError, SolverError
 from optuav.modelling import Model, Parameter, evaluate
 from optuav.modelling.derivatives import DIFFERENTIABLE
@@ -26,10 +27,10 @@ def one(upper: float = math.inf, lower: float = 0.0) -> tuple[Model, object]:
     return model, model.variable("x", "x", unit="s", lower=lower, upper=upper)
 
 
-@pytest.mark.parametrize("ufunc", casadi_form.operations(), ids=lambda ufunc: ufunc.__name__)
+@pytest.mark.parametrize("ufunc", casadi_engine.operations(), ids=lambda ufunc: ufunc.__name__)
 def test_functions_are_those_of_numpy(ufunc: np.ufunc) -> None:
     """Every ufunc has the values of NumPy on CasADi's symbols."""
-    operation = casadi_form.operations()[ufunc]
+    operation = casadi_engine.operations()[ufunc]
     symbols = casadi.SX.sym("x", ufunc.nin)
     function = casadi.Function("f", [symbols], [operation(*(symbols[k] for k in range(ufunc.nin)))])
     rng = np.random.default_rng(0)
@@ -40,7 +41,7 @@ def test_functions_are_those_of_numpy(ufunc: np.ufunc) -> None:
 
 def test_every_function_has_a_derivative() -> None:
     """What models call smooth, the engine takes, and what it takes has shadow prices."""
-    assert casadi_form.operations().keys() == DIFFERENTIABLE
+    assert casadi_engine.operations().keys() == DIFFERENTIABLE
 
 
 @pytest.mark.parametrize(
@@ -58,30 +59,30 @@ def test_unbounded_takes_a_feasible_point(row: Callable[[Any], Any], status: Sta
     model, x = one()
     model.maximise(x)
     model.subject_to("row", row(x))
-    assert smooth.solve(model, 1).status is status
+    assert Casadi().solve(model, 1).status is status
 
 
 def test_unknown_function_is_refused_by_name() -> None:
     model, x = one(upper=3.0)
     model.maximise(np.rint(x))
     with pytest.raises(InputError, match="does not know the function rint"):
-        smooth.solve(model, 1)
+        Casadi().solve(model, 1)
 
 
 def test_the_better_of_two_tops_is_found_from_several_starts() -> None:
     """A single start in the middle climbs the lower one."""
     model, x = one(upper=10.0)
     model.maximise((x - 5.2) ** 4 - 20.0 * (x - 5.2) ** 2)
-    found = smooth.solve(model, 1)
+    found = Casadi().solve(model, 1)
     assert found.status is Status.LOCALLY_OPTIMAL
     values = [evaluate(model.objective, {"x": each}) for each in np.linspace(0.0, 10.0, 1001)]
     assert found.objective[0] == pytest.approx(max(values))
-    assert smooth.Compiled(model).solve({}, [{"x": 5.1}]).objective[0] < max(values) - 1.0
+    assert CasadiProgramme(model).solve({}, [{"x": 5.1}]).objective[0] < max(values) - 1.0
 
 
 def test_solves_do_not_remember_each_other() -> None:
     """A binding deadline, an infeasible one, a long one, and the first again."""
-    compiled = smooth.Compiled(p4())
+    compiled = CasadiProgramme(p4())
     hovers = [compiled.solve({"T": T}).objective[0] for T in (150.0, -1.0, 1e6, 150.0)]
     by_closed_form = closed_form.solve(p4(T=1e6), 1).objective[0]
     expected = [310 / 3, math.nan, by_closed_form, 310 / 3]
@@ -94,7 +95,7 @@ def test_many_programmes_are_solved_one_after_the_other() -> None:
     p = Parameter("p", "p", "1", np.array([3.0, -1.0, math.nan]))
     model.maximise(x)
     model.subject_to("exponential", np.exp(x) - 1.0 <= p)
-    found = smooth.solve(model, 3)
+    found = Casadi().solve(model, 3)
     local, infeasible, error = found.statuses
     assert (local, infeasible) == (Status.LOCALLY_OPTIMAL, Status.INFEASIBLE)
     assert error is Status.ERROR
@@ -108,7 +109,7 @@ def test_unit_of_the_objective_changes_nothing(scale: float) -> None:
     y = model.variable("y", "y", unit="s")
     model.maximise(scale * (x + 2.0 * np.log1p(y)))
     model.subject_to("most", y <= 3.0)
-    found = smooth.solve(model, 1)
+    found = Casadi().solve(model, 1)
     assert found.point(0) == pytest.approx({"x": 2.0, "y": 3.0}, rel=1e-8)
     assert found.multipliers_at(0)["most"] == pytest.approx(0.5 * scale, rel=1e-6)
 
@@ -120,7 +121,7 @@ def test_size_of_the_unknowns_changes_nothing(size: float) -> None:
     model.maximise(x)
     model.subject_to("slant", x <= y)
     model.subject_to("sum", np.hypot(x, y) <= Parameter("r", "r", "s", size * math.sqrt(2.0)))
-    assert smooth.solve(model, 1).point(0) == pytest.approx({"x": size, "y": size}, rel=1e-4)
+    assert Casadi().solve(model, 1).point(0) == pytest.approx({"x": size, "y": size}, rel=1e-4)
 
 
 def test_next_to_no_room() -> None:
@@ -128,7 +129,7 @@ def test_next_to_no_room() -> None:
     model, x = one(upper=900.0)
     model.maximise(x)
     model.subject_to("charge", 1e-3 * x <= Parameter("left", "left", "1", 1e-17))
-    found = smooth.solve(model, 1)
+    found = Casadi().solve(model, 1)
     assert found.status is Status.LOCALLY_OPTIMAL
     assert found.point(0)["x"] == pytest.approx(0.0, abs=1e-9)
 
@@ -138,7 +139,7 @@ def test_unknowns_without_bounds() -> None:
     model, x = one(lower=-math.inf)
     y = model.variable("y", "y", unit="s", lower=-math.inf, upper=-1.0)
     model.minimise((x - 3.0) ** 2 + (y - 7.0) ** 2)
-    assert smooth.solve(model, 1).point(0) == pytest.approx({"x": 3.0, "y": -1.0}, abs=1e-8)
+    assert Casadi().solve(model, 1).point(0) == pytest.approx({"x": 3.0, "y": -1.0}, abs=1e-8)
 
 
 def test_earlier_preferences_go_first() -> None:
@@ -149,9 +150,9 @@ def test_earlier_preferences_go_first() -> None:
     model.prefer_small(x)
     model.prefer_small(y)
     model.subject_to("sum", x + y + z <= 3.0)
-    assert smooth.solve(model, 1).point(0) == pytest.approx({"x": 0, "y": 1, "z": 2}, abs=1e-7)
+    assert Casadi().solve(model, 1).point(0) == pytest.approx({"x": 0, "y": 1, "z": 2}, abs=1e-7)
     model.maximise(0.0)
-    x_s, y_s, _ = smooth.solve(model, 1).point(0).values()
+    x_s, y_s, _ = Casadi().solve(model, 1).point(0).values()
     assert (x_s, y_s) == pytest.approx((0.0, 0.0), abs=1e-7)
 
 
@@ -163,7 +164,7 @@ def test_known_optimum_of_a_curved_programme(P: float, c: float, power: float) -
     x, y = (model.variable(name, name, unit="s", lower=1e-6) for name in ("x", "y"))
     model.maximise(x**power * y**power)
     model.subject_to("budget", x + c * y == P)
-    found = smooth.solve(model, 1)
+    found = Casadi().solve(model, 1)
     assert found.status is Status.LOCALLY_OPTIMAL
     assert found.point(0) == pytest.approx({"x": P / 2, "y": P / (2 * c)}, rel=1e-5)
 
@@ -175,7 +176,7 @@ def test_point_keeps_its_bounds_and_constraints() -> None:
         model, x = one(upper=Parameter("T", "T", "s", T))
         model.maximise(x + 1e-3 * np.sin(x))
         model.subject_to("charge", np.expm1(1e-6 * x) <= math.expm1(1e-6 * T))
-        found = smooth.solve(model, 1)
+        found = Casadi().solve(model, 1)
         assert found.point(0)["x"] <= T
         assert found.point(0)["x"] >= T - 1e-6
         found.verify()
@@ -193,7 +194,7 @@ def test_infeasible_is_a_local_verdict(constraint: object, words: str) -> None:
     model, x = one(upper=10.0)
     model.maximise(x)
     model.subject_to("impossible", constraint(x))  # type: ignore[operator]
-    found = smooth.solve(model, 1)
+    found = Casadi().solve(model, 1)
     assert found.status is Status.INFEASIBLE
     assert found.proof == "local: none of 3 starts led to a feasible point"
     assert words in found.words[0]
@@ -204,7 +205,7 @@ def test_unbounded(objective: np.ufunc) -> None:
     """Also where the slope fades out, and IPOPT alone takes 1e13 s for an optimum."""
     model, x = one()
     model.maximise(objective(x))
-    found = smooth.solve(model, 1)
+    found = Casadi().solve(model, 1)
     assert (found.status, found.proof) == (Status.UNBOUNDED, "local: the iterates diverge")
 
 
@@ -212,7 +213,7 @@ def test_numbers_outside_a_function(capfd: pytest.CaptureFixture[str]) -> None:
     """The logarithm of a negative number is an error, and CasADi does not write to the screen."""
     model, x = one(upper=10.0)
     model.maximise(np.log(x - 20.0))
-    assert smooth.solve(model, 1).status is Status.ERROR
+    assert Casadi().solve(model, 1).status is Status.ERROR
     assert capfd.readouterr() == ("", "")
 
 
@@ -222,7 +223,7 @@ def test_trouble_without_a_verdict_is_an_error() -> None:
     model.maximise(np.arcsin(x))  # its slope at the optimum, x = 1, is infinite
     model.subject_to("most", x <= 1.0)
     with pytest.raises(SolverError, match="found no answer and no reason why: "):
-        smooth.solve(model, 1)
+        Casadi().solve(model, 1)
 
 
 def test_settled_constraints_are_not_handed_over() -> None:
@@ -230,7 +231,7 @@ def test_settled_constraints_are_not_handed_over() -> None:
     model, x = one(upper=2.0)
     model.maximise(x)
     model.subject_to("reach", Parameter("d", "d", "m", 5.0) <= Parameter("r", "r", "m", 5.0))
-    compiled = smooth.Compiled(model)
+    compiled = CasadiProgramme(model)
     assert compiled.solve({}).multipliers_at(0)["reach"] == 0.0
     found = compiled.solve({"r": 4.0})
     assert (found.status, found.proof) == (Status.INFEASIBLE, "evaluated")
@@ -244,4 +245,4 @@ def test_time_limit() -> None:
     unknowns = [model.variable(f"x{k}", f"x{k}", unit="s", upper=10.0) for k in range(3)]
     model.maximise(sum(np.sin(7.0 * x) * np.exp(0.1 * y) for x in unknowns for y in unknowns))
     with pytest.raises(SolverError, match="did not finish within the time limit"):
-        smooth.solve(model, 1, time_limit_s=1e-6)
+        Casadi().solve(model, 1, time_limit_s=1e-6)

@@ -10,7 +10,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from optuav.engines import closed_form, linear
+from optuav.engines import closed_form
+from optuav.engines.cvxpy_engine import Cvxpy, CvxpyProgramme
 from optuav.errors import InputError, SolverError
 from optuav.modelling import Model, NotAffineError, Parameter
 from optuav.status import Status
@@ -24,7 +25,7 @@ CONTINUOUS = [case for case in CASES if "cvxpy" in case.engines and case.slot_s 
 
 def test_compiled_problem_is_parametrised_and_compiled_once() -> None:
     """DPP, also of the problem for ties; another solve takes the same compiled programme."""
-    compiled = linear.Compiled(p4(R=0.0))
+    compiled = CvxpyProgramme(p4(R=0.0))
     assert len(compiled.problems) == 2
     assert all(problem.is_dcp(dpp=True) for problem in compiled.problems)
     compiled.solve({})
@@ -37,7 +38,7 @@ def test_compiled_problem_is_parametrised_and_compiled_once() -> None:
 
 def test_solves_do_not_remember_each_other() -> None:
     """A binding deadline, an infeasible one, an endless one, and the first again."""
-    compiled = linear.Compiled(p4())
+    compiled = CvxpyProgramme(p4())
     hovers = [compiled.solve({"T": T}).objective[0] for T in (150.0, -1.0, math.inf, 150.0)]
     assert hovers == pytest.approx([310 / 3, math.nan, math.nan, 310 / 3], nan_ok=True)
     assert compiled.solve({"T": math.inf}).status is Status.UNBOUNDED
@@ -53,7 +54,7 @@ def test_many_programmes_are_solved_one_after_the_other() -> None:
     p = Parameter("p", "p", "s", np.array([3.0, -1.0, math.nan, 5.0, math.inf]))
     model.subject_to("sum", x + y <= p)
     model.subject_to("most", x - y <= 4.0)
-    ours, theirs = linear.solve(model, 5), closed_form.solve(model, 5)
+    ours, theirs = Cvxpy().solve(model, 5), closed_form.solve(model, 5)
     assert list(ours.statuses) == list(theirs.statuses)
     assert ours.values["x"] == pytest.approx(theirs.values["x"], nan_ok=True)
     assert ours.values["y"] == pytest.approx(theirs.values["y"], nan_ok=True)
@@ -63,7 +64,7 @@ def test_many_programmes_are_solved_one_after_the_other() -> None:
 def test_agrees_with_the_closed_form(programme: Linear) -> None:
     """Parallel, empty, tied and degenerate programmes in small whole numbers."""
     model = programme.model()
-    ours, theirs = linear.solve(model, 1), closed_form.solve(model, 1)
+    ours, theirs = Cvxpy().solve(model, 1), closed_form.solve(model, 1)
     assert ours.status is theirs.status
     if ours.status.has_answer:
         assert ours.objective[0] == pytest.approx(theirs.objective[0], abs=1e-8)
@@ -81,7 +82,7 @@ def test_unit_of_the_objective_changes_nothing(scale: float) -> None:
     model.maximise(scale * (x + 2.0 * y))
     model.subject_to("x", x <= 2.0)
     model.subject_to("y", y <= 3.0)
-    found = linear.solve(model, 1)
+    found = Cvxpy().solve(model, 1)
     assert found.point(0) == {"x": 2.0, "y": 3.0}
     assert found.multipliers_at(0)["y"] == pytest.approx(2.0 * scale)
 
@@ -93,7 +94,7 @@ def test_unit_of_a_row_changes_nothing(scale: float) -> None:
     x = model.variable("x", "x", unit="s", upper=500.0)
     model.maximise(x)
     model.subject_to("row", scale * x <= scale * Parameter("p", "p", "s", 123.0))
-    found = linear.solve(model, 1)
+    found = Cvxpy().solve(model, 1)
     assert found.point(0)["x"] == pytest.approx(123.0, rel=1e-12)
     assert found.multipliers_at(0)["row"] == pytest.approx(1.0 / scale)
     assert tuple(found.shadow_prices()["p"]) == pytest.approx((1.0, 1.0))
@@ -113,7 +114,7 @@ def test_branch_and_bound_goes_to_the_end() -> None:
     model.subject_to("cost", sum(c * z for c, z in zip(costs_s, picks, strict=True)) <= 205.0)
     chosen = (np.arange(2**12)[:, None] >> np.arange(12)) & 1
     best_s = 100.0 + (chosen @ gains_s)[chosen @ costs_s <= 205.0].max()
-    found = linear.solve(model, 1)
+    found = Cvxpy().solve(model, 1)
     assert found.objective[0] == pytest.approx(best_s, abs=1e-8)
     assert found.proof == "branch and bound (HIGHS)"
     assert not found.multipliers
@@ -127,7 +128,7 @@ def test_earlier_preferences_go_first() -> None:
     model.prefer_small(x)
     model.prefer_small(y)
     model.subject_to("sum", x + y + z <= 3.0)
-    assert linear.solve(model, 1).point(0) == pytest.approx({"x": 0, "y": 1, "z": 2}, abs=1e-8)
+    assert Cvxpy().solve(model, 1).point(0) == pytest.approx({"x": 0, "y": 1, "z": 2}, abs=1e-8)
 
 
 def test_unknown_that_is_free_on_both_sides() -> None:
@@ -136,7 +137,7 @@ def test_unknown_that_is_free_on_both_sides() -> None:
     x = model.variable("x", "x", unit="s", lower=-math.inf)
     model.maximise(x)
     model.subject_to("most", 2.0 * x <= -7.0)
-    found = linear.solve(model, 1)
+    found = Cvxpy().solve(model, 1)
     assert (found.status, found.point(0)) == (Status.OPTIMAL, {"x": -3.5})
 
 
@@ -146,10 +147,10 @@ def test_other_solvers_answer_as_accurately_or_not_at_all(case: Case, solver: st
     """Their answers are proved with their own multipliers, and refused where that fails."""
     if any(variable.binary for variable in case.build().variables) and solver != "SCIPY":
         with pytest.raises(InputError, match=r"takes no whole numbers; .* HIGHS"):
-            linear.solve(case.build(), 1, solver=solver)
+            Cvxpy(solver).solve(case.build(), 1)
         return
     try:
-        found = linear.solve(case.build(), 1, solver=solver)
+        found = Cvxpy(solver).solve(case.build(), 1)
     except SolverError:
         if solver not in ("OSQP", "SCS"):
             raise
@@ -195,7 +196,7 @@ def test_answer_that_is_not_optimal_is_refused(
     """A solver that says optimal is not believed: the gap to the bound is evaluated again."""
     lying(monkeypatch, **lies)
     with pytest.raises(SolverError, match="HIGHS says optimal, but its answer"):
-        linear.solve(p4(), 1)
+        Cvxpy().solve(p4(), 1)
 
 
 def test_same_numbers_pass() -> None:
@@ -203,7 +204,7 @@ def test_same_numbers_pass() -> None:
     with pytest.MonkeyPatch.context() as patch:
         right = np.array([2 / 3, 1 / 3, 0.0, 0.0])
         lying(patch, x=np.array([310.0 / 3.0, 140.0 / 3.0]), weights=right)
-        assert linear.solve(p4(), 1).status is Status.OPTIMAL
+        assert Cvxpy().solve(p4(), 1).status is Status.OPTIMAL
 
 
 def test_slots_do_not_mistake_a_constraint_for_a_bound() -> None:
@@ -214,7 +215,7 @@ def test_slots_do_not_mistake_a_constraint_for_a_bound() -> None:
     model.maximise(x + y)
     model.subject_to("time", x + 2.0 * y <= 12.0)
     # 10 slots of x, the last cut short, leave 1 of y: whole, 10 + 2 = 12.
-    assert linear.solve(model, 1, 1.0).point(0) == {"x": 9.5, "y": 1.0}
+    assert Cvxpy().solve(model, 1, slot_s=1.0).point(0) == {"x": 9.5, "y": 1.0}
 
 
 def test_what_it_does_not_take_is_refused_in_words() -> None:
@@ -223,10 +224,10 @@ def test_what_it_does_not_take_is_refused_in_words() -> None:
     x = model.variable("x", "x", unit="s")
     model.maximise(x)
     with pytest.raises(InputError, match="an upper bound on x"):
-        linear.solve(model, 1, 1.0)
+        Cvxpy().solve(model, 1, slot_s=1.0)
     model.subject_to("curved", np.exp(x) <= 2.0)
     with pytest.raises(NotAffineError, match="exp"):
-        linear.solve(model, 1)
+        Cvxpy().solve(model, 1)
 
 
 @pytest.mark.parametrize("seed", range(5))
@@ -241,7 +242,7 @@ def test_many_unknowns(seed: int) -> None:
     model.minimise(sum(w * x for w, x in zip(c, unknowns, strict=True)))
     for k in range(9):
         model.subject_to(str(k), sum(w * x for w, x in zip(a[k], unknowns, strict=True)) <= b[k])
-    found = linear.solve(model, 1)
+    found = Cvxpy().solve(model, 1)
     expected = linprog(c, A_ub=a, b_ub=b, bounds=(0.0, 5.0))
     assert found.objective[0] == pytest.approx(expected.fun, abs=1e-9)
     assert [found.multipliers_at(0)[str(k)] for k in range(9)] == pytest.approx(
@@ -272,7 +273,7 @@ def test_whole_numbers_against_all_of_them(
         if all(a * i + b * j <= 3.0 * limit for a, b, limit in rows)
     ]
     value, minus_x, minus_y = max(pairs)
-    found = linear.solve(model, 1, 1.0)
+    found = Cvxpy().solve(model, 1, slot_s=1.0)
     assert (found.objective[0], found.point(0)) == (value, {"x": -minus_x, "y": -minus_y})
 
 
@@ -287,7 +288,7 @@ def test_every_preference_counts(slot_s: float | None) -> None:
         model.prefer_small(-each)
     room = Parameter("room", "room", "s", 25.0)
     model.subject_to("room", sum(others, x) <= room)
-    compiled = linear.Compiled(model, slot_s)
+    compiled = CvxpyProgramme(model, slot_s)
     for room_s, expected in ((25.0, [10.0, 10.0, 5.0, 0.0]), (37.0, [10.0, 10.0, 10.0, 7.0])):
         point = compiled.solve({"room": room_s}).point(0)
         assert [point[name] for name in names] == pytest.approx(expected, abs=1e-6)

@@ -1,0 +1,559 @@
+"""Smooth programmes by CasADi and IPOPT: the best local optimum of several starts.
+
+References
+----------
+.. [1] J. Andersson et al., "CasADi: a software framework for nonlinear optimization and optimal
+   control", Mathematical Programming Computation, 2019.
+.. [2] A. Wächter, L. Biegler, "On the implementation of an interior-point filter line-search
+   algorithm for large-scale nonlinear programming", Mathematical Programming, 2006.
+"""
+
+from __future__ import annotations
+
+import itertools
+import math
+import operator
+import time
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass, replace
+from typing import Any, ClassVar
+
+import numpy as np
+
+from optuav.arrays import Floats, Values
+from optuav.engines.ranges import implied_upper_bounds, lower_bounds, own_upper_bounds
+from optuav.engines.registry import Capability, Compiled, RowByRow, capability
+from optuav.engines.solution import Solution, unanswered
+from optuav.errors import InputError, SolverError
+from optuav.modelling.check import evaluated, holding
+from optuav.modelling.expression import Operand, Relation
+from optuav.modelling.model import Model
+from optuav.modelling.traversal import evaluate, fold, has_unknowns
+from optuav.status import Status
+
+OPTIONS = {
+    "print_time": False,
+    "calc_lam_p": False,
+    "show_eval_warnings": False,
+    "ipopt.print_level": 0,
+    "ipopt.sb": "yes",
+    "ipopt.constr_viol_tol": 1e-11,
+    "ipopt.bound_relax_factor": 0.0,
+    "ipopt.diverging_iterates_tol": 1e8,
+}
+SOLVED = ("Solve_Succeeded", "Solved_To_Acceptable_Level")
+TOO_SLOW = ("Maximum_WallTime_Exceeded", "Maximum_CpuTime_Exceeded")
+UNBOUNDED = "Diverging_Iterates"
+UNUSABLE = "Invalid_Number_Detected"
+NO_WAY_IN = "Infeasible_Problem_Detected"
+
+
+@contextmanager
+def told() -> Iterator[None]:
+    """Turn whatever the library raises into the one error that engines raise."""
+    try:
+        yield
+    except ImportError as error:
+        raise SolverError(f"engine casadi needs the package casadi: {error}") from error
+    except RuntimeError as error:
+        raise SolverError(f"casadi failed: {error}") from error
+
+
+def prepared(
+    programme: Mapping[str, Any], time_limit_s: float | None, accuracy: float, iterations: int
+) -> Any:
+    """A programme of CasADi's symbols, made ready for `run`."""
+    options: dict[str, Any] = {**OPTIONS, "ipopt.tol": accuracy, "ipopt.max_iter": iterations}
+    if time_limit_s is not None:
+        options["ipopt.max_wall_time"] = time_limit_s
+    with told():
+        import casadi
+
+        return casadi.nlpsol("programme", "ipopt", programme, options)
+
+
+def run(programme: Any, arguments: Mapping[str, Floats]) -> tuple[Any, str]:
+    """The answer of IPOPT, and its word for it."""
+    with told():
+        return programme(**arguments), programme.stats()["return_status"]
+
+
+NAME = "casadi"
+
+
+class CasadiForm:
+    """Programmes over scaled unknowns, with the parameters of a model as parameters.
+
+    Attributes
+    ----------
+    names, given
+        Names of the unknowns and of the parameters, in order.
+    constraints
+        Those with unknowns; a row without leaves IPOPT no interior to walk in.
+    settled
+        The others.
+    programmes
+        For the objective, divided by its steepness, and then for every preference, what
+        `casadi.nlpsol` takes. Their parameters are those of the model, the scales of the unknowns,
+        the steepness, and limits that keep the earlier goals as good as they were; the rows are the
+        constraints and those limits.
+    slope
+        (scaled unknowns, parameters and scales) → gradient of what is minimised.
+
+    Raises
+    ------
+    InputError
+        If a function in the model is unknown to CasADi.
+    SolverError
+        If CasADi cannot be loaded.
+    """
+
+    def __init__(self, model: Model) -> None:
+        with told():
+            import casadi
+
+        self.names = [variable.name for variable in model.variables]
+        self.given = list(model.given)
+        stated = [(has_unknowns(*each.relation.sides), each) for each in model.constraints]
+        self.constraints = [each for moves, each in stated if moves]
+        self.settled = [each for moves, each in stated if not moves]
+        unknowns = casadi.SX.sym("x", len(self.names))
+        scales = casadi.SX.sym("s", len(self.names))
+        parameters = casadi.SX.sym("p", len(self.given))
+        steepness = casadi.SX.sym("w")
+        floors = casadi.SX.sym("floor", len(model.preferences))
+        leaves = {name: unknowns[k] * scales[k] for k, name in enumerate(self.names)}
+        leaves |= {name: parameters[k] for k, name in enumerate(self.given)}
+        table = operations()
+
+        def applied(ufunc: np.ufunc, arguments: tuple[Any, ...]) -> Any:
+            if ufunc not in table:
+                raise InputError(f"engine {NAME} does not know the function {ufunc.__name__}")
+            return table[ufunc](*arguments)
+
+        def symbols(tree: Operand) -> Any:
+            return casadi.SX(fold(tree, lambda leaf: leaves[leaf.name], applied))
+
+        cost = -model.towards * symbols(model.objective)
+        everything = casadi.vertcat(parameters, scales)
+        self.slope = casadi.Function(
+            "slope", [unknowns, everything], [casadi.gradient(cost, unknowns)]
+        )
+        sides = [map(symbols, each.relation.sides) for each in self.constraints]
+        excess = [left - right for left, right in sides]
+        goals = [cost / steepness, *map(symbols, model.preferences)]
+        self.programmes = [
+            {
+                "x": unknowns,
+                "p": casadi.vertcat(everything, steepness, *(floors[j] for j in range(k))),
+                "f": goal,
+                "g": casadi.vertcat(*excess, *(goals[j] - floors[j] for j in range(k))),
+            }
+            for k, goal in enumerate(goals)
+        ]
+
+
+def operations() -> Mapping[np.ufunc, Callable[..., Any]]:
+    """What a ufunc becomes on CasADi's symbols."""
+    import casadi
+
+    return {
+        np.add: operator.add,
+        np.subtract: operator.sub,
+        np.multiply: operator.mul,
+        np.divide: operator.truediv,
+        np.power: operator.pow,
+        np.negative: operator.neg,
+        np.positive: operator.pos,
+        np.absolute: casadi.fabs,
+        np.fabs: casadi.fabs,
+        np.floor: casadi.floor,
+        np.ceil: casadi.ceil,
+        np.trunc: lambda a: casadi.sign(a) * casadi.floor(casadi.fabs(a)),
+        np.sign: casadi.sign,
+        np.heaviside: lambda a, b: (a > 0.0) + (a == 0.0) * b,
+        np.square: lambda a: a * a,
+        np.reciprocal: lambda a: 1.0 / a,
+        np.sqrt: casadi.sqrt,
+        np.cbrt: lambda a: casadi.sign(a) * casadi.fabs(a) ** (1.0 / 3.0),
+        np.exp: casadi.exp,
+        np.exp2: lambda a: 2.0**a,
+        np.expm1: casadi.expm1,
+        np.log: casadi.log,
+        np.log1p: casadi.log1p,
+        np.log2: lambda a: casadi.log(a) / math.log(2.0),
+        np.log10: casadi.log10,
+        np.sin: casadi.sin,
+        np.cos: casadi.cos,
+        np.tan: casadi.tan,
+        np.sinh: casadi.sinh,
+        np.cosh: casadi.cosh,
+        np.tanh: casadi.tanh,
+        np.arcsin: casadi.asin,
+        np.arccos: casadi.acos,
+        np.arctan: casadi.atan,
+        np.arcsinh: casadi.asinh,
+        np.arccosh: casadi.acosh,
+        np.arctanh: casadi.atanh,
+        np.deg2rad: lambda a: a * (math.pi / 180.0),
+        np.radians: lambda a: a * (math.pi / 180.0),
+        np.rad2deg: lambda a: a * (180.0 / math.pi),
+        np.degrees: lambda a: a * (180.0 / math.pi),
+        np.logaddexp: lambda a, b: casadi.logsumexp(casadi.vertcat(a, b)),
+        np.hypot: casadi.hypot,
+        np.arctan2: casadi.atan2,
+        np.maximum: casadi.fmax,
+        np.fmax: casadi.fmax,
+        np.minimum: casadi.fmin,
+        np.fmin: casadi.fmin,
+    }
+
+
+SHARES = (0.02, 0.5, 0.98)
+"""Where the starts lie between the bounds of an unknown."""
+MOST_STARTS = 27
+TYPICAL = 1000.0
+"""Reach of an unknown for which nothing states a bound."""
+LEAST = 1e-3
+"""Least reach by which an unknown is scaled, where the constraints leave it next to none."""
+AT_BOUND = 1e-9
+"""Relative distance from a bound that is as good as none."""
+STEEP = 100.0
+"""Largest slope of an objective as the solver sees it; its tolerances are absolute."""
+
+
+@dataclass(frozen=True)
+class ScaledProgramme:
+    """One programme: a model with numbers for its parameters.
+
+    Parameters
+    ----------
+    names
+        Of the unknowns.
+    parameters, numbers
+        Values of the parameters by name, and in the order in which the solver takes them.
+    lower, upper, scale
+        Bounds of the unknowns, and their sizes; the solver sees an unknown over its size.
+    starts
+        Points to start from, scaled.
+    """
+
+    names: Sequence[str]
+    parameters: Mapping[str, Any]
+    numbers: Floats
+    lower: Floats
+    upper: Floats
+    scale: Floats
+    starts: Sequence[Floats]
+
+    def arguments(
+        self, senses: Sequence[str], start: Floats, more: Sequence[float]
+    ) -> dict[str, Floats]:
+        """Of a call from a start, with rows of the given senses.
+
+        `more` holds the steepness, and a limit for every earlier goal: a further row ≤ 0.
+        """
+        kept = len(more) - 1
+        low = [-math.inf if sense == "<=" else 0.0 for sense in senses]
+        high = [math.inf if sense == ">=" else 0.0 for sense in senses]
+        return {
+            "x0": start,
+            "p": np.concatenate([self.numbers, self.scale, more]),
+            "lbx": self.lower / self.scale,
+            "ubx": self.upper / self.scale,
+            "lbg": np.append(low, np.full(kept, -math.inf)),
+            "ubg": np.append(high, np.zeros(kept)),
+        }
+
+    def scaled(self, points: Iterable[Mapping[str, float]]) -> list[Floats]:
+        """Points as the solver sees them."""
+        return [np.array([point[name] for name in self.names]) / self.scale for point in points]
+
+    def point(self, answer: Any) -> dict[str, float]:
+        """Where an answer lies, by name; on a bound that an interior point stopped short of."""
+        found = np.clip(np.asarray(answer["x"]).ravel() * self.scale, self.lower, self.upper)
+        for bound in (self.lower, self.upper):
+            reach = AT_BOUND * np.maximum(1.0, np.abs(bound))
+            found = np.where(np.isfinite(bound) & (np.abs(found - bound) <= reach), bound, found)
+        return dict(zip(self.names, found.tolist(), strict=True))
+
+    def steepness(self, slope: Any) -> float:
+        """What to divide the objective by, from its slope halfway between the bounds."""
+        halfway = self.starts[len(self.starts) // 2]
+        gradient = np.asarray(slope(halfway, np.concatenate([self.numbers, self.scale])))
+        largest = float(np.abs(gradient).max(initial=0.0))
+        return largest / STEEP if math.isfinite(largest) and largest > 0.0 else 1.0
+
+
+def scaled_programme(
+    model: Model,
+    parameters: Mapping[str, Any],
+    numbers: Floats,
+    lower: Mapping[str, float],
+    upper: Mapping[str, float],
+) -> ScaledProgramme:
+    """A programme with sizes and starts that its bounds and constraints suggest."""
+    names = [variable.name for variable in model.variables]
+    implied = implied_upper_bounds(model, parameters, lower)
+    spans = [_span(lower[name], min(implied[name], upper[name]), upper[name]) for name in names]
+    first, scale = np.array(spans).reshape(-1, 2).T
+    shares = itertools.islice(itertools.product(SHARES, repeat=len(names)), MOST_STARTS)
+    return ScaledProgramme(
+        names,
+        parameters,
+        numbers,
+        np.array([lower[name] for name in names]),
+        np.array([upper[name] for name in names]),
+        scale,
+        [(first + np.array(share) * scale) / scale for share in shares],
+    )
+
+
+def _span(lower: float, likely: float, upper: float) -> tuple[float, float]:
+    """Where the starts of an unknown begin and how far they reach, from its bounds.
+
+    `likely` is the upper bound that the constraints put on it as well.
+    """
+    if math.isinf(lower):
+        return (-0.5 * TYPICAL if math.isinf(upper) else upper - TYPICAL), TYPICAL
+    if not likely > lower or math.isinf(likely):
+        return lower, TYPICAL
+    return lower, max(likely - lower, LEAST)
+
+
+PROOF = "local: the best of several starts"
+EQUAL = 1e-10
+"""Relative loss of the objective that the preferences may use up."""
+ACCURACY = 1e-10
+"""What IPOPT asks of optimality, scaled, unless a caller is content with less."""
+ITERATIONS = 3000
+
+
+class CasadiProgramme:
+    """A model handed to CasADi once, to be solved with changing parameters.
+
+    Parameters
+    ----------
+    model
+        Any smooth model with continuous unknowns.
+    time_limit_s
+        Longest that one solve may take [s]; no limit by default.
+    accuracy
+        What IPOPT asks of optimality, scaled.
+    iterations
+        Most that IPOPT may take from a start.
+
+    Raises
+    ------
+    InputError
+        If a function in the model is unknown to the engine.
+    SolverError
+        If CasADi or IPOPT cannot be loaded.
+    """
+
+    def __init__(
+        self,
+        model: Model,
+        time_limit_s: float | None = None,
+        accuracy: float = ACCURACY,
+        iterations: int = ITERATIONS,
+    ) -> None:
+        self.model = model
+        self.time_limit_s = time_limit_s
+        self.base = self.model.row(0)
+        self.form = CasadiForm(self.model)
+        self.senses = [each.relation.sense for each in self.form.constraints]
+        self._programmes = [
+            prepared(each, time_limit_s, accuracy, iterations) for each in self.form.programmes
+        ]
+
+    @np.errstate(divide="ignore", invalid="ignore", over="ignore")
+    def solve(
+        self, values: Mapping[str, float], starts: Sequence[Mapping[str, float]] = ()
+    ) -> Solution:
+        """Solve with values of parameters that differ from the model's, by name.
+
+        Parameters
+        ----------
+        values
+            Of parameters, by name.
+        starts
+            Points to start from instead of those that the bounds suggest, by name.
+
+        Raises
+        ------
+        SolverError
+            If IPOPT fails or the time limit passes.
+        """
+        parameters = {**self.base, **values}
+        numbers = np.array([float(parameters[name]) for name in self.form.given])
+        if not np.isfinite(numbers).all():
+            return unanswered(self.model, NAME, PROOF, Status.ERROR, "a parameter is no number")
+        lower = lower_bounds(self.model, parameters)
+        upper = own_upper_bounds(self.model, parameters)
+        if any(lower[name] > upper[name] for name in self.form.names):
+            return unanswered(
+                self.model, NAME, "bounds contradict", Status.INFEASIBLE, "not handed to IPOPT"
+            )
+        broken = [each.label for each in self.form.settled if not _holds(each.relation, parameters)]
+        if broken:
+            words = f"does not hold whatever the unknowns: {', '.join(broken)}"
+            return unanswered(self.model, NAME, "evaluated", Status.INFEASIBLE, words)
+        scaled = scaled_programme(self.model, parameters, numbers, lower, upper)
+        if starts:
+            scaled = replace(scaled, starts=scaled.scaled(starts))
+        steepness = scaled.steepness(self.form.slope)
+        best, said = self._best(scaled, steepness)
+        if best is None and UNBOUNDED in said:
+            somewhere, said_of_it = self._best(scaled, math.inf)  # the objective made level
+            if somewhere is not None:
+                proof, words = "local: the iterates diverge", ", ".join(dict.fromkeys(said))
+                return unanswered(self.model, NAME, proof, Status.UNBOUNDED, words)
+            said = said_of_it
+        if best is None:
+            return self._nothing(said)
+        point, answer = best
+        point = self._preferred(point, scaled, steepness)
+        weights = np.asarray(answer["lam_g"]).ravel() * steepness
+        at_bounds = np.asarray(answer["lam_x"]).ravel() * steepness / scaled.scale
+        return self._solution(parameters, point, weights, at_bounds, said)
+
+    def _best(
+        self, scaled: ScaledProgramme, steepness: float
+    ) -> tuple[tuple[dict[str, float], Any] | None, list[str]]:
+        """The best point that IPOPT reaches from any start, its answer, and all its words."""
+        begin, most = time.monotonic(), -math.inf
+        best: tuple[dict[str, float], Any] | None = None
+        said: list[str] = []
+        for start in scaled.starts:
+            if self.time_limit_s is not None and time.monotonic() - begin > self.time_limit_s:
+                raise SolverError(f"{NAME} did not finish within the time limit")
+            arguments = scaled.arguments(self.senses, start, [steepness])
+            answer, word = run(self._programmes[0], arguments)
+            said.append(word)
+            if word in TOO_SLOW:
+                raise SolverError(f"{NAME} did not finish within the time limit")
+            point = scaled.point(answer)
+            if word not in SOLVED or not self._feasible(scaled.parameters, point):
+                continue
+            reached = float(evaluate(self.model.objective, {**scaled.parameters, **point}))
+            if best is None or self.model.towards * reached > most + EQUAL * max(1.0, abs(most)):
+                best, most = (point, answer), self.model.towards * reached
+        return best, said
+
+    def _feasible(self, parameters: Mapping[str, Any], point: Mapping[str, float]) -> bool:
+        return all(bool(row.satisfied) for row in evaluated(self.model, {**parameters, **point}))
+
+    def _preferred(
+        self, point: dict[str, float], scaled: ScaledProgramme, steepness: float
+    ) -> dict[str, float]:
+        """Among points as good as the best, the one that the preferences take, one by one."""
+        floors: list[float] = []
+        goals = [self.model.objective, *self.model.preferences]
+        for number, programme in enumerate(self._programmes[1:]):
+            kept = float(evaluate(goals[number], {**scaled.parameters, **point}))
+            kept = kept if number else -self.model.towards * kept
+            floors.append(kept + EQUAL * max(1.0, abs(kept)))
+            (start,) = scaled.scaled([point])
+            more = [steepness, floors[0] / steepness, *floors[1:]]
+            answer, word = run(programme, scaled.arguments(self.senses, start, more))
+            found = scaled.point(answer)
+            if word in SOLVED and self._feasible(scaled.parameters, found):
+                point = found
+        return point
+
+    def _nothing(self, said: Sequence[str]) -> Solution:
+        words = ", ".join(dict.fromkeys(said))
+        if all(word == UNUSABLE for word in said):
+            status, proof = Status.ERROR, "none"
+        elif NO_WAY_IN in said:
+            status = Status.INFEASIBLE
+            proof = f"local: none of {len(said)} starts led to a feasible point"
+        else:
+            raise SolverError(f"{NAME} found no answer and no reason why: {words}")
+        return unanswered(self.model, NAME, proof, status, words)
+
+    def _solution(
+        self,
+        parameters: Mapping[str, Any],
+        point: dict[str, float],
+        weights: Floats,
+        at_bounds: Floats,
+        said: Sequence[str],
+    ) -> Solution:
+        rows = evaluated(self.model, {**parameters, **point})
+        multipliers = {
+            each.label: float(weight if each.relation.sense == "==" else abs(weight))
+            for each, weight in zip(self.form.constraints, weights, strict=True)
+        }
+        for variable, weight in zip(self.model.variables, np.abs(at_bounds), strict=True):
+            multipliers[variable.label] = multipliers.get(variable.label, 0.0) + float(weight)
+        binding: dict[str, bool] = {}
+        for row in rows:
+            if not np.ndim(row.slack) and row.label not in multipliers:
+                continue
+            tight = abs(float(row.slack)) <= 1e-7 * max(1.0, abs(float(row.right)))
+            binding[row.label] = binding.get(row.label, False) or tight
+        for each in self.form.settled:
+            multipliers[each.label], binding[each.label] = 0.0, False
+        return Solution(
+            engine=NAME,
+            proof=PROOF,
+            statuses=[Status.LOCALLY_OPTIMAL],
+            objective=np.array([float(evaluate(self.model.objective, {**parameters, **point}))]),
+            values={name: np.array([value]) for name, value in point.items()},
+            binding={label: np.array([tight]) for label, tight in binding.items()},
+            duals={label: np.array([weight]) for label, weight in multipliers.items()},
+            words=[", ".join(dict.fromkeys(said))],
+            model=self.model,
+            given={name: np.array([value]) for name, value in parameters.items()},
+        )
+
+
+def _holds(relation: Relation, values: Mapping[str, Any]) -> bool:
+    sides = (evaluate(side, values) for side in relation.sides)
+    return bool(holding(relation.sense, *sides))
+
+
+@dataclass(frozen=True)
+class Casadi:
+    """The engine that hands smooth programmes to CasADi and IPOPT.
+
+    Parameters
+    ----------
+    accuracy
+        Tolerance of IPOPT on optimality, scaled.
+    iterations
+        Most that IPOPT may take from a start.
+    """
+
+    name: ClassVar[str] = NAME
+    takes: ClassVar[Capability] = capability(NAME)
+    accuracy: float = ACCURACY
+    iterations: int = ITERATIONS
+
+    def solve(
+        self,
+        model: Model,
+        programmes: int,
+        values: Values | None = None,
+        *,
+        slot_s: float | None = None,
+        time_limit_s: float | None = None,
+    ) -> Solution:
+        """Solve a model for every entry of its parameters; see `registry.Engine`."""
+        compiled = self.compile(model, programmes, slot_s=slot_s, time_limit_s=time_limit_s)
+        return compiled.solve(values or {})
+
+    def compile(
+        self,
+        model: Model,
+        programmes: int = 1,
+        *,
+        slot_s: float | None = None,
+        time_limit_s: float | None = None,
+    ) -> Compiled:
+        """Hand over a model once, to be solved often; see `registry.Engine`."""
+        rows = [model.row(index) for index in range(programmes)]
+        return RowByRow(CasadiProgramme(model, time_limit_s, self.accuracy, self.iterations), rows)

@@ -1,0 +1,159 @@
+"""The registry: engines by name or as objects, and one that is added from outside the package."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+
+import numpy as np
+import pytest
+
+import optuav
+from optuav.arrays import Values
+from optuav.engines import registry
+from optuav.engines.bracket import Bracket
+from optuav.engines.casadi_engine import Casadi
+from optuav.engines.closed_form import ClosedForm
+from optuav.engines.cvxpy_engine import Cvxpy
+from optuav.engines.grid import Grid
+from optuav.engines.registry import Capability, Compiled, Engine, SolvedAgain
+from optuav.engines.solution import Solution
+from optuav.errors import InputError
+from optuav.modelling import Model, Parameter
+from optuav.modelling.check import evaluated
+from optuav.status import Status
+
+OURS: tuple[Engine, ...] = (ClosedForm(), Cvxpy(), Bracket(), Casadi(), Grid())
+ASKED = {"perspective": "battery"}
+
+
+@dataclass(frozen=True)
+class Halving:
+    """An engine for one unknown from 0: halves a range until it is short enough."""
+
+    width_s: float = 1e-9
+    name: str = "halving"
+    takes: Capability = Capability(
+        "halving",
+        nonlinear=True,
+        integer=False,
+        slots=False,
+        most_unknowns=1,
+        needs_smooth=False,
+        needs_lower_bounds=True,
+        gives="the longest time, if all shorter ones are feasible",
+    )
+
+    def solve(
+        self,
+        model: Model,
+        programmes: int,
+        values: Values | None = None,
+        *,
+        slot_s: float | None = None,
+        time_limit_s: float | None = None,
+    ) -> Solution:
+        """Solve every programme."""
+        (unknown,) = model.variables
+        low, high = np.zeros(programmes), np.full(programmes, 1e6)
+        while (high - low).max() > self.width_s:
+            middle = 0.5 * (low + high)
+            rows = evaluated(model, {**(values or {}), unknown.name: middle})
+            holds = np.logical_and.reduce(
+                [
+                    row.left <= row.right if row.sense == "<=" else row.left >= row.right
+                    for row in rows
+                ]
+            )
+            low, high = np.where(holds, middle, low), np.where(holds, high, middle)
+        statuses = [Status.LOCALLY_OPTIMAL] * programmes
+        found = {unknown.name: low}
+        return Solution(self.name, "halved", model, statuses, low, found, {}, given=values or {})
+
+    def compile(
+        self,
+        model: Model,
+        programmes: int = 1,
+        *,
+        slot_s: float | None = None,
+        time_limit_s: float | None = None,
+    ) -> Compiled:
+        """Nothing to prepare."""
+        return SolvedAgain(self, model, programmes, slot_s, time_limit_s)
+
+
+@pytest.fixture
+def halving() -> Iterator[Halving]:
+    """The engine from outside, known by its name."""
+    added = Halving()
+    registry.register(added)
+    yield added
+    registry.unregister(added.name)
+
+
+def test_engines_of_the_package_are_found_by_name() -> None:
+    assert [each.name for each in OURS] == list(registry.ENGINES) == list(registry.CLASSES)
+    for each in OURS:
+        assert registry.engine(each.name) == each
+        assert registry.engine(each) is each
+        assert registry.capability(each.name) is each.takes
+
+
+def test_an_engine_from_outside_answers_by_name(halving: Halving) -> None:
+    """SPEC's 688.848 s; it is listed, chosen by name, compiled and refused like any other."""
+    assert registry.names()[-1] == "halving"
+    plan = optuav.solve("paper", "P3", engine="halving", **ASKED)
+    assert (plan.engine, plan.proof, plan.status) == ("halving", "halved", Status.LOCALLY_OPTIMAL)
+    assert plan.hover_time_s == pytest.approx(688.848, abs=1e-3)
+    program = optuav.formulate("paper", "P3", engine="halving", **ASKED)
+    assert "halving" in program.engines
+    assert program.compile().solve(deadline_s=300.0).objective[0] == pytest.approx(
+        300.0 - plan.flight_time_s, abs=1e-6
+    )
+    with pytest.raises(InputError, match=r"halving does not take this model: .* at most 1 unknown"):
+        optuav.formulate("paper", "P4", building="b1", engine="halving", **ASKED)
+
+
+def test_an_engine_from_outside_answers_as_an_object() -> None:
+    """It need not be registered, and its options are its own."""
+    coarse = optuav.solve("paper", "P3", engine=Halving(width_s=1.0), **ASKED)
+    assert 687.0 < coarse.hover_time_s < 688.848
+    with pytest.raises(InputError, match="engine"):
+        optuav.solve("paper", "P3", engine="halving", **ASKED)
+
+
+def test_options_of_an_engine_are_its_own() -> None:
+    plan = optuav.solve("paper", "P3", engine=Cvxpy(solver="clarabel"), **ASKED)
+    assert plan.hover_time_s == pytest.approx(688.848, abs=1e-3)
+    assert plan.engine == "cvxpy"
+    rough = optuav.solve("paper", "P3", engine=replace(Casadi(), accuracy=1e-4), **ASKED)
+    assert rough.hover_time_s == pytest.approx(688.848, abs=1e-1)
+
+
+@pytest.mark.parametrize("each", OURS, ids=lambda each: each.name)
+def test_a_compiled_model_answers_like_the_engine(each: Engine) -> None:
+    """For two programmes at once, with changed parameters and with the model's own."""
+    model = Model("longest")
+    x = model.variable("x", "x", unit="s")
+    model.maximise(x)
+    rate, most = Parameter("rate", "r", "1", 2.0), Parameter("most", "m", "s", np.array([6.0, 9.0]))
+    model.subject_to("limit", rate * x <= most)
+    slot_s = 0.5 if each.takes.slots is None else None
+    compiled = each.compile(model, 2, slot_s=slot_s)
+    assert compiled.solve({}).objective == pytest.approx([3.0, 4.5])
+    changed = {"rate": 1.0, "most": np.array([4.0, 5.0])}
+    assert compiled.solve(changed).objective == pytest.approx([4.0, 5.0])
+    found = each.solve(model, 2, changed, slot_s=slot_s)
+    assert found.objective == pytest.approx([4.0, 5.0])
+    assert found.engine == each.name
+
+
+def test_a_name_of_the_package_is_not_taken_over() -> None:
+    with pytest.raises(InputError, match="bracket"):
+        registry.register(replace(Halving(), name="bracket"))
+
+
+def test_the_grid_needs_slots() -> None:
+    (part,) = optuav.formulate("paper", "P3", **ASKED).parts
+    with pytest.raises(InputError, match="slot"):
+        Grid().solve(part.model, 1)
