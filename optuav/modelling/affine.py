@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
@@ -21,8 +20,8 @@ class NotAffineError(ValueError):
 class Affine:
     """constant + Σ coefficient · variable, each a number or an array over programmes."""
 
-    constant: Any
-    coefficients: Mapping[str, Any]
+    constant: Operand
+    coefficients: Mapping[str, Operand]
 
     def plus(self, other: Affine, factor: float) -> Affine:
         """This form plus a multiple of another."""
@@ -35,7 +34,7 @@ class Affine:
             },
         )
 
-    def times(self, factor: Any) -> Affine:
+    def times(self, factor: Operand) -> Affine:
         """This form times a number or an array."""
         return Affine(
             self.constant * factor,
@@ -43,7 +42,7 @@ class Affine:
         )
 
 
-def affine(expression: Operand, values: Mapping[str, Any]) -> Affine:
+def affine(expression: Operand, values: Mapping[str, Operand]) -> Affine:
     """Affine form of an expression.
 
     Parameters
@@ -59,7 +58,7 @@ def affine(expression: Operand, values: Mapping[str, Any]) -> Affine:
         If a variable stands in a product with another, in a divisor or in a nonlinear function.
     """
 
-    def leaf(node: Leaf) -> Any:
+    def leaf(node: Leaf) -> Operand:
         if isinstance(node, Parameter):
             return values.get(node.name, node.value)
         return Affine(0.0, {node.name: 1.0})
@@ -71,13 +70,17 @@ def affine(expression: Operand, values: Mapping[str, Any]) -> Affine:
 class AffineForms:
     """Affine forms that are found again only where a parameter in the tree has another value.
 
-    For trees that live as long as this, and parameters that are all given as numbers.
+    For trees that live as long as this, and parameters that are all given as numbers. Copies and
+    pickles of it are empty: they are of other trees.
     """
 
-    def __init__(self) -> None:
-        self._found: dict[int, tuple[tuple[str, ...], tuple[Any, ...], Affine]] = {}
+    def __reduce__(self) -> tuple[type[AffineForms], tuple[()]]:
+        return AffineForms, ()
 
-    def __call__(self, expression: Operand, values: Mapping[str, Any]) -> Affine:
+    def __init__(self) -> None:
+        self._found: dict[int, tuple[tuple[str, ...], tuple[Operand, ...], Affine]] = {}
+
+    def __call__(self, expression: Operand, values: Mapping[str, Operand]) -> Affine:
         """`affine`, from memory where that is the same."""
         known = self._found.get(id(expression))
         names = known[0] if known else _parameters(expression)
@@ -93,17 +96,34 @@ def _parameters(expression: Operand) -> tuple[str, ...]:
     return tuple(each.name for each in leaves(expression) if isinstance(each, Parameter))
 
 
-def reciprocal(divisor: Any) -> Any:
-    """1/divisor, infinite where that is 0 as NumPy has it: an engine then tells where it stands."""
+def reciprocal(divisor: Operand) -> Operand:
+    """1/divisor; infinite for 0, as in NumPy, so that an engine can say which constraint has it."""
     try:
         return 1.0 / divisor
     except ZeroDivisionError:
         return math.inf
 
 
-def _apply(ufunc: np.ufunc, arguments: tuple[Any, ...]) -> Any:
-    if not any(isinstance(each, Affine) for each in arguments):
+def is_affine(ufunc: np.ufunc, moving: Sequence[bool]) -> bool:
+    """Whether a function of operands is affine, where some of them move with the unknowns."""
+    if ufunc in (np.add, np.subtract, np.negative, np.positive):
+        return True
+    if ufunc is np.multiply:
+        return not all(moving)
+    return ufunc is np.divide and not moving[1]
+
+
+def not_affine(ufunc: np.ufunc) -> str:
+    """Why a function of the unknowns is not affine."""
+    return f"{ufunc.__name__} of the unknowns is not linear"
+
+
+def _apply(ufunc: np.ufunc, arguments: tuple[Operand, ...]) -> Operand:
+    moving = [isinstance(each, Affine) for each in arguments]
+    if not any(moving):
         return ufunc(*arguments)
+    if not is_affine(ufunc, moving):
+        raise NotAffineError(not_affine(ufunc))
     if ufunc in (np.add, np.subtract):
         left, right = (each if isinstance(each, Affine) else Affine(each, {}) for each in arguments)
         return left.plus(right, 1.0 if ufunc is np.add else -1.0)
@@ -111,9 +131,7 @@ def _apply(ufunc: np.ufunc, arguments: tuple[Any, ...]) -> Any:
         return arguments[0].times(-1.0)
     if ufunc is np.positive:
         return arguments[0]
-    if ufunc is np.multiply and not all(isinstance(each, Affine) for each in arguments):
-        left, right = arguments
-        return left.times(right) if isinstance(left, Affine) else right.times(left)
-    if ufunc is np.divide and not isinstance(arguments[1], Affine):
-        return arguments[0].times(reciprocal(arguments[1]))
-    raise NotAffineError(f"{ufunc.__name__} of the unknowns is not linear")
+    left, right = arguments
+    if ufunc is np.divide:
+        return left.times(reciprocal(right))
+    return left.times(right) if isinstance(left, Affine) else right.times(left)

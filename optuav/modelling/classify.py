@@ -4,13 +4,12 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
-from optuav.modelling.affine import NotAffineError, affine
+from optuav.modelling.affine import is_affine, not_affine
 from optuav.modelling.derivatives import DIFFERENTIABLE, SMOOTH
-from optuav.modelling.expression import Leaf, Relaxation, Variable
+from optuav.modelling.expression import Leaf, Operand, Relaxation, Variable
 from optuav.modelling.kibam_form import NotExponentialError, exponential
 from optuav.modelling.model import Model
 from optuav.modelling.traversal import fold
@@ -63,9 +62,12 @@ class Traits:
 
 
 def traits(model: Model) -> Traits:
-    """Properties of a model, found by walking its trees."""
-    label, words = _first_nonlinear(model)
-    rough = _first_rough(model)
+    """Properties of a model, found by walking its trees; again only if the model has changed."""
+    return model.remembered("traits", _traits)
+
+
+def _traits(model: Model) -> Traits:
+    label, words, rough = _first_faults(model)
     longest = _longest(model)
     form, why = _first_unlevelled(model) if longest else ("", "")
     return Traits(
@@ -99,7 +101,7 @@ def _longest(model: Model) -> bool:
 
 
 def _first_unlevelled(model: Model) -> tuple[str, str]:
-    done: dict[int, Any] = {}
+    done: dict[int, Operand] = {}
     for constraint in model.constraints:
         for side in constraint.relation.sides:
             try:
@@ -109,36 +111,34 @@ def _first_unlevelled(model: Model) -> tuple[str, str]:
     return "", ""
 
 
-def _first_nonlinear(model: Model) -> tuple[str, str]:
-    named = [("objective", model.objective)]
-    named += [("preference", each) for each in model.preferences]
-    for constraint in model.constraints:
-        named += [(constraint.label, side) for side in constraint.relation.sides]
-    for label, tree in named:
-        try:
-            affine(tree, {})
-        except NotAffineError as error:
-            return label, str(error)
-    return "", ""
+def _first_faults(model: Model) -> tuple[str, str, str]:
+    """What is not affine, why, and what is not known to be smooth: the first of each, or nothing.
 
-
-def _first_rough(model: Model) -> str:
-    """Name of the first function over an unknown that is not known to be smooth; else nothing.
-
-    Over parameters alone steps and kinks do no harm, but what no derivative is known of does.
+    Over parameters alone steps and kinks do no harm to smoothness, but a function whose derivative
+    is not known does.
     """
     rough: list[str] = []
-    done: dict[int, Any] = {}
+    done: dict[int, str | bool] = {}
 
     def leaf(node: Leaf) -> bool:
         return isinstance(node, Variable)
 
-    def call(ufunc: np.ufunc, arguments: tuple[Any, ...]) -> bool:
-        varies = any(each is True for each in arguments)
+    def call(ufunc: np.ufunc, arguments: tuple[str | bool, ...]) -> str | bool:
+        """Whether it varies with an unknown, or why it is not affine."""
+        moving = [each is True or isinstance(each, str) for each in arguments]
+        varies = any(moving)
         if ufunc not in (SMOOTH if varies else DIFFERENTIABLE):
             rough.append(ufunc.__name__)
-        return varies
+        if not varies:
+            return False
+        faults = [each for each in arguments if isinstance(each, str)]
+        return faults[0] if faults else is_affine(ufunc, moving) or not_affine(ufunc)
 
-    for tree in model.expressions:
+    named = [("objective", model.objective)]
+    named += [("preference", each) for each in model.preferences]
+    named += [(each.label, side) for each in model.constraints for side in each.relation.sides]
+    found = [(label, fold(tree, leaf, call, done=done)) for label, tree in named]
+    for tree in model.expressions:  # bounds too
         fold(tree, leaf, call, done=done)
-    return rough[0] if rough else ""
+    label, words = next(((label, fault) for label, fault in found if type(fault) is str), ("", ""))
+    return label, words, rough[0] if rough else ""

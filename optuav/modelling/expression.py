@@ -60,7 +60,10 @@ class Expression(NDArrayOperatorsMixin):
     """A node of the tree; it answers to Python's operators and to NumPy's ufuncs."""
 
     __hash__ = object.__hash__
-    order: list[Operand] | None = None
+    below: tuple[Expression, ...] = ()
+    """The expressions among its operands."""
+    order: list[Expression] | None = None
+    """All nodes of the tree, each after its operands, once they were listed."""
 
     def __array_ufunc__(
         self, ufunc: np.ufunc, method: str, *inputs: Operand, **options: Any
@@ -111,6 +114,7 @@ class Call(Expression):
     ) -> None:
         self.ufunc = ufunc
         self.arguments = arguments
+        self.below = tuple([each for each in arguments if isinstance(each, Expression)])
 
 
 class Variable(Expression):
@@ -224,6 +228,7 @@ class Let(Expression):
         self.symbol = symbol
         self.unit = unit
         self.expression = expression
+        self.below = (expression,) if isinstance(expression, Expression) else ()
 
 
 Leaf: TypeAlias = Variable | Parameter

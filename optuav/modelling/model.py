@@ -5,15 +5,17 @@ from __future__ import annotations
 import math
 import operator
 import sys
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from types import FrameType
-from typing import Any, Literal
+from typing import Any, Literal, TypeVar
 
 from optuav.modelling.display import latex, text
 from optuav.modelling.expression import Let, Operand, Parameter, Relation, Variable
 from optuav.modelling.traversal import leaves
+
+Found = TypeVar("Found")
 
 
 @dataclass(frozen=True, eq=False)
@@ -100,8 +102,9 @@ class Model:
         self.objective: Operand = 0.0
         self.has_objective = False
         self.preferences: list[Operand] = []
-        # The trees that were walked last and the parameters in them: most models stay as declared.
-        self._walked: tuple[list[Operand], dict[str, Parameter]] = [], {}
+        # What was found by walking the trees, and those trees: most models stay as declared.
+        self._walked: list[Operand] = []
+        self._found: dict[str, Any] = {}
 
     def variable(
         self,
@@ -218,15 +221,29 @@ class Model:
             trees += constraint.relation.sides
         return trees
 
+    def remembered(self, name: str, find: Callable[[Model], Found]) -> Found:
+        """What a function finds in this model; from memory while the model stays the same.
+
+        Parameters
+        ----------
+        name
+            Under which it is kept.
+        find
+            The function.
+        """
+        trees = self.expressions
+        state = [*trees, self.sense, *(each.binary for each in self.variables)]
+        if len(state) != len(self._walked) or any(map(operator.is_not, state, self._walked)):
+            self._walked, self._found = state, {}
+        if name not in self._found:
+            self._found[name] = find(self)
+        found: Found = self._found[name]
+        return found
+
     @property
     def given(self) -> dict[str, Parameter]:
         """Everything that occurs in the model and has a value, by name."""
-        trees = self.expressions
-        walked, found = self._walked
-        if len(trees) != len(walked) or any(map(operator.is_not, trees, walked)):
-            found = {leaf.name: leaf for leaf in leaves(*trees) if isinstance(leaf, Parameter)}
-            self._walked = trees, found
-        return dict(found)
+        return dict(self.remembered("given", _given))
 
     @property
     def parameters(self) -> dict[str, Parameter]:
@@ -246,6 +263,11 @@ class Model:
     def to_latex(self) -> str:
         """The programme as a LaTeX ``align*`` environment (package amsmath)."""
         return latex(self)
+
+
+def _given(model: Model) -> dict[str, Parameter]:
+    found = leaves(*model.expressions)
+    return {leaf.name: leaf for leaf in found if isinstance(leaf, Parameter)}
 
 
 def _place_of_caller() -> str:

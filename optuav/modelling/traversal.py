@@ -1,22 +1,13 @@
-"""Walks over trees of expressions: what becomes of them, their values, and what they speak of."""
+"""Walks over trees of expressions: what they become, their values, and their variables."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Container, Iterator, Mapping, Sequence
 from typing import Any, TypeVar
 
-from optuav.modelling.expression import (
-    Call,
-    Expression,
-    Leaf,
-    Let,
-    Operand,
-    Parameter,
-    Variable,
-)
+from optuav.modelling.expression import Call, Expression, Leaf, Let, Operand, Parameter, Variable
 
 Result = TypeVar("Result")
-LEAVES = (Variable, Parameter)
 
 
 def fold(
@@ -24,7 +15,7 @@ def fold(
     leaf: Callable[[Leaf], Result],
     call: Callable[[Any, tuple[Any, ...]], Result],
     let: Callable[[Let, Result], Result] | None = None,
-    done: dict[int, Any] | None = None,
+    done: dict[int, Result] | None = None,
 ) -> Any:
     """Walk a tree bottom-up, every node once.
 
@@ -33,73 +24,67 @@ def fold(
     expression
         The tree; a bare number or array is returned as it is.
     leaf, call
-        What a variable or parameter, and what a ufunc on folded arguments, becomes.
+        What a variable or parameter, and what a ufunc on folded arguments, becomes. Numbers and
+        arrays among the arguments stay as they are.
     let
         What a named quantity becomes; by default what it stands for.
     done
-        What nodes became, by identity: hand the same one to the walks of trees that share nodes.
+        What nodes became, by identity: hand the same one to the walks of trees that share nodes,
+        and keep these trees as long.
     """
+    if not isinstance(expression, Expression):
+        return expression
     done = {} if done is None else done
-
-    def value(node: Operand) -> Any:
-        if isinstance(node, Call):
-            return call(node.ufunc, tuple([done[id(each)] for each in node.arguments]))
-        if isinstance(node, Let):
-            inner = done[id(node.expression)]
-            return inner if let is None else let(node, inner)
-        return leaf(node) if isinstance(node, LEAVES) else node
-
+    get: Callable[[int, Any], Any] = done.get
     for node in _order(expression) if not done else _upwards([expression], done):
-        done[id(node)] = value(node)
+        if isinstance(node, Call):
+            operands = [get(id(each), each) for each in node.arguments]
+            done[id(node)] = call(node.ufunc, tuple(operands))
+        elif isinstance(node, Let):
+            inner = get(id(node.expression), node.expression)
+            done[id(node)] = inner if let is None else let(node, inner)
+        else:
+            done[id(node)] = leaf(node)
     return done[id(expression)]
 
 
-def _order(expression: Operand) -> list[Operand]:
+def nodes(*expressions: Operand) -> list[Expression]:
+    """Every node of some trees once, each after its operands."""
+    return _upwards([each for each in expressions if isinstance(each, Expression)], ())
+
+
+def _order(expression: Expression) -> list[Any]:
     """Nodes of a tree, each after its operands; found once, as a tree never changes."""
-    if not isinstance(expression, Expression):
-        return [expression]
     if expression.order is None:
-        expression.order = _upwards([expression], {})
+        expression.order = _upwards([expression], ())
     return expression.order
 
 
-def nodes(*expressions: Operand) -> list[Operand]:
-    """Every node of some trees once, each after its operands."""
-    return _upwards(expressions, {})
-
-
-def _upwards(expressions: Sequence[Operand], done: Mapping[int, Any]) -> list[Operand]:
+def _upwards(expressions: Sequence[Expression], done: Container[int]) -> list[Any]:
     """Nodes of trees that are not done, each after its operands."""
-    found: list[Operand] = []
+    found: list[Expression] = []
     seen: set[int] = set()
-    opened: set[int] = set()
     waiting = [*reversed(expressions)]
     while waiting:  # no recursion: a sum over a thousand phases is a deep tree
-        node = waiting.pop()
+        node = waiting[-1]
         key = id(node)
         if key in seen or key in done:
+            waiting.pop()
             continue
-        below = () if key in opened else _operands(node)
-        if below:  # it is met again once these are found
-            opened.add(key)
-            waiting.append(node)
+        below = [each for each in node.below if id(each) not in seen and id(each) not in done]
+        if below:
             waiting += reversed(below)
         else:
+            waiting.pop()
             seen.add(key)
             found.append(node)
     return found
 
 
-def _operands(node: Operand) -> tuple[Operand, ...]:
-    if isinstance(node, Call):
-        return node.arguments
-    return (node.expression,) if isinstance(node, Let) else ()
-
-
 def evaluate(
-    expression: Operand, values: Mapping[str, Any], done: dict[int, Any] | None = None
-) -> Any:
-    """Value of an expression with numbers or arrays in place of its leaves.
+    expression: Operand, values: Mapping[str, Operand], done: dict[int, Operand] | None = None
+) -> Operand:
+    """Value of an expression with numbers or arrays in place of its variables and parameters.
 
     Parameters
     ----------
@@ -116,7 +101,7 @@ def evaluate(
         If a variable has no value.
     """
 
-    def leaf(node: Leaf) -> Any:
+    def leaf(node: Leaf) -> Operand:
         if isinstance(node, Parameter) and node.name not in values:
             return node.value
         return values[node.name]
@@ -125,20 +110,20 @@ def evaluate(
 
 
 def leaves(*expressions: Operand) -> Iterator[Leaf]:
-    """Variables and parameters of some trees, in order of first appearance, each name once."""
+    """Variables and parameters of some trees, in order of first appearance, each name once.
+
+    Raises
+    ------
+    ValueError
+        If two different ones have the same name.
+    """
     found: dict[str, Leaf] = {}
-
-    def leaf(node: Leaf) -> None:
-        known = found.setdefault(node.name, node)
-        if known is not node:
+    for node in nodes(*expressions):
+        if isinstance(node, Variable | Parameter) and found.setdefault(node.name, node) is not node:
             raise ValueError(f"two different symbols are called {node.name!r}")
-
-    done: dict[int, Any] = {}
-    for expression in expressions:
-        fold(expression, leaf, lambda ufunc, arguments: None, done=done)
     yield from found.values()
 
 
 def has_unknowns(*expressions: Operand) -> bool:
     """Whether some trees hold a variable."""
-    return any(isinstance(leaf, Variable) for leaf in leaves(*expressions))
+    return any(isinstance(node, Variable) for node in nodes(*expressions))
