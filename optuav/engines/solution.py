@@ -20,10 +20,9 @@ from optuav.engines.prices import (
     residuals,
 )
 from optuav.errors import SolverError
-from optuav.modelling.check import evaluated, relations
+from optuav.modelling.check import evaluated, relations, unusable
 from optuav.modelling.display import table
 from optuav.modelling.model import Model
-from optuav.modelling.usable import unusable
 from optuav.status import Status
 
 

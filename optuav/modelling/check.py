@@ -1,23 +1,23 @@
-"""Is a point feasible? Every constraint evaluated in NumPy, apart from any solver."""
+"""Constraints evaluated at a point, apart from any solver, and numbers that no engine can use."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
 from optuav.errors import Fault, InputError
 from optuav.modelling.display import table
-from optuav.modelling.expression import Sense
+from optuav.modelling.expression import Call, Expression, Operand, Parameter, Sense
 from optuav.modelling.model import Constraint, Model
-from optuav.modelling.traversal import evaluate
+from optuav.modelling.traversal import evaluate, has_unknowns, nodes
 
 TOLERANCE = 1e-9
 """A constraint holds if it is short by no more than this, relative to max(1, |right side|)."""
 MOST_NAMED = 10
-"""Points at which a constraint is violated that are told by name."""
+"""Of the points at which a constraint is violated, how many are named."""
+OBJECTIVE = "objective"
 SIGNS: Mapping[Sense, str] = {"<=": "≤", ">=": "≥", "==": "="}
 
 
@@ -36,16 +36,16 @@ class Check:
     satisfied
         Whether it holds within `TOLERANCE`.
     points
-        What an array of points is, in words; by default how many there are.
+        What an array of points is; empty for how many there are.
     names
-        What each of them is called; empty where they have no names.
+        Name of each of them; empty where they have none.
     """
 
     constraint: Constraint
-    left: Any
-    right: Any
-    slack: Any
-    satisfied: Any
+    left: Operand
+    right: Operand
+    slack: Operand
+    satisfied: Operand
     points: str = ""
     names: tuple[str, ...] = ()
 
@@ -124,11 +124,11 @@ def relations(model: Model) -> Iterator[Constraint]:
             yield Constraint(variable.label, variable <= variable.upper, *stated)
 
 
-def _is_number(bound: Any, number: float) -> bool:
+def _is_number(bound: Operand, number: float) -> bool:
     return isinstance(bound, float) and bound == number
 
 
-def holding(sense: Sense, left: Any, right: Any) -> Any:
+def holding(sense: Sense, left: Operand, right: Operand) -> Operand:
     """Whether two values compare as they should, within `TOLERANCE`."""
     allowance = TOLERANCE * np.maximum(1.0, np.abs(right))
     if sense == ">=":
@@ -138,14 +138,14 @@ def holding(sense: Sense, left: Any, right: Any) -> Any:
     return np.abs(left - right) <= allowance
 
 
-def slack(sense: Sense, left: Any, right: Any) -> Any:
+def slack(sense: Sense, left: Operand, right: Operand) -> Operand:
     """By how much two values compare as they should; negative where they do not."""
     if sense == "==":
         return -np.abs(left - right)
     return left - right if sense == ">=" else right - left
 
 
-def check(model: Model, point: Mapping[str, Any]) -> Checks:
+def check(model: Model, point: Mapping[str, Operand]) -> Checks:
     """Evaluate every constraint of a model at a point, from wherever it comes.
 
     Parameters
@@ -166,8 +166,8 @@ def check(model: Model, point: Mapping[str, Any]) -> Checks:
     return evaluated(model, _numbers(point, model))
 
 
-def evaluated(model: Model, point: Mapping[str, Any]) -> Checks:
-    """`check` at a point that is known to be one; what the model does not know is passed over.
+def evaluated(model: Model, point: Mapping[str, Operand]) -> Checks:
+    """`check` without a look at the point: names that the model does not have are ignored.
 
     Raises
     ------
@@ -175,7 +175,7 @@ def evaluated(model: Model, point: Mapping[str, Any]) -> Checks:
         If a variable has no value.
     """
     rows = []
-    done: dict[int, Any] = {}
+    done: dict[int, Operand] = {}
     stated = list(relations(model))  # kept, so that no two nodes share an identity
     for constraint in stated:
         left = evaluate(constraint.relation.left, point, done)
@@ -193,9 +193,9 @@ def evaluated(model: Model, point: Mapping[str, Any]) -> Checks:
     return Checks(rows)
 
 
-def _numbers(point: Mapping[str, Any], model: Model) -> dict[str, Any]:
+def _numbers(point: Mapping[str, Operand], model: Model) -> dict[str, Operand]:
     """The values of a point as numbers and arrays that broadcast with those of the model."""
-    found: dict[str, Any] = {}
+    found: dict[str, Operand] = {}
     faults = [*_misnamed(point, model)]
     for name, value in point.items():
         try:
@@ -208,28 +208,106 @@ def _numbers(point: Mapping[str, Any], model: Model) -> dict[str, Any]:
     try:
         np.broadcast_shapes(*shapes.values(), *own)
     except ValueError:
-        told = ", ".join(f"{name} {shape}" for name, shape in shapes.items())
+        stated = ", ".join(f"{name} {shape}" for name, shape in shapes.items())
         model_has = f", also with the model's {', '.join(map(str, sorted(own)))}" if own else ""
-        faults.append(Fault("point", told, f"arrays whose shapes broadcast{model_has}"))
+        faults.append(Fault("point", stated, f"arrays whose shapes broadcast{model_has}"))
     if faults:
         raise InputError(faults)
     return found
 
 
-def _misnamed(point: Mapping[str, Any], model: Model) -> Iterator[Fault]:
-    """Variables without a value, and names that are of nothing in the model."""
+def _misnamed(point: Mapping[str, Operand], model: Model) -> Iterator[Fault]:
+    """Variables without a value, and names that the model does not have."""
     known = [*(each.name for each in model.variables), *model.given]
     for variable in model.variables:
         if variable.name not in point:
             yield Fault(variable.name, "", "a variable of the model without a value")
-    strange = [name for name in point if name not in known]
-    for name in strange:
+    for name in (each for each in point if each not in known):
         words = f"the model has no such name; it has {', '.join(known)}"
         yield Fault(name, repr(point[name]), words)
 
 
-def _number(value: Any) -> Any:
+def _number(value: Operand) -> Operand:
     numbers = np.asarray(value)
     if numbers.dtype.kind not in "biuf" or not numbers.size:
         raise TypeError
     return numbers.astype(float)[()]
+
+
+def refuse_misfits(model: Model, programmes: int) -> None:
+    """Refuse arrays with neither one entry nor one a programme.
+
+    Parameters
+    ----------
+    model
+        The declaration.
+    programmes
+        How many programmes it declares as one.
+
+    Raises
+    ------
+    InputError
+        Naming every constraint, or the objective, in which there is such an array.
+    """
+    allowed = {(), (1,), (programmes,)}
+    if _shapes(model.expressions) <= allowed:
+        return
+    words = f"arrays with one entry a programme, here {programmes}"
+    raise InputError(
+        [
+            Fault(label, f"array of shape {each}", words)
+            for label, sides in _stated(model).items()
+            for each in sorted(_shapes(sides) - allowed)
+        ]
+    )
+
+
+def _shapes(trees: Iterable[Operand]) -> set[tuple[int, ...]]:
+    """Shapes of the numbers and parameters in some trees."""
+    trees = list(trees)
+    found = {np.shape(each) for each in trees if not isinstance(each, Expression)}
+    for node in nodes(*trees):
+        if isinstance(node, Parameter):
+            found.add(np.shape(node.value))
+        elif isinstance(node, Call):
+            found |= {np.shape(each) for each in node.arguments if isinstance(each, np.ndarray)}
+    return found
+
+
+@np.errstate(all="ignore")
+def unusable(model: Model, values: Mapping[str, Operand]) -> str:
+    """Where the numbers of a programme are no numbers: parameters, else labels of constraints.
+
+    Parameters
+    ----------
+    model
+        The declaration.
+    values
+        Values of its parameters for that programme, by name.
+    """
+    parameters = [
+        f"{name} = {values[name]:g}" for name in model.given if not np.isfinite(values[name])
+    ]
+    anywhere = {**values, **{each.name: 1.0 for each in model.variables}}
+    labels = [
+        repr(label)
+        for label, sides in _stated(model).items()
+        if any(_is_unusable(side, anywhere) for side in sides)
+    ]
+    return ", ".join(parameters or labels)
+
+
+def _stated(model: Model) -> dict[str, list[Operand]]:
+    """The goals, and the sides of the constraints and bounds, by label."""
+    found: dict[str, list[Operand]] = {OBJECTIVE: [model.objective, *model.preferences]}
+    for each in model.constraints:
+        found[each.label] = [*each.relation.sides]
+    for variable in model.variables:
+        found.setdefault(variable.label, []).extend((variable.lower, variable.upper))
+    return found
+
+
+def _is_unusable(side: Operand, values: Mapping[str, Operand]) -> bool:
+    """Whether a side is no number, or has unknowns and is not finite."""
+    value = evaluate(side, values)
+    return bool(np.any(np.isnan(value)) or (np.any(np.isinf(value)) and has_unknowns(side)))

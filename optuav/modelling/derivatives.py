@@ -8,7 +8,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
@@ -20,11 +19,11 @@ from optuav.modelling.traversal import fold
 class Slope:
     """Value of an expression and its derivatives by the names of its leaves."""
 
-    value: Any
-    by: Mapping[str, Any]
+    value: Operand
+    by: Mapping[str, Operand]
 
 
-Partials = Callable[..., tuple[Any, ...]]
+Partials = Callable[..., tuple[Operand, ...]]
 
 PARTIALS: Mapping[np.ufunc, Partials] = {
     np.add: lambda value, a, b: (1.0, 1.0),
@@ -88,7 +87,7 @@ SMOOTH = DIFFERENTIABLE - {
 
 
 def slope(
-    expression: Operand, values: Mapping[str, Any], done: dict[int, Any] | None = None
+    expression: Operand, values: Mapping[str, Operand], done: dict[int, Operand] | None = None
 ) -> Slope:
     """Value of an expression and its derivatives with respect to every leaf in it.
 
@@ -116,7 +115,7 @@ def slope(
     return found if isinstance(found, Slope) else Slope(found, {})
 
 
-def _apply(ufunc: np.ufunc, arguments: tuple[Any, ...]) -> Any:
+def _apply(ufunc: np.ufunc, arguments: tuple[Operand, ...]) -> Operand:
     numbers = tuple(each.value if isinstance(each, Slope) else each for each in arguments)
     value = ufunc(*numbers)
     if ufunc is np.power:
@@ -125,7 +124,7 @@ def _apply(ufunc: np.ufunc, arguments: tuple[Any, ...]) -> Any:
         partials = PARTIALS[ufunc](value, *numbers)
     else:
         raise NotImplementedError(f"{ufunc.__name__} has no derivative here")
-    by: dict[str, Any] = {}
+    by: dict[str, Operand] = {}
     for argument, partial in zip(arguments, partials, strict=True):
         if isinstance(argument, Slope):
             for name, derivative in argument.by.items():
@@ -135,8 +134,8 @@ def _apply(ufunc: np.ufunc, arguments: tuple[Any, ...]) -> Any:
 
 
 def _power_partials(
-    value: Any, numbers: tuple[Any, ...], arguments: tuple[Any, ...]
-) -> tuple[Any, Any]:
+    value: Operand, numbers: tuple[Operand, ...], arguments: tuple[Operand, ...]
+) -> tuple[Operand, Operand]:
     base, exponent = numbers
     by_base = exponent * base ** (exponent - 1.0)
     varies = isinstance(arguments[1], Slope)

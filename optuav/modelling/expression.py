@@ -66,8 +66,8 @@ class Expression(NDArrayOperatorsMixin):
     """All nodes of the tree, each after its operands, once they were listed."""
 
     def __array_ufunc__(
-        self, ufunc: np.ufunc, method: str, *inputs: Operand, **options: Any
-    ) -> Any:
+        self, ufunc: np.ufunc, method: str, *inputs: Operand, **options: Operand
+    ) -> Operand:
         rebinds = options.pop("out", (self,))[0] is self  # x += y calls the sum x from there on
         if method != "__call__" or options or ufunc.nout > 1 or not rebinds:
             return NotImplemented
@@ -110,7 +110,7 @@ class Call(Expression):
     """A ufunc, or a function that stands in for one, applied to operands."""
 
     def __init__(
-        self, ufunc: np.ufunc | Callable[..., Any], arguments: tuple[Operand, ...]
+        self, ufunc: np.ufunc | Callable[..., Operand], arguments: tuple[Operand, ...]
     ) -> None:
         self.ufunc = ufunc
         self.arguments = arguments
@@ -190,7 +190,7 @@ class Parameter(Expression):
         name: str,
         symbol: str,
         unit: str,
-        value: Any,
+        value: Operand,
         key: str = "",
         varies: bool = True,
     ) -> None:
@@ -268,13 +268,15 @@ class Bounded:
     """
 
     name: str
-    value: Callable[..., Any]
+    value: Callable[..., Operand]
 
     @property
     def __name__(self) -> str:
         return self.name
 
-    def __call__(self, bound: Any, ceiling: Any, level: Any, limit: Any, *arguments: Any) -> Any:
+    def __call__(
+        self, bound: Operand, ceiling: Operand, level: Operand, limit: Operand, *arguments: Operand
+    ) -> Operand:
         """The value."""
         return self.value(*arguments)
 
@@ -298,9 +300,9 @@ class Relaxation:
     def __init__(self, at_ceiling: str = "") -> None:
         self.at_ceiling = at_ceiling
         self.names: dict[str, None] = {}
-        self.limits: list[Any] = []
+        self.limits: list[Operand] = []
 
-    def __call__(self, function: Bounded, operands: tuple[Any, ...]) -> Any:
+    def __call__(self, function: Bounded, operands: tuple[Operand, ...]) -> Operand:
         """What is taken in place of a function."""
         bound, ceiling, level, limit, *_ = operands
         self.names[function.name] = None

@@ -9,7 +9,7 @@ to the physics instead of a number; coefficients may be arrays over programmes. 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any, Literal, TypeAlias
+from typing import Literal, TypeAlias
 
 import numpy as np
 from numpy.lib.mixins import NDArrayOperatorsMixin
@@ -41,27 +41,29 @@ class Exponential(NDArrayOperatorsMixin):
     """
 
     def __init__(
-        self, terms: Mapping[Monomial, Any], rates_per_s: Mapping[str, Any] | None = None
+        self, terms: Mapping[Monomial, Operand], rates_per_s: Mapping[str, Operand] | None = None
     ) -> None:
         self.terms = terms
         self.rates_per_s = rates_per_s or {}
 
     # What the mixin does by way of ufuncs takes three times as long.
-    def __add__(self, other: Any) -> Exponential:
+    def __add__(self, other: Operand) -> Exponential:
         return _sum(self, _form(other), 1.0)
 
-    def __sub__(self, other: Any) -> Exponential:
+    def __sub__(self, other: Operand) -> Exponential:
         return _sum(self, _form(other), -1.0)
 
-    def __rsub__(self, other: Any) -> Exponential:
+    def __rsub__(self, other: Operand) -> Exponential:
         return _sum(_form(other), self, -1.0)
 
-    def __mul__(self, other: Any) -> Exponential:
+    def __mul__(self, other: Operand) -> Exponential:
         return _product(self, other) if isinstance(other, Exponential) else _times(self, other)
 
     __radd__, __rmul__ = __add__, __mul__
 
-    def __array_ufunc__(self, ufunc: np.ufunc, method: str, *inputs: Any, **options: Any) -> Any:
+    def __array_ufunc__(
+        self, ufunc: np.ufunc, method: str, *inputs: Operand, **options: Operand
+    ) -> Operand:
         if method != "__call__" or options:
             return NotImplemented
         return _apply(ufunc, inputs)
@@ -74,8 +76,8 @@ def unknown(name: str) -> Exponential:
 
 def exponential(
     expression: Operand,
-    values: Mapping[str, Any],
-    done: dict[int, Any] | None = None,
+    values: Mapping[str, Operand],
+    done: dict[int, Operand] | None = None,
     relaxed: Relaxation | None = None,
 ) -> Exponential:
     """The form of an expression.
@@ -98,12 +100,12 @@ def exponential(
         or levels out at two rates.
     """
 
-    def leaf(node: Leaf) -> Any:
+    def leaf(node: Leaf) -> Operand:
         if isinstance(node, Parameter):
             return values.get(node.name, node.value)
         return unknown(node.name)
 
-    def call(function: Any, operands: tuple[Any, ...]) -> Any:
+    def call(function: Operand, operands: tuple[Operand, ...]) -> Operand:
         if relaxed is None or not isinstance(function, Bounded):
             return _called(function, operands)
         return relaxed(function, operands)
@@ -111,17 +113,17 @@ def exponential(
     return _form(fold(expression, leaf, call, done=done))
 
 
-def _called(ufunc: np.ufunc, operands: tuple[Any, ...]) -> Any:
+def _called(ufunc: np.ufunc, operands: tuple[Operand, ...]) -> Operand:
     if any(isinstance(each, Exponential) for each in operands):
         return _apply(ufunc, operands)
     return ufunc(*operands)
 
 
-def _form(operand: Any) -> Exponential:
+def _form(operand: Operand) -> Exponential:
     return operand if isinstance(operand, Exponential) else Exponential({CONSTANT: operand})
 
 
-def _apply(ufunc: np.ufunc, operands: tuple[Any, ...]) -> Exponential:
+def _apply(ufunc: np.ufunc, operands: tuple[Operand, ...]) -> Exponential:
     if ufunc in (np.add, np.subtract):
         return _sum(_form(operands[0]), _form(operands[1]), 1.0 if ufunc is np.add else -1.0)
     if ufunc is np.negative:
@@ -148,12 +150,12 @@ def _sum(left: Exponential, right: Exponential, factor: float) -> Exponential:
     return Exponential(terms, _rates(left, right))
 
 
-def _times(form: Exponential, factor: Any) -> Exponential:
+def _times(form: Exponential, factor: Operand) -> Exponential:
     return Exponential({each: c * factor for each, c in form.terms.items()}, form.rates_per_s)
 
 
 def _product(left: Exponential, right: Exponential) -> Exponential:
-    terms: dict[Monomial, Any] = {}
+    terms: dict[Monomial, Operand] = {}
     for one, a in left.terms.items():
         for other, b in right.terms.items():
             if {name for name, _ in one} & {name for name, _ in other}:
@@ -175,7 +177,7 @@ def _lost(form: Exponential) -> Exponential:
     return Exponential({frozenset({(name, "levelling")}): coefficient}, {name: -coefficient})
 
 
-def _rates(left: Exponential, right: Exponential) -> Mapping[str, Any]:
+def _rates(left: Exponential, right: Exponential) -> Mapping[str, Operand]:
     if not left.rates_per_s or left.rates_per_s is right.rates_per_s:
         return right.rates_per_s
     if not right.rates_per_s:

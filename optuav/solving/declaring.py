@@ -11,8 +11,8 @@ from formulations.quantities import Quantities
 from optuav.arrays import Integers
 from optuav.mission import Mission
 from optuav.modelling import Model
+from optuav.modelling.check import refuse_misfits
 from optuav.modelling.classify import traits
-from optuav.modelling.usable import refuse_misfits
 from optuav.network.feasibility import blocked_legs, impossibilities
 from optuav.network.graph import edited_network
 from optuav.network.network import Network, build_network, nearest_building, trajectory_routes
