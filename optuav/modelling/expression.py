@@ -62,6 +62,8 @@ class Expression(NDArrayOperatorsMixin):
     __hash__ = object.__hash__
     below: tuple[Expression, ...] = ()
     """The expressions among its operands."""
+    height = 0
+    """More than that of each of them."""
     order: list[Expression] | None = None
     """All nodes of the tree, each after its operands, once they were listed."""
 
@@ -115,6 +117,7 @@ class Call(Expression):
         self.ufunc = ufunc
         self.arguments = arguments
         self.below = tuple([each for each in arguments if isinstance(each, Expression)])
+        self.height = 1 + max([each.height for each in self.below], default=0)
 
 
 class Variable(Expression):
@@ -229,6 +232,7 @@ class Let(Expression):
         self.unit = unit
         self.expression = expression
         self.below = (expression,) if isinstance(expression, Expression) else ()
+        self.height = 1 + expression.height if self.below else 0
 
 
 Leaf: TypeAlias = Variable | Parameter

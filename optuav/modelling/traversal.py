@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Container, Iterator, Mapping, Sequence
+from collections.abc import Callable, Container, Iterator, Mapping
+from operator import attrgetter
 from typing import Any, TypeVar
 
 from optuav.modelling.expression import Call, Expression, Leaf, Let, Operand, Parameter, Variable
@@ -36,7 +37,7 @@ def fold(
         return expression
     done = {} if done is None else done
     get: Callable[[int, Any], Any] = done.get
-    for node in _order(expression) if not done else _upwards([expression], done):
+    for node in _order(expression) if not done else _missing(expression, done):
         if isinstance(node, Call):
             operands = [get(id(each), each) for each in node.arguments]
             done[id(node)] = call(node.ufunc, tuple(operands))
@@ -49,36 +50,46 @@ def fold(
 
 
 def nodes(*expressions: Operand) -> list[Expression]:
-    """Every node of some trees once, each after its operands."""
-    return _upwards([each for each in expressions if isinstance(each, Expression)], ())
+    """Every node of some trees once, each after its operands, as a reader meets them."""
+    found: list[Expression] = []
+    seen: set[int] = set()
+    waiting = [each for each in reversed(expressions) if isinstance(each, Expression)]
+    while waiting:  # no recursion: a sum over a thousand phases is a deep tree
+        node = waiting[-1]
+        below = [each for each in node.below if id(each) not in seen]
+        if below:
+            waiting += reversed(below)
+            continue
+        waiting.pop()
+        if id(node) not in seen:
+            seen.add(id(node))
+            found.append(node)
+    return found
 
 
 def _order(expression: Expression) -> list[Any]:
-    """Nodes of a tree, each after its operands; found once, as a tree never changes."""
+    """Nodes of a tree, each after its operands; listed once, as a tree never changes."""
     if expression.order is None:
-        expression.order = _upwards([expression], ())
+        expression.order = _missing(expression, ())
     return expression.order
 
 
-def _upwards(expressions: Sequence[Expression], done: Container[int]) -> list[Any]:
-    """Nodes of trees that are not done, each after its operands."""
-    found: list[Expression] = []
-    seen: set[int] = set()
-    waiting = [*reversed(expressions)]
-    while waiting:  # no recursion: a sum over a thousand phases is a deep tree
-        node = waiting[-1]
-        key = id(node)
-        if key in seen or key in done:
-            waiting.pop()
-            continue
-        below = [each for each in node.below if id(each) not in seen and id(each) not in done]
-        if below:
-            waiting += reversed(below)
-        else:
-            waiting.pop()
-            seen.add(key)
-            found.append(node)
+def _missing(expression: Expression, done: Container[int]) -> list[Any]:
+    """Nodes of a tree that are not done, each after its operands."""
+    if id(expression) in done:
+        return []
+    found = [expression]
+    seen = {id(expression)}
+    for node in found:  # which grows meanwhile
+        for each in node.below:
+            if id(each) not in seen and id(each) not in done:
+                seen.add(id(each))
+                found.append(each)
+    found.sort(key=_height)
     return found
+
+
+_height = attrgetter("height")
 
 
 def evaluate(
