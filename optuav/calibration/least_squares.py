@@ -33,6 +33,7 @@ LEAST_FREEDOM = 3  # fewest observations more than parameters for a bootstrap
 LOGIT = 13.8  # largest size of the logit of a share: 1e-6 from 0 and 1
 LOGARITHM = (-35.0, 20.7)  # range of the logarithm of a positive value: 1e-15 to 1e9
 CLOSE = {"search": 1e-12, "polish": 1e-12, "refit": 1e-6}  # tolerances of a fit, by its aim
+MOST_POLISH = 30  # steps of the last fit, which needs a few where the data determine all
 BLIND = 1e-6  # singular value of the Jacobian, over the largest, that determines nothing
 NOTHING = 1e-100  # what replaces 0 in a denominator, far from 1 and from overflow
 TIE = 1e-6  # relative difference of two sums of squares that is rounding
@@ -181,6 +182,7 @@ class _Problem:
             xtol=CLOSE[aim],
             ftol=CLOSE[aim],
             gtol=CLOSE[aim],
+            max_nfev=MOST_POLISH if aim == "polish" else None,
         )
         way = float(np.linalg.norm(answer.x - start))
         return _Optimum(answer.x, answer.fun, np.asarray(answer.jac), way)

@@ -1,14 +1,18 @@
-"""Intervals by bootstrap of which all that counts is that they are there, or hold the truth."""
+"""Fewer fits, for tests that need neither the last digits of a bootstrap nor several starts."""
 
 from __future__ import annotations
 
 import pytest
 
-from optuav.calibration import least_squares
+from optuav.calibration import least_squares, table
 
 
 @pytest.fixture(autouse=True)
-def few_refits(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> None:
-    """A hundred, not four hundred, but where rates are counted at length."""
+def fewer_fits(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A hundred refits instead of four hundred, one start of a table instead of three.
+
+    Not where rates are counted at length, nor in fixtures of a module.
+    """
     if not request.node.get_closest_marker("soak"):
         monkeypatch.setattr(least_squares, "REPLICATES", 100)
+        monkeypatch.setattr(table, "SCALES", (1.0,))

@@ -66,7 +66,7 @@ def test_a_blank_is_no_number_where_blanks_are_allowed(file: Path) -> None:
     assert np.isnan(read(file, LOG).numbers["duration"][0])
 
 
-def test_all_faults_are_told_at_once(file: Path) -> None:
+def test_all_faults_come_at_once(file: Path) -> None:
     """Gap, NaN, text, infinity, a short line and absurd sizes: one fault a rule, with its lines."""
     text = "time_s,current_A\n0,1\n1,\n2,nan\n3,much\n4,inf\n5\n6,1e300\n7,-1e-300\n"
     assert faults(file, text) == [
@@ -167,7 +167,7 @@ def test_no_file_at_all() -> None:
 
 
 def test_a_file_counts_once_under_all_its_names(tmp_path: Path) -> None:
-    """By another path and through a link too; faults of other files are told beside."""
+    """By another path and through a link too; faults of other files come beside."""
     (tmp_path / "a.csv").write_text("time_s\n1\n")
     (tmp_path / "below").mkdir()
     (tmp_path / "link.csv").symlink_to(tmp_path / "a.csv")

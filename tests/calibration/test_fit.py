@@ -37,10 +37,10 @@ def test_value_and_ends_have_the_same_decimals(
 def test_the_ends_always_differ_from_the_value(value: float, below: float, above: float) -> None:
     """And below a million nothing has an exponent, down to a ten thousandth."""
     interval = ConfidenceInterval(value * (1.0 - below), value * (1.0 + above))
-    told, span = Value("a.b", value, "", interval).written(" ")
+    text, span = Value("a.b", value, "", interval).written(" ")
     low, high = span.split()
-    assert float(low) < float(told) < float(high)
-    assert ("e" in told) == (not 1e-4 <= interval.high < 1e6)
+    assert float(low) < float(text) < float(high)
+    assert ("e" in text) == (not 1e-4 <= interval.high < 1e6)
 
 
 def test_loads_are_doubted_that_the_battery_hardly_holds(tmp_path: Path) -> None:

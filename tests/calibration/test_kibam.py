@@ -170,7 +170,7 @@ def test_a_current_holds_until_the_next_line(tmp_path: Path) -> None:
     assert words.endswith("s after 99 s: the current is taken to hold until the next line")
 
 
-def test_loads_of_one_size_tell_no_parameter(tmp_path: Path) -> None:
+def test_loads_of_one_size_determine_no_parameter(tmp_path: Path) -> None:
     """The warning says so in words, and the fragment states nothing that is not known."""
     observed = [(f"run {n}", LOADS["CL500"], 270.0 + n) for n in range(5)]
     found = optuav.fit_kibam([written(tmp_path / "one.csv", observed)])
@@ -183,7 +183,7 @@ def test_loads_of_one_size_tell_no_parameter(tmp_path: Path) -> None:
     assert found.panels[0].fitted == pytest.approx([272.0] * 5, abs=0.1)
 
 
-def test_exact_loads_of_one_size_tell_no_parameter_either(tmp_path: Path) -> None:
+def test_exact_loads_of_one_size_determine_no_parameter_either(tmp_path: Path) -> None:
     """Without any noise the data are as blind."""
     observed = [(f"run {n}", LOADS["CL500"], lasts(LOADS["CL500"])) for n in range(4)]
     found = optuav.fit_kibam([written(tmp_path / "one.csv", observed)])

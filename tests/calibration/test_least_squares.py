@@ -12,8 +12,8 @@ from optuav.calibration.least_squares import estimate
 
 
 def test_a_long_record_needs_no_square_of_its_length() -> None:
-    """A mean of 400 000 samples; its standard error is s over the root of their number."""
-    samples = np.random.default_rng(1).normal(5.0, 0.1, 400_000)
+    """A mean of 100 000 samples; its standard error is s over the root of their number."""
+    samples = np.random.default_rng(1).normal(5.0, 0.1, 100_000)
     found = estimate(["mean"], lambda x: x - samples, [(1.0,)])
     assert found.intervals is not None
     (interval,) = found.intervals

@@ -70,8 +70,8 @@ def test_exact_bench_gives_the_exact_rotor(tmp_path: Path) -> None:
         assert changes[f"rotor.{key}"] == pytest.approx(true, rel=1e-4), key
 
 
-def test_a_narrow_range_of_speeds_tells_too_little(tmp_path: Path) -> None:
-    """What cannot be told is named and not stated."""
+def test_a_narrow_range_of_speeds_determines_too_little(tmp_path: Path) -> None:
+    """What the data do not determine is named and not stated."""
     head, *rows = (DATA / "bench.csv").read_text("utf-8").splitlines()[2:]
     file = tmp_path / "narrow.csv"
     noisy = [row for row in rows if 6000 < float(row.partition(",")[0]) < 9100]

@@ -122,8 +122,8 @@ def test_fragment_is_a_mission(found: optuav.Fit, tmp_path: Path) -> None:
     assert plan.hover_time_s == 950.0
 
 
-def test_free_keys_that_nothing_tells_are_named(tmp_path: Path) -> None:
-    """Without the crossing of the figure, hover and charging current cannot be told apart.
+def test_free_keys_that_nothing_determines_are_named(tmp_path: Path) -> None:
+    """Without the crossing of the figure, hover and charging current are not determined.
 
     The acceleration is known then, or there were fewer numbers than keys.
     """
@@ -307,7 +307,7 @@ fit = { battery_percent = 50 }
 
 
 def test_a_table_that_cannot_be_met_is_doubted(tmp_path: Path) -> None:
-    """No mass leaves -300 %; the heaviest that flies comes closest, and is told to be the edge."""
+    """No mass leaves -300 %; the heaviest that flies comes closest, and is called an edge."""
     file = tmp_path / "table.toml"
     rows = "".join(
         f"""
