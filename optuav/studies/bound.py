@@ -1,45 +1,44 @@
-"""How far whole slots can keep a hover time below the best one in continuous times.
-
-Let (Δ, T') be best in continuous times, and H the horizon that a deadline leaves them. If neither a
-shorter hover nor a longer rest can break any other constraint, ⌊Δ⌋ and the slots that are left for
-the rest are feasible as well: at most one slot is lost, less than two where H is no whole number
-of slots. Without a rest less than one slot is lost.
-"""
+"""The bound of the theory on the hover time that is lost to whole slots."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 from optuav.engines.ranges import TOLERANCE
 from optuav.modelling import Model, affine
+from optuav.studies.results import Row
 
 HOVER, REST = "hover_time_s", "rest_time_s"
 
 
 class Bound(NamedTuple):
-    """What the theory says of a length of slot.
+    """What the theory says about a length of slot.
 
     Parameters
     ----------
     slots
-        Δ in continuous times less Δ in slots is at least 0 and at most so many slots; None where
-        the theory says nothing but that it is at least 0.
+        Δ in continuous times less Δ in slots is between 0 and so many slots; None if the theory
+        only says that it is at least 0.
     words
-        Why it says so, for a reader.
+        Why, for a reader.
     """
 
     slots: int | None
     words: str
 
 
-def bound(model: Model, parameters: Mapping[str, Any], slot_s: float) -> Bound:
-    """The bound for a linear model that maximises the hover time.
+def bound(model: Model, parameters: Row, slot_s: float) -> Bound:
+    """Return the bound for a linear model that maximises the hover time.
+
+    Let (Δ, T') be the optimum in continuous times, and H the horizon that the deadline leaves. If
+    neither a shorter hover nor a longer rest can break any other constraint, ⌊Δ⌋ slots of hover and
+    the remaining slots of rest are feasible as well: at most one slot is lost, or less than two if
+    H is not a whole number of slots. Without a rest less than one slot is lost.
 
     Parameters
     ----------
     model
-        A model with the unknowns ``hover_time_s`` and, where there is a rest, ``rest_time_s``.
+        A model with the unknown ``hover_time_s`` and, if there is a rest, ``rest_time_s``.
     parameters
         Values of its parameters for one itinerary.
     slot_s

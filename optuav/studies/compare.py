@@ -36,6 +36,11 @@ AXES: Mapping[str, tuple[str, ...]] = {
     "trajectory": ("direct", "traj1", "traj2", "optimal"),
 }
 """What plans are compared by, and its values in the order of the table."""
+ALONE = {
+    **dict.fromkeys(("engines", "time_limit_s", "times"), "method"),
+    "periods_s": "schedule",
+}
+"""Arguments that go with one comparison only."""
 UNITS = {
     **{"status": "", "hover_time_s": "s", "rest_time_s": "s", "mission_time_s": "s"},
     **{f"soc_{name}": "-" for name in PAPER},
@@ -120,10 +125,11 @@ def compare(
     [('direct', 688.85), ('traj1', 715.05), ('traj2', 719.54), ('optimal', 719.54)]
     """
     names = (by,) if isinstance(by, str) else tuple(by)
-    own = {"engines": engines, "time_limit_s": time_limit_s, "times": times or None}
     slots = (slots_s,) if isinstance(slots_s, int | float) else slots_s
-    faults = [*_unusable(names, perspective, slots, periods_s), *_unusable_for(names, own)]
-    if faults:
+    limits = None if time_limit_s is None else (time_limit_s,)
+    given: dict[str, Any] = {"slots_s": slots, "periods_s": periods_s, "time_limit_s": limits}
+    given |= {"engines": engines, "times": times or None}
+    if faults := [*_faults(names, perspective, given)]:
         raise InputError(faults)
     studied = mission if isinstance(mission, Mission) else load(mission)
     if names == ("method",):
@@ -136,7 +142,7 @@ def compare(
             progress,
             times=times,
         )
-    settings: list[dict[str, Any]] = []
+    settings: list[Row] = []
     if names == ("schedule",):
         own_s = studied.battery.period_s
         periods = dict.fromkeys([*([] if own_s is None else [own_s]), *(periods_s or PERIODS_S)])
@@ -144,66 +150,46 @@ def compare(
             turns = map(float, periods) if name == "alternating" else (None,)
             settings += [{"schedule": name, "period_s": period_s} for period_s in turns]
     else:
-        fixed_axes = {"perspective": (perspective or AVAILABLE,), "trajectory": ("optimal",)}
-        axes = (AXES[name] if name in names else fixed_axes[name] for name in AXES)
-        settings = [dict(zip(AXES, pair, strict=True)) for pair in itertools.product(*axes)]
+        alone = {"perspective": (perspective or AVAILABLE,), "trajectory": ("optimal",)}
+        axes = (AXES[name] if name in names else alone[name] for name in AXES)
+        settings += [dict(zip(AXES, pair, strict=True)) for pair in itertools.product(*axes)]
     plans = []
     for number, setting in enumerate(settings):
         if progress is not None:
-            progress(number, len(settings), " ".join(str(v) for v in setting.values() if v))
+            progress(number, len(settings), " ".join(_label(setting)))
         plans.append(_plan(studied, setting, slots[0] if slots else None))
     return _side_by_side(studied, names, slots[0] if slots else None, settings, plans)
 
 
-def _unusable(
-    names: tuple[str, ...],
-    perspective: str | None,
-    slots_s: Sequence[float] | None,
-    periods_s: Sequence[float] | None,
+def _faults(
+    names: tuple[str, ...], perspective: str | None, given: Mapping[str, Any]
 ) -> Iterator[Fault]:
-    """Yield what cannot be compared by, and figures out of range."""
-    alone = names in (("method",), ("schedule",))
-    if not alone:
+    """Yield what is out of range, and what does not go with what is compared by."""
+    if names not in (("method",), ("schedule",)):
         words = f"some of {', '.join(AXES)}; or method or schedule alone"
         yield from (Fault("by", repr(name), words) for name in names if name not in AXES)
         if not names or len(set(names)) < len(names):
             yield Fault("by", repr(names), f"each once, at least one of {', '.join(AXES)}")
-    for slot_s in slots_s or ():
-        if not SLOT.accepts(slot_s):
-            yield Fault("slots_s", shown(slot_s), SLOT.words)
-    if slots_s and len(set(slots_s)) < len(slots_s):
-        yield Fault("slots_s", shown(tuple(slots_s)), "each length once")
-    if slots_s and len(slots_s) > 1 and names != ("method",):
-        yield Fault("slots_s", shown(tuple(slots_s)), "one length unless by = 'method'")
-    for period_s in periods_s or ():
-        if not PERIOD.accepts(period_s):
-            yield Fault("periods_s", shown(period_s), PERIOD.words)
-    if periods_s is not None and names != ("schedule",):
-        yield Fault("periods_s", shown(tuple(periods_s)), "goes with by = 'schedule' only")
-    if perspective is None:
-        return
-    linear_only, available_only = names == ("method",), names == ("schedule",)
-    allowed = PAPER if linear_only else (AVAILABLE,) if available_only else AXES["perspective"]
-    if perspective not in allowed:
+    for name, number in (("slots_s", SLOT), ("periods_s", PERIOD), ("time_limit_s", LIMIT)):
+        for value in given[name] or ():
+            if not number.accepts(value):
+                yield Fault(name, shown(value), number.words)
+    slots = tuple(given["slots_s"] or ())
+    if len(set(slots)) < len(slots):
+        yield Fault("slots_s", shown(slots), "each length once")
+    if len(slots) > 1 and names != ("method",):
+        yield Fault("slots_s", shown(slots), "one length unless by = 'method'")
+    for name, kind in ALONE.items():
+        if given[name] is not None and names != (kind,):
+            yield Fault(name, shown(given[name]), f"goes with by = {kind!r} only")
+    allowed = {"method": PAPER, "schedule": (AVAILABLE,)}.get(" ".join(names), AXES["perspective"])
+    if perspective is not None and perspective not in allowed:
         plans = "; available where plans are compared" if perspective == AVAILABLE else ""
         yield Fault("perspective", repr(perspective), f"one of {', '.join(allowed)}{plans}")
-    elif "perspective" in names:
+    elif perspective is not None and "perspective" in names:
         yield Fault("perspective", repr(perspective), "is compared by already")
-
-
-def _unusable_for(names: tuple[str, ...], own: Mapping[str, Any]) -> Iterator[Fault]:
-    """Yield faults of the arguments that go with a comparison by method only."""
-    if names != ("method",):
-        for name, value in own.items():
-            if value is not None:
-                yield Fault(name, shown(value), "goes with by = 'method' only")
-        return
-    limit_s = own["time_limit_s"]
-    if limit_s is not None and not LIMIT.accepts(limit_s):
-        yield Fault("time_limit_s", shown(limit_s), f"{LIMIT.words}, or nothing")
-    for name in own["engines"] or ():
-        if name not in ENGINES:
-            yield Fault("engines", repr(name), f"some of {', '.join(ENGINES)}")
+    unknown = (each for each in given["engines"] or () if each not in ENGINES)
+    yield from (Fault("engines", repr(each), f"some of {', '.join(ENGINES)}") for each in unknown)
 
 
 def _plan(mission: Mission, setting: Row, slot_s: float | None) -> Plan:
@@ -223,31 +209,26 @@ def _side_by_side(
 ) -> Results:
     """Return plans as a table, one row each: what was chosen, and what comes of it."""
     units = {name: "s" if name == "period_s" else "" for name in settings[0]} | UNITS
-    rows: list[Row] = []
+    by_schedule, rows = by == ("schedule",), list[Row]()
     for setting, plan in zip(settings, plans, strict=True):
+        times = ("hover_time_s", "rest_time_s", "mission_time_s")
+        moments = ("runs_dry_s", "overfull_s")
         row: dict[str, Any] = {
             **setting,
-            "status": plan.status.value,
-            "hover_time_s": plan.hover_time_s if plan else None,
-            "rest_time_s": plan.rest_time_s if plan else None,
-            "mission_time_s": plan.mission_time_s if plan else None,
+            **{name: getattr(plan, name) if plan else None for name in (*times, *moments)},
             **{f"soc_{name}": (plan.soc or {}).get(name) for name in PAPER},
+            "status": plan.status.value,
             "route": plan.route if plan else (),
             "flyable": plan.flyable,
-            "runs_dry_s": plan.runs_dry_s if plan else None,
-            "overfull_s": plan.overfull_s if plan else None,
             "proof": plan.proof,
             "reasons": plan.reasons,
         }
-        if "schedule" in setting:
-            pooled = plans[0]
-            row["brings_s"] = plan.hover_time_s - pooled.hover_time_s if plan and pooled else None
+        if by_schedule:
+            known = plan and plans[0]
+            row["brings_s"] = plan.hover_time_s - plans[0].hover_time_s if known else None
         rows.append(row)
-    draw: Draw = _choices
-    if by == ("schedule",):
-        units["brings_s"] = "s"
-        draw = partial(_packs, plans=plans)
-    facts = {"by": by, "slot_s": slot_s}
+    draw: Draw = partial(_packs, plans=plans) if by_schedule else _choices
+    facts, units = {"by": by, "slot_s": slot_s}, units | ({"brings_s": "s"} if by_schedule else {})
     return Results("optuav comparison of plans", mission, facts, units, tuple(rows), _tables, draw)
 
 
@@ -289,10 +270,8 @@ def _tables(found: Results, _: int) -> Iterator[RenderableType]:
     if grounded:
         yield ""
     for proof in dict.fromkeys(row["proof"] for row in found.rows):
-        known = {
-            label: row["proof"] == proof for label, row in zip(labels, found.rows, strict=True)
-        }
-        yield Text(f"{', '.join(_named(known))}: {proof}")
+        known = [row["proof"] == proof for row in found.rows]
+        yield Text(f"{', '.join(_named(labels, known))}: {proof}")
     for reason in dict.fromkeys(reason for row in found.rows for reason in row["reasons"]):
         yield Text(f"Because {reason}")
 
@@ -318,12 +297,11 @@ def _flies(row: Row, min_soc: float) -> str:
     return "low" if soc is not None and soc < min_soc - TOLERANCE else "no"
 
 
-def _named(chosen: Mapping[tuple[str, ...], bool]) -> Iterator[str]:
+def _named(labels: Sequence[tuple[str, ...]], chosen: Sequence[bool]) -> Iterator[str]:
     """Yield the labels that are chosen; by their first word where all that share it are."""
-    for first in dict.fromkeys(label[0] for label in chosen):
-        own = [label for label in chosen if label[0] == first]
-        labels = [" ".join(label) for label in own if chosen[label]]
-        yield from [first] if len(labels) == len(own) else labels
+    for first in dict.fromkeys(label[0] for label in labels):
+        own = [pair for pair in zip(labels, chosen, strict=True) if pair[0][0] == first]
+        yield from [first] if all(c for _, c in own) else (" ".join(t) for t, c in own if c)
 
 
 # The pictures

@@ -125,7 +125,7 @@ class _Reference:
     program, through_wells
         The problem; CasADi solves `through_wells`.
     hover_time_s
-        Best Δ [s]; None if there is none.
+        Longest hover Δ [s]; None if there is none.
     model, parameters
         Declaration and figures of the best itinerary.
     rounding_s

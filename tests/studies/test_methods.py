@@ -429,7 +429,7 @@ def test_everything_wrong_is_said_at_once() -> None:
             time_limit_s=-1,
         )
     keys = [fault.key for fault in caught.value.faults]
-    assert keys == ["slots_s", "slots_s", "perspective", "time_limit_s", "engines"]
+    assert keys == ["slots_s", "slots_s", "time_limit_s", "perspective", "engines"]
 
 
 def test_a_length_twice_is_refused() -> None:
