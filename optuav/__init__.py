@@ -80,7 +80,7 @@ HOMES = {
 }
 """Where each public name is defined."""
 
-__all__ = ["__version__", *sorted(HOMES)]  # noqa: PLE0604
+__all__ = ["__version__", "plots", *sorted(HOMES)]  # noqa: PLE0604
 
 
 def __getattr__(name: str) -> Any:
@@ -88,6 +88,8 @@ def __getattr__(name: str) -> Any:
         from importlib.metadata import version
 
         return version("optuav")
+    if name == "plots":
+        return import_module("optuav.plots")
     if name not in HOMES:
         raise AttributeError(f"module 'optuav' has no attribute {name!r}")
     value = getattr(import_module(HOMES[name]), name)

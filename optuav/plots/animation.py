@@ -67,8 +67,9 @@ def animate(replayed: Replayed) -> FuncAnimation:
 
     Examples
     --------
-    >>> moving = optuav.plots.animate(optuav.replay(optuav.solve("paper", "P3")))
-    >>> moving.save("flight.gif")  # doctest: +SKIP
+    >>> import optuav
+    >>> replayed = optuav.replay(optuav.solve("paper", "P3"))
+    >>> optuav.plots.animate(replayed).save("flight.mp4")  # doctest: +SKIP
     """
     end_s = float(replayed.trace.time_s[-1])
     with style.applied():

@@ -54,6 +54,7 @@ def fit(found: Fit, axes: tuple[FitAxes, ...] | None = None) -> tuple[FitAxes, .
 
     Examples
     --------
+    >>> import optuav
     >>> from optuav.calibration import Panel
     >>> panel = Panel("lifetime", "s", (100.0, 120.0), (101.0, 118.0), names=("1 A", "2 A"))
     >>> found = optuav.Fit("kibam", ("cell.csv",), "2 loads", (), (panel,))

@@ -129,6 +129,7 @@ def battery(plan: Plan, axes: BatteryAxes | None = None) -> BatteryAxes:
 
     Examples
     --------
+    >>> import optuav
     >>> plan = optuav.solve("paper", "P3")
     >>> optuav.plots.battery(plan).current.get_xlabel()
     'time since take-off $t$ [s]'
@@ -227,6 +228,7 @@ def wells(plans: Sequence[Plan], axes: Sequence[Axes] | None = None) -> Sequence
 
     Examples
     --------
+    >>> import optuav
     >>> plan = optuav.solve("paper", "P3", perspective="battery")
     >>> (ax,) = optuav.plots.wells([plan])
     >>> ax.get_title(loc="left")
@@ -329,6 +331,7 @@ def tanks(plan: Plan) -> list[Axes]:
 
     Examples
     --------
+    >>> import optuav
     >>> [ax.get_title(loc="left") for ax in optuav.plots.tanks(optuav.solve("paper", "P3"))][:2]
     ['full, at take-off', 'after flight, 38 s']
     """

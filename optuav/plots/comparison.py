@@ -121,6 +121,7 @@ def bars(
 
     Examples
     --------
+    >>> import optuav
     >>> ax = optuav.plots.bars({"P3": 577.5, "P1": 597.3}, title="hover", y_label="Δ [s]")
     >>> [text.get_text() for text in ax.texts]
     ['577.5', '597.3']
@@ -151,6 +152,7 @@ def hover_bars(shown: Sequence[Bar], title: str, ax: Axes | None = None) -> Axes
 
     Examples
     --------
+    >>> import optuav
     >>> bar = optuav.plots.Bar("battery", "direct", 688.8, 0.05, flyable=False)
     >>> [patch.get_hatch() for patch in optuav.plots.hover_bars([bar], "hover").patches]
     ['/////']
@@ -175,6 +177,7 @@ def charge_bars(shown: Sequence[Bar], title: str, min_soc: float, ax: Axes | Non
 
     Examples
     --------
+    >>> import optuav
     >>> bar = optuav.plots.Bar("available", "direct", 577.5, 0.207)
     >>> optuav.plots.charge_bars([bar], "charge", 0.05).texts[0].get_text()
     '20.7'
@@ -223,6 +226,7 @@ def choice_bars(
 
     Examples
     --------
+    >>> import optuav
     >>> bar = optuav.plots.Bar("battery", "direct", 688.8, 0.05)
     >>> optuav.plots.choice_bars([bar], "paper", 0.05).hover.get_ylabel()
     'hover time Δ [s]'
@@ -326,6 +330,7 @@ def slot_gaps(shown: Sequence[Gap], mission: str, *, ax: Axes | None = None) -> 
 
     Examples
     --------
+    >>> import optuav
     >>> gap = optuav.plots.Gap("P1", 5.0, 1.5, 10.0)
     >>> optuav.plots.slot_gaps([gap], "paper").get_ylabel()
     'hover time Δ lost to slots [slots]'

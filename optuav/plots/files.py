@@ -50,9 +50,11 @@ def save_pictures(plan: Plan, directory: str | Path, beside: Sequence[Plan] = ()
 
     Examples
     --------
-    >>> plan = optuav.solve("paper", "P3")
-    >>> [path.name for path in optuav.plots.save_pictures(plan, "pictures")]  # doctest: +SKIP
-    ['map.png', 'battery.png', 'leg.png']
+    >>> import optuav, tempfile
+    >>> late = optuav.load("paper").replace({"limits.deadline_s": 10.0})
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     [path.name for path in optuav.plots.save_pictures(optuav.solve(late), folder)]
+    ['map.png']
     """
     return save_figures(_figures(plan, beside), Path(directory))
 
@@ -62,7 +64,10 @@ def save_map(mission: Mission, directory: str | Path) -> list[Path]:
 
     Examples
     --------
-    >>> optuav.plots.save_map(optuav.load("paper"), "pictures")  # doctest: +SKIP
+    >>> import optuav, tempfile
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     [path.name for path in optuav.plots.save_map(optuav.load("paper"), folder)]
+    ['map.png']
     """
     drawn = plots.mission_map(mission).plan.get_figure(root=True)
     return save_figures([("map.png", drawn)], Path(directory))
@@ -87,8 +92,11 @@ def save_profile(replayed: Replayed, path: str | Path) -> Path:
 
     Examples
     --------
-    >>> replayed = optuav.replay(optuav.solve("paper"))
-    >>> optuav.plots.save_profile(replayed, "profile.png")  # doctest: +SKIP
+    >>> import optuav, pathlib, tempfile
+    >>> replayed = optuav.replay(optuav.solve("paper", "P3"))
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     optuav.plots.save_profile(replayed, pathlib.Path(folder, "profile.png")).name
+    'profile.png'
     """
     write_bytes(Path(path), png(plots.profile(replayed).power.get_figure(root=True)))
     return Path(path)
@@ -101,8 +109,12 @@ def save_animation(replayed: Replayed, path: str | Path) -> Path:
 
     Examples
     --------
-    >>> replayed = optuav.replay(optuav.solve("paper"))
-    >>> optuav.plots.save_animation(replayed, "mission.gif")  # doctest: +SKIP
+    >>> import optuav
+    >>> replayed = optuav.replay(optuav.solve("paper", "P3"))
+    >>> optuav.plots.save_animation(replayed, "mission.mp4")
+    Traceback (most recent call last):
+    ...
+    optuav.errors.InputError: animation = 'mission.mp4': a name that ends in .gif
     """
     file = gif_file(path)
     write_bytes(file, gif(plots.animate(replayed)))
@@ -130,8 +142,11 @@ def save_fit(found: Fit, directory: str | Path) -> list[Path]:
 
     Examples
     --------
-    >>> found = optuav.fit_regimes(["flight_log.csv"])  # doctest: +SKIP
-    >>> optuav.plots.save_fit(found, "pictures")  # doctest: +SKIP
+    >>> import optuav, tempfile
+    >>> stated = optuav.Fit("rotor", ("propeller.csv",), "a data sheet", (), ())
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     optuav.plots.save_fit(stated, folder)
+    []
     """
     if not found.panels:
         return []

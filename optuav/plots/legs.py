@@ -71,6 +71,7 @@ def leg(mission: Mission, start: str, end: str, axes: LegAxes | None = None) -> 
 
     Examples
     --------
+    >>> import optuav
     >>> optuav.plots.leg(optuav.load("paper"), "origin", "hover").speed.get_title(loc="left")
     'paper: leg origin → hover, 2693.5 m in 37.90 s'
     """

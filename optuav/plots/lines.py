@@ -83,6 +83,7 @@ def curves(
 
     Examples
     --------
+    >>> import optuav
     >>> line = optuav.plots.Line("square", [0.0, 1.0, 2.0], [0.0, 1.0, 4.0])
     >>> ax = optuav.plots.curves([line], title="powers", x_label="x [m]", y_label="y [m²]")
     >>> ax.get_legend().get_texts()[0].get_text()

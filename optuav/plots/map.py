@@ -102,6 +102,7 @@ def mission_map(subject: Plan | Mission, axes: MapAxes | None = None) -> MapAxes
 
     Examples
     --------
+    >>> import optuav
     >>> optuav.plots.mission_map(optuav.load("paper")).plan.get_title(loc="left")
     'paper'
     """
@@ -141,6 +142,7 @@ def trajectories(plans: Mapping[str, Plan], axes: MapAxes | None = None) -> MapA
 
     Examples
     --------
+    >>> import optuav
     >>> plans = {"direct": optuav.solve("paper", "P3"), "optimal": optuav.solve("paper")}
     >>> optuav.plots.trajectories(plans).plan.get_title(loc="left")
     'paper: trajectories in the perspective available'

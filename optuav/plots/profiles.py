@@ -71,6 +71,7 @@ def profile(replayed: Replayed, axes: ProfileAxes | None = None) -> ProfileAxes:
 
     Examples
     --------
+    >>> import optuav
     >>> replayed = optuav.replay(optuav.solve("paper", "P3"))
     >>> optuav.plots.profile(replayed).altitude.get_title(loc="left")
     'paper: can be flown'

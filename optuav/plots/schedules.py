@@ -52,10 +52,11 @@ def packs(plans: Sequence[Plan], axes: Sequence[Axes] | None = None) -> Sequence
 
     Examples
     --------
+    >>> import optuav
     >>> mission = optuav.load("paper").replace({"battery.schedule": "sequential"})
     >>> (ax,) = optuav.plots.packs([optuav.solve(mission, "P3", slot_s=50.0)])
     >>> ax.get_title(loc="left")
-    'sequential: hovers $Δ$ = 550.00 s'
+    'sequential: hovers $Δ$ = 500.00 s'
     """
     with style.applied():
         axes = panels(plans, axes, 1.35)

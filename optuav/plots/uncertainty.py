@@ -59,6 +59,7 @@ def tornado(
 
     Examples
     --------
+    >>> import optuav
     >>> swing = optuav.plots.Swing("laser.power_W", 800.0, 1200.0, 560.0, 630.0)
     >>> ax = optuav.plots.tornado([swing], 597.3, "paper")
     >>> [text.get_text() for text in ax.texts]
@@ -142,7 +143,8 @@ def hover_times(
 
     Examples
     --------
-    >>> times_s = np.array([0.0, 590.0, 600.0, 610.0])
+    >>> import numpy, optuav
+    >>> times_s = numpy.array([0.0, 590.0, 600.0, 610.0])
     >>> optuav.plots.hover_times(times_s, "paper").get_ylabel()
     'share of samples [%]'
     """

@@ -83,11 +83,9 @@ def test_places_of_the_route_are_named_beside_them(
         assert np.hypot(*(point - nearest)) < 0.5 * still.dpi
 
 
-@pytest.mark.slow
-def test_a_small_file_the_same_bytes_again(
-    falling: optuav.Replay, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """A GIF of all moments, at most 1 MB and 20 s; with few frames, the same twice."""
+@pytest.mark.soak
+def test_a_small_file(falling: optuav.Replay, tmp_path: Path) -> None:
+    """A GIF of all moments, at most 1 MB and 20 s."""
     file = plots.save_animation(falling, tmp_path / "mission.gif")
     with Image.open(file) as shown:
         durations = []
@@ -97,6 +95,9 @@ def test_a_small_file_the_same_bytes_again(
         assert len(durations) >= animation.FRAMES - 10
     assert 10_000 < sum(durations) <= 20_000
     assert file.stat().st_size <= 1_000_000
+
+
+def test_the_same_bytes_again(falling: optuav.Replay, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(animation, "FRAMES", 3)
     monkeypatch.setattr(animation, "HELD", 1)
     one, other = (files.gif(animation.animate(falling)) for _ in range(2))

@@ -5,14 +5,17 @@ from __future__ import annotations
 import subprocess
 import sys
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 
 matplotlib = pytest.importorskip("matplotlib")
+from matplotlib.figure import Figure  # noqa: E402
 
 import optuav  # noqa: E402
 from optuav import plots  # noqa: E402
 from optuav.errors import InputError  # noqa: E402
+from optuav.plots import files, style  # noqa: E402
 
 PNG = b"\x89PNG\r\n\x1a\n"
 
@@ -28,7 +31,21 @@ def settings() -> dict[str, object]:
     return {key: matplotlib.rcParams[key] for key in matplotlib.rcParams if key != "backend"}
 
 
-def test_bytes_do_not_depend_on_the_users_settings(paper: optuav.Plan, tmp_path: Path) -> None:
+@pytest.fixture
+def names_only(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Pictures are named and neither drawn nor written, apart from packs."""
+    empty = Figure().subplots()
+    monkeypatch.setattr(files, "png", lambda figure: PNG)
+    for name in ("mission_map", "battery", "leg", "wells"):
+        axes = SimpleNamespace(plan=empty, wells=empty, speed=empty)
+        drawn = [empty] if name == "wells" else axes
+        monkeypatch.setattr(plots, name, lambda *_, drawn=drawn: drawn)
+
+
+def test_bytes_do_not_depend_on_the_users_settings(
+    paper: optuav.Plan, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(style, "DOTS_PER_INCH", 40)
     first = plots.save_pictures(paper, tmp_path / "new" / "first")
     with matplotlib.rc_context({"font.size": 30.0, "axes.grid": True, "savefig.dpi": 40}):
         mine = settings()
@@ -47,27 +64,33 @@ def test_without_a_plan_there_is_a_map_alone(nothing: optuav.Plan, tmp_path: Pat
     assert written == [tmp_path / "map.png"] == list(tmp_path.iterdir())
 
 
+@pytest.mark.usefixtures("names_only")
 def test_packs_that_take_turns_are_drawn_as_such(tmp_path: Path) -> None:
     """There is no pooled battery whose wells could be shown; a single pack is one."""
     direct = optuav.load("paper").replace({"battery.schedule": "round-robin"})
     plan = optuav.solve(direct, "P3", slot_s=50)
     written = plots.save_pictures(plan, tmp_path / "two")
     assert [path.name for path in written] == ["map.png", "packs.png", "leg.png"]
-    assert (tmp_path / "two" / "packs.png").read_bytes().startswith(PNG)
     alone = optuav.solve(direct.replace({"battery.packs": 1}), "P3", perspective="battery")
     written = plots.save_pictures(alone, tmp_path / "one")
     assert [path.name for path in written] == ["map.png", "battery.png", "leg.png"]
 
 
 def test_a_leg_with_figures_of_the_user_is_not_drawn_from_the_model(paper: optuav.Plan) -> None:
-    from optuav.plots import files
-
     edited = [phase.model_copy(update={"edited": True}) for phase in paper.phases]
     plan = paper.model_copy(update={"phases": tuple(edited)})
     assert files.modelled_leg(plan) is None
     shown = files.modelled_leg(paper)
     assert shown is not None
     assert (shown.start_place, shown.end_place) == ("origin", "b1")
+
+
+@pytest.mark.usefixtures("names_only")
+def test_wells_are_drawn_where_there_is_a_plan_beside(
+    paper: optuav.Plan, table2: optuav.Plan, tmp_path: Path
+) -> None:
+    names = [path.name for path in plots.save_pictures(paper, tmp_path, [table2])]
+    assert names == ["map.png", "battery.png", "wells.png", "leg.png"]
 
 
 def test_places_that_cannot_be_written_are_refused(nothing: optuav.Plan, tmp_path: Path) -> None:

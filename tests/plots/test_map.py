@@ -84,7 +84,7 @@ def test_odd_missions_are_drawn_without_texts_on_each_other(
 
 
 @pytest.mark.parametrize("picture", ["map", "trajectories"])
-@pytest.mark.parametrize("name", ["paper", "paper-table2", "matrice350"])
+@pytest.mark.parametrize("name", ["paper", "matrice350"])
 def test_shipped_missions_are_drawn_without_texts_on_each_other(
     name: str, picture: str, overlaps: Callable[[Figure], list[tuple[str, str]]]
 ) -> None:
@@ -102,25 +102,24 @@ def test_shipped_missions_are_drawn_without_texts_on_each_other(
 def test_many_buildings_are_all_drawn_but_not_all_named(
     overlaps: Callable[[Figure], list[tuple[str, str]]],
 ) -> None:
-    mission = changed(buildings=scattered(200), flight__through_buildings=True)
+    mission = changed(buildings=scattered(100), flight__through_buildings=True)
     plan = optuav.solve(mission, perspective="battery")
     axes = plots.mission_map(plan)
     assert overlaps(axes.plan.figure) == []
     footprints = axes.plan.collections[-1]
-    assert len(footprints.get_paths()) == 200
+    assert len(footprints.get_paths()) == 100
     written = [text.get_text().splitlines()[0] for text in axes.plan.texts if text.get_text()]
-    assert 0 < sum(words.startswith("house") for words in written) < 200
+    assert 0 < sum(words.startswith("house") for words in written) < 100
     assert set(plan.route) - {"origin", "hover", "destination"} <= set(written)
 
 
 def test_laying_out_again_moves_nothing(paper: optuav.Plan) -> None:
     """Labels stand where they were placed, whoever draws the figure afterwards."""
-    for axes in (plots.mission_map(paper), plots.battery(paper)):
-        before = [ax.get_position().bounds for ax in axes]
-        axes[0].figure.draw_without_rendering()
-        assert np.ravel([ax.get_position().bounds for ax in axes]) == pytest.approx(
-            np.ravel(before), abs=2e-3
-        )
+    axes = plots.mission_map(paper)
+    before = [ax.get_position().bounds for ax in axes]
+    axes.plan.figure.draw_without_rendering()
+    after = np.ravel([ax.get_position().bounds for ax in axes])
+    assert after == pytest.approx(np.ravel(before), abs=2e-3)
 
 
 def test_a_mission_alone_shows_the_direct_route(paper: optuav.Plan) -> None:

@@ -56,7 +56,7 @@ def test_violations_are_marked(paper: optuav.Plan, overlaps: Overlaps) -> None:
     [
         (),
         (Stop("b1", "hover", 0.0),),
-        tuple(Stop(f"b{1 + k % 10}", "rest", 20.0) for k in range(30)),
+        tuple(Stop(f"b{1 + k % 10}", "rest", 20.0) for k in range(12)),
         (Stop("b9", "rest", 1e7), Stop("b10", "hover", 1e7)),
     ],
     ids=["a flight", "passing by", "many stops", "much too long"],

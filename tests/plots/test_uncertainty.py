@@ -60,7 +60,7 @@ def test_hover_times_are_shares_of_all_samples() -> None:
     assert plots.hover_times(np.full(5, 3.0), "mine") is not None
 
 
-@pytest.mark.parametrize("name", ["paper", "matrice350"])
+@pytest.mark.parametrize("name", ["paper", pytest.param("matrice350", marks=pytest.mark.soak)])
 def test_no_text_lies_on_another(
     name: str, overlaps: Callable[[Figure], list[tuple[str, str]]]
 ) -> None:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -17,7 +16,6 @@ from matplotlib.figure import Figure
 import optuav
 from optuav import plots
 from optuav.errors import InputError, NoPlanError
-from optuav.plots import files
 from optuav.plots.style import BLUE, SKY, VERMILLION
 
 
@@ -109,11 +107,3 @@ def test_what_cannot_be_drawn_is_refused(plans: list[optuav.Plan], drawn: Sequen
     late = plans[0].mission.replace({"limits.deadline_s": 10})
     with pytest.raises(NoPlanError):
         plots.wells([optuav.solve(late, perspective="battery")])
-
-
-def test_they_are_saved_where_there_is_something_beside(
-    plans: list[optuav.Plan], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr(files, "png", lambda figure: b"")
-    names = [path.name for path in plots.save_pictures(plans[0], tmp_path, plans[1:])]
-    assert names == ["map.png", "battery.png", "wells.png", "leg.png"]
