@@ -65,7 +65,7 @@ def test_it_turns_red_when_it_is_dry(moment_s: float, colour: str, falling: optu
     assert to_rgba(craft.get_markerfacecolor()) == to_rgba(colour)
 
 
-@pytest.mark.parametrize("name", ["paper", "matrice350"])
+@pytest.mark.parametrize("name", ["paper", pytest.param("matrice350", marks=pytest.mark.soak)])
 def test_places_of_the_route_are_named_beside_them(
     name: str, overlaps: Callable[[Figure], list[tuple[str, str]]]
 ) -> None:

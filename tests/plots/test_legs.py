@@ -97,7 +97,17 @@ ODD: dict[str, tuple[dict[str, Any], str, str]] = {
 }
 
 
-@pytest.mark.parametrize(("values", "start", "end"), ODD.values(), ids=ODD)
+RARE = ("wind", "very far")
+"""Cases that are drawn in `make soak` alone, as the others draw most of what they do."""
+
+
+@pytest.mark.parametrize(
+    ("values", "start", "end"),
+    [
+        pytest.param(*case, id=name, marks=[pytest.mark.soak] * (name in RARE))
+        for name, case in ODD.items()
+    ],
+)
 def test_odd_legs_are_drawn_without_texts_on_each_other(
     values: dict[str, Any], start: str, end: str, paper: optuav.Plan, overlaps: Found
 ) -> None:

@@ -69,13 +69,23 @@ ODD = {
 }
 
 
+RARE = ("round trip", "out of reach", "wide, without footprints")
+"""Cases that are drawn in `make soak` alone, as the others draw most of what they do."""
+
+
 @pytest.fixture(scope="module")
 def drawn(paper: optuav.Plan) -> plots.MapAxes:
     """The map of the plan for `paper`."""
     return plots.mission_map(paper)
 
 
-@pytest.mark.parametrize("values", ODD.values(), ids=ODD)
+@pytest.mark.parametrize(
+    "values",
+    [
+        pytest.param(values, id=name, marks=[pytest.mark.soak] * (name in RARE))
+        for name, values in ODD.items()
+    ],
+)
 def test_odd_missions_are_drawn_without_texts_on_each_other(
     values: dict[str, Any], overlaps: Callable[[Figure], list[tuple[str, str]]]
 ) -> None:
@@ -84,7 +94,7 @@ def test_odd_missions_are_drawn_without_texts_on_each_other(
 
 
 @pytest.mark.parametrize("picture", ["map", "trajectories"])
-@pytest.mark.parametrize("name", ["paper", "matrice350"])
+@pytest.mark.parametrize("name", ["paper", pytest.param("matrice350", marks=pytest.mark.soak)])
 def test_shipped_missions_are_drawn_without_texts_on_each_other(
     name: str, picture: str, overlaps: Callable[[Figure], list[tuple[str, str]]]
 ) -> None:
