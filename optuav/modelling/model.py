@@ -7,6 +7,7 @@ import operator
 import sys
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
 from types import FrameType
 from typing import Any, Literal, TypeVar
@@ -53,7 +54,7 @@ class Constraint:
     keys: tuple[str, ...] = ()
     moment: object = None
 
-    @property
+    @cached_property
     def label(self) -> str:
         """Name and moment: no two constraints of a model have the same."""
         return self.name if self.moment is None else f"{self.name} {self.moment}"

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
@@ -56,7 +57,12 @@ def channel(mission: Mission) -> link.Channel:
 
 def coverage_radius_m(mission: Mission) -> Quantity:
     """d_max [m] of the mission's outage limit."""
-    return link.coverage_radius(channel(mission), mission.limits.outage_probability)
+    return _coverage_radius_m(channel(mission), mission.limits.outage_probability)
+
+
+@lru_cache(maxsize=1000)  # asked for many times a solve, and found by iteration
+def _coverage_radius_m(given: link.Channel, outage_limit: float) -> Quantity:
+    return link.coverage_radius(given, outage_limit)
 
 
 def hover_point_m(mission: Mission, radius_m: Quantity | None = None) -> Vector:
