@@ -232,7 +232,7 @@ class ItineraryFile(Record):
 def read(path: str | Path) -> tuple[Plan | Itinerary, dict[str, object]]:
     """A saved plan (JSON) with the data of its file, which repeat figures, or an itinerary (TOML).
 
-    Their names or first letters tell which.
+    A name in ``.json`` or a first letter ``{`` makes it a plan.
 
     Raises
     ------

@@ -325,7 +325,7 @@ def leg(
 
 
 def impossible(airframe: Airframe, motor: rotor.Motor, wind_N: Vector) -> str | None:
-    """Why no leg can be flown, in words; None where legs can be flown. Scalars only."""
+    """A sentence on why no leg can be flown; None where legs can be flown. Scalars only."""
     thrust_N = float(rotor.full_thrust(motor))
     external_N = float(norm(airframe.external_force_N(wind_N)))
     if thrust_N > external_N:

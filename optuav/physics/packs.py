@@ -129,12 +129,12 @@ class Packs:
 
     @property
     def exhausted(self) -> Booleans:
-        """Whether every pack was seen empty, which ends a course; its clock tells when [s]."""
+        """Whether every pack was seen empty, which ends a course at its `clock_s` [s]."""
         none: Booleans = ~np.any(self.in_service, axis=1)
         return none
 
     def take(self, courses: Integers | Sequence[int]) -> Packs:
-        """Some courses, each as often as it is named; they go on from here on their own."""
+        """A copy with some courses, by number; a number may be repeated."""
         found = copy(self)
         found.wells = Wells(*(well[courses] for well in self.wells))
         found.in_service, found.carrier = self.in_service[courses], self.carrier[courses]
@@ -188,7 +188,7 @@ class Packs:
         return nearest
 
     def _carriers(self, waiting: Booleans) -> Integers:
-        """Who carries: another at the start of a job, after an empty one, and when a turn ends."""
+        """Packs that carry; they change with a job, after an empty pack and when a turn ends."""
         if self.count == 1:
             return np.zeros_like(self.carrier)
         stays = ~waiting & self.in_service[self._courses, self.carrier]
@@ -197,13 +197,13 @@ class Packs:
         return np.where(stays, self.carrier, self.next_carrier(self.carrier))
 
     def _turn(self) -> Floats:
-        """Which turn of the clock it is."""
+        """Number of the turn by the clock."""
         assert self.period_s is not None
         turn: Floats = np.floor(self.clock_s / self.period_s)
         return turn
 
     def _turn_left_s(self) -> Floats | float:
-        """How long carriers stay by the clock [s]."""
+        """Time to the end of the turn by the clock [s]."""
         if self.schedule != "alternating" or self.count == 1:
             return np.inf
         assert self.period_s is not None
@@ -212,7 +212,7 @@ class Packs:
         return longest_s
 
     def _served(self, carrier: Integers, filled: Booleans, last: Integers) -> Integers:
-        """Who is charged: the emptiest idle pack, and the one filled last where all are full."""
+        """Packs that are charged: the emptiest idle one, or the one filled last if all are full."""
         if self.count == 1:
             return np.zeros_like(carrier)
         idle = self.in_service & (np.arange(self.count) != carrier[:, None])
@@ -229,7 +229,7 @@ class Packs:
         served: Integers,
         filled: Booleans,
     ) -> Stretch:
-        """Go on until a pack is empty or full, for a time at most [s]."""
+        """Go on until a pack is empty or full, or for the longest time [s]."""
         packs = np.arange(self.count)
         carries, is_served = packs == carrier[:, None], packs == served[:, None]
         currents_A = load.charge_A * is_served - load.draw_A * carries
@@ -261,7 +261,7 @@ class Packs:
         currents_A: Floats,
         longest_s: Floats,
     ) -> Floats:
-        """When a well of one pack of some courses reaches its limit, at most a time [s]."""
+        """When a well of one pack of some courses reaches its limit, or the longest time [s]."""
         if not where.any():
             return longest_s
         chosen = self._courses[where], number[where]
@@ -272,7 +272,7 @@ class Packs:
         return length_s
 
     def _after(self, currents_A: Floats, duration_s: Floats, full: Booleans) -> Wells:
-        """Wells after constant currents, but for full packs that are kept full."""
+        """Wells after constant currents; full packs are kept full."""
         passed_s = duration_s[:, None]
         end = step(self.pack, self.wells, Stage(currents_A, passed_s))
         if not full.any():

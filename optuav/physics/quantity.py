@@ -1,4 +1,4 @@
-"""What the physics functions compute with."""
+"""The types that the physics functions compute with, and helpers for them."""
 
 from __future__ import annotations
 
@@ -9,8 +9,8 @@ import numpy as np
 Quantity: TypeAlias = Any
 """A float, a NumPy array (arguments broadcast) or a symbol of the modelling layer.
 
-Anything that answers to Python's operators and to NumPy's ufuncs will do. The physics keeps to
-those two, so that one formula serves simulation, grids and optimisers.
+The physics uses only Python's operators and NumPy's ufuncs, so that one formula serves simulation,
+grids and optimisers.
 """
 
 Vector: TypeAlias = tuple[Quantity, Quantity, Quantity]

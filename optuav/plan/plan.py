@@ -134,8 +134,8 @@ class Plan(Record):
 
     def __repr__(self) -> str:
         hover = f", Δ = {self.hover_time_s:.2f} s" if self else ""
-        asked = f"{self.problem}, perspective {self.perspective}"
-        return f"<Plan for {self.mission.name!r}: {asked}, {self.status.value}{hover}>"
+        question = f"{self.problem}, perspective {self.perspective}"
+        return f"<Plan for {self.mission.name!r}: {question}, {self.status.value}{hover}>"
 
     @property
     def hover_time_s(self) -> float:

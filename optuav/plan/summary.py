@@ -70,7 +70,7 @@ def _number(value: float, decimals: int, sign: str = "") -> str:
 
 
 def _head(plan: Plan) -> Iterator[str]:
-    asked = [
+    question = [
         plan.problem,
         f"trajectory {plan.trajectory}" if plan.trajectory else "",
         f"building {plan.building}" if plan.building else "",
@@ -79,7 +79,7 @@ def _head(plan: Plan) -> Iterator[str]:
         counted_in(plan.slot_s),
     ]
     yield from _wrapped("Mission", plan.mission.name)
-    yield from _wrapped("Problem", ", ".join(each for each in asked if each))
+    yield from _wrapped("Problem", ", ".join(each for each in question if each))
     if plan:
         yield from _wrapped("Answer", f"{plan.status.value} ({plan.proof})")
         if plan.flyable is not None:

@@ -6,12 +6,13 @@ import itertools
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import optuav
 from optuav import InputError, Mission, NoPlanError
 from optuav.judge import Itinerary, Replay, Stop
+from tests.examples import few
 from tests.mission.strategies import missions
 from tests.plan.made import INFEASIBLE, available_by_integration, feasible, plans
 
@@ -103,7 +104,9 @@ def test_both_methods_agree(name: str) -> None:
     assert np.allclose(exact.trace.available_As, integrated.trace.available_As, atol=0.072)
 
 
+@pytest.mark.campaign
 @given(missions(), st.sampled_from(["direct", "optimal", "traj2"]))
+@settings(few(20))
 def test_random_plans_agree_with_their_simulation(mission: Mission, trajectory: str) -> None:
     """Whatever the mission: figures agree, the wells alone may be out of bounds."""
     plan = optuav.solve(mission, trajectory=trajectory, perspective="battery")
@@ -115,7 +118,9 @@ def test_random_plans_agree_with_their_simulation(mission: Mission, trajectory: 
     assert (replayed.first_s("full") is not None) == (plan.overfull_s is not None)
 
 
+@pytest.mark.campaign
 @given(missions())
+@settings(few(20))
 def test_moments_of_random_plans_against_a_dense_grid(mission: Mission) -> None:
     """SciPy's integration at 200 points a stage finds no violation where replay sees none."""
     plan = optuav.solve(mission, perspective="battery")
@@ -134,7 +139,9 @@ def test_moments_of_random_plans_against_a_dense_grid(mission: Mission) -> None:
         assert (y1[time_s < empty_s - 1e-3] > -2 * LEVEL * B).all()
 
 
+@pytest.mark.campaign
 @given(missions(), st.data())
+@settings(few(20))
 def test_both_methods_agree_on_any_itinerary(mission: Mission, data: st.DataObject) -> None:
     """Well beyond empty and full too: the same events at the same moments."""
     names = ["hover", *(each.name for each in mission.buildings)]
@@ -229,7 +236,7 @@ def test_voltage_is_that_of_the_rotors() -> None:
     assert table.voltage_V[table.kind == "rest"] == pytest.approx(11.1)
 
 
-def test_table_is_worked_out_when_asked_for() -> None:
+def test_trace_is_computed_on_first_use() -> None:
     """The verdict alone stays cheap."""
     replayed = optuav.replay(plans()["direct"])
     assert "trace" not in vars(replayed)
@@ -237,7 +244,7 @@ def test_table_is_worked_out_when_asked_for() -> None:
     assert "trace" in vars(replayed)
 
 
-def test_breaking_the_limits_is_told() -> None:
+def test_every_broken_limit_is_an_event() -> None:
     """Deadline, state of charge, altitude, coverage, roof and building, each with its figures."""
     paper = optuav.load("paper")
     late = judged(paper, ("hover", "hover", 300.0), ("rest", "b9", 1000.0))
@@ -265,7 +272,7 @@ def test_breaking_the_limits_is_told() -> None:
 WALL = {"name": "wall", "position_m": [500, 1250, 90], "footprint_m": [300, 300]}
 
 
-def test_a_building_in_the_way_is_told_unless_the_mission_allows_it() -> None:
+def test_a_building_in_the_way_is_a_violation_unless_the_mission_allows_it() -> None:
     """A wall across the direct way from the origin to the hover point."""
     paper = optuav.load("paper")
     walled = paper.replace({"buildings": [WALL]})
@@ -292,7 +299,7 @@ def test_a_place_without_sight_does_not_charge() -> None:
     assert gained_As == pytest.approx(1000.0)
 
 
-def test_what_cannot_be_simulated_is_told() -> None:
+def test_what_cannot_be_simulated_is_impossible() -> None:
     """Too heavy to fly, or nothing within reach of the device."""
     paper = optuav.load("paper")
     for keys in ({"body.mass_kg": 2.0}, {"link.device_m": [1000, 3000, 900]}):

@@ -5,12 +5,14 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from hypothesis import assume, example, given
+import pytest
+from hypothesis import assume, example, given, settings
 from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
 
 from optuav.physics import charging, kibam
 from optuav.physics.kibam import Battery, Stage, Wells
+from tests.examples import few
 
 POOLS = st.builds(
     Battery,
@@ -79,9 +81,11 @@ def integrated(case: Case) -> np.ndarray:
     return np.array([full_As, rest.y[0, -1]])
 
 
+@pytest.mark.campaign
 @given(cases())
 @example(NEARLY_FULL)
 @example(FALLING)
+@settings(few(15))
 def test_closed_form_solves_the_differential_equations(case: Case) -> None:
     found = charging.tapered(*case)
     scale_As = case.pool.capacity_As + abs(case.phase.current_A) * case.phase.duration_s
@@ -117,9 +121,11 @@ def test_neither_overfull_nor_more_than_is_offered(case: Case) -> None:
         assert charging.holding_current(case.pool, full) <= case.phase.current_A + rounding_A
 
 
+@pytest.mark.campaign
 @given(cases(), st.floats(0.0, 1.0), st.floats(0.0, 1.0))
 @example(NEARLY_FULL, 0.9, 0.5)
 @example(FALLING, 1.0, 0.8)
+@settings(few(15))
 def test_more_never_becomes_less(case: Case, share: float, offer: float) -> None:
     """Fuller wells stay fuller, well by well; and a stronger charger never leaves less in one."""
     assume(case.phase.current_A > 0.0)

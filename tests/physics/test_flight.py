@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 import pytest
-from hypothesis import assume, example, given
+from hypothesis import assume, example, given, settings
 from hypothesis import strategies as st
 from scipy.integrate import quad, solve_ivp
 
@@ -18,6 +18,7 @@ from optuav.modelling import Parameter, Variable, evaluate
 from optuav.physics import flight, rotor
 from optuav.physics.flight import regime_leg, speed_warning
 from optuav.physics.trajectory import LegState, state_at
+from tests.examples import few
 from tests.physics.reference import (
     AIRFRAME,
     DESTINATION_M,
@@ -194,9 +195,11 @@ def test_level_leg_lifts_the_weight(
         assert lift_N == pytest.approx(weight_N, rel=1e-11)
 
 
+@pytest.mark.campaign
 @given(cases())
 @example(Case(AIRFRAME, CALM, TO_HOVER_M))
 @example(Case(AIRFRAME, CALM, (0.0, 0.0, -40.0)))
+@settings(few(15))
 def test_rotors_fly_the_leg(case: Case) -> None:
     """The equations of motion, integrated with nothing but the rotor speeds, end at the end.
 
@@ -325,7 +328,9 @@ def test_states_are_continuous(case: Case) -> None:
         assert np.abs(turned).max() <= 2.01 * step_s * fastest + 1e-9
 
 
+@pytest.mark.campaign
 @given(cases())
+@settings(few(15))
 def test_charge_and_energy_are_integrals(case: Case) -> None:
     """Current and power of the states, integrated, are charge and energy of the leg."""
     charge_As = over_stages(case, lambda state: state.current_A)

@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 import pytest
-from hypothesis import assume, example, given
+from hypothesis import assume, example, given, settings
 from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
@@ -18,6 +18,7 @@ from scipy.optimize import brentq
 from optuav.modelling import Parameter, Variable, evaluate
 from optuav.physics import flight, kibam, rotor
 from optuav.physics.kibam import Battery, Stage, Wells
+from tests.examples import few
 from tests.physics.reference import (
     AIRFRAME,
     BATTERY,
@@ -122,7 +123,9 @@ def test_full_battery() -> None:
     assert BATTERY.rate_per_s == pytest.approx(4.5e-5 / 0.16, rel=1e-15)
 
 
+@pytest.mark.campaign
 @given(cases())
+@settings(few(15))
 def test_closed_form_solves_the_differential_equations(case: Case) -> None:
     wells = kibam.step(case.pool, case.wells, case.phase)
     np.testing.assert_allclose(wells, integrated(case), rtol=0, atol=1e-9 * case.scale_As)
@@ -178,7 +181,9 @@ def test_without_flow_the_bound_charge_stays(case: Case) -> None:
     )
 
 
+@pytest.mark.campaign
 @given(cases())
+@settings(few(15))
 def test_idle_wells_level_out(case: Case) -> None:
     """After long enough both stand equally high, and then nothing moves any more."""
     assume(case.pool.flow_rate_per_s > 0.0)
@@ -282,7 +287,9 @@ def test_moment_of_emptiness(case: Case) -> None:
     assert later.available_As < 0.0
 
 
+@pytest.mark.campaign
 @given(cases())
+@settings(few(15))
 def test_moment_of_fullness(case: Case) -> None:
     """y1 is ωB then, was not above before, and is above after; without charging never."""
     moment_s = kibam.time_to_full(case.pool, case.wells, case.current_A)

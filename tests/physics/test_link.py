@@ -14,6 +14,7 @@ from scipy.integrate import quad
 from scipy.special import chndtr, chndtrix, ive
 
 from optuav.physics import link
+from tests.examples import few
 from tests.physics.reference import (
     CHANNEL,
     DESTINATION_M,
@@ -180,7 +181,7 @@ def test_hover_point_of_the_paper() -> None:
     assert z == 50.0
 
 
-@settings(max_examples=300)
+@settings(few(100))
 @given(ENDS, ENDS, st.floats(0.05, 2.0), st.tuples(PLAN, PLAN, HEIGHT))
 @example((-1.0001, 0.0, 0.0), (0.99, 0.0, 0.01), 1.0, (0.0, 0.0, 0.0))
 @example((-1.0000001, 0.0, 0.0), (1.1, 0.2, 0.001), 1.0, (0.0, 0.0, 0.0))

@@ -11,12 +11,13 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import optuav
 from optuav import InputError, Plan
 from optuav.plan.plan import DERIVED
+from tests.examples import few
 from tests.mission.strategies import missions
 from tests.plan.made import INFEASIBLE, feasible, plans
 
@@ -87,7 +88,9 @@ def test_the_round_trip_is_exact(kind: str, tmp_path: Path) -> None:
     assert written[0] == written[1]
 
 
+@pytest.mark.campaign
 @given(mission=missions(), slot_s=st.sampled_from([None, 7.0]))
+@settings(few(20))
 def test_random_plans_survive_their_file(
     mission: optuav.Mission, slot_s: float | None, tmp_path_factory: pytest.TempPathFactory
 ) -> None:

@@ -9,12 +9,13 @@ from typing import Any
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 from pydantic import ValidationError
 
 import optuav
 from optuav import NoPlanError, Plan
+from tests.examples import few
 from tests.mission.strategies import missions
 from tests.plan.made import INFEASIBLE, available_by_integration, feasible, plans
 
@@ -108,7 +109,9 @@ def test_every_kind_of_plan_keeps_account_of_the_battery(kind: str) -> None:
     check_battery(plans()[kind])
 
 
+@pytest.mark.campaign
 @given(missions(), st.sampled_from(["battery", "energy", "adjusted"]))
+@settings(few(20))
 def test_random_plans_are_whole_and_keep_account(mission: optuav.Mission, perspective: str) -> None:
     """Any k_F, ω, currents and legs, charging and draining."""
     plan = optuav.solve(mission, perspective=perspective)

@@ -5,12 +5,13 @@ from __future__ import annotations
 import unicodedata
 
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import optuav
 from optuav import Plan
 from optuav.plan.summary import WIDTH
+from tests.examples import few
 from tests.mission.strategies import NAMES
 from tests.plan.made import INFEASIBLE, feasible, plans
 
@@ -109,6 +110,7 @@ def test_a_mission_that_leaves_time_says_how_much() -> None:
 
 
 @given(st.lists(NAMES | st.text("建物あ→Ωß🚁", min_size=150, max_size=200), min_size=1, max_size=3))
+@settings(few(20))
 def test_odd_names_fit(names: list[str]) -> None:
     """Long, wide, in any script; the table keeps its columns aligned."""
     reserved = {"origin", "hover", "destination"}
