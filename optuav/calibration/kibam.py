@@ -254,17 +254,16 @@ def _advice(discharges: Sequence[Discharge]) -> Iterator[str]:
     sizes = [each.pieces[0][0] for each in discharges]
     if not all(each.constant for each in discharges):
         yield "add loads of other sizes, constant ones and ones with long and short pauses"
-    elif max(sizes) - min(sizes) <= ALIKE * max(sizes):
-        yield (
-            "all loads are constant and of one size, which says how much charge the battery gives "
-            "at that current and nothing else; add loads of other sizes, from very small to very "
-            "large, and with pauses"
-        )
-    else:
-        yield (
-            "all loads are constant; add loads of other sizes, from very small to very large, and "
-            "with pauses"
-        )
+        return
+    one = max(sizes) - min(sizes) <= ALIKE * max(sizes)
+    blind = (
+        " and of one size, which says how much charge the battery gives at that current and "
+        "nothing else"
+    )
+    yield (
+        f"all loads are constant{blind if one else ''}; add loads of other sizes, from very small "
+        "to very large, and with pauses"
+    )
 
 
 def _discharges(path: Path) -> list[Discharge]:

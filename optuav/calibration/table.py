@@ -14,7 +14,7 @@ from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import Any, NamedTuple, TypeGuard
+from typing import Any, NamedTuple, TypeAlias, TypeGuard
 
 import numpy as np
 
@@ -37,6 +37,9 @@ from optuav.network import vehicle
 from optuav.network.network import Network, build_network
 from optuav.network.routes import ORDERS
 from optuav.network.timeline import route_phases
+
+Entries: TypeAlias = dict[str, Any]
+"""A table of a TOML file, whose values are checked by rules."""
 
 QUANTITIES = {
     "flight_time_s": "s",
@@ -387,9 +390,7 @@ class _Reader:
     def fault(self, key: str, value: object, allowed: str) -> None:
         self.faults.append(Fault(key, "" if value is None else shown(value), allowed, self.source))
 
-    def take(
-        self, place: str, table: Mapping[str, Any], rules: Mapping[str, Rule]
-    ) -> dict[str, Any]:
+    def take(self, place: str, table: Entries, rules: Mapping[str, Rule]) -> Entries:
         """The entries that keep their rules; every other is a fault."""
         found = {}
         for key, value in table.items():
@@ -402,7 +403,7 @@ class _Reader:
                 self.fault(f"{place}{key}", value, rules[key].words)
         return found
 
-    def table(self, document: Mapping[str, Any]) -> ResultsTable:
+    def table(self, document: Entries) -> ResultsTable:
         top = self.take("", document, FILE)
         known, free = _flat(top.get("known", {})), self.free(_flat(top.get("free", {})))
         tied = self.tied(_flat(top.get("tied", {})))
@@ -435,7 +436,7 @@ class _Reader:
             raise InputError(self.faults)
         return ResultsTable(self.source, mission, base, known, free, tied, rows)
 
-    def free(self, found: Mapping[str, Any]) -> dict[str, float]:
+    def free(self, found: Entries) -> dict[str, float]:
         if not found:
             self.fault("free", None, "a table of keys to be fitted, with values to start from")
         kept = self.take("free.", found, dict.fromkeys(found, POSITIVE))
@@ -446,7 +447,7 @@ class _Reader:
                 self.fault(f"free.{key}", found[key], words)
         return {key: float(value) for key, value in kept.items()}
 
-    def tied(self, found: Mapping[str, Any]) -> dict[str, tuple[str, ...]]:
+    def tied(self, found: Entries) -> dict[str, tuple[str, ...]]:
         kept = self.take("tied.", found, dict.fromkeys(found, FACTORS))
         for key, names in kept.items():
             for each in names:
@@ -454,10 +455,10 @@ class _Reader:
                     self.fault(f"tied.{key}", each, "products of keys that are numbers")
         return {key: tuple(names) for key, names in kept.items()}
 
-    def row(self, place: str, stated: Mapping[str, Any], steps: Mapping[str, float]) -> FlownRow:
+    def row(self, place: str, stated: Entries, steps: Mapping[str, float]) -> FlownRow:
         parts = self.take(f"{place}.", stated, ROW)
         given, name = parts.get("given", {}), parts.get("name", place)
-        stay: dict[str, Any] = dict(USUAL_STAY)
+        stay: Entries = dict(USUAL_STAY)
         own = {key: given[key] for key in given if key in STAY}
         stay |= self.take(f"{place}.given.", own, STAY)
         changes = _flat({key: given[key] for key in given if key not in STAY})
@@ -491,9 +492,9 @@ class _Reader:
             self.fault(f"{place}.building", row.building, words)
 
 
-def _flat(table: Mapping[str, Any], before: str = "") -> dict[str, Any]:
+def _flat(table: Entries, before: str = "") -> Entries:
     """Tables within tables as dotted keys."""
-    found: dict[str, Any] = {}
+    found: Entries = {}
     for key, value in table.items():
         if isinstance(value, dict):
             found |= _flat(value, f"{before}{key}.")
