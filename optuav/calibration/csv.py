@@ -125,20 +125,19 @@ def read(path: Path, *formats: Format) -> Measurements:
     even = [(line, cells) for line, cells in rows if len(cells) == len(headings)]
     numbers, texts = dict[str, Floats](), dict[str, tuple[str, ...]]()
     for place, column in places.items():
-        cells = [(line, cells[place]) for line, cells in even]
-        if column.kind == "text":
-            texts[column.name] = tuple(cell for _, cell in cells)
-            values: list[float | str] = [0.0 if cell else "a word" for _, cell in cells]
-        else:
-            values = [_parsed(cell, column, headings[place]) for _, cell in cells]
-            numbers[column.name] = np.array(
-                [math.nan if isinstance(each, str) else each for each in values]
-            )
+        heading, found = headings[place], list[float]()
         broken: dict[str, list[tuple[int, str]]] = {}
-        for (line, cell), found in zip(cells, values, strict=True):
-            if isinstance(found, str):
-                broken.setdefault(found, []).append((line, cell or "an empty cell"))
-        faults += [_fault(source, headings[place], *each) for each in broken.items()]
+        for line, cells in even:
+            parsed = _parsed(cells[place], column, heading)
+            if isinstance(parsed, str):
+                broken.setdefault(parsed, []).append((line, cells[place] or "an empty cell"))
+            else:
+                found.append(parsed)
+        faults += [_fault(source, heading, *each) for each in broken.items()]
+        if column.kind == "text":
+            texts[column.name] = tuple(cells[place] for _, cells in even)
+        else:
+            numbers[column.name] = np.array(found)
     if len(rows) < least:
         words = f"at least {least} line{'s' * (least > 1)} of measurements; there are {len(rows)}"
         faults.append(Fault("", "", words, source))
@@ -298,7 +297,9 @@ def _places(
 
 
 def _parsed(cell: str, column: Column, heading: str) -> float | str:
-    """The number in a cell in SI units; or what the cell should have been."""
+    """The number in a cell in SI units, NaN for a word; or what the cell should have been."""
+    if column.kind == "text":
+        return math.nan if cell else "a word"
     if not cell and column.blanks:
         return math.nan
     try:
