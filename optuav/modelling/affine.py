@@ -1,4 +1,4 @@
-"""Affine forms: constant plus coefficients, found by walking the tree."""
+"""Affine forms of expressions: a constant and a coefficient for every variable."""
 
 from __future__ import annotations
 
@@ -55,7 +55,16 @@ def affine(expression: Operand, values: Mapping[str, Operand]) -> Affine:
     Raises
     ------
     NotAffineError
-        If a variable stands in a product with another, in a divisor or in a nonlinear function.
+        If a variable is multiplied by another, is in a divisor or in a nonlinear function.
+
+    Examples
+    --------
+    >>> from optuav.modelling import Model, affine
+    >>> model = Model("an example")
+    >>> x, y = (model.variable(name, name, unit="s") for name in "xy")
+    >>> form = affine(3.0 * x - (y - 2.0) / 4.0, {})
+    >>> float(form.constant), form.coefficients
+    (0.5, {'x': 3.0, 'y': -0.25})
     """
 
     def leaf(node: Leaf) -> Operand:
@@ -68,7 +77,7 @@ def affine(expression: Operand, values: Mapping[str, Operand]) -> Affine:
 
 
 class AffineForms:
-    """Affine forms that are found again only where a parameter in the tree has another value.
+    """Affine forms, kept until a parameter in the tree has another value.
 
     For trees that live as long as this, and parameters that are all given as numbers. Copies and
     pickles of it are empty: they are of other trees.
@@ -81,7 +90,7 @@ class AffineForms:
         self._found: dict[int, tuple[tuple[str, ...], tuple[Operand, ...], Affine]] = {}
 
     def __call__(self, expression: Operand, values: Mapping[str, Operand]) -> Affine:
-        """`affine`, from memory where that is the same."""
+        """The affine form of an expression, see `affine`."""
         known = self._found.get(id(expression))
         names = known[0] if known else _parameters(expression)
         given = tuple(map(values.get, names))

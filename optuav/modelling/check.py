@@ -162,6 +162,16 @@ def check(model: Model, point: Mapping[str, Operand]) -> Checks:
         If a variable has no value, a name is neither of a variable nor of a parameter, a value is
         no number or array of numbers, or the arrays do not broadcast with one another and with the
         model's.
+
+    Examples
+    --------
+    >>> from optuav.modelling import Model, check
+    >>> model = Model("an example")
+    >>> x = model.variable("x", "x", unit="s", upper=5.0)
+    >>> model.subject_to("half", 2.0 * x <= 8.0)
+    >>> rows = check(model, {"x": 4.5})
+    >>> rows.satisfied, [(row.label, float(row.slack)) for row in rows if not row.satisfied]
+    (False, [('half', -1.0)])
     """
     return evaluated(model, _numbers(point, model))
 

@@ -1,4 +1,4 @@
-"""What a model is, found from its trees: linear, smooth, integer, and in how many unknowns."""
+"""The kind of a model, found from its trees: linear, smooth, integer, and in how many unknowns."""
 
 from __future__ import annotations
 
@@ -32,12 +32,11 @@ class Traits:
     open_below
         Symbols of the variables without a lower bound.
     rough
-        Name of the first function because of which they are not smooth; empty if they are.
+        Name of the first function that is not known to be smooth; empty if there is none.
     nonlinear_label, nonlinear_words
         The first constraint (or "objective") that is not affine, and why; empty if all are.
     longest
-        Whether it looks for the largest of at most two unknowns, both from 0, of equals the
-        smallest other.
+        Whether it maximises one of at most two unknowns ≥ 0, and prefers the other to be small.
     unlevelled_label, unlevelled_words
         The first constraint that is no form of times and levellings, and why; empty if all are.
     """
@@ -62,7 +61,21 @@ class Traits:
 
 
 def traits(model: Model) -> Traits:
-    """Properties of a model, found by walking its trees; again only if the model has changed."""
+    """The kind of a model; found once, and again where the model has changed.
+
+    Examples
+    --------
+    >>> from optuav.modelling import Model
+    >>> from optuav.modelling.classify import traits
+    >>> model = Model("an example")
+    >>> x = model.variable("x", "x", unit="s", upper=5.0)
+    >>> model.maximise(x)
+    >>> print(traits(model))
+    linear, 1 unknown
+    >>> model.subject_to("curved", x * x <= 9.0)
+    >>> traits(model).nonlinear_label, traits(model).nonlinear_words
+    ('curved', 'multiply of the unknowns is not linear')
+    """
     return model.remembered("traits", _traits)
 
 

@@ -74,7 +74,7 @@ PARTIALS: Mapping[np.ufunc, Partials] = {
     np.minimum: lambda value, a, b: (np.where(a <= b, 1.0, 0.0), np.where(a <= b, 0.0, 1.0)),
     np.fmin: lambda value, a, b: (np.where(a <= b, 1.0, 0.0), np.where(a <= b, 0.0, 1.0)),
 }
-"""Partial derivatives by argument, from the value and the arguments; powers stand apart."""
+"""Partial derivatives by argument, from the value and the arguments; see `_power_partials`, too."""
 
 DIFFERENTIABLE = PARTIALS.keys() | {np.power}
 """Functions with a derivative here, at least almost everywhere."""

@@ -1,8 +1,8 @@
 """Expressions: small trees of NumPy ufuncs over variables and parameters.
 
 ``+``, ``>=`` and ``np.exp`` on a symbol build the tree, so functions written for floats and arrays
-take symbols unchanged. Walked again with other leaves, the same tree becomes numbers, another
-library's symbols, or text.
+take symbols unchanged. With other leaves the same tree becomes numbers, another library's symbols,
+or text.
 """
 
 from __future__ import annotations
@@ -184,8 +184,8 @@ class Parameter(Expression):
     key
         The mission's key it comes from, ``""`` if it is derived.
     varies
-        Whether it is to be told to a reader and changed by name; else it is one of many numbers,
-        such as the duration of a stage, that differ between programmes.
+        Whether a page lists it and a solve may change it by name; else it is one of many numbers
+        that differ between programmes, such as the duration of a stage.
     """
 
     def __init__(
@@ -257,7 +257,7 @@ class Relation:
 
 @dataclass(frozen=True)
 class Bounded:
-    """A function that trees may hold where they hold ufuncs, with bounds that engines can take.
+    """A function in the place of a ufunc, with bounds that engines can take instead.
 
     Its arguments are a bound, a constant ceiling, a level, a limit, and what `value` takes. It is
     never more than the bound or the ceiling, and equal to the bound wherever the level does not
@@ -296,7 +296,7 @@ class Relaxation:
     Attributes
     ----------
     names
-        Of the functions that were met.
+        Names of the functions in the tree.
     limits
         What must be ≥ 0 for their bounds to be exact.
     """

@@ -96,7 +96,7 @@ def exponential(
     Raises
     ------
     NotExponentialError
-        If it has none: an unknown multiplies itself, stands in a divisor or in another function,
+        If it has none: an unknown multiplies itself, is in a divisor or in another function,
         or levels out at two rates.
     """
 

@@ -204,7 +204,7 @@ class Model:
         if not isinstance(relation, Relation):
             raise TypeError(f"{label}: a constraint compares expressions with <=, >= or ==")
         if not label.strip():
-            raise ValueError("a constraint needs a label, by which answers speak of it")
+            raise ValueError("a constraint needs a label, by which answers name it")
         stated = Constraint(
             label, relation, unit, _place_of_caller(), kind, step, tuple(keys), moment
         )

@@ -110,6 +110,15 @@ def evaluate(
     ------
     KeyError
         If a variable has no value.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from optuav.modelling import Model, Parameter, evaluate
+    >>> x = Model("an example").variable("x", "x", unit="s")
+    >>> decay = np.exp(-Parameter("rate_per_s", "k", "1/s", 0.5) * x)
+    >>> evaluate(decay, {"x": np.array([0.0, 2.0])}).round(4)
+    array([1.    , 0.3679])
     """
 
     def leaf(node: Leaf) -> Operand:

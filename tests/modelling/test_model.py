@@ -2,13 +2,18 @@
 
 from __future__ import annotations
 
+import doctest
+import importlib
 import inspect
+import pickle
 from typing import Any, cast
 
 import numpy as np
 import pytest
 
-from optuav.modelling import Model, Parameter, Relation
+from optuav.modelling import Model, Parameter, Relation, check
+from optuav.modelling.affine import AffineForms
+from optuav.modelling.classify import traits
 
 
 def test_constraint_remembers_the_line_that_declared_it() -> None:
@@ -95,3 +100,49 @@ def test_a_constraint_without_a_label_is_refused(label: str) -> None:
     x: Any = model.variable("x", "x", unit="1")
     with pytest.raises(ValueError, match="needs a label"):
         model.subject_to(label, x <= 1.0)
+
+
+def test_american_spelling_is_accepted() -> None:
+    model = Model("either way")
+    x = model.variable("x", "x", unit="s")
+    model.maximize(x)
+    assert (model.sense, model.objective is x) == ("maximise", True)
+    model.minimize(x)
+    assert (model.sense, model.objective is x) == ("minimise", True)
+
+
+def test_what_is_remembered_is_found_again_once_the_model_changes() -> None:
+    """Traits and parameters after a further constraint, another bound, another goal."""
+    model = Model("changing")
+    x = model.variable("x", "x", unit="s")
+    model.maximise(x)
+    assert (traits(model).linear, [*model.given]) == (True, [])
+    x.upper = Parameter("most_s", "m", "s", 3.0)
+    assert [*model.given] == ["most_s"]
+    model.subject_to("curved", x**2 <= 4.0)
+    assert not traits(model).linear
+    x.binary = True
+    assert traits(model).integer
+
+
+def test_a_pickled_model_is_the_same_model() -> None:
+    """Also once its trees were walked; affine forms are kept by identity, so copies have none."""
+    model = Model("pickled")
+    x = model.variable("x", "x", unit="s", upper=Parameter("most_s", "m", "s", 3.0))
+    model.maximise(x)
+    model.subject_to("half", 2.0 * x <= 5.0)
+    model.subject_to("twice", 0.5 * x <= 5.0)
+    forms = AffineForms()
+    assert traits(model).linear
+    assert forms(model.constraints[0].relation.left, {}).coefficients == {"x": 2.0}
+    again, kept = pickle.loads(pickle.dumps((model, forms)))
+    assert str(again) == str(model)
+    assert check(again, {"x": 2.75}).satisfied == check(model, {"x": 2.75}).satisfied
+    for one, expected in zip(again.constraints, (2.0, 0.5), strict=True):
+        assert kept(one.relation.left, {}).coefficients == {"x": expected}
+
+
+@pytest.mark.parametrize("name", ["affine", "check", "classify", "model", "traversal"])
+def test_examples_run(name: str) -> None:
+    tried = doctest.testmod(importlib.import_module(f"optuav.modelling.{name}"))
+    assert (tried.failed, tried.attempted > 0) == (0, True)
