@@ -1,70 +1,39 @@
-"""One linear programme as a text that other solvers read: CPLEX LP format, or free MPS.
+"""A linear programme as CPLEX LP or free MPS text, written by HiGHS.
 
-Unknowns and constraints keep their names and labels, letters that the formats do not know become
-``_``. Numbers are written so that the same numbers are read back.
+Names and labels become names that both formats take; remarks at the top list both. HiGHS writes
+numbers to 15 digits.
 """
 
 from __future__ import annotations
 
-import math
+import itertools
 import re
-import textwrap
-from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+import tempfile
+from collections.abc import Iterable, Mapping, Sequence
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from optuav.arrays import Floats
 from optuav.errors import InputError
-from optuav.modelling.affine import Affine, affine
+from optuav.modelling.affine import affine
 from optuav.modelling.check import holding
 from optuav.modelling.classify import traits
-from optuav.modelling.expression import Operand, Sense, Variable
+from optuav.modelling.expression import Expression, Operand
 from optuav.modelling.model import Model
 from optuav.modelling.writer import Text
 
-WIDTH = 80
 LONGEST_NAME = 120
-GOAL = "objective"
 RESERVED = re.compile(
     r"(\d|e\d|inf|nan).*|min|max|minimi[sz]e|maximi[sz]e|minimum|maximum|st|s\.t|subject|such|"
     r"bounds?|binary|binaries|bin|generals?|gen|integers?|free|semi|sos|end|"
-    rf"{GOAL}|rhs|ranges|rows|columns|name|endata|marker|",
+    r"obj|objective|rhs|ranges|rows|columns|name|endata|marker|",
     re.IGNORECASE,
 )
-"""What a reader of one of the formats takes for a number or for a word of its own."""
-
-
-@dataclass(frozen=True)
-class _Column:
-    """An unknown: name in the file, bounds, and whether it is a whole number."""
-
-    name: str
-    lower: float
-    upper: float
-    whole: bool
-
-
-@dataclass(frozen=True)
-class _Row:
-    """A constraint Σ coefficient · unknown, compared with a number."""
-
-    name: str
-    coefficients: tuple[float, ...]
-    sense: Sense
-    right: float
-
-
-@dataclass(frozen=True)
-class _Programme:
-    """A linear programme in numbers, with what a reader should know in remarks."""
-
-    remarks: tuple[str, ...]
-    maximises: bool
-    goal: tuple[float, ...]
-    constant: float
-    columns: tuple[_Column, ...]
-    rows: tuple[_Row, ...]
+"""Texts that a reader of one of the formats takes for a number or a keyword."""
+FILES: Mapping[str, str] = {"lp": "\\ ", "mps": "* "}
+"""How a line of comment begins, by name of the format."""
 
 
 def need_linear(model: Model) -> None:
@@ -83,16 +52,23 @@ def need_linear(model: Model) -> None:
         )
 
 
-def to_lp(model: Model, values: Mapping[str, Any], remarks: Iterable[str] = ()) -> str:
-    """A linear programme in CPLEX LP format.
+def to_file(
+    model: Model,
+    values: Mapping[str, Any],
+    form: str,
+    remarks: Iterable[str] = (),
+) -> str:
+    """The text of a file that holds a linear programme.
 
     Parameters
     ----------
     model
         A linear model; binary unknowns allowed.
     values
-        Values of its parameters for one programme, as ``model.row(index)`` gives them; a parameter
-        that is not named keeps its own.
+        Values of its parameters for one programme, as ``model.row(index)`` gives them; other
+        parameters keep their own.
+    form
+        ``"lp"`` for CPLEX LP, ``"mps"`` for free MPS.
     remarks
         Lines for the comment at the top.
 
@@ -102,184 +78,86 @@ def to_lp(model: Model, values: Mapping[str, Any], remarks: Iterable[str] = ()) 
         If a constraint is not linear (it is named), a number is not finite, or a parameter is an
         array over several programmes.
     """
-    programme = _programme(model, values, remarks)
-    names = [column.name for column in programme.columns]
-    goal = _terms(programme.goal, names)
-    if programme.constant:
-        goal.append(_signed(programme.constant, ""))
-    lines = [f"\\ {remark}" for remark in programme.remarks]
-    lines += ["Maximize" if programme.maximises else "Minimize", *_wrapped(GOAL, goal)]
-    lines += ["Subject To"]
-    for row in programme.rows:
-        sense = "=" if row.sense == "==" else row.sense
-        lines += _wrapped(
-            row.name, [*_terms(row.coefficients, names), f"{sense} {_number(row.right)}"]
-        )
-    binary = [column.name for column in programme.columns if _is_binary(column)]
-    whole = [each.name for each in programme.columns if each.whole and not _is_binary(each)]
-    lines += ["Bounds", *(_bound(each) for each in programme.columns if not _is_binary(each))]
-    for section, members in (("Binaries", binary), ("Generals", whole)):
-        lines += [section, *(f" {name}" for name in members)] if members else []
-    return "\n".join([*lines, "End", ""])
+    import highspy
 
-
-def to_mps(model: Model, values: Mapping[str, Any], remarks: Iterable[str] = ()) -> str:
-    """A linear programme in free MPS format, with the section OBJSENSE where it maximises.
-
-    Parameters and errors are those of `to_lp`.
-    """
-    programme = _programme(model, values, remarks)
-    letters = {"<=": "L", ">=": "G", "==": "E"}
-    lines = [f"* {remark}" for remark in programme.remarks] + ["NAME optuav"]
-    lines += ["OBJSENSE", "    MAX"] if programme.maximises else []
-    lines += ["ROWS", f" N {GOAL}", *(f" {letters[r.sense]} {r.name}" for r in programme.rows)]
-    lines += ["COLUMNS"]
-    for k, column in enumerate(programme.columns):
-        entries = [(GOAL, programme.goal[k])]
-        entries += [(row.name, row.coefficients[k]) for row in programme.rows]
-        written = [
-            f" {column.name} {name} {_number(value)}"
-            for place, (name, value) in enumerate(entries)
-            if value or place == 0
-        ]
-        marks = (f" MARKER 'MARKER' '{word}'" for word in ("INTORG", "INTEND"))
-        lines += [next(marks), *written, next(marks)] if column.whole else written
-    rights = [(GOAL, -programme.constant), *((row.name, row.right) for row in programme.rows)]
-    lines += ["RHS", *(f" RHS {name} {_number(right)}" for name, right in rights if right)]
-    lines += ["BOUNDS"]
-    for column in programme.columns:
-        lower = f"LO BOUND {column.name} {_number(column.lower)}"
-        lines.append(f" {lower}" if column.lower > -math.inf else f" MI BOUND {column.name}")
-        if column.upper < math.inf:
-            lines.append(f" UP BOUND {column.name} {_number(column.upper)}")
-        elif column.whole:
-            lines.append(f" PL BOUND {column.name}")
-    return "\n".join([*lines, "ENDATA", ""])
-
-
-def _programme(model: Model, values: Mapping[str, Any], remarks: Iterable[str]) -> _Programme:
     need_linear(model)
-    names = [variable.name for variable in model.variables]
-    goal = _form("objective", model.objective, values)
-    columns = [
-        _column(variable, name, values)
-        for variable, name in zip(model.variables, _names(names, "x_"), strict=True)
-    ]
-    remarks = [model.title, *remarks]
-    remarks += [
-        f"{column.name} is {each.symbol}" + (f" [{each.unit}]" if each.unit != "1" else "")
+    names = [each.name for each in model.variables]
+    columns = _legal(names, "x_")
+    labels = _legal([each.label for each in model.constraints], "c_")
+    notes = [model.title, *remarks]
+    notes += [
+        f"{column} is {each.symbol}" + (f" [{each.unit}]" if each.unit != "1" else "")
         for column, each in zip(columns, model.variables, strict=True)
     ]
-    rows = []
-    labels = [constraint.label for constraint in model.constraints]
-    for constraint, name in zip(model.constraints, _names(labels, "c_"), strict=True):
-        relation = constraint.relation
-        left, right = (_form(constraint.label, side, values) for side in relation.sides)
-        excess = left.plus(right, -1.0)
-        coefficients = tuple(float(excess.coefficients.get(each, 0.0)) for each in names)
-        if not any(coefficients) and holding(relation.sense, left.constant, right.constant):
+    infinity = highspy.kHighsInf
+    file = highspy.Highs()  # type: ignore[no-untyped-call]
+    file.setOptionValue("output_flag", False)
+    goal, constant = _form("objective", model.objective, values, names)
+    file.changeObjectiveOffset(constant)
+    if model.sense == "maximise":
+        file.changeObjectiveSense(highspy.ObjSense.kMaximize)
+    for k, (variable, column) in enumerate(zip(model.variables, columns, strict=True)):
+        ends = [_limit(variable.label, end, values) for end in (variable.lower, variable.upper)]
+        if variable.binary:
+            ends = [min(max(end, 0.0), 1.0) for end in ends]
+        file.addVar(*ends)
+        file.passColName(k, column)
+        file.changeColCost(k, goal[k])
+        if variable.binary:
+            file.changeColIntegrality(k, highspy.HighsVarType.kInteger)
+    for constraint, label in zip(model.constraints, labels, strict=True):
+        sense, sides = constraint.relation.sense, constraint.relation.sides
+        (a, left), (b, right) = (_form(constraint.label, side, values, names) for side in sides)
+        row, limit = a - b, right - left
+        used = np.flatnonzero(row)
+        if not len(used) and holding(sense, left, right):
             # Another solver may not forgive the rounding of its two sides.
-            remarks.append(f"{constraint.label!r} speaks of no unknown, and holds: left out")
+            notes.append(f"{constraint.label!r} speaks of no unknown, and holds: left out")
             continue
-        rows.append(_Row(name, coefficients, relation.sense, -float(excess.constant)))
-    text = Text()
-    remarks += [
-        f"of equal answers optuav takes the one with the smallest {text.write(each)}"
+        least = -infinity if sense == "<=" else limit
+        most = infinity if sense == ">=" else limit
+        file.addRow(least, most, len(used), used, row[used])
+        file.passRowName(file.getNumRow() - 1, label)
+        notes.append(f"{label} is {constraint.label!r}")
+    notes += [
+        f"of equal answers optuav takes the one with the smallest {Text().write(each)}"
         for each in model.preferences
     ]
-    return _Programme(
-        tuple(" ".join(remark.split()) for remark in remarks),
-        model.sense == "maximise",
-        tuple(float(goal.coefficients.get(each, 0.0)) for each in names),
-        float(goal.constant),
-        tuple(columns),
-        tuple(rows),
-    )
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / f"programme.{form}"
+        file.writeModel(str(path))
+        text = path.read_text("ascii")
+    return "".join(f"{FILES[form]}{' '.join(each.split())}\n" for each in notes) + text
 
 
-def _form(label: str, side: Operand, values: Mapping[str, Any]) -> Affine:
-    """The affine form of one side, its numbers finite."""
+def _form(
+    label: str, side: Operand, values: Mapping[str, Any], names: Sequence[str]
+) -> tuple[Floats, float]:
+    """Coefficients of the unknowns and the constant of one side, all of them finite."""
     form = affine(side, values)
-    _check(label, [form.constant, *form.coefficients.values()], np.isfinite)
-    return form
-
-
-def _column(variable: Variable, name: str, values: Mapping[str, Any]) -> _Column:
-    lower, upper = (
-        _limit(variable.label, bound, values) for bound in (variable.lower, variable.upper)
-    )
-    if variable.binary:
-        lower, upper = max(lower, 0.0), min(upper, 1.0)
-    return _Column(name, lower, upper, variable.binary)
-
-
-def _limit(label: str, bound: Operand, values: Mapping[str, Any]) -> float:
-    """A bound of an unknown; it may be infinite."""
-    limit = affine(bound, values).constant
-    _check(label, [limit], lambda number: not np.isnan(number))
-    return float(limit)
-
-
-def _check(label: str, numbers: Sequence[Any], usable: Any) -> None:
+    numbers = [*(form.coefficients.get(name, 0.0) for name in names), form.constant]
     if any(np.ndim(number) for number in numbers):
         raise InputError(
             f"a file holds one programme, {label!r} has several: give the values of one of them"
         )
-    if not all(usable(number) for number in numbers):
+    if not np.isfinite(numbers).all():
         raise InputError(f"{label!r} has a number that a file cannot hold: NaN or infinite")
+    return np.array(numbers[:-1], dtype=float), float(numbers[-1])
 
 
-def _names(labels: Sequence[str], prefix: str) -> Iterator[str]:
-    """Names that both formats take, one a label, all different."""
-    taken = set[str]()
+def _limit(label: str, bound: Operand, values: Mapping[str, Any]) -> float:
+    """A bound of an unknown; it may be infinite."""
+    infinite = not isinstance(bound, Expression) and np.isinf(bound)
+    return float(bound) if infinite else _form(label, bound, values, ())[1]
+
+
+def _legal(labels: Iterable[str], prefix: str) -> list[str]:
+    """Names that both formats take, one for each label, all different."""
+    found: dict[str, str] = {}
     for label in labels:
         name = re.sub(r"[^A-Za-z0-9_.]+", "_", label).strip("_.")[:LONGEST_NAME]
         name = prefix + name if RESERVED.fullmatch(name) else name
-        unique, number = name, 1
-        while unique.lower() in taken:
-            number += 1
-            unique = f"{name}_{number}"
-        taken.add(unique.lower())
-        yield unique
-
-
-def _number(value: float) -> str:
-    """The shortest text from which the same number is read."""
-    return repr(value + 0.0).removesuffix(".0")
-
-
-def _signed(value: float, name: str) -> str:
-    factor = "" if name and abs(value) == 1.0 else f"{_number(abs(value))} "
-    return f"{'-' if value < 0.0 else '+'} {factor}{name}".rstrip()
-
-
-def _terms(coefficients: Sequence[float], names: Sequence[str]) -> list[str]:
-    """The terms of a sum; a sum of nothing needs one all the same."""
-    pairs = [(c, name) for c, name in zip(coefficients, names, strict=True) if c]
-    return [_signed(c, name) for c, name in pairs or [(0.0, names[0])]]
-
-
-def _wrapped(name: str, terms: Sequence[str]) -> list[str]:
-    """A labelled sum in lines that are not too long."""
-    line = " ".join(terms).removeprefix("+ ")
-    return textwrap.wrap(
-        f" {name}: {line}",
-        WIDTH,
-        subsequent_indent="   ",
-        break_long_words=False,
-        break_on_hyphens=False,
-        drop_whitespace=True,
-    )
-
-
-def _is_binary(column: _Column) -> bool:
-    return column.whole and (column.lower, column.upper) == (0.0, 1.0)
-
-
-def _bound(column: _Column) -> str:
-    if (column.lower, column.upper) == (-math.inf, math.inf):
-        return f" {column.name} free"
-    lower = "-inf" if column.lower == -math.inf else _number(column.lower)
-    if column.upper == math.inf:
-        return f" {column.name} >= {lower}"
-    return f" {lower} <= {column.name} <= {_number(column.upper)}"
+        numbered = (f"{name}_{number}" for number in itertools.count(2))
+        unique = next(u for u in itertools.chain([name], numbered) if u.lower() not in found)
+        found[unique.lower()] = unique
+    return list(found.values())

@@ -2,21 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
-from typing import Any
+from collections.abc import Iterator
 
 import numpy as np
 
-from optuav.engines.export import need_linear, to_lp, to_mps
+from optuav.engines.export import FILES, need_linear, to_file
 from optuav.errors import Fault, InputError, NoPlanError
 from optuav.mission.messages import printable, shown
-from optuav.modelling import Model
 from optuav.network.routes import NO_LEG
 from optuav.solving import Program
 from optuav.solving.dispatch import answer
 
-Writer = Callable[[Model, Mapping[str, Any], list[str]], str]
-FILES: Mapping[str, Writer] = {"lp": to_lp, "mps": to_mps}
 FORMS = ("text", "latex", *FILES)
 
 
@@ -59,7 +55,7 @@ def statement(program: Program, form: str = "text") -> str:
     part = program.parts[number]
     choice = "the best" if chosen else "no route has an answer; that of the shortest flight"
     remarks = list(_remarks(program, number, entry, choice))
-    return FILES[form](part.model, part.model.row(entry), remarks)
+    return to_file(part.model, part.model.row(entry), form, remarks)
 
 
 def _shortest(program: Program) -> tuple[int, int]:

@@ -46,7 +46,6 @@ def test_a_saved_file_is_read_to_the_same_optimum(form: str, tmp_path: Path) -> 
     )
     assert run(*asked, "--save", str(path)).out.split() == ["wrote", str(path)]
     assert path.read_text("utf-8") == run(*asked).out
-    assert widest(run(*asked).out) <= 80
     solver = highspy.Highs()
     solver.setOptionValue("output_flag", False)
     solver.readModel(str(path))

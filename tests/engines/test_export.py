@@ -15,12 +15,14 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import optuav
-from optuav.engines.export import to_lp, to_mps
+from optuav.engines.export import to_file
 from optuav.errors import InputError
 from optuav.modelling import Model
 
-Writer = Callable[..., str]
-WRITERS = pytest.mark.parametrize("write", [to_lp, to_mps])
+FORMS = ("lp", "mps")
+DIGITS = 1e-14
+"""Relative accuracy of the numbers that HiGHS writes."""
+EACH_FORM = pytest.mark.parametrize("form", FORMS)
 OPTIMAL, INFEASIBLE = highspy.HighsModelStatus.kOptimal, highspy.HighsModelStatus.kInfeasible
 
 
@@ -28,7 +30,7 @@ class Read:
     """What HiGHS finds in a text: the programme, and its optimum."""
 
     def __init__(self, text: str, folder: Path) -> None:
-        path = folder / ("programme.lp" if "\nEnd\n" in text else "programme.mps")
+        path = folder / ("programme.lp" if "\nend\n" in text else "programme.mps")
         path.write_text(text, "utf-8")
         solver = highspy.Highs()
         solver.setOptionValue("output_flag", False)
@@ -68,17 +70,17 @@ QUESTIONS: Mapping[str, tuple[str, dict[str, Any]]] = {
 }
 
 
-@WRITERS
+@EACH_FORM
 @pytest.mark.parametrize("perspective", ["battery", "energy", "adjusted"])
 @pytest.mark.parametrize("name", QUESTIONS)
 def test_problems_of_the_paper_are_read_back_to_the_same_optimum(
-    write: Writer, name: str, perspective: str, read: Callable[[str], Read]
+    form: str, name: str, perspective: str, read: Callable[[str], Read]
 ) -> None:
     problem, options = QUESTIONS[name]
     program = optuav.formulate("paper", problem, perspective=perspective, **options)
     plan = program.solve()
     part = program.parts[-1]
-    found = read(write(part.model, part.model.row(0)))
+    found = read(to_file(part.model, part.model.row(0), form))
     assert found.status == OPTIMAL
     by_file = {"hover_time_s": plan.hover_time_s, "rest_time_s": plan.rest_time_s}
     goal_s = plan.flight_time_s + plan.rest_time_s if "P2" in problem else plan.hover_time_s
@@ -88,20 +90,22 @@ def test_problems_of_the_paper_are_read_back_to_the_same_optimum(
         assert found.values["hover_time_s"] == pytest.approx(by_file["hover_time_s"], abs=1e-6)
 
 
-@WRITERS
-def test_the_check_number_of_the_specification(write: Writer, read: Callable[[str], Read]) -> None:
+@EACH_FORM
+def test_the_check_number_of_the_specification(form: str, read: Callable[[str], Read]) -> None:
     """719.5399 s for resting first on b1."""
     options = QUESTIONS["P4 rest-first"][1]
     (part,) = optuav.formulate("paper", "P4", **{"perspective": "battery", **options}).parts
-    assert read(write(part.model, part.model.row(0))).objective == pytest.approx(719.5399, abs=1e-4)
+    assert read(to_file(part.model, part.model.row(0), form)).objective == pytest.approx(
+        719.5399, abs=1e-4
+    )
 
 
-@WRITERS
-def test_constraints_are_called_by_their_labels(write: Writer, read: Callable[[str], Read]) -> None:
+@EACH_FORM
+def test_constraints_are_called_by_their_labels(form: str, read: Callable[[str], Read]) -> None:
     (part,) = optuav.formulate(
         "paper", "P4", building="b1", order="rest-first", perspective="battery"
     ).parts
-    rows = read(write(part.model, part.model.row(0))).programme.row_names_
+    rows = read(to_file(part.model, part.model.row(0), form)).programme.row_names_
     assert list(rows) == ["P4.a_state_of_charge", "P4.b_deadline"]
 
 
@@ -118,8 +122,8 @@ def knapsack(values: list[float], weights: list[float], room: float) -> Model:
     return model
 
 
-@WRITERS
-def test_binary_unknowns_stay_whole(write: Writer, read: Callable[[str], Read]) -> None:
+@EACH_FORM
+def test_binary_unknowns_stay_whole(form: str, read: Callable[[str], Read]) -> None:
     """Against all subsets tried one by one; the relaxation would be better."""
     values, weights, room = [10.0, 13.0, 7.0, 11.5], [3.0, 4.0, 2.5, 3.75], 9.0
     best = max(
@@ -128,14 +132,14 @@ def test_binary_unknowns_stay_whole(write: Writer, read: Callable[[str], Read]) 
         for subset in itertools.combinations(range(4), size)
         if sum(weights[k] for k in subset) <= room
     )
-    found = read(write(knapsack(values, weights, room), {}))
+    found = read(to_file(knapsack(values, weights, room), {}, form))
     assert found.objective == pytest.approx(100.0 + best)
     assert {round(value, 9) for value in found.values.values()} == {0.0, 1.0}
     assert found.values["never"] == 0.0
 
 
-@WRITERS
-def test_signs_equalities_and_free_unknowns(write: Writer, read: Callable[[str], Read]) -> None:
+@EACH_FORM
+def test_signs_equalities_and_free_unknowns(form: str, read: Callable[[str], Read]) -> None:
     """Minimise x + 2 y − 3 with x + y = −4, x ≥ −10, y ≤ −1 free below: x = 6, y = −10 by z."""
     model = Model("signs")
     x = model.variable("x", "x", unit="1", lower=-10.0)
@@ -145,7 +149,7 @@ def test_signs_equalities_and_free_unknowns(write: Writer, read: Callable[[str],
     model.subject_to("sum", x + y == -4.0)
     model.subject_to("floor", z <= y)
     model.subject_to("z is not lower", -z <= 10.0)
-    found = read(write(model, {}))
+    found = read(to_file(model, {}, form))
     assert found.objective == pytest.approx(6.0 - 20.0 - 3.0)
     assert found.values == pytest.approx({"x": 6.0, "y": -10.0, "z": -10.0})
 
@@ -170,8 +174,8 @@ HOSTILE = [
 ]
 
 
-@WRITERS
-def test_any_name_is_made_one_that_solvers_read(write: Writer, read: Callable[[str], Read]) -> None:
+@EACH_FORM
+def test_any_name_is_made_one_that_solvers_read(form: str, read: Callable[[str], Read]) -> None:
     """Words of the formats, what looks like a number, letters beyond ASCII, names that collide."""
     model = Model("names\nEnd")
     unknowns = [
@@ -180,7 +184,7 @@ def test_any_name_is_made_one_that_solvers_read(write: Writer, read: Callable[[s
     model.maximise(sum(unknowns))
     for k, (name, each) in enumerate(zip(HOSTILE, unknowns, strict=True)):
         model.subject_to(name if name.strip() else f"row {k}", each <= k + 0.25)
-    found = read(write(model, {}, ["a remark\nSubject To"]))
+    found = read(to_file(model, {}, form, ["a remark\nSubject To"]))
     assert list(found.values.values()) == pytest.approx([k + 0.25 for k in range(len(HOSTILE))])
     assert len(set(found.values)) == len(HOSTILE)
     assert len({*found.programme.row_names_}) == len(HOSTILE)
@@ -192,7 +196,8 @@ numbers = st.floats(-1e6, 1e6).filter(lambda x: x == 0.0 or abs(x) > 1e-6)
 bounds = st.sampled_from(
     [(0.0, math.inf), (-math.inf, math.inf), (-math.inf, 0.1), (-3.0, -0.7), (1e-5, 1e5)]
 )
-columns = st.lists(st.tuples(numbers, bounds), min_size=1, max_size=4)
+costs = numbers.filter(bool)  # HiGHS leaves out an unknown that the programme does not speak of
+columns = st.lists(st.tuples(costs, bounds), min_size=1, max_size=4)
 rows = st.lists(
     st.tuples(
         st.lists(numbers, min_size=4, max_size=4), st.sampled_from(["<=", ">=", "=="]), numbers
@@ -201,15 +206,19 @@ rows = st.lists(
 )
 
 
-@given(columns, rows, numbers, st.sampled_from([to_lp, to_mps]))
-def test_numbers_are_read_back_exactly(
+@given(columns, rows, numbers, st.sampled_from(FORMS))
+def test_numbers_are_read_back(
     tmp_path_factory: pytest.TempPathFactory,
     columns: list[tuple[float, tuple[float, float]]],
     rows: list[tuple[list[float], str, float]],
     constant: float,
-    write: Writer,
+    form: str,
 ) -> None:
-    """Every coefficient, side, bound, sense and constant that was declared."""
+    """Every coefficient, side, bound, sense and constant, to the digits that HiGHS writes."""
+
+    def same(number: float) -> Any:
+        return pytest.approx(number, rel=DIGITS, abs=0.0)
+
     model = Model("drawn")
     x = [
         model.variable(f"x{k}", f"x{k}", unit="1", lower=lower, upper=upper)
@@ -222,76 +231,78 @@ def test_numbers_are_read_back_exactly(
         coefficients[0] = coefficients[0] or 1.0
         left = sum(c * each for c, each in zip(coefficients, x, strict=False))
         model.subject_to(f"r{k}", compare[sense](left, side))
-    found = Read(write(model, {}), tmp_path_factory.getbasetemp())
+    found = Read(to_file(model, {}, form), tmp_path_factory.getbasetemp())
     programme = found.programme
-    assert programme.offset_ == constant
+    assert programme.offset_ == same(constant)
     at = [programme.col_names_.index(f"x{k}") for k in range(len(x))]
     assert sorted(at) == list(range(programme.num_col_))
     for k, (cost, (lower, upper)) in zip(at, columns, strict=True):
-        assert (programme.col_cost_[k], programme.col_lower_[k], programme.col_upper_[k]) == (
-            (cost, lower, upper)
-        )
+        assert programme.col_cost_[k] == same(cost)
+        assert programme.col_lower_[k] == same(lower)
+        assert programme.col_upper_[k] == same(upper)
     assert list(programme.row_names_) == [f"r{k}" for k in range(len(rows))]
-    assert found.matrix[:, at].tolist() == [row[: len(x)] for row, _, _ in rows]
+    for read, (stated, _, _) in zip(found.matrix[:, at], rows, strict=True):
+        assert list(read) == same(stated[: len(x)])
     for k, (_, sense, side) in enumerate(rows):
-        assert programme.row_lower_[k] == (-math.inf if sense == "<=" else side)
-        assert programme.row_upper_[k] == (math.inf if sense == ">=" else side)
+        assert programme.row_lower_[k] == same(-math.inf if sense == "<=" else side)
+        assert programme.row_upper_[k] == same(math.inf if sense == ">=" else side)
 
 
-@WRITERS
+@EACH_FORM
 def test_what_cannot_hold_is_infeasible_in_the_file_as_well(
-    write: Writer, read: Callable[[str], Read]
+    form: str, read: Callable[[str], Read]
 ) -> None:
     """A deadline before the flight ends, and a constraint without unknowns that is violated."""
     late = optuav.load("paper").replace({"limits.deadline_s": 60})
     (part,) = optuav.formulate(
         late, "P4", building="b1", order="rest-first", perspective="battery"
     ).parts
-    assert read(write(part.model, part.model.row(0))).status == INFEASIBLE
+    assert read(to_file(part.model, part.model.row(0), form)).status == INFEASIBLE
     (direct,) = optuav.formulate(late, "P3", perspective="battery").parts
-    assert read(write(direct.model, direct.model.row(0))).status == INFEASIBLE
+    assert read(to_file(direct.model, direct.model.row(0), form)).status == INFEASIBLE
     (p1,) = optuav.formulate("paper", "P1", trajectory="direct", perspective="battery").parts
     too_far = p1.model.row(0) | {"hover_distance_m": 600.0}
-    assert read(write(p1.model, too_far)).status == INFEASIBLE
+    assert read(to_file(p1.model, too_far, form)).status == INFEASIBLE
 
 
-@WRITERS
-def test_a_constraint_without_unknowns_that_holds_is_told_but_not_written(write: Writer) -> None:
+@EACH_FORM
+def test_a_constraint_without_unknowns_that_holds_is_told_but_not_written(form: str) -> None:
     """Its sides differ by rounding, which another solver may not forgive."""
     (p1,) = optuav.formulate("paper", "P1", trajectory="direct", perspective="battery").parts
-    text = write(p1.model, p1.model.row(0))
+    text = to_file(p1.model, p1.model.row(0), form)
     assert "'P1.a outage' speaks of no unknown, and holds: left out" in text
     assert "P1.a_outage" not in text
 
 
-@WRITERS
-def test_a_nonlinear_model_is_refused_by_the_constraint(write: Writer) -> None:
+@EACH_FORM
+def test_a_nonlinear_model_is_refused_by_the_constraint(form: str) -> None:
     (part,) = optuav.formulate("paper", "P3", perspective="wells").parts
     with pytest.raises(InputError, match=r"'P3\.a state of charge' is not linear: \w+ of the"):
-        write(part.model, part.model.row(0))
+        to_file(part.model, part.model.row(0), form)
 
 
-@WRITERS
-def test_several_programmes_at_once_are_refused(write: Writer) -> None:
+@EACH_FORM
+def test_several_programmes_at_once_are_refused(form: str) -> None:
     (part,) = optuav.formulate("paper", "P4", building="b1", perspective="battery").parts
     with pytest.raises(InputError, match=r"'P4\.a state of charge' has several"):
-        write(part.model, {})
+        to_file(part.model, {}, form)
 
 
-@WRITERS
+@EACH_FORM
 @pytest.mark.parametrize("number", [math.nan, math.inf])
-def test_numbers_that_are_none_are_refused(write: Writer, number: float) -> None:
+def test_numbers_that_are_none_are_refused(form: str, number: float) -> None:
     """HiGHS would drop such a row and call the rest optimal."""
     (part,) = optuav.formulate("paper", "P3", perspective="battery").parts
     with pytest.raises(InputError, match=r"'P3\.a state of charge' has a number"):
-        write(part.model, part.model.row(0) | {"hover_current_A": number})
+        to_file(part.model, part.model.row(0) | {"hover_current_A": number}, form)
 
 
-def test_lines_are_short_and_the_same_again() -> None:
+@EACH_FORM
+def test_names_and_labels_stand_at_the_top_and_the_text_is_the_same_again(form: str) -> None:
     (part,) = optuav.formulate(
         "paper", "P4", building="b1", order="rest-first", perspective="battery"
     ).parts
-    for write in (to_lp, to_mps):
-        text = write(part.model, part.model.row(0))
-        assert max(map(len, text.splitlines())) <= 80
-        assert text == write(part.model, part.model.row(0))
+    text = to_file(part.model, part.model.row(0), form)
+    assert "P4.a_state_of_charge is 'P4.a state of charge'" in text
+    assert "hover_time_s is Δ [s]" in text
+    assert text == to_file(part.model, part.model.row(0), form)
