@@ -93,4 +93,6 @@ def _copies(model: Model, count: int) -> Model:
         name: np.resize(value, count) if getattr(value, "ndim", 0) else value
         for name, value in values.items()
     }
-    return P4.model(Quantities(**{each.name: tiled.get(each.name, 1.0) for each in QUANTITIES}))
+    return P4("b1").model(
+        Quantities(**{each.name: tiled.get(each.name, 1.0) for each in QUANTITIES})
+    )

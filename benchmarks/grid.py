@@ -6,6 +6,7 @@ import time
 
 import numpy as np
 
+import optuav
 from benchmarks.timing import Row, median_s
 from formulations.algorithm1 import algorithm1, best_pair
 from optuav.engines import grid
@@ -20,7 +21,7 @@ def run() -> list[Row]:
     """P4 on b1, rest first, at a deadline of 1200 s and slots of 1 s."""
     mission = load("paper").replace({"limits.deadline_s": 1200})
     program = formulate(
-        mission, "P4", building="b1", order="rest-first", engine="grid", perspective="battery"
+        mission, optuav.P4("b1", order="rest-first"), engine="grid", perspective="battery"
     )
     (part,) = program.parts
     route, given = int(part.routes[0]), part.model.row(0)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
+import optuav
 from benchmarks.timing import Row, median_s
 from benchmarks.towns import town
 from optuav.mission import Mission, load
@@ -31,7 +32,7 @@ def run() -> list[Row]:
 
 def _proved(mission: Mission, hovers: int) -> Callable[[], None]:
     def find() -> None:
-        plan = solve(mission, perspective="available", stops=2, hovers=hovers)
+        plan = solve(mission, optuav.P1(stops=2, hovers=hovers), perspective="available")
         assert plan.status is Status.OPTIMAL
 
     return find

@@ -29,9 +29,7 @@ def pictures() -> Iterator[tuple[str, Axes]]:
         for perspective in ("battery", "available")
     ]
     yield "wells", plots.wells(direct)[0]
-    program = optuav.formulate(
-        "paper", "P4", building="b1", order="rest-first", perspective="battery"
-    )
+    program = optuav.formulate("paper", optuav.P4("b1", order="rest-first"), perspective="battery")
     (part,) = program.parts
     yield "plane", plots.plane(part.model, part.model.row(0), [program.solve()])
     yield "profile", plots.profile(optuav.replay(promised)).speed

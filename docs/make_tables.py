@@ -14,6 +14,7 @@ from typer.core import TyperArgument
 
 import optuav
 from formulations.formulation import Formulation
+from formulations.given import Given
 from formulations.perspectives import PAPER, PERSPECTIVES
 from optuav.cli.app import program
 from optuav.engines.registry import CAPABILITIES, Capability
@@ -35,12 +36,12 @@ Row = tuple[str, ...]
 class Own(Formulation):
     """The least that a formulation of one's own can be."""
 
-    def declare(self, model: Model) -> None:
+    def declare(self, model: Model, given: Given) -> None:
         """State the longest hover, with or without a rest."""
-        hover, rest = self.hover_and_rest(model, "hover time")
+        hover, rest = given.hover_and_rest(model)
         model.maximise(hover)
-        self.keep_deadline(model, "deadline", hover, rest)
-        model.subject_to("state of charge", self.soc_end(hover, rest) >= self.min_soc)
+        given.keep_deadline(model, "deadline", hover, rest)
+        model.subject_to("state of charge", given.soc_end(hover, rest) >= given.min_soc)
 
 
 ASKED: Mapping[str, str | type[Formulation]] = {

@@ -116,4 +116,4 @@ assert takers(traits(wells), slots=False) == ("bracket", "casadi", "grid")
 # else. `formulate` fills in the numbers of a mission.
 
 # %%
-print(optuav.formulate("paper", "P4", building="b1", order="rest-first", perspective="battery"))
+print(optuav.formulate("paper", optuav.P4("b1", order="rest-first"), perspective="battery"))

@@ -22,7 +22,7 @@ import numpy as np
 import optuav
 
 mission = optuav.load("paper")
-program = optuav.formulate(mission, "P4", building="b1", order="rest-first", perspective="battery")
+program = optuav.formulate(mission, optuav.P4("b1", order="rest-first"), perspective="battery")
 compiled = program.compile()
 best = compiled.solve()
 print(program)

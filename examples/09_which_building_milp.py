@@ -22,7 +22,7 @@ mission = optuav.load("paper")
 few = mission.replace({f"buildings.b{k}": None for k in (2, 3, 4, 5, 6, 7, 8, 10)})
 alone_s = {"direct": optuav.solve(few, "P3", perspective="battery").hover_time_s}
 for building in ("b1", "b9"):
-    plan = optuav.solve(few, "P4", building=building, order="rest-first", perspective="battery")
+    plan = optuav.solve(few, optuav.P4(building, order="rest-first"), perspective="battery")
     alone_s[building] = plan.hover_time_s
 print({name: f"{hover_s:.3f} s" for name, hover_s in alone_s.items()})
 

@@ -16,6 +16,7 @@ import math
 
 import optuav
 from formulations.formulation import Formulation
+from formulations.given import Given
 from optuav.engines.registry import takers
 from optuav.modelling import Model, Parameter
 from optuav.modelling.classify import traits
@@ -35,15 +36,15 @@ WANTED_S = 700.0
 class LeastRest(Formulation):
     """Least rest for a wanted hover time."""
 
-    def declare(self, model: Model) -> None:
+    def declare(self, model: Model, given: Given) -> None:
         """Rest as little as the charge allows."""
         wanted = Parameter("wanted_hover_s", "Δ_w", "s", WANTED_S)
-        hover, rest = self.hover_and_rest(model, "hover time")
-        model.minimise(0.0 if rest is None else rest)
+        hover, rest = given.hover_and_rest(model)
+        model.minimise(rest)
         model.subject_to("wanted hover", hover == wanted, unit="s")
-        model.subject_to("state of charge", self.soc_end(hover, rest) >= self.min_soc)
-        self.keep_wells(model, "battery", hover, rest)
-        self.keep_deadline(model, "deadline", hover, rest)
+        model.subject_to("state of charge", given.soc_end(hover, rest) >= given.min_soc)
+        given.keep_wells(model, "battery", hover, rest)
+        given.keep_deadline(model, "deadline", hover, rest)
 
 
 counted = {"perspective": "battery"}
@@ -97,17 +98,17 @@ assert answer.status == "infeasible"
 class SmallestBattery(Formulation):
     """Smallest battery pack for a wanted hover time."""
 
-    def declare(self, model: Model) -> None:
+    def declare(self, model: Model, given: Given) -> None:
         """Carry as much charge as the mission draws, and η0 besides."""
         wanted = Parameter("wanted_hover_s", "Δ_w", "s", WANTED_S)
-        hover, rest = self.hover_and_rest(model, "hover time")
+        hover, rest = given.hover_and_rest(model)
         pack = model.variable("pack_As", "B_i", unit="A s", upper=100_000.0)
-        charged = 0.0 if rest is None else self.rest_current_A * rest
-        drawn = self.flight_charge_As + self.hover_current_A * hover - charged
+        charged = given.rest_current_A * rest
+        drawn = given.flight_charge_As + given.hover_current_A * hover - charged
         model.minimise(pack)
         model.subject_to("wanted hover", hover == wanted, unit="s")
-        model.subject_to("charge", (1.0 - self.min_soc) * self.packs * pack >= drawn, unit="A s")
-        self.keep_deadline(model, "deadline", hover, rest)
+        model.subject_to("charge", (1.0 - given.min_soc) * given.packs * pack >= drawn, unit="A s")
+        given.keep_deadline(model, "deadline", hover, rest)
 
 
 smallest = optuav.formulate(mission, SmallestBattery, **counted).compile().solve()

@@ -28,7 +28,7 @@ mission = optuav.load("paper")
 # %%
 for perspective in ("battery", "energy", "adjusted"):
     one = optuav.solve(mission, perspective=perspective)
-    more = optuav.solve(mission, perspective=perspective, stops=3, hovers=2)
+    more = optuav.solve(mission, optuav.P1(stops=3, hovers=2), perspective=perspective)
     print(f"{perspective:<10}{one.hover_time_s:8.3f} s, with more stops {more.hover_time_s:8.3f} s")
     assert more.phases == one.phases
 print(more.notes[-1])
@@ -43,7 +43,10 @@ print(more.notes[-1])
 legs = optuav.graph(mission)
 legs.add_edge("b1", "b9", **{**legs.edges["b1", "hover"], "duration_s": 4.0, "charge_As": 50.0})
 legs.add_edge("b9", "hover", **{**legs.edges["b9", "hover"], "duration_s": 4.0, "charge_As": 50.0})
-windy = [optuav.solve(mission, perspective="battery", graph=legs, stops=most) for most in (1, 2)]
+windy = [
+    optuav.solve(mission, optuav.P1(stops=most), perspective="battery", graph=legs)
+    for most in (1, 2)
+]
 for plan in windy:
     print(f"{plan.hover_time_s:8.3f} s by {' → '.join(plan.route)}")
 assert windy[1].hover_time_s > windy[0].hover_time_s + 1.0
@@ -58,7 +61,9 @@ assert windy[1].route[1:3] == ("b1", "b9")
 
 # %%
 plans = {
-    (stops, hovers): optuav.solve(mission, perspective="available", stops=stops, hovers=hovers)
+    (stops, hovers): optuav.solve(
+        mission, optuav.P1(stops=stops, hovers=hovers), perspective="available"
+    )
     for stops, hovers in itertools.product((0, 1, 2), (1, 2))
 }
 for (stops, hovers), plan in plans.items():
@@ -101,7 +106,7 @@ assert state_of_charge(optuav.network.vehicle.pool(mission), wells) > 0.17
 
 # %%
 longer = mission.replace({"limits.deadline_s": 2400.0})
-split = optuav.solve(longer, perspective="available", hovers=2)
+split = optuav.solve(longer, optuav.P1(hovers=2), perspective="available")
 print(split.summary())
 assert math.isclose(split.hover_time_s, 742.834, abs_tol=1e-3)
 assert optuav.audit(split).flyable

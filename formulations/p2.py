@@ -2,35 +2,60 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass, field
+
 from formulations.formulation import Formulation
+from formulations.given import Given
+from formulations.p1 import state_limits
 from optuav.modelling import Model
+from optuav.options import Trajectory
 
 
+@dataclass(frozen=True, kw_only=True)
 class P2(Formulation):
-    """P2: shortest flight and rest, the hover time free."""
+    """P2: shortest flight and rest, the hover time free.
 
-    def declare(self, model: Model) -> None:
-        """State (P2) as printed: any feasible Δ is optimal, and the shortest mission preferred."""
-        hover, rest = self.hover_and_rest(model, "P2.d hover time")
-        model.minimise(self.flight_time_s + (0.0 if rest is None else rest))
-        model.prefer_small(hover)
-        model.subject_to("P2.a outage", self.hover_distance_m <= self.coverage_radius_m, unit="m")
-        model.subject_to("P2.b state of charge", self.soc_end(hover, rest) >= self.min_soc)
-        self.keep_wells(model, "P2.b", hover, rest)
-        model.subject_to("P2.c ends", self.end_gap_m <= 0.0, unit="m")
-        self.keep_deadline(model, "P2.d hover time", hover, rest)
-        model.subject_to("P2.e altitude", self.hover_altitude_m >= self.min_altitude_m, unit="m")
-        model.subject_to(
-            "P2.e highest altitude", self.hover_altitude_m <= self.max_altitude_m, unit="m"
+    Parameters
+    ----------
+    tight
+        Whether Δ = T_max − T_fl − T', which the paper's derivation supposes. As printed (False)
+        Δ is not in the objective: any feasible Δ is optimal, and the shortest mission is taken.
+    trajectory, order
+        As for `P1`.
+
+    Examples
+    --------
+    >>> import optuav
+    >>> plan = optuav.solve("paper", optuav.P2(tight=True), perspective="battery")
+    >>> f"{plan.hover_time_s:.2f} s of hover in {plan.mission_time_s:.0f} s"
+    '719.54 s of hover in 1200 s'
+    """
+
+    building: None = field(default=None, init=False, repr=False)
+    trajectory: Trajectory = "optimal"
+    tight: bool = False
+
+    @property
+    def name(self) -> str:
+        """``"P2"`` or ``"P2-tight"``."""
+        return "P2-tight" if self.tight else "P2"
+
+    @property
+    def title(self) -> str:
+        """What is sought, in a line."""
+        if not self.tight:
+            return super().title
+        return (
+            "P2 with the deadline tight: shortest flight and rest, hovering all the time that "
+            "is left"
         )
 
-
-class P2Tight(P2):
-    """P2 with the deadline tight: shortest flight and rest, hovering all the time that is left."""
-
-    def declare(self, model: Model) -> None:
-        """State (P2) with Δ = T_max − T_fl − T', which the paper's derivation supposes."""
-        super().declare(model)
-        hover, *rest = model.variables
-        used = sum(rest, start=hover)
-        model.subject_to("P2.d deadline tight", used == self.time_left, unit="s")
+    def declare(self, model: Model, given: Given) -> None:
+        """State (P2), P2.a to P2.e; of equal plans the one with the shortest mission."""
+        hover, rest = given.hover_and_rest(model)
+        model.minimise(given.flight_time_s + rest)
+        model.prefer_small(hover)
+        state_limits(model, given, "P2", hover, rest)
+        if self.tight:
+            used = hover + rest if given.rests else hover
+            model.subject_to("P2.d deadline tight", used == given.time_left, unit="s")

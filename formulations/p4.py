@@ -2,19 +2,41 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass, field
+
 from formulations.formulation import Formulation
+from formulations.given import Given
 from optuav.modelling import Model
 
 
+@dataclass(frozen=True)
 class P4(Formulation):
-    """P4: longest hover with one rest on a given building."""
+    """P4: longest hover with one rest on a given building.
 
-    def declare(self, model: Model) -> None:
+    Parameters
+    ----------
+    building
+        Name of the building to rest on.
+    order
+        ``"rest-first"``, ``"hover-first"``, or None for the better of the two.
+
+    Examples
+    --------
+    >>> import optuav
+    >>> plan = optuav.solve("paper", optuav.P4("b1"), perspective="battery")
+    >>> f"{plan.hover_time_s:.2f} s with {plan.rest_time_s:.2f} s of rest"
+    '719.54 s with 392.14 s of rest'
+    """
+
+    building: str = field(kw_only=False)
+
+    def declare(self, model: Model, given: Given) -> None:
         """State (P4): P4.a state of charge, P4.b deadline; of equal plans the shortest rest."""
         hover = model.variable("hover_time_s", "Δ", unit="s", first_slot=1)
         rest = model.variable("rest_time_s", "T'", unit="s", first_slot=1)
         model.maximise(hover)
         model.prefer_small(rest)
-        model.subject_to("P4.a state of charge", self.soc_end(hover, rest) >= self.min_soc)
-        self.keep_wells(model, "P4.a", hover, rest)
-        model.subject_to("P4.b deadline", hover + rest <= self.time_left, unit="s")
+        charged = given.soc_end(hover, rest) >= given.min_soc
+        model.subject_to("P4.a state of charge", charged, kind="state of charge")
+        given.keep_wells(model, "P4.a", hover, rest)
+        given.keep_deadline(model, "P4.b deadline", hover, rest)

@@ -12,8 +12,9 @@ from typing import Any, TypeAlias
 from formulations.quantities import Quantities
 from formulations.wells import wells
 from optuav.modelling import Expression, Let
+from optuav.options import Perspective
 
-Perspective: TypeAlias = Callable[[Quantities, Any, Any], Any]
+StateOfCharge: TypeAlias = Callable[[Quantities, Any, Any], Any]
 
 
 def battery(given: Quantities, hover: Any, rest: Any) -> Any:
@@ -53,13 +54,13 @@ def delivered(given: Quantities, hover: Any, rest: Any) -> Any:
     return Let("state of charge at the end", "η", "1", end) if isinstance(end, Expression) else end
 
 
-PAPER: tuple[str, ...] = ("battery", "energy", "adjusted")
+PAPER: tuple[Perspective, ...] = ("battery", "energy", "adjusted")
 """The perspectives of the paper."""
 
-AVAILABLE = "available"
+AVAILABLE: Perspective = "available"
 """Charge balance as in `battery`, and a battery that never runs dry nor is overcharged."""
 
-PERSPECTIVES: Mapping[str, Perspective] = {
+PERSPECTIVES: Mapping[Perspective, StateOfCharge] = {
     "battery": battery,
     "energy": energy,
     "adjusted": adjusted,

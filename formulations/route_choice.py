@@ -30,6 +30,7 @@ from formulations.perspectives import PERSPECTIVES
 from formulations.quantities import QUANTITIES, Quantities, symbol_for
 from optuav.modelling import Expression, Let, Model, Parameter, Variable
 from optuav.modelling.expression import Indexed, Operand, Relation, Sense
+from optuav.options import Perspective
 
 Form: TypeAlias = Literal["hull", "big-M"]
 FORMS: tuple[Form, ...] = ("hull", "big-M")
@@ -84,7 +85,7 @@ class _Option(NamedTuple):
 
 
 def route_choice(
-    routes: Sequence[Route], perspective: str, form: Form, *, relaxed: bool = False
+    routes: Sequence[Route], perspective: Perspective, form: Form, *, relaxed: bool = False
 ) -> Model:
     """The longest hover time on any one of some routes, as one linear model.
 
@@ -184,7 +185,7 @@ def _aim(model: Model, options: Sequence[_Option]) -> None:
     model.prefer_small(model.let("place in order", place, symbol="n", words=words))
 
 
-def _rows(route: Route, given: Quantities, perspective: str) -> Iterator[_Row]:
+def _rows(route: Route, given: Quantities, perspective: Perspective) -> Iterator[_Row]:
     """What the times of a route have to satisfy, apart from being at least 0."""
 
     def soc(hover: Operand, rest: Operand) -> Operand:

@@ -9,6 +9,11 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from formulations.formulation import Formulation as Formulation
+    from formulations.p1 import P1 as P1
+    from formulations.p2 import P2 as P2
+    from formulations.p3 import P3 as P3
+    from formulations.p4 import P4 as P4
     from optuav.calibration import Fit as Fit
     from optuav.calibration import fit_kibam as fit_kibam
     from optuav.calibration import fit_regimes as fit_regimes
@@ -62,6 +67,11 @@ HOMES = {
     "validate_graph": "optuav.network.graph",
     "Plan": "optuav.plan",
     "load_plan": "optuav.plan",
+    "Formulation": "formulations.formulation",
+    "P1": "formulations.p1",
+    "P2": "formulations.p2",
+    "P3": "formulations.p3",
+    "P4": "formulations.p4",
     "Program": "optuav.solving",
     "formulate": "optuav.solving",
     "solve": "optuav.solving",

@@ -51,7 +51,7 @@ def test_p1_of_the_printed_parameters_and_its_tie() -> None:
     assert plan.hover_time_s == pytest.approx(719.5399, abs=5e-5)
     assert plan.rest_time_s == pytest.approx(392.1438, abs=6e-5)
     assert plan.route == ("origin", "b1", "hover", "destination")
-    twin = optuav.solve("paper", "P4", building="b2", order="hover-first", perspective="battery")
+    twin = optuav.solve("paper", optuav.P4("b2", order="hover-first"), perspective="battery")
     assert twin.hover_time_s == pytest.approx(plan.hover_time_s, abs=1e-9)
 
 
@@ -90,10 +90,10 @@ def test_p2_with_the_deadline_tight_loses_hover_time() -> None:
 
 def test_trajectories_of_the_recovered_loads() -> None:
     """traj2 is best at 1200 s by b1; traj1, by b9, gives the 951 s that the paper reports."""
-    best = optuav.solve("paper-table2", trajectory="traj2", perspective="battery")
+    best = optuav.solve("paper-table2", optuav.P1(trajectory="traj2"), perspective="battery")
     assert best.hover_time_s == pytest.approx(955.28, abs=0.005)
     assert best.route[1] == "b1"
-    nearest = optuav.solve("paper-table2", trajectory="traj1", perspective="battery")
+    nearest = optuav.solve("paper-table2", optuav.P1(trajectory="traj1"), perspective="battery")
     assert nearest.hover_time_s == pytest.approx(951.03, abs=0.005)
     assert "b9" in nearest.route
 
@@ -126,7 +126,7 @@ def test_plans_survive_their_file(tmp_path: Path) -> None:
     plans = [
         optuav.solve(mission, perspective="battery"),
         optuav.solve(
-            mission, "P4", building="b1", order="rest-first", graph=graph, perspective="battery"
+            mission, optuav.P4("b1", order="rest-first"), graph=graph, perspective="battery"
         ),
         optuav.solve("paper-table2", engine="grid", problem="P3", perspective="battery"),
         optuav.solve(mission.replace({"limits.deadline_s": 60}), perspective="battery"),

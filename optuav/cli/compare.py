@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, cast
 
 import typer
 from rich.console import Console
@@ -20,6 +20,7 @@ from optuav.cli.options import (
 from optuav.cli.progress import progress
 from optuav.errors import Fault, InputError
 from optuav.mission.files import label, make_directory, refusal, write_text
+from optuav.options import Perspective
 
 if TYPE_CHECKING:
     from optuav.studies.results import Results
@@ -84,7 +85,7 @@ def compare(
         found = studies.compare(
             mission_of(mission, settings),
             by=chosen,
-            perspective=perspective,
+            perspective=cast(Perspective, perspective),
             slots_s=lengths,
             engines=names,
             time_limit_s=time_limit_s,

@@ -52,24 +52,30 @@ def explain(
     Exit code 1 if there is no feasible plan.
     """
     given: dict[str, Any] = {
-        "problem": problem,
-        "trajectory": trajectory,
-        "building": building,
-        "order": order,
         "perspective": perspective,
         "slot_s": slot_s,
         "engine": engine,
         "time_limit_s": time_limit_s,
-        "hover_point": hover_point,
     }
     options = {name: value for name, value in given.items() if value is not None}
+    of_problem: dict[str, Any] = {
+        "trajectory": trajectory,
+        "building": building,
+        "order": order,
+        "hover_point": hover_point,
+    }
+    fields = {name: value for name, value in of_problem.items() if value is not None}
     is_plan = Path(mission).suffix == ".json"
-    if is_plan and (options or settings):
-        stated = [*options, *(["set"] if settings else [])]
+    stated = [*(["problem"] if problem else []), *fields, *options, *(["set"] if settings else [])]
+    if is_plan and stated:
         raise InputError(
             Fault(f"--{name.replace('_', '-')}", "", "goes with a mission, not with a saved plan")
             for name in stated
         )
+    if problem is not None or fields:
+        from optuav.solving.question import problem_of
+
+        options["problem"] = problem_of(problem or "P1", **fields)
     from optuav.diagnosis import explain as explain_subject
     from optuav.plan import load_plan
 

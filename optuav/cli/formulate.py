@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import textwrap
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, cast
 
 import typer
 
@@ -22,6 +22,7 @@ from optuav.cli.options import (
     mission_of,
 )
 from optuav.errors import Fault, InputError
+from optuav.options import Perspective
 
 NO = 1
 WIDTH = 80
@@ -35,7 +36,7 @@ def formulate(
     order: Annotated[str | None, ORDER] = None,
     perspective: Annotated[str, PERSPECTIVE] = "available",
     slot_s: Annotated[float | None, SLOT] = None,
-    hover_point: Annotated[str, HOVER_POINT] = "w_U",
+    hover_point: Annotated[str | None, HOVER_POINT] = None,
     settings: SetOption = None,
     latex: Annotated[bool, typer.Option("--latex", help="Print LaTeX (package amsmath).")] = False,
     lp: Annotated[bool, typer.Option("--lp", help="Print a file in CPLEX LP format.")] = False,
@@ -53,15 +54,19 @@ def formulate(
     if len(forms) > 1:
         given = ", ".join(f"--{name}" for name in forms)
         raise InputError([Fault(given, "", "one of --latex, --lp, --mps")])
+    from optuav.solving.question import problem_of
+
     program = optuav.formulate(
         mission_of(mission, settings),
-        problem,
-        trajectory=trajectory,
-        building=building,
-        order=order,
-        perspective=perspective,
+        problem_of(
+            problem,
+            trajectory=trajectory,
+            building=building,
+            order=order,
+            hover_point=hover_point,
+        ),
+        perspective=cast(Perspective, perspective),
         slot_s=slot_s,
-        hover_point=hover_point,
     )
     if not program.parts:
         typer.echo(textwrap.fill(str(program), WIDTH, subsequent_indent="  "))

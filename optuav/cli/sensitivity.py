@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, cast
 
 import typer
 
@@ -16,6 +16,7 @@ from optuav.cli.options import (
     SetOption,
     mission_of,
 )
+from optuav.options import Perspective
 
 NO = 1
 
@@ -56,7 +57,7 @@ def sensitivity(
     found = studies.sensitivity(
         mission_of(mission, settings),
         uncertainty,
-        perspective=perspective,
+        perspective=cast(Perspective, perspective),
         plan=None if plan is None else load_plan(plan),
         samples=samples,
         seed=seed,

@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterator
 from contextlib import nullcontext
 from functools import partial
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, cast
 
 import typer
 
@@ -30,6 +30,7 @@ from optuav.cli.options import (
     mission_of,
 )
 from optuav.cli.progress import progress
+from optuav.options import Perspective
 from optuav.plan import Plan
 from optuav.status import Status
 
@@ -51,11 +52,16 @@ def solve(
         str | None, typer.Option(help="Solver behind cvxpy, by its name; HIGHS by default.")
     ] = None,
     time_limit_s: Annotated[float | None, TIME_LIMIT] = None,
-    hover_point: Annotated[str, HOVER_POINT] = "w_U",
+    hover_point: Annotated[str | None, HOVER_POINT] = None,
     stops: Annotated[
-        int, typer.Option(help="Most rests, in any order over all buildings; with P1.")
-    ] = 1,
-    hovers: Annotated[int, typer.Option(help="Most pieces in which to hover; with P1.")] = 1,
+        int | None,
+        typer.Option(
+            help="Most rests, in any order over all buildings; with P1.", show_default="1"
+        ),
+    ] = None,
+    hovers: Annotated[
+        int | None, typer.Option(help="Most pieces in which to hover; with P1.", show_default="1")
+    ] = None,
     settings: SetOption = None,
     as_json: JsonOption = False,
     save: SaveOption = None,
@@ -69,30 +75,36 @@ def solve(
 ) -> None:
     """Find the longest hover for a mission, and show the plan."""
     asked = mission_of(mission, settings)
+    from optuav.solving.question import problem_of
+
+    stated = problem_of(
+        problem,
+        trajectory=trajectory,
+        building=building,
+        order=order,
+        hover_point=hover_point,
+        stops=stops,
+        hovers=hovers,
+    )
     if animate is not None:
         from optuav.plots.files import gif_file
 
         gif_file(animate)
-    with progress() if (stops, hovers) != (1, 1) else nullcontext() as tell:
+    several = {stops, hovers} - {None, 1}
+    with progress() if several else nullcontext() as tell:
         plan = optuav.solve(
             asked,
-            problem,
-            trajectory=trajectory,
-            building=building,
-            order=order,
-            perspective=perspective,
+            stated,
+            perspective=cast(Perspective, perspective),
             slot_s=slot_s,
             engine=engine,
             time_limit_s=time_limit_s,
             solver=solver,
-            hover_point=hover_point,
-            stops=stops,
-            hovers=hovers,
             progress=tell and partial(_tell_boxes, tell),
         )
     from optuav.cli.output import deliver
 
-    alike = (stops, hovers, hover_point) == (1, 1, "w_U")
+    alike = not several and hover_point in (None, "w_U")
     beside = list(_by_the_other_perspective(plan)) if plot and alike else []
     deliver(plan, as_json=as_json, save=save, plot=plot, beside=beside, animate=animate)
     if plan.status is Status.INFEASIBLE and alike and not as_json:
@@ -114,13 +126,15 @@ def _by_the_other_perspective(plan: Plan) -> Iterator[Plan]:
     """What the same question gives where charge alone counts, or where the battery has to last."""
     if not plan or plan.perspective not in OTHER or plan.mission.battery.takes_turns:
         return
+    from optuav.solving.question import problem_of
+
+    problem = problem_of(
+        plan.problem, trajectory=plan.trajectory, building=plan.building, order=plan.order
+    )
     other = optuav.solve(
         plan.mission,
-        plan.problem,
-        trajectory=plan.trajectory,
-        building=plan.building,
-        order=plan.order,
-        perspective=OTHER[plan.perspective],
+        problem,
+        perspective=cast(Perspective, OTHER[plan.perspective]),
         slot_s=plan.slot_s,
     )
     if other:

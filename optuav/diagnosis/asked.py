@@ -11,15 +11,17 @@ from typing import Any
 import numpy as np
 
 from formulations.formulation import Formulation
+from formulations.p1 import P1
 from formulations.perspectives import AVAILABLE
 from optuav.diagnosis.stacked import Case
 from optuav.errors import InputError
 from optuav.mission import Mission, load
 from optuav.network.network import build_network
+from optuav.options import HoverPoint, ProblemName
 from optuav.plan import Plan
 from optuav.solving import Program, formulate
 from optuav.solving.declaring import work_out
-from optuav.solving.question import PROBLEMS, question
+from optuav.solving.question import PROBLEMS, problem_of, question
 from optuav.solving.scheduled_plan import ENGINE as SIMULATION
 from optuav.solving.several_stops import ENGINE as SEARCH
 
@@ -46,6 +48,17 @@ class Asked:
 
     mission: Mission
     options: Mapping[str, Any]
+
+    @property
+    def problem(self) -> Formulation:
+        """The problem, by default P1."""
+        stated = self.options.get("problem", "P1")
+        return PROBLEMS[stated] if isinstance(stated, str) else stated
+
+    @property
+    def hover_point(self) -> HoverPoint:
+        """Whether the hover point is the mission's own or free."""
+        return self.problem.hover_point if isinstance(self.problem, P1) else "w_U"
 
     def program(self, mission: Mission | None = None) -> Program:
         """The question declared, of this mission or of another."""
@@ -95,7 +108,7 @@ def asked(subject: Program | Plan | Mission | str | Path, options: Mapping[str, 
 
 
 def with_problem(
-    problem: str | type[Formulation] | None, options: Mapping[str, Any]
+    problem: Formulation | ProblemName | None, options: Mapping[str, Any]
 ) -> dict[str, Any]:
     """The options, with the problem among them if one is stated."""
     return {**options} if problem is None else {"problem": problem, **options}
@@ -126,12 +139,15 @@ def _of_plan(plan: Plan) -> Asked:
         raise InputError(f"the plan's question cannot be asked again: {STOPS}")
     if any(phase.edited for phase in plan.phases):
         raise InputError("the plan is over an edited graph: explain its mission with graph=")
-    if plan.problem not in PROBLEMS:
+    if plan.problem not in (*PROBLEMS, "P4"):
         raise InputError(
             f"the plan's problem {plan.problem} is a formulation of one's own, which its file does "
             "not hold: explain the mission with it"
         )
-    recorded = {name: getattr(plan, name) for name in OPTIONS & type(plan).model_fields.keys()}
+    recorded = {name: getattr(plan, name) for name in ("perspective", "slot_s", "engine")}
+    recorded["problem"] = problem_of(
+        plan.problem, trajectory=plan.trajectory, building=plan.building, order=plan.order
+    )
     stated = {name: value for name, value in recorded.items() if value not in (None, "")}
     if plan.engine == SIMULATION:
         del stated["engine"]  # it answers without being named

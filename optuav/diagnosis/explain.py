@@ -12,6 +12,7 @@ import numpy as np
 
 from formulations.available import StepEnd
 from formulations.formulation import Formulation
+from formulations.p1 import P1
 from optuav.diagnosis.asked import STOPS, Asked, asked, of_several_stops, with_problem
 from optuav.diagnosis.conflict import conflicts
 from optuav.diagnosis.explanation import Explanation, Side
@@ -23,6 +24,7 @@ from optuav.modelling import Model, NotAffineError, Relation, Variable
 from optuav.modelling.check import evaluated, relations
 from optuav.modelling.traversal import fold, has_unknowns, leaves
 from optuav.modelling.writer import Text
+from optuav.options import ProblemName
 from optuav.plan import Plan
 from optuav.solving import Program
 from optuav.solving.dispatch import answer
@@ -41,7 +43,7 @@ LONGEST = 60
 def explain(
     subject: Program | Plan | Mission | str | Path,
     /,
-    problem: str | type[Formulation] | None = None,
+    problem: Formulation | ProblemName | None = None,
     **options: Any,
 ) -> Explanation:
     """Explain an answer: what binds and what more would bring, or what conflicts and what repairs.
@@ -76,7 +78,7 @@ def explain(
     plan = subject if isinstance(subject, Plan) and subject else program.solve()
     if question.takes_turns:
         return Explanation(plan, notes=(TURNS,))
-    if question.options.get("hover_point", "w_U") == "free":
+    if question.hover_point == "free":
         return _at_its_point(question, plan)
     if plan:
         return _optimum(program, plan)
@@ -85,13 +87,21 @@ def explain(
     return Explanation(plan, conflicts=conflicts(program), repairs=repairs_of(question))
 
 
+def _at_w_U(problem: Formulation) -> Formulation:
+    """(P1) with the hover point of the mission."""
+    return replace(problem, hover_point="w_U") if isinstance(problem, P1) else problem
+
+
 def _at_its_point(question: Asked, plan: Plan) -> Explanation:
     """The explanation of an answer with the hover point free: told with the point held."""
     if plan:
         told = explain(plan)
         held = "with the hover point held where it is: it has no price of its own"
     else:
-        told = explain(question.mission, **{**question.options, "hover_point": "w_U"})
+        told = explain(
+            question.mission,
+            **{**question.options, "problem": _at_w_U(question.problem)},
+        )
         held = "told for hovering at w_U; elsewhere within reach no plan was found either"
     return replace(told, plan=plan, notes=(held, *told.notes))
 

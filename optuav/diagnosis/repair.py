@@ -15,6 +15,7 @@ from optuav.diagnosis.search import Asking, Found, search
 from optuav.errors import InputError, SolverError
 from optuav.mission import Mission
 from optuav.mission.messages import shown
+from optuav.options import ProblemName
 from optuav.plan import Plan
 from optuav.solving import Program
 
@@ -81,7 +82,7 @@ class Repair:
 def repairs(
     subject: Program | Plan | Mission | str | Path,
     /,
-    problem: str | type[Formulation] | None = None,
+    problem: Formulation | ProblemName | None = None,
     **options: Any,
 ) -> tuple[Repair, ...]:
     """Single changes that make an infeasible question feasible, the smallest first.

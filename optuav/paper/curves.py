@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from functools import cache, lru_cache
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -15,6 +15,7 @@ from optuav.network import vehicle
 from optuav.physics import laser, rotor
 from optuav.physics.quantity import Vector
 from optuav.plan import Plan
+from optuav.solving.question import problem_of
 
 OURS = "available"
 """The perspective in which the available well must last."""
@@ -55,7 +56,9 @@ def solve(
 def _solve(
     mission: Mission, problem: str, perspective: str, *options: tuple[str, str | float]
 ) -> Plan:
-    return solving.solve(mission, problem, perspective=perspective, **dict(options))  # type: ignore[arg-type]
+    given: dict[str, Any] = dict(options)
+    how = {name: given.pop(name) for name in ("slot_s", "engine") if name in given}
+    return solving.solve(mission, problem_of(problem, **given), perspective=perspective, **how)  # type: ignore[arg-type]
 
 
 def with_deadline(mission: Mission, deadline_s: float) -> Mission:

@@ -80,7 +80,7 @@ def plane(
     Examples
     --------
     >>> import optuav
-    >>> program = optuav.formulate("paper", "P4", building="b1", order="rest-first")
+    >>> program = optuav.formulate("paper", optuav.P4("b1", order="rest-first"))
     >>> model = program.parts[0].model
     >>> optuav.plots.plane(model, model.row(0), slot_s=20.0).get_xlabel()
     "rest time T' [s]"

@@ -40,7 +40,7 @@ def against_p1(asked: Question, worked_out: Network, parts: Sequence[Part], plan
     plan
         The answer.
     """
-    if asked.problem not in PROVED:
+    if asked.problem.name not in PROVED:
         return plan
     solutions = [_longest_hovers(asked, worked_out, part) for part in parts]
     notes = list(_notes(asked, solutions, plan.hover_time_s))
@@ -50,7 +50,7 @@ def against_p1(asked: Question, worked_out: Network, parts: Sequence[Part], plan
             plan.flight_time_s + plan.rest_time_s - _least_s(asked, worked_out, parts, solutions)
         )
         if over_s <= SAME_S:
-            proof = PROVED[asked.problem].format(solutions[0].engine)
+            proof = PROVED[asked.problem.name].format(solutions[0].engine)
             changes = {"status": Status.OPTIMAL, "proof": proof}
         elif math.isfinite(over_s):
             notes.append(f"not proved: up to {over_s:.6g} s less has not been ruled out")
@@ -62,7 +62,7 @@ def _least_s(
 ) -> float:
     """What T_fl + T' is known not to go below [s]; −∞ where nothing is known."""
     flight_s = [worked_out.routes.flight_time_s[part.routes] for part in parts]
-    if asked.problem == "P2":
+    if asked.problem.name == "P2":
         return min(float(each.min()) for each in flight_s)
     deadline_s, longest_s = worked_out.mission.limits.deadline_s, -math.inf
     for flown_s, solution in zip(flight_s, solutions, strict=True):
@@ -77,7 +77,7 @@ def _least_s(
 
 
 def _notes(asked: Question, solutions: Sequence[Solution], hover_time_s: float) -> Iterator[str]:
-    if asked.problem == "P2":
+    if asked.problem.name == "P2":
         yield "(P2) as printed holds no Δ in its objective: any feasible hover time is as good"
     longest_s = max(float(np.nanmax(each.objective, initial=-np.inf)) for each in solutions)
     if longest_s > hover_time_s + SAME_S:
@@ -90,5 +90,5 @@ def _notes(asked: Question, solutions: Sequence[Solution], hover_time_s: float) 
 def _longest_hovers(asked: Question, worked_out: Network, part: Part) -> Solution:
     rests = any(each.name == "rest_time_s" for each in part.model.variables)
     given = quantities(worked_out, part.routes, rests=rests)
-    p1 = P1.model(given, asked.perspective)
-    return answer(p1, len(part.routes), replace(asked, problem="P1"))
+    p1 = P1().model(given, asked.perspective)
+    return answer(p1, len(part.routes), replace(asked, problem=P1()))

@@ -6,6 +6,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from formulations.p3 import P3
+from formulations.p4 import P4
 from formulations.perspectives import PAPER
 from formulations.quantities import Quantities
 from optuav.arrays import Integers
@@ -78,9 +80,9 @@ def groups(asked: Question, worked_out: Network) -> list[tuple[Integers, bool]]:
         # A rest takes at least one slot, so to pass a building by is a choice of its own.
         direct = by_way
     found = [(direct, False), (by_way, True)]
-    if asked.problem == "P3":
+    if isinstance(asked.problem, P3):
         found = found[:1]
-    elif asked.problem == "P4":
+    elif isinstance(asked.problem, P4):
         found = found[1:]
     return [
         (which, rests) for group, rests in found for which in _together(asked, worked_out, group)
@@ -89,7 +91,7 @@ def groups(asked: Question, worked_out: Network) -> list[tuple[Integers, bool]]:
 
 def declared(asked: Question, given: Quantities) -> Model | None:
     """The question declared of some itineraries; None where it has no use for their rests."""
-    model = asked.formulation.model(given, asked.perspective)
+    model = asked.problem.model(given, asked.perspective)
     has_rest = any(variable.name == "rest_time_s" for variable in model.variables)
     return model if given.rests == has_rest else None
 
@@ -109,9 +111,9 @@ def _number(worked_out: Network, building: str) -> int:
 def _no_route(asked: Question, worked_out: Network) -> tuple[str, ...]:
     """Why no itinerary of the question can be flown."""
     routes = worked_out.routes
-    if not worked_out.mission.buildings and asked.trajectory != "direct" and asked.problem != "P3":
+    direct = isinstance(asked.problem, P3) or asked.trajectory == "direct"
+    if not worked_out.mission.buildings and not direct:
         return ("the mission has no building to go by way of",)
-    direct = asked.problem == "P3" or asked.trajectory == "direct"
     wanted = (routes.building < 0) if direct else (routes.building >= 0)
     if asked.building is not None:
         wanted &= routes.building == _number(worked_out, asked.building)
@@ -124,5 +126,5 @@ def _no_route(asked: Question, worked_out: Network) -> tuple[str, ...]:
         found.update(dict.fromkeys(blocked_legs(worked_out, index)))
         if len(found) > MOST_REASONS:
             return (*tuple(found)[:MOST_REASONS], "and other legs are blocked as well")
-    unused = f"{asked.problem_name} declares no rest_time_s by way of a building"
+    unused = f"{asked.problem.name} declares no rest_time_s by way of a building"
     return tuple(found) or (unused,)

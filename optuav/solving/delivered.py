@@ -25,7 +25,7 @@ def delivered(given: Quantities, count: int) -> Mapping[str, Floats]:
     if given.tapers:
         from optuav.engines import bracket
 
-        return bracket.solve(P1.model(given, AVAILABLE), count).values
+        return bracket.solve(P1().model(given, AVAILABLE), count).values
     found = longest_hovers(**arguments(given))
     return {"hover_time_s": found.hover_time_s, "rest_time_s": found.rest_time_s}
 

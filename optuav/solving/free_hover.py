@@ -7,6 +7,7 @@ from typing import NoReturn
 
 import numpy as np
 
+from formulations.p1 import P1
 from optuav.engines.prices import ShadowPrice
 from optuav.engines.registry import Engine
 from optuav.errors import InputError
@@ -16,16 +17,14 @@ from optuav.network.network import build_network
 from optuav.physics.quantity import Vector
 from optuav.plan import Plan
 from optuav.solving.declaring import declared_program
-from optuav.solving.hover_region import region
-from optuav.solving.hover_search import best_points
-from optuav.solving.open_routes import OpenRoutes, open_routes
+from optuav.solving.hover_search import OpenRoutes, Region, best_points, open_routes
 from optuav.solving.planning import Part
 from optuav.solving.program import Program
 from optuav.solving.question import AUTO, Question
 from optuav.solving.ties import best
 from optuav.status import Status
 
-PROOF = "local: hover points all over the region, and IPOPT from the best of them"
+PROOF = "local: points all over the region, the best of them refined by ever smaller steps"
 
 
 @dataclass(frozen=True)
@@ -54,8 +53,7 @@ class FreeProgram(Program):
         own = self.own.solve()
         if not self.parts:
             return own
-        where = region(own.mission)
-        found = best_points(self.routes, self.question, self.worked_out, where)
+        found = best_points(self.routes, self.question, self.worked_out, Region.of(own.mission))
         points_m = [(each.routes.index[each.entry], each.point_m) for each in found]
         points_m.sort(key=lambda each: int(each[0]))
         plans = [own, *(self._plan_at(tuple(point_m.tolist())) for _, point_m in points_m)]
@@ -73,8 +71,9 @@ class FreeProgram(Program):
         )
         assert chosen is not None
         plan = plans[chosen]
-        told = {"engine": "casadi", "proof": PROOF, "status": Status.LOCALLY_OPTIMAL}
-        return plan.model_copy(update={**told, "notes": (_gain(plan, own), *plan.notes)})
+        notes = (_gain(plan, own), *plan.notes)
+        local = {"proof": PROOF, "status": Status.LOCALLY_OPTIMAL, "notes": notes}
+        return plan.model_copy(update=local)
 
     def _plan_at(self, hover_m: Vector | None) -> Plan:
         """The best plan with a given hover point; None for w_U."""
@@ -122,17 +121,19 @@ def _gain(plan: Plan, own: Plan) -> str:
 
 
 def _held(asked: Question) -> Question:
-    """The same question with the hover point where the mission has it, to the best engine."""
-    return replace(asked, engine=AUTO, time_limit_s=None, hover_point="w_U")
+    """The same question with the hover point where the mission has it."""
+    assert isinstance(asked.problem, P1)
+    problem = replace(asked.problem, hover_point="w_U")
+    return replace(asked, problem=problem, engine=AUTO, time_limit_s=None)
 
 
 def free_program(asked: Question, mission: Mission) -> FreeProgram:
     """Declare (P1) with the hover point free: a part for the direct route, one with a rest."""
     own = declared_program(_held(asked), build_network(mission))
-    where = region(mission)
-    if where.low_m > where.high_m or np.isnan(vehicle.hover_load(mission).current_A):
+    region = Region.of(mission)
+    if region.low_m > region.high_m or np.isnan(vehicle.hover_load(mission).current_A):
         return FreeProgram(asked, own.worked_out, (), own.reasons, own, ())
     routes = open_routes(asked, own.worked_out)
-    parts = tuple(Part(each.model(asked.perspective), each.index) for each in routes)
+    parts = tuple(Part(each.free.model(asked.perspective), each.index) for each in routes)
     reasons = own.reasons if not parts else ()
     return FreeProgram(asked, own.worked_out, parts, reasons, own, routes)

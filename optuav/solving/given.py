@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from formulations.p1_free import FROM_HOVER, TO_HOVER
+from formulations.free_hover import FROM_HOVER, TO_HOVER
 from formulations.quantities import Quantities
 from optuav.arrays import Floats, Integers
 from optuav.network import vehicle

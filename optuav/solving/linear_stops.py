@@ -116,4 +116,4 @@ def _parts(program: Program, worked_out: Network) -> Iterator[Part]:
         which = np.flatnonzero((building >= 0) == rests)
         if len(which):
             given = quantities(worked_out, which, rests=rests)
-            yield Part(asked.formulation.model(given, asked.perspective), which)
+            yield Part(asked.problem.model(given, asked.perspective), which)

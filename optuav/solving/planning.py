@@ -8,6 +8,8 @@ from typing import Any
 
 import numpy as np
 
+from formulations.p1 import P1
+from formulations.p4 import P4
 from formulations.perspectives import PAPER, PERSPECTIVES
 from formulations.quantities import Quantities
 from optuav.arrays import Integers
@@ -59,7 +61,7 @@ def plan_for(asked: Question, worked_out: Network, **found: Any) -> Plan:
     told = (*found.pop("notes", ()), *_refused(worked_out, found.get("phases", ())))
     return Plan(
         mission=worked_out.mission,
-        problem=asked.problem_name,
+        problem=asked.problem.name,
         trajectory=asked.trajectory,
         building=asked.building,
         order=asked.order,
@@ -227,7 +229,7 @@ def _notes(
     rests = any(variable.name == "rest_time_s" for variable in part.model.variables)
     if rests and times["rest_time_s"] == 0.0:
         note = "the optimum is at T' = 0: resting gains nothing here"
-        if asked.problem == "P4":
+        if isinstance(asked.problem, P4):
             note += "; with T' > 0, as (P4) is printed, this limit is approached but not attained"
         yield note
     legs = worked_out.routes.legs[route]
@@ -237,7 +239,7 @@ def _notes(
     if worked_out.places.edited[worked_out.legs.end[flown]].any():
         yield "some places have sight or power of the laser from the graph, not from the mission"
     one_stop = (asked.stops, asked.hovers) == (1, 1)
-    if asked.problem == "P1" and asked.trajectory == "optimal" and one_stop:
+    if isinstance(asked.problem, P1) and asked.trajectory == "optimal" and one_stop:
         shortcuts = find_shortcuts(worked_out)
         if shortcuts:
             yield shortcuts_in_words(shortcuts)

@@ -59,7 +59,7 @@ class Program:
 
     def __repr__(self) -> str:
         name, count = self.worked_out.mission.name, len(self.parts)
-        asked = f"{self.question.problem_name}, perspective {self.question.perspective}"
+        asked = f"{self.question.problem.name}, perspective {self.question.perspective}"
         return f"<Program for {name!r}: {asked}, {count} model{'s' if count != 1 else ''}>"
 
     @property

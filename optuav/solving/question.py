@@ -1,15 +1,14 @@
-"""What is asked of a mission: which options exist and which go together."""
+"""What is asked of a mission: a problem and how to solve it, checked and completed."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
-from inspect import isabstract
-from typing import Literal
+from dataclasses import dataclass, fields
+from typing import Any
 
 from formulations.formulation import Formulation
 from formulations.p1 import P1
-from formulations.p2 import P2, P2Tight
+from formulations.p2 import P2
 from formulations.p3 import P3
 from formulations.p4 import P4
 from formulations.perspectives import AVAILABLE, PAPER, PERSPECTIVES
@@ -18,39 +17,40 @@ from optuav.errors import Fault, InputError
 from optuav.mission import Mission
 from optuav.mission.messages import nearest, shown
 from optuav.mission.schema import SLOT, Number
-from optuav.network.network import TRAJECTORIES, Trajectory
-from optuav.network.routes import ORDERS, Order
+from optuav.options import (
+    HOVER_POINTS,
+    ORDERS,
+    TRAJECTORIES,
+    HoverPoint,
+    Order,
+    Perspective,
+    ProblemName,
+    Trajectory,
+)
 
-Problem = Literal["P1", "P2", "P2-tight", "P3", "P4"]
-PROBLEMS: Mapping[str, type[Formulation]] = {
-    "P1": P1,
-    "P2": P2,
-    "P2-tight": P2Tight,
-    "P3": P3,
-    "P4": P4,
+PROBLEMS: Mapping[str, Formulation] = {
+    "P1": P1(),
+    "P2": P2(),
+    "P2-tight": P2(tight=True),
+    "P3": P3(),
 }
-ROUTED = ("P1", "P2", "P2-tight")
-"""Problems that choose among routes."""
+"""Names that stand for problems with their defaults."""
+PAPER_PROBLEMS = (P1, P2, P3, P4)
 AUTO = "auto"
-HoverPoint = Literal["w_U", "free"]
-HOVER_POINTS: tuple[HoverPoint, ...] = ("w_U", "free")
 LIMIT = Number("s", gt=0.0, le=1e9)
+RESTS = Number("-", ge=0, le=10, whole=True)
+HOVERS = Number("-", ge=1, le=10, whole=True)
+MOST_NAMES = 12
 
 
 @dataclass(frozen=True)
 class Question:
-    """Options of `formulate` and `solve`, checked and completed.
+    """A problem with the options of `optuav.solve`.
 
     Parameters
     ----------
     problem
-        ``"P1"``, ``"P3"``, ``"P4"``, or a formulation of one's own.
-    trajectory
-        Routes that P1 may take; None for the other problems.
-    building
-        Name of the building to rest on; None for any.
-    order
-        Rest first or hover first; None for the better.
+        The formulation.
     perspective
         How the state of charge is written.
     slot_s
@@ -61,29 +61,14 @@ class Question:
         Longest that the engine may take [s]; None for no limit.
     solver
         Solver behind the engine, where it has several; None for its own choice.
-    hover_point
-        Whether the UAV hovers at the mission's own point, w_U unless stated, or wherever is best.
-    stops, hovers
-        Most rests and hovers.
     """
 
-    problem: Problem | type[Formulation]
-    trajectory: Trajectory | None
-    building: str | None
-    order: Order | None
-    perspective: str
+    problem: Formulation
+    perspective: Perspective
     slot_s: float | None
     engine: str | Engine
     time_limit_s: float | None
     solver: str | None
-    hover_point: HoverPoint = "w_U"
-    stops: int = 1
-    hovers: int = 1
-
-    @property
-    def problem_name(self) -> str:
-        """Name of the problem for a reader."""
-        return self.problem if isinstance(self.problem, str) else self.problem.__name__
 
     @property
     def engine_name(self) -> str:
@@ -91,23 +76,106 @@ class Question:
         return self.engine if isinstance(self.engine, str) else self.engine.name
 
     @property
-    def formulation(self) -> type[Formulation]:
-        """The class that declares it."""
-        return PROBLEMS[self.problem] if isinstance(self.problem, str) else self.problem
+    def building(self) -> str | None:
+        """Name of the building to go by way of; None for any."""
+        return self.problem.building
+
+    @property
+    def order(self) -> Order | None:
+        """Rest first or hover first; None for the better."""
+        return self.problem.order
+
+    @property
+    def trajectory(self) -> Trajectory | None:
+        """Routes that P1 and P2 may take; None for other problems."""
+        return self.problem.trajectory if isinstance(self.problem, P1 | P2) else None
+
+    @property
+    def hover_point(self) -> HoverPoint:
+        """Whether the UAV hovers at the mission's own point or wherever is best."""
+        return self.problem.hover_point if isinstance(self.problem, P1) else "w_U"
+
+    @property
+    def stops(self) -> int:
+        """Most rests."""
+        return self.problem.stops if isinstance(self.problem, P1) else 1
+
+    @property
+    def hovers(self) -> int:
+        """Most pieces in which the UAV hovers."""
+        return self.problem.hovers if isinstance(self.problem, P1) else 1
+
+
+def problem_of(
+    name: str,
+    *,
+    trajectory: str | None = None,
+    building: str | None = None,
+    order: str | None = None,
+    hover_point: str | None = None,
+    stops: int | None = None,
+    hovers: int | None = None,
+) -> Formulation:
+    """The problem of a name with options by name, as files and the command line state them.
+
+    Parameters
+    ----------
+    name
+        ``"P1"``, ``"P2"``, ``"P2-tight"``, ``"P3"`` or ``"P4"``.
+    trajectory, building, order, hover_point, stops, hovers
+        Fields of the problem; None for its default.
+
+    Raises
+    ------
+    InputError
+        If there is no such problem, or it has no such field; with all faults.
+    """
+    stated = {
+        "trajectory": trajectory,
+        "building": building,
+        "order": order,
+        "hover_point": hover_point,
+        "stops": stops,
+        "hovers": hovers,
+    }
+    options: dict[str, Any] = {field: value for field, value in stated.items() if value is not None}
+    names = (*PROBLEMS, "P4")
+    if name not in names:
+        raise InputError([_unknown("problem", name, names)])
+    kind = P4 if name == "P4" else type(PROBLEMS[name])
+    allowed = {each.name for each in fields(kind) if each.init}
+    faults = [
+        Fault(field, shown(value), f"problem {name} takes none{_taker(field)}")
+        for field, value in options.items()
+        if field not in allowed
+    ]
+    if name == "P4" and building is None:
+        faults.append(Fault("building", "", "problem P4 needs the name of a building"))
+    if faults:
+        raise InputError(faults)
+    if name == "P2-tight":
+        options["tight"] = True
+    return kind(**options)
+
+
+def _taker(field: str) -> str:
+    """Which problems take an option, in words."""
+    takers = [each.__name__ for each in PAPER_PROBLEMS if field in _options(each)]
+    return f", {' and '.join(takers)} {'does' if len(takers) == 1 else 'do'}"
+
+
+def _options(problem: type[Formulation]) -> set[str]:
+    return {each.name for each in fields(problem) if each.init}
 
 
 def question(
     mission: Mission,
-    problem: str | type[Formulation],
-    trajectory: str | None,
-    building: str | None,
-    order: str | None,
+    problem: Formulation | ProblemName,
     perspective: str,
     slot_s: float | None,
     engine: str | Engine,
     time_limit_s: float | None,
     solver: str | None,
-    hover_point: str = "w_U",
 ) -> Question:
     """Check and complete the options of `optuav.solve`.
 
@@ -116,109 +184,103 @@ def question(
     InputError
         Listing every option that does not exist, and every pair that contradicts.
     """
-    engine_name = engine if isinstance(engine, str) else engine.name
-    faults = [
-        *_unknown(mission, problem, trajectory, building, order, perspective, engine),
-        *_out_of_range(slot_s, time_limit_s),
-        *_contradictions(problem, trajectory, building, order, engine_name, solver),
-        *_not_among("hover_point", hover_point, HOVER_POINTS),
-    ]
-    if hover_point == "free":
-        faults += _not_with_free(problem, trajectory, perspective, slot_s, engine_name)
+    faults = list(_faults(mission, problem, perspective, slot_s, engine, time_limit_s, solver))
     if faults:
         raise InputError(faults)
+    chosen = PROBLEMS[problem] if isinstance(problem, str) else problem
+    engine_name = engine if isinstance(engine, str) else engine.name
     if engine_name == "grid" and slot_s is None:
         slot_s = mission.limits.slot_s
-    if problem in ROUTED and trajectory is None:
-        trajectory = "optimal"
-    return Question(
-        problem,  # type: ignore[arg-type]
-        trajectory,  # type: ignore[arg-type]
-        building,
-        order,  # type: ignore[arg-type]
-        perspective,
-        slot_s,
-        engine,
-        time_limit_s,
-        solver,
-        hover_point,  # type: ignore[arg-type]
-    )
+    return Question(chosen, perspective, slot_s, engine, time_limit_s, solver)  # type: ignore[arg-type]
 
 
-def _unknown(
+def _faults(
     mission: Mission,
-    problem: str | type[Formulation],
-    trajectory: str | None,
-    building: str | None,
-    order: str | None,
+    problem: object,
     perspective: str,
+    slot_s: float | None,
     engine: str | Engine,
+    time_limit_s: float | None,
+    solver: str | None,
 ) -> Iterator[Fault]:
-    if not (isinstance(problem, type) and issubclass(problem, Formulation)) or isabstract(problem):
-        yield from _not_among("problem", problem, tuple(PROBLEMS), "or a Formulation class")
-    yield from _not_among("trajectory", trajectory, (None, *TRAJECTORIES))
-    yield from _not_among("order", order, (None, *ORDERS))
-    yield from _not_among("perspective", perspective, tuple(PERSPECTIVES))
-    if isinstance(engine, str):
-        yield from _not_among("engine", engine, (AUTO, *names()))
-    buildings = tuple(each.name for each in mission.buildings)
-    if building is not None and building not in buildings:
-        shown = ", ".join(buildings[:12]) + (", …" if len(buildings) > 12 else "") or "none"
-        yield Fault("building", repr(building), f"the mission's buildings are: {shown}")
-
-
-def _not_among(
-    option: str, value: object, allowed: Sequence[str | None], more: str = ""
-) -> Iterator[Fault]:
-    if value not in allowed:
-        names = [each for each in allowed if each is not None]
-        words = ", ".join(names) + (f", {more}" if more else "")
-        hint = nearest(value, names) if isinstance(value, str) else ""
-        yield Fault(option, repr(value), f"one of {words}{hint}")
-
-
-def _out_of_range(slot_s: float | None, time_limit_s: float | None) -> Iterator[Fault]:
+    if isinstance(problem, Formulation):
+        yield from _of_problem(mission, problem)
+    elif problem == "P4":
+        yield Fault("problem", "'P4'", 'P4 with the name of a building, as P4("b1")')
+    elif not isinstance(problem, str) or problem not in PROBLEMS:
+        more = "or an instance of a Formulation"
+        yield _unknown("problem", problem, (*PROBLEMS, "P4(building)"), more)
+    if perspective not in PERSPECTIVES:
+        yield _unknown("perspective", perspective, tuple(PERSPECTIVES))
+    engine_name = engine if isinstance(engine, str) else engine.name
+    if isinstance(engine, str) and engine not in (AUTO, *names()):
+        yield _unknown("engine", engine, (AUTO, *names()))
     for option, value, number in (("slot_s", slot_s, SLOT), ("time_limit_s", time_limit_s, LIMIT)):
         if value is not None and not number.accepts(value):
             yield Fault(option, shown(value), f"{number.words}, or nothing")
-
-
-def _contradictions(
-    problem: str | type[Formulation],
-    trajectory: str | None,
-    building: str | None,
-    order: str | None,
-    engine: str,
-    solver: str | None,
-) -> Iterator[Fault]:
-    if problem not in ROUTED and trajectory is not None:
-        yield Fault("trajectory", repr(trajectory), f"goes with {', '.join(ROUTED)} only")
-    if problem == "P4" and building is None:
-        yield Fault("building", "", "problem P4 needs the name of a building")
-    if building is not None and problem in (*ROUTED, "P3"):
-        yield Fault("building", repr(building), f"problem {problem} takes none, P4 does")
-    if order is not None and (problem == "P3" or trajectory == "direct"):
-        yield Fault("order", repr(order), "there is no rest to order on the direct route")
-    if solver is not None and engine != "cvxpy":
+    if solver is not None and engine_name != "cvxpy":
         yield Fault("solver", repr(solver), "goes with the engine cvxpy")
+    if isinstance(problem, P1) and problem.hover_point == "free":
+        yield from _not_with(
+            "with hover_point = 'free'",
+            ("perspective", perspective, (AVAILABLE, *PAPER)),
+            ("slot_s", slot_s, (None,)),
+            ("engine", engine_name, (AUTO,)),
+        )
+    if isinstance(problem, P1) and (problem.stops, problem.hovers) != (1, 1):
+        yield from _not_with(
+            "with several stops",
+            ("perspective", perspective, (*PAPER, AVAILABLE)),
+            ("slot_s", slot_s, (None,)),
+            ("engine", engine_name, (AUTO,)),
+        )
 
 
-def _not_with_free(
-    problem: str | type[Formulation],
-    trajectory: str | None,
-    perspective: str,
-    slot_s: float | None,
-    engine: str,
-) -> Iterator[Fault]:
-    """What does not go with a free hover point."""
-    allowed: tuple[tuple[str, object, tuple[object, ...]], ...] = (
-        ("problem", problem, ("P1",)),
-        ("trajectory", trajectory, (None, "optimal", "direct", "traj1")),
-        ("perspective", perspective, (AVAILABLE, *PAPER)),
-        ("slot_s", slot_s, (None,)),
-        ("engine", engine, (AUTO, "casadi")),
-    )
-    for option, value, choices in allowed:
+def _of_problem(mission: Mission, problem: Formulation) -> Iterator[Fault]:
+    """What is wrong with the fields of a problem."""
+    if problem.order not in (None, *ORDERS):
+        yield _unknown("order", problem.order, ORDERS)
+    buildings = tuple(each.name for each in mission.buildings)
+    if problem.building is not None and problem.building not in buildings:
+        listed = ", ".join(buildings[:MOST_NAMES]) + (", …" if len(buildings) > MOST_NAMES else "")
+        words = f"the mission's buildings are: {listed or 'none'}"
+        yield Fault("building", repr(problem.building), words)
+    if isinstance(problem, P1 | P2):
+        if problem.trajectory not in TRAJECTORIES:
+            yield _unknown("trajectory", problem.trajectory, TRAJECTORIES)
+        if problem.order is not None and problem.trajectory == "direct":
+            yield Fault("order", repr(problem.order), "there is no rest on the direct route")
+    if isinstance(problem, P1):
+        yield from _of_p1(problem)
+
+
+def _of_p1(problem: P1) -> Iterator[Fault]:
+    if problem.hover_point not in HOVER_POINTS:
+        yield _unknown("hover_point", problem.hover_point, HOVER_POINTS)
+    if problem.hover_point == "free":
+        three = ("optimal", "direct", "traj1")
+        yield from _not_with("with hover_point = 'free'", ("trajectory", problem.trajectory, three))
+    counts = (("stops", problem.stops, RESTS), ("hovers", problem.hovers, HOVERS))
+    for option, value, number in counts:
+        if not number.accepts(value) or not isinstance(value, int):
+            yield Fault(option, shown(value), number.words)
+    if (problem.stops, problem.hovers) != (1, 1):
+        yield from _not_with(
+            "with several stops",
+            ("trajectory", problem.trajectory, ("optimal",)),
+            ("order", problem.order, (None,)),
+            ("hover_point", problem.hover_point, ("w_U",)),
+        )
+
+
+def _not_with(words: str, *stated: tuple[str, object, tuple[object, ...]]) -> Iterator[Fault]:
+    for option, value, choices in stated:
         if value not in choices:
-            words = ", ".join(str(each) for each in choices if each is not None) or "none"
-            yield Fault(option, repr(value), f"with hover_point='free': {words}")
+            allowed = ", ".join(str(each) for each in choices if each is not None) or "none"
+            yield Fault(option, repr(value), f"{allowed} {words}")
+
+
+def _unknown(option: str, value: object, allowed: Sequence[str], more: str = "") -> Fault:
+    words = ", ".join(allowed) + (f", {more}" if more else "")
+    hint = nearest(value, allowed) if isinstance(value, str) else ""
+    return Fault(option, repr(value), f"one of {words}{hint}")

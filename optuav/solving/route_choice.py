@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from formulations.p1 import P1
 from formulations.perspectives import PAPER
 from formulations.route_choice import FORMS, Form, Route
 from formulations.route_choice import route_choice as joined
@@ -23,6 +24,7 @@ from optuav.errors import Fault, InputError, SolverError
 from optuav.mission import Mission
 from optuav.modelling import Model
 from optuav.network.one_stop import find_shortcuts, shortcuts_in_words
+from optuav.options import Order, Perspective, Trajectory
 from optuav.plan import Plan
 from optuav.solving.dispatch import answer
 from optuav.solving.given import quantities
@@ -90,9 +92,9 @@ def route_choice(
     mission: Mission | str | Path,
     *,
     form: Form = "hull",
-    trajectory: str | None = None,
-    order: str | None = None,
-    perspective: str = "battery",
+    trajectory: Trajectory = "optimal",
+    order: Order | None = None,
+    perspective: Perspective = "battery",
     slot_s: float | None = None,
     graph: Graph | None = None,
     time_limit_s: float | None = None,
@@ -127,9 +129,7 @@ def route_choice(
     _refuse(form, perspective)
     program = formulate(
         mission,
-        "P1",
-        trajectory=trajectory,
-        order=order,
+        P1(trajectory=trajectory, order=order),
         perspective=perspective,
         slot_s=slot_s,
         engine="cvxpy",
@@ -229,7 +229,7 @@ def _routes(program: Program) -> tuple[list[Route], list[Part]]:
     for number, rests in sorted(choices):
         which = np.array([number])
         given = quantities(worked_out, which, rests=rests)
-        model = asked.formulation.model(given, asked.perspective)
+        model = asked.problem.model(given, asked.perspective)
         building = int(ways.building[number])
         name = "direct"
         if building >= 0:

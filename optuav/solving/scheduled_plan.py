@@ -80,8 +80,8 @@ def _fewer_routes(asked: Question) -> str:
 def _refuse(asked: Question, worked_out: Network) -> None:
     schedule, faults = worked_out.mission.battery.schedule, []
     words = f"under battery.schedule = {schedule!r} and perspective available"
-    if asked.problem not in PROBLEMS:
-        faults.append(Fault("problem", asked.problem_name, f"{', '.join(PROBLEMS)} {words}"))
+    if asked.problem.name not in PROBLEMS:
+        faults.append(Fault("problem", asked.problem.name, f"{', '.join(PROBLEMS)} {words}"))
     if asked.engine_name not in (AUTO, "grid"):
         faults.append(
             Fault("engine", repr(asked.engine_name), f"{AUTO} {words}: plans are simulated")

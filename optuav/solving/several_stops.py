@@ -11,10 +11,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from formulations.available import LABELS
-from formulations.perspectives import PAPER
 from optuav.errors import Fault, InputError, SolverError
 from optuav.mission.messages import shown
-from optuav.mission.schema import Number
 from optuav.network import vehicle
 from optuav.network.feasibility import never_flyable
 from optuav.network.network import Network
@@ -36,7 +34,6 @@ from optuav.solving.planning import (
     with_wells,
 )
 from optuav.solving.program import Program
-from optuav.solving.question import AUTO
 from optuav.solving.replayed import replayed
 from optuav.status import Status
 
@@ -46,8 +43,6 @@ if TYPE_CHECKING:
 ENGINE = "search"
 MOST_BUILDINGS = 1000
 """With more, the legs between any two of them do not fit into memory."""
-RESTS = Number("-", ge=0, le=10, whole=True)
-HOVERS = Number("-", ge=1, le=10, whole=True)
 BINDS = 1e-8
 """Share of the capacity [-] or of the deadline within which a limit is reached."""
 
@@ -79,11 +74,10 @@ def several_stops(
     SolverError
         If the search ends early without a plan, or its plan fails the simulation.
     """
-    if faults := tuple(_faults(program, rests, hovers)):
+    if faults := tuple(_faults(program)):
         raise InputError(faults)
     if never_flyable(program.worked_out):
         return program.solve()
-    program = replace(program, question=replace(program.question, stops=rests, hovers=hovers))
     everywhere = replace(program.worked_out, legs=all_legs(program.worked_out, graph))
     if program.question.perspective != "available":
         return linear_stops(program, everywhere, rests, hovers)
@@ -103,27 +97,10 @@ def _counted(rests: int, hovers: int) -> str:
     return f"at most {rested} and {hovers} hover{'s' * (hovers != 1)}"
 
 
-def _faults(program: Program, rests: int, hovers: int) -> Iterator[Fault]:
-    """What several stops do not go with."""
-    asked = program.question
-    for option, value, number in (("stops", rests, RESTS), ("hovers", hovers, HOVERS)):
-        if not number.accepts(value) or not isinstance(value, int):
-            yield Fault(option, shown(value), number.words)
-    for option, given, only in (
-        ("problem", asked.problem, "P1"),
-        ("trajectory", asked.trajectory, "optimal"),
-        ("order", asked.order, None),
-        ("slot_s", asked.slot_s, None),
-        ("engine", asked.engine, AUTO),
-        ("hover_point", asked.hover_point, "w_U"),
-    ):
-        if given != only and (option == "problem" or asked.problem == "P1"):
-            yield Fault(option, shown(given), f"{only or 'none'} with several stops")
-    if asked.perspective not in (*PAPER, "available"):
-        words = f"{', '.join((*PAPER, 'available'))} with several stops"
-        yield Fault("perspective", shown(asked.perspective), words)
+def _faults(program: Program) -> Iterator[Fault]:
+    """What of a mission several stops do not go with."""
     battery = program.worked_out.mission.battery
-    if asked.perspective == "available" and battery.takes_turns:
+    if program.question.perspective == "available" and battery.takes_turns:
         yield Fault("battery.schedule", shown(battery.schedule), "pooled with several stops")
     if (buildings := len(program.worked_out.mission.buildings)) > MOST_BUILDINGS:
         words = f"at most {MOST_BUILDINGS} with several stops"

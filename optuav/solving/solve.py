@@ -12,6 +12,7 @@ from optuav.engines.registry import Engine
 from optuav.errors import Fault, InputError
 from optuav.mission import Mission, load
 from optuav.mission.messages import shown
+from optuav.options import Perspective, ProblemName
 from optuav.plan import Plan
 from optuav.solving.declaring import declared_program, work_out
 from optuav.solving.free_hover import free_program
@@ -29,18 +30,14 @@ PROMISING = ("P1", "P3", "P4")
 
 def formulate(
     mission: Mission | str | Path,
-    problem: str | type[Formulation] = "P1",
+    problem: Formulation | ProblemName = "P1",
     *,
-    trajectory: str | None = None,
-    building: str | None = None,
-    order: str | None = None,
-    perspective: str = AVAILABLE,
+    perspective: Perspective = "available",
     slot_s: float | None = None,
     engine: str | Engine = "auto",
     graph: Graph | None = None,
     time_limit_s: float | None = None,
     solver: str | None = None,
-    hover_point: str = "w_U",
 ) -> Program:
     """Declare a problem over a mission.
 
@@ -49,19 +46,9 @@ def formulate(
     mission
         A mission, the name of a shipped one, or the path of a mission file.
     problem
-        ``"P1"`` (longest hover over all routes of a trajectory), ``"P2"`` (shortest flight and
-        rest, as printed), ``"P2-tight"`` (with the deadline tight), ``"P3"`` (direct, no rest),
-        ``"P4"`` (one rest on a building), or a subclass of
-        `formulations.formulation.Formulation`: over the direct route, and over those by way of a
-        building if it declares ``rest_time_s`` there.
-    trajectory
-        For P1 and P2: ``"optimal"`` (Algorithm 2 of the paper; the default), ``"direct"``,
-        ``"traj1"`` (by way of the building nearest the device) or ``"traj2"`` (the shortest in
-        time by way of one building); the latter two pass by or rest.
-    building
-        Name of the building to rest on; P4 needs it.
-    order
-        ``"rest-first"``, ``"hover-first"``, or None for the better of the two.
+        `P1` (longest hover over all routes of a trajectory), `P2` (shortest flight and rest), `P3`
+        (direct, no rest), `P4` (one rest on a building) or an instance of one's own `Formulation`.
+        ``"P1"``, ``"P2"``, ``"P2-tight"`` and ``"P3"`` stand for these with their defaults.
     perspective
         ``"available"``: the battery never runs dry nor is overcharged, and what it holds at the
         end is counted in charge; ``"battery"``, ``"energy"`` or ``"adjusted"``: the paper's, which
@@ -78,10 +65,6 @@ def formulate(
         Longest that the engine may take [s], > 0 and at most 1e9; None for no limit.
     solver
         Solver behind the engine cvxpy, by CVXPY's name in any case; HiGHS by default.
-    hover_point
-        ``"w_U"``: the UAV hovers at ``route.hover_m`` of the mission, or where that is not stated
-        at w_U of the paper; ``"free"``: wherever is best within reach of the device, for P1 in
-        continuous times and any perspective but ``"wells"`` (engine casadi, locally optimal).
 
     Returns
     -------
@@ -91,96 +74,121 @@ def formulate(
     Raises
     ------
     InputError
-        If an option does not exist or contradicts another, the engine does not take the problem,
-        or the graph is out of order.
+        If an option does not exist or contradicts another, the problem has several stops, the
+        engine does not take the problem, or the graph is invalid.
+
+    Examples
+    --------
+    >>> import optuav
+    >>> optuav.formulate("paper", optuav.P4("b1"), perspective="battery")
+    <Program for 'paper': P4, perspective battery, 1 model>
     """
-    asked_mission = mission if isinstance(mission, Mission) else load(mission)
-    asked = question(
-        asked_mission,
-        problem,
-        trajectory,
-        building,
-        order,
-        perspective,
-        slot_s,
-        engine,
-        time_limit_s,
-        solver,
-        hover_point,
-    )
-    if asked.hover_point == "free":
-        if graph is not None:
-            words = "with hover_point='free': none, its legs lead to one hover point"
-            raise InputError([Fault("graph", shown(graph), words)])
-        return free_program(asked, asked_mission)
-    return declared_program(asked, work_out(asked_mission, graph))
+    program = _program(mission, problem, perspective, slot_s, engine, graph, time_limit_s, solver)
+    stated = program.question
+    if (stated.stops, stated.hovers) != (1, 1):
+        raise InputError(
+            "several stops are searched for, no single programme declares them: "
+            "formulate one rest and one hover, or solve"
+        )
+    return program
 
 
 def solve(
     mission: Mission | str | Path,
-    problem: str | type[Formulation] = "P1",
+    problem: Formulation | ProblemName = "P1",
     *,
-    trajectory: str | None = None,
-    building: str | None = None,
-    order: str | None = None,
-    perspective: str = AVAILABLE,
+    perspective: Perspective = "available",
     slot_s: float | None = None,
     engine: str | Engine = "auto",
     graph: Graph | None = None,
     time_limit_s: float | None = None,
     solver: str | None = None,
-    hover_point: str = "w_U",
-    stops: int = 1,
-    hovers: int = 1,
     progress: Progress | None = None,
 ) -> Plan:
-    """Solve a problem over a mission; the other arguments are those of `formulate`.
+    """Solve a problem over a mission.
 
     Parameters
     ----------
-    stops, hovers
-        Most rests, 0 to 10, and pieces in which the UAV may hover, 1 to 10, in any order over all
-        places, for P1 with the trajectory optimal; places may be visited again. In the perspectives
-        of the paper one of each is enough, under `available` it is not.
+    mission
+        A mission, the name of a shipped one, or the path of a mission file.
+    problem
+        `P1` (longest hover over all routes of a trajectory), `P2` (shortest flight and rest), `P3`
+        (direct, no rest), `P4` (one rest on a building) or an instance of one's own `Formulation`.
+        ``"P1"``, ``"P2"``, ``"P2-tight"`` and ``"P3"`` stand for these with their defaults.
+    perspective
+        ``"available"``: the battery never runs dry nor is overcharged, and what it holds at the
+        end is counted in charge; ``"battery"``, ``"energy"`` or ``"adjusted"``: the paper's, which
+        look at the end alone; ``"wells"``: as ``"battery"``, but step by step through both wells.
+    slot_s
+        Length of the time slots [s], 0.001 to 1e7; None for continuous times.
+    engine
+        ``"closed-form"``, ``"cvxpy"``, ``"bracket"``, ``"casadi"``, ``"grid"`` (slots; without
+        `slot_s` the mission's ``limits.slot_s``) or ``"auto"``: the grid for slots, else the first
+        that takes the model.
+    graph
+        A graph from `optuav.graph` that was edited; its figures replace the computed ones.
+    time_limit_s
+        Longest that the engine may take [s], > 0 and at most 1e9; None for no limit.
+    solver
+        Solver behind the engine cvxpy, by CVXPY's name in any case; HiGHS by default.
     progress
-        Told how far the search over several stops is: the best hover time so far [s], and how many
-        boxes of durations it has looked at and has open.
+        Called while several stops are searched for, with the best hover time so far [s] and the
+        numbers of boxes of durations examined and open.
 
     Returns
     -------
-    The best plan. Among plans with the same objective (to 1e-6 s) the one with the shortest
-    mission, then the fewest stops, then the building that stands first in the mission, then resting
-    first; and the smallest rest that its hover time admits. A mission that cannot be flown gets a
-    plan that says why.
+    Plan
+        The best plan. Among plans with the same objective (to 1e-6 s) the one with the shortest
+        mission, then the fewest stops, then the building that comes first in the mission, then
+        resting first; and the smallest rest that its hover time admits. Without a feasible plan,
+        one that says why.
 
     Raises
     ------
     InputError
-        As `formulate`.
+        If an option does not exist or contradicts another, the engine does not take the problem,
+        or the graph is invalid.
     SolverError
         If the engine fails or does not prove its answer in time.
+
+    Examples
+    --------
+    >>> import optuav
+    >>> plan = optuav.solve("paper", optuav.P4("b9", order="hover-first"))
+    >>> print(f"{plan.hover_time_s:.2f} s, flyable: {plan.flyable}")
+    597.27 s, flyable: True
     """
-    program = formulate(
-        mission,
-        problem,
-        trajectory=trajectory,
-        building=building,
-        order=order,
-        perspective=perspective,
-        slot_s=slot_s,
-        engine=engine,
-        graph=graph,
-        time_limit_s=time_limit_s,
-        solver=solver,
-        hover_point=hover_point,
-    )
-    if (stops, hovers) == (1, 1):
-        plan = program.solve()
-        if plan and plan.engine == "bracket" and perspective == AVAILABLE and problem in PROMISING:
-            promised = replace(program.question, perspective="battery", engine=AUTO)
-            return beside(plan, declared_program(promised, program.worked_out).solve())
-        return plan
-    return several_stops(program, stops, hovers, graph, progress)
+    program = _program(mission, problem, perspective, slot_s, engine, graph, time_limit_s, solver)
+    stated = program.question
+    if (stated.stops, stated.hovers) != (1, 1):
+        return several_stops(program, stated.stops, stated.hovers, graph, progress)
+    plan = program.solve()
+    charged_only = perspective == AVAILABLE and stated.problem.name in PROMISING
+    if plan and plan.engine == "bracket" and charged_only:
+        promised = replace(program.question, perspective="battery", engine=AUTO)
+        return beside(plan, declared_program(promised, program.worked_out).solve())
+    return plan
+
+
+def _program(
+    mission: Mission | str | Path,
+    problem: Formulation | ProblemName,
+    perspective: Perspective,
+    slot_s: float | None,
+    engine: str | Engine,
+    graph: Graph | None,
+    time_limit_s: float | None,
+    solver: str | None,
+) -> Program:
+    """The problem declared, with one rest and one hover where it admits several."""
+    known = mission if isinstance(mission, Mission) else load(mission)
+    stated = question(known, problem, perspective, slot_s, engine, time_limit_s, solver)
+    if stated.hover_point == "free":
+        if graph is not None:
+            words = "none with hover_point = 'free': its legs lead to one hover point"
+            raise InputError([Fault("graph", shown(graph), words)])
+        return free_program(stated, known)
+    return declared_program(stated, work_out(known, graph))
 
 
 def beside(plan: Plan, promised: Plan) -> Plan:

@@ -18,6 +18,7 @@ from optuav.judge.wells import TOLERANCE
 from optuav.mission import Mission, load
 from optuav.mission.messages import counted_in, shown
 from optuav.mission.schema import SLOT, Number
+from optuav.options import Perspective
 from optuav.physics.packs import SCHEDULES
 from optuav.plan import Plan
 from optuav.solving import solve
@@ -59,7 +60,7 @@ def compare(
     mission: Mission | str | Path,
     *,
     by: str | Sequence[str] = "method",
-    perspective: str | None = None,
+    perspective: Perspective | None = None,
     slots_s: float | Sequence[float] | None = None,
     engines: Sequence[str] | None = None,
     time_limit_s: float | None = None,
@@ -162,7 +163,7 @@ def compare(
 
 
 def _faults(
-    names: tuple[str, ...], perspective: str | None, given: Mapping[str, Any]
+    names: tuple[str, ...], perspective: Perspective | None, given: Mapping[str, Any]
 ) -> Iterator[Fault]:
     """Yield what is out of range, and what does not go with what is compared by."""
     if names not in (("method",), ("schedule",)):

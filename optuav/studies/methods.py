@@ -12,14 +12,19 @@ from rich.console import RenderableType
 from rich.table import Table
 from rich.text import Text
 
+from formulations.formulation import Formulation
+from formulations.p1 import P1
+from formulations.p4 import P4
 from optuav.engines import closed_form
 from optuav.errors import SolverError
 from optuav.mission import Mission
 from optuav.modelling import Model, evaluate
 from optuav.modelling.check import TOLERANCE
 from optuav.network.routes import ORDERS
+from optuav.options import Perspective
 from optuav.plan import Plan
 from optuav.solving import Program, formulate, solve
+from optuav.solving.question import problem_of
 from optuav.solving.route_choice import route_choice
 from optuav.status import Status
 from optuav.studies.bound import bound
@@ -49,7 +54,7 @@ Progress = Callable[[int, int, str], None]
 
 def compare_methods(
     mission: Mission,
-    perspective: str,
+    perspective: Perspective,
     slots_s: Sequence[float],
     engines: Sequence[str],
     time_limit_s: float | None,
@@ -69,9 +74,14 @@ def compare_methods(
     problems = [("P3", None, None), *on_roofs, ("P1", None, None)]
     rows: list[Row] = []
     reasons: dict[str, tuple[str, ...]] = {}
-    for number, problem in enumerate(problems):
-        subject = dict(zip(("problem", "building", "order"), problem, strict=True))
-        reference = _Reference.of(mission, perspective, time_limit_s, **subject)
+    for number, (problem, building, order) in enumerate(problems):
+        subject = {"problem": problem, "building": building, "order": order}
+        reference = _Reference.of(
+            mission,
+            problem_of(problem, building=building, order=order),
+            perspective,
+            time_limit_s,
+        )
         by_slot: dict[float, Row] = {}
         for column, method in enumerate(methods if reference.program.parts else ()):
             if progress is not None:
@@ -94,7 +104,9 @@ def compare_methods(
     return Results("optuav comparison", mission, facts, units, tuple(rows), _tables, _figures)
 
 
-def _methods(slots_s: Sequence[float], perspective: str, engines: Sequence[str]) -> Iterator[Row]:
+def _methods(
+    slots_s: Sequence[float], perspective: Perspective, engines: Sequence[str]
+) -> Iterator[Row]:
     """Yield the methods: name, engine, and the length of slots [s] if times are in slots."""
     found: list[tuple[str, str, float | None]] = [(REFERENCE, "closed-form", None)]
     wells = " wells" if perspective == "battery" else ""
@@ -141,11 +153,15 @@ class _Reference:
 
     @classmethod
     def of(
-        cls, mission: Mission, perspective: str, time_limit_s: float | None, **subject: Any
+        cls,
+        mission: Mission,
+        problem: Formulation,
+        perspective: Perspective,
+        time_limit_s: float | None,
     ) -> _Reference:
         wells = "wells" if perspective == "battery" else perspective
         program, through_wells = (
-            formulate(mission, perspective=each, time_limit_s=time_limit_s, **subject)
+            formulate(mission, problem, perspective=each, time_limit_s=time_limit_s)
             for each in (perspective, wells)
         )
         solutions = [closed_form.solve(part.model, len(part.routes)) for part in program.parts]
@@ -166,7 +182,7 @@ class _Reference:
     def plan(self, engine: str, slot_s: float | None) -> Plan:
         """Return the checked plan of a method; CVXPY solves (P1) over all routes at once."""
         question = self.program.question
-        if engine == "cvxpy" and question.problem == "P1":
+        if engine == "cvxpy" and isinstance(question.problem, P1):
             return route_choice(
                 self.program.worked_out.mission,
                 perspective=question.perspective,
@@ -420,11 +436,13 @@ def _figures(found: Results) -> Iterator[tuple[str, Figure | None]]:
     if not rests:
         return
     best = max(rests, key=lambda row: row["hover_time_s"])
-    subject = {"building": best["building"], "order": best["order"]}
-    subject["perspective"] = found.facts["perspective"]
+    problem, perspective = P4(best["building"], order=best["order"]), found.facts["perspective"]
     slots_s = [row["slot_s"] for row in solved if row["slot_s"] and _name(row) == _name(best)]
     longest_s = max(slots_s, default=found.mission.limits.slot_s)
-    (part,) = formulate(found.mission, "P4", **subject).parts
-    plans = [solve(found.mission, "P4", slot_s=each, **subject) for each in (None, longest_s)]
+    (part,) = formulate(found.mission, problem, perspective=perspective).parts
+    plans = [
+        solve(found.mission, problem, slot_s=each, perspective=perspective)
+        for each in (None, longest_s)
+    ]
     axes = plots.plane(part.model, part.model.row(0), plans, slot_s=longest_s)
     yield "plane.png", axes.get_figure(root=True)

@@ -19,6 +19,7 @@ from optuav.errors import Fault, InputError
 from optuav.mission import Mission, load
 from optuav.mission.messages import nearest, shown
 from optuav.mission.schema import Number
+from optuav.options import Perspective
 from optuav.plan import Plan
 from optuav.solving import solve
 from optuav.studies.results import Results, Row, fixed, plain_table
@@ -73,7 +74,7 @@ def sensitivity(
     mission: Mission | str | Path,
     uncertainty: Mapping[str, object] | str | Path | None = None,
     *,
-    perspective: str = AVAILABLE,
+    perspective: Perspective = AVAILABLE,
     plan: Plan | None = None,
     samples: int = 10_000,
     seed: int = 0,
@@ -157,7 +158,7 @@ def sensitivity(
     return Results("optuav sensitivity", studied, facts, UNITS, rows, _tables, _figures)
 
 
-def _refuse(perspective: str, samples: int, seed: int) -> None:
+def _refuse(perspective: Perspective, samples: int, seed: int) -> None:
     faults = [
         Fault(name, shown(value), number.words)
         for name, value, number in (("samples", samples, SAMPLES), ("seed", seed, SEED))
@@ -175,7 +176,7 @@ def _refuse(perspective: str, samples: int, seed: int) -> None:
 
 
 def effects(
-    base: Base, spreads: Sequence[Spread], perspective: str, hover_time_s: float
+    base: Base, spreads: Sequence[Spread], perspective: Perspective, hover_time_s: float
 ) -> tuple[Row, ...]:
     """Return the effect of each key on the longest hover, the others held; the largest first."""
     ends = np.array([[each.low, each.high] for each in spreads]).reshape(-1)
@@ -230,7 +231,7 @@ def _one_by_one(base: Base, spreads: Sequence[Spread], values: Floats, each: int
     return Variants(base, columns)
 
 
-def _rates(base: Base, spreads: Sequence[Spread], perspective: str) -> list[ShadowPrice]:
+def _rates(base: Base, spreads: Sequence[Spread], perspective: Perspective) -> list[ShadowPrice]:
     """Return the rates dΔ/dkey [s per unit] on both sides; NaN where there are none.
 
     Each of the itineraries that tie has its own: below the value the one with the lowest rate is
@@ -247,7 +248,9 @@ def _rates(base: Base, spreads: Sequence[Spread], perspective: str) -> list[Shad
     return [ShadowPrice(*each) for each in zip(less.tolist(), more.tolist(), strict=True)]
 
 
-def _rates_of(base: Base, spreads: Sequence[Spread], perspective: str, itinerary: int) -> Floats:
+def _rates_of(
+    base: Base, spreads: Sequence[Spread], perspective: Perspective, itinerary: int
+) -> Floats:
     """Return dΔ/dkey of one itinerary below and above (2, key), by the chain rule.
 
     Each key has three variants: a step below its value, at it, and a step above. A parameter that

@@ -26,6 +26,7 @@ from optuav.mission.schema import SECTIONS
 from optuav.modelling.check import evaluated
 from optuav.network import vehicle
 from optuav.network.places import ENDS
+from optuav.options import Perspective
 from optuav.plan import Plan
 from optuav.solving.ties import SAME_S
 from optuav.studies.variants import KEY, Base, Variants, longest
@@ -302,7 +303,7 @@ class FixedPlan:
         words += ", with one hover and at most one rest"
         raise _refused("plan", " → ".join(plan.route), words)
 
-    def judged(self, variants: Variants, perspective: str) -> Judged:
+    def judged(self, variants: Variants, perspective: Perspective) -> Judged:
         """Return what the plan keeps in each variant of the mission."""
         own = Variants(self.base, variants.columns, variants.coverage_radius_m)
         every = np.arange(own.count)
@@ -313,13 +314,13 @@ class FixedPlan:
             point["rest_time_s"] = self.rest_time_s
         legs = np.broadcast_to(own.able[:, 0], own.count)
         kept = {LEGS: legs} | dict.fromkeys(CONDITIONS.values(), np.ones(own.count, bool))
-        for check in evaluated(P1.model(given, AVAILABLE), point):
+        for check in evaluated(P1().model(given, AVAILABLE), point):
             if (name := CONDITIONS.get(check.constraint.kind)) is not None:
                 kept[name] = kept[name] & check.satisfied
         judged = Judged(kept, legs)
         if perspective == AVAILABLE:
             return judged._replace(feasible=judged.flyable)
-        for check in evaluated(P1.model(given, perspective), point):
+        for check in evaluated(P1().model(given, perspective), point):
             judged = judged._replace(feasible=judged.feasible & check.satisfied)
         return judged
 
@@ -381,7 +382,7 @@ class Chances:
 def chances(
     base: Base,
     uncertain: Sequence[Spread],
-    perspective: str,
+    perspective: Perspective,
     plan: FixedPlan | None,
     samples: int,
     seed: int,

@@ -26,6 +26,7 @@ from optuav.network.network import Network, build_network
 from optuav.network.obstacles import CLEAR, MARGIN_M, Prisms, crossed, prisms
 from optuav.network.places import FIRST_BUILDING, HOVER
 from optuav.network.routes import NO_LEG
+from optuav.options import Perspective
 from optuav.physics.flight import Loads
 from optuav.physics.kibam import Stage
 from optuav.physics.quantity import Quantity, Vector, norm
@@ -349,7 +350,7 @@ class Longest(NamedTuple):
     itinerary: Integers
 
 
-def longest(variants: Variants, perspective: str) -> Longest:
+def longest(variants: Variants, perspective: Perspective) -> Longest:
     """Return the longest hover of each variant over all its itineraries.
 
     Of itineraries that are as good as the best (to 1e-6 s), it names the first.
@@ -364,7 +365,7 @@ def longest(variants: Variants, perspective: str) -> Longest:
     return Longest(best_s, np.where(np.isnan(best_s), NO_ROUTE, winner))
 
 
-def best_itineraries(variants: Variants, perspective: str) -> Integers:
+def best_itineraries(variants: Variants, perspective: Perspective) -> Integers:
     """Return the itineraries of a single variant that are as good as the best (to 1e-6 s)."""
     number, itineraries = _candidates(variants, pruned=False)
     hover_s = _hover_times_s(variants, number, itineraries, perspective)
@@ -372,7 +373,7 @@ def best_itineraries(variants: Variants, perspective: str) -> Integers:
     return np.asarray(itineraries[hover_s >= best_s - SAME_S])
 
 
-def route_model(variants: Variants, itinerary: int, perspective: str) -> Model:
+def route_model(variants: Variants, itinerary: int, perspective: Perspective) -> Model:
     """Return (P1) of one itinerary in all variants, with the stages of flight as parameters."""
     every = np.arange(variants.count)
     given = variants.quantities(
@@ -381,11 +382,11 @@ def route_model(variants: Variants, itinerary: int, perspective: str) -> Model:
         rests=bool(variants.base.network.routes.building[itinerary] >= 0),
         steps=perspective == AVAILABLE,
     )
-    return P1.model(replace(given, steps=steps_for(given.steps, varies=True)), perspective)
+    return P1().model(replace(given, steps=steps_for(given.steps, varies=True)), perspective)
 
 
 def _hover_times_s(
-    variants: Variants, number: Integers, itineraries: Integers, perspective: str
+    variants: Variants, number: Integers, itineraries: Integers, perspective: Perspective
 ) -> Floats:
     """Return the longest hover of pairs of variant and itinerary [s], NaN without a plan."""
     routes = variants.base.network.routes
@@ -403,7 +404,7 @@ def _hover_times_s(
         if steps:
             hover_s[group] = delivered(given, count)["hover_time_s"]
         else:
-            hover_s[group] = closed_form.solve(P1.model(given, perspective), count).objective
+            hover_s[group] = closed_form.solve(P1().model(given, perspective), count).objective
     return hover_s
 
 

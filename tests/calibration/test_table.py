@@ -343,7 +343,7 @@ def test_one_missing_resolution_is_one_fault(tmp_path: Path) -> None:
 def test_rests_and_other_keys_may_be_free(tmp_path: Path) -> None:
     """The mass of a rotor mission, from what a plan with a rest leaves in its battery."""
     mission = optuav.load("paper").replace({"body.mass_kg": 1.35})
-    plan = optuav.solve(mission, "P4", building="b1", order="rest-first", perspective="battery")
+    plan = optuav.solve(mission, optuav.P4("b1", order="rest-first"), perspective="battery")
     assert plan.soc is not None
     file = tmp_path / "table.toml"
     file.write_text(

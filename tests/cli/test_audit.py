@@ -40,7 +40,7 @@ def test_no_with_time_value_and_limit(itinerary: Path, monkeypatch: pytest.Monke
 
 def test_saved_plans_and_json(tmp_path: Path) -> None:
     saved = tmp_path / "plan.json"
-    optuav.solve("paper", trajectory="direct", perspective="battery").save(saved)
+    optuav.solve("paper", optuav.P1(trajectory="direct"), perspective="battery").save(saved)
     found = run("audit", str(saved), "--json")
     answer = json.loads(found.out)
     assert (found.code, answer["flyable"]) == (1, False)

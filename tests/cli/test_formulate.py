@@ -18,7 +18,7 @@ def test_text_is_the_printed_program() -> None:
     )
     assert found.code == 0
     assert found.out.rstrip() == str(
-        optuav.formulate("paper", "P4", building="b1", perspective="battery")
+        optuav.formulate("paper", optuav.P4("b1"), perspective="battery")
     )
     assert "P4.b deadline" in found.out
 
@@ -82,7 +82,7 @@ def test_a_free_hover_point_and_slots_are_asked_for_as_of_solve() -> None:
     """The page of the same program in Python; slots say how the times are counted."""
     asked = ("formulate", "paper", "--perspective", "battery")
     found = run(*asked, "--hover-point", "free")
-    program = optuav.formulate("paper", perspective="battery", hover_point="free")
+    program = optuav.formulate("paper", optuav.P1(hover_point="free"), perspective="battery")
     assert found.out.rstrip() == str(program)
     assert "z_w ∈ (−∞, ∞) m" in found.out
     found = run(*asked, "--slot-s", "5", "--problem", "P4", "--building", "b1")

@@ -133,7 +133,7 @@ def test_a_saved_plan_of_packs_that_take_turns_is_told_as_its_mission(
 def test_a_plan_of_several_stops_is_not_explained_by_those_of_one(min_soc: float) -> None:
     """No programme declares them; its repairs cannot be sought either."""
     mission = SMALL.replace({"limits.min_soc": min_soc, "limits.deadline_s": 200})
-    plan = optuav.solve(mission, stops=2)
+    plan = optuav.solve(mission, optuav.P1(stops=2))
     assert plan.engine == "search"
     assert bool(plan) == (min_soc == 0.05)
     explained = explain(plan)

@@ -13,6 +13,7 @@ import pytest
 
 import optuav
 from formulations.formulation import Formulation
+from formulations.given import Given
 from optuav.diagnosis import Explanation, explain, repairs
 from optuav.diagnosis.prices import Price
 from optuav.errors import InputError
@@ -155,10 +156,7 @@ def test_long_names_break_neither_formulas_nor_prices(
 
 
 def test_the_words_for_one_rest_on_b1() -> None:
-    assert (
-        below_the_head(explain("paper", perspective="battery", problem="P4", building="b1"))
-        == P4_TEXT
-    )
+    assert below_the_head(explain("paper", optuav.P4("b1"), perspective="battery")) == P4_TEXT
 
 
 def test_the_words_for_a_deadline_that_is_too_short() -> None:
@@ -324,7 +322,7 @@ def test_the_dual_values_of_the_paper() -> None:
 
 
 def test_what_binds() -> None:
-    explained = explain("paper", perspective="battery", problem="P4", building="b1")
+    explained = explain("paper", optuav.P4("b1"), perspective="battery")
     assert {each.label for each in explained.constraints if each.binds} == set(
         explained.plan.binding
     )
@@ -355,7 +353,7 @@ def test_a_saved_plan_is_explained_as_its_question(options: dict[str, Any], tmp_
 
 def test_a_saved_plan_that_does_not_exist_is_diagnosed(tmp_path: Path) -> None:
     plan = optuav.solve(
-        SMALL.replace({"limits.deadline_s": 80}), "P4", building="b1", perspective="battery"
+        SMALL.replace({"limits.deadline_s": 80}), optuav.P4("b1"), perspective="battery"
     )
     plan.save(tmp_path / "plan.json")
     explained = explain(optuav.load_plan(tmp_path / "plan.json"))
@@ -369,19 +367,19 @@ def test_a_saved_plan_that_does_not_exist_is_diagnosed(tmp_path: Path) -> None:
 class Shortest(Formulation):
     """Least rest that allows a hover of ten minutes."""
 
-    def declare(self, model: Model) -> None:
+    def declare(self, model: Model, given: Given) -> None:
         """Minimise T'."""
         hover = model.variable("hover_time_s", "Δ", unit="s", lower=600.0)
         rest = model.variable("rest_time_s", "T'", unit="s")
         model.minimise(rest)
-        model.subject_to("charge", self.soc_end(hover, rest) >= self.min_soc)
-        model.subject_to("deadline", hover + rest <= self.time_left, unit="s")
+        model.subject_to("charge", given.soc_end(hover, rest) >= given.min_soc)
+        model.subject_to("deadline", hover + rest <= given.time_left, unit="s")
 
 
 class Endless(Formulation):
     """Longest hover with nothing to end it."""
 
-    def declare(self, model: Model) -> None:
+    def declare(self, model: Model, given: Given) -> None:
         """Maximise Δ."""
         model.maximise(model.variable("hover_time_s", "Δ", unit="s"))
 
@@ -411,7 +409,9 @@ def test_what_nothing_keeps_finite_is_said() -> None:
 def test_the_problem_may_be_the_second_argument() -> None:
     """As in `solve` and `formulate`, in `repairs` too."""
     options = {"building": "b1", "perspective": "battery"}
-    assert str(explain(SMALL, "P4", **options)) == str(explain(SMALL, problem="P4", **options))
+    assert str(explain(SMALL, optuav.P4(), **options)) == str(
+        explain(SMALL, optuav.P4(), **options)
+    )
     lacking = SMALL.replace({"battery.capacity_As": 30000})
     assert explain(lacking, Shortest, **options).objective == "s of rest"
     late = SMALL.replace({"limits.deadline_s": 60})
@@ -463,7 +463,7 @@ def test_figures_of_the_hover_point_have_no_price(problem: str) -> None:
 
 def test_a_free_hover_point_is_held_and_said_so() -> None:
     """A second more is worth what solving again with the point held and 1 s more brings."""
-    explained = explain(SMALL, hover_point="free", perspective="battery")
+    explained = explain(SMALL, optuav.P1(hover_point="free"), perspective="battery")
     assert explained.notes[0].startswith("with the hover point held where it is")
     assert "hover point held" in str(explained)
     held = SMALL.replace({"route.hover_m": list(explained.plan.mission.route.hover_m or ())})
@@ -477,7 +477,7 @@ def test_a_free_hover_point_is_held_and_said_so() -> None:
 def test_without_a_plan_a_free_hover_point_is_told_of_the_nearest() -> None:
     explained = explain(
         SMALL.replace({"buildings": [], "limits.deadline_s": 60}),
-        hover_point="free",
+        optuav.P1(hover_point="free"),
         perspective="battery",
     )
     assert not explained

@@ -67,7 +67,7 @@ def differences(answer: Solution, truth: Exact | None, tolerance_s: float) -> It
 def compare_with_exact(given: Quantities, engine: str, tally: Tally) -> None:
     """P3 and P4 in the perspectives of the paper, and through the wells where it takes them."""
     perspectives = (*LINEAR, "wells") if engine == "casadi" else LINEAR
-    for formulation in (P3, P4):
+    for formulation in (P3(), P4("b1")):
         for perspective in perspectives:
             said = "battery" if perspective == "wells" else perspective
             truth = exact(vars(given), said, rests=formulation is P4)
@@ -82,7 +82,7 @@ def compare_slots(given: Quantities, slot_s: float, tally: Tally) -> None:
     """Branch and bound finds the cell that the grid finds, and the continuum is near."""
     horizon_s = given.deadline_s - given.flight_time_s
     whole = abs(horizon_s / slot_s - round(horizon_s / slot_s)) < 1e-9
-    formulations: tuple[type[Formulation], ...] = (P3, P4, P2)
+    formulations: tuple[Formulation, ...] = (P3(), P4("b1"), P2())
     for formulation in formulations:
         for perspective in LINEAR:
             model = formulation.model(given, perspective)
@@ -141,7 +141,7 @@ def test_comparison_can_fail() -> None:
     quantities = random_quantities(np.random.default_rng(0))
     truth = exact(vars(quantities), "battery", rests=True)
     assert truth is not None
-    answer = closed_form.solve(P4.model(quantities), 1)
+    answer = closed_form.solve(P4("b1").model(quantities), 1)
     assert not list(differences(answer, truth, 1e-6))
     later = Exact(truth.hover_s + 1, truth.rest_s)
     sooner = Exact(truth.hover_s, truth.rest_s - 1)

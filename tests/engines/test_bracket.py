@@ -43,7 +43,7 @@ def test_direct_flight_of_paper(deadline_s: float) -> None:
 @pytest.mark.parametrize("building", ["b9", "b10"])
 def test_best_single_rest_of_paper(building: str) -> None:
     """597.270 s, hover first by b9 and b10 alike; the mission's own optimum is this."""
-    plan = solve(PAPER, "P4", building=building, order="hover-first")
+    plan = solve(PAPER, optuav.P4(building, order="hover-first"))
     assert plan.hover_time_s == pytest.approx(597.270, abs=5e-4)
     assert solve(PAPER).hover_time_s == pytest.approx(plan.hover_time_s, abs=1e-6)
 
@@ -87,11 +87,11 @@ def test_longer_hovers_may_be_feasible_where_shorter_ones_are_not(
 def test_the_shortest_rest_may_be_the_best() -> None:
     """Rest first on b9, where hovering charges: 106.0 s at T' = 0, 48.7 s at 20 s, none at 30 s."""
     mission = PAPER.replace({"battery.charge_current_A": 150, "laser.power_W": 15000})
-    plan = solve(mission, "P4", building="b9", order="rest-first")
+    plan = solve(mission, optuav.P4("b9", order="rest-first"))
     assert (plan.rest_time_s, plan.status) == (0.0, "optimal")
     assert plan.hover_time_s == pytest.approx(106.0, abs=0.05)
     (part,) = optuav.formulate(
-        mission, "P4", building="b9", order="rest-first", perspective="available"
+        mission, optuav.P4("b9", order="rest-first"), perspective="available"
     ).parts
     seconds = np.arange(0.0, 1100.0, 0.01)
     for rest_s, expected_s in ((20.0, 48.7), (30.0, None)):
@@ -218,8 +218,8 @@ def test_a_rest_that_costs_next_to_nothing() -> None:
     steps = (leg, "hover", leg, "rest", leg)
     wells = {"available_fraction": 0.9, "flow_rate_per_s": 1.0}
     given = quantities(rest_current_A=-2.2e-309, steps=steps, **wells)
-    found = bracket.solve(P4.model(given, "available"), 1)
-    nothing = bracket.solve(P4.model(replace(given, rest_current_A=0.0), "available"), 1)
+    found = bracket.solve(P4("b1").model(given, "available"), 1)
+    nothing = bracket.solve(P4("b1").model(replace(given, rest_current_A=0.0), "available"), 1)
     assert found.point(0) == nothing.point(0)
 
 

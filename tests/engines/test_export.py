@@ -94,7 +94,7 @@ def test_problems_of_the_paper_are_read_back_to_the_same_optimum(
 def test_the_check_number_of_the_specification(form: str, read: Callable[[str], Read]) -> None:
     """719.5399 s for resting first on b1."""
     options = QUESTIONS["P4 rest-first"][1]
-    (part,) = optuav.formulate("paper", "P4", **{"perspective": "battery", **options}).parts
+    (part,) = optuav.formulate("paper", optuav.P4(), **{"perspective": "battery", **options}).parts
     assert read(to_file(part.model, part.model.row(0), form)).objective == pytest.approx(
         719.5399, abs=1e-4
     )
@@ -103,7 +103,7 @@ def test_the_check_number_of_the_specification(form: str, read: Callable[[str], 
 @EACH_FORM
 def test_constraints_are_called_by_their_labels(form: str, read: Callable[[str], Read]) -> None:
     (part,) = optuav.formulate(
-        "paper", "P4", building="b1", order="rest-first", perspective="battery"
+        "paper", optuav.P4("b1", order="rest-first"), perspective="battery"
     ).parts
     rows = read(to_file(part.model, part.model.row(0), form)).programme.row_names_
     assert list(rows) == ["P4.a_state_of_charge", "P4.b_deadline"]
@@ -255,12 +255,12 @@ def test_what_cannot_hold_is_infeasible_in_the_file_as_well(
     """A deadline before the flight ends, and a constraint without unknowns that is violated."""
     late = optuav.load("paper").replace({"limits.deadline_s": 60})
     (part,) = optuav.formulate(
-        late, "P4", building="b1", order="rest-first", perspective="battery"
+        late, optuav.P4("b1", order="rest-first"), perspective="battery"
     ).parts
     assert read(to_file(part.model, part.model.row(0), form)).status == INFEASIBLE
     (direct,) = optuav.formulate(late, "P3", perspective="battery").parts
     assert read(to_file(direct.model, direct.model.row(0), form)).status == INFEASIBLE
-    (p1,) = optuav.formulate("paper", "P1", trajectory="direct", perspective="battery").parts
+    (p1,) = optuav.formulate("paper", optuav.P1(trajectory="direct"), perspective="battery").parts
     too_far = p1.model.row(0) | {"hover_distance_m": 600.0}
     assert read(to_file(p1.model, too_far, form)).status == INFEASIBLE
 
@@ -268,7 +268,7 @@ def test_what_cannot_hold_is_infeasible_in_the_file_as_well(
 @EACH_FORM
 def test_a_constraint_without_unknowns_that_holds_is_told_but_not_written(form: str) -> None:
     """Its sides differ by rounding, which another solver may not forgive."""
-    (p1,) = optuav.formulate("paper", "P1", trajectory="direct", perspective="battery").parts
+    (p1,) = optuav.formulate("paper", optuav.P1(trajectory="direct"), perspective="battery").parts
     text = to_file(p1.model, p1.model.row(0), form)
     assert "'P1.a outage' speaks of no unknown, and holds: left out" in text
     assert "P1.a_outage" not in text
@@ -283,7 +283,7 @@ def test_a_nonlinear_model_is_refused_by_the_constraint(form: str) -> None:
 
 @EACH_FORM
 def test_several_programmes_at_once_are_refused(form: str) -> None:
-    (part,) = optuav.formulate("paper", "P4", building="b1", perspective="battery").parts
+    (part,) = optuav.formulate("paper", optuav.P4("b1"), perspective="battery").parts
     with pytest.raises(InputError, match=r"'P4\.a state of charge' has several"):
         to_file(part.model, {}, form)
 
@@ -300,7 +300,7 @@ def test_numbers_that_are_none_are_refused(form: str, number: float) -> None:
 @EACH_FORM
 def test_names_and_labels_stand_at_the_top_and_the_text_is_the_same_again(form: str) -> None:
     (part,) = optuav.formulate(
-        "paper", "P4", building="b1", order="rest-first", perspective="battery"
+        "paper", optuav.P4("b1", order="rest-first"), perspective="battery"
     ).parts
     text = to_file(part.model, part.model.row(0), form)
     assert "P4.a_state_of_charge is 'P4.a state of charge'" in text

@@ -50,7 +50,7 @@ def missions(draw: st.DrawFn, *, whole: bool) -> tuple[Quantities, float]:
     return given, slot_s
 
 
-FORMULATIONS: tuple[type[Formulation], ...] = (P3, P4)
+FORMULATIONS: tuple[Formulation, ...] = (P3(), P4("b1"))
 PERSPECTIVE = st.sampled_from(LINEAR)
 
 
@@ -79,7 +79,7 @@ def test_grid_of_p4_is_within_its_bound(whole: bool, data: st.DataObject, perspe
     The grid takes Δ ≥ 1 and T' ≥ 1: it has no plan only if the continuum has hardly one.
     """
     given, slot_s = data.draw(missions(whole=whole))
-    continuous_s, grid_s = both(P4.model(given, perspective), slot_s)
+    continuous_s, grid_s = both(P4("b1").model(given, perspective), slot_s)
     bound_s = (1.0 if whole else 2.0) * slot_s + ROUNDING_S
     if continuous_s is None:
         assert grid_s is None
@@ -96,7 +96,7 @@ def test_grid_of_p3_loses_less_than_a_slot(
 ) -> None:
     """min(T_max − T_fl, ⌊charge limit⌋) against min(T_max − T_fl, charge limit)."""
     given, slot_s = mission
-    continuous_s, grid_s = both(P3.model(given, perspective), slot_s)
+    continuous_s, grid_s = both(P3().model(given, perspective), slot_s)
     if continuous_s is None or grid_s is None:
         assert continuous_s is grid_s
     else:
@@ -161,5 +161,5 @@ def test_charges_and_powers_scaled_together_change_nothing(
             )
         },
     )
-    before = both(P4.model(given, perspective), slot_s)
-    assert both(P4.model(scaled, perspective), slot_s) == before
+    before = both(P4("b1").model(given, perspective), slot_s)
+    assert both(P4("b1").model(scaled, perspective), slot_s) == before

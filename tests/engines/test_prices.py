@@ -9,9 +9,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+import optuav
 from formulations.formulation import Formulation
 from formulations.p1 import P1
-from formulations.p2 import P2, P2Tight
+from formulations.p2 import P2
 from formulations.p3 import P3
 from formulations.p4 import P4
 from formulations.quantities import Quantities
@@ -105,7 +106,7 @@ def feasible(model: Model) -> bool:
     return closed_form.solve(model, 1).status is Status.OPTIMAL
 
 
-FORMULATIONS: tuple[type[Formulation], ...] = (P3, P4, P1, P2Tight)
+FORMULATIONS: tuple[Formulation, ...] = (P3(), P4("b1"), P1(), P2(tight=True))
 
 
 def compare(
@@ -152,7 +153,7 @@ def test_soak_prices(engine: str, prices: int) -> None:
 
 def test_comparison_can_fail() -> None:
     """A wrong side is told, and a finite price where that side is infeasible."""
-    model = P3.model(quantities(deadline_s=50.0))
+    model = P3().model(quantities(deadline_s=50.0))
     right = ShadowPrice(math.inf, 1.0)
     assert agrees(right, model, "deadline_s", 1e-6)
     for wrong in (
@@ -185,7 +186,7 @@ def test_tied_and_degenerate_entries_are_told_apart() -> None:
         capacity_As=np.array([500.0, 8000.0 / 9.0, 500.0]),
         deadline_s=np.array([200.0, 200.0, 40.0]),
     )
-    solution = closed_form.solve(P4.model(given), 3)
+    solution = closed_form.solve(P4("b1").model(given), 3)
     assert solution.regular is not None
     assert solution.regular.tolist() == [True, False, False]
     less, more = solution.all_shadow_prices()["deadline_s"]
@@ -197,7 +198,7 @@ def test_tied_and_degenerate_entries_are_told_apart() -> None:
 @pytest.mark.parametrize("perspective", LINEAR)
 def test_engines_give_the_same_prices(perspective: str) -> None:
     """Of P4 on a building of the paper."""
-    program = formulate("paper", "P4", building="b9", order="hover-first", perspective=perspective)
+    program = formulate("paper", optuav.P4("b9", order="hover-first"), perspective=perspective)
     (part,) = program.parts
     reference = closed_form.solve(part.model, 1).shadow_prices()
     assert reference["deadline_s"].more > 0.0
@@ -210,8 +211,8 @@ def test_engines_give_the_same_prices(perspective: str) -> None:
 def test_wells_have_the_prices_of_charge_balance() -> None:
     """What is charge in one is y1 + y2 in the other; k_F and ω move nothing."""
     asked = {"building": "b9", "order": "hover-first"}
-    (linear,) = formulate("paper", "P4", perspective="battery", **asked).parts
-    (wells,) = formulate("paper", "P4", perspective="wells", **asked).parts
+    (linear,) = formulate("paper", optuav.P4(), perspective="battery", **asked).parts
+    (wells,) = formulate("paper", optuav.P4(), perspective="wells", **asked).parts
     reference = closed_form.solve(linear.model, 1).shadow_prices()
     prices = Casadi().solve(wells.model, 1).shadow_prices()
     for name in ("deadline_s", "min_soc", "capacity_As", "hover_current_A", "rest_current_A"):
@@ -232,7 +233,7 @@ AT_THE_EDGE = {
 
 def test_p1_at_the_edge_of_the_coverage() -> None:
     """Less reach makes the mission infeasible, more of it brings nothing to a fixed point."""
-    prices = closed_form.solve(P1.model(quantities(**AT_THE_EDGE)), 1).shadow_prices()
+    prices = closed_form.solve(P1().model(quantities(**AT_THE_EDGE)), 1).shadow_prices()
     assert tuple(prices["coverage_radius_m"]) == (math.inf, 0.0)
     assert tuple(prices["hover_distance_m"]) == (0.0, -math.inf)
     assert tuple(prices["min_altitude_m"]) == (0.0, -math.inf)
@@ -241,7 +242,7 @@ def test_p1_at_the_edge_of_the_coverage() -> None:
 
 def test_objective_may_hold_parameters_itself() -> None:
     """P2 counts the flight: a second more of it costs one, and the time that is left besides."""
-    prices = closed_form.solve(P2.model(quantities(**AT_THE_EDGE)), 1).shadow_prices()
+    prices = closed_form.solve(P2().model(quantities(**AT_THE_EDGE)), 1).shadow_prices()
     assert tuple(prices["flight_time_s"]) == (1.0, 1.0)
 
 
@@ -256,10 +257,10 @@ def test_what_counts_as_a_kink(less: float, more: float, kink: bool) -> None:
 
 def test_no_prices_without_an_answer_or_multipliers() -> None:
     """An infeasible programme, an error, and an answer in whole slots have none."""
-    infeasible = closed_form.solve(P3.model(quantities(deadline_s=0.0)), 1)
+    infeasible = closed_form.solve(P3().model(quantities(deadline_s=0.0)), 1)
     assert infeasible.shadow_prices() == {}
-    assert closed_form.solve(P3.model(quantities(deadline_s=math.nan)), 1).shadow_prices() == {}
-    in_slots = grid.solve(P4.model(quantities()), 1, 1.0)
+    assert closed_form.solve(P3().model(quantities(deadline_s=math.nan)), 1).shadow_prices() == {}
+    in_slots = grid.solve(P4("b1").model(quantities()), 1, 1.0)
     assert in_slots.shadow_prices() == {}
     assert in_slots.all_shadow_prices() == {}
 

@@ -36,7 +36,7 @@ TOO_SHORT_S = 1e-4
 """By how much a local optimum may be short of the proved one to be compared with it."""
 
 
-def model_of(formulation: type[Formulation], given: Quantities) -> Model:
+def model_of(formulation: Formulation, given: Quantities) -> Model:
     """The model of an itinerary, which rests where the formulation does."""
     if formulation is P3:
         steps = tuple(step for step in given.steps if step != "rest")
@@ -72,7 +72,7 @@ def compare(rng: np.random.Generator, engine: str, kink: str) -> tuple[int, list
     """How many prices an engine gives for a random itinerary, and which differences contradict."""
     count, wrong = 0, []
     given = at_kink(random_quantities(rng), kink)
-    for formulation in (P3, P4, P1):
+    for formulation in (P3(), P4("b1"), P1()):
         model = model_of(formulation, given)
         proved = bracket.solve(model, 1)
         if not proved.status.has_answer:
@@ -130,7 +130,7 @@ def test_a_rest_without_charge_may_be_of_any_length() -> None:
         steps=(leg, "hover", leg, "rest", leg),
     )
     for engine in ("bracket", "casadi"):
-        found = solved(engine, P4.model(given, "available"))
+        found = solved(engine, P4("b1").model(given, "available"))
         assert found.point(0) == pytest.approx(
             {"hover_time_s": 190.0, "rest_time_s": 0.0}, abs=1e-4
         )

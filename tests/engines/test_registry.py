@@ -111,7 +111,7 @@ def test_an_engine_from_outside_answers_by_name(halving: Halving) -> None:
         300.0 - plan.flight_time_s, abs=1e-6
     )
     with pytest.raises(InputError, match=r"halving does not take this model: .* at most 1 unknown"):
-        optuav.formulate("paper", "P4", building="b1", engine="halving", **ASKED)
+        optuav.formulate("paper", optuav.P4("b1"), engine="halving", **ASKED)
 
 
 def test_an_engine_from_outside_answers_as_an_object() -> None:

@@ -16,7 +16,7 @@ from optuav.solving.program import Program
 
 def sliver(min_soc: float) -> Program:
     mission = optuav.load("paper").replace({"limits.min_soc": min_soc})
-    return optuav.formulate(mission, "P4", building="b2", order="hover-first")
+    return optuav.formulate(mission, optuav.P4("b2", order="hover-first"))
 
 
 def scanned(program: Program, hovers_s: np.ndarray) -> np.ndarray:

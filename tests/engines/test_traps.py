@@ -13,7 +13,9 @@ import highspy
 import numpy as np
 import pytest
 
+import optuav
 from formulations.formulation import Formulation
+from formulations.given import Given
 from formulations.p3 import P3
 from formulations.p4 import P4
 from optuav.cli import main
@@ -56,7 +58,7 @@ def test_highs_itself_drops_a_row_without_a_number() -> None:
 @pytest.mark.parametrize("engine", ENGINES)
 def test_missing_number_is_an_error(engine: str, name: str) -> None:
     """NaN in any place of a programme: status error, and no values to travel on."""
-    found = solved(engine, P4.model(quantities(**{name: math.nan})), slot_s(engine))
+    found = solved(engine, P4("b1").model(quantities(**{name: math.nan})), slot_s(engine))
     assert found.status is Status.ERROR
     assert np.isnan([found.objective[0], *(values[0] for values in found.values.values())]).all()
     with pytest.raises(SolverError, match="error"):
@@ -67,7 +69,7 @@ def test_missing_number_is_an_error(engine: str, name: str) -> None:
 def test_missing_number_spoils_its_own_programme_only(engine: str) -> None:
     """Of three itineraries the middle one has no flight time."""
     given = quantities(flight_time_s=np.array([50.0, math.nan, 60.0]))
-    found = solved(engine, P4.model(given), slot_s(engine), programmes=3)
+    found = solved(engine, P4("b1").model(given), slot_s(engine), programmes=3)
     assert [status.has_answer for status in found.statuses] == [True, False, True]
     assert found.statuses[1] is Status.ERROR
 
@@ -89,7 +91,7 @@ def test_mission_with_a_missing_number_is_no_plan(
 
     monkeypatch.setattr(module, "quantities", spoilt)
     with pytest.raises(SolverError, match="numbers that it cannot use"):
-        solve("paper", "P4", building="b1", engine=engine, perspective="battery")
+        solve("paper", optuav.P4("b1"), engine=engine, perspective="battery")
     with pytest.raises(SystemExit) as exit_code:
         main(["solve", "paper", *LINEAR, "--problem", "P4", "--building", "b1", "--engine", engine])
     assert exit_code.value.code == 3
@@ -185,9 +187,9 @@ def test_solvers_keep_off_the_screen(capfd: pytest.CaptureFixture[str]) -> None:
 class Curved(Formulation):
     """Longest hover with a logarithm."""
 
-    def declare(self, model: Model) -> None:
+    def declare(self, model: Model, given: Given) -> None:
         """State an upper bound through a NumPy function."""
-        hover = model.variable("hover_time_s", "Δ", unit="s", upper=self.time_left)
+        hover = model.variable("hover_time_s", "Δ", unit="s", upper=given.time_left)
         model.maximise(hover)
         model.subject_to("limit", np.log1p(hover) <= 5.0)
 
@@ -274,7 +276,7 @@ def test_generous_time_limit_changes_nothing(engine: str) -> None:
 class Endless(Formulation):
     """Longest hover with nothing against it."""
 
-    def declare(self, model: Model) -> None:
+    def declare(self, model: Model, given: Given) -> None:
         """State no limit."""
         model.maximise(model.variable("hover_time_s", "Δ", unit="s"))
 
@@ -382,7 +384,7 @@ def test_half_a_verdict_is_refused(
     said: str, refusal: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Words that leave it open are neither infeasible nor unbounded."""
-    compiled = CvxpyProgramme(P3.model(quantities()))
+    compiled = CvxpyProgramme(P3().model(quantities()))
     say(monkeypatch, [said] * 9)
     with pytest.raises(SolverError, match=refusal):
         compiled.solve({})

@@ -14,6 +14,7 @@ from matplotlib.mathtext import MathTextParser
 
 import optuav
 from formulations.formulation import Formulation
+from formulations.given import Given
 from optuav.engines import closed_form, grid
 from optuav.engines.casadi_engine import Casadi
 from optuav.engines.cvxpy_engine import Cvxpy
@@ -30,37 +31,37 @@ OWN = ("LeastRest", "SmallestBattery")
 class LeastRest(Formulation):
     """Least rest for a wanted hover time."""
 
-    def declare(self, model: Model) -> None:
+    def declare(self, model: Model, given: Given) -> None:
         wanted = Parameter("wanted_hover_s", "Δ_w", "s", 85.0)
-        hover, rest = self.hover_and_rest(model, "hover time")
-        model.minimise(0.0 if rest is None else rest)
+        hover, rest = given.hover_and_rest(model)
+        model.minimise(rest)
         model.subject_to("wanted hover", hover == wanted, unit="s")
-        model.subject_to("state of charge", self.soc_end(hover, rest) >= self.min_soc)
-        self.keep_deadline(model, "deadline", hover, rest)
+        model.subject_to("state of charge", given.soc_end(hover, rest) >= given.min_soc)
+        given.keep_deadline(model, "deadline", hover, rest)
 
 
 class SmallestBattery(Formulation):
     """Smallest battery pack for a wanted hover time."""
 
-    def declare(self, model: Model) -> None:
+    def declare(self, model: Model, given: Given) -> None:
         wanted = Parameter("wanted_hover_s", "Δ_w", "s", 85.0)
-        hover, rest = self.hover_and_rest(model, "hover time")
+        hover, rest = given.hover_and_rest(model)
         pack = model.variable("pack_As", "B_i", unit="A s", upper=100_000.0)
-        charged = 0.0 if rest is None else self.rest_current_A * rest
-        drawn = self.flight_charge_As + self.hover_current_A * hover - charged
+        charged = given.rest_current_A * rest
+        drawn = given.flight_charge_As + given.hover_current_A * hover - charged
         model.minimise(pack)
         model.subject_to("wanted hover", hover == wanted, unit="s")
-        model.subject_to("charge", (1.0 - self.min_soc) * self.packs * pack >= drawn, unit="A s")
-        self.keep_deadline(model, "deadline", hover, rest)
+        model.subject_to("charge", (1.0 - given.min_soc) * given.packs * pack >= drawn, unit="A s")
+        given.keep_deadline(model, "deadline", hover, rest)
 
 
 def least_rest(**changes: Any) -> Model:
     """100 A s in flight, 10 Δ in hover, 5 T' back: 85 s of hover need 10 s of rest."""
-    return LeastRest.model(quantities(**changes))
+    return LeastRest().model(quantities(**changes))
 
 
 def smallest_battery(*, rests: bool) -> Model:
-    return SmallestBattery.model(quantities(rests=rests))
+    return SmallestBattery().model(quantities(rests=rests))
 
 
 def answered(model: Model, engine: str, slot_s: float = 5.0) -> Solution:
@@ -140,7 +141,7 @@ def test_what_it_is_is_found(model: Model, engines: tuple[str, ...]) -> None:
 
 @pytest.mark.parametrize("perspective", LINEAR)
 def test_perspectives_come_with_the_state_of_charge(perspective: str) -> None:
-    assert traits(LeastRest.model(quantities(), perspective)).linear
+    assert traits(LeastRest().model(quantities(), perspective)).linear
 
 
 # Every engine
@@ -255,9 +256,7 @@ def test_longest_hover_turns_least_rest_around() -> None:
     compiled = optuav.formulate(MISSION, LeastRest, perspective="battery").compile()
     for wanted_s in (690.0, 715.0):
         rest_s = compiled.solve(wanted_hover_s=wanted_s).point(0)["rest_time_s"]
-        direct = optuav.solve(
-            MISSION, "P4", building="b1", order="rest-first", perspective="battery"
-        )
+        direct = optuav.solve(MISSION, optuav.P4("b1", order="rest-first"), perspective="battery")
         deadline_s = direct.flight_time_s + wanted_s + rest_s
         longest = optuav.solve(
             MISSION.replace({"limits.deadline_s": deadline_s}), perspective="battery"
@@ -301,10 +300,10 @@ def test_makes_a_plan_that_can_be_kept(tmp_path: Path) -> None:
 class LastingRest(LeastRest):
     """Least rest with a battery that never runs dry."""
 
-    def declare(self, model: Model) -> None:
+    def declare(self, model: Model, given: Given) -> None:
         super().declare(model)
         hover, rest = (each for each in model.variables)
-        self.keep_wells(model, "battery", hover, rest)
+        given.keep_wells(model, "battery", hover, rest)
 
 
 def test_a_problem_of_ones_own_through_both_wells() -> None:
@@ -317,13 +316,13 @@ def test_a_problem_of_ones_own_through_both_wells() -> None:
     assert plan.hover_time_s == pytest.approx(85.0, abs=1e-6)
     assert plan.rest_time_s > 0.0
     tight = scarce.replace({"limits.deadline_s": plan.mission_time_s})
-    assert optuav.solve(tight, "P4", **asked).hover_time_s == pytest.approx(85.0, abs=1e-4)
+    assert optuav.solve(tight, optuav.P4(), **asked).hover_time_s == pytest.approx(85.0, abs=1e-4)
 
 
 class Backwards(Formulation):
     """A hover time that may be negative, and is."""
 
-    def declare(self, model: Model) -> None:
+    def declare(self, model: Model, given: Given) -> None:
         hover = model.variable("hover_time_s", "Δ", unit="s", lower=-math.inf)
         model.minimise(hover)
         model.subject_to("hover time", hover >= -5.0, unit="s")
@@ -332,7 +331,7 @@ class Backwards(Formulation):
 class NoNumber(Formulation):
     """A limit that is no number."""
 
-    def declare(self, model: Model) -> None:
+    def declare(self, model: Model, given: Given) -> None:
         hover = model.variable("hover_time_s", "Δ", unit="s")
         model.maximise(hover)
         model.subject_to("bad", hover <= Parameter("limit_s", "L", "s", math.nan), unit="s")
@@ -341,7 +340,7 @@ class NoNumber(Formulation):
 class Misfit(Formulation):
     """An array that has nothing to do with the itineraries."""
 
-    def declare(self, model: Model) -> None:
+    def declare(self, model: Model, given: Given) -> None:
         hover = model.variable("hover_time_s", "Δ", unit="s")
         model.maximise(hover)
         model.subject_to("bad", hover <= np.array([1.0, 2.0, 3.0]), unit="s")
@@ -368,22 +367,22 @@ def test_an_array_that_fits_no_itineraries_is_refused() -> None:
 class Aimless(Formulation):
     """Constraints, and nothing to be sought."""
 
-    def declare(self, model: Model) -> None:
-        self.keep_deadline(model, "deadline", *self.hover_and_rest(model, "hover time"))
+    def declare(self, model: Model, given: Given) -> None:
+        given.keep_deadline(model, "deadline", *given.hover_and_rest(model))
 
 
 class Empty(Formulation):
     """An objective without an unknown."""
 
-    def declare(self, model: Model) -> None:
-        model.maximise(self.time_left)
+    def declare(self, model: Model, given: Given) -> None:
+        model.maximise(given.time_left)
 
 
 @pytest.mark.parametrize(
     ("formulation", "said"),
     [(Aimless, "no objective was stated"), (Empty, "no unknown was declared")],
 )
-def test_half_a_formulation_is_refused(formulation: type[Formulation], said: str) -> None:
+def test_half_a_formulation_is_refused(formulation: Formulation, said: str) -> None:
     """Not solved as optimal with Δ = 0, nor left to an engine to stumble over."""
     with pytest.raises(optuav.InputError, match=f"{formulation.__name__}: {said}"):
         optuav.formulate("paper", formulation, perspective="battery")
@@ -417,7 +416,7 @@ def test_a_check_prints_as_a_table() -> None:
 
 def test_a_check_of_several_routes_names_those_that_violate() -> None:
     """And not how many points there are, of which a reader knows nothing."""
-    checks = optuav.formulate("paper", "P1", perspective="battery", order="rest-first").check(
+    checks = optuav.formulate("paper", optuav.P1(order="rest-first"), perspective="battery").check(
         {"hover_time_s": 719.0, "rest_time_s": 0.0}
     )
     charge = next(row for row in checks if row.label == "P1.b state of charge")
@@ -445,12 +444,12 @@ def test_line_of_the_formulation_is_told_where_others_state_for_it() -> None:
 class Borrowed(Formulation):
     """A fifth of the battery may be borrowed for 10 s of hover."""
 
-    def declare(self, model: Model) -> None:
-        hover, rest = self.hover_and_rest(model, "hover time")
+    def declare(self, model: Model, given: Given) -> None:
+        hover, rest = given.hover_and_rest(model)
         loan = model.variable("loan", "z", unit="1", upper=1.0, binary=True)
         model.maximise(hover - 10.0 * loan)
-        model.subject_to("charge", self.soc_end(hover, rest) + 0.2 * loan >= self.min_soc)
-        self.keep_deadline(model, "deadline", hover, rest)
+        model.subject_to("charge", given.soc_end(hover, rest) + 0.2 * loan >= given.min_soc)
+        given.keep_deadline(model, "deadline", hover, rest)
 
 
 def test_what_binds_is_told_of_a_point_of_branch_and_bound() -> None:

@@ -11,6 +11,7 @@ from matplotlib.mathtext import MathTextParser
 
 import formulations
 from formulations.formulation import Formulation
+from formulations.given import Given
 from formulations.p3 import P3
 from formulations.p4 import P4
 from optuav.engines import closed_form
@@ -69,23 +70,23 @@ P4_LATEX = r"""\begin{align*}
 
 def test_p3_as_printed() -> None:
     """The problem, its quantities with units and keys; nothing of a rest occurs in it."""
-    page = str(P3.model(quantities(TABLE_II, deadline_s=800.0)))
+    page = str(P3().model(quantities(TABLE_II, deadline_s=800.0)))
     assert page.splitlines() == P3_PAGE.splitlines()
 
 
 def test_p4_as_printed() -> None:
     """For several routes at once: one page, the range of what differs."""
-    page = str(P4.model(quantities(flight_time_s=np.linspace(80.2, 95.125, 20)), "energy"))
+    page = str(P4("b1").model(quantities(flight_time_s=np.linspace(80.2, 95.125, 20)), "energy"))
     assert page.splitlines() == P4_PAGE.splitlines()
 
 
 def test_p4_in_latex() -> None:
-    assert P4.model(quantities()).to_latex().startswith(P4_LATEX)
+    assert P4("b1").model(quantities()).to_latex().startswith(P4_LATEX)
 
 
 @pytest.mark.parametrize("perspective", LINEAR)
 @pytest.mark.parametrize("formulation", [P3, P4])
-def test_every_line_of_latex_can_be_set(formulation: type[Formulation], perspective: str) -> None:
+def test_every_line_of_latex_can_be_set(formulation: Formulation, perspective: str) -> None:
     """By matplotlib's mathtext, without the marks of alignment."""
     parser = MathTextParser("path")
     _, *lines, _ = formulation.model(quantities(), perspective).to_latex().splitlines()
@@ -96,7 +97,7 @@ def test_every_line_of_latex_can_be_set(formulation: type[Formulation], perspect
 
 @pytest.mark.parametrize("perspective", LINEAR)
 @pytest.mark.parametrize("formulation", [P3, P4])
-def test_statements_are_linear(formulation: type[Formulation], perspective: str) -> None:
+def test_statements_are_linear(formulation: Formulation, perspective: str) -> None:
     """In every perspective of the paper."""
     model = formulation.model(quantities(), perspective)
     for constraint in model.constraints:
@@ -106,7 +107,7 @@ def test_statements_are_linear(formulation: type[Formulation], perspective: str)
 
 def test_constraints_point_to_the_formulation() -> None:
     """Their lines are those of the statement, whoever builds the model."""
-    places = [constraint.declared_at for constraint in P4.model(quantities()).constraints]
+    places = [constraint.declared_at for constraint in P4("b1").model(quantities()).constraints]
     assert all(re.fullmatch(r"p4\.py:\d+", place) for place in places)
     assert len(set(places)) == 2
 
@@ -124,7 +125,7 @@ def test_constraints_point_to_the_formulation() -> None:
 )
 def test_p4_by_hand(perspective: str, hover_s: float, rest_s: float) -> None:
     """Where the line of charge crosses the line of time."""
-    found = closed_form.solve(P4.model(quantities(), perspective), 1)
+    found = closed_form.solve(P4("b1").model(quantities(), perspective), 1)
     assert found.point(0) == pytest.approx({"hover_time_s": hover_s, "rest_time_s": rest_s})
     assert set(found.binding_labels(0)) == {"P4.a state of charge", "P4.b deadline"}
 
@@ -158,7 +159,7 @@ def test_what_binds_p4(
     changes: dict[str, float], hover_s: float | None, rest_s: float, binding: set[str]
 ) -> None:
     """1600/9 A s above η0 = 0.1 and the flight are what 150 s at 10 A draw."""
-    found = closed_form.solve(P4.model(quantities(**changes)), 1)
+    found = closed_form.solve(P4("b1").model(quantities(**changes)), 1)
     assert set(found.binding_labels(0)) == binding
     if hover_s is None:
         assert found.statuses == [Status.ERROR]
@@ -174,7 +175,7 @@ def test_what_binds_p4(
 )
 @pytest.mark.parametrize("formulation", [P3, P4])
 def test_infeasible_by_time_or_by_charge(
-    formulation: type[Formulation], changes: dict[str, float], status: str
+    formulation: Formulation, changes: dict[str, float], status: str
 ) -> None:
     """A second or an ampere second too little, and no rest to make up for it."""
     given = quantities(**changes, rest_current_A=0.0)
@@ -185,7 +186,7 @@ def test_infeasible_by_time_or_by_charge(
 @pytest.mark.parametrize(("deadline_s", "hover_s"), [(800.0, 740.65), (1200.0, 950.9750)])
 def test_p3_of_table_ii(deadline_s: float, hover_s: float) -> None:
     """Bound by time at 800 s, by charge at 1200 s."""
-    found = closed_form.solve(P3.model(quantities(TABLE_II, deadline_s=deadline_s)), 1)
+    found = closed_form.solve(P3().model(quantities(TABLE_II, deadline_s=deadline_s)), 1)
     assert found.point(0)["hover_time_s"] == pytest.approx(hover_s, abs=1e-3)
 
 
@@ -193,19 +194,19 @@ def test_rest_of_another_route_does_not_reach_p3() -> None:
     """A route without a rest has no numbers of one, not even missing ones."""
     given = quantities(rest_current_A=np.nan, rest_received_W=np.nan)
     for perspective in LINEAR:
-        assert closed_form.solve(P3.model(given, perspective), 1).statuses == [Status.OPTIMAL]
+        assert closed_form.solve(P3().model(given, perspective), 1).statuses == [Status.OPTIMAL]
 
 
 def test_formulation_of_ones_own() -> None:
     """One class with one method; its first line is the title, the class's name where none is."""
 
     class Least(Formulation):
-        def declare(self, model: Model) -> None:
+        def declare(self, model: Model, given: Given) -> None:
             """State the shortest hover."""
             model.minimise(model.variable("hover_time_s", "Δ", unit="s"))
 
-    assert Least.model(quantities()).title == "Least"
-    assert P3.model(quantities()).title == "P3: longest hover on a given route without a rest"
+    assert Least().model(quantities()).title == "Least"
+    assert P3().model(quantities()).title == "P3: longest hover on a given route without a rest"
 
 
 @pytest.mark.parametrize("name", ["p1", "p2", "p3", "p4", "wells", "algorithm1", "algorithm2"])

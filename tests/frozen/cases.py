@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import Any
 
 import optuav
+from optuav.solving.question import problem_of
 
 ANSWERS = Path(__file__).with_name("answers.json")
 MISSIONS = ("matrice350", "paper", "paper-table2")
@@ -20,6 +21,8 @@ PERSPECTIVES = ("battery", "energy", "adjusted", "wells", "available")
 ENGINES = ("closed-form", "cvxpy", "bracket", "casadi", "grid")
 BUILDINGS = ("b1", "b9")
 SHORT = {"matrice350": 900.0, "paper": 800.0, "paper-table2": 800.0}
+
+FIELDS = {"trajectory", "building", "order", "hover_point", "stops", "hovers"}
 
 Case = dict[str, Any]
 
@@ -134,7 +137,10 @@ def ask(case: Case) -> optuav.Plan:
     """The plan that the package gives for a case."""
     options = dict(case)
     mission = optuav.load(options.pop("mission")).replace(options.pop("change", {}))
-    return optuav.solve(mission, options.pop("problem"), **options)
+    problem = problem_of(
+        options.pop("problem"), **{field: options.pop(field) for field in FIELDS & options.keys()}
+    )
+    return optuav.solve(mission, problem, **options)
 
 
 def answer(case: Case) -> dict[str, Any]:

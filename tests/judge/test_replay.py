@@ -109,7 +109,7 @@ def test_both_methods_agree(name: str) -> None:
 @settings(few(20))
 def test_random_plans_agree_with_their_simulation(mission: Mission, trajectory: str) -> None:
     """Whatever the mission: figures agree, the wells alone may be out of bounds."""
-    plan = optuav.solve(mission, trajectory=trajectory, perspective="battery")
+    plan = optuav.solve(mission, optuav.P1(trajectory=trajectory), perspective="battery")
     if not plan:
         return
     replayed = optuav.replay(plan)
@@ -317,7 +317,7 @@ def test_power_that_the_user_stated_is_taken_as_it_is() -> None:
     view.nodes["b3"]["received_power_W"] = 55.5
     view.nodes["hover"]["laser_sight"] = False
     plan = optuav.solve(
-        paper, "P4", building="b3", order="hover-first", graph=view, perspective="battery"
+        paper, optuav.P4("b3", order="hover-first"), graph=view, perspective="battery"
     )
     replayed = optuav.replay(plan)
     assert replayed.flyable, replayed.violations

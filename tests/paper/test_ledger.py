@@ -13,6 +13,7 @@ import pytest
 
 import optuav
 from optuav.paper import computations, table2
+from optuav.paper.curves import solve
 from optuav.paper.ledger import Ledger, statements
 from optuav.paper.statement import Entry, PaperStatement, Verdict, agrees, data, fits
 from optuav.paper.table2 import admitted, loads_exist
@@ -305,8 +306,7 @@ def test_reasons_state_right_numbers(by_name: dict[str, Entry]) -> None:
     paper, recovered = optuav.load("paper"), optuav.load("paper-table2")
 
     def hover_s(mission: optuav.Mission, problem: str = "P1", **options: object) -> float:
-        options = {"perspective": "battery", **options}
-        return optuav.solve(mission, problem, **options).hover_time_s  # type: ignore[arg-type]
+        return solve(mission, problem, **{"perspective": "battery", **options}).hover_time_s  # type: ignore[arg-type]
 
     two, one = (hover_s(paper, perspective="available", stops=most) for most in (2, 1))
     optima = {

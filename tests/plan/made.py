@@ -24,22 +24,22 @@ def plans() -> dict[str, Plan]:
     at_home = {"route.origin_m": [1000, 2800, 60], "route.hover_m": [1000, 2800, 60]}
     return {
         "optimal": optuav.solve(paper, perspective="battery"),
-        "direct": optuav.solve(paper, trajectory="direct", perspective="battery"),
-        "traj1": optuav.solve(paper, trajectory="traj1", perspective="battery"),
-        "rest": optuav.solve(
-            paper, "P4", building="b3", order="hover-first", perspective="battery"
-        ),
+        "direct": optuav.solve(paper, optuav.P1(trajectory="direct"), perspective="battery"),
+        "traj1": optuav.solve(paper, optuav.P1(trajectory="traj1"), perspective="battery"),
+        "rest": optuav.solve(paper, optuav.P4("b3", order="hover-first"), perspective="battery"),
         "passing by": optuav.solve(
-            paper.replace({"limits.deadline_s": 300}), trajectory="traj2", perspective="battery"
+            paper.replace({"limits.deadline_s": 300}),
+            optuav.P1(trajectory="traj2"),
+            perspective="battery",
         ),
         "energy": optuav.solve(paper, "P3", perspective="energy"),
         "table 2": optuav.solve(table2, perspective="battery"),
-        "slots": optuav.solve(table2, "P4", building="b1", slot_s=25.0, perspective="battery"),
+        "slots": optuav.solve(table2, optuav.P4("b1"), slot_s=25.0, perspective="battery"),
         "cut short": optuav.solve(
             table2.replace({"limits.deadline_s": 800}), "P3", slot_s=1.0, perspective="battery"
         ),
         "edited": optuav.solve(
-            paper, "P4", building="b1", order="rest-first", graph=view, perspective="battery"
+            paper, optuav.P4("b1", order="rest-first"), graph=view, perspective="battery"
         ),
         "no way to hover": optuav.solve(paper.replace(at_home), perspective="battery"),
         "no laser": optuav.solve(paper.replace({"laser": None}), perspective="battery"),

@@ -135,7 +135,7 @@ def test_when_the_shipped_optimum_runs_dry_and_overfills() -> None:
 def test_a_full_battery_that_is_charged_is_overfull_at_once() -> None:
     """Resting on the roof that the mission starts from."""
     mission = optuav.load("paper").replace({"route.origin_m": [50, 300, 60]})
-    plan = optuav.solve(mission, "P4", building="b1", order="rest-first", perspective="battery")
+    plan = optuav.solve(mission, optuav.P4("b1", order="rest-first"), perspective="battery")
     assert plan.rest_time_s > 0.0
     assert plan.overfull_s == 0.0
 

@@ -121,9 +121,7 @@ def test_odd_names_fit(names: list[str]) -> None:
     ]
     mission = PAPER.replace({"name": names[0], "buildings": stated})
     for each in stated:
-        found = lines(
-            optuav.solve(mission, "P4", building=str(each["name"]), perspective="battery")
-        )
+        found = lines(optuav.solve(mission, optuav.P4(str(each["name"])), perspective="battery"))
         first = found.index(next(line for line in found if line.startswith("what")))
         assert len({columns(line) for line in found[first : first + 6]}) == 1
 
@@ -148,12 +146,12 @@ def test_two_hundred_buildings_in_the_way_are_not_all_told() -> None:
     wall = {"name": "wall", "position_m": [1000, 2300, 300], "footprint_m": [9000, 10]}
     roofs = [{"name": f"n{k}", "position_m": [k, 300, 20]} for k in range(200)]
     blocked = PAPER.replace({"buildings": [wall, *roofs]})
-    plan = optuav.solve(blocked, trajectory="traj1", perspective="battery")
+    plan = optuav.solve(blocked, optuav.P1(trajectory="traj1"), perspective="battery")
     assert len(plan.reasons) <= 4
     view = optuav.graph(blocked.replace({"flight.through_buildings": True}))
     view.remove_edges_from([edge for edge in view.edges if edge[0] in ("n3", "wall")])
     view.remove_edges_from([edge for edge in view.edges if edge[1].startswith("n")])
-    plan = optuav.solve(blocked, trajectory="traj2", graph=view, perspective="battery")
+    plan = optuav.solve(blocked, optuav.P1(trajectory="traj2"), graph=view, perspective="battery")
     assert len(plan.reasons) == 11
     assert plan.reasons[-1] == "and other legs are blocked as well"
     assert len(lines(plan)) < 30

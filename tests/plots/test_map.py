@@ -102,7 +102,10 @@ def test_shipped_missions_are_drawn_without_texts_on_each_other(
         axes = plots.mission_map(optuav.solve(name, perspective="battery"))
     else:
         axes = plots.trajectories(
-            {t: optuav.solve(name, trajectory=t, perspective="battery") for t in TRAJECTORIES}
+            {
+                t: optuav.solve(name, optuav.P1(trajectory=t), perspective="battery")
+                for t in TRAJECTORIES
+            }
         )
     assert overlaps(axes.plan.figure) == []
     labels = [words for ax in axes for words in (ax.get_xlabel(), ax.get_ylabel())]

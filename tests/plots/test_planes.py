@@ -154,7 +154,7 @@ def b10() -> Lasting:
 def lasting(values: dict[str, float], building: str, order: str) -> Lasting:
     """The plane under `available`, with its optimum."""
     mission = optuav.load("paper").replace(values)
-    program = optuav.formulate(mission, perspective="available", **p4(building, order))
+    program = optuav.formulate(mission, optuav.P4(building, order=order), perspective="available")
     (part,) = program.parts
     plan = program.solve()
     return plots.plane(part.model, part.model.row(0), [plan]), plan

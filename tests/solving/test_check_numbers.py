@@ -52,8 +52,8 @@ def test_the_direct_plan_runs_dry_with_charge_still_bound() -> None:
 
 def test_the_optimum_has_a_twin() -> None:
     """b1 rest first and b2 hover first are mirror images; b1 stands first in the mission."""
-    first = solve("paper", "P4", building="b1")
-    second = solve("paper", "P4", building="b2")
+    first = solve("paper", optuav.P4("b1"))
+    second = solve("paper", optuav.P4("b2"))
     for plan in (first, second):
         assert plan.hover_time_s == pytest.approx(719.5399, abs=5e-5)
         assert plan.rest_time_s == pytest.approx(392.1438, abs=5e-5)
@@ -62,7 +62,7 @@ def test_the_optimum_has_a_twin() -> None:
     assert second.route == ("origin", "hover", "b2", "destination")
     assert solve("paper").route == first.route
     others = [f"b{number}" for number in range(3, 11)]
-    assert max(solve("paper", "P4", building=b).hover_time_s for b in others) < 719.5
+    assert max(solve("paper", optuav.P4(b)).hover_time_s for b in others) < 719.5
 
 
 def test_the_balance_of_the_optimum() -> None:
@@ -78,7 +78,7 @@ def test_the_balance_of_the_optimum() -> None:
 
 def test_the_optimum_cannot_be_flown_and_overcharges() -> None:
     """−13 % of B at the end, 104 % of the full available well after the rest, dry at 1095.5 s."""
-    plan = solve("paper", "P4", building="b1", order="rest-first")
+    plan = solve("paper", optuav.P4("b1", order="rest-first"))
     assert plan.phases[-1].available_As[0] / B == pytest.approx(-0.13, abs=5e-3)
     assert plan.phases[1].kind == "rest"
     assert plan.phases[1].available_As[0] / (0.8 * B) == pytest.approx(1.04, abs=5e-3)
@@ -102,11 +102,13 @@ def test_trajectories_rank_as_in_the_paper(name: str) -> None:
     """At 800 s direct is best; at 1200 s traj2, which is the optimum, and traj1 is behind it."""
     ways = ("direct", "traj1", "traj2", "optimal")
     direct, traj1, traj2, best = (
-        solve(name, deadline_s=800, trajectory=way).hover_time_s for way in ways
+        solve(name, optuav.P1(trajectory=way), deadline_s=800).hover_time_s for way in ways
     )
     assert direct == best
     assert direct > max(traj1, traj2) + 1
-    direct, traj1, traj2, best = (solve(name, trajectory=way).hover_time_s for way in ways)
+    direct, traj1, traj2, best = (
+        solve(name, optuav.P1(trajectory=way)).hover_time_s for way in ways
+    )
     assert traj2 == best
     assert traj2 > traj1 + 1 > direct
 
@@ -114,7 +116,7 @@ def test_trajectories_rank_as_in_the_paper(name: str) -> None:
 def test_b9_and_b10_give_the_951_s_of_the_paper() -> None:
     """Rest first on b9, hover first on b10; the best, b1, gives 955.28 s."""
     for building, route in (("b9", ("b9", "hover")), ("b10", ("hover", "b10"))):
-        plan = solve("paper-table2", "P4", building=building)
+        plan = solve("paper-table2", optuav.P4(building))
         assert plan.hover_time_s == pytest.approx(951.03, abs=5e-3)
         assert plan.route[1:3] == route
     assert solve("paper-table2").hover_time_s == pytest.approx(955.28, abs=5e-3)
@@ -132,7 +134,7 @@ def test_hover_time_falls_with_the_charge_to_be_left(
     strict = mission.replace({"limits.min_soc": min_soc})
     for building, fall, digits in (("b1", b1_percent, 5e-3), ("b9", b9_percent, 6e-3)):
         full, less = (
-            optuav.solve(each, "P4", building=building, perspective="battery").hover_time_s
+            optuav.solve(each, optuav.P4(building), perspective="battery").hover_time_s
             for each in (mission, strict)
         )
         assert 100 * (1 - less / full) == pytest.approx(fall, abs=digits)

@@ -11,6 +11,7 @@ import pytest
 
 import optuav
 from formulations.formulation import Formulation
+from formulations.given import Given
 from optuav.engines.registry import ENGINES
 from optuav.errors import InputError, SolverError
 from optuav.mission import Mission, load
@@ -102,7 +103,7 @@ def test_every_named_parameter_may_change(engine: str) -> None:
 
 def test_figures_of_every_itinerary_may_change() -> None:
     """An array has one entry an itinerary; a number holds for all of them."""
-    program = formulate("paper", "P4", building="b1", perspective="battery")
+    program = formulate("paper", optuav.P4("b1"), perspective="battery")
     times_s = [each.model.row(0)["flight_time_s"] for each in program.parts]
     compiled = program.compile()
     assert len(program.parts) == 1
@@ -114,7 +115,7 @@ def test_figures_of_every_itinerary_may_change() -> None:
     assert compiled.solve(flight_time_s=times_s[0]).status is Status.OPTIMAL
     (only,) = compiled.solve(flight_time_s=[1e4, flight_s[1]]).objective
     assert only == pytest.approx(
-        formulate("paper", "P4", building="b1", order="hover-first", perspective="battery")
+        formulate("paper", optuav.P4("b1", order="hover-first"), perspective="battery")
         .solve()
         .hover_time_s
     )
@@ -162,7 +163,7 @@ def test_all_faults_are_told_at_once() -> None:
 
 def test_every_entry_of_an_array_has_to_be_allowed() -> None:
     """And whole numbers may be floats, as arrays have them."""
-    compiled = formulate("paper", "P4", building="b1", perspective="battery").compile()
+    compiled = formulate("paper", optuav.P4("b1"), perspective="battery").compile()
     assert compiled.solve(packs=np.array([2.0, 3.0])).status is Status.OPTIMAL
     with pytest.raises(InputError, match=r"packs = .*a whole number"):
         compiled.solve(packs=[2.0, 2.5])
@@ -197,10 +198,10 @@ def test_values_that_divide_by_zero_are_an_error(engine: str) -> None:
 class Endless(Formulation):
     """Longest hover with nothing against it."""
 
-    def declare(self, model: Model) -> None:
+    def declare(self, model: Model, given: Given) -> None:
         """State no limit but a parameter in the objective."""
         hover = model.variable("hover_time_s", "Δ", unit="s")
-        model.maximise(hover * self.min_soc)
+        model.maximise(hover * given.min_soc)
 
 
 def test_unbounded_is_not_left_out() -> None:

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from formulations.formulation import Formulation
+from formulations.given import Given
 from optuav.engines.registry import CAPABILITIES, ENGINES, need, takers
 from optuav.errors import InputError
 from optuav.mission import load
@@ -23,18 +24,18 @@ def chosen(problem: Any, **asked: Any) -> str:
 class Kinked(Formulation):
     """Longest hover, cut off."""
 
-    def declare(self, model: Model) -> None:
+    def declare(self, model: Model, given: Given) -> None:
         """State a kink."""
-        hover = model.variable("hover_time_s", "Δ", unit="s", upper=self.time_left)
+        hover = model.variable("hover_time_s", "Δ", unit="s", upper=given.time_left)
         model.maximise(np.minimum(hover, 100.0) - 0.01 * hover)
 
 
 class Binary(Formulation):
     """Longest hover, on or off."""
 
-    def declare(self, model: Model) -> None:
+    def declare(self, model: Model, given: Given) -> None:
         """State a choice."""
-        hover = model.variable("hover_time_s", "Δ", unit="s", upper=self.time_left)
+        hover = model.variable("hover_time_s", "Δ", unit="s", upper=given.time_left)
         on = model.variable("on", "z", unit="1", upper=1.0, binary=True)
         model.maximise(hover)
         model.subject_to("on", hover <= 100.0 * on)
@@ -43,7 +44,7 @@ class Binary(Formulation):
 class Free(Formulation):
     """Longest hover, the unknown from below."""
 
-    def declare(self, model: Model) -> None:
+    def declare(self, model: Model, given: Given) -> None:
         """State an unknown without a lower bound."""
         hover = model.variable("hover_time_s", "Δ", unit="s", lower=-np.inf, upper=100.0)
         model.maximise(hover)

@@ -29,7 +29,9 @@ def never_worse(mission: Mission, **options: Any) -> optuav.Plan:
     at_w_U = optuav.solve(
         mission.replace({"route.hover_m": None}), **{"perspective": "battery", **options}
     )
-    plan = optuav.solve(mission, hover_point="free", **{"perspective": "battery", **options})
+    plan = optuav.solve(
+        mission, optuav.P1(hover_point="free"), **{"perspective": "battery", **options}
+    )
     if at_w_U:
         assert plan.hover_time_s >= at_w_U.hover_time_s - 1e-9
     if plan:
@@ -73,8 +75,10 @@ def test_as_good_as_a_dense_sampling_of_what_wells_deliver(changes: dict[str, An
 def test_where_w_U_is_best_the_plan_hovers_there() -> None:
     """At 800 s nothing is gained: the plan is the one of w_U, and says so."""
     mission = PAPER.replace({"limits.deadline_s": 800.0})
-    plan = optuav.solve(mission, hover_point="free", trajectory="direct", perspective="battery")
-    at_w_U = optuav.solve(mission, trajectory="direct", perspective="battery")
+    plan = optuav.solve(
+        mission, optuav.P1(trajectory="direct", hover_point="free"), perspective="battery"
+    )
+    at_w_U = optuav.solve(mission, optuav.P1(trajectory="direct"), perspective="battery")
     assert plan.mission.route.hover_m is None
     assert plan.phases == at_w_U.phases
     assert plan.notes[0] == "hover point free: none was found that is better than w_U"
@@ -82,7 +86,7 @@ def test_where_w_U_is_best_the_plan_hovers_there() -> None:
 
 def test_a_stated_hover_point_is_set_free() -> None:
     mission = PAPER.replace({"route.hover_m": [1000, 2700, 80], "limits.deadline_s": 800.0})
-    plan = never_worse(mission, trajectory="direct")
+    plan = never_worse(mission, optuav.P1(trajectory="direct"))
     assert "more than route.hover_m" in plan.notes[0]
 
 
@@ -92,11 +96,11 @@ def test_a_stated_hover_point_is_set_free() -> None:
 )
 def test_variants(changes: dict[str, Any], perspective: str) -> None:
     """Without a laser, and by the other perspectives."""
-    never_worse(PAPER.replace(changes), trajectory="direct", perspective=perspective)
+    never_worse(PAPER.replace(changes), optuav.P1(trajectory="direct"), perspective=perspective)
 
 
 def test_loads_by_regime() -> None:
-    never_worse(optuav.load("paper-table2"), trajectory="traj1", perspective="adjusted")
+    never_worse(optuav.load("paper-table2"), optuav.P1(trajectory="traj1"), perspective="adjusted")
 
 
 PERSPECTIVES = ("battery", "available")
@@ -122,7 +126,7 @@ def test_soak_random_missions(mission: Mission, perspective: str) -> None:
 def test_out_of_reach_is_told() -> None:
     plan = optuav.solve(
         PAPER.replace({"limits.min_altitude_m": 600.0, "limits.max_altitude_m": 700.0}),
-        hover_point="free",
+        optuav.P1(hover_point="free"),
         perspective="battery",
     )
     assert not plan
@@ -131,7 +135,9 @@ def test_out_of_reach_is_told() -> None:
 
 def test_too_short_a_deadline_is_told() -> None:
     plan = optuav.solve(
-        PAPER.replace({"limits.deadline_s": 60.0}), hover_point="free", perspective="battery"
+        PAPER.replace({"limits.deadline_s": 60.0}),
+        optuav.P1(hover_point="free"),
+        perspective="battery",
     )
     assert not plan
     assert "longer than limits.deadline_s" in " ".join(plan.reasons)
@@ -156,7 +162,7 @@ def test_contradictions_are_refused_by_name(options: dict[str, Any], words: str)
 
 def test_the_program_is_printed_and_checked() -> None:
     """The declaration holds for any point; what needs one hover point is refused."""
-    program = optuav.formulate(PAPER, hover_point="free", perspective="battery")
+    program = optuav.formulate(PAPER, optuav.P1(hover_point="free"), perspective="battery")
     assert "hover point free" in str(program)
     point = {"hover_x_m": 1000.0, "hover_y_m": 2501.0, "hover_z_m": 50.0, "hover_time_s": 600.0}
     outage = {row.label: row for row in program.check(point)}["P1.a outage"]

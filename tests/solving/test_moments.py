@@ -42,9 +42,9 @@ def test_what_binds_is_told_by_the_places_of_the_route(
 
 def test_a_building_that_is_passed_by_parts_a_flight_in_two() -> None:
     """In slots, to pass b1 by is a choice of its own, and its two legs make one flight."""
-    plan = optuav.solve("paper", trajectory="traj1", slot_s=10.0)
+    plan = optuav.solve("paper", optuav.P1(trajectory="traj1"), slot_s=10.0)
     assert not any(" of flight " in each for each in plan.binding)
-    program = optuav.formulate("paper", trajectory="traj1", slot_s=10.0)
+    program = optuav.formulate("paper", optuav.P1(trajectory="traj1"), slot_s=10.0)
     labels = [each.label for part in program.parts for each in part.model.constraints]
     assert "P1.b not dry after stage 10 of flight 1" in labels
 

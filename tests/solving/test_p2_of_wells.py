@@ -29,7 +29,7 @@ def test_as_printed_the_shortest_flight_is_the_answer() -> None:
 
 def test_tight_it_is_the_longest_hover_where_that_uses_the_deadline() -> None:
     """By way of b9: 597.270 s, as (P1), which engine bracket bounds."""
-    plan = optuav.solve(PAPER, "P2-tight", trajectory="traj1")
+    plan = optuav.solve(PAPER, optuav.P2(tight=True, trajectory="traj1"))
     assert plan.status is Status.OPTIMAL
     assert "bracket" in plan.proof
     assert plan.hover_time_s == pytest.approx(597.270, abs=5e-4)
@@ -56,6 +56,6 @@ def test_tight_against_a_dense_search() -> None:
 
 def test_an_engine_that_bounds_nothing_proves_nothing() -> None:
     """By casadi alone tight plans stay what they are: local."""
-    plan = optuav.solve(PAPER, "P2-tight", trajectory="traj1", engine="casadi")
+    plan = optuav.solve(PAPER, optuav.P2(tight=True, trajectory="traj1"), engine="casadi")
     assert plan.status is Status.LOCALLY_OPTIMAL
     assert plan.proof.startswith("local")

@@ -117,7 +117,8 @@ def test_where_every_single_stop_is_blocked_two_may_do(perspective: str) -> None
     legs.remove_edges_from([("origin", name) for name in legs["origin"] if name != "b9"])
     legs.remove_edges_from([(name, "hover") for name in PAPER_NAMES if name != "b10"])
     one, two = (
-        optuav.solve(PAPER, perspective=perspective, graph=legs, stops=stops) for stops in (1, 2)
+        optuav.solve(PAPER, optuav.P1(stops=stops), perspective=perspective, graph=legs)
+        for stops in (1, 2)
     )
     assert not one
     assert two.route == ("origin", "b9", "b10", "hover", "destination")
@@ -240,7 +241,7 @@ def test_what_does_not_go_together_is_refused(options: dict[str, Any], words: st
 def test_in_the_linear_perspectives_one_stop_is_enough(perspective: str) -> None:
     """SPEC 3, on the shipped mission: the same plan, and why."""
     one = optuav.solve(PAPER, perspective=perspective)
-    more = optuav.solve(PAPER, perspective=perspective, stops=3, hovers=2)
+    more = optuav.solve(PAPER, optuav.P1(stops=3, hovers=2), perspective=perspective)
     assert more.phases == one.phases
     assert more.notes[-1].startswith("one rest and one hover are enough")
 
@@ -297,7 +298,9 @@ def test_broken_triangles_are_compared_sequence_by_sequence(
         if not legs.has_edge(*pair):
             legs.add_edge(*pair, **{**legs.edges["b1", "hover"], "duration_s": 600.0})
     legs.add_edge("origin", "destination", **legs.edges["origin", "hover"])
-    plan = optuav.solve(mission, perspective="battery", graph=legs, stops=most[0], hovers=most[1])
+    plan = optuav.solve(
+        mission, optuav.P1(stops=most[0], hovers=most[1]), perspective="battery", graph=legs
+    )
     expected_s = linear_optimum(mission, legs, *most)
     assert (plan.hover_time_s if plan else -1.0) == pytest.approx(expected_s, abs=1e-6)
     if plan:

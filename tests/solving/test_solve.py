@@ -17,6 +17,7 @@ from hypothesis import strategies as st
 
 import optuav
 from formulations.formulation import Formulation
+from formulations.given import Given
 from optuav import InputError, Mission, Plan
 from optuav.modelling import Model
 from tests.examples import few
@@ -82,7 +83,9 @@ def test_the_optimum_is_the_one_worked_out_by_hand(mission: Mission, perspective
 @pytest.mark.parametrize("trajectory", ["optimal", "traj1"])
 def test_p2_as_printed_prefers_the_shortest_mission(engine: str, trajectory: str) -> None:
     """Any Δ is optimal; every engine returns the one of the shortest mission, 0, and says so."""
-    plan = optuav.solve(SMALL, "P2", engine=engine, trajectory=trajectory, perspective="battery")
+    plan = optuav.solve(
+        SMALL, optuav.P2(trajectory=trajectory), engine=engine, perspective="battery"
+    )
     assert plan.hover_time_s == pytest.approx(0.0, abs=1e-9)
     assert plan.rest_time_s == pytest.approx(0.0, abs=1e-9)
     assert any("holds no Δ" in note for note in plan.notes)
@@ -294,10 +297,7 @@ def test_all_wrong_options_are_told_at_once() -> None:
     with pytest.raises(InputError) as raised:
         optuav.solve(
             PAPER,
-            "P3",
-            trajectory="traj1",
-            building="b99",
-            order="x",
+            optuav.P3(trajectory="traj1", building="b99", order="x"),
             perspective="y",
             engine="z",
             slot_s=0,
@@ -311,7 +311,7 @@ def test_all_wrong_options_are_told_at_once() -> None:
 
 def test_a_slot_longer_than_the_mission() -> None:
     """P3 may be cut short to nothing or all; P4 has no whole slot and says so."""
-    late = optuav.solve(PAPER, "P4", building="b1", slot_s=5000, perspective="battery")
+    late = optuav.solve(PAPER, optuav.P4("b1"), slot_s=5000, perspective="battery")
     assert not late
     assert late.reasons == (
         "no whole slots of 5000 s satisfy all constraints together; "
@@ -351,7 +351,7 @@ def test_of_equal_plans_the_shortest_mission_is_taken() -> None:
     """Two roofs alike but for their height above the way; hovering all the deadline leaves ties."""
     mission = PAPER.replace({"limits.deadline_s": 300})
     for trajectory in ("optimal", "direct"):
-        plan = optuav.solve(mission, trajectory=trajectory, perspective="battery")
+        plan = optuav.solve(mission, optuav.P1(trajectory=trajectory), perspective="battery")
         assert plan.route == ("origin", "hover", "destination")
         assert plan.rest_time_s == 0.0
 
@@ -372,18 +372,25 @@ def test_of_equal_plans_the_fewest_stops_then_the_first_building_then_rest_first
     spots = [{"name": name, "position_m": [1000, 2800, 50]} for name in ("second", "first")]
     mission = TABLE_2.replace(line | {"buildings": spots})
     assert optuav.solve(mission, perspective="battery").route == ("origin", "hover", "destination")
-    assert optuav.solve(mission, trajectory="traj1", perspective="battery").route[1] == "second"
-    assert optuav.solve(mission, trajectory="traj2", perspective="battery").route[1:3] == (
+    assert (
+        optuav.solve(mission, optuav.P1(trajectory="traj1"), perspective="battery").route[1]
+        == "second"
+    )
+    assert optuav.solve(mission, optuav.P1(trajectory="traj2"), perspective="battery").route[
+        1:3
+    ] == (
         "second",
         "hover",
     )
     swapped = mission.replace({"buildings": spots[::-1]})
-    assert optuav.solve(swapped, trajectory="traj2", perspective="battery").route[1:3] == (
+    assert optuav.solve(swapped, optuav.P1(trajectory="traj2"), perspective="battery").route[
+        1:3
+    ] == (
         "first",
         "hover",
     )
     hover_first = optuav.solve(
-        mission, trajectory="traj2", order="hover-first", perspective="battery"
+        mission, optuav.P1(trajectory="traj2", order="hover-first"), perspective="battery"
     )
     assert hover_first.route[1:3] == ("hover", "second")
 
@@ -429,14 +436,14 @@ def test_without_buildings_there_is_the_direct_way_only() -> None:
         688.848, abs=5e-4
     )
     for trajectory in ("traj1", "traj2"):
-        plan = optuav.solve(mission, trajectory=trajectory, perspective="battery")
+        plan = optuav.solve(mission, optuav.P1(trajectory=trajectory), perspective="battery")
         assert plan.reasons == ("the mission has no building to go by way of",)
 
 
 def test_one_building_and_no_other() -> None:
     """b7 alone: what P4 gives, or the direct flight."""
     mission = PAPER.replace({"buildings": [PAPER.buildings[6].model_dump()]})
-    rest = optuav.solve(mission, "P4", building="b7", perspective="battery").hover_time_s
+    rest = optuav.solve(mission, optuav.P4("b7"), perspective="battery").hover_time_s
     assert hover_s(mission) == max(
         rest, optuav.solve(mission, "P3", perspective="battery").hover_time_s
     )
@@ -460,7 +467,7 @@ def test_a_round_trip_home(mission: Mission) -> None:
     home = mission.replace({"route.destination_m": list(mission.route.origin_m)})
     for building in home.buildings:
         there, back = (
-            optuav.solve(home, "P4", building=building.name, order=order, perspective="battery")
+            optuav.solve(home, optuav.P4(building.name, order=order), perspective="battery")
             for order in ("rest-first", "hover-first")
         )
         assert bool(there) == bool(back)
@@ -503,16 +510,16 @@ def test_thousands_of_buildings(buildings: int) -> None:
 class WithoutRest(Formulation):
     """Hover until the deadline, whatever the battery says."""
 
-    def declare(self, model: Model) -> None:
+    def declare(self, model: Model, given: Given) -> None:
         """One unknown."""
-        hover = model.variable("hover_time_s", "Δ", unit="s", upper=self.time_left)
+        hover = model.variable("hover_time_s", "Δ", unit="s", upper=given.time_left)
         model.maximise(hover)
 
 
 class OfOtherThings(Formulation):
     """An unknown that is no time of the mission."""
 
-    def declare(self, model: Model) -> None:
+    def declare(self, model: Model, given: Given) -> None:
         """As long as it is bounded."""
         model.maximise(model.variable("number", "n", unit="1", upper=5.0))
 
@@ -520,7 +527,7 @@ class OfOtherThings(Formulation):
 class WithoutEnd(Formulation):
     """Nothing bounds the hover time."""
 
-    def declare(self, model: Model) -> None:
+    def declare(self, model: Model, given: Given) -> None:
         """One unknown, no constraint."""
         model.maximise(model.variable("hover_time_s", "Δ", unit="s"))
 
@@ -563,7 +570,7 @@ def test_another_process_has_the_same_answer() -> None:
         "        print(json.dumps(optuav.solve(name, trajectory=way).to_dict()))"
     )
     here = [
-        json.dumps(optuav.solve(name, trajectory=way).to_dict())
+        json.dumps(optuav.solve(name, optuav.P1(trajectory=way)).to_dict())
         for name in ("paper", "paper-table2")
         for way in ("optimal", "traj2")
     ]

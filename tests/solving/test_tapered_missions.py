@@ -31,19 +31,19 @@ def mission() -> Mission:
 @pytest.fixture(scope="module")
 def plan(mission: Mission) -> Plan:
     """It rests first, so long that the available well is held full."""
-    return optuav.solve(mission, order="rest-first")
+    return optuav.solve(mission, optuav.P1(order="rest-first"))
 
 
 def test_the_plan_is_delivered_and_none_is_longer(plan: Plan, mission: Mission) -> None:
     """By the tests' own wells; at constant current the same times would go past full."""
-    program = optuav.formulate(mission, "P4", building="b9", order="rest-first")
+    program = optuav.formulate(mission, optuav.P4("b9", order="rest-first"))
     (route,) = program.parts[0].routes.tolist()
     times = np.array(plan.hover_time_s), plan.rest_time_s
     assert slack(program.worked_out, route, *times) >= -INSIDE
     longer_s = plan.hover_time_s + np.array([[1e-4], [1e-2], [1.0]])
     tried_s = rests([plan.rest_time_s], mission.limits.deadline_s)[None]
     assert slack(program.worked_out, route, longer_s, tried_s).max() < 0.0
-    constant = optuav.formulate("paper", "P4", building="b9", order="rest-first")
+    constant = optuav.formulate("paper", optuav.P4("b9", order="rest-first"))
     assert slack(constant.worked_out, route, *times) < -1e-3
 
 
@@ -123,7 +123,7 @@ def test_a_hover_that_charges(mission: Mission) -> None:
 
 def test_several_stops(mission: Mission) -> None:
     """Where nothing is ever full the taper changes nothing: SPEC's 605.456 s with two rests."""
-    found = optuav.solve(mission, stops=2)
+    found = optuav.solve(mission, optuav.P1(stops=2))
     assert found.status is Status.OPTIMAL
     assert found.hover_time_s == pytest.approx(605.456, abs=1e-3)
     assert optuav.replay(found).flyable
@@ -133,7 +133,7 @@ def test_several_stops_that_taper(mission: Mission) -> None:
     """A plan that is held full is found and judged so; an open gap is told."""
     asked = {"limits.deadline_s": 8000.0, "limits.min_soc": 0.9}
     changed = mission.replace(asked)
-    found = optuav.solve(changed, stops=1, hovers=2, time_limit_s=0.5)
+    found = optuav.solve(changed, optuav.P1(stops=1, hovers=2), time_limit_s=0.5)
     assert found
     assert found.status is Status.OPTIMAL or "not proved" in " ".join(found.notes)
     assert optuav.replay(found).flyable

@@ -65,7 +65,10 @@ def test_at_800_s_the_deadline_ends_two_of_them() -> None:
 def test_every_plan_is_the_one_that_solve_finds(table2: Results) -> None:
     for row in table2.rows[1:-1:4]:
         plan = optuav.solve(
-            "paper-table2", perspective=row["perspective"], trajectory=row["trajectory"], slot_s=1.0
+            "paper-table2",
+            optuav.P1(trajectory=row["trajectory"]),
+            perspective=row["perspective"],
+            slot_s=1.0,
         )
         assert row["hover_time_s"] == plan.hover_time_s
         assert row["mission_time_s"] == plan.mission_time_s

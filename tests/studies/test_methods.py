@@ -109,7 +109,7 @@ def test_continuous_methods_find_the_check_numbers_of_the_specification(
 @pytest.mark.parametrize("method", ["grid 60 s", "MILP 60 s"])
 def test_slots_are_those_of_algorithm_1_as_printed(paper: Results, order: str, method: str) -> None:
     """Its two loops over Δ and T', with the charge counted from the phases of a plan."""
-    plan = optuav.solve(two_buildings(), "P4", building="b9", order=order, perspective="battery")
+    plan = optuav.solve(two_buildings(), optuav.P4("b9", order=order), perspective="battery")
     drawn_As = sum(-p.current_A * p.duration_s for p in plan.phases if p.kind == "flight")
     current = {phase.kind: phase.current_A for phase in plan.phases}
 
@@ -130,7 +130,7 @@ def test_bounds_are_one_slot_or_two(paper: Results) -> None:
     assert found["largest_gap_s"] == 120.0
     assert "not a whole number of slots" in found["words"]
     flight_s = optuav.solve(
-        two_buildings(), "P4", building="b1", order="rest-first", perspective="battery"
+        two_buildings(), optuav.P4("b1", order="rest-first"), perspective="battery"
     ).flight_time_s
     whole = two_buildings(limits__deadline_s=flight_s + 1000.0)
     compared = optuav.compare(whole, slots_s=(10.0,), engines=("grid",))

@@ -32,7 +32,7 @@ def test_text_and_latex_are_the_programs_own() -> None:
 
 def test_of_several_models_each_tells_its_routes() -> None:
     """Both orders of P4 read alike otherwise; one model alone needs no such line."""
-    both = optuav.formulate("paper", "P4", building="b1", perspective="available")
+    both = optuav.formulate("paper", optuav.P4("b1"), perspective="available")
     lines = str(both).splitlines()
     assert [line for line in lines if " of 2: " in line] == [
         "1 of 2: rest first",

@@ -1,0 +1,15 @@
+"""The options of a question that have names, as `Literal` types."""
+
+from __future__ import annotations
+
+from typing import Literal, TypeAlias, get_args
+
+Order: TypeAlias = Literal["rest-first", "hover-first"]
+Trajectory: TypeAlias = Literal["optimal", "direct", "traj1", "traj2"]
+HoverPoint: TypeAlias = Literal["w_U", "free"]
+Perspective: TypeAlias = Literal["battery", "energy", "adjusted", "wells", "available"]
+ProblemName: TypeAlias = Literal["P1", "P2", "P2-tight", "P3"]
+
+ORDERS: tuple[Order, ...] = get_args(Order)
+TRAJECTORIES: tuple[Trajectory, ...] = get_args(Trajectory)
+HOVER_POINTS: tuple[HoverPoint, ...] = get_args(HoverPoint)
