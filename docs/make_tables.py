@@ -22,7 +22,7 @@ from optuav.modelling import Model
 from optuav.modelling.classify import Traits, traits
 from optuav.network.network import TRAJECTORIES
 from optuav.network.routes import ORDERS
-from optuav.solving.question import PROBLEMS
+from optuav.solving.question import PROBLEMS, problem_of
 
 NAMED = re.compile(
     r"^(<!-- table (\w+): written by refresh\.py -->\n).*?^(<!-- end of table -->)$",
@@ -46,7 +46,7 @@ class Own(Formulation):
 
 ASKED: Mapping[str, str | type[Formulation]] = {
     **{name: name for name in PROBLEMS},
-    "a class of your own": Own,
+    "a class of your own": Own(),
 }
 """Problems in the words of the tables, as `optuav.formulate` is given them."""
 
@@ -100,7 +100,9 @@ def engines() -> Iterator[Row]:
 def _engines() -> Iterator[Row]:
     for problem, perspective in itertools.product(PROBLEMS, PERSPECTIVES):
         building = "b1" if problem == "P4" else None
-        program = optuav.formulate("paper", problem, building=building, perspective=perspective)
+        program = optuav.formulate(
+            "paper", problem_of(problem, building=building), perspective=perspective
+        )
         yield (problem, perspective, *_row([traits(part.model) for part in program.parts]))
     for perspective in PAPER:
         joined = optuav.route_choice("paper", perspective=perspective).model

@@ -48,7 +48,7 @@ class LeastRest(Formulation):
 
 
 counted = {"perspective": "battery"}
-asked = {"problem": LeastRest, "building": "b1", "order": "rest-first", **counted}
+asked = {"problem": LeastRest(), "building": "b1", "order": "rest-first", **counted}
 program = optuav.formulate(mission, **asked)
 print(program)
 found = traits(program.parts[0].model)
@@ -59,7 +59,7 @@ for engine in takers(found, slots=False):
     print(f"{engine:<12}{plan.rest_time_s:10.4f} s  {plan.proof}")
     assert math.isclose(plan.hover_time_s, WANTED_S)
 
-best = optuav.solve(mission, LeastRest, **counted)
+best = optuav.solve(mission, LeastRest(), **counted)
 print("over all routes:", " → ".join(best.route), f"rests {best.rest_time_s:.4f} s")
 rows = program.check({"hover_time_s": WANTED_S, "rest_time_s": best.rest_time_s - 1.0})
 assert best.route == ("origin", "b1", "hover", "destination")
@@ -77,7 +77,7 @@ assert math.isclose(optuav.solve(tight, **counted).hover_time_s, WANTED_S, abs_t
 # hover costs what the laser needs to bring its charge; beyond 719 s there is no time for that.
 
 # %%
-compiled = optuav.formulate(mission, LeastRest, **counted).compile()
+compiled = optuav.formulate(mission, LeastRest(), **counted).compile()
 for wanted_s in (680.0, 690.0, 700.0, 710.0, 720.0):
     answer = compiled.solve(wanted_hover_s=wanted_s)
     if answer.status.has_answer:
@@ -111,7 +111,7 @@ class SmallestBattery(Formulation):
         given.keep_deadline(model, "deadline", hover, rest)
 
 
-smallest = optuav.formulate(mission, SmallestBattery, **counted).compile().solve()
+smallest = optuav.formulate(mission, SmallestBattery(), **counted).compile().solve()
 print(smallest.engine, {name: round(value, 1) for name, value in smallest.point(0).items()})
 lighter = mission.replace({"battery.capacity_As": smallest.point(0)["pack_As"]})
 print(f"with that pack (P1) hovers {optuav.solve(lighter, **counted).hover_time_s:.6f} s")

@@ -205,6 +205,9 @@ def _faults(
 ) -> Iterator[Fault]:
     if isinstance(problem, Formulation):
         yield from _of_problem(mission, problem)
+    elif isinstance(problem, type) and issubclass(problem, Formulation):
+        name = problem.__name__
+        yield Fault("problem", name, f"an instance, as {name}(…), not the class")
     elif problem == "P4":
         yield Fault("problem", "'P4'", 'P4 with the name of a building, as P4("b1")')
     elif not isinstance(problem, str) or problem not in PROBLEMS:

@@ -387,7 +387,7 @@ class Endless(Formulation):
 def test_a_formulation_of_ones_own_is_explained() -> None:
     """Less deadline never helps to rest less; a lower reserve saves rest."""
     mission = SMALL.replace({"battery.capacity_As": 30000})
-    explained = explain(mission, perspective="battery", problem=Shortest, building="b1")
+    explained = explain(mission, perspective="battery", problem=Shortest(), building="b1")
     assert explained.objective == "s of rest"
     price = prices(explained)["min_soc"]
     assert price.more == pytest.approx(60000 / 10, rel=1e-6)
@@ -400,7 +400,7 @@ def test_a_formulation_of_ones_own_is_explained() -> None:
 
 
 def test_what_nothing_keeps_finite_is_said() -> None:
-    explained = explain("paper", perspective="battery", problem=Endless)
+    explained = explain("paper", perspective="battery", problem=Endless())
     assert not explained
     assert "keeps the objective finite" in str(explained)
     assert "Feasible if" not in str(explained)
@@ -413,7 +413,7 @@ def test_the_problem_may_be_the_second_argument() -> None:
         explain(SMALL, optuav.P4(), **options)
     )
     lacking = SMALL.replace({"battery.capacity_As": 30000})
-    assert explain(lacking, Shortest, **options).objective == "s of rest"
+    assert explain(lacking, Shortest(), **options).objective == "s of rest"
     late = SMALL.replace({"limits.deadline_s": 60})
     asked = {"perspective": "battery"}
     assert repairs(late, "P3", **asked) == repairs(late, problem="P3", **asked) != ()

@@ -70,10 +70,10 @@ def compare_with_exact(given: Quantities, engine: str, tally: Tally) -> None:
     for formulation in (P3(), P4("b1")):
         for perspective in perspectives:
             said = "battery" if perspective == "wells" else perspective
-            truth = exact(vars(given), said, rests=formulation is P4)
+            truth = exact(vars(given), said, rests=isinstance(formulation, P4))
             answer = solved(engine, formulation.model(given, perspective))
             tally.compared[engine] += 1
-            where = f"{engine} {formulation.__name__} {perspective} {given}"
+            where = f"{engine} {formulation.name} {perspective} {given}"
             wrong = differences(answer, truth, WITHIN_S[engine])
             tally.wrong += [f"{what}: {where}" for what in wrong]
 
@@ -91,14 +91,14 @@ def compare_slots(given: Quantities, slot_s: float, tally: Tally) -> None:
                 Cvxpy().solve(model, 1, slot_s=slot_s),
             )
             tally.compared["slots"] += 1
-            where = f"{formulation.__name__} {perspective} slots of {slot_s} s {given}"
+            where = f"{formulation.name} {perspective} slots of {slot_s} s {given}"
             if searched.status is not branched.status:
                 tally.wrong.append(f"{searched.status} against {branched.status}: {where}")
                 continue
             for name in searched.values:
                 if abs(searched.values[name][0] - branched.values[name][0]) > 1e-6:
                     tally.wrong.append(f"{searched.values} {branched.values}: {where}")
-            if formulation is P2:
+            if isinstance(formulation, P2):
                 continue
             hover_s = closed_form.solve(model, 1).objective[0]
             lost_s = hover_s - searched.objective[0]

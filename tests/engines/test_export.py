@@ -18,6 +18,7 @@ import optuav
 from optuav.engines.export import to_file
 from optuav.errors import InputError
 from optuav.modelling import Model
+from optuav.solving.question import problem_of
 
 FORMS = ("lp", "mps")
 DIGITS = 1e-14
@@ -77,7 +78,7 @@ def test_problems_of_the_paper_are_read_back_to_the_same_optimum(
     form: str, name: str, perspective: str, read: Callable[[str], Read]
 ) -> None:
     problem, options = QUESTIONS[name]
-    program = optuav.formulate("paper", problem, perspective=perspective, **options)
+    program = optuav.formulate("paper", problem_of(problem, **options), perspective=perspective)
     plan = program.solve()
     part = program.parts[-1]
     found = read(to_file(part.model, part.model.row(0), form))
@@ -93,8 +94,8 @@ def test_problems_of_the_paper_are_read_back_to_the_same_optimum(
 @EACH_FORM
 def test_the_check_number_of_the_specification(form: str, read: Callable[[str], Read]) -> None:
     """719.5399 s for resting first on b1."""
-    options = QUESTIONS["P4 rest-first"][1]
-    (part,) = optuav.formulate("paper", optuav.P4(), **{"perspective": "battery", **options}).parts
+    problem = optuav.P4("b1", order="rest-first")
+    (part,) = optuav.formulate("paper", problem, perspective="battery").parts
     assert read(to_file(part.model, part.model.row(0), form)).objective == pytest.approx(
         719.5399, abs=1e-4
     )

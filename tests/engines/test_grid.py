@@ -187,9 +187,9 @@ def test_missing_number_spoils_its_own_programme_only() -> None:
 
 
 @pytest.mark.parametrize("cells", [1, 7, 100, 1000])
-@pytest.mark.parametrize("formulation", [P3, P4])
+@pytest.mark.parametrize("formulation", [P3(), P4("b1")])
 def test_answer_does_not_depend_on_the_size_of_blocks(
-    monkeypatch: pytest.MonkeyPatch, formulation: type[P4], cells: int
+    monkeypatch: pytest.MonkeyPatch, formulation: P4, cells: int
 ) -> None:
     """Ties across the border of two blocks as well."""
     changes: tuple[dict[str, float], ...] = (

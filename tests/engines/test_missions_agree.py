@@ -16,6 +16,10 @@ import pytest
 from hypothesis import HealthCheck, assume, given, settings
 from hypothesis import strategies as st
 
+from formulations.formulation import Formulation
+from formulations.p1 import P1
+from formulations.p3 import P3
+from formulations.p4 import P4
 from optuav.errors import InputError
 from optuav.mission import Mission
 from optuav.network.routes import ORDERS
@@ -47,13 +51,13 @@ def questions(draw: st.DrawFn) -> tuple[Mission, dict[str, Any]]:
     document["limits"]["deadline_s"] *= draw(st.sampled_from([1.0, 0.3, 0.1]))
     document["battery"]["capacity_As"] *= draw(st.sampled_from([1.0, 0.3, 0.1, 0.03]))
     mission = Mission.from_dict(document)
-    asked: dict[str, Any] = {"problem": draw(st.sampled_from(["P1", "P3", "P4"]))}
-    if asked["problem"] == "P4":
+    problem: Formulation = draw(st.sampled_from([P1(), P3(), P4("b1")]))
+    if isinstance(problem, P4):
         assume(mission.buildings)
-        asked["building"] = draw(st.sampled_from([each.name for each in mission.buildings]))
-        asked["order"] = draw(st.sampled_from([None, *ORDERS]))
-    asked["perspective"] = draw(st.sampled_from(LINEAR))
-    assume(formulate(mission, **{"perspective": "battery", **asked}).parts)
+        building = draw(st.sampled_from([each.name for each in mission.buildings]))
+        problem = P4(building, order=draw(st.sampled_from([None, *ORDERS])))
+    asked = {"problem": problem, "perspective": draw(st.sampled_from(LINEAR))}
+    assume(formulate(mission, **asked).parts)
     return mission, asked
 
 
@@ -118,7 +122,7 @@ def test_engines_agree_on_whole_missions(
 ) -> None:
     """On the longest hover over all itineraries, and on whether there is one."""
     mission, asked = question
-    program = formulate(mission, **{"perspective": "battery", **asked})
+    program = formulate(mission, **asked)
     truth = exact_best(program)
     wrong = [
         what
@@ -138,7 +142,7 @@ def test_prices_of_whole_missions_are_differences(
 ) -> None:
     """Of every parameter that the itineraries share, to either side, ties and kinks among them."""
     mission, asked = question
-    program = formulate(mission, **{"perspective": "battery", **asked})
+    program = formulate(mission, **asked)
     prices = by(program, engine).shadow_prices()
     assume(prices)
     compiled, within = program.compile("closed-form"), PRICED_WITHIN[engine]

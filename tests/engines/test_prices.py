@@ -210,9 +210,10 @@ def test_engines_give_the_same_prices(perspective: str) -> None:
 
 def test_wells_have_the_prices_of_charge_balance() -> None:
     """What is charge in one is y1 + y2 in the other; k_F and ω move nothing."""
-    asked = {"building": "b9", "order": "hover-first"}
-    (linear,) = formulate("paper", optuav.P4(), perspective="battery", **asked).parts
-    (wells,) = formulate("paper", optuav.P4(), perspective="wells", **asked).parts
+    (linear,) = formulate(
+        "paper", optuav.P4("b9", order="hover-first"), perspective="battery"
+    ).parts
+    (wells,) = formulate("paper", optuav.P4("b9", order="hover-first"), perspective="wells").parts
     reference = closed_form.solve(linear.model, 1).shadow_prices()
     prices = Casadi().solve(wells.model, 1).shadow_prices()
     for name in ("deadline_s", "min_soc", "capacity_As", "hover_current_A", "rest_current_A"):

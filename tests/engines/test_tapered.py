@@ -17,6 +17,7 @@ from optuav.engines.solution import Solution
 from optuav.mission import load
 from optuav.modelling import Model, check
 from optuav.solving import formulate
+from optuav.solving.question import problem_of
 from optuav.status import Status
 from tests.engines.random_missions import random_quantities
 from tests.kibam import Floats, Kibam
@@ -59,7 +60,7 @@ def strong(given: Quantities, seed: int) -> Quantities:
 
 def declared(given: Quantities) -> Model:
     """(P4), or (P3) where the route passes no building."""
-    return (P4 if "rest" in given.steps else P3).model(given, "available")
+    return (P4("b1") if "rest" in given.steps else P3()).model(given, "available")
 
 
 def asked(seed: int) -> Quantities:
@@ -133,7 +134,7 @@ def programme(changes: dict[str, Any], problem: str, order: str | None) -> Model
     """One itinerary of `paper` with changes, by way of b9 or direct."""
     building = "b9" if problem == "P4" else None
     mission = load("paper").replace(changes)
-    (part,) = formulate(mission, problem, building=building, order=order).parts
+    (part,) = formulate(mission, problem_of(problem, building=building, order=order)).parts
     return part.model
 
 

@@ -26,6 +26,7 @@ from optuav.engines.registry import CAPABILITIES, ENGINES
 from optuav.errors import InputError, SolverError
 from optuav.modelling import Model
 from optuav.solving import formulate, solve
+from optuav.solving.question import problem_of
 from optuav.status import Status
 from tests.engines.conformance import p3, p4
 from tests.engines.optimality import solved
@@ -109,9 +110,9 @@ def test_ipopt_itself_relaxes_bounds() -> None:
 @pytest.mark.parametrize("order", ["rest-first", "hover-first"])
 def test_ipopt_keeps_every_constraint_here(order: str, deadline_s: float) -> None:
     """Charge and deadline recomputed by hand, to a relative 1e-9; and little is given away."""
-    asked = {"problem": "P4", "building": "b1", "order": order}
-    (linear_part,) = formulate("paper", **{"perspective": "battery", **asked}).parts
-    (wells,) = formulate("paper", perspective="wells", **asked).parts
+    problem = problem_of("P4", building="b1", order=order)
+    (linear_part,) = formulate("paper", problem, perspective="battery").parts
+    (wells,) = formulate("paper", problem, perspective="wells").parts
     found = CasadiProgramme(wells.model).solve({"deadline_s": deadline_s})
     hover_s, rest_s = found.point(0).values()
     given = linear_part.model.row(0)
@@ -198,9 +199,9 @@ class Curved(Formulation):
 def test_function_that_an_engine_cannot_take_is_named(engine: str) -> None:
     """CVXPY raises on np.log1p of its own symbols; the constraint and other engines are named."""
     with pytest.raises(InputError, match=f"engine {engine} .*'limit' is not: log1p.*casadi, grid"):
-        solve("paper", Curved, engine=engine, perspective="battery")
+        solve("paper", Curved(), engine=engine, perspective="battery")
     assert solve(
-        "paper", Curved, engine="casadi", perspective="battery"
+        "paper", Curved(), engine="casadi", perspective="battery"
     ).hover_time_s == pytest.approx(math.exp(5.0) - 1)
 
 
@@ -284,13 +285,13 @@ class Endless(Formulation):
 def test_bracket_needs_bounded_times() -> None:
     """It sweeps from the longest time that there can be, and says so where there is none."""
     with pytest.raises(InputError, match="needs a linear constraint that bounds hover_time_s"):
-        solve("paper", Endless, engine="bracket", perspective="battery")
+        solve("paper", Endless(), engine="bracket", perspective="battery")
 
 
 @pytest.mark.parametrize("engine", [name for name in CONTINUOUS if name != "bracket"])
 def test_unbounded_programme_is_said_to_be(engine: str) -> None:
     """No plan with an endless hover; the status goes through to the plan."""
-    plan = solve("paper", Endless, engine=engine, perspective="battery")
+    plan = solve("paper", Endless(), engine=engine, perspective="battery")
     assert plan.status is Status.UNBOUNDED
     assert not plan.phases
     assert any("finite" in reason for reason in plan.reasons)
@@ -298,7 +299,7 @@ def test_unbounded_programme_is_said_to_be(engine: str) -> None:
 
 def test_slots_without_an_end_are_refused() -> None:
     with pytest.raises(InputError, match="an upper bound on Δ"):
-        solve("paper", Endless, engine="grid", perspective="battery")
+        solve("paper", Endless(), engine="grid", perspective="battery")
 
 
 @pytest.mark.parametrize("failure", ["SolverError", "ValueError"])

@@ -10,6 +10,7 @@ from hypothesis import strategies as st
 
 import optuav
 from formulations.perspectives import PERSPECTIVES, adjusted, battery
+from optuav.solving.question import problem_of
 from tests.formulations.given import quantities
 
 
@@ -73,7 +74,7 @@ def test_adjusted_is_battery_where_energies_are_charges_at_a_voltage(
 def test_both_wells_print_on_a_page(problem: str, stays: int) -> None:
     """The rate k' has a name, stays are written out, stages of flight told once for each well."""
     asked = {"building": "b1", "order": "rest-first"} if problem == "P4" else {}
-    (part,) = optuav.formulate("paper", problem, perspective="wells", **asked).parts
+    (part,) = optuav.formulate("paper", problem_of(problem, **asked), perspective="wells").parts
     page = str(part.model)
     assert len(page.splitlines()) <= 40
     assert page.count("k' = k_F / (ω·(1 − ω))") == 1

@@ -18,6 +18,7 @@ from optuav.modelling import Expression, Model, Parameter, Variable, evaluate
 from optuav.modelling.display import WIDTH, latex, text
 from optuav.modelling.expression import Indexed
 from optuav.modelling.writer import Latex, Text
+from optuav.solving.question import problem_of
 
 X: Any
 Y: Any
@@ -286,7 +287,9 @@ def test_page_of_text() -> None:
 def test_ranges_over_many_routes_fit_on_the_page(problem: str, perspective: str) -> None:
     """Every parameter is on it, in columns that line up, long symbols above their row."""
     building = "b1" if problem == "P4" else None
-    program = optuav.formulate("paper", problem, perspective=perspective, building=building)
+    program = optuav.formulate(
+        "paper", problem_of(problem, building=building), perspective=perspective
+    )
     lines = str(program).splitlines()
     assert max(map(len, lines)) <= WIDTH
     table = lines[-lines[::-1].index("where") :]
@@ -378,7 +381,7 @@ def test_equal_lines_are_told_apart() -> None:
 def test_programmes_through_the_wells_are_short(problem: str, perspective: str) -> None:
     """A page of a terminal, in the notation of a lecture: no expm1 in disguise."""
     asked = {"building": "b1", "order": "rest-first"} if problem == "P4" else {}
-    program = optuav.formulate("paper", problem, perspective=perspective, **asked)
+    program = optuav.formulate("paper", problem_of(problem, **asked), perspective=perspective)
     for part in program.parts:
         page = str(part.model)
         assert len(page.splitlines()) <= 45
@@ -437,7 +440,9 @@ def test_every_line_of_latex_can_be_set() -> None:
 def test_latex_of_the_paper_is_fit_for_a_page(problem: str, perspective: str) -> None:
     """Only ASCII, so that every TeX compiles it, brackets closed on each line, no endless line."""
     building = "b1" if problem == "P4" else None
-    page = optuav.formulate("paper", problem, perspective=perspective, building=building).to_latex()
+    page = optuav.formulate(
+        "paper", problem_of(problem, building=building), perspective=perspective
+    ).to_latex()
     assert page.isascii()
     for line in page.splitlines():
         assert line.count(r"\left") == line.count(r"\right")

@@ -206,7 +206,7 @@ class Endless(Formulation):
 
 def test_unbounded_is_not_left_out() -> None:
     """It has no value that could win, and is said before any that has one."""
-    compiled = formulate("paper", Endless, perspective="battery").compile()
+    compiled = formulate("paper", Endless(), perspective="battery").compile()
     assert compiled.solve().status is Status.UNBOUNDED
     assert compiled.solve(min_soc=0.0).status is Status.OPTIMAL
 

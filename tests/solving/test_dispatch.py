@@ -57,10 +57,10 @@ class Free(Formulation):
         ("P1", {"slot_s": 60.0}, "grid"),
         ("P3", {"perspective": "wells"}, "bracket"),
         ("P3", {"perspective": "wells", "slot_s": 60.0}, "grid"),
-        (Kinked, {"engine": "grid"}, "grid"),
-        (Binary, {}, "cvxpy"),
-        (Binary, {"slot_s": 60.0}, "cvxpy"),
-        (Free, {}, "cvxpy"),
+        (Kinked(), {"engine": "grid"}, "grid"),
+        (Binary(), {}, "cvxpy"),
+        (Binary(), {"slot_s": 60.0}, "cvxpy"),
+        (Free(), {}, "cvxpy"),
     ],
 )
 def test_auto_takes_the_first_that_takes_the_model(
@@ -73,18 +73,22 @@ def test_auto_takes_the_first_that_takes_the_model(
 def test_model_that_no_engine_takes() -> None:
     """A kink in continuous times; the refusal says what the model is, and what would help."""
     with pytest.raises(InputError, match="takes this model: not smooth, 1 unknown; with slot_s"):
-        solve("paper", Kinked, perspective="battery")
+        solve("paper", Kinked(), perspective="battery")
 
 
 @pytest.mark.parametrize(
     ("problem", "asked", "why"),
     [
-        (Kinked, {"engine": "casadi"}, "it needs derivatives; minimum has kinks, or none"),
-        (Kinked, {"engine": "cvxpy"}, "'objective' is not: minimum of the unknowns is not linear"),
-        (Binary, {"engine": "casadi"}, "it takes no binary unknowns"),
-        (Binary, {"engine": "closed-form"}, "it takes no binary unknowns"),
-        (Free, {"engine": "closed-form"}, "it needs a lower bound on Δ"),
-        (Free, {"engine": "grid"}, "it needs a lower bound on Δ"),
+        (Kinked(), {"engine": "casadi"}, "it needs derivatives; minimum has kinks, or none"),
+        (
+            Kinked(),
+            {"engine": "cvxpy"},
+            "'objective' is not: minimum of the unknowns is not linear",
+        ),
+        (Binary(), {"engine": "casadi"}, "it takes no binary unknowns"),
+        (Binary(), {"engine": "closed-form"}, "it takes no binary unknowns"),
+        (Free(), {"engine": "closed-form"}, "it needs a lower bound on Δ"),
+        (Free(), {"engine": "grid"}, "it needs a lower bound on Δ"),
         ("P1", {"engine": "closed-form", "slot_s": 1.0}, "it takes continuous times only"),
         ("P1", {"engine": "casadi", "slot_s": 1.0}, "it takes continuous times only"),
     ],

@@ -534,13 +534,13 @@ class WithoutEnd(Formulation):
 
 def test_formulations_of_ones_own() -> None:
     """They go the direct way; by way of a building only if they declare a rest."""
-    plan = optuav.solve(PAPER, WithoutRest, perspective="battery")
+    plan = optuav.solve(PAPER, WithoutRest(), perspective="battery")
     assert plan.problem == "WithoutRest"
     assert plan.mission_time_s == pytest.approx(1200)
-    plan = optuav.solve(PAPER, WithoutRest, building="b1", perspective="battery")
+    plan = optuav.solve(PAPER, WithoutRest(), building="b1", perspective="battery")
     assert plan.reasons == ("WithoutRest declares no rest_time_s by way of a building",)
-    assert optuav.solve(PAPER, OfOtherThings, perspective="battery").hover_time_s == 0.0
-    endless = optuav.solve(PAPER, WithoutEnd, perspective="battery")
+    assert optuav.solve(PAPER, OfOtherThings(), perspective="battery").hover_time_s == 0.0
+    endless = optuav.solve(PAPER, WithoutEnd(), perspective="battery")
     assert endless.status == "unbounded"
     assert endless.reasons
     assert not endless

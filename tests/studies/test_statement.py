@@ -9,6 +9,7 @@ import pytest
 
 import optuav
 from optuav.errors import InputError, NoPlanError
+from optuav.solving.question import problem_of
 from optuav.studies.statement import statement
 
 
@@ -52,7 +53,9 @@ def test_a_file_holds_the_route_that_solve_takes(
 ) -> None:
     """21 routes for P1, 2 orders for P4; its optimum is that of the plan."""
     for problem, building, count in (("P1", None, 21), ("P4", "b3", 2), ("P3", None, 1)):
-        program = optuav.formulate("paper", problem, building=building, perspective=perspective)
+        program = optuav.formulate(
+            "paper", problem_of(problem, building=building), perspective=perspective
+        )
         plan = program.solve()
         text = statement(program, form)
         assert optimum(text, tmp_path / f"file.{form}") == pytest.approx(
