@@ -24,7 +24,7 @@ from optuav.mission.validation import format_breaches
 from optuav.network import vehicle
 from optuav.network.places import ENDS
 from optuav.plan import Plan
-from optuav.plan.file import LARGEST_BYTES, read_plan
+from optuav.plan.file import LARGEST_BYTES, parse_plan
 from optuav.plan.phases import LARGEST, Record
 from optuav.plan.plan import DERIVED
 from optuav.plan.trace import Event
@@ -241,7 +241,7 @@ def read(path: str | Path) -> tuple[Plan | Itinerary, dict[str, object]]:
     """
     text = read_text(Path(path), LARGEST_BYTES)
     if Path(path).suffix == ".json" or text.lstrip().startswith("{"):
-        return read_plan(path)
+        return parse_plan(text, label(Path(path)))
     return read_itinerary(path), {}
 
 

@@ -171,18 +171,11 @@ def replay(plan: Plan | Itinerary, *, method: Method = "exact") -> Replay:
 
 
 class Energies(NamedTuple):
-    """Energy drawn in flight, drawn in hover, and gained otherwise, stage by stage.
+    """Power drawn in flight, drawn in hover, and gained otherwise (stage, 3), and its integrals.
 
-    Parameters
-    ----------
-    gains_W
-        (stage, 3) power drawn in flight, drawn in hover, and received in hover or gained net at
-        rest [W].
-    starts_J
-        (stage + 1, 3) their integrals at the start of every stage, and at the end of the last [J].
-    batteries_J
-        Energy of the full battery at the voltages of flight, of hover, and nominally: E_1, E_2 and
-        E_0 [J].
+    Gained is what is received in hover, and net at rest. The integrals (stage + 1, 3) begin every
+    stage and end the last. The full battery has E_1, E_2 and E_0 [J] at the voltages of flight, of
+    hover, and nominally.
     """
 
     gains_W: Floats

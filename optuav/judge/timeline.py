@@ -99,20 +99,9 @@ def moves(subject: Plan | Itinerary) -> Iterator[Move]:
 
 @dataclass(frozen=True)
 class Place:
-    """A place where the UAV stays or passes.
+    """A place, with the number of its building (−1 if none) and what the laser gives there.
 
-    Parameters
-    ----------
-    name
-        Its name.
-    building
-        Number of the building, −1 if it is none.
-    position_m
-        (x, y, z) [m]; NaN for a hover point that does not exist.
-    sight
-        Whether the laser is in clear sight.
-    received
-        Current into the battery [A] and power [W] from the laser.
+    The position (x, y, z) [m] is NaN for a hover point that does not exist.
     """
 
     name: str
@@ -129,17 +118,10 @@ class Place:
 
 @dataclass(frozen=True)
 class Stage:
-    """A stage of constant current.
+    """A stage of constant current: start, counted from take-off, duration, and what flows.
 
-    Parameters
-    ----------
-    name
-        ``"turn"``, ``"accelerate"`` or ``"brake"`` on a leg of six stages; ``"flight"``,
-        ``"hover"`` or ``"rest"`` otherwise.
-    start_s, duration_s
-        Start, counted from take-off, and duration [s].
-    drawn, received
-        Current [A] and power [W] that leave and enter the battery.
+    The name is ``"turn"``, ``"accelerate"`` or ``"brake"`` on a leg of six stages; ``"flight"``,
+    ``"hover"`` or ``"rest"`` otherwise.
     """
 
     name: str
@@ -161,20 +143,10 @@ class Stage:
 
 @dataclass(frozen=True)
 class Phase:
-    """A leg, a hover or a rest.
+    """A leg, a hover or a rest, with its stages in order, at least one.
 
-    Parameters
-    ----------
-    kind, start, end
-        What and where.
-    stages
-        In order, at least one.
-    distance_m, peak_speed_m_s
-        Of a leg [m], [m/s]; 0 otherwise.
-    crosses
-        Number of a building in the way, −1 if there is none.
-    stated
-        Whether the user stated the figures.
+    A leg has a length, a peak speed, and the number of a building in the way, −1 if there is none.
+    The figures of a stated phase are the user's.
     """
 
     kind: Kind

@@ -108,20 +108,10 @@ def _integrated(
 
 
 class Stretch(NamedTuple):
-    """A stretch of time in which nothing changes.
+    """A stretch of time in which nothing changes, with the wells of every pack before it.
 
-    Parameters
-    ----------
-    phase, stage
-        Numbers of its phase, and of its stage counted over all phases.
-    start_s, duration_s
-        Start, counted from take-off, and duration [s].
-    currents_A
-        Into every pack [A], positive while charging; what is offered to one that is held full.
-    before
-        Wells of every pack at its start [A s].
-    held
-        Whether the packs, used as one, are held full.
+    It has the numbers of its phase, and of its stage counted over all phases. Currents are positive
+    while charging; a pack that is held full is offered its current and takes less.
     """
 
     phase: int

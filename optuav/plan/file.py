@@ -58,15 +58,11 @@ def load_plan(path: str | Path) -> Plan:
     ...     optuav.load_plan(f"{folder}/plan.json") == plan
     True
     """
-    plan, data = read_plan(path)
+    source = label(Path(path))
+    plan, data = parse_plan(read_text(Path(path), LARGEST_BYTES), source)
     follows = plan.to_dict()
     faults = [
-        Fault(
-            name,
-            shown(data[name]),
-            f"{shown(follows[name])} is what the phases say",
-            label(Path(path)),
-        )
+        Fault(name, shown(data[name]), f"{shown(follows[name])} is what the phases say", source)
         for name in DERIVED
         if name in data and data[name] != follows[name]
     ]
@@ -75,16 +71,14 @@ def load_plan(path: str | Path) -> Plan:
     return plan
 
 
-def read_plan(path: str | Path) -> tuple[Plan, dict[str, Any]]:
-    """Read a plan and the data of its file, whose repeated figures may contradict the plan.
+def parse_plan(text: str, source: str) -> tuple[Plan, dict[str, Any]]:
+    """A plan and the data of its file, whose repeated figures may contradict the plan.
 
     Raises
     ------
     InputError
-        With everything that keeps the file from being a plan.
+        With everything that keeps the text from being a plan.
     """
-    source = label(Path(path))
-    text = read_text(Path(path), LARGEST_BYTES)
     try:
         data = json.loads(text, parse_constant=_no_constant)
     except (ValueError, RecursionError) as error:

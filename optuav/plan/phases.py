@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from functools import partial, reduce
 from typing import Annotated, Literal
 
@@ -13,7 +13,6 @@ from optuav.network import vehicle
 from optuav.network.timeline import carry
 from optuav.physics import kibam
 from optuav.physics.charging import STEPS
-from optuav.physics.quantity import Quantity
 
 LARGEST = 1e100
 """Largest number in a plan, so that products stay finite."""
@@ -132,18 +131,14 @@ def runs_dry_s(mission: Mission, phases: Sequence[Phase]) -> float | None:
     """When the available well is empty, or no pack is left to fly on [s]; None if never."""
     if mission.battery.takes_turns:
         return carry(mission, net_stages(phases)).ended_s
-    return _first_passing(
-        mission, phases, kibam.time_to_empty, lambda level, full: level < -ROUNDING
-    )
+    return _first_crossing_s(mission, phases, full=False)
 
 
 def overfull_s(mission: Mission, phases: Sequence[Phase]) -> float | None:
     """When charging first drives the available well past full [s]; None if it never does."""
     if mission.battery.takes_turns or mission.battery.charging == "taper":
         return None
-    return _first_passing(
-        mission, phases, kibam.time_to_full, lambda level, full: level > full + ROUNDING
-    )
+    return _first_crossing_s(mission, phases, full=True)
 
 
 def net_stages(phases: Sequence[Phase]) -> Iterator[tuple[Kind, list[kibam.Stage]]]:
@@ -170,19 +165,16 @@ def wells_at_ends(
     return ends
 
 
-def _first_passing(
-    mission: Mission,
-    phases: Sequence[Phase],
-    moment: Callable[[kibam.Battery, kibam.Wells, float], Quantity],
-    beyond: Callable[[float, float], bool],
-) -> float | None:
-    """First moment [s] at which y1/B passes a limit; within a stage an end is the extreme."""
+def _first_crossing_s(mission: Mission, phases: Sequence[Phase], *, full: bool) -> float | None:
+    """When y1 first rises above ωB, or else falls below 0 [s]; a stage's end is the extreme."""
     pool = vehicle.pool(mission)
-    charged = STEPS[mission.battery.charging]
+    end_of = STEPS[mission.battery.charging]
     wells, start_s = pool.full, 0.0
     for stage in (stage for phase in phases for stage in phase.stages):
-        end = charged(pool, wells, kibam.Stage(stage.current_A, stage.duration_s))
-        if beyond(end.available_As / pool.capacity_As, pool.available_fraction):
-            return start_s + min(float(moment(pool, wells, stage.current_A)), stage.duration_s)
+        end = end_of(pool, wells, kibam.Stage(stage.current_A, stage.duration_s))
+        level = end.available_As / pool.capacity_As
+        if level > pool.available_fraction + ROUNDING if full else level < -ROUNDING:
+            crossing_s = kibam.time_to_full if full else kibam.time_to_empty
+            return start_s + min(float(crossing_s(pool, wells, stage.current_A)), stage.duration_s)
         wells, start_s = end, start_s + stage.duration_s
     return None
