@@ -60,7 +60,6 @@ NAMES = {
     "planes": "plane",
     "profiles": "ProfileAxes profile",
     "schedules": "packs",
-    "tables": "table",
     "uncertainty": "Swing hover_times tornado",
 }
 """The public names of every module, which is imported on first use."""

@@ -145,3 +145,10 @@ print("matplotlib.pyplot" in sys.modules, matplotlib.get_backend(auto_select=Fal
         timeout=60,
     )
     assert ran.stdout.split() == ["False", "None"]
+
+
+def test_every_public_name_is_where_the_package_looks_for_it() -> None:
+    """Names load on first use, so that one that has moved would be missed late."""
+    assert set(plots.__all__) == set(dir(plots))
+    for name in plots.__all__:
+        assert getattr(plots, name).__module__.startswith("optuav.plots.")
