@@ -108,18 +108,19 @@ def _called(operand: Operand) -> str:
     return symbol or ("an expression" if isinstance(operand, Expression) else str(operand))
 
 
+@dataclass(eq=False, repr=False)
 class Call(Expression):
-    """A ufunc, or a function that stands in for one, applied to operands."""
+    """A ufunc, or a function in the place of one, applied to operands."""
 
-    def __init__(
-        self, ufunc: np.ufunc | Callable[..., Operand], arguments: tuple[Operand, ...]
-    ) -> None:
-        self.ufunc = ufunc
-        self.arguments = arguments
-        self.below = tuple([each for each in arguments if isinstance(each, Expression)])
+    ufunc: np.ufunc | Callable[..., Operand]
+    arguments: tuple[Operand, ...]
+
+    def __post_init__(self) -> None:
+        self.below = tuple([each for each in self.arguments if isinstance(each, Expression)])
         self.height = 1 + max([each.height for each in self.below], default=0)
 
 
+@dataclass(eq=False, repr=False)
 class Variable(Expression):
     """An unknown of a model.
 
@@ -145,31 +146,19 @@ class Variable(Expression):
         What the bounds limit, as the `kind` of a constraint.
     """
 
-    def __init__(
-        self,
-        name: str,
-        symbol: str,
-        unit: str,
-        lower: Operand,
-        upper: Operand,
-        label: str,
-        first_slot: int,
-        binary: bool = False,
-        declared_at: str = "",
-        kind: str = "",
-    ) -> None:
-        self.name = name
-        self.symbol = symbol
-        self.unit = unit
-        self.lower = lower
-        self.upper = upper
-        self.label = label
-        self.first_slot = first_slot
-        self.binary = binary
-        self.declared_at = declared_at
-        self.kind = kind
+    name: str
+    symbol: str
+    unit: str
+    lower: Operand
+    upper: Operand
+    label: str
+    first_slot: int
+    binary: bool = False
+    declared_at: str = ""
+    kind: str = ""
 
 
+@dataclass(eq=False, repr=False)
 class Parameter(Expression):
     """A named number that a solve may change.
 
@@ -188,23 +177,15 @@ class Parameter(Expression):
         that differ between programmes, such as the duration of a stage.
     """
 
-    def __init__(
-        self,
-        name: str,
-        symbol: str,
-        unit: str,
-        value: Operand,
-        key: str = "",
-        varies: bool = True,
-    ) -> None:
-        self.varies = varies
-        self.name = name
-        self.symbol = symbol
-        self.unit = unit
-        self.value = value
-        self.key = key
+    name: str
+    symbol: str
+    unit: str
+    value: Operand
+    key: str = ""
+    varies: bool = True
 
 
+@dataclass(eq=False, repr=False)
 class Let(Expression):
     """A named intermediate quantity.
 
@@ -218,21 +199,16 @@ class Let(Expression):
         What is printed instead of an expression that would fill a page.
     """
 
-    def __init__(
-        self,
-        name: str,
-        symbol: str,
-        unit: str,
-        expression: Operand,
-        words: str = "",
-    ) -> None:
-        self.words = words
-        self.name = name
-        self.symbol = symbol
-        self.unit = unit
-        self.expression = expression
-        self.below = (expression,) if isinstance(expression, Expression) else ()
-        self.height = 1 + expression.height if self.below else 0
+    name: str
+    symbol: str
+    unit: str
+    expression: Operand
+    words: str = ""
+
+    def __post_init__(self) -> None:
+        if isinstance(self.expression, Expression):
+            self.below = (self.expression,)
+            self.height = 1 + self.expression.height
 
 
 Leaf: TypeAlias = Variable | Parameter
