@@ -11,6 +11,7 @@ from optuav.mission import Mission
 from optuav.network import vehicle
 from optuav.network.obstacles import CLEAR, Prisms, crossed
 from optuav.network.places import DESTINATION, FIRST_BUILDING, HOVER, ORIGIN, Places
+from optuav.physics.flight import Loads
 from optuav.physics.quantity import Quantity, norm
 
 
@@ -97,8 +98,7 @@ def build_legs(
     start, end
         Numbers of places (leg,), different in every leg.
     """
-    x, y, z = (places.position_m[end] - places.position_m[start]).T
-    loads, peak_m_s = vehicle.leg_loads(mission, (x, y, z))
+    loads, peak_m_s = leg_loads(mission, places.position_m, start, end)
     crosses = np.full(len(start), CLEAR, dtype=np.intp)
     if not mission.flight.through_buildings:
         crosses = _blockers(places, obstacles, start, end)
@@ -112,7 +112,7 @@ def build_legs(
     return Legs(
         start,
         end,
-        norm((x, y, z)),
+        norm(tuple((places.position_m[end] - places.position_m[start]).T)),
         np.asarray(peak_m_s, dtype=float),
         by_stage(loads.durations_s),
         by_stage(loads.currents_A),
@@ -121,6 +121,14 @@ def build_legs(
         np.isfinite(np.asarray(loads.duration_s)) & (crosses == CLEAR),
         np.zeros(len(start), bool),
     )
+
+
+def leg_loads(
+    mission: Mission, position_m: Floats, start: Integers, end: Integers
+) -> tuple[Loads, Quantity]:
+    """What legs draw, and their peak speed [m/s], between places (…, place, 3) [m]."""
+    x, y, z = np.moveaxis(position_m[..., end, :] - position_m[..., start, :], -1, 0)
+    return vehicle.leg_loads(mission, (x, y, z))
 
 
 def _blockers(places: Places, obstacles: Prisms, start: Integers, end: Integers) -> Integers:

@@ -9,7 +9,8 @@ import numpy as np
 from optuav.arrays import Booleans, Floats, Integers
 from optuav.mission import Mission
 from optuav.network import vehicle
-from optuav.network.obstacles import CLEAR, Prisms, crossed
+from optuav.network.obstacles import CLEAR, Prisms, clear_lines
+from optuav.physics.quantity import Quantity, Vector, norm
 
 ORIGIN, HOVER, DESTINATION, FIRST_BUILDING = 0, 1, 2, 3
 ENDS = ("origin", "hover", "destination")
@@ -53,29 +54,77 @@ class Places:
 
 def build_places(mission: Mission, obstacles: Prisms) -> Places:
     """The places of a mission, with the laser's sight and charging power past its obstacles."""
-    ends = (mission.route.origin_m, vehicle.hover_point_m(mission), mission.route.destination_m)
-    roofs = [building.position_m for building in mission.buildings]
-    position_m = np.array([*ends, *roofs], dtype=float)
-    names = (*ENDS, *(building.name for building in mission.buildings))
-    sight, edited = np.zeros(len(names), bool), np.zeros(len(names), bool)
-    if mission.laser is None:
-        dark = np.zeros(len(names))
-        return Places(names, position_m, sight, dark, dark, edited)
-    laser_m = np.array(mission.laser.position_m)
-    known = np.flatnonzero(np.isfinite(position_m).all(axis=1))
-    own_roof = np.where(known >= FIRST_BUILDING, known - FIRST_BUILDING, CLEAR)
-    beams_m = np.broadcast_to(laser_m, (len(known), 3)), position_m[known]
-    sight[known] = crossed(obstacles, *beams_m, own_roof[:, None]) == CLEAR
-    distance_m = np.sqrt(((position_m - laser_m) ** 2).sum(axis=1))
-    received = vehicle.charging(mission, distance_m)
+    roofs_m = np.array([each.position_m for each in mission.buildings], dtype=float)
+    position_m = position_table(mission, roofs_m.reshape(-1, 3))
+    sight, received = received_table(mission, position_m, obstacles)
     return Places(
-        names,
-        position_m,
-        sight,
-        np.where(sight, received.power_W, 0.0),
-        np.where(sight, received.current_A, 0.0),
-        edited,
+        (*ENDS, *(building.name for building in mission.buildings)),
+        position_m[0],
+        sight[0],
+        received.power_W[0],
+        received.current_A[0],
+        np.zeros(len(sight[0]), bool),
     )
+
+
+def position_table(mission: Mission, roofs_m: Floats, radius_m: Quantity | None = None) -> Floats:
+    """Positions of all places (variant or 1, place, 3) [m]; NaN for a hover point out of reach.
+
+    Parameters
+    ----------
+    mission
+        A mission; its numbers may be columns (variant, 1), see `optuav.network.variants`.
+    roofs_m
+        Positions of its buildings (building, 3) [m].
+    radius_m
+        Its coverage radius [m] where it is known.
+    """
+    route = mission.route
+    ends_m = (route.origin_m, vehicle.hover_point_m(mission, radius_m), route.destination_m)
+    return _side_by_side(*map(as_points, ends_m), roofs_m[None])
+
+
+def received_table(
+    mission: Mission, position_m: Floats, obstacles: Prisms
+) -> tuple[Booleans, vehicle.Flow]:
+    """Sight of the laser, and current and power from it, each (variant or 1, place).
+
+    Parameters
+    ----------
+    mission
+        A mission; its numbers may be columns (variant, 1).
+    position_m
+        Its places, as `position_table` gives them.
+    obstacles
+        Its buildings; the one below a place does not hide the laser.
+    """
+    count = position_m.shape[1]
+    if mission.laser is None:
+        dark = np.zeros((1, count))
+        return np.zeros((1, count), bool), vehicle.Flow(dark, dark)
+    laser_m, number = as_points(mission.laser.position_m), np.arange(count)
+    lines = np.stack([np.full(count, count), number], axis=1)
+    own_roof = np.maximum(number - FIRST_BUILDING, CLEAR)[:, None]
+    sight = clear_lines(obstacles, _side_by_side(position_m, laser_m), lines, own_roof)
+    distance_m = norm(tuple(np.moveaxis(position_m - laser_m, -1, 0)))
+    received = vehicle.charging(mission, distance_m)
+    return sight, vehicle.Flow(*(np.where(sight, as_table(each), 0.0) for each in received))
+
+
+def as_table(values: Quantity) -> Floats:
+    """Values as a table: a number has one row and one column."""
+    return np.reshape(values, (1, 1)) if np.ndim(values) == 0 else np.asarray(values)
+
+
+def as_points(vector: Vector) -> Floats:
+    """A position with components that are numbers or columns, as (variant or 1, 1, 3)."""
+    return np.stack(np.broadcast_arrays(*map(as_table, vector)), axis=-1)
+
+
+def _side_by_side(*places_m: Floats) -> Floats:
+    """Tables of places (variant or 1, place, 3) as one."""
+    rows = max(map(len, places_m))
+    return np.concatenate([np.broadcast_to(m, (rows, *m.shape[1:])) for m in places_m], axis=1)
 
 
 @dataclass(frozen=True)
@@ -130,7 +179,7 @@ stronger laser changes nothing there
     if mission.flight.model == "regimes" and mission.flight.charge_current_A is not None:
         key, current_A = "flight.charge_current_A", mission.flight.charge_current_A
     else:
-        distance_m = np.sqrt(((places.position_m - mission.laser.position_m) ** 2).sum(axis=1))
+        distance_m = norm(tuple((places.position_m - mission.laser.position_m).T))
         power_W = vehicle.received_power_W(mission, distance_m, np.inf)
         capped = lit & (power_W > current_A * mission.battery.nominal_voltage_V)
     names = tuple(places.names[place] for place in np.flatnonzero(capped))

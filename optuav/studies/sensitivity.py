@@ -19,6 +19,7 @@ from optuav.errors import Fault, InputError
 from optuav.mission import Mission, load
 from optuav.mission.messages import nearest, shown
 from optuav.mission.schema import Number
+from optuav.network.variants import Base, Variants
 from optuav.options import Perspective
 from optuav.plan import Plan
 from optuav.solving import solve
@@ -32,7 +33,7 @@ from optuav.studies.uncertainty import (
     spreadable,
     spreads,
 )
-from optuav.studies.variants import Base, Variants, best_itineraries, longest, route_model
+from optuav.studies.variants import best_itineraries, longest, route_model
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

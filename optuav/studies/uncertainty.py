@@ -26,10 +26,12 @@ from optuav.mission.schema import SECTIONS
 from optuav.modelling.check import evaluated
 from optuav.network import vehicle
 from optuav.network.places import ENDS
+from optuav.network.places import ENDS
+from optuav.network.variants import KEY, Base, Variants
 from optuav.options import Perspective
 from optuav.plan import Plan
 from optuav.solving.ties import SAME_S
-from optuav.studies.variants import KEY, Base, Variants, longest
+from optuav.studies.variants import longest, variant_quantities
 
 SHARE = 0.1
 """Reach of a key to either side if nothing is stated, relative to its value."""
@@ -308,7 +310,7 @@ class FixedPlan:
         own = Variants(self.base, variants.columns, variants.coverage_radius_m)
         every = np.arange(own.count)
         rests = bool(self.base.network.routes.building[0] >= 0)
-        given = own.quantities(every, np.zeros_like(every), rests=rests, steps=True)
+        given = variant_quantities(own, every, np.zeros_like(every), rests=rests, steps=True)
         point = {"hover_time_s": self.hover_time_s}
         if rests:
             point["rest_time_s"] = self.rest_time_s

@@ -14,9 +14,9 @@ from hypothesis import strategies as st
 
 import optuav
 from optuav.errors import InputError
+from optuav.network.variants import Base, Variants
 from optuav.studies.results import Results, Row
 from optuav.studies.uncertainty import Chances, FixedPlan, chances, drawn, spreadable, spreads
-from optuav.studies.variants import Base, Variants
 
 SIZE = {"battery": {"capacity_As": {"percent": 10}}, "limits": {"min_soc": {"percent": 50}}}
 

@@ -10,9 +10,10 @@ import pytest
 import optuav
 from optuav.mission import Mission
 from optuav.network.network import build_network
-from optuav.network.obstacles import CLEAR, crossed, prisms
+from optuav.network.obstacles import CLEAR, clear_lines, crossed, prisms
+from optuav.network.variants import KEY, Base, Columns, Variants
 from optuav.solving.given import quantities
-from optuav.studies.variants import KEY, Base, Columns, Variants, clear, longest
+from optuav.studies.variants import longest, variant_quantities
 
 COUNT = 60
 
@@ -69,7 +70,7 @@ def test_quantities_are_those_of_each_variant_alone(name: str) -> None:
             rests = bool(routes[0])
             expected = quantities(one, routes, rests=rests)
             variants = np.full(len(routes), number)
-            given = ensemble.quantities(variants, routes, rests=rests, steps=True)
+            given = variant_quantities(ensemble, variants, routes, rests=rests, steps=True)
             apart = {"steps", "rests", "flight_battery_J", "hover_battery_J"}
             held = {"battery_in_flight_J", "battery_in_hover_J"}
             for field in (expected.__dataclass_fields__.keys() - apart) | held:
@@ -110,7 +111,7 @@ def test_lines_that_move_are_clear_where_each_of_them_is() -> None:
     end_m[5] = np.nan
     exempt = np.array([[11]])
     between = np.array([[0, 1]])
-    free = clear(obstacles, np.concatenate([start_m, end_m], axis=1), between, exempt)
+    free = clear_lines(obstacles, np.concatenate([start_m, end_m], axis=1), between, exempt)
     every = np.tile(exempt, (2000, 1))
     known = np.delete(np.arange(2000), 5)
     alone = crossed(obstacles, start_m[known, 0], end_m[known, 0], every[known]) == CLEAR
@@ -132,7 +133,7 @@ def test_a_line_that_stays_is_judged_once_for_all() -> None:
     )
     place_m = np.broadcast_to(np.stack([lamp, hidden, seen]), (50, 3, 3))
     lines = np.array([[0, 1], [0, 2]])
-    free = clear(prisms(mission), place_m, lines, np.array([[11], [3]]))
+    free = clear_lines(prisms(mission), place_m, lines, np.array([[11], [3]]))
     assert (free == [False, True]).all()
 
 
@@ -153,7 +154,7 @@ def test_bundles_about_corners_and_roofs_are_judged_as_single_lines(seed: int) -
         reach_m = draw.choice([0.0, 1.0, 10.0, 40.0], (2, 3))
         place_m = middle_m + reach_m * draw.uniform(-1.0, 1.0, (count, 2, 3))
         place_m[:, :, 2] = np.maximum(place_m[:, :, 2], 0.0)
-        free = clear(obstacles, place_m, np.array([[0, 1]]), np.array([[-1]]))[:, 0]
+        free = clear_lines(obstacles, place_m, np.array([[0, 1]]), np.array([[-1]]))[:, 0]
         exempt = np.full((count, 1), -1)
         alone = crossed(obstacles, place_m[:, 0], place_m[:, 1], exempt) == CLEAR
         assert (free == alone).all()

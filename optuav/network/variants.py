@@ -1,0 +1,223 @@
+"""Many variants of a mission at once: its network as tables over them.
+
+A table has one row a variant and one column a leg, a place or a route; what is the same in all
+variants has a single row. Buildings stay where they are.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping
+from dataclasses import dataclass, fields, replace
+from functools import cached_property
+from typing import Self
+
+import numpy as np
+
+from optuav.arrays import Booleans, Floats, Integers
+from optuav.mission import Mission
+from optuav.network import vehicle
+from optuav.network.legs import leg_loads
+from optuav.network.network import Network, build_network
+from optuav.network.obstacles import Prisms, clear_lines, prisms
+from optuav.network.places import (
+    FIRST_BUILDING,
+    HOVER,
+    as_points,
+    as_table,
+    position_table,
+    received_table,
+)
+from optuav.network.routes import NO_LEG
+from optuav.physics.flight import Loads
+from optuav.physics.quantity import Quantity
+
+Columns = Mapping[str, Floats]
+"""Values by key, ``"link.device_m[0]"`` for a component; one entry a variant."""
+
+KEY = re.compile(r"(\w+)\.(\w+)(?:\[([012])\])?")
+ENERGIES = ("flight_energy_J", "hover_energy_J")
+
+
+def with_columns(mission: Mission, columns: Columns) -> Mission:
+    """The mission with columns in place of numbers: for formulas, and not validated.
+
+    As in `Mission.replace`, stated energies of the full battery are dropped if its size varies.
+    """
+    tables: dict[str, dict[str, object]] = {}
+    for key, values in columns.items():
+        found = KEY.fullmatch(key)
+        assert found is not None, key
+        table, name, axis = found.groups()
+        changed = tables.setdefault(table, {})
+        column = np.asarray(values, dtype=float)[:, None]
+        if axis is None:
+            changed[name] = column
+            continue
+        vector = list(getattr(getattr(mission, table), name))
+        here = changed.setdefault(name, vector)
+        assert isinstance(here, list)
+        here[int(axis)] = column
+    if {"packs", "capacity_As"} & tables.get("battery", {}).keys():
+        tables["battery"] = dict.fromkeys(ENERGIES) | tables["battery"]
+    changes = {
+        table: getattr(mission, table).model_copy(update=changed)
+        for table, changed in tables.items()
+    }
+    return mission.model_copy(update=changes)
+
+
+@dataclass(frozen=True)
+class Base:
+    """The mission that varies, with what is the same in all its variants.
+
+    Parameters
+    ----------
+    network
+        Places, legs and routes of the mission.
+    obstacles
+        Its buildings.
+    """
+
+    network: Network
+    obstacles: Prisms
+
+    @classmethod
+    def of(cls, mission: Mission) -> Self:
+        """A mission with all its routes."""
+        return cls(build_network(mission), prisms(mission))
+
+    def only(self, route: int) -> Self:
+        """The same with a single route, number 0, and the legs that it uses."""
+        routes, table = self.network.routes.take([route]), self.network.legs
+        flown = routes.legs != NO_LEG
+        used = routes.legs[flown]
+        legs = replace(
+            table, **{each.name: getattr(table, each.name)[..., used] for each in fields(table)}
+        )
+        routes = replace(routes, legs=np.where(flown, np.cumsum(flown) - 1, NO_LEG))
+        return replace(self, network=replace(self.network, legs=legs, routes=routes))
+
+
+@dataclass(frozen=True)
+class Variants:
+    """Variants of a mission.
+
+    Parameters
+    ----------
+    base
+        The mission that varies.
+    columns
+        What varies.
+    known_radius_m
+        Their coverage radius (variant, 1) [m] if it is known.
+    """
+
+    base: Base
+    columns: Columns
+    known_radius_m: Quantity = None
+
+    @cached_property
+    def count(self) -> int:
+        """Number of variants."""
+        return len(next(iter(self.columns.values())))
+
+    @cached_property
+    def mission(self) -> Mission:
+        """The mission with columns in place of numbers."""
+        return with_columns(self.base.network.mission, self.columns)
+
+    @cached_property
+    def coverage_radius_m(self) -> Quantity:
+        """d_max (variant, 1) or a number [m]."""
+        known_m = self.known_radius_m
+        return vehicle.coverage_radius_m(self.mission) if known_m is None else known_m
+
+    @cached_property
+    def position_m(self) -> Floats:
+        """Places (variant or 1, place, 3) [m]; NaN for a hover point out of reach."""
+        roofs_m = self.base.network.places.position_m[FIRST_BUILDING:]
+        return position_table(self.mission, roofs_m, self.coverage_radius_m)
+
+    @cached_property
+    def received(self) -> vehicle.Flow:
+        """Current [A] and power [W] from the laser by place (variant or 1, place)."""
+        return received_table(self.mission, self.position_m, self.base.obstacles)[1]
+
+    @cached_property
+    def hover_distance_m(self) -> Floats:
+        """Distance from the hover point to the device (variant or 1, 1) [m]."""
+        apart_m = self.position_m[:, [HOVER]] - as_points(self.mission.link.device_m)
+        return np.asarray(np.sqrt((apart_m**2).sum(axis=-1)))
+
+    @cached_property
+    def flyable(self) -> Booleans:
+        """Whether all legs of a route can be flown and cross no building."""
+        able = np.isfinite(as_table(self.loads.duration_s))
+        if not self.mission.flight.through_buildings:
+            legs = self.base.network.legs
+            ends = np.sort(np.stack([legs.start, legs.end], axis=1), axis=1)
+            lines, line = np.unique(ends, axis=0, return_inverse=True)
+            free = clear_lines(self.base.obstacles, self.position_m, lines, lines - FIRST_BUILDING)
+            able = able & free[:, line]
+        able = np.concatenate([able, np.ones((len(able), 1), bool)], axis=1)  # for NO_LEG
+        return np.asarray(able[:, self.base.network.routes.legs].all(axis=2))
+
+    @cached_property
+    def able(self) -> Booleans:
+        """Whether a route can be flown, and its hover point held (variant or 1, route)."""
+        return np.asarray(self.flyable & np.isfinite(self.hover_load.current_A))
+
+    @cached_property
+    def flight_time_s(self) -> Floats:
+        """Flight time of routes (variant or 1, route) [s]."""
+        return self._total(self.loads.duration_s)
+
+    @cached_property
+    def flight_charge_As(self) -> Floats:
+        """Charge drawn in flight (variant or 1, route) [A s]."""
+        return self._total(self.loads.charge_As)
+
+    @cached_property
+    def flight_energy_J(self) -> Floats:
+        """Energy drawn in flight (variant or 1, route) [J]."""
+        return self._total(self.loads.energy_J)
+
+    @cached_property
+    def hover_load(self) -> vehicle.Flow:
+        """Drawn while hovering, radio included (variant or 1, 1)."""
+        return vehicle.Flow(*map(as_table, vehicle.hover_load(self.mission)))
+
+    @cached_property
+    def rest_load(self) -> vehicle.Flow:
+        """Net current [A] and power [W] into the battery while resting, by route."""
+        building = self.base.network.routes.building
+        return vehicle.Flow(
+            *(
+                np.where(building >= 0, received[:, FIRST_BUILDING + building] - drawn, 0.0)
+                for received, drawn in zip(
+                    self.received, vehicle.rest_load(self.mission), strict=True
+                )
+            )
+        )
+
+    @cached_property
+    def loads(self) -> Loads:
+        """What the legs draw in their stages, each (variant or 1, leg) or a number."""
+        legs = self.base.network.legs
+        return leg_loads(self.mission, self.position_m, legs.start, legs.end)[0]
+
+    def _total(self, per_leg: Quantity) -> Floats:
+        """Sums over the legs of routes."""
+        table = as_table(per_leg)
+        padded = np.concatenate([table, np.zeros((len(table), 1))], axis=1)
+        first, *others = (padded[:, legs] for legs in self.base.network.routes.legs.T)
+        return sum(others, first)
+
+    def take(self, values: Quantity, variants: Integers, columns: Integers) -> Quantity:
+        """Entries of a table by variant and column, or the only one."""
+        table = as_table(values)
+        if table.shape == (1, 1):
+            return float(table[0, 0])
+        row = variants if table.shape[0] > 1 else np.zeros_like(variants)
+        return table[row, columns if table.shape[1] > 1 else 0]
