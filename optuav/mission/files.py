@@ -1,4 +1,4 @@
-"""Text files: read with care, written whole or not at all."""
+"""Text files, read and written whole; what is wrong with one is raised as an `InputError`."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ def refusal(path: Path, words: str) -> InputError:
 
 
 def read_text(path: Path, limit: int, *, hint: str = "") -> str:
-    """Read a text file.
+    """The text of a file.
 
     Parameters
     ----------
@@ -33,16 +33,6 @@ def read_text(path: Path, limit: int, *, hint: str = "") -> str:
         Most bytes it may have.
     hint
         What to add where there is no such file.
-
-    Returns
-    -------
-    str
-        Its text.
-
-    Raises
-    ------
-    InputError
-        If there is no such file or it cannot be read, is too large or no text.
     """
     with refusals(path, "read"):
         try:
@@ -65,13 +55,7 @@ def read_text(path: Path, limit: int, *, hint: str = "") -> str:
 
 
 def must_be_new(path: Path) -> None:
-    """Refuse a name that is taken, for a file that people go on to edit.
-
-    Raises
-    ------
-    InputError
-        If there is something of that name.
-    """
+    """Refuse a name that is taken, for a file that people go on to edit."""
     with refusals(path, "written"):
         if path.exists():
             raise refusal(path, "exists already; name a new file")
@@ -83,20 +67,7 @@ def write_text(path: Path, text: str) -> None:
 
 
 def write_bytes(path: Path, content: bytes) -> None:
-    """Write a file whole, or leave what was there.
-
-    Parameters
-    ----------
-    path
-        The file; a link is followed.
-    content
-        All of it.
-
-    Raises
-    ------
-    InputError
-        If the directory is missing or cannot be written to.
-    """
+    """Write all of a file, or leave what was there; a link is followed."""
     with refusals(path, "written"):
         target = Path(os.path.realpath(path))
         if target.is_dir():
@@ -114,20 +85,14 @@ def write_bytes(path: Path, content: bytes) -> None:
 
 
 def make_directory(path: Path) -> None:
-    """Make a directory where there is none.
-
-    Raises
-    ------
-    InputError
-        If it cannot be made.
-    """
+    """Make a directory where there is none."""
     with refusals(path, "made"):
         path.mkdir(parents=True, exist_ok=True)
 
 
 @contextlib.contextmanager
 def refusals(path: Path, done: str) -> Iterator[None]:
-    """Turn the system's errors into ours."""
+    """Turn the system's errors into an `InputError`."""
     try:
         yield
     except InputError:

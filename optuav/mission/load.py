@@ -14,7 +14,15 @@ from typing import Any
 
 from optuav.errors import Fault, InputError
 from optuav.mission.files import label, read_text, refusal
-from optuav.mission.messages import Key, StatedMission, nearest, printable, shortened, shown
+from optuav.mission.messages import (
+    Document,
+    Key,
+    StatedMission,
+    nearest,
+    printable,
+    shortened,
+    shown,
+)
 from optuav.mission.mission import Mission
 from optuav.mission.overlay import displaced, overlay
 from optuav.mission.validation import format_breaches, validate
@@ -39,7 +47,7 @@ class _File:
 
     path: Path
     source: str
-    document: dict[str, Any]
+    document: Document
     """The tables, without the keys that concern the file as such."""
     extends: Any
     faults: list[Fault]
@@ -80,7 +88,7 @@ def load(source: str | Path) -> Mission:
     if not isinstance(source, str | Path):
         raise InputError([Fault("", shown(source), "a shipped mission's name or a file's path")])
     files, broken = _chain(source)
-    document: dict[str, Any] = {}
+    document: Document = {}
     sources: dict[Key, str] = {}
     gone: dict[Key, str] = {}
     for file in reversed(files):
@@ -115,7 +123,7 @@ def shipped() -> tuple[str, ...]:
     return tuple(sorted(path.stem for path in _SHIPPED.glob("*.toml")))
 
 
-def json_schema() -> dict[str, Any]:
+def json_schema() -> Document:
     """JSON Schema (draft 7) of the files that `load` reads.
 
     A file without ``extends`` has to state what a mission needs, one with it needs no more than
@@ -134,7 +142,7 @@ def json_schema() -> dict[str, Any]:
     >>> schema["definitions"]["Limits"]["properties"]["deadline_s"]["maximum"]
     10000000.0
     """
-    schema: dict[str, Any] = json.loads((_HERE / "mission.schema.json").read_text("utf-8"))
+    schema: Document = json.loads((_HERE / "mission.schema.json").read_text("utf-8"))
     return schema
 
 
@@ -179,7 +187,7 @@ def _read(source: str | Path, directory: Path) -> _File:
     return _File(path, name, document, document.pop("extends", None), faults)
 
 
-def parse(text: str, path: Path) -> dict[str, Any]:
+def parse(text: str, path: Path) -> Document:
     """The tables of a TOML file.
 
     Raises

@@ -9,7 +9,7 @@ from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping
 from decimal import Decimal
 from functools import cache, cached_property, lru_cache
-from typing import NamedTuple, TypeAlias, get_args
+from typing import Any, NamedTuple, TypeAlias, get_args
 
 from pydantic import BaseModel
 
@@ -21,6 +21,9 @@ LONGEST_NAME = 200
 DIGITS = 15
 """Decimal digits that every float holds."""
 UNPRINTABLE = "\N{REPLACEMENT CHARACTER}"
+
+Document: TypeAlias = dict[str, Any]
+"""Tables and values by name, as a TOML file gives them."""
 
 Key: TypeAlias = tuple[str | int, ...]
 """Where a value stands: ``("limits", "min_soc")``, ``("buildings", 2, "position_m")``."""
@@ -41,7 +44,7 @@ class StatedMission:
     Parameters
     ----------
     document
-        Tables and values by name, as a TOML file gives them.
+        Its tables and values.
     sources
         File in which a key, a table or (by the empty key) anything else was stated.
     displaced
@@ -51,7 +54,7 @@ class StatedMission:
 
     def __init__(
         self,
-        document: Mapping[str, object],
+        document: Document,
         sources: Mapping[Key, str] | None = None,
         displaced: Mapping[Key, str] | None = None,
     ) -> None:

@@ -6,14 +6,14 @@ import re
 from collections.abc import Mapping
 from itertools import islice
 from pathlib import Path
-from typing import Annotated, Any, Self
+from typing import Annotated, Self
 
 import tomli_w
 from pydantic import BeforeValidator, Strict, model_validator
 
 from optuav.errors import MOST_SHOWN, Fault, InputError
 from optuav.mission.files import write_text
-from optuav.mission.messages import StatedMission, shown
+from optuav.mission.messages import Document, StatedMission, shown
 from optuav.mission.overlay import revise, without_none
 from optuav.mission.schema import (
     SCHEMA,
@@ -88,7 +88,7 @@ class Mission(MissionSection):
 
     @model_validator(mode="after")
     def _rules(self) -> Self:
-        document: dict[str, Any] = {
+        document: Document = {
             name: _stated(value) if isinstance(value, MissionSection) else value
             for name, value in _stated(self).items()
         }
@@ -97,7 +97,7 @@ class Mission(MissionSection):
             raise InputError(StatedMission(document).faults(breaches))
         return self
 
-    def replace(self, values: Mapping[str, Any]) -> Self:
+    def replace(self, values: Mapping[str, object]) -> Self:
         """Make a mission that differs in some values.
 
         Parameters
@@ -127,7 +127,7 @@ class Mission(MissionSection):
         stated, faults = revise(self.model_dump(mode="json", exclude_none=True), values)
         return validate(type(self), stated, faults)
 
-    def to_dict(self) -> dict[str, Any]:
+    def to_dict(self) -> Document:
         """Every value as plain data, as a file without ``extends`` states it.
 
         Returns
@@ -139,7 +139,7 @@ class Mission(MissionSection):
         return {"schema": SCHEMA, **self.model_dump(mode="json", exclude_none=True)}
 
     @classmethod
-    def from_dict(cls, document: Mapping[str, Any]) -> Self:
+    def from_dict(cls, document: Mapping[str, object]) -> Self:
         """Make a mission of plain data.
 
         Parameters
@@ -184,6 +184,6 @@ class Mission(MissionSection):
         write_text(Path(path), text)
 
 
-def _stated(section: MissionSection) -> dict[str, Any]:
+def _stated(section: MissionSection) -> Document:
     """The keys of a section that are set, with their values."""
     return {key: item for key, item in vars(section).items() if item is not None}

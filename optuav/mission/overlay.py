@@ -8,14 +8,13 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator, Mapping
-from typing import Any
 
 from pydantic import BaseModel
 
 from optuav.errors import Fault
-from optuav.mission.messages import Key, StatedMission, nearest, shown
+from optuav.mission.messages import Document, Key, StatedMission, nearest, shown
 from optuav.mission.schema import CONVERSIONS, REGIME_KEYS
-from optuav.mission.validation import KEYS, Document
+from optuav.mission.validation import KEYS
 
 _ENERGIES = frozenset({"flight_energy_J", "hover_energy_J"})
 
@@ -43,21 +42,8 @@ _KEYS = {"name", "description", *KEYS} | {
 _BY_INDEX = re.compile(r"buildings\[(\d{1,9})\](?:\.(.*))?", re.DOTALL)
 
 
-def overlay(base: Document, stated: Document) -> dict[str, Any]:
-    """Join two mission documents.
-
-    Parameters
-    ----------
-    base
-        Document underneath.
-    stated
-        What is stated on top of it; None removes a key.
-
-    Returns
-    -------
-    dict
-        A new document; the arguments stay as they are.
-    """
+def overlay(base: Document, stated: Document) -> Document:
+    """A new document: what is stated on top of a base, where None removes a key."""
     joined, gone = {**base, **stated}, displaced(base, stated)
     for name, below, table in _both(base, stated):
         kept = {key: value for key, value in below.items() if (name, key) not in gone}
@@ -76,7 +62,7 @@ def displaced(base: Document, stated: Document) -> dict[Key, str]:
     }
 
 
-def _both(base: Document, stated: Document) -> Iterator[tuple[str, dict[str, Any], dict[str, Any]]]:
+def _both(base: Document, stated: Document) -> Iterator[tuple[str, Document, Document]]:
     """Tables that are in both documents, with their names."""
     for name, table in stated.items():
         below = base.get(name)
@@ -84,7 +70,7 @@ def _both(base: Document, stated: Document) -> Iterator[tuple[str, dict[str, Any
             yield name, below, table
 
 
-def revise(base: Document, values: Document) -> tuple[StatedMission, list[Fault]]:
+def revise(base: Document, values: Mapping[str, object]) -> tuple[StatedMission, list[Fault]]:
     """Apply values by dotted key, as in ``{"limits.deadline_s": 800}``.
 
     Parameters
@@ -96,16 +82,13 @@ def revise(base: Document, values: Document) -> tuple[StatedMission, list[Fault]
 
     Returns
     -------
-    statement
-        What the mission states then, not yet validated.
-    faults
-        The keys that do not exist.
+    What the mission states then, not yet validated; and the keys that do not exist.
     """
-    stated: dict[str, Any] = {}
-    buildings: dict[str, Any] = {}
+    stated: Document = {}
+    buildings: Document = {}
     faults: list[Fault] = []
     # Whole tables first, so that their keys can be stated beside them.
-    for key, value in sorted(_by_key(values), key=lambda item: item[0].count(".")):
+    for key, value in sorted(_plain_items(values), key=lambda item: item[0].count(".")):
         name, _, field = key.partition(".")
         if key.startswith(("buildings.", "buildings[")):
             buildings[key] = value
@@ -125,53 +108,55 @@ def revise(base: Document, values: Document) -> tuple[StatedMission, list[Fault]
     return StatedMission(without_none(document), displaced=displaced(base, stated)), faults
 
 
-def without_none(document: Document) -> dict[str, Any]:
+def without_none(document: Mapping[str, object]) -> Document:
     """The document without the keys that are None."""
 
-    def stated(table: Any) -> Any:
+    def stated(table: object) -> object:
         if not isinstance(table, dict):
             return table
         return {key: value for key, value in table.items() if value is not None}
 
-    tables = {name: stated(table) for name, table in document.items() if table is not None}
+    tables: Document = {
+        name: stated(table) for name, table in document.items() if table is not None
+    }
     if isinstance(tables.get("buildings"), list | tuple):
         tables["buildings"] = [stated(building) for building in tables["buildings"]]
     return tables
 
 
-def _revise_buildings(buildings: list[Any], values: Document) -> Iterator[Fault]:
+def _revise_buildings(buildings: list[object], values: Document) -> Iterator[Fault]:
     """Apply values to a list in place; None takes the place of a building that is removed.
 
     Keys are ``buildings.b3``, ``buildings.b3.position_m`` or ``buildings[2].position_m``.
     """
-    places = {str(_table(building).get("name")): n for n, building in enumerate(buildings)}
+    numbers = {str(_table(building).get("name")): n for n, building in enumerate(buildings)}
     for key, value in values.items():
-        place, field = _place(key, places)
-        if place is None or place >= len(buildings):
-            known = [f"buildings.{name}" for name in places]
+        number, field = _building(key, numbers)
+        if number is None or number >= len(buildings):
+            known = [f"buildings.{name}" for name in numbers]
             yield Fault(key, shown(value), f"unknown building{nearest(key, known)}")
         elif field:
-            buildings[place] = {**_table(buildings[place]), field: value}
+            buildings[number] = {**_table(buildings[number]), field: value}
         elif isinstance(value, dict):
-            buildings[place] = {**_table(buildings[place]), **value}
+            buildings[number] = {**_table(buildings[number]), **value}
         else:
-            buildings[place] = value
+            buildings[number] = value
 
 
-def _place(key: str, places: Mapping[str, int]) -> tuple[int | None, str]:
+def _building(key: str, numbers: Mapping[str, int]) -> tuple[int | None, str]:
     """Which building a dotted key means and which of its fields, empty for all of it."""
     if match := _BY_INDEX.fullmatch(key):
         return int(match[1]), match[2] or ""
     whole = key.removeprefix("buildings.")
     name, _, field = whole.rpartition(".")
-    return (places[whole], "") if whole in places else (places.get(name), field)
+    return (numbers[whole], "") if whole in numbers else (numbers.get(name), field)
 
 
-def _table(value: Any) -> dict[str, Any]:
+def _table(value: object) -> Document:
     return value if isinstance(value, dict) else {}
 
 
-def _by_key(values: Document) -> Iterator[tuple[str, Any]]:
+def _plain_items(values: Mapping[str, object]) -> Iterator[tuple[str, object]]:
     """Keys and values; models and NumPy's values, also in a list or table, as plain data."""
     for key, value in values.items():
         if isinstance(value, list | tuple):
@@ -182,7 +167,7 @@ def _by_key(values: Document) -> Iterator[tuple[str, Any]]:
             yield str(key), _plain(value)
 
 
-def _plain(value: Any) -> Any:
+def _plain(value: object) -> object:
     if isinstance(value, BaseModel):
         return value.model_dump(mode="json", exclude_none=True)
     return value.tolist() if hasattr(value, "tolist") else value

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
-from typing import Any, TypeVar
+from collections.abc import Collection, Iterable, Iterator, Sequence
+from typing import TypeVar
 
 from pydantic import BaseModel, ValidationError
 
 from optuav.errors import Fault, InputError
-from optuav.mission.messages import Breach, Key, StatedMission, allowed, nearest, table
+from optuav.mission.messages import Breach, Document, Key, StatedMission, allowed, nearest, table
 from optuav.mission.schema import (
     RATE_PER_MINUTE,
     REGIME_KEYS,
@@ -18,9 +18,6 @@ from optuav.mission.schema import (
     Laser,
     RegimeFlight,
 )
-
-Document = Mapping[str, Any]
-"""Tables and values by name, as a TOML file gives them."""
 
 KEYS = {
     name: {*section.model_fields, *({"flow_rate_per_min"} if name == "battery" else ())}
@@ -144,7 +141,7 @@ def _valid_part(document: Document, breaches: Iterable[Breach]) -> Document:
     """The document without what is in breach; a building in breach as a whole stays, empty."""
     faulty = {key for key, _ in breaches}
 
-    def valid(table: object, *place: str | int) -> dict[str, Any]:
+    def valid(table: object, *place: str | int) -> Document:
         if place in faulty or not isinstance(table, dict):
             return {}
         return {key: value for key, value in table.items() if (*place, key) not in faulty}

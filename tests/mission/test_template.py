@@ -1,18 +1,20 @@
-"""The commented mission file to start from."""
+"""A mission to start from: as a commented file, and made of a drone's datasheet."""
 
 from __future__ import annotations
 
 import itertools
 import tomllib
 from pathlib import Path
+from typing import Any
 
 import pytest
 from hypothesis import given
+from hypothesis import strategies as st
 from pydantic import BaseModel
 
 import optuav
 from optuav.mission import Mission
-from optuav.mission.template import template
+from optuav.mission.template import Datasheet, template
 from tests.examples import few
 from tests.mission.strategies import NAMES, missions
 
@@ -76,3 +78,83 @@ def test_numbers_look_as_a_person_writes_them() -> None:
     assert "device_m = [1000, 3000, 0]" in lines
     assert "min_soc = 0.05" in lines
     assert 'name = "mine"' in lines
+
+
+KNOWN: dict[str, Any] = {
+    "mass_kg": 4.0,
+    "packs": 2,
+    "cells": 10,
+    "capacity_mAh": 6000,
+    "hover_min": 36,
+    "cruise_speed_m_s": 10,
+}
+
+
+def test_currents_empty_the_packs_in_the_stated_times() -> None:
+    """12 Ah in 36 min are 20 A, in 40 min 18 A; ten cells have 37 V."""
+    mission = Datasheet(**KNOWN, cruise_min=40).mission()
+    assert mission.flight.model == "regimes"
+    assert mission.flight.hover_current_A == pytest.approx(20.0)
+    assert mission.flight.hover_power_W == pytest.approx(740.0)
+    assert mission.flight.flight_current_A == pytest.approx(18.0)
+    assert mission.flight.flight_power_W == pytest.approx(666.0)
+    assert mission.flight.rest_current_A == pytest.approx(0.4)
+    assert mission.battery.capacity_As == pytest.approx(21600.0)
+    assert mission.battery.charge_current_A == pytest.approx(12.0)
+    assert mission.limits.min_soc == pytest.approx(0.2)
+
+
+def test_a_payload_as_heavy_as_three_drones_makes_eight_times_the_power() -> None:
+    """4^1.5 = 8 by the momentum theory; without cruise time, cruising draws what hovering does."""
+    mission = Datasheet(**KNOWN, payload_kg=12).mission()
+    assert mission.flight.model == "regimes"
+    assert mission.flight.hover_power_W == pytest.approx(8 * 740.0)
+    assert mission.flight.flight_current_A == mission.flight.hover_current_A
+
+
+def test_without_laser_and_reserve_it_hovers_what_the_datasheet_says() -> None:
+    """Flight and hover together take the whole charge, and draw alike: 36 min in the air."""
+    sheet = Datasheet(**KNOWN, reserve_percent=0, laser_power_W=0)
+    plan = optuav.solve(
+        sheet.mission().replace({"limits.deadline_s": 9000}), "P3", perspective="battery"
+    )
+    assert plan.mission_time_s == pytest.approx(36 * 60, rel=1e-4)
+
+
+@pytest.mark.campaign
+@few(15, most=1000)
+@given(
+    mass_kg=st.floats(0.5, 30),
+    payload=st.floats(0, 1),
+    packs=st.integers(1, 4),
+    cells=st.integers(3, 14),
+    capacity_mAh=st.floats(2000, 3e4),
+    hover_min=st.floats(25, 90),
+    cruise_speed_m_s=st.floats(8, 25),
+    laser_power_W=st.floats(0, 2e4),
+)
+def test_every_sensible_drone_has_a_plan(mass_kg: float, payload: float, **others: Any) -> None:
+    """The mission is in order and has a plan, with payloads up to the drone's own mass."""
+    if payload > 0.5 and others["hover_min"] < 40:
+        payload = 0.5
+    sheet = Datasheet(mass_kg=mass_kg, payload_kg=payload * mass_kg, **others)
+    assert optuav.solve(sheet.mission(), perspective="battery")
+
+
+def test_all_faults_are_told_at_once() -> None:
+    """Missing, out of range, no number, unknown."""
+    values = {**KNOWN, "mass_kg": -1, "cells": "six", "hover_min": None, "wings": 2}
+    with pytest.raises(optuav.InputError) as caught:
+        Datasheet.of(values)
+    told = {fault.key: str(fault) for fault in caught.value.faults}
+    assert told == {
+        "mass_kg": "mass_kg = -1: a number, 0.05 <= x <= 1000 [kg]",
+        "cells": "cells = 'six': a whole number, 1 <= x <= 100 [-]",
+        "hover_min": "hover_min: is missing; a number, 1 <= x <= 10000 [min]",
+        "wings": f"wings = 2: one of {', '.join(Datasheet.model_fields)}",
+    }
+
+
+def test_there_are_ten_numbers() -> None:
+    """As many as the documentation promises."""
+    assert len(Datasheet.model_fields) == 10

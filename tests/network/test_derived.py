@@ -83,7 +83,7 @@ def test_a_hover_point_in_the_dark_is_marked() -> None:
 @few(15, most=1000)
 @given(missions())
 def test_figures_are_finite_or_none(mission: Mission) -> None:
-    """Nothing NaN reaches the screen; hover load as worked out by hand."""
+    """Nothing NaN reaches the screen; hover load as computed by hand."""
     found = figures(mission)
     for figure in found.values():
         values = figure.value if isinstance(figure.value, tuple) else (figure.value,)

@@ -47,8 +47,8 @@ def test_all_pairs_lead_from_everywhere_to_everywhere_else() -> None:
 @given(missions())
 def test_the_table_of_all_pairs_holds_the_one_stop_legs(mission: Mission) -> None:
     """The same figures, sight included, wherever both tables have a leg."""
-    worked_out = build_network(mission)
-    where, some = worked_out.places, worked_out.legs
+    network = build_network(mission)
+    where, some = network.places, network.legs
     every = build_legs(mission, where, prisms(mission), *all_pairs(len(where.names)))
     number = {pair: k for k, pair in enumerate(zip(every.start, every.end, strict=True))}
     for leg, pair in enumerate(zip(some.start, some.end, strict=True)):
@@ -84,8 +84,8 @@ def test_a_building_between_two_others_blocks_their_leg() -> None:
 @given(missions("rotors"))
 def test_rotor_legs_are_those_of_the_physics_one_by_one(mission: Mission) -> None:
     """Durations and charges of every stage, wind included, as `flight.leg` gives them."""
-    worked_out = build_network(mission)
-    where, table = worked_out.places.position_m, worked_out.legs
+    network = build_network(mission)
+    where, table = network.places.position_m, network.legs
     for leg, (start, end) in enumerate(zip(table.start, table.end, strict=True)):
         x, y, z = (where[end] - where[start]).tolist()
         one = flight.leg(
@@ -112,8 +112,8 @@ def test_regime_legs_are_trapezoids(mission: Mission) -> None:
     """T = 2 sqrt(d/a), or d/v + v/a once the cap is reached; constant current and power."""
     given = mission.flight
     assert given.model == "regimes"
-    worked_out = build_network(mission)
-    where, table = worked_out.places.position_m, worked_out.legs
+    network = build_network(mission)
+    where, table = network.places.position_m, network.legs
     a, cap = given.acceleration_m_s2, given.max_speed_m_s or math.inf
     for leg, (start, end) in enumerate(zip(table.start, table.end, strict=True)):
         d = math.dist(where[start], where[end])

@@ -236,8 +236,8 @@ def test_trying_lines_a_few_at_a_time_changes_nothing(monkeypatch: pytest.Monkey
 def test_legs_and_sight_of_a_crowded_town() -> None:
     """Every leg and every beam of 80 buildings as the search along it finds."""
     mission = crowd(80, 2)
-    worked_out = build_network(mission)
-    where, table = worked_out.places, worked_out.legs
+    network = build_network(mission)
+    where, table = network.places, network.legs
     solids = [(outline_m(each) or (), each.position_m[2]) for each in mission.buildings]
 
     def in_the_way(start_m: Sequence[float], end_m: Sequence[float], without: set[int]) -> set[int]:
@@ -263,12 +263,12 @@ def test_legs_and_sight_of_a_crowded_town() -> None:
 def test_its_own_roof_never_blocks_a_place() -> None:
     """Rising steeply from the middle of a broad roof, the way crosses the own building only."""
     mission = town(((900, 900), (1000, 1000, 60)))
-    worked_out = build_network(mission)
-    assert worked_out.places.laser_sight[3]
-    to_roof, roof_to_hover = worked_out.legs.flyable[2:4]
+    network = build_network(mission)
+    assert network.places.laser_sight[3]
+    to_roof, roof_to_hover = network.legs.flyable[2:4]
     assert to_roof
     assert roof_to_hover
-    assert not worked_out.legs.flyable[0], "origin to hover passes through it"
+    assert not network.legs.flyable[0], "origin to hover passes through it"
 
 
 def test_a_laser_within_a_footprint_is_in_the_dark() -> None:
@@ -295,10 +295,10 @@ def test_hovering_over_on_or_in_a_building(roof_m: float, sees: bool, flies: boo
             "laser.position_m": [1000, 0, 100],
         }
     )
-    worked_out = build_network(mission)
-    assert worked_out.places.laser_sight[HOVER] == sees
-    assert list(worked_out.legs.flyable[:2]) == [flies, flies]
-    assert worked_out.legs.flyable[2:].all(), "the building itself is at an end of these"
+    network = build_network(mission)
+    assert network.places.laser_sight[HOVER] == sees
+    assert list(network.legs.flyable[:2]) == [flies, flies]
+    assert network.legs.flyable[2:].all(), "the building itself is at an end of these"
 
 
 def test_legs_through_buildings_are_allowed_on_request() -> None:

@@ -26,10 +26,10 @@ def in_the_order_of_ties(mission: Mission) -> Iterator[tuple[int, Order | None, 
         yield number, "hover-first", ("origin", "hover", building.name, "destination")
 
 
-def route(worked_out: Network, index: int) -> tuple[str, ...]:
+def route(network: Network, index: int) -> tuple[str, ...]:
     """Names of the places of an itinerary, each leg beginning where the one before it ends."""
-    names, table = worked_out.places.names, worked_out.legs
-    numbers = [leg for leg in worked_out.routes.legs[index] if leg != NO_LEG]
+    names, table = network.places.names, network.legs
+    numbers = [leg for leg in network.routes.legs[index] if leg != NO_LEG]
     for before, after in itertools.pairwise(numbers):
         assert table.end[before] == table.start[after]
     return (names[table.start[numbers[0]]], *(names[table.end[leg]] for leg in numbers))
@@ -40,15 +40,15 @@ def route(worked_out: Network, index: int) -> tuple[str, ...]:
 @given(missions())
 def test_itineraries_are_all_routes_with_at_most_one_stop(mission: Mission) -> None:
     """Direct first, then by building, rest first and hover first: the order in which ties break."""
-    worked_out = build_network(mission)
-    routes = worked_out.routes
+    network = build_network(mission)
+    routes = network.routes
     expected = list(in_the_order_of_ties(mission))
     assert len(routes) == len(expected) == 1 + 2 * len(mission.buildings)
     for index, (building, order, names) in enumerate(expected):
         assert routes.building[index] == building
         assert routes.order(index) == order
         assert routes.rest_first[index] == (order == "rest-first")
-        assert route(worked_out, index) == names
+        assert route(network, index) == names
 
 
 @pytest.mark.campaign
@@ -56,8 +56,8 @@ def test_itineraries_are_all_routes_with_at_most_one_stop(mission: Mission) -> N
 @given(missions())
 def test_totals_are_sums_over_the_legs(mission: Mission) -> None:
     """Time, charge and energy; flyable if every leg is."""
-    worked_out = build_network(mission)
-    routes, table = worked_out.routes, worked_out.legs
+    network = build_network(mission)
+    routes, table = network.routes, network.legs
     for index, legs in enumerate(routes.legs.tolist()):
         flown = [leg for leg in legs if leg != NO_LEG]
         assert routes.flyable[index] == all(table.flyable[leg] for leg in flown)

@@ -1,4 +1,4 @@
-"""The paper's trajectories as choices of itineraries, against a search over all of them."""
+"""The paper's trajectories as choices of routes, against a search over all of them."""
 
 from __future__ import annotations
 
@@ -28,22 +28,22 @@ PAPER = optuav.load("paper")
 
 def chosen(mission: Mission, name: Any, order: Order | None = None) -> list[tuple[str, ...]]:
     """Routes of a trajectory as names of places."""
-    worked_out = build_network(mission)
-    return [route(worked_out, index) for index in trajectory_routes(worked_out, name, order)]
+    network = build_network(mission)
+    return [route(network, index) for index in trajectory_routes(network, name, order)]
 
 
-def route(worked_out: Network, index: int) -> tuple[str, ...]:
-    building, order = worked_out.routes.building[index], worked_out.routes.order(index)
+def route(network: Network, index: int) -> tuple[str, ...]:
+    building, order = network.routes.building[index], network.routes.order(index)
     if order is None:
         return ("origin", "hover", "destination")
-    name = worked_out.mission.buildings[building].name
+    name = network.mission.buildings[building].name
     middle = (name, "hover") if order == "rest-first" else ("hover", name)
     return ("origin", *middle, "destination")
 
 
-def searched(worked_out: Network, name: str, order: Order | None) -> list[int]:
+def searched(network: Network, name: str, order: Order | None) -> list[int]:
     """What a trajectory means, itinerary by itinerary."""
-    routes, mission = worked_out.routes, worked_out.mission
+    routes, mission = network.routes, network.mission
     by_way = [
         index
         for index in range(1, len(routes))
@@ -68,9 +68,9 @@ def searched(worked_out: Network, name: str, order: Order | None) -> list[int]:
 @given(missions(), st.sampled_from(TRAJECTORIES), st.sampled_from([None, *ORDERS]))
 def test_trajectories_are_what_they_say(mission: Mission, name: Any, order: Order | None) -> None:
     """All, the direct one, by way of the nearest building, the shortest by way of any."""
-    worked_out = build_network(mission)
-    found = trajectory_routes(worked_out, name, order).tolist()
-    assert found == searched(worked_out, name, order)
+    network = build_network(mission)
+    found = trajectory_routes(network, name, order).tolist()
+    assert found == searched(network, name, order)
 
 
 @pytest.mark.campaign
@@ -84,9 +84,9 @@ def test_the_shortest_way_over_edited_legs(data: st.DataObject) -> None:
         view.edges[edge].update(duration_s=data.draw(durations_s), charge_As=0.0, energy_J=0.0)
     view.remove_edges_from(data.draw(st.lists(st.sampled_from(list(view.edges)), max_size=30)))
     order = data.draw(st.sampled_from([None, *ORDERS]))
-    worked_out = edited_network(PAPER, view)
-    found = trajectory_routes(worked_out, "traj2", order).tolist()
-    assert found == searched(worked_out, "traj2", order)
+    network = edited_network(PAPER, view)
+    found = trajectory_routes(network, "traj2", order).tolist()
+    assert found == searched(network, "traj2", order)
 
 
 def test_trajectories_of_the_shipped_mission() -> None:
@@ -117,17 +117,17 @@ def test_traj1_does_not_turn_to_another_building_when_the_nearest_is_blocked() -
     """It is by way of the nearest, or not at all."""
     view = optuav.graph(PAPER)
     view.remove_node("b9")
-    worked_out = edited_network(PAPER, view)
-    assert not len(trajectory_routes(worked_out, "traj1"))
-    assert len(trajectory_routes(worked_out, "optimal")) == 19
+    network = edited_network(PAPER, view)
+    assert not len(trajectory_routes(network, "traj1"))
+    assert len(trajectory_routes(network, "optimal")) == 19
 
 
 def test_many_ties_are_no_trouble() -> None:
     """500 buildings on the same spot: 500 shortest ways in each order."""
     spot = [{"name": f"n{number}", "position_m": [700, 900, 60]} for number in range(500)]
-    worked_out = build_network(PAPER.replace({"buildings": spot}))
-    assert len(trajectory_routes(worked_out, "traj2")) in (500, 1000)
-    assert len(trajectory_routes(worked_out, "traj1")) == 2
+    network = build_network(PAPER.replace({"buildings": spot}))
+    assert len(trajectory_routes(network, "traj2")) in (500, 1000)
+    assert len(trajectory_routes(network, "traj1")) == 2
 
 
 @pytest.mark.parametrize("order", ORDERS)
