@@ -62,8 +62,8 @@ def load(source: str | Path) -> Mission:
     source
         Name of a shipped mission, as `shipped` lists them, or path of a TOML file. A file that
         ``extends`` another (a shipped name or a path relative to the file) takes from it all that
-        it does not state itself, except name and description; what a stated value displaces is
-        told at `Mission.replace`.
+        it does not state itself, except name and description; `Mission.replace` lists what a
+        stated value displaces.
 
     Returns
     -------

@@ -1,4 +1,4 @@
-"""The words of a fault: where the value stands, what it is, what is allowed, what was meant."""
+"""The words of a fault: its key, its value, what is allowed there, what may have been meant."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ Document: TypeAlias = dict[str, Any]
 """Tables and values by name, as a TOML file gives them."""
 
 Key: TypeAlias = tuple[str | int, ...]
-"""Where a value stands: ``("limits", "min_soc")``, ``("buildings", 2, "position_m")``."""
+"""The place of a value: ``("limits", "min_soc")``, ``("buildings", 2, "position_m")``."""
 
 _NOTHING = object()
 

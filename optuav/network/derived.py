@@ -57,7 +57,7 @@ class BuildingFigures:
     received_power_W
         What the laser delivers there [W].
     rest_first_s, hover_first_s
-        Flight time by way of it, resting or hovering first [s]; None where it cannot be flown.
+        Flight time with a stop there, resting or hovering first [s]; None where it cannot be flown.
     """
 
     name: str

@@ -1,4 +1,4 @@
-"""What stands in the way: buildings as prisms from the ground up to their roofs."""
+"""Buildings as prisms from the ground up to their roofs, and the lines that cross them."""
 
 from __future__ import annotations
 
@@ -6,13 +6,17 @@ import itertools
 import math
 from dataclasses import dataclass
 from functools import lru_cache
-from typing import Any, TypeAlias
+from typing import TYPE_CHECKING, TypeAlias
 
 import numpy as np
+import numpy.typing as npt
 
 from optuav.arrays import Booleans, Floats, Integers
 from optuav.mission import Mission
 from optuav.mission.schema import Building, Footprint, RoofPosition
+
+if TYPE_CHECKING:
+    import shapely
 
 MARGIN_M = 1e-6
 """How far walls and roofs are moved inwards [m], so that to graze a building is not to cross it."""
@@ -44,7 +48,7 @@ class Prisms:
         Height of its roof over ground [m].
     """
 
-    tree: Any
+    tree: shapely.STRtree
     building: Integers
     roof_m: Floats
 
@@ -88,7 +92,7 @@ def _prisms(
     sides = np.array([len(outline) for outline in outlines], dtype=np.intp)
     ring = np.repeat(np.arange(len(outlines)), sides)
     outer = shapely.polygons(shapely.linearrings(corners.reshape(-1, 2), indices=ring))
-    inner: Any = shapely.buffer(outer, -MARGIN_M, join_style="mitre")
+    inner = np.asarray(shapely.buffer(outer, -MARGIN_M, join_style="mitre"))
     shapely.prepare(inner)
     roof_m = np.array(position_m, dtype=float).reshape(-1, 3)[:, 2]
     return Prisms(shapely.STRtree(inner), np.array(building, dtype=np.intp), roof_m)
@@ -150,11 +154,11 @@ def _through(
     return line[inside], obstacles.building[footprint[inside]]
 
 
-def _on_map(start_m: Floats, end_m: Floats) -> Any:
+def _on_map(start_m: Floats, end_m: Floats) -> npt.NDArray[np.object_]:
     """Lines seen from above; an upright one is a point."""
     import shapely
 
-    seen: Any = shapely.linestrings(np.stack([start_m[:, :2], end_m[:, :2]], axis=1))
+    seen = np.asarray(shapely.linestrings(np.stack([start_m[:, :2], end_m[:, :2]], axis=1)))
     upright = (start_m[:, :2] == end_m[:, :2]).all(axis=1)
     seen[upright] = shapely.points(start_m[upright, :2])
     return seen

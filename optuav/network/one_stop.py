@@ -1,11 +1,11 @@
 """Whether one stop is enough: the triangle inequality in time, charge and energy of the legs.
 
-Routes with more than one stop never pay in the linear perspectives if no detour by way of a
-building is shorter than the leg it replaces: resting may then be moved to the stop that charges
-best, and the other stops left out. Hovering in two pieces around a rest never pays if either piece
-can be moved to the other, that is if flying to the building first, or straight from it to the
-destination, is no longer than by way of the hover point. Flight models obey this; the figures of an
-edited graph, and buildings in the way of a leg, may not.
+Routes with more than one stop never pay in the linear perspectives if no detour over a building is
+shorter than the leg it replaces: resting may then be moved to the stop that charges best, and the
+other stops left out. Hovering in two pieces around a rest never pays if either piece can be moved
+to the other, that is if flying to the building first, or straight from it to the destination, is no
+longer than over the hover point. Flight models obey this; the figures of an edited graph, and
+buildings in the way of a leg, may not.
 """
 
 from __future__ import annotations
@@ -137,8 +137,8 @@ def find_shortcuts(network: Network | Graph) -> tuple[Shortcut, ...]:
 
     Returns
     -------
-    The shortcuts that break the triangle inequality; empty if one stop is enough. Of a way that has
-    no direct leg there is one entry.
+    The shortcuts that break the triangle inequality; empty if one stop is enough. Two legs with no
+    direct leg in their place count once.
     """
     legs = _flyable_legs(network)
     if not len(legs.start):
