@@ -20,8 +20,7 @@ from optuav.cli.app import program
 from optuav.engines.registry import CAPABILITIES, Capability
 from optuav.modelling import Model
 from optuav.modelling.classify import Traits, traits
-from optuav.network.network import TRAJECTORIES
-from optuav.network.routes import ORDERS
+from optuav.options import ORDERS, TRAJECTORIES
 from optuav.solving.question import PROBLEMS, problem_of
 
 NAMED = re.compile(

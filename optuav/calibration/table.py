@@ -35,8 +35,8 @@ from optuav.mission.files import label, read_text, refusal
 from optuav.mission.messages import nearest, number, shown
 from optuav.network import vehicle
 from optuav.network.network import Network, build_network
-from optuav.network.routes import ORDERS
 from optuav.network.timeline import route_phases
+from optuav.options import ORDERS
 
 Entries: TypeAlias = dict[str, Any]
 """A table of a TOML file, whose values are checked by rules."""

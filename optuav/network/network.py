@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Literal
 
 import numpy as np
 
@@ -12,10 +11,8 @@ from optuav.mission import Mission
 from optuav.network.legs import Legs, build_legs, one_stop_legs
 from optuav.network.obstacles import prisms
 from optuav.network.places import Places, build_places
-from optuav.network.routes import NO_LEG, Order, Routes, build_routes
-
-Trajectory = Literal["optimal", "direct", "traj1", "traj2"]
-TRAJECTORIES: tuple[Trajectory, ...] = ("optimal", "direct", "traj1", "traj2")
+from optuav.network.routes import NO_LEG, Routes, build_routes
+from optuav.options import Order, Trajectory
 
 SAME_S = 1e-6
 """Flight times that differ by no more than this are equal [s]."""

@@ -4,16 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, fields
-from typing import Literal
 
 import numpy as np
 
 from optuav.arrays import Booleans, Floats, Integers
 from optuav.network.legs import Legs
 from optuav.network.places import Places
-
-Order = Literal["rest-first", "hover-first"]
-ORDERS: tuple[Order, Order] = ("rest-first", "hover-first")
+from optuav.options import Order
 
 NO_LEG = -1
 

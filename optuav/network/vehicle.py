@@ -57,10 +57,12 @@ def channel(mission: Mission) -> link.Channel:
 
 def coverage_radius_m(mission: Mission) -> Quantity:
     """d_max [m] of the mission's outage limit."""
-    return _coverage_radius_m(channel(mission), mission.limits.outage_probability)
+    given, limit = channel(mission), mission.limits.outage_probability
+    columns = any(np.ndim(each) for each in (*vars(given).values(), limit))
+    return link.coverage_radius(given, limit) if columns else _coverage_radius_m(given, limit)
 
 
-@lru_cache(maxsize=1000)  # asked for many times a solve, and found by iteration
+@lru_cache(maxsize=1000)  # needed many times a solve, and found by iteration
 def _coverage_radius_m(given: link.Channel, outage_limit: float) -> Quantity:
     return link.coverage_radius(given, outage_limit)
 

@@ -20,8 +20,7 @@ from optuav.errors import SolverError
 from optuav.mission import Mission
 from optuav.modelling import Model, evaluate
 from optuav.modelling.check import TOLERANCE
-from optuav.network.routes import ORDERS
-from optuav.options import Perspective
+from optuav.options import ORDERS, Perspective
 from optuav.plan import Plan
 from optuav.solving import Program, formulate, solve
 from optuav.solving.question import problem_of

@@ -26,7 +26,6 @@ from optuav.mission.schema import SECTIONS
 from optuav.modelling.check import evaluated
 from optuav.network import vehicle
 from optuav.network.places import ENDS
-from optuav.network.places import ENDS
 from optuav.network.variants import KEY, Base, Variants
 from optuav.options import Perspective
 from optuav.plan import Plan

@@ -22,7 +22,7 @@ from formulations.p3 import P3
 from formulations.p4 import P4
 from optuav.errors import InputError
 from optuav.mission import Mission
-from optuav.network.routes import ORDERS
+from optuav.options import ORDERS
 from optuav.plan import Plan
 from optuav.solving import Program, formulate
 from optuav.solving.compiled import CompiledProgram

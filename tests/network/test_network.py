@@ -13,13 +13,12 @@ import optuav
 from optuav.mission import Mission
 from optuav.network.graph import edited_network
 from optuav.network.network import (
-    TRAJECTORIES,
     Network,
     build_network,
     nearest_building,
     trajectory_routes,
 )
-from optuav.network.routes import ORDERS, Order
+from optuav.options import ORDERS, TRAJECTORIES, Order
 from tests.examples import few
 from tests.mission.strategies import missions
 

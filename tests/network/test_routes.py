@@ -13,7 +13,8 @@ from hypothesis import given
 import optuav
 from optuav.mission import Mission
 from optuav.network.network import Network, build_network
-from optuav.network.routes import NO_LEG, Order
+from optuav.network.routes import NO_LEG
+from optuav.options import Order
 from tests.examples import few
 from tests.mission.strategies import missions
 

@@ -23,7 +23,7 @@ from hypothesis import strategies as st
 import optuav
 from optuav import Mission, Plan, SolverError
 from optuav.engines import bracket
-from optuav.network.routes import ORDERS
+from optuav.options import ORDERS
 from optuav.solving import Program, formulate
 from optuav.solving.planning import Part
 from optuav.status import Status
