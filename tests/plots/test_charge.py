@@ -116,13 +116,10 @@ def test_bands_are_the_phases(paper: optuav.Plan, drawn: plots.BatteryAxes) -> N
     assert {"rest, b1", "hover"} <= set(words)
 
 
-_P4: dict[str, Any] = (
-    {"problem": optuav.P4("b9")} if hasattr(optuav, "P4") else {"problem": "P4", "building": "b9"}
-)
 ODD: dict[str, tuple[dict[str, Any], dict[str, Any]]] = {
     "wells of one size": ({"battery.available_fraction": 0.5}, {}),
     "a tiny available well": ({"battery.available_fraction": 0.02}, {}),
-    "passed by": ({"laser": None}, _P4),
+    "passed by": ({"laser": None}, {"problem": optuav.P4("b9")}),
     "an endless flow": ({"battery.flow_rate_per_s": 100.0}, {}),
     "a large battery, a long rest": (
         {"battery.capacity_As": 2e8, "limits.deadline_s": 9e6, "battery.charge_current_A": 9e3},

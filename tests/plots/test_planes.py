@@ -24,19 +24,12 @@ Drawn = tuple[Axes, list[optuav.Plan]]
 Overlaps = Callable[[Figure], list[tuple[str, str]]]
 
 
-def p4(building: str, order: str) -> dict[str, Any]:
-    """Arguments that ask for (P4)."""
-    if hasattr(optuav, "P4"):
-        return {"problem": optuav.P4(building, order=order)}
-    return {"problem": "P4", "building": building, "order": order}
-
-
 def plane(mission: optuav.Mission | str, slot_s: float) -> Drawn:
     """The plane of a P4 that rests first on b1, with its optima marked."""
-    asked = {"perspective": "battery", **p4("b1", "rest-first")}
-    program = optuav.formulate(mission, **asked)
+    problem = optuav.P4("b1", order="rest-first")
+    program = optuav.formulate(mission, problem, perspective="battery")
     (part,) = program.parts
-    in_slots = optuav.solve(mission, **asked, engine="grid", slot_s=slot_s)
+    in_slots = optuav.solve(mission, problem, perspective="battery", engine="grid", slot_s=slot_s)
     plans = [program.solve(), in_slots]
     ax = plots.plane(part.model, part.model.row(0), plans, slot_s=slot_s)
     return ax, plans
