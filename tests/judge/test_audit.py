@@ -24,7 +24,7 @@ from tests.plan.made import INFEASIBLE, feasible, plans
 TOLERANCE = 1e-6
 SPOILT = 10.0
 """By how many tolerances a number is spoiled at least."""
-ASKED = ("schema", "slot_s", "mission")
+NO_FIGURES = ("schema", "slot_s", "mission")
 """What a plan's file has in numbers that are no figures of the plan."""
 
 Way = tuple[str | int, ...]
@@ -34,7 +34,7 @@ def numbers(data: Any, way: Way = ()) -> Iterator[tuple[Way, float]]:
     """Every number of plain data, and the way to it."""
     if isinstance(data, dict):
         for key, value in data.items():
-            if way or key not in ASKED:
+            if way or key not in NO_FIGURES:
                 yield from numbers(value, (*way, key))
     elif isinstance(data, list):
         for place, value in enumerate(data):
@@ -138,7 +138,7 @@ def test_slots_that_stays_do_not_fill_are_caught(path: Path) -> None:
     assert not caught(spoiled(data, ("slot_s",), 7.0), path)
 
 
-def test_slots_that_cannot_be_asked_for_are_no_plan(path: Path) -> None:
+def test_slots_of_impossible_length_are_no_plan(path: Path) -> None:
     """Among them those of no length, which no stay can be counted in."""
     for slot_s in (0, 0.0, 1e-320, 1e-9, 1e99):
         path.write_text(json.dumps(spoiled(data_of("slots"), ("slot_s",), slot_s)), "utf-8")
@@ -232,7 +232,7 @@ def test_an_itinerary_of_somebody_else(tmp_path: Path) -> None:
     assert late.value == pytest.approx(1091.2 + 108.5, abs=0.1)
 
 
-def test_all_faults_of_an_itinerary_are_told_at_once(tmp_path: Path) -> None:
+def test_all_faults_of_an_itinerary_are_reported_at_once(tmp_path: Path) -> None:
     written = itinerary(
         tmp_path,
         'schema = 2\nmission = "paper"\npilot = "me"\n'

@@ -296,7 +296,7 @@ def test_turns_within_one_long_job_are_counted(monkeypatch: pytest.MonkeyPatch) 
 
 
 def test_all_faults_at_once() -> None:
-    with pytest.raises(InputError) as told:
+    with pytest.raises(InputError) as raised:
         lifetime(
             [(1.0, 0.0), (math.nan, 5.0), (1.0,), ("1", True)],  # type: ignore[list-item]
             capacity_As=-1.0,
@@ -306,7 +306,7 @@ def test_all_faults_at_once() -> None:
             schedule="parallel",  # type: ignore[arg-type]
             horizon_s=math.nan,
         )
-    assert [fault.key for fault in told.value.faults] == [
+    assert [fault.key for fault in raised.value.faults] == [
         "load[0].duration_s",
         "load[1].current_A",
         "load[2]",

@@ -59,7 +59,7 @@ def spoilt(kind: str = "optimal", **changes: Any) -> str:
 
 
 def use(plan: Plan) -> None:
-    """Everything that may be asked of a plan that was read."""
+    """Everything that a plan states once it was read."""
     text = plan.summary()
     assert all(len(line) <= 80 for line in text.splitlines())
     assert all(line.isprintable() for line in text.splitlines())
@@ -171,7 +171,7 @@ def test_a_file_too_large_is_not_read(tmp_path: Path, monkeypatch: pytest.Monkey
     assert "is larger than" in refusal(TEXTS["optimal"], tmp_path)
 
 
-def test_all_that_is_wrong_is_told_at_once(tmp_path: Path) -> None:
+def test_all_faults_are_reported_at_once(tmp_path: Path) -> None:
     """In the plan and in the mission inside, each by its key."""
     data = json.loads(TEXTS["optimal"])
     data["mission"]["limits"]["deadline_s"] = -5
@@ -194,7 +194,7 @@ def test_all_that_is_wrong_is_told_at_once(tmp_path: Path) -> None:
     assert not re.search("input|field|extra|tuple|dictionary", text, re.IGNORECASE)
 
 
-def test_a_list_is_told_by_what_is_wrong_in_it(tmp_path: Path) -> None:
+def test_a_wrong_list_is_reported_by_its_entries(tmp_path: Path) -> None:
     """And not as too short, though nothing sound is left of it."""
     data = json.loads(TEXTS["optimal"])
     data["phases"][1]["stages"][0]["duration_s"] = -1.0

@@ -19,7 +19,7 @@ from tests.examples import few
 from tests.mission.strategies import missions
 from tests.plan.made import INFEASIBLE, available_by_integration, feasible, plans
 
-ASKED = (
+FIGURES = (
     "hover_time_s",
     "rest_time_s",
     "flight_time_s",
@@ -164,7 +164,7 @@ def test_mean_current_and_power_of_a_phase_weigh_its_stages() -> None:
 
 
 @pytest.mark.parametrize("kind", INFEASIBLE)
-@pytest.mark.parametrize("name", ASKED)
+@pytest.mark.parametrize("name", FIGURES)
 def test_without_a_plan_there_is_nothing_to_read(kind: str, name: str) -> None:
     """Every time and state raises, with the reason."""
     plan = plans()[kind]

@@ -94,7 +94,7 @@ def test_an_infeasible_plan_says_so_instead_of_numbers(kind: str) -> None:
     assert "Hover" not in plan.summary()
 
 
-def test_what_was_asked_stands_at_the_top() -> None:
+def test_the_question_stands_at_the_top() -> None:
     """Problem, building, order, perspective, slots."""
     problem = lines(plans()["slots"])[1:3]
     assert " ".join(" ".join(problem).split()).startswith(
@@ -141,7 +141,7 @@ def test_very_large_numbers_leave_room_for_the_names() -> None:
     )
 
 
-def test_two_hundred_buildings_in_the_way_are_not_all_told() -> None:
+def test_two_hundred_buildings_in_the_way_are_not_all_named() -> None:
     """Ten legs by name; the rest in passing."""
     wall = {"name": "wall", "position_m": [1000, 2300, 300], "footprint_m": [9000, 10]}
     roofs = [{"name": f"n{k}", "position_m": [k, 300, 20]} for k in range(200)]
