@@ -1,15 +1,11 @@
-"""Our values for the paper's statements: the functions that `statements.toml` names.
-
-Each takes a mission and the arguments in the file, and returns None where it does not apply.
-"""
+"""Our values for the paper's statements: functions of a mission, named by `statements.toml`."""
 
 from __future__ import annotations
 
 import itertools
 import math
 from collections.abc import Callable, Sequence
-from functools import wraps
-from typing import TypeAlias
+from typing import Any
 
 import numpy as np
 
@@ -20,31 +16,24 @@ from optuav.network.network import build_network
 from optuav.network.one_stop import find_shortcuts
 from optuav.network.places import HOVER
 from optuav.paper import curves, table2
-from optuav.paper.curves import LEAST_SOC, SPEED_SHARES, TRAJECTORIES, solve, with_deadline
+from optuav.paper.curves import (
+    AXES,
+    LEAST_SOC,
+    SPEED_SHARES,
+    TRAJECTORIES,
+    has_rotors,
+    solve,
+    wind_limits_N,
+    with_deadline,
+)
 from optuav.paper.statement import Interval, Value, printed_interval
 from optuav.physics import laser, rotor
 from optuav.plan import Plan
 
-RADIUS_M, AIR_KG_M3 = 0.12, 1.225
-"""The propeller of Morbidi et al. (2016), and the density of air."""
-CLEAR_AIR_KM = 10.0
-"""Visibility at which Zhang et al. (2018) take the attenuation of clear air [km]."""
 NEAR_M, FAR_M = np.linspace(0.0, 1000.0, 101), np.linspace(0.0, 5000.0, 101)
 SOURCES_W = (500.0, 1000.0)
 """Distances and sources at which the trends of Fig. 10 are checked."""
 SAME_S = 1e-6
-
-Computation: TypeAlias = Callable[..., Value]
-
-
-def of_rotors(compute: Computation) -> Computation:
-    """Return a computation from motor constants that is None for loads by regime."""
-
-    @wraps(compute)
-    def computed(mission: Mission, *options: str | float) -> Value:
-        return compute(mission, *options) if curves.has_rotors(mission) else None
-
-    return computed
 
 
 def _yes(holds: bool) -> str:
@@ -68,9 +57,10 @@ def source_for_full_charge(mission: Mission) -> Value:
     return "below 1 kW" if needed_W < 1000.0 else f"{needed_W:.0f} W"
 
 
-@of_rotors
 def c9_over_c6(mission: Mission) -> Value:
     """The quotient with which the polynomial of eq (4) is voltage times current."""
+    if not has_rotors(mission):
+        return None
     motor, speed, change = vehicle.motor(mission), 1000.0, 100.0
     c6, c9 = (float(rotor.power_coefficients(motor)[number]) for number in (5, 8))
     rest = float(rotor.polynomial_power(motor, speed, change)) - change * speed**2 * c9
@@ -83,12 +73,6 @@ def c9_over_c6(mission: Mission) -> Value:
     return next(right, None)
 
 
-def rests_that_pay(mission: Mission) -> Value:
-    """One where the legs obey the triangle inequality in time, charge and energy."""
-    shortcuts = find_shortcuts(build_network(mission))
-    return None if shortcuts else 1.0
-
-
 def hover_altitude(mission: Mission) -> Value:
     """Altitude of the hover point."""
     altitude_m = float(build_network(mission).places.position_m[HOVER][2])
@@ -97,7 +81,7 @@ def hover_altitude(mission: Mission) -> Value:
 
 def eta3_signs(mission: Mission) -> Value:
     """Signs of E_fl, E_hv, E_harv by which the row Δ = 697 s comes out within a percent."""
-    if curves.has_rotors(mission):
+    if has_rotors(mission):
         return None
     start, end = (table2.charge_left(mission, 3, hover_s) / 100.0 for hover_s in (0.0, 697.0))
     hover = float(vehicle.hover_load(mission).power_W) * 697.0 / table2.HOVER_J
@@ -110,47 +94,7 @@ def eta3_signs(mission: Mission) -> Value:
     return " or ".join(found)
 
 
-# The scenario: section V and Table I
-
-
-def weight_N(mission: Mission) -> Value:
-    """Force of gravity along z [N]."""
-    return -float(vehicle.airframe(mission).weight_N)
-
-
-def full_battery_J(mission: Mission, voltage_V: float | None = None) -> Value:
-    """Energy of the full battery at a voltage [J], the nominal one by default."""
-    volts = mission.battery.nominal_voltage_V if voltage_V is None else voltage_V
-    return float(vehicle.pool(mission).capacity_As) * volts
-
-
-def blade_coefficient(_: Mission, coefficient: float, arm_m: float = 1.0) -> Value:
-    """Thrust or torque of the propeller over the square of its speed."""
-    return coefficient * AIR_KG_M3 * math.pi * RADIUS_M**4 * arm_m
-
-
-def attenuation_per_km(mission: Mission) -> Value:
-    """Attenuation by Kim's model in clear air [1/km]."""
-    assert mission.laser is not None
-    return float(laser.attenuation(mission.laser.wavelength_nm, CLEAR_AIR_KM))
-
-
 # Table II and Figs. 3 to 6: perspectives and trajectories
-
-
-def charge_left(mission: Mission, eta: int, hover_s: float) -> Value:
-    """η1, η2 or η3 of the direct path after a hover time [%]."""
-    return table2.charge_left(mission, eta, hover_s)
-
-
-def admitted(_: Mission, eta: int, hover_s: float) -> Interval:
-    """The same by all loads that the other cells of Table II admit [%]."""
-    return table2.admitted(eta, hover_s)
-
-
-def direct_path(mission: Mission, which: str, deadline_s: float, perspective: str) -> Value:
-    """Hover or mission time of (P3) in slots of one second [s]."""
-    return float(getattr(table2.direct(mission, deadline_s, perspective), which))
 
 
 def rotor_voltage(mission: Mission, regime: str) -> Value:
@@ -158,7 +102,7 @@ def rotor_voltage(mission: Mission, regime: str) -> Value:
     if regime == "flight":
         legs = build_network(mission).legs
         return float(legs.energy_J[0] / legs.charge_As[0])
-    if curves.has_rotors(mission):
+    if has_rotors(mission):
         motor = vehicle.motor(mission)
         force_N = vehicle.airframe(mission).external_force_N((0.0, 0.0, 0.0))
         return float(rotor.voltage(motor, rotor.hover_speed(motor, force_N)))
@@ -185,33 +129,25 @@ def best_trajectory(mission: Mission, deadline_s: float) -> Value:
     """The trajectory that is best in all perspectives, or the best of each."""
     best = {}
     for perspective in PAPER:
-        plans = _plans(mission, deadline_s, perspective)
-        most_s = plans.pop("optimal").hover_time_s - SAME_S
-        name = max(plans, key=lambda name: plans[name].hover_time_s)
-        best[perspective] = name if plans[name].hover_time_s >= most_s else "none of them"
-    if len(set(best.values())) == 1:
-        return best["battery"]
-    return ", ".join(f"{perspective}: {name}" for perspective, name in best.items())
+        hovers = {n: p.hover_time_s for n, p in _plans(mission, deadline_s, perspective).items()}
+        least_s = hovers.pop("optimal") - SAME_S
+        name = max(hovers, key=lambda name: hovers[name])
+        best[perspective] = name if hovers[name] >= least_s else "none of them"
+    each = ", ".join(f"{perspective}: {name}" for perspective, name in best.items())
+    return best["battery"] if len({*best.values()}) == 1 else each
 
 
 def energy_is_shorter(mission: Mission) -> Value:
     """Whether the energy perspective hovers less than the others at 800 s by any trajectory."""
     energy, *others = (_plans(mission, 800.0, name) for name in ("energy", "battery", "adjusted"))
-    return _yes(
-        all(
-            energy[name].hover_time_s < plans[name].hover_time_s
-            for plans in others
-            for name in TRAJECTORIES
-        )
-    )
+    pairs = [(energy[name], plans[name]) for plans in others for name in TRAJECTORIES]
+    return _yes(all(less.hover_time_s < more.hover_time_s for less, more in pairs))
 
 
 def same_in_slots(mission: Mission) -> Value:
     """Whether battery and adjusted perspective have one optimum in slots of a second."""
-    battery, adjusted = (
-        solve(mission, perspective=name, slot_s=1.0) for name in ("battery", "adjusted")
-    )
-    return _yes(battery.hover_time_s == adjusted.hover_time_s)
+    plans = [solve(mission, perspective=name, slot_s=1.0) for name in ("battery", "adjusted")]
+    return _yes(plans[0].hover_time_s == plans[1].hover_time_s)
 
 
 def least_charge_is_kept(mission: Mission) -> Value:
@@ -226,16 +162,12 @@ def least_charge_is_kept(mission: Mission) -> Value:
 
 def hover_drop(mission: Mission, percent: float, building: str) -> Value:
     """By how much Δ falls from η0 = 5 % to another [%], by way of a building."""
-    first, later = (
-        solve(
-            mission.replace({"limits.min_soc": least}),
-            "P4",
-            building=building,
-            perspective="battery",
-        )
-        for least in (LEAST_SOC[0], percent / 100.0)
+    missions = (mission.replace({"limits.min_soc": each}) for each in (0.05, percent / 100.0))
+    first_s, later_s = (
+        solve(each, "P4", building=building, perspective="battery").hover_time_s
+        for each in missions
     )
-    return 100.0 * (1.0 - later.hover_time_s / first.hover_time_s)
+    return 100.0 * (1.0 - later_s / first_s)
 
 
 def _by_speed(mission: Mission, least: float) -> list[Plan]:
@@ -246,15 +178,17 @@ def _by_speed(mission: Mission, least: float) -> list[Plan]:
     return [solve(each, perspective="battery") for each in changed]
 
 
-@of_rotors
 def hover_by_speed(mission: Mission) -> Value:
     """How Δ changes with v_max, for every η0."""
+    if not has_rotors(mission):
+        return None
     return _rises(*([p.hover_time_s for p in _by_speed(mission, least)] for least in LEAST_SOC))
 
 
-@of_rotors
 def flight_energy_by_speed(mission: Mission) -> Value:
     """How the energy of flying changes with v_max."""
+    if not has_rotors(mission):
+        return None
     flights = (
         [phase for phase in plan.phases if phase.kind == "flight"]
         for plan in _by_speed(mission, LEAST_SOC[0])
@@ -262,47 +196,7 @@ def flight_energy_by_speed(mission: Mission) -> Value:
     return _rises([-sum(p.power_W * p.duration_s for p in phases) for phases in flights])
 
 
-# Fig. 8: packs of other sizes without a laser
-
-
-def optimum_in_slots(mission: Mission) -> Value:
-    """Δ of the optimal solution [s]."""
-    return solve(mission, perspective="battery", slot_s=1.0).hover_time_s
-
-
-def crossing_As(mission: Mission, hover_s: float) -> float | None:
-    """Pack with which the direct path without laser hovers that long [A s]."""
-    return curves.crossing(mission, hover_s)
-
-
-def saving_As(mission: Mission, hover_s: float) -> float:
-    """Charge of a pack that the laser saves [A s]."""
-    return (curves.crossing(mission, hover_s) or math.nan) - mission.battery.capacity_As
-
-
-def saving_percent(mission: Mission, hover_s: float) -> Value:
-    """The same as a share of the pack [%]."""
-    return 100.0 * saving_As(mission, hover_s) / mission.battery.capacity_As
-
-
-def saturation_As(mission: Mission) -> Value:
-    """Pack from which the deadline ends the direct path without laser [A s]."""
-    return curves.saturation(curves.without_laser(mission))
-
-
 # Fig. 9: wind
-
-
-@of_rotors
-def calmest_wind(mission: Mission, axis: str) -> Value:
-    """Wind along an axis in which hovering takes the least energy [N]."""
-    return curves.hover_energy(mission, curves.AXES[axis]).calmest_N
-
-
-@of_rotors
-def wind_limit(mission: Mission, axis: str, end: str) -> Value:
-    """Least or largest wind along an axis in which the place is held [N]."""
-    return curves.wind_limits_N(mission, curves.AXES[axis])[end == "plus"]
 
 
 def wind_limit_by_level(_: Mission) -> Interval:
@@ -318,18 +212,73 @@ def wind_limit_by_level(_: Mission) -> Interval:
 def harvest_by_distance(mission: Mission) -> Value:
     """How harvested energy and efficiency change with the distance."""
     found = [curves.harvest(mission, power_W, FAR_M) for power_W in SOURCES_W]
-    series = [each for curve in found for each in (curve.energy_J, curve.efficiency)]
-    falls = all(np.all(np.diff(each) < 0.0) for each in series)
+    falls = all(np.all(np.diff(each) < 0.0) for pair in found for each in pair)
     return "both fall" if falls else "do not always fall"
 
 
 def efficiency_near(mission: Mission) -> Value:
     """Least and largest efficiency below 1 km [%]."""
-    near = [100.0 * curves.harvest(mission, power, NEAR_M).efficiency for power in SOURCES_W]
+    near = [100.0 * curves.harvest(mission, power, NEAR_M)[1] for power in SOURCES_W]
     return f"{np.min(near):.1f} to {np.max(near):.1f}"
 
 
 def harvest_by_power(mission: Mission) -> Value:
     """How harvested energy changes with the power of the source, below 1 km."""
-    less, more = (curves.harvest(mission, power_W, NEAR_M).energy_J for power_W in SOURCES_W)
+    less, more = (curves.harvest(mission, power_W, NEAR_M)[0] for power_W in SOURCES_W)
     return "rises" if np.all(more > less) else "does not always rise"
+
+
+def _capacity_As(mission: Mission) -> float:
+    """Capacity of all packs [A s]."""
+    return float(vehicle.pool(mission).capacity_As)
+
+
+def _saving_As(mission: Mission, hover_s: float) -> float:
+    """Charge of a pack that the laser saves [A s]."""
+    return (curves.crossing(mission, hover_s) or math.nan) - mission.battery.capacity_As
+
+
+COMPUTATIONS: dict[str, Callable[..., Any]] = {
+    each.__name__: each
+    for each in (
+        source_for_full_charge,
+        c9_over_c6,
+        hover_altitude,
+        eta3_signs,
+        rotor_voltage,
+        longest_perspectives,
+        best_trajectory,
+        energy_is_shorter,
+        same_in_slots,
+        least_charge_is_kept,
+        hover_drop,
+        hover_by_speed,
+        flight_energy_by_speed,
+        wind_limit_by_level,
+        harvest_by_distance,
+        efficiency_near,
+        harvest_by_power,
+    )
+} | {
+    "rests_that_pay": lambda m: None if find_shortcuts(build_network(m)) else 1.0,
+    "weight_N": lambda m: -float(vehicle.airframe(m).weight_N),
+    "nominal_energy_J": lambda m: _capacity_As(m) * m.battery.nominal_voltage_V,
+    "full_battery_J": lambda m, voltage_V: _capacity_As(m) * voltage_V,
+    # The propeller of Morbidi et al. (2016) in air of 1.225 kg/m³
+    "lift_coefficient": lambda m: 4.8e-3 * 1.225 * math.pi * 0.12**4,
+    "drag_coefficient": lambda m: 2.3515e-4 * 1.225 * math.pi * 0.12**5,
+    # The visibility at which Zhang et al. (2018) take the attenuation of clear air
+    "attenuation_per_km": lambda m: float(laser.attenuation(m.laser.wavelength_nm, 10.0)),
+    "charge_left": table2.charge_left,
+    "admitted": lambda m, eta, hover_s: table2.admitted(eta, hover_s),
+    "hover_time_s": lambda m, *row: table2.direct(m, *row).hover_time_s,
+    "mission_time_s": lambda m, *row: table2.direct(m, *row).mission_time_s,
+    "optimum_in_slots": lambda m: solve(m, perspective="battery", slot_s=1.0).hover_time_s,
+    "crossing_As": curves.crossing,
+    "saving_As": _saving_As,
+    "saving_percent": lambda m, *at: 100.0 * _saving_As(m, *at) / m.battery.capacity_As,
+    "saturation_As": lambda m: curves.saturation(curves.without_laser(m)),
+    "calmest_wind_N": lambda m, axis: curves.calmest_N(m, AXES[axis]) if has_rotors(m) else None,
+    "least_wind_N": lambda m, axis: wind_limits_N(m, AXES[axis])[0] if has_rotors(m) else None,
+    "largest_wind_N": lambda m, axis: wind_limits_N(m, AXES[axis])[1] if has_rotors(m) else None,
+}

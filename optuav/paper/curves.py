@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from functools import cache, lru_cache
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
@@ -123,18 +123,6 @@ def _least_pack(mission: Mission, perspective: str, holds: Callable[[Plan], bool
 # Fig. 9: energy of a hover by wind
 
 
-class WindCurve(NamedTuple):
-    """Energy of a hover [J], radio included, against the wind along an axis [N]."""
-
-    force_N: Floats
-    energy_J: Floats
-
-    @property
-    def calmest_N(self) -> float:
-        """The wind in which hovering takes the least energy [N]."""
-        return float(self.force_N[np.argmin(self.energy_J)])
-
-
 def wind_limits_N(mission: Mission, direction: Vector) -> tuple[float, float]:
     """Least and largest wind along a unit vector in which rotors hold the place [N]."""
     motor, weight_N = vehicle.motor(mission), vehicle.airframe(mission).weight_N
@@ -143,8 +131,8 @@ def wind_limits_N(mission: Mission, direction: Vector) -> tuple[float, float]:
     return -float(low), float(high)
 
 
-def hover_energy(mission: Mission, direction: Vector) -> WindCurve:
-    """Energy of `HOVER_S` by the wind along a unit vector, with 0 N and the weight as points."""
+def hover_energy(mission: Mission, direction: Vector) -> tuple[Floats, Floats]:
+    """Wind along a unit vector [N], 0 N and the weight among it, and energy of `HOVER_S` [J]."""
     low, high = wind_limits_N(mission, direction)
     weight_N = float(vehicle.airframe(mission).weight_N)
     inner = [force for force in (0.0, weight_N) if low < force < high]
@@ -153,29 +141,27 @@ def hover_energy(mission: Mission, direction: Vector) -> WindCurve:
     inside = np.clip(force_N, low * (1.0 - 1e-12), high * (1.0 - 1e-12))
     x, y, z = (inside * component for component in direction)
     load = vehicle.hover_load(mission, (x, y, z))
-    return WindCurve(force_N, HOVER_S * np.asarray(load.power_W, dtype=float))
+    return force_N, HOVER_S * np.asarray(load.power_W, dtype=float)
+
+
+def calmest_N(mission: Mission, direction: Vector) -> float:
+    """Wind along a unit vector in which hovering takes the least energy [N]."""
+    force_N, energy_J = hover_energy(mission, direction)
+    return float(force_N[np.argmin(energy_J)])
 
 
 # Fig. 10: harvested energy by distance
 
 
-class Harvest(NamedTuple):
-    """Energy harvested in `HOVER_S` [J] and efficiency ζ [-] by the distance from the laser [m]."""
+def harvest(mission: Mission, source_W: float, distance_m: Floats) -> tuple[Floats, Floats]:
+    """Energy from a source in `HOVER_S` [J] and efficiency ζ [-], by distance, in clear sight.
 
-    distance_m: Floats
-    energy_J: Floats
-    efficiency: Floats
-
-
-def harvest(mission: Mission, source_W: float, distance_m: Floats) -> Harvest:
-    """What a source gives in clear sight, not limited to what the battery takes."""
+    The energy is not limited to what the battery takes.
+    """
     share = laser.transmission(vehicle.attenuation_per_km(mission), distance_m)
     power_W = laser.unlimited_power(vehicle.conversion(mission), source_W, share)
-    return Harvest(
-        distance_m,
-        HOVER_S * np.asarray(power_W, dtype=float),
-        np.asarray(laser.efficiency(power_W, source_W), dtype=float),
-    )
+    efficiency = np.asarray(laser.efficiency(power_W, source_W), dtype=float)
+    return HOVER_S * np.asarray(power_W, dtype=float), efficiency
 
 
 def source_for_W(mission: Mission, received_W: float, distance_m: Floats) -> Floats:

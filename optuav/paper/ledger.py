@@ -11,7 +11,7 @@ from typing import Any, TypeAlias
 from optuav.errors import Fault, InputError
 from optuav.mission import Mission
 from optuav.mission.messages import nearest
-from optuav.paper import computations
+from optuav.paper.computations import COMPUTATIONS
 from optuav.paper.curves import papers
 from optuav.paper.statement import Entry, Interval, PaperStatement, Value, Verdict, data
 from optuav.studies.results import as_csv
@@ -47,11 +47,6 @@ class Ledger:
         return {verdict: found[verdict] for verdict in Verdict if found[verdict]}
 
     @property
-    def in_words(self) -> Ledger:
-        """The entries that state no number but a finding, a formula or a range."""
-        return Ledger(tuple(entry for entry in self.entries if not entry.statement.is_number))
-
-    @property
     def table2(self) -> tuple[Entry, ...]:
         """The entries that are cells of Table II, row by row."""
         return tuple(each for each in self.entries if each.statement.name.startswith("table2-"))
@@ -59,7 +54,7 @@ class Ledger:
     @property
     def summary(self) -> str:
         """The counts, and a line for each statement that does not match."""
-        words = len(self.in_words.entries)
+        words = sum(not entry.statement.is_number for entry in self.entries)
         lines = [f"{len(self.entries)} statements of the paper, {words} of them in words"]
         lines += [f"{count:5}  {verdict.value}" for verdict, count in self.counts.items()]
         for verdict in (Verdict.WITHIN, Verdict.CONTRADICTS, Verdict.UNDECIDED, Verdict.DIFFERS):
@@ -152,7 +147,7 @@ def _setting(mission: Mission, key: str) -> Value:
 
 def _computation(named: Sequence[str | float]) -> Callable[[Mission], Value]:
     name, *options = named
-    return lambda mission: getattr(computations, str(name))(mission, *options)
+    return lambda mission: COMPUTATIONS[str(name)](mission, *options)
 
 
 def _room(named: Sequence[str | float]) -> Value | Interval:

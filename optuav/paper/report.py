@@ -25,41 +25,27 @@ LEDGER = "ledger"
 COLUMNS = ("place", "what", "stated", "unit", "by printed", "by recovered", "verdict", "why")
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Study:
     """A figure or table of the paper for a mission, or something that the paper leaves out.
 
-    Parameters
-    ----------
-    name
-        Its name for ``only``; the file of the statements has its title and numbers by it.
-    make
-        Its exhibits for a mission.
-    counted
-        Whether it is made once a perspective of `COUNTED`, which `make` takes as well.
+    `make` returns the exhibits of a mission; where the study is `counted`, it takes a perspective
+    of `COUNTED` as well and returns the one for it. `place` and `numbers` are those of the paper.
     """
 
     name: str
+    title: str
     make: Callable[..., Any]
+    place: str = ""
+    numbers: Sequence[str] = ()
     counted: bool = False
 
-    @property
-    def numbers(self) -> Sequence[str]:
-        """Its numbers in the paper: ``["fig7"]``."""
-        numbers: Sequence[str] = data()["study"][self.name].get("numbers", ())
-        return numbers
-
-    def title(self, *, of_paper: bool) -> str:
-        """Its heading, with its place in the paper if it is made for the paper's missions."""
-        texts: Mapping[str, str] = data()["study"][self.name]
-        return (
-            f"{texts['place']}: {texts['title']}"
-            if of_paper and "place" in texts
-            else texts["title"]
-        )
+    def heading(self, *, of_paper: bool) -> str:
+        """Its title, with its place in the paper if it is made for the paper's missions."""
+        return f"{self.place}: {self.title}" if of_paper and self.place else self.title
 
     def exhibits(self, mission: Mission) -> Iterator[Exhibit | tuple[str, str]]:
-        """Its exhibits, and which part of it is left out, all if that is empty, with the reason."""
+        """Its exhibits, or what is left out, all if that is empty, with the reason."""
         for perspective in COUNTED if self.counted else ("",):
             try:
                 if self.counted:
@@ -70,21 +56,9 @@ class Study:
                 yield f"perspective {perspective}" if self.counted else "", str(reason)
 
 
-STUDIES = (
-    Study("system", figures.system, counted=True),
-    Study("wells", figures.wells, counted=True),
-    Study("direct-path", figures.direct_path),
-    Study("perspectives", figures.by_perspective),
-    Study("least-charge", figures.least_charge, counted=True),
-    Study("battery-size", figures.battery_size, counted=True),
-    Study("wind", figures.wind),
-    Study("charging", figures.charging),
-    Study("runs-dry", figures.runs_dry),
-    Study("overcharges", figures.overcharges),
-    Study("second-problem", figures.second_problem),
-    Study("more-stops", figures.more_stops),
-    Study("peak-speed", figures.peak_speed),
-    Study("misprints", figures.misprints),
+STUDIES = tuple(
+    Study(name, **{**texts, "make": getattr(figures, texts["make"])})
+    for name, texts in data()["study"].items()
 )
 NAMES = (*(study.name for study in STUDIES), LEDGER)
 NUMBERS = tuple(sorted(number for study in STUDIES for number in study.numbers))
@@ -187,9 +161,9 @@ def _files(
         for each in study.exhibits(mission):
             if isinstance(each, tuple):
                 part, reason = each
-                what = f"{study.title(of_paper=is_papers(mission))}{part and f', {part}'}"
+                what = f"{study.heading(of_paper=is_papers(mission))}{part and f', {part}'}"
                 left_out.setdefault((mission.name, reason), []).append(what)
-            elif not only or study.name in only or {*each.numbers} & {*only}:
+            elif not only or study.name in only or each.numbers & {*only}:
                 made[study].append(each)
                 pictures |= dict(_pictures(each))
                 yield f"data/{each.name}.csv", as_csv(each.records).encode()
@@ -225,7 +199,7 @@ def _report(
     of_paper = all(map(is_papers, missions))
     sections = [*_of_the_paper(entries)] if entries else []
     sections += [
-        _section(study.name, study.title(of_paper=of_paper), *_shown(exhibits))
+        _section(study.name, study.heading(of_paper=of_paper), *_shown(exhibits))
         for study, exhibits in made.items()
         if exhibits
     ]
@@ -262,10 +236,9 @@ def _shown(exhibits: Sequence[Exhibit]) -> Iterator[Element]:
 
 def _of_the_paper(entries: Ledger) -> Iterator[Element]:
     """What the ledger finds in short, and the fit behind Table II."""
-    in_words = entries.in_words.counts
-    rows = [("verdict", "statements of the paper", "of these in words")]
-    rows += [(v.value, str(n), str(in_words.get(v, 0))) for v, n in entries.counts.items()]
-    rows.append(("all", str(len(entries.entries)), str(len(entries.in_words.entries))))
+    rows = [("verdict", "statements of the paper")]
+    rows += [(verdict.value, str(count)) for verdict, count in entries.counts.items()]
+    rows.append(("all", str(len(entries.entries))))
     intro = prose(data()["paper"]["missions"])
     yield _section("in-short", "In short", intro, table(rows))
     texts, found = data()["table2"], entries.table2

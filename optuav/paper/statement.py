@@ -43,37 +43,10 @@ class Verdict(StrEnum):
 
 @dataclass(frozen=True, kw_only=True)
 class PaperStatement:
-    """A number of the paper, or a finding in words.
+    """A number of the paper, or a finding in words, as the file of the statements describes it.
 
-    Parameters
-    ----------
-    name
-        Short and unique.
-    place
-        Where the paper states it.
-    what
-        The quantity or the question.
-    stated
-        As printed; its digits decide what matches.
-    unit
-        Of the number; empty for counts, ratios and words.
-    how
-        How our value is computed.
-    compute
-        Our value for a mission; None where it does not apply.
-    reason
-        What a reader should know about the verdict.
-    command
-        Computes our value again; ``optuav ledger NAME`` by default.
-    limit
-        Whether it ends an interval around 0, so that a number rounded away from 0 would lie
-        outside, and cutting digits is as good a reading as rounding.
-    given, fitted
-        Whether the missions take it as a setting; whether `paper-table2` was fitted to it.
-    room
-        The values that the other numbers of the paper leave for it.
-    undecided
-        Why it cannot be decided where it does not match; empty if it can.
+    `given` marks a setting that the missions take; `compute` returns our value for a mission, and
+    `room` the values that the other numbers of the paper leave for it.
     """
 
     name: str
@@ -103,15 +76,9 @@ class PaperStatement:
 
 @dataclass(frozen=True)
 class Entry:
-    """A line of the ledger.
+    """A statement with our value by the printed parameters, and by the recovered loads.
 
-    Parameters
-    ----------
-    statement
-        What the paper states.
-    printed, recovered
-        Our value by the printed parameters, mission ``paper``, and by the recovered loads, mission
-        ``paper-table2``; None where it does not apply.
+    The missions are ``paper`` and ``paper-table2``; a value is None where it does not apply.
     """
 
     statement: PaperStatement

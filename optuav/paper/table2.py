@@ -60,7 +60,7 @@ def _rows() -> Iterator[TableRow]:
     for number in range(1, 7):
         name = f"table2-{number}"
         hover, mission = cells[f"{name}-hover"], cells[f"{name}-mission"]
-        _, _, deadline_s, perspective = hover["compute"]
+        _, deadline_s, perspective = hover["compute"]
         first, second, third = (cells[f"{name}-eta{eta}"]["stated"] for eta in (1, 2, 3))
         soc = (first, second, third)
         yield TableRow(deadline_s, perspective, hover["stated"], mission["stated"], soc)
