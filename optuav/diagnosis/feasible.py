@@ -7,10 +7,10 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from optuav.arrays import Booleans, Floats
+from optuav.arrays import Booleans, Floats, Values
 from optuav.diagnosis.stacked import Case, Stack, stacks
 from optuav.engines import bracket, closed_form, grid
-from optuav.engines.ranges import Values, implied_upper_bounds, lower_bounds, own_upper_bounds
+from optuav.engines.ranges import implied_upper_bounds, lower_bounds, own_upper_bounds
 from optuav.errors import InputError
 from optuav.modelling import Model, NotAffineError
 from optuav.modelling.affine import affine

@@ -12,23 +12,32 @@ longest for which the available well is never past full.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
-from typing import Any, ClassVar
+from typing import ClassVar
 
 import numpy as np
 
 from optuav.arrays import Booleans, Floats, Integers, Values
 from optuav.engines.bracketing import WIDTH_S, Interval, largest, shortest
 from optuav.engines.registry import Capability, Compiled, SolvedAgain, capability
-from optuav.engines.rows import Margin, Rows, Section, StatedForm, close_in, rows_of, stated_forms
+from optuav.engines.rows import (
+    Margin,
+    Rows,
+    Section,
+    Selection,
+    StatedForm,
+    close_in,
+    rows_of,
+    stated_forms,
+)
 from optuav.engines.solution import Solution
 from optuav.errors import InputError
-from optuav.modelling.check import evaluated, relations, slack
-from optuav.modelling.expression import Leaf, Variable
+from optuav.modelling.check import slack
+from optuav.modelling.expression import Operand
 from optuav.modelling.kibam_form import CONSTANT, Exponential, Monomial
 from optuav.modelling.model import Constraint, Model
-from optuav.modelling.traversal import evaluate, fold
+from optuav.modelling.traversal import evaluate
 from optuav.status import Status
 
 ROUNDING = 1e-11
@@ -55,7 +64,7 @@ class Tapered:
     def __init__(
         self,
         constraints: Sequence[Constraint],
-        values: Mapping[str, Any],
+        values: Values,
         names: Sequence[str],
         others: Rows,
         x_top: Floats,
@@ -95,7 +104,7 @@ class Tapered:
                 return np.zeros_like(x)
             return Section.at_x(self.others.take(which), x).largest(self.y_top[which])
 
-        def margins(some: Any) -> Margin:
+        def margins(some: Selection) -> Margin:
             which = known[some]
 
             def margin(x: Floats) -> Floats:
@@ -125,7 +134,7 @@ class Tapered:
         short = known[(at_least[known] < 0.0) & (at_found[known] >= 0.0)]
         if len(short):
 
-            def margins(some: Any) -> Margin:
+            def margins(some: Selection) -> Margin:
                 which = short[some]
                 return lambda at: self._margin(found.x[which], at, which)
 
@@ -137,7 +146,7 @@ class Tapered:
         """How far the constraints hold, with the taper, at points of some programmes."""
         given = {name: v[which] if np.ndim(v) else v for name, v in self.values.items()}
         given |= dict(zip(self.names, (x, y), strict=False))
-        least, done = np.full(np.shape(x), np.inf), dict[int, Any]()
+        least, done = np.full(np.shape(x), np.inf), dict[int, Operand]()
         with np.errstate(invalid="ignore"):  # where there is no point
             for each in self.constraints:
                 left, right = (evaluate(side, given, done) for side in each.relation.sides)
@@ -150,8 +159,6 @@ NAME = "bracket"
 PROOF = "bracketed: a feasible time, and proof that none is longer"
 PROOF_OF_NONE = "bracketed: proof that no times satisfy all constraints"
 UNDECIDED = "found neither a time nor proof that there is none"
-TIGHT = 1e-7
-"""Slack below which a constraint counts as binding, relative to max(1, |right side|)."""
 
 STATUSES = np.array(
     [Status.OPTIMAL, Status.FEASIBLE, Status.INFEASIBLE, Status.ERROR], dtype=object
@@ -159,7 +166,7 @@ STATUSES = np.array(
 OPTIMAL, FEASIBLE, INFEASIBLE, ERROR = range(4)
 
 
-def solve(model: Model, programmes: int, values: Mapping[str, Any] | None = None) -> Solution:
+def solve(model: Model, programmes: int, values: Values | None = None) -> Solution:
     """Bracket the longest time for every entry of the parameters.
 
     Parameters
@@ -211,7 +218,7 @@ def solve(model: Model, programmes: int, values: Mapping[str, Any] | None = None
         statuses=STATUSES[codes].tolist(),
         objective=points[names[0]] + 0.0,
         values={each.name: points[each.name] for each in model.variables},
-        binding=_binding(model, {**given, **points}, answered),
+        tight=None,
         duals={} if tapers else None,
         beyond=np.where(usable, found.beyond, np.nan),
         words=[UNDECIDED if each else "" for each in usable & (codes == ERROR)],
@@ -249,7 +256,7 @@ def _rows(forms: Iterable[StatedForm], names: Sequence[str], tops: tuple[Floats,
 
 def _tapered(
     model: Model,
-    given: Mapping[str, Any],
+    given: Values,
     forms: Sequence[StatedForm],
     names: Sequence[str],
     tops: tuple[Floats, Floats],
@@ -265,9 +272,7 @@ def _tapered(
     return tapered.best(_rows(relaxed, names, tops), _rows(forms, names, tops))
 
 
-def some_point(
-    model: Model, programmes: int, values: Mapping[str, Any] | None = None
-) -> dict[str, Floats]:
+def some_point(model: Model, programmes: int, values: Values | None = None) -> dict[str, Floats]:
     """Times that satisfy all constraints, NaN where none are known; parameters as for `solve`.
 
     What is sought does not matter, nor how the times compare with others.
@@ -277,14 +282,14 @@ def some_point(
     return dict(zip(names, times, strict=False))
 
 
-def no_point(model: Model, programmes: int, values: Mapping[str, Any] | None = None) -> Booleans:
+def no_point(model: Model, programmes: int, values: Values | None = None) -> Booleans:
     """Where it is proved that no times satisfy all constraints; parameters as for `solve`."""
     _, found, usable = _any_point(model, programmes, values)
     return usable & np.isneginf(found.beyond)
 
 
 def _any_point(
-    model: Model, programmes: int, values: Mapping[str, Any] | None
+    model: Model, programmes: int, values: Values | None
 ) -> tuple[list[str], Interval, Booleans]:
     """Names of the times, what is known of them, and where the figures are numbers."""
     names = [each.name for each in model.variables]
@@ -309,28 +314,6 @@ def _top(forms: Sequence[Exponential], name: str, programmes: int) -> Floats:
             with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
                 top = np.minimum(top, np.where(slopes[own] < 0.0, least / -slopes[own], np.inf))
     return top
-
-
-def _binding(model: Model, values: Mapping[str, Any], answered: Booleans) -> dict[str, Booleans]:
-    """Which constraints of the unknowns hold with equality, by label."""
-    found: dict[str, Booleans] = {}
-    done: dict[int, Any] = {}
-    stated = list(relations(model))  # kept, so that no two nodes share an identity
-    for each, row in zip(stated, evaluated(model, values), strict=True):
-        sides = each.relation.sides
-        if not any(fold(side, _is_unknown, _any, done=done) is True for side in sides):
-            continue
-        tight = answered & (np.abs(row.slack) <= TIGHT * np.maximum(1.0, np.abs(row.right)))
-        found[row.label] = found[row.label] | tight if row.label in found else tight
-    return found
-
-
-def _is_unknown(leaf: Leaf) -> bool:
-    return isinstance(leaf, Variable)
-
-
-def _any(_: np.ufunc, arguments: tuple[Any, ...]) -> bool:
-    return any(each is True for each in arguments)
 
 
 @dataclass(frozen=True)

@@ -14,12 +14,12 @@ of second order in its size, so that boxes are large even where the rows nearly 
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
 from optuav.arrays import Booleans, Floats
-from optuav.engines.rows import Margin, Rows, Section, close_in, falling, levelled
+from optuav.engines.rows import Margin, Rows, Section, Selection, close_in, falling, levelled
 
 
 class Interval(NamedTuple):
@@ -109,10 +109,10 @@ def _monotone(
     with np.errstate(divide="ignore", invalid="ignore"):
         ends = np.where(slopes > 0.0, starts / slopes, np.inf)
     end = np.minimum(x_top, ends.min(axis=0))
-    helping = helped.any(axis=1)
+    helping = np.asarray(helped.any(axis=1))
     kept, ignored = rows.keep(helping), np.where(helped[helping], 0.0, np.inf)
 
-    def margins(which: Any) -> Margin:
+    def margins(which: Selection) -> Margin:
         some, more = kept.take(which), ignored[:, which]
         first, slope = starts[:, which], slopes[:, which]
 

@@ -61,10 +61,10 @@ def told() -> Iterator[None]:
 
 
 def prepared(
-    programme: Mapping[str, Any], time_limit_s: float | None, accuracy: float, iterations: int
+    programme: Values, time_limit_s: float | None, accuracy: float, iterations: int
 ) -> Any:
     """A programme of CasADi's symbols, made ready for `run`."""
-    options: dict[str, Any] = {**OPTIONS, "ipopt.tol": accuracy, "ipopt.max_iter": iterations}
+    options: dict[str, Operand] = {**OPTIONS, "ipopt.tol": accuracy, "ipopt.max_iter": iterations}
     if time_limit_s is not None:
         options["ipopt.max_wall_time"] = time_limit_s
     with told():
@@ -240,7 +240,7 @@ class ScaledProgramme:
     """
 
     names: Sequence[str]
-    parameters: Mapping[str, Any]
+    parameters: Values
     numbers: Floats
     lower: Floats
     upper: Floats
@@ -288,7 +288,7 @@ class ScaledProgramme:
 
 def scaled_programme(
     model: Model,
-    parameters: Mapping[str, Any],
+    parameters: Values,
     numbers: Floats,
     lower: Mapping[str, float],
     upper: Mapping[str, float],
@@ -442,7 +442,7 @@ class CasadiProgramme:
                 best, most = (point, answer), self.model.towards * reached
         return best, said
 
-    def _feasible(self, parameters: Mapping[str, Any], point: Mapping[str, float]) -> bool:
+    def _feasible(self, parameters: Values, point: Mapping[str, float]) -> bool:
         return all(bool(row.satisfied) for row in evaluated(self.model, {**parameters, **point}))
 
     def _preferred(
@@ -476,34 +476,26 @@ class CasadiProgramme:
 
     def _solution(
         self,
-        parameters: Mapping[str, Any],
+        parameters: Values,
         point: dict[str, float],
         weights: Floats,
         at_bounds: Floats,
         said: Sequence[str],
     ) -> Solution:
-        rows = evaluated(self.model, {**parameters, **point})
         multipliers = {
             each.label: float(weight if each.relation.sense == "==" else abs(weight))
             for each, weight in zip(self.form.constraints, weights, strict=True)
         }
         for variable, weight in zip(self.model.variables, np.abs(at_bounds), strict=True):
             multipliers[variable.label] = multipliers.get(variable.label, 0.0) + float(weight)
-        binding: dict[str, bool] = {}
-        for row in rows:
-            if not np.ndim(row.slack) and row.label not in multipliers:
-                continue
-            tight = abs(float(row.slack)) <= 1e-7 * max(1.0, abs(float(row.right)))
-            binding[row.label] = binding.get(row.label, False) or tight
-        for each in self.form.settled:
-            multipliers[each.label], binding[each.label] = 0.0, False
+        multipliers |= dict.fromkeys((each.label for each in self.form.settled), 0.0)
         return Solution(
             engine=NAME,
             proof=PROOF,
             statuses=[Status.LOCALLY_OPTIMAL],
             objective=np.array([float(evaluate(self.model.objective, {**parameters, **point}))]),
             values={name: np.array([value]) for name, value in point.items()},
-            binding={label: np.array([tight]) for label, tight in binding.items()},
+            tight=None,
             duals={label: np.array([weight]) for label, weight in multipliers.items()},
             words=[", ".join(dict.fromkeys(said))],
             model=self.model,
@@ -511,7 +503,7 @@ class CasadiProgramme:
         )
 
 
-def _holds(relation: Relation, values: Mapping[str, Any]) -> bool:
+def _holds(relation: Relation, values: Values) -> bool:
     sides = (evaluate(side, values) for side in relation.sides)
     return bool(holding(relation.sense, *sides))
 

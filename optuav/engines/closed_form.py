@@ -10,9 +10,8 @@ optimal candidate is unbounded.
 from __future__ import annotations
 
 import itertools
-from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any, ClassVar, NamedTuple, TypeAlias
+from typing import ClassVar, NamedTuple, TypeAlias
 
 import numpy as np
 
@@ -20,6 +19,7 @@ from optuav.arrays import Booleans, Floats, Values
 from optuav.engines.linear_form import linear_form
 from optuav.engines.registry import Capability, Compiled, SolvedAgain, capability
 from optuav.engines.solution import Solution
+from optuav.modelling.expression import Operand
 from optuav.modelling.model import Model
 from optuav.modelling.traversal import evaluate
 from optuav.status import Status
@@ -42,7 +42,7 @@ OPTIMAL, INFEASIBLE, UNBOUNDED, ERROR = range(4)
 
 
 @np.errstate(divide="ignore", invalid="ignore", over="ignore")
-def solve(model: Model, programmes: int, values: Mapping[str, Any] | None = None) -> Solution:
+def solve(model: Model, programmes: int, values: Values | None = None) -> Solution:
     """Solve a declared linear programme for every entry of its parameters.
 
     Parameters
@@ -95,7 +95,7 @@ def solve(model: Model, programmes: int, values: Mapping[str, Any] | None = None
     multipliers = np.concatenate([part.multipliers for part in parts], axis=-1)
     reached = (form.directions[0] * points).sum(axis=0) + form.offsets[0]
     binding: dict[str, Booleans] = {}
-    weights: dict[str, Any] = {}
+    weights: dict[str, Operand] = {}
     for label, sign, is_active, weight in zip(
         form.labels, form.signs, active, multipliers, strict=True
     ):
@@ -109,7 +109,7 @@ def solve(model: Model, programmes: int, values: Mapping[str, Any] | None = None
         statuses=STATUSES[codes].tolist(),
         objective=form.towards * reached + 0.0,
         values={name: points[k] for k, name in enumerate(form.names)},
-        binding=binding,
+        tight=binding,
         duals={label: np.where(solved, each, np.nan) for label, each in weights.items()},
         regular=regular,
         words=[""] * programmes,

@@ -28,11 +28,12 @@ from optuav.engines.solution import Solution, unanswered
 from optuav.errors import InputError, SolverError
 from optuav.modelling.affine import AffineForms
 from optuav.modelling.check import TOLERANCE
+from optuav.modelling.expression import Operand
 from optuav.modelling.model import Model
 from optuav.status import Status
 
 DEFAULT_SOLVER = "HIGHS"
-SETTINGS: Mapping[str, Mapping[str, Any]] = {
+SETTINGS: Mapping[str, Values] = {
     "HIGHS": {
         "primal_feasibility_tolerance": 1e-9,
         "dual_feasibility_tolerance": 1e-9,
@@ -99,7 +100,7 @@ class Solver:
                 f"{', '.join(able)}"
             )
         self.name = name
-        self.options: dict[str, Any] = dict(SETTINGS.get(name, {}))
+        self.options: dict[str, Operand] = dict(SETTINGS.get(name, {}))
         if whole and name == DEFAULT_SOLVER:
             # Its presolve may cut off the best whole numbers (ERGO-Code/HiGHS issue 3073).
             self.options["presolve"] = "off"
@@ -343,7 +344,7 @@ class CvxpyProgramme:
             statuses=[status],
             objective=np.array([form.towards * value]),
             values={name: np.array([x[k]]) for k, name in enumerate(form.names)},
-            binding={label: np.array([tight]) for label, tight in binding.items()},
+            tight={label: np.array([tight]) for label, tight in binding.items()},
             duals={label: np.array([weight]) for label, weight in weights.items()},
             words=[f"{self.solver.name}: {self.words}"],
             model=self.model,

@@ -11,11 +11,10 @@ import re
 import tempfile
 from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
-from optuav.arrays import Floats
+from optuav.arrays import Floats, Values
 from optuav.errors import InputError
 from optuav.modelling.affine import affine
 from optuav.modelling.check import holding
@@ -54,7 +53,7 @@ def need_linear(model: Model) -> None:
 
 def to_file(
     model: Model,
-    values: Mapping[str, Any],
+    values: Values,
     form: str,
     remarks: Iterable[str] = (),
 ) -> str:
@@ -130,9 +129,7 @@ def to_file(
     return "".join(f"{FILES[form]}{' '.join(each.split())}\n" for each in notes) + text
 
 
-def _form(
-    label: str, side: Operand, values: Mapping[str, Any], names: Sequence[str]
-) -> tuple[Floats, float]:
+def _form(label: str, side: Operand, values: Values, names: Sequence[str]) -> tuple[Floats, float]:
     """Coefficients of the unknowns and the constant of one side, all of them finite."""
     form = affine(side, values)
     numbers = [*(form.coefficients.get(name, 0.0) for name in names), form.constant]
@@ -145,7 +142,7 @@ def _form(
     return np.array(numbers[:-1], dtype=float), float(numbers[-1])
 
 
-def _limit(label: str, bound: Operand, values: Mapping[str, Any]) -> float:
+def _limit(label: str, bound: Operand, values: Values) -> float:
     """A bound of an unknown; it may be infinite."""
     infinite = not isinstance(bound, Expression) and np.isinf(bound)
     return float(bound) if infinite else _form(label, bound, values, ())[1]

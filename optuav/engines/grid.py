@@ -17,7 +17,7 @@ import math
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any, ClassVar
+from typing import ClassVar
 
 import numpy as np
 
@@ -28,7 +28,7 @@ from optuav.engines.solution import Solution
 from optuav.errors import InputError, SolverError
 from optuav.modelling.affine import NotAffineError, affine
 from optuav.modelling.check import TOLERANCE, evaluated, holding, relations
-from optuav.modelling.expression import Relation
+from optuav.modelling.expression import Operand, Relation
 from optuav.modelling.model import Model
 from optuav.modelling.traversal import evaluate
 from optuav.status import Status
@@ -103,7 +103,7 @@ def solve(
         statuses=statuses,
         objective=objective,
         values={name: points[k] for k, name in enumerate(names)},
-        binding=binding,
+        tight=binding,
         words=[""] * programmes,
         model=model,
         given=values or {},
@@ -118,7 +118,7 @@ def axes(model: Model, parameters: Values, slot_s: float) -> list[Floats]:
     return [slot_s * np.arange(first, last + 1, dtype=float) for first, last in ranges]
 
 
-Test = Callable[[Mapping[str, Floats], dict[int, Any]], Any]
+Test = Callable[[Mapping[str, Floats], dict[int, Operand]], Operand]
 """Which of the points satisfy a constraint; the tests of the same points share what they found."""
 
 
@@ -155,22 +155,22 @@ def _flat(relation: Relation, parameters: Values) -> Test | None:
     form = left.plus(right, -1.0).times(sign)
     limit = TOLERANCE * max(1.0, abs(right.constant)) - form.constant
 
-    def compare(points: Mapping[str, Floats], done: dict[int, Any]) -> Any:
+    def compare(points: Mapping[str, Floats], done: dict[int, Operand]) -> Operand:
         *outer, last = (form.coefficients.get(name, 0.0) * x for name, x in points.items())
         return sum(outer) <= limit - last
 
     return compare
 
 
-def _holds(relation: Relation, values: Values, done: dict[int, Any]) -> Any:
+def _holds(relation: Relation, values: Values, done: dict[int, Operand]) -> Operand:
     sides = (evaluate(side, values, done) for side in relation.sides)
     return holding(relation.sense, *sides)
 
 
 def cells(constraints: Sequence[Test], points: Mapping[str, Floats]) -> Booleans:
     """Which cells satisfy every constraint; the axes broadcast against each other."""
-    holds: Any = np.True_
-    done: dict[int, Any] = {}
+    holds: Operand = np.True_
+    done: dict[int, Operand] = {}
     for satisfied in constraints:
         holds = holds & satisfied(points, done)
     shape = np.broadcast_shapes(*(np.shape(each) for each in points.values()))
@@ -203,7 +203,7 @@ def _blocks(
 
 
 def _worth_seeing(
-    points: Mapping[str, Floats], flat: Sequence[Test], goal: Any, best: float
+    points: Mapping[str, Floats], flat: Sequence[Test], goal: Operand, best: float
 ) -> dict[str, Floats] | None:
     """The block without the rows and columns of which flat tests or the goal rule out all cells."""
     kept = cells(flat, points) & (
@@ -254,7 +254,7 @@ def _best_cell(
     return {name: min(value, bounds[name]) for name, value in best[1].items()}
 
 
-def _largest(goal: Any, kept: Booleans) -> tuple[float, Booleans]:
+def _largest(goal: Operand, kept: Booleans) -> tuple[float, Booleans]:
     """Largest value of a goal over the kept cells where it has one, and the cells that reach it."""
     goal = np.where(np.isnan(goal), -np.inf, goal)
     goal = goal.reshape((1,) * (kept.ndim - goal.ndim) + goal.shape)

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
-from optuav.arrays import Booleans, Floats
+from optuav.arrays import Booleans, Floats, Values
 from optuav.modelling.affine import Affine, affine
 from optuav.modelling.check import TOLERANCE, relations
 from optuav.modelling.expression import Operand
@@ -57,9 +56,9 @@ class LinearForm:
 @np.errstate(divide="ignore", invalid="ignore", over="ignore")
 def linear_form(
     model: Model,
-    values: Mapping[str, Any],
+    values: Values,
     programmes: int = 1,
-    found: Callable[[Operand, Mapping[str, Any]], Affine] = affine,
+    found: Callable[[Operand, Values], Affine] = affine,
 ) -> LinearForm:
     """The rows and goals of a linear model.
 

@@ -21,23 +21,25 @@ import itertools
 import math
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import NamedTuple, TypeAlias
 
 import numpy as np
 
-from optuav.arrays import Floats
+from optuav.arrays import Floats, Values
 from optuav.engines.linear_form import LinearForm, linear_form
 from optuav.engines.ranges import implied_upper_bounds
 from optuav.engines.rows import Section, rows_of, stated_forms
 from optuav.modelling.affine import NotAffineError
 from optuav.modelling.check import Checks, evaluated, relations
 from optuav.modelling.derivatives import Slope, slope
-from optuav.modelling.expression import Variable
+from optuav.modelling.expression import Operand, Variable
 from optuav.modelling.kibam_form import NotExponentialError
 from optuav.modelling.model import Model
 from optuav.modelling.traversal import evaluate, has_unknowns
 
-Point = Mapping[str, Any]
+Point: TypeAlias = Values
+Price: TypeAlias = tuple[Operand, Operand]
+"""Both sides of a shadow price, of one programme or arrays over several."""
 ACTIVE = 1e-6
 """Relative slack below which a constraint counts as holding with equality."""
 NEGLIGIBLE = 1e-7
@@ -64,7 +66,7 @@ def active(model: Model, values: Point) -> Active:
     """What holds with equality at a point, of the constraints that speak of an unknown."""
     unknowns = {variable.name for variable in model.variables}
     rows: dict[tuple[int, float], Slope] = {}
-    done: dict[int, Any] = {}
+    done: dict[int, Operand] = {}
     stated = list(relations(model))  # kept, so that no two nodes share an identity
     for number, constraint in enumerate(stated):
         relation = constraint.relation
@@ -81,7 +83,7 @@ def active(model: Model, values: Point) -> Active:
     return Active(slope(model.objective, values), rows)
 
 
-def nearly(left: Any, right: Any) -> Any:
+def nearly(left: Operand, right: Operand) -> Operand:
     """Whether the sides of a constraint count as equal."""
     return np.abs(left - right) <= ACTIVE * np.maximum(1.0, np.abs(right))
 
@@ -253,8 +255,8 @@ class ShadowPrice(NamedTuple):
 
 
 def prices_of(
-    model: Model, parameters: Point, point: Point, multipliers: Mapping[str, Any]
-) -> dict[str, tuple[Any, Any]]:
+    model: Model, parameters: Point, point: Point, multipliers: Values
+) -> dict[str, Price]:
     """Both sides of the price of every parameter where point and multipliers are the only ones.
 
     Parameters
@@ -272,7 +274,7 @@ def prices_of(
     return _with_edges(model, parameters, {name: (rate, rate) for name, rate in rates.items()})
 
 
-def prices_at_a_kink(model: Model, parameters: Point, point: Point) -> dict[str, tuple[Any, Any]]:
+def prices_at_a_kink(model: Model, parameters: Point, point: Point) -> dict[str, Price]:
     """Both sides of the price of every parameter at an optimal point, whatever the multipliers.
 
     Empty where there are none, or too many rows hold with equality to enumerate them.
@@ -281,9 +283,7 @@ def prices_at_a_kink(model: Model, parameters: Point, point: Point) -> dict[str,
     return _with_edges(model, parameters, found)
 
 
-def _with_edges(
-    model: Model, parameters: Point, prices: dict[str, tuple[Any, Any]]
-) -> dict[str, tuple[Any, Any]]:
+def _with_edges(model: Model, parameters: Point, prices: dict[str, Price]) -> dict[str, Price]:
     """Prices that are infinite on the sides where nothing is feasible, whatever the unknowns do.
 
     Of parameters in a constraint without unknowns that holds with equality.
@@ -305,12 +305,12 @@ def _with_edges(
     return prices
 
 
-def _rates(model: Model, values: Point, multipliers: Mapping[str, Any]) -> dict[str, Any]:
+def _rates(model: Model, values: Point, multipliers: Values) -> dict[str, Operand]:
     """∂L/∂p at a point with the given multipliers, by name of the parameter."""
     objective = slope(model.objective, values)
     sign = model.towards
-    rates: dict[str, Any] = {name: objective.by.get(name, 0.0) for name in model.parameters}
-    done: dict[int, Any] = {}
+    rates: dict[str, Operand] = {name: objective.by.get(name, 0.0) for name in model.parameters}
+    done: dict[int, Operand] = {}
     stated = list(relations(model))  # kept, so that no two nodes share an identity
     for constraint in stated:
         weight = multipliers.get(constraint.label, 0.0)
@@ -330,7 +330,7 @@ def _rates(model: Model, values: Point, multipliers: Mapping[str, Any]) -> dict[
     return rates
 
 
-def _one_sided(model: Model, parameters: Point, points: list[Point]) -> dict[str, tuple[Any, Any]]:
+def _one_sided(model: Model, parameters: Point, points: list[Point]) -> dict[str, Price]:
     """Both derivatives from all optimal points and multipliers."""
     sign = model.towards
     local = [active(model, {**parameters, **point}) for point in points]
@@ -387,9 +387,7 @@ class Residuals(NamedTuple):
     stationarity: float = math.nan
 
 
-def residuals(
-    model: Model, values: Mapping[str, Any], multipliers: Mapping[str, float]
-) -> Residuals:
+def residuals(model: Model, values: Values, multipliers: Mapping[str, float]) -> Residuals:
     """What a point and its multipliers lack.
 
     Parameters
@@ -405,7 +403,7 @@ def residuals(
     if not multipliers or any(map(math.isnan, multipliers.values())):
         return Residuals(_violation(rows))
     negative, products, slopes = [0.0], [0.0], [0.0]
-    done: dict[int, Any] = {}
+    done: dict[int, Operand] = {}
     steepness = {k: model.towards * v for k, v in slope(model.objective, values, done).by.items()}
     for constraint, row in zip(model.constraints, rows, strict=False):
         weight, relation = multipliers.get(constraint.label, 0.0), constraint.relation
@@ -433,6 +431,6 @@ def _violation(rows: Checks) -> float:
     return _largest([0.0, *(-row.slack / max(1.0, abs(row.right)) for row in rows)])
 
 
-def _largest(amounts: Sequence[Any]) -> float:
+def _largest(amounts: Sequence[Operand]) -> float:
     """The largest of some amounts; NaN where one is NaN, and 0 without a sign."""
     return float(np.max(amounts)) + 0.0

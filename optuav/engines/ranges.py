@@ -4,15 +4,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Mapping
-from typing import Any
 
+from optuav.arrays import Values
 from optuav.errors import InputError
 from optuav.modelling.affine import Affine, NotAffineError, affine
 from optuav.modelling.expression import Operand
 from optuav.modelling.model import Model
 from optuav.modelling.traversal import evaluate, leaves
-
-Values = Mapping[str, Any]
 
 TOLERANCE = 1e-9
 """Relative, on the number of slots that fit."""

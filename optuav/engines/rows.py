@@ -13,13 +13,13 @@ References
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from typing import Any, NamedTuple, TypeAlias
+from typing import NamedTuple, TypeAlias
 
 import numpy as np
 
-from optuav.arrays import Booleans, Floats, Integers
+from optuav.arrays import Booleans, Floats, Integers, Values
 from optuav.modelling.check import TOLERANCE, relations
-from optuav.modelling.expression import Relaxation
+from optuav.modelling.expression import Operand, Relaxation
 from optuav.modelling.kibam_form import (
     CONSTANT,
     Exponential,
@@ -32,7 +32,9 @@ from optuav.modelling.model import Constraint, Model
 
 Margin: TypeAlias = Callable[[Floats], Floats]
 """Values at one point of each interval."""
-Margins: TypeAlias = Callable[[Any], Margin]
+Selection: TypeAlias = Integers | slice
+"""Some programmes or intervals, by their numbers or a slice."""
+Margins: TypeAlias = Callable[[Selection], Margin]
 """The margin of some of the intervals, told by their numbers or a slice."""
 Ends: TypeAlias = tuple[Floats, Floats]
 """A point of each interval, and the margins there."""
@@ -152,13 +154,13 @@ class Rows(NamedTuple):
         """Programmes without a NaN among their coefficients."""
         return np.asarray(~np.isnan(self[:6]).any(axis=(0, 1)))
 
-    def take(self, which: Any) -> Rows:
+    def take(self, which: Selection) -> Rows:
         """The rows of some programmes, by their numbers or a slice."""
         if isinstance(which, slice):
             return Rows(*(each[..., which] for each in self))
         return Rows(*(each.take(which, axis=-1) for each in self))
 
-    def keep(self, rows: Any) -> Rows:
+    def keep(self, rows: Booleans) -> Rows:
         """Some of the rows of all programmes."""
         a, b, c, d, e, f = (each[rows] for each in self[:6])
         return Rows(a, b, c, d, e, f, self.rate_x_per_s, self.rate_y_per_s)
@@ -278,7 +280,7 @@ class Section(NamedTuple):
         a, d, e = (each[which] for each in (self.a, self.d, self.e))
         rate = self.rate_per_s[which[1]]
 
-        def margins(some: Any) -> Margin:
+        def margins(some: Selection) -> Margin:
             one = Section(a[some], d[some], e[some], rate[some])
             return one.at
 
@@ -318,11 +320,11 @@ def falling(rows: Rows, x_top: Floats, y_top: Floats) -> tuple[Booleans, Boolean
 
 def rows_of(
     forms: Sequence[Exponential],
-    sizes: Sequence[Any],
+    sizes: Sequence[Operand],
     x: str,
     y: str | None,
     programmes: int,
-    reach_s: Any,
+    reach_s: float | Floats,
 ) -> Rows:
     """Rows from forms in the unknowns x and y, which is None if there is none.
 
@@ -345,13 +347,14 @@ def rows_of(
     NotExponentialError
         If a form holds another product than X Y.
     """
-    rates: dict[str, Any] = {}
+    rates: dict[str, Operand] = {}
     for form in forms:
         rates |= form.rates_per_s
     kx, ky = (
         np.full(programmes, np.where(rate == 0.0, TINY, rate))
         for rate in (rates.get(name or "", 0.0) for name in (x, y))
     )
+    reach_s = np.asarray(reach_s)
     V, W = levelled(kx, reach_s), levelled(ky, reach_s)
     most = {CONSTANT: 1.0, _monomial((x, "time")): reach_s, _monomial((x, "levelling")): V}
     if y is not None:
@@ -382,7 +385,7 @@ def rows_of(
 
 
 def _refuse_others(
-    form: Exponential, known: Mapping[Monomial, Any], reach_s: Any, size: Any
+    form: Exponential, known: Mapping[Monomial, Operand], reach_s: float | Floats, size: Operand
 ) -> None:
     """Refuse a form with terms that rows do not have, unless they are rounding alone."""
     for monomial in form.terms.keys() - known.keys():
@@ -411,14 +414,12 @@ class StatedForm(NamedTuple):
     """
 
     form: Exponential
-    size: Any
+    size: Operand
     constraint: Constraint | None
     relaxed: bool
 
 
-def stated_forms(
-    model: Model, values: Mapping[str, Any], *, relaxed: bool = False
-) -> list[StatedForm]:
+def stated_forms(model: Model, values: Values, *, relaxed: bool = False) -> list[StatedForm]:
     """Every constraint of a model as forms.
 
     Parameters
@@ -435,7 +436,7 @@ def stated_forms(
     """
     found: list[StatedForm] = []
     bounded: list[Constraint] = []
-    done: dict[int, Any] = {}
+    done: dict[int, Operand] = {}
     stated = list(relations(model))  # kept, so that no two nodes share an identity
     for each in stated:
         try:
@@ -447,16 +448,14 @@ def stated_forms(
     return [*found, *_relaxed_forms(bounded, values)] if bounded else found
 
 
-def _relaxed_forms(
-    constraints: Sequence[Constraint], values: Mapping[str, Any]
-) -> Iterator[StatedForm]:
+def _relaxed_forms(constraints: Sequence[Constraint], values: Values) -> Iterator[StatedForm]:
     """Forms of constraints with bounds of `Bounded` functions, and where these are exact."""
     exact = Relaxation()
-    at_bounds = dict[int, Any]()
+    at_bounds = dict[int, Operand]()
     for each in constraints:
         yield from _forms(each, values, at_bounds, exact)
     for variant in map(Relaxation, exact.names):
-        done = dict[int, Any]()
+        done = dict[int, Operand]()
         for each in constraints:
             yield from _forms(each, values, done, variant)
     for limit in exact.limits:
@@ -465,8 +464,8 @@ def _relaxed_forms(
 
 def _forms(
     constraint: Constraint,
-    values: Mapping[str, Any],
-    done: dict[int, Any],
+    values: Values,
+    done: dict[int, Operand],
     relaxed: Relaxation | None = None,
 ) -> Iterator[StatedForm]:
     """What has to be ≥ 0 for a constraint to hold; two forms for an equation."""

@@ -6,11 +6,10 @@ from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import Any
 
 import numpy as np
 
-from optuav.arrays import Booleans, Floats
+from optuav.arrays import Booleans, Floats, Values
 from optuav.engines.prices import (
     Residuals,
     ShadowPrice,
@@ -22,8 +21,13 @@ from optuav.engines.prices import (
 from optuav.errors import SolverError
 from optuav.modelling.check import evaluated, relations, unusable
 from optuav.modelling.display import table
+from optuav.modelling.expression import Operand
 from optuav.modelling.model import Model
+from optuav.modelling.traversal import has_unknowns
 from optuav.status import Status
+
+TIGHT = 1e-7
+"""Slack below which a constraint holds with equality, relative to max(1, |right side|)."""
 
 
 @dataclass(frozen=True)
@@ -44,9 +48,10 @@ class Solution:
         Objective values, one a programme; NaN without an answer.
     values
         Values of the variables by name, one a programme; NaN without an answer.
-    binding
+    tight
         By label of a constraint, whether it holds with equality at the answer (from the grid:
-        whether a slot more or less of an unknown would violate it), one a programme.
+        whether a slot more or less of an unknown would violate it), one a programme. None where
+        that follows from the answer.
     duals
         By label of a constraint, the multiplier that the engine found, one a programme; empty from
         engines that have none. None where they follow from the answer: see `multipliers`.
@@ -66,12 +71,12 @@ class Solution:
     statuses: Sequence[Status]
     objective: Floats
     values: Mapping[str, Floats]
-    binding: Mapping[str, Booleans]
+    tight: Mapping[str, Booleans] | None
     duals: Mapping[str, Floats] | None = field(default_factory=dict)
     regular: Booleans | None = None
     beyond: Floats | None = None
     words: Sequence[str] = ()
-    given: Mapping[str, Any] = field(default_factory=dict)
+    given: Values = field(default_factory=dict)
 
     def __repr__(self) -> str:
         counts = Counter(status.value for status in self.statuses)
@@ -126,7 +131,7 @@ class Solution:
         (status,) = self.statuses
         return status
 
-    def parameters_at(self, index: int) -> dict[str, Any]:
+    def parameters_at(self, index: int) -> dict[str, Operand]:
         """Values of all parameters in a programme, by name."""
         given = {n: value[index] if np.ndim(value) else value for n, value in self.given.items()}
         return {**self.model.row(index), **given}
@@ -164,9 +169,32 @@ class Solution:
         found = dict.fromkeys((each.label for each in relations(self.model)), 0.0)
         return found | local_multipliers(self.model, values)
 
+    @cached_property
+    def binding(self) -> Mapping[str, Booleans]:
+        """By label of a constraint, whether it holds with equality, one a programme."""
+        if self.tight is not None:
+            return self.tight
+        labels = [set(self.binding_labels(index)) for index in range(len(self.statuses))]
+        stated = dict.fromkeys(each.label for each in relations(self.model))
+        return {name: np.array([name in each for each in labels]) for name in stated}
+
     def binding_labels(self, index: int) -> tuple[str, ...]:
-        """Labels of the constraints that hold with equality in the answer to a programme."""
-        return tuple(label for label, binds in self.binding.items() if binds[index])
+        """Labels of the constraints that hold with equality in the answer to a programme.
+
+        Of those that hold an unknown; see `tight`.
+        """
+        if self.tight is not None:
+            return tuple(label for label, binds in self.tight.items() if binds[index])
+        if not self.statuses[index].has_answer:
+            return ()
+        rows = evaluated(self.model, {**self.parameters_at(index), **self.point(index)})
+        found = [
+            row.label
+            for each, row in zip(relations(self.model), rows, strict=True)
+            if np.abs(row.slack) <= TIGHT * np.maximum(1.0, np.abs(row.right))
+            and has_unknowns(*each.relation.sides)
+        ]
+        return tuple(dict.fromkeys(found))
 
     def verify(self, index: int = 0) -> None:
         """Evaluate the answer to a programme again, outside the engine that gave it.
@@ -252,7 +280,7 @@ class Solution:
             statuses=[self.statuses[index]],
             objective=self.objective[one],
             values={name: each[one] for name, each in self.values.items()},
-            binding={label: each[one] for label, each in self.binding.items()},
+            tight=self.tight and {label: each[one] for label, each in self.tight.items()},
             duals=self.duals and {label: each[one] for label, each in self.duals.items()},
             regular=None if self.regular is None else self.regular[one],
             beyond=None if self.beyond is None else self.beyond[one],
@@ -280,7 +308,9 @@ def stacked(solutions: Sequence[Solution]) -> Solution:
     """Solutions to single programmes of one model as one, with the proof of those that answer."""
     no, none = np.array([False]), np.array([np.nan])
     first = next((each for each in solutions if each.status.has_answer), solutions[0])
-    labels = dict.fromkeys(label for each in solutions for label in each.binding)
+    marks = [each.tight or {} for each in solutions]
+    labels = dict.fromkeys(label for each in marks for label in each)
+    tight = {k: np.concatenate([each.get(k, no) for each in marks]) for k in labels}
     known = [each.duals or {} for each in solutions]
     priced = dict.fromkeys(label for duals in known for label in duals)
     weights = {k: np.concatenate([each.get(k, none) for each in known]) for k in priced}
@@ -292,7 +322,7 @@ def stacked(solutions: Sequence[Solution]) -> Solution:
         [status for each in solutions for status in each.statuses],
         np.concatenate([each.objective for each in solutions]),
         {name: np.concatenate([each.values[name] for each in solutions]) for name in first.values},
-        {k: np.concatenate([each.binding.get(k, no) for each in solutions]) for k in labels},
+        None if any(each.tight is None for each in solutions) else tight,
         None if any(each.duals is None for each in solutions) else weights,
         words=[words for each in solutions for words in each.words],
         given={k: np.concatenate([each.given.get(k, none) for each in solutions]) for k in stated},

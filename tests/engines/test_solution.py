@@ -26,7 +26,7 @@ def two_answers(x: float) -> Solution:
         statuses=[Status.OPTIMAL, Status.INFEASIBLE],
         objective=np.array([x, np.nan]),
         values={"x": np.array([x, np.nan])},
-        binding={"limit": np.array([True, False]), "other": np.array([False, False])},
+        tight={"limit": np.array([True, False]), "other": np.array([False, False])},
     )
 
 
@@ -124,7 +124,7 @@ def test_residuals_of_no_answer_cannot_be_read() -> None:
 
 def test_a_solution_prints_its_constraints_and_what_it_lacks() -> None:
     """One programme with an answer as a table; any other in a line."""
-    found = replace(corner(4.0, {"above": 0.5}), binding={"above": np.array([True])})
+    found = replace(corner(4.0, {"above": 0.5}), tight={"above": np.array([True])})
     assert str(found).splitlines() == [
         "optimal by t ()",
         "maximise 8 at x = 4 s",
