@@ -10,7 +10,6 @@ import pytest
 import optuav
 from optuav.mission import Mission
 from optuav.network.network import build_network
-from optuav.network.obstacles import CLEAR, clear_lines, crossed, prisms
 from optuav.network.variants import KEY, Base, Columns, Variants
 from optuav.solving.given import quantities
 from optuav.studies.variants import longest, variant_quantities
@@ -98,67 +97,3 @@ def test_the_longest_hover_is_that_of_each_variant_alone(name: str, perspective:
         else:
             assert np.isnan(found.hover_time_s[number])
             assert found.itinerary[number] == -1
-
-
-def test_lines_that_move_are_clear_where_each_of_them_is() -> None:
-    """Against the test of single lines, with thousands of lines through the town."""
-    mission = optuav.load("matrice350")
-    obstacles = prisms(mission)
-    draw = np.random.default_rng(2)
-    start_m = draw.uniform([300, 100, 5], [500, 700, 40], (2000, 1, 3))
-    end_m = np.broadcast_to([900.0, 300.0, 10.0], start_m.shape).copy()
-    end_m[::3, 0, 2] = 60.0
-    end_m[5] = np.nan
-    exempt = np.array([[11]])
-    between = np.array([[0, 1]])
-    free = clear_lines(obstacles, np.concatenate([start_m, end_m], axis=1), between, exempt)
-    every = np.tile(exempt, (2000, 1))
-    known = np.delete(np.arange(2000), 5)
-    alone = crossed(obstacles, start_m[known, 0], end_m[known, 0], every[known]) == CLEAR
-    assert (free[known, 0] == alone).all()
-    assert not free[5, 0]
-    assert 0.1 < free.mean() < 0.9
-
-
-def test_a_line_that_stays_is_judged_once_for_all() -> None:
-    """From the laser to b12, which b4 hides, and to b4."""
-    mission = optuav.load("matrice350")
-    lamp, hidden, seen = (
-        np.array(place)
-        for place in (
-            mission.laser.position_m if mission.laser else (),
-            mission.buildings[11].position_m,
-            mission.buildings[3].position_m,
-        )
-    )
-    place_m = np.broadcast_to(np.stack([lamp, hidden, seen]), (50, 3, 3))
-    lines = np.array([[0, 1], [0, 2]])
-    free = clear_lines(prisms(mission), place_m, lines, np.array([[11], [3]]))
-    assert (free == [False, True]).all()
-
-
-@pytest.mark.parametrize("seed", range(4))
-def test_bundles_about_corners_and_roofs_are_judged_as_single_lines(seed: int) -> None:
-    """Through a square, an L and a sliver, beside and over them, from outside and from within."""
-    corner = ((0.0, 0.0), (60.0, 0.0), (60.0, 20.0), (20.0, 20.0), (20.0, 60.0), (0.0, 60.0))
-    town = [
-        {"name": "square", "position_m": (100.0, 0.0, 30.0), "footprint_m": (40.0, 40.0)},
-        {"name": "L", "position_m": (10.0, 10.0, 20.0), "footprint_m": corner},
-        {"name": "sliver", "position_m": (-60.0, 0.0, 50.0), "footprint_m": (3.0, 90.0)},
-    ]
-    obstacles = prisms(optuav.load("matrice350").replace({"buildings": town}))
-    draw = np.random.default_rng(seed)
-    count, judged = 1500, []
-    for _ in range(25):
-        middle_m = draw.uniform([-120, -80, 0], [180, 120, 60], (2, 3))
-        reach_m = draw.choice([0.0, 1.0, 10.0, 40.0], (2, 3))
-        place_m = middle_m + reach_m * draw.uniform(-1.0, 1.0, (count, 2, 3))
-        place_m[:, :, 2] = np.maximum(place_m[:, :, 2], 0.0)
-        free = clear_lines(obstacles, place_m, np.array([[0, 1]]), np.array([[-1]]))[:, 0]
-        exempt = np.full((count, 1), -1)
-        alone = crossed(obstacles, place_m[:, 0], place_m[:, 1], exempt) == CLEAR
-        assert (free == alone).all()
-        judged.append(free.mean())
-    assert min(judged) == 0.0
-    assert max(judged) == 1.0
-    assert any(0.0 < share < 1.0 for share in judged)

@@ -1,0 +1,83 @@
+"""Tables over many variants of a mission are those of each variant's own network."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import optuav
+from optuav.arrays import Floats
+from optuav.mission import Mission
+from optuav.network.network import build_network
+from optuav.network.variants import Base, Variants, with_columns
+
+COUNT = 25
+
+
+def drawn(mission: Mission) -> dict[str, Floats]:
+    """Keys that move places, change loads and dim the light, some by component."""
+    draw = np.random.default_rng(1)
+    load = "body.mass_kg" if mission.flight.model == "rotors" else "flight.acceleration_m_s2"
+    table, name = load.split(".")
+    assert mission.laser is not None
+    return {
+        load: getattr(getattr(mission, table), name) * draw.uniform(0.9, 1.1, COUNT),
+        "laser.power_W": mission.laser.power_W * draw.uniform(0.2, 2.0, COUNT),
+        "laser.position_m[1]": draw.uniform(-400.0, 400.0, COUNT),
+        "link.device_m[0]": mission.link.device_m[0] + draw.uniform(-300.0, 300.0, COUNT),
+    }
+
+
+def alone(mission: Mission, columns: dict[str, Floats], number: int) -> Mission:
+    """One of the variants, made by `Mission.replace`."""
+    values: dict[str, object] = {}
+    for key, column in columns.items():
+        name, _, axis = key.partition("[")
+        if not axis:
+            values[name] = float(column[number])
+            continue
+        table, field = name.split(".")
+        vector = list(getattr(getattr(mission, table), field))
+        vector[int(axis[0])] = float(column[number])
+        values[name] = vector
+    return mission.replace(values)
+
+
+@pytest.mark.parametrize("name", ["paper", "paper-table2", "matrice350"])
+def test_each_variant_has_the_places_and_routes_of_its_own_network(name: str) -> None:
+    """Positions, light, flight figures, and which routes can be flown."""
+    mission = optuav.load(name)
+    columns = drawn(mission)
+    variants = Variants(Base.of(mission), columns)
+    for number in range(COUNT):
+        own = build_network(alone(mission, columns, number))
+        row = [number if len(each) > 1 else 0 for each in (variants.position_m, variants.flyable)]
+        assert variants.position_m[row[0]] == pytest.approx(own.places.position_m, nan_ok=True)
+        received = [np.broadcast_to(each, (COUNT, each.shape[1])) for each in variants.received]
+        assert received[0][number] == pytest.approx(own.places.charge_current_A)
+        assert received[1][number] == pytest.approx(own.places.received_power_W)
+        assert list(variants.flyable[row[1]]) == list(own.routes.flyable)
+        for figure in ("flight_time_s", "flight_charge_As", "flight_energy_J"):
+            table = getattr(variants, figure)
+            found = table[number if len(table) > 1 else 0]
+            assert found == pytest.approx(getattr(own.routes, figure), rel=1e-9, nan_ok=True)
+
+
+def test_one_route_alone_has_the_same_figures() -> None:
+    """The other routes and their legs are left out, which saves their work."""
+    mission = optuav.load("paper")
+    base, columns = Base.of(mission), drawn(mission)
+    whole, single = Variants(base, columns), Variants(base.only(5), columns)
+    assert len(single.base.network.legs.start) == 3
+    assert single.flight_time_s[:, 0] == pytest.approx(whole.flight_time_s[:, 5])
+    assert single.rest_load.current_A[:, 0] == pytest.approx(whole.rest_load.current_A[:, 5])
+
+
+def test_stated_energies_are_dropped_where_the_battery_varies_in_size() -> None:
+    """As `Mission.replace` does; other columns keep them."""
+    stated = {"battery.flight_energy_J": 8e5, "battery.hover_energy_J": 7e5}
+    mission = optuav.load("paper").replace(stated)
+    size = with_columns(mission, {"battery.capacity_As": np.array([3e4, 4e4])})
+    assert size.battery.flight_energy_J is size.battery.hover_energy_J is None
+    current = with_columns(mission, {"battery.charge_current_A": np.array([5.0, 6.0])})
+    assert current.battery.flight_energy_J == 8e5
