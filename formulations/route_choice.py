@@ -61,7 +61,7 @@ class Route:
     cut_s: float = 0.0
 
 
-class _Row(NamedTuple):
+class _Condition(NamedTuple):
     """A condition on the times of a route: left(Δ, T'), which is affine, compared with right."""
 
     name: str
@@ -81,7 +81,7 @@ class _Option(NamedTuple):
     route: Route
     given: Quantities
     choice: Variable
-    rows: Sequence[_Row]
+    rows: Sequence[_Condition]
 
 
 def route_choice(
@@ -185,7 +185,7 @@ def _aim(model: Model, options: Sequence[_Option]) -> None:
     model.prefer_small(model.let("place in order", place, symbol="n", words=words))
 
 
-def _rows(route: Route, given: Quantities, perspective: Perspective) -> Iterator[_Row]:
+def _rows(route: Route, given: Quantities, perspective: Perspective) -> Iterator[_Condition]:
     """What the times of a route have to satisfy, apart from being at least 0."""
 
     def soc(hover: Operand, rest: Operand) -> Operand:
@@ -201,17 +201,19 @@ def _rows(route: Route, given: Quantities, perspective: Perspective) -> Iterator
         return float(np.squeeze(PERSPECTIVES[perspective](route.given, hover_s, rest_s)))
 
     falls = charge(1.0, 0.0) < charge(0.0, 0.0), charge(0.0, 1.0) < charge(0.0, 0.0)
-    yield _Row("P1.b state of charge", soc, ">=", given.min_soc, "1", "state of charge", falls)
+    yield _Condition(
+        "P1.b state of charge", soc, ">=", given.min_soc, "1", "state of charge", falls
+    )
     if math.isinf(route.hover_s[1]):
-        yield _Row("P1.d hover time", np.add, "<=", given.time_left, "s", "deadline")
+        yield _Condition("P1.d hover time", np.add, "<=", given.time_left, "s", "deadline")
     for symbol, time, (least_s, most_s) in (
         ("Δ", lambda hover, rest: hover, route.hover_s),
         ("T'", lambda hover, rest: rest, route.rest_s),
     ):
         if least_s > 0.0:
-            yield _Row(f"least {symbol}", time, ">=", least_s, "s")
+            yield _Condition(f"least {symbol}", time, ">=", least_s, "s")
         if math.isfinite(most_s):
-            yield _Row(f"most {symbol}", time, "<=", most_s, "s")
+            yield _Condition(f"most {symbol}", time, "<=", most_s, "s")
 
 
 def _is_zero(time: Operand) -> bool:

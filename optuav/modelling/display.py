@@ -15,7 +15,6 @@ import numpy as np
 from optuav.modelling.affine import NotAffineError, affine
 from optuav.modelling.expression import (
     INDEX,
-    Call,
     Indexed,
     Leaf,
     Let,
@@ -23,7 +22,7 @@ from optuav.modelling.expression import (
     Parameter,
     Variable,
 )
-from optuav.modelling.traversal import nodes
+from optuav.modelling.traversal import nodes, outermost
 from optuav.modelling.writer import Latex, Text
 
 if TYPE_CHECKING:
@@ -140,10 +139,10 @@ def _conditions(model: Model, writer: Text) -> Iterator[Section]:
     stated = []
     for each in model.constraints:
         write = partial(writer.write, each.relation)
-        stated.append(_row(each.label, _outermost(*each.relation.sides), write))
+        stated.append(_row(each.label, outermost(*each.relation.sides), write))
     defined = []
     for let in _named_quantities(model):
-        inner = [] if let.words else _outermost(let.expression)
+        inner = [] if let.words else outermost(let.expression)
         defined.append(_row(let.name, [let, *inner], partial(_definition, writer, let)))
     for head, rows in (("subject to", stated), ("with", defined)):
         if rows:
@@ -197,20 +196,6 @@ def _indexed(symbol: str) -> str:
     return symbol.pattern if isinstance(symbol, Indexed) else symbol
 
 
-def _outermost(*expressions: Operand) -> Iterator[Leaf | Let]:
-    """Symbols in some expressions; not those that named quantities are made of."""
-    waiting, seen = [*expressions], set[int]()
-    while waiting:
-        node = waiting.pop()
-        if id(node) in seen:
-            continue
-        seen.add(id(node))
-        if isinstance(node, Call):
-            waiting += node.arguments
-        elif isinstance(node, Variable | Parameter | Let):
-            yield node
-
-
 def _named_quantities(model: Model) -> list[Let]:
     """The named quantities that the page shows, each after those that it is made of.
 
@@ -218,7 +203,7 @@ def _named_quantities(model: Model) -> list[Let]:
     """
     lets = [each for each in nodes(*model.expressions) if isinstance(each, Let)]
     written = [*model.expressions, *(each.expression for each in lets if not each.words)]
-    seen = {id(each) for each in _outermost(*written)}
+    seen = {id(each) for each in outermost(*written)}
     return [each for each in lets if not each.words or id(each) in seen]
 
 

@@ -67,6 +67,20 @@ def nodes(*expressions: Operand) -> list[Expression]:
     return found
 
 
+def outermost(*expressions: Operand) -> Iterator[Leaf | Let]:
+    """Symbols in some expressions, without those that named quantities are made of."""
+    waiting, seen = [*expressions], set[int]()
+    while waiting:
+        node = waiting.pop()
+        if id(node) in seen:
+            continue
+        seen.add(id(node))
+        if isinstance(node, Call):
+            waiting += node.below
+        elif isinstance(node, Variable | Parameter | Let):
+            yield node
+
+
 def _order(expression: Expression) -> list[Any]:
     """Nodes of a tree, each after its operands; listed once, as a tree never changes."""
     if expression.order is None:

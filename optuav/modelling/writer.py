@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 
 from optuav.modelling.expression import Leaf, Let, Operand, Relation, Sense, Variable
-from optuav.modelling.traversal import fold
+from optuav.modelling.traversal import fold, outermost
 
 LIST, SUM, SIGN, PRODUCT, POWER, ATOM = range(6)
 """How tightly a written expression holds together."""
@@ -116,10 +116,11 @@ class Text:
             left, right = (self.write(each, called) for each in expression.sides)
             return f"{left} {self.senses[expression.sense]}{self.after}{right}"
 
-        def named(node: Leaf | Let, _: object = None) -> Written:
+        def named(node: Leaf | Let) -> Written:
             return Written(self.symbol(called(node.symbol)), ATOM)
 
-        return self._operand(fold(expression, named, self._call, named)).text
+        known = {id(each): named(each) for each in outermost(expression) if isinstance(each, Let)}
+        return self._operand(fold(expression, named, self._call, done=known)).text
 
     def number(self, value: Operand) -> Written:
         """A number; an array of different numbers as its size and range."""
