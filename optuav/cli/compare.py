@@ -81,7 +81,7 @@ def compare(
     lengths = None if slots is None else _numbers(slots)
     names = None if engines is None else _names(engines)
     chosen = "method" if by is None else _names(by)
-    with progress() as told:
+    with progress() as report:
         found = studies.compare(
             mission_of(mission, settings),
             by=chosen,
@@ -90,7 +90,7 @@ def compare(
             engines=names,
             time_limit_s=time_limit_s,
             times=times,
-            progress=told,
+            progress=report,
         )
     deliver(found, save, plot, as_json=as_json)
     if found.facts.get("failures"):
@@ -128,7 +128,7 @@ def _numbers(text: str) -> list[float]:
 
 
 def deliver(found: Results, save: Path | None, plot: Path | None, *, as_json: bool) -> None:
-    """Print a table of results, as wide as the screen, and write the files that were asked for."""
+    """Print a table of results, as wide as the screen, and write the requested files."""
     text = json.dumps(found.to_dict(), indent=2, ensure_ascii=False)
     if save is not None:
         write_text(save, found.to_csv() if save.suffix == ".csv" else f"{text}\n")

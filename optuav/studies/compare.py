@@ -51,7 +51,7 @@ GROUNDED = {
     "dry": "cannot be flown, no available charge is left then",
     "full": "cannot be flown, charging would drive the available well past full",
     "low": "cannot be flown, less than limits.min_soc is left in both wells together",
-    "no": "cannot be flown, optuav solve and audit tell why",
+    "no": "cannot be flown, optuav solve and optuav audit show why",
 }
 """What the table says under "flies" if a plan cannot be flown, and what it means."""
 
@@ -278,7 +278,7 @@ def _tables(found: Results, _: int) -> Iterator[RenderableType]:
 
 
 def _label(row: Row) -> tuple[str, ...]:
-    """Return what a plan is told apart by."""
+    """Return the words that distinguish a plan from the others of its table."""
     if "schedule" not in row:
         return tuple(row[name] for name in AXES)
     period_s = row["period_s"]

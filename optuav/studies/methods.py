@@ -411,7 +411,7 @@ def _without_plan(found: Results, feasible: bool) -> Iterator[Text]:
         who = f"{', '.join(problems)} {have[len(problems) == 1]} no plan"
         yield Text(f"{who if feasible else 'No problem has a plan'}: {'; '.join(reasons)}.")
     if left := sum(map(len, [*names.values()][MOST_REASONS:])):
-        yield Text(f"{left} more {have[left == 1]} no plan either; --json tells why.")
+        yield Text(f"{left} more {have[left == 1]} no plan either; --json lists the reasons.")
 
 
 # The pictures

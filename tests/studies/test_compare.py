@@ -164,7 +164,7 @@ def flies_in(found: Results) -> list[str]:
     return [line.rpartition("  ")[2] for line in str(found).splitlines()[3 : 3 + len(found.rows)]]
 
 
-def test_printed_it_tells_what_can_be_flown_and_how_it_is_known(of_paper: Results) -> None:
+def test_the_text_shows_what_can_be_flown_and_how_each_is_known(of_paper: Results) -> None:
     """What comes first: resting first charges past full long before `battery` runs dry."""
     flies = flies_in(of_paper)
     overfull = ["full 364 s", "full 157 s", "full 157 s"]
@@ -188,7 +188,7 @@ def test_plans_of_one_perspective_that_are_known_otherwise_are_named() -> None:
     assert lines[10].startswith("available traj1, available traj2: bracketed: proof that no times")
 
 
-def test_what_ends_with_too_little_charge_is_told() -> None:
+def test_too_little_charge_at_the_end_is_shown() -> None:
     """`adjusted` trusts a voltage that falls with the load: 19.99 % are left where 20 % must be."""
     found = optuav.compare("matrice350", by="perspective")
     assert flies_in(found) == ["yes", "yes", "low", "yes"]
@@ -205,7 +205,7 @@ def test_what_ends_with_too_little_charge_is_told() -> None:
         ({"soc_battery": 0.05 - 1e-9}, "no"),
     ],
 )
-def test_what_keeps_a_plan_from_flying_is_told(
+def test_what_keeps_a_plan_from_flying_is_shown(
     of_paper: Results, changed: dict[str, Any], words: str
 ) -> None:
     """The earlier of two moments; charge is low where an audit misses some, not by rounding."""
@@ -262,7 +262,7 @@ def test_what_a_schedule_brings_is_counted_from_pooled_packs(schedules: Results)
     assert schedules.records()[1]["brings_s"] < 0.0
 
 
-def test_table_and_files_tell_the_same(schedules: Results) -> None:
+def test_text_and_files_hold_the_same_figures(schedules: Results) -> None:
     rows = list(csv.DictReader(io.StringIO(schedules.to_csv())))
     hovers_s = [row["hover_time_s"] for row in schedules.rows]
     assert [float(row["hover_time_s"]) for row in rows] == hovers_s

@@ -367,7 +367,7 @@ def test_printed_it_fits_80_columns(paper: Results) -> None:
     assert any(line.split() == row for line in lines)
 
 
-def test_on_a_wide_screen_every_gap_stands_beside_its_bound(paper: Results) -> None:
+def test_on_a_wide_screen_every_gap_is_beside_its_bound(paper: Results) -> None:
     """SPEC 3: at most one slot without a rest, two with one in such a horizon."""
     screen = Console(file=io.StringIO(), width=120, color_system=None, highlight=False)
     for piece in paper.tables(width=120):
@@ -392,13 +392,13 @@ def test_where_nothing_is_feasible_one_sentence_takes_the_place_of_the_tables() 
     assert last == "All 12 answers agree that nothing is feasible."
 
 
-def test_reasons_of_single_programmes_are_told_once_each() -> None:
+def test_reasons_of_single_problems_are_shown_once_each() -> None:
     """At 80 s the direct flight fits, and no detour over a roof."""
     found = optuav.compare(two_buildings(limits__deadline_s=80), slots_s=(10.0,), engines=("grid",))
     text = " ".join(str(found).split())
     assert "P4 b1 rest-first has no plan: the flight alone takes 88.32 s" in text
     assert text.count("has no plan:") == 3
-    assert "1 more has no plan either; --json tells why." in text
+    assert "1 more has no plan either; --json lists the reasons." in text
 
 
 def test_many_slots_and_long_names_fit_80_columns() -> None:
@@ -419,7 +419,7 @@ def test_many_slots_and_long_names_fit_80_columns() -> None:
 # Arguments
 
 
-def test_everything_wrong_is_said_at_once() -> None:
+def test_all_faults_are_reported_at_once() -> None:
     with pytest.raises(InputError) as caught:
         optuav.compare(
             "paper",
@@ -438,10 +438,10 @@ def test_a_length_twice_is_refused() -> None:
 
 
 def test_progress_counts_every_cell() -> None:
-    told: list[tuple[int, int, str]] = []
+    calls: list[tuple[int, int, str]] = []
     found = optuav.compare(
-        p3_alone(), slots_s=(10.0,), engines=("grid",), progress=lambda *news: told.append(news)
+        p3_alone(), slots_s=(10.0,), engines=("grid",), progress=lambda *news: calls.append(news)
     )
-    assert [done for done, _, _ in told] == list(range(len(found.rows)))
-    assert {total for _, total, _ in told} == {len(told)}
-    assert [name for _, _, name in told] == ["P3", "P3", "P1", "P1"]
+    assert [done for done, _, _ in calls] == list(range(len(found.rows)))
+    assert {total for _, total, _ in calls} == {len(calls)}
+    assert [name for _, _, name in calls] == ["P3", "P3", "P1", "P1"]

@@ -36,21 +36,21 @@ def chances_of(found: Results) -> Chances:
     return found.facts["chances"]
 
 
-def test_the_available_well_counts_unless_asked_otherwise() -> None:
-    """As everywhere: what is told is the hover time of `solve` without a perspective."""
+def test_the_perspective_is_available_by_default() -> None:
+    """As everywhere: the hover time is that of `solve` without a perspective."""
     found = of("paper")
     assert found.facts["perspective"] == "available"
     assert found.facts["hover_time_s"] == pytest.approx(optuav.solve("paper").hover_time_s)
 
 
-def test_a_wavelength_is_told_to_hold_the_slopes() -> None:
-    """A mission with another wavelength would have to state them anew."""
-    told = "laser.wavelength_nm moves the attenuation alone: slopes and offsets are held"
-    assert told in str(of("matrice350"))
-    assert told not in str(of("paper"))
+def test_a_note_says_that_a_wavelength_holds_the_slopes() -> None:
+    """A mission with another wavelength has to state them again."""
+    text = "laser.wavelength_nm moves the attenuation alone: slopes and offsets are held"
+    assert text in str(of("matrice350"))
+    assert text not in str(of("paper"))
 
 
-def test_single_keys_are_what_solving_again_tells() -> None:
+def test_effects_of_single_keys_are_those_of_solving_again() -> None:
     """On `paper`, with the laser, the link and the rotors."""
     mission = optuav.load("paper")
     found = of("paper", "battery")
@@ -177,7 +177,7 @@ def test_without_a_statement_all_that_is_measured_is_uncertain() -> None:
     assert {"battery.packs", "laser.emitter_offset_W"}.isdisjoint(found.uncertain)
 
 
-def test_a_mission_without_a_plan_is_said_to_have_none() -> None:
+def test_without_a_plan_the_text_says_so() -> None:
     mission = optuav.load("paper").replace({"limits.deadline_s": 60})
     found = optuav.sensitivity(mission, {"limits": {"min_soc": {"percent": 10}}}, samples=50)
     assert found.facts["hover_time_s"] == 0.0
@@ -185,10 +185,10 @@ def test_a_mission_without_a_plan_is_said_to_have_none() -> None:
     assert chances_of(found).no_plan == 1.0
     assert chances_of(found).flyable is None
     assert "no plan 100.0%" in str(found)
-    told = str(found)
-    assert "The mission has no plan" in told
-    assert "Longest hover" not in told
-    assert "Less than" not in told
+    text = str(found)
+    assert "The mission has no plan" in text
+    assert "Longest hover" not in text
+    assert "Less than" not in text
 
 
 # The plan that is held fixed
@@ -286,16 +286,16 @@ def test_arguments_that_are_refused(arguments: dict[str, Any], words: str) -> No
     assert words in str(caught.value)
 
 
-def test_small_effects_are_told_as_less_than_what_is_shown(
+def test_small_effects_are_shown_as_less_than_the_last_digit(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     """Not as "-0.000"; and keys that hardly move the hover time are named."""
     monkeypatch.setattr("optuav.studies.sensitivity.MOST_ROWS", 40)
     wide = {"limits": {"min_altitude_m": {"low": 20, "high": 80}}}
-    told = str(optuav.sensitivity("paper", wide, samples=10))
-    assert not re.search(r"[+-]0\.000\b", told)
-    assert "<0.001" in told
-    assert "route.origin_m[2]" in told.partition("Less than 0.005 s: ")[2]
+    text = str(optuav.sensitivity("paper", wide, samples=10))
+    assert not re.search(r"[+-]0\.000\b", text)
+    assert "<0.001" in text
+    assert "route.origin_m[2]" in text.partition("Less than 0.005 s: ")[2]
 
 
 def test_ends_of_ranges_are_written_as_they_are_meant() -> None:
@@ -427,11 +427,11 @@ def test_tied_itineraries_have_the_rates_of_solving_again_on_either_side(
     ).items()
 
 
-def test_a_kink_is_told_below_the_table() -> None:
+def test_both_sides_of_a_kink_are_shown_below_the_table() -> None:
     """With its rates below and above the value, on a row that would have no room for two."""
-    told = " ".join(str(of("paper")).split())
-    assert "-0.001 kink" in told
-    assert "Exact at a kink: link.device_m[0] -0.012 below, +0.003 above;" in told
+    text = " ".join(str(of("paper")).split())
+    assert "-0.001 kink" in text
+    assert "Exact at a kink: link.device_m[0] -0.012 below, +0.003 above;" in text
 
 
 @settings(max_examples=2, deadline=None)

@@ -150,7 +150,7 @@ def test_what_was_stated_is_shown() -> None:
         spreads(PAPER, {"body": {"mass_kg": {"low": 2, "high": 1}}})
 
 
-def test_a_file_tells_all_its_faults_at_once(tmp_path: Path) -> None:
+def test_all_faults_of_a_file_are_reported_at_once(tmp_path: Path) -> None:
     path = tmp_path / "sure.toml"
     path.write_text("[body]\nmass_kg = 3\n[battery]\npacks = { percent = 3 }\n", "utf-8")
     with pytest.raises(InputError) as caught:
@@ -178,8 +178,8 @@ RANGE = re.compile(r"([\d.e-]+)(?: [(\[][^)\]]*[)\]])? to ([\d.e-]+)")
 def ranges() -> dict[str, tuple[float, float]]:
     """Ranges by key, as the comments of the mission have them."""
     text = files("optuav.mission").joinpath("shipped", "matrice350.toml").read_text("utf-8")
-    told = {key: RANGE.search(comment) for key, comment in LINE.findall(text)}
-    found = {key: (float(each[1]), float(each[2])) for key, each in told.items() if each}
+    matches = {key: RANGE.search(comment) for key, comment in LINE.findall(text)}
+    found = {key: (float(each[1]), float(each[2])) for key, each in matches.items() if each}
     voltage_V = optuav.load("matrice350").battery.nominal_voltage_V
     low_W, high_W = found["hover_power_W"]
     return found | {"hover_current_A": (low_W / voltage_V, high_W / voltage_V)}
@@ -206,10 +206,10 @@ def of_the_lesson() -> Any:
 @pytest.mark.parametrize("read", [of_the_page, of_the_lesson])
 def test_page_and_lesson_take_their_ranges_from_the_mission(read: Any) -> None:
     """Every key of both, to the digits that are written; most likely is what the mission states."""
-    told, mission = ranges(), optuav.load("matrice350")
+    expected, mission = ranges(), optuav.load("matrice350")
     for table, stated in read().items():
         for key, spread in stated.items():
             ends = (spread["low"], spread["high"])
-            assert ends == pytest.approx(told[key], rel=3e-4), key
+            assert ends == pytest.approx(expected[key], rel=3e-4), key
             if "likely" in spread and key != "capacity_As":  # the mission flies new packs
                 assert spread["likely"] == getattr(getattr(mission, table), key)
