@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 from rich.console import RenderableType
 from rich.text import Text
 
+from formulations.p1 import P1
 from formulations.perspectives import AVAILABLE, PAPER
 from optuav.engines.registry import ENGINES
 from optuav.errors import Fault, InputError
@@ -196,7 +197,8 @@ def _faults(
 def _plan(mission: Mission, setting: Row, slot_s: float | None) -> Plan:
     """Return the plan of a perspective and trajectory, or of a schedule of the packs."""
     if "schedule" not in setting:
-        return solve(mission, slot_s=slot_s, **setting)
+        problem = P1(trajectory=setting["trajectory"])
+        return solve(mission, problem, perspective=setting["perspective"], slot_s=slot_s)
     changes = {f"battery.{name}": value for name, value in setting.items() if value is not None}
     return solve(mission.replace(changes), perspective=AVAILABLE, slot_s=slot_s)
 

@@ -14,6 +14,7 @@ from rich.text import Text
 
 from formulations.formulation import Formulation
 from formulations.p1 import P1
+from formulations.p3 import P3
 from formulations.p4 import P4
 from optuav.engines import closed_form
 from optuav.errors import SolverError
@@ -23,7 +24,6 @@ from optuav.modelling.check import TOLERANCE
 from optuav.options import ORDERS, Perspective
 from optuav.plan import Plan
 from optuav.solving import Program, formulate, solve
-from optuav.solving.question import problem_of
 from optuav.solving.route_choice import route_choice
 from optuav.status import Status
 from optuav.studies.bound import bound
@@ -69,18 +69,13 @@ def compare_methods(
     for library in ("cvxpy", "casadi"):
         if any(method["engine"] == library for method in methods):
             import_module(library)  # or the first time taken would include the import
-    on_roofs = [("P4", each.name, order) for each in mission.buildings for order in ORDERS]
-    problems = [("P3", None, None), *on_roofs, ("P1", None, None)]
+    on_roofs = [P4(each.name, order=order) for each in mission.buildings for order in ORDERS]
+    problems: list[Formulation] = [P3(), *on_roofs, P1()]
     rows: list[Row] = []
     reasons: dict[str, tuple[str, ...]] = {}
-    for number, (problem, building, order) in enumerate(problems):
-        subject = {"problem": problem, "building": building, "order": order}
-        reference = _Reference.of(
-            mission,
-            problem_of(problem, building=building, order=order),
-            perspective,
-            time_limit_s,
-        )
+    for number, problem in enumerate(problems):
+        subject = {"problem": problem.name, "building": problem.building, "order": problem.order}
+        reference = _Reference.of(mission, problem, perspective, time_limit_s)
         by_slot: dict[float, Row] = {}
         for column, method in enumerate(methods if reference.program.parts else ()):
             if progress is not None:
