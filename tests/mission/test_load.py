@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import doctest
+import importlib
 import json
 import pickle
 import subprocess
@@ -625,3 +627,11 @@ def test_reading_a_mission_imports_no_heavy_library() -> None:
         cwd=PACKAGE.parents[1],
     )
     assert process.stdout.strip() == ""
+
+
+@pytest.mark.parametrize("name", ["load", "mission", "template"])
+def test_examples_in_docstrings_print_what_they_show(name: str) -> None:
+    """Those of the public names."""
+    tried = doctest.testmod(importlib.import_module(f"optuav.mission.{name}"))
+    assert tried.attempted > 0
+    assert tried.failed == 0
