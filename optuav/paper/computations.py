@@ -9,12 +9,15 @@ from typing import Any
 
 import numpy as np
 
+from formulations.p1 import P1
+from formulations.p4 import P4
 from formulations.perspectives import PAPER
 from optuav.mission import Mission
 from optuav.network import vehicle
 from optuav.network.network import build_network
 from optuav.network.one_stop import find_shortcuts
 from optuav.network.places import HOVER
+from optuav.options import Perspective
 from optuav.paper import curves, table2
 from optuav.paper.curves import (
     AXES,
@@ -34,6 +37,7 @@ NEAR_M, FAR_M = np.linspace(0.0, 1000.0, 101), np.linspace(0.0, 5000.0, 101)
 SOURCES_W = (500.0, 1000.0)
 """Distances and sources at which the trends of Fig. 10 are checked."""
 SAME_S = 1e-6
+ENERGY_FIRST: tuple[Perspective, ...] = ("energy", "battery", "adjusted")
 
 
 def _yes(holds: bool) -> str:
@@ -119,10 +123,12 @@ def longest_perspectives(mission: Mission) -> Value:
     return ", ".join(name for name in PAPER if name in longest)
 
 
-def _plans(mission: Mission, deadline_s: float, perspective: str) -> dict[str, Plan]:
+def _plans(mission: Mission, deadline_s: float, perspective: Perspective) -> dict[str, Plan]:
     """The plan of every trajectory."""
     asked = with_deadline(mission, deadline_s)
-    return {name: solve(asked, trajectory=name, perspective=perspective) for name in TRAJECTORIES}
+    return {
+        name: solve(asked, P1(trajectory=name), perspective=perspective) for name in TRAJECTORIES
+    }
 
 
 def best_trajectory(mission: Mission, deadline_s: float) -> Value:
@@ -139,14 +145,14 @@ def best_trajectory(mission: Mission, deadline_s: float) -> Value:
 
 def energy_is_shorter(mission: Mission) -> Value:
     """Whether the energy perspective hovers less than the others at 800 s by any trajectory."""
-    energy, *others = (_plans(mission, 800.0, name) for name in ("energy", "battery", "adjusted"))
+    energy, *others = (_plans(mission, 800.0, name) for name in ENERGY_FIRST)
     pairs = [(energy[name], plans[name]) for plans in others for name in TRAJECTORIES]
     return _yes(all(less.hover_time_s < more.hover_time_s for less, more in pairs))
 
 
 def same_in_slots(mission: Mission) -> Value:
     """Whether battery and adjusted perspective have one optimum in slots of a second."""
-    plans = [solve(mission, perspective=name, slot_s=1.0) for name in ("battery", "adjusted")]
+    plans = [solve(mission, perspective=name, slot_s=1.0) for name in ENERGY_FIRST[1:]]
     return _yes(plans[0].hover_time_s == plans[1].hover_time_s)
 
 
@@ -164,8 +170,7 @@ def hover_drop(mission: Mission, percent: float, building: str) -> Value:
     """By how much Δ falls from η0 = 5 % to another [%], by way of a building."""
     missions = (mission.replace({"limits.min_soc": each}) for each in (0.05, percent / 100.0))
     first_s, later_s = (
-        solve(each, "P4", building=building, perspective="battery").hover_time_s
-        for each in missions
+        solve(each, P4(building), perspective="battery").hover_time_s for each in missions
     )
     return 100.0 * (1.0 - later_s / first_s)
 

@@ -4,22 +4,24 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from functools import cache, lru_cache
-from typing import Any
 
 import numpy as np
 
+from formulations.formulation import Formulation
+from formulations.p1 import P1
+from formulations.p3 import P3
 from optuav import solving
 from optuav.arrays import Floats
 from optuav.mission import Mission, load
 from optuav.network import vehicle
+from optuav.options import Perspective, Trajectory
 from optuav.physics import laser, rotor
 from optuav.physics.quantity import Vector
 from optuav.plan import Plan
-from optuav.solving.question import problem_of
 
-OURS = "available"
+OURS: Perspective = "available"
 """The perspective in which the available well must last."""
-TRAJECTORIES = ("direct", "traj1", "traj2", "optimal")
+TRAJECTORIES: tuple[Trajectory, ...] = ("direct", "traj1", "traj2", "optimal")
 AXES = {"x": (1.0, 0.0, 0.0), "y": (0.0, 1.0, 0.0), "z": (0.0, 0.0, 1.0)}
 
 DEADLINES_S = (800.0, 1200.0)
@@ -36,6 +38,7 @@ HALVINGS = 30
 LARGEST_PACK = 4.0
 """Largest pack that is tried, over the mission's own."""
 REMEMBERED = 512
+BEST = P1()
 
 
 @cache
@@ -45,20 +48,21 @@ def papers() -> tuple[Mission, Mission]:
 
 
 def solve(
-    mission: Mission, problem: str = "P1", *, perspective: str = OURS, **options: str | float
+    mission: Mission,
+    problem: Formulation = BEST,
+    *,
+    perspective: Perspective = OURS,
+    slot_s: float | None = None,
 ) -> Plan:
     """As `optuav.solve`; a plan that was found is kept."""
-    defaults = {"trajectory": "optimal"} if problem == "P1" else {}
-    return _solve(mission, problem, perspective, *sorted({**defaults, **options}.items()))
+    return _solve(mission, problem, perspective, slot_s)
 
 
 @lru_cache(maxsize=REMEMBERED)
 def _solve(
-    mission: Mission, problem: str, perspective: str, *options: tuple[str, str | float]
+    mission: Mission, problem: Formulation, perspective: Perspective, slot_s: float | None
 ) -> Plan:
-    given: dict[str, Any] = dict(options)
-    how = {name: given.pop(name) for name in ("slot_s", "engine") if name in given}
-    return solving.solve(mission, problem_of(problem, **given), perspective=perspective, **how)  # type: ignore[arg-type]
+    return solving.solve(mission, problem, perspective=perspective, slot_s=slot_s)
 
 
 def with_deadline(mission: Mission, deadline_s: float) -> Mission:
@@ -80,13 +84,15 @@ def without_laser(mission: Mission) -> Mission:
     return mission.replace(dict.fromkeys(("laser", *stated)))
 
 
-def direct(mission: Mission, pack_As: float, perspective: str) -> Plan:
+def direct(mission: Mission, pack_As: float, perspective: Perspective) -> Plan:
     """(P3) with packs of another capacity [A s]."""
-    return solve(mission.replace({"battery.capacity_As": pack_As}), "P3", perspective=perspective)
+    return solve(mission.replace({"battery.capacity_As": pack_As}), P3(), perspective=perspective)
 
 
 @lru_cache(maxsize=REMEMBERED)
-def crossing(mission: Mission, hover_s: float, perspective: str = "battery") -> float | None:
+def crossing(
+    mission: Mission, hover_s: float, perspective: Perspective = "battery"
+) -> float | None:
     """Least pack [A s] with which the direct path without laser hovers that long [s], if any."""
     return _least_pack(
         without_laser(mission), perspective, lambda plan: plan.hover_time_s >= hover_s
@@ -94,7 +100,7 @@ def crossing(mission: Mission, hover_s: float, perspective: str = "battery") -> 
 
 
 @lru_cache(maxsize=REMEMBERED)
-def saturation(mission: Mission, perspective: str = "battery") -> float | None:
+def saturation(mission: Mission, perspective: Perspective = "battery") -> float | None:
     """Least pack [A s] with which the deadline ends the direct path; None if it never does."""
 
     def ends(plan: Plan) -> bool:
@@ -104,7 +110,9 @@ def saturation(mission: Mission, perspective: str = "battery") -> float | None:
     return _least_pack(mission, perspective, ends)
 
 
-def _least_pack(mission: Mission, perspective: str, holds: Callable[[Plan], bool]) -> float | None:
+def _least_pack(
+    mission: Mission, perspective: Perspective, holds: Callable[[Plan], bool]
+) -> float | None:
     """Where a condition on the direct path begins to hold as the pack grows, by halving."""
 
     def is_enough(pack_As: float) -> bool:

@@ -10,12 +10,18 @@ from typing import TYPE_CHECKING, TypeAlias
 
 import numpy as np
 
+from formulations.formulation import Formulation
+from formulations.p1 import P1
+from formulations.p2 import P2
+from formulations.p3 import P3
+from formulations.p4 import P4
 from formulations.perspectives import PAPER
 from optuav import plots
 from optuav.mission import Mission
 from optuav.network import vehicle
+from optuav.options import Perspective
 from optuav.paper import curves, table2
-from optuav.paper.curves import OURS, TRAJECTORIES, has_rotors, solve, with_deadline
+from optuav.paper.curves import BEST, OURS, TRAJECTORIES, has_rotors, solve, with_deadline
 from optuav.paper.ledger import ledger
 from optuav.paper.statement import Verdict, agrees, data
 from optuav.physics import rotor
@@ -26,7 +32,7 @@ if TYPE_CHECKING:
 
 Record: TypeAlias = Mapping[str, object]
 
-COUNTED = ("battery", OURS)
+COUNTED: tuple[Perspective, ...] = ("battery", OURS)
 """Perspectives of the figures that the paper makes in one."""
 PACKS = {"battery": 61, OURS: 25}
 """Points of the curves in Fig. 8."""
@@ -104,7 +110,7 @@ def why(plan: Plan) -> str:
     return "; ".join(plan.reasons) or plan.proof
 
 
-def eta(plan: Plan, perspective: str) -> float:
+def eta(plan: Plan, perspective: Perspective) -> float:
     """State of charge at the end in a perspective [%]."""
     share = (plan.soc or {}).get(perspective)
     return math.nan if share is None else 100.0 * share
@@ -142,9 +148,11 @@ def deadlines_s(mission: Mission) -> Sequence[float]:
     return curves.DEADLINES_S if is_papers(mission) else (mission.limits.deadline_s,)
 
 
-def _plan(mission: Mission, problem: str = "P1", perspective: str = "battery") -> Plan:
+def _plan(
+    mission: Mission, problem: Formulation = BEST, *, perspective: Perspective = "battery"
+) -> Plan:
     """Return a plan that exists; without one the study is not shown."""
-    return existing({problem: solve(mission, problem, perspective=perspective)})[problem]
+    return existing({"": solve(mission, problem, perspective=perspective)})[""]
 
 
 def _records(plans: Mapping[str, Plan], column: str) -> list[Record]:
@@ -180,7 +188,7 @@ def _columns(names: Sequence[str], *values: Sequence[object]) -> list[Record]:
     return [dict(zip(names, row, strict=True)) for row in zip(*values, strict=True)]
 
 
-def _details(mission: Mission, *perspective: str) -> list[str]:
+def _details(mission: Mission, *perspective: Perspective) -> list[str]:
     deadline = f"T_max = {mission.limits.deadline_s:g} s"
     return [*(f"perspective {each}" for each in perspective), deadline]
 
@@ -220,7 +228,7 @@ def _bars(plans: Mapping[str, Plan], mission: Mission, words: str) -> Axes:
     )
 
 
-def _refuse_turns(mission: Mission, perspective: str) -> None:
+def _refuse_turns(mission: Mission, perspective: Perspective) -> None:
     if perspective == OURS and mission.battery.schedule != "pooled":
         words = "it takes many plans, and where packs take turns each is a search by simulation"
         raise NotShownError(words)
@@ -229,10 +237,10 @@ def _refuse_turns(mission: Mission, perspective: str) -> None:
 # Figs. 1 and 2, Table II
 
 
-def system(mission: Mission, perspective: str) -> Exhibit:
+def system(mission: Mission, perspective: Perspective) -> Exhibit:
     """The map with the four trajectories."""
-    plans = {
-        name: solve(mission, trajectory=name, perspective=perspective) for name in TRAJECTORIES
+    plans: dict[str, Plan] = {
+        name: solve(mission, P1(trajectory=name), perspective=perspective) for name in TRAJECTORIES
     }
     found = existing(plans)
     routes = "; ".join(f"{name} {' → '.join(plan.route)}" for name, plan in found.items())
@@ -242,7 +250,7 @@ def system(mission: Mission, perspective: str) -> Exhibit:
     return Exhibit(mission, "system", records, axes, (), perspective, details, findings)
 
 
-def wells(mission: Mission, perspective: str) -> Exhibit:
+def wells(mission: Mission, perspective: Perspective) -> Exhibit:
     """The two wells at the end of every phase of the optimal plan."""
     from optuav.plots.charge import moments
 
@@ -265,7 +273,7 @@ def direct_path(mission: Mission) -> Iterator[Exhibit]:
     slot_s = mission.limits.slot_s
     plans = {
         f"{deadline_s:g} s, {perspective}": solve(
-            with_deadline(mission, deadline_s), "P3", perspective=perspective, slot_s=slot_s
+            with_deadline(mission, deadline_s), P3(), perspective=perspective, slot_s=slot_s
         )
         for deadline_s in deadlines_s(mission)
         for perspective in (*PAPER, OURS)
@@ -321,7 +329,7 @@ def by_perspective(mission: Mission) -> Iterator[Exhibit]:
         best: list[str] = []
         for perspective in (*PAPER, OURS):
             own = {
-                WORDS[name]: solve(asked, trajectory=name, perspective=perspective)
+                WORDS[name]: solve(asked, P1(trajectory=name), perspective=perspective)
                 for name in TRAJECTORIES
             }
             plans |= {f"{name}, {perspective}": plan for name, plan in own.items()}
@@ -344,7 +352,7 @@ def by_perspective(mission: Mission) -> Iterator[Exhibit]:
         yield Exhibit(asked, "charge-left", records, axes, (), part, details)
 
 
-def _longest(perspective: str, plans: Mapping[str, Plan]) -> Iterator[str]:
+def _longest(perspective: Perspective, plans: Mapping[str, Plan]) -> Iterator[str]:
     """The longest hover in a perspective, and the trajectories that reach it."""
     *others, (_, optimal) = plans.items()
     if optimal:
@@ -357,7 +365,7 @@ def _longest(perspective: str, plans: Mapping[str, Plan]) -> Iterator[str]:
 # Figs. 7 and 8: the charge that must be left, and the size of the battery
 
 
-def least_charge(mission: Mission, perspective: str) -> Exhibit:
+def least_charge(mission: Mission, perspective: Perspective) -> Exhibit:
     """Hover time by the charge that must be left, one curve a rotor speed."""
     _refuse_turns(mission, perspective)
     own = mission.limits.min_soc
@@ -407,7 +415,7 @@ def _falls(percents: Sequence[float], hovers_s: Sequence[float], where: str) -> 
     yield f"From η0 = {least:g} % on, Δ = {first:.2f} s falls by {', '.join(falls)}."
 
 
-def battery_size(mission: Mission, perspective: str) -> Exhibit:
+def battery_size(mission: Mission, perspective: Perspective) -> Exhibit:
     """The direct path with and without laser by pack, and the optimum with laser."""
     if mission.laser is None:
         raise NotShownError("the mission has no laser")
@@ -445,7 +453,7 @@ def battery_size(mission: Mission, perspective: str) -> Exhibit:
     return Exhibit(mission, "battery-size", records, axes, (), perspective, details, findings)
 
 
-def _direct_s(mission: Mission, pack_As: float, perspective: str) -> float:
+def _direct_s(mission: Mission, pack_As: float, perspective: Perspective) -> float:
     plan = curves.direct(mission, pack_As, perspective)
     return plan.hover_time_s if plan else math.nan
 
@@ -506,7 +514,7 @@ def charging(mission: Mission) -> Iterator[Exhibit]:
 
 def runs_dry(mission: Mission) -> Iterator[Exhibit]:
     """The available well over the direct path, of which η1 says nothing."""
-    plan, kept = _plan(mission, "P3"), solve(mission, "P3")
+    plan, kept = _plan(mission, P3()), solve(mission, P3())
     level = 100.0 * plan.phases[-1].available_As[0] / float(vehicle.pool(mission).capacity_As)
     dry_s, lasting = plan.runs_dry_s, f"Δ = {kept.hover_time_s:.2f} s"
     findings = [
@@ -531,9 +539,7 @@ def overcharges(mission: Mission) -> Iterator[Exhibit]:
     if not mission.buildings:
         raise NotShownError("the mission has no building to rest on")
     plans = {
-        each.name: solve(
-            mission, "P4", building=each.name, order="rest-first", perspective="battery"
-        )
+        each.name: solve(mission, P4(each.name, order="rest-first"), perspective="battery")
         for each in mission.buildings
     }
     plan = max(existing(plans).values(), key=lambda each: each.hover_time_s)
@@ -563,7 +569,8 @@ def second_problem(mission: Mission) -> Iterator[Exhibit]:
         "P2-tight": "(P2), whole\ndeadline used",
     }
     _plan(asked)
-    plans = {problem: solve(asked, problem, perspective="battery") for problem in labels}
+    problems = (P1(), P2(), P2(tight=True))
+    plans = {each.name: solve(asked, each, perspective="battery") for each in problems}
     found = existing(plans)
     hovers = (
         f"{name} " + (f"{plan.hover_time_s:.2f} s" if plan else f"no plan, {why(plan)}")
@@ -585,7 +592,7 @@ def more_stops(mission: Mission) -> Iterator[Exhibit]:
     _refuse_turns(mission, OURS)
     plans = {
         f"{words}, T_max = {deadline_s:g} s": solve(
-            with_deadline(mission, deadline_s), stops=stops, hovers=hovers
+            with_deadline(mission, deadline_s), P1(stops=stops, hovers=hovers)
         )
         for deadline_s in (times * mission.limits.deadline_s for times in LATER)
         for words, (stops, hovers) in WAYS.items()
@@ -607,7 +614,7 @@ def peak_speed(mission: Mission) -> Iterator[Exhibit]:
     """Speed over the first leg: nothing in the model slows the UAV down."""
     from optuav.plots.files import modelled_leg
 
-    plan = _plan(mission, "P3")
+    plan = _plan(mission, P3())
     first = modelled_leg(plan)
     if first is None:
         raise NotShownError("the mission's legs are stated, not modelled")

@@ -9,11 +9,13 @@ from typing import NamedTuple
 
 import numpy as np
 
+from formulations.p3 import P3
 from formulations.perspectives import PAPER, PERSPECTIVES
 from formulations.quantities import Quantities
 from optuav.arrays import Floats
 from optuav.mission import Mission
 from optuav.network.network import build_network
+from optuav.options import Perspective
 from optuav.paper.curves import solve, with_deadline
 from optuav.paper.statement import Interval, data, printed_interval
 from optuav.plan import Plan
@@ -35,7 +37,7 @@ class TableRow(NamedTuple):
     """A row as printed: deadline [s], perspective, Δ [s], T [s], and η1 to η3 [%]."""
 
     deadline_s: int
-    perspective: str
+    perspective: Perspective
     hover: str
     mission: str
     soc: tuple[str, str, str]
@@ -145,9 +147,9 @@ def loads_exist(charges: Sequence[Charge]) -> bool:
 # Our values
 
 
-def direct(mission: Mission, deadline_s: float, perspective: str) -> Plan:
+def direct(mission: Mission, deadline_s: float, perspective: Perspective) -> Plan:
     """(P3) in slots of one second, as a row of the table has it."""
-    return solve(with_deadline(mission, deadline_s), "P3", perspective=perspective, slot_s=1.0)
+    return solve(with_deadline(mission, deadline_s), P3(), perspective=perspective, slot_s=1.0)
 
 
 def charge_left(mission: Mission, eta: int, hover_s: float) -> float:

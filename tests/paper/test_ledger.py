@@ -7,13 +7,13 @@ import io
 import math
 import shlex
 from decimal import Decimal
+from typing import Any
 
 import pytest
 
 import optuav
 from optuav.paper import table2
 from optuav.paper.computations import COMPUTATIONS
-from optuav.paper.curves import solve
 from optuav.paper.ledger import Ledger, statements
 from optuav.paper.statement import Entry, PaperStatement, Verdict, agrees, data, fits
 from optuav.paper.table2 import admitted, loads_exist
@@ -300,15 +300,15 @@ def test_reasons_state_right_numbers(by_name: dict[str, Entry]) -> None:
     """Those that the file states of our own plans, found again by `solve` and by hand."""
     paper, recovered = optuav.load("paper"), optuav.load("paper-table2")
 
-    def hover_s(mission: optuav.Mission, problem: str = "P1", **options: object) -> float:
-        return solve(mission, problem, **{"perspective": "battery", **options}).hover_time_s  # type: ignore[arg-type]
+    def hover_s(
+        mission: optuav.Mission, problem: Any = "P1", perspective: Any = "battery"
+    ) -> float:
+        return optuav.solve(mission, problem, perspective=perspective).hover_time_s
 
-    two, one = (hover_s(paper, perspective="available", stops=most) for most in (2, 1))
-    optima = {
-        each.name: hover_s(recovered, "P4", building=each.name) for each in recovered.buildings
-    }
+    two, one = (hover_s(paper, optuav.P1(stops=most), "available") for most in (2, 1))
+    optima = {each.name: hover_s(recovered, optuav.P4(each.name)) for each in recovered.buildings}
     least = {
-        soc: hover_s(recovered.replace({"limits.min_soc": soc}), "P4", building="b1")
+        soc: hover_s(recovered.replace({"limits.min_soc": soc}), optuav.P4("b1"))
         for soc in (0.05, 0.1, 0.15)
     }
     shown = {

@@ -149,9 +149,9 @@ def test_the_report_counts_the_fit(written: Path) -> None:
 def test_what_cannot_be_flown_is_counted() -> None:
     """One plan runs dry, one is charged beyond full, one can be flown (SPEC 4, P4 and P3)."""
     paper = optuav.load("paper")
-    dry = solve(paper, "P4", building="b1", order="rest-first", perspective="battery")
-    full = solve(paper, trajectory="traj2", perspective="energy")
-    flown = solve(paper, "P3")
+    dry = solve(paper, optuav.P4("b1", order="rest-first"), perspective="battery")
+    full = solve(paper, optuav.P1(trajectory="traj2"), perspective="energy")
+    flown = solve(paper, optuav.P3())
     assert [*grounded({"flown": flown}, "bars")] == []
     said = [*grounded({"dry": dry, "full": full, "flown": flown}, "bars")]
     assert [each.partition(" the ")[0] for each in said] == ["In 1 of 3 bars"] * 2
@@ -256,7 +256,7 @@ def test_names_of_missions_are_safe_in_files_and_texts(tmp_path: Path) -> None:
 def test_plans_that_studies_share_are_found_once() -> None:
     """With the default trajectory and perspective stated, or left to `solve`."""
     asked = small(**{"limits.deadline_s": 1111.0})
-    stated = solve(asked, perspective="available", trajectory="optimal")
+    stated = solve(asked, optuav.P1(trajectory="optimal"), perspective="available")
     assert solve(asked) is stated
     assert stated.hover_time_s == optuav.solve(asked).hover_time_s
 
