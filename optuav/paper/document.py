@@ -10,7 +10,7 @@ import base64
 import re
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from copy import deepcopy
-from urllib.parse import quote
+from urllib.parse import quote, unquote
 from xml.etree.ElementTree import Element, tostring
 
 MARKS = re.compile(r"[\\`*_\[\]<$|&~]|^\s*(?:[>#+=-]|\d+[.)])")
@@ -90,7 +90,7 @@ def page(title: str, body: Element, pictures: Mapping[str, bytes]) -> str:
     """The document as one HTML page, with the PNG of its pictures by file inside."""
     body = deepcopy(body)
     for image in body.iter("img"):
-        encoded = base64.b64encode(pictures[image.get("src", "")]).decode("ascii")
+        encoded = base64.b64encode(pictures[unquote(image.get("src", ""))]).decode("ascii")
         image.set("src", f"data:image/png;base64,{encoded}")
     for each in body.iter():
         if each.tag in ("p", "ul", "li", "tr", "figure", "section", "nav", "h1", "h2", "details"):

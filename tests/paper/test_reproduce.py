@@ -244,9 +244,9 @@ def test_a_reading_of_p2_without_a_plan_is_named_with_the_reason() -> None:
 
 @pytest.mark.usefixtures("png_alone")
 def test_names_of_missions_are_safe_in_files_and_texts(tmp_path: Path) -> None:
-    odd = small(name="a b/c <x> $y_1$")
+    odd = small(name="a b/c <x> $y_1$ Zoë")
     optuav.reproduce(tmp_path / "out", mission=odd, only=("wind", "perspectives"))
-    assert (tmp_path / "out" / "figures" / "wind.a-b-c-x-y_1.png").is_file()
+    assert (tmp_path / "out" / "figures" / "wind.a-b-c-x-y_1-Zoë.png").is_file()
     assert "<x>" not in (tmp_path / "out" / "report.html").read_text("utf-8")
     text = (tmp_path / "out" / "report.md").read_text("utf-8")
     assert r"a b/c \<x> \$y\_1\$" in text
