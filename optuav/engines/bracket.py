@@ -240,7 +240,10 @@ def _reaches(
     tops = [_top([each.form for each in forms], name, programmes) for name in names]
     for name, top in zip(names, tops, strict=True):
         if np.isinf(top).any():
-            raise InputError(f"engine {NAME} needs a linear constraint that bounds {name}")
+            raise InputError(
+                f"engine {NAME} needs a linear constraint that bounds {name}: "
+                "given.keep_deadline states the deadline"
+            )
     usable = np.asarray(~np.isnan(tops).any(axis=0))
     x_top, y_top = (np.where(usable, each, 0.0) for each in (*tops, np.zeros(programmes))[:2])
     return (x_top, y_top), usable

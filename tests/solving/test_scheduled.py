@@ -5,13 +5,13 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-import optuav
 from optuav.errors import InputError, SolverError
 from optuav.mission import Mission, load
 from optuav.network.network import Network, build_network
 from optuav.network.timeline import carry, route_phases
 from optuav.solving import scheduled
 from optuav.status import Status
+from tests.asking import solve
 
 SCHEDULES = {
     "sequential": {},
@@ -65,7 +65,7 @@ def test_slots_are_searched_to_the_end(schedule: str, min_soc: float) -> None:
             tried += [(-hover_s, flight_s + hover_s + rest_s, route) for rest_s in flown]
             if flown:
                 break
-    plan = optuav.solve(mission, perspective="available", slot_s=slot_s)
+    plan = solve(mission, perspective="available", slot_s=slot_s)
     longest_s, mission_s, _ = min(tried)
     assert plan.status is Status.OPTIMAL
     assert plan.proof.startswith("exhaustive")
@@ -78,8 +78,8 @@ def test_slots_are_searched_to_the_end(schedule: str, min_soc: float) -> None:
 def test_continuous_times_are_no_worse_than_slots_and_can_be_flown(schedule: str) -> None:
     """A little more cannot, at this rest; and what is not proved is not called so."""
     mission = small(schedule)
-    plan = optuav.solve(mission, perspective="available")
-    slots = optuav.solve(mission, perspective="available", slot_s=2.0)
+    plan = solve(mission, perspective="available")
+    slots = solve(mission, perspective="available", slot_s=2.0)
     assert plan.status is Status.FEASIBLE
     assert "not proved" in plan.proof
     assert plan.hover_time_s >= slots.hover_time_s
@@ -101,7 +101,7 @@ def test_continuous_times_are_no_worse_than_slots_and_can_be_flown(schedule: str
 
 
 def test_every_pack_is_told_at_the_end_of_every_phase() -> None:
-    plan = optuav.solve(small("sequential"), "P3", perspective="available")
+    plan = solve(small("sequential"), "P3", perspective="available")
     assert all(len(phase.available_As) == 2 for phase in plan.phases)
     left_As = sum(plan.phases[-1].available_As) + sum(plan.phases[-1].bound_As)
     assert plan.soc is not None
@@ -112,12 +112,12 @@ def test_paper_by_schedule() -> None:
     """Direct: the order of the packs costs hover, and alternating costs least."""
     paper = load("paper")
     hover_s = {
-        schedule: optuav.solve(
+        schedule: solve(
             paper.replace({"battery.schedule": schedule, **more}), "P3", perspective="available"
         ).hover_time_s
         for schedule, more in SCHEDULES.items()
     }
-    pooled_s = optuav.solve(paper, "P3", perspective="available").hover_time_s
+    pooled_s = solve(paper, "P3", perspective="available").hover_time_s
     assert hover_s["sequential"] < hover_s["round-robin"] == hover_s["most-available"]
     assert hover_s["round-robin"] < hover_s["alternating"] < pooled_s
 
@@ -125,17 +125,15 @@ def test_paper_by_schedule() -> None:
 def test_linear_perspectives_answer_the_programme_as_stated() -> None:
     """Charge balance knows no packs: the answer stays, and the warning tells when it would fall."""
     paper = load("paper")
-    pooled = optuav.solve(paper, perspective="battery")
-    apart = optuav.solve(paper.replace({"battery.schedule": "sequential"}), perspective="battery")
+    pooled = solve(paper, perspective="battery")
+    apart = solve(paper.replace({"battery.schedule": "sequential"}), perspective="battery")
     assert apart.hover_time_s == pooled.hover_time_s
     assert apart.runs_dry_s is not None
     assert "no pack is left to fly on" in apart.warnings[0]
 
 
 def test_nothing_feasible_is_said() -> None:
-    plan = optuav.solve(
-        small("sequential", **{"battery.capacity_As": 2000}), perspective="available"
-    )
+    plan = solve(small("sequential", **{"battery.capacity_As": 2000}), perspective="available")
     assert not plan
     assert "leaves a pack to fly on" in plan.reasons[0]
 
@@ -143,15 +141,15 @@ def test_nothing_feasible_is_said() -> None:
 @pytest.mark.parametrize("option", [{"problem": "P2"}, {"engine": "casadi"}])
 def test_questions_that_only_pooled_packs_can_be_asked(option: dict[str, str]) -> None:
     with pytest.raises(InputError, match="schedule"):
-        optuav.solve(small("sequential"), perspective="available", **option)
+        solve(small("sequential"), perspective="available", **option)
 
 
 @pytest.mark.parametrize("schedule", SCHEDULES)
 def test_a_single_pack_is_the_pooled_battery(schedule: str) -> None:
     """Proved, by the same engine, without a word of turns that nobody takes."""
     mission = small(schedule, **{"battery.packs": 1, "battery.capacity_As": 12_000})
-    plan = optuav.solve(mission)
-    pooled = optuav.solve(mission.replace({"battery.schedule": "pooled", "battery.period_s": None}))
+    plan = solve(mission)
+    pooled = solve(mission.replace({"battery.schedule": "pooled", "battery.period_s": None}))
     assert plan.status is Status.OPTIMAL
     for name in ("engine", "proof", "phases", "soc", "notes", "warnings", "flyable"):
         assert getattr(plan, name) == getattr(pooled, name), name
@@ -174,11 +172,11 @@ def test_past_the_time_limit_the_best_so_far_is_the_answer(
 ) -> None:
     """It can be flown, is not called the best, and a search with more time finds no less."""
     mission = small("sequential")
-    best_s = optuav.solve(mission, slot_s=slot_s).hover_time_s
+    best_s = solve(mission, slot_s=slot_s).hover_time_s
     found_s = []
     for limit_s in (short_s, 2.0 * short_s, 1e6):
         monkeypatch.setattr(scheduled, "time", Ticking())
-        plan = optuav.solve(mission, slot_s=slot_s, time_limit_s=limit_s)
+        plan = solve(mission, slot_s=slot_s, time_limit_s=limit_s)
         early = limit_s < 1e6
         assert plan.flyable is True
         assert any(f"ended after {limit_s:g} s" in note for note in plan.notes) is early
@@ -188,7 +186,7 @@ def test_past_the_time_limit_the_best_so_far_is_the_answer(
     assert found_s[-1] == best_s
     monkeypatch.setattr(scheduled, "time", Ticking())
     with pytest.raises(SolverError) as refused:
-        optuav.solve(mission, slot_s=slot_s, time_limit_s=0.5)
+        solve(mission, slot_s=slot_s, time_limit_s=0.5)
     for words in (
         "battery.schedule = 'sequential' ended after 0.5 s, the time limit, without a plan or",
         f": 0 of 5 routes were searched, Δ and T' in steps of {slot_s or 1:g} s. ",
@@ -217,7 +215,7 @@ def test_without_a_plan_in_time_less_is_advised_only_where_less_can_be_asked(
     """One route is told as one, and whoever asked for it is not told to ask for fewer."""
     monkeypatch.setattr(scheduled, "time", Ticking())
     with pytest.raises(SolverError) as refused:
-        optuav.solve(small("sequential"), time_limit_s=0.5, **options)
+        solve(small("sequential"), time_limit_s=0.5, **options)
     assert str(refused.value).endswith(
         f"there is none: {routes}, Δ and T' in steps of 1 s. Allow more time (time_limit_s), or "
         f"ask for less: longer slots (slot_s){advice}"

@@ -15,6 +15,7 @@ from optuav.mission import load
 from optuav.physics import charging
 from optuav.physics.kibam import Battery, Wells
 from optuav.status import Status
+from tests.asking import formulate, solve
 from tests.solving.delivered import rests, slack
 
 TAPER = {"battery.charging": "taper"}
@@ -31,19 +32,19 @@ def mission() -> Mission:
 @pytest.fixture(scope="module")
 def plan(mission: Mission) -> Plan:
     """It rests first, so long that the available well is held full."""
-    return optuav.solve(mission, optuav.P1(order="rest-first"))
+    return solve(mission, optuav.P1(order="rest-first"))
 
 
 def test_the_plan_is_delivered_and_none_is_longer(plan: Plan, mission: Mission) -> None:
     """By the tests' own wells; at constant current the same times would go past full."""
-    program = optuav.formulate(mission, optuav.P4("b9", order="rest-first"))
+    program = formulate(mission, optuav.P4("b9", order="rest-first"))
     (route,) = program.parts[0].routes.tolist()
     times = np.array(plan.hover_time_s), plan.rest_time_s
     assert slack(program.worked_out, route, *times) >= -INSIDE
     longer_s = plan.hover_time_s + np.array([[1e-4], [1e-2], [1.0]])
     tried_s = rests([plan.rest_time_s], mission.limits.deadline_s)[None]
     assert slack(program.worked_out, route, longer_s, tried_s).max() < 0.0
-    constant = optuav.formulate("paper", optuav.P4("b9", order="rest-first"))
+    constant = formulate("paper", optuav.P4("b9", order="rest-first"))
     assert slack(constant.worked_out, route, *times) < -1e-3
 
 
@@ -100,8 +101,8 @@ def test_file_and_audit(plan: Plan, tmp_path: Path) -> None:
 def test_the_papers_perspectives_count_what_is_offered(mission: Mission) -> None:
     """Δ stays; what the battery really takes shows in the state of charge, and in the verdict."""
     for perspective in ("battery", "wells"):
-        tapered = optuav.solve(mission, perspective=perspective)
-        constant = optuav.solve("paper", perspective=perspective)
+        tapered = solve(mission, perspective=perspective)
+        constant = solve("paper", perspective=perspective)
         assert tapered.hover_time_s == pytest.approx(constant.hover_time_s, abs=1e-6)
         assert tapered.soc is not None
         assert tapered.soc["battery"] < 0.05 - 1e-3
@@ -113,9 +114,9 @@ def test_the_papers_perspectives_count_what_is_offered(mission: Mission) -> None
 def test_a_hover_that_charges(mission: Mission) -> None:
     """At constant current only short hovers are feasible, with a taper the whole deadline is."""
     asked: dict[str, Any] = {"limits.min_soc": 0.9}
-    tapered = optuav.solve(load("paper").replace({**STRONG, **asked}), "P3")
+    tapered = solve(load("paper").replace({**STRONG, **asked}), "P3")
     constant = {**STRONG, **asked, "battery.charging": "constant"}
-    short = optuav.solve(load("paper").replace(constant), "P3")
+    short = solve(load("paper").replace(constant), "P3")
     assert short.hover_time_s < 180.0
     assert tapered.mission_time_s == pytest.approx(tapered.mission.limits.deadline_s, abs=1e-6)
     assert optuav.replay(tapered, method="solve_ivp").flyable
@@ -123,7 +124,7 @@ def test_a_hover_that_charges(mission: Mission) -> None:
 
 def test_several_stops(mission: Mission) -> None:
     """Where nothing is ever full the taper changes nothing: SPEC's 605.456 s with two rests."""
-    found = optuav.solve(mission, optuav.P1(stops=2))
+    found = solve(mission, optuav.P1(stops=2))
     assert found.status is Status.OPTIMAL
     assert found.hover_time_s == pytest.approx(605.456, abs=1e-3)
     assert optuav.replay(found).flyable
@@ -133,11 +134,11 @@ def test_several_stops_that_taper(mission: Mission) -> None:
     """A plan that is held full is found and judged so; an open gap is told."""
     asked = {"limits.deadline_s": 8000.0, "limits.min_soc": 0.9}
     changed = mission.replace(asked)
-    found = optuav.solve(changed, optuav.P1(stops=1, hovers=2), time_limit_s=0.5)
+    found = solve(changed, optuav.P1(stops=1, hovers=2), time_limit_s=0.5)
     assert found
     assert found.status is Status.OPTIMAL or "not proved" in " ".join(found.notes)
     assert optuav.replay(found).flyable
-    one = optuav.solve(changed)
+    one = solve(changed)
     assert found.hover_time_s >= one.hover_time_s - 1e-3
 
 
@@ -145,7 +146,7 @@ def test_engines_that_are_refused(mission: Mission) -> None:
     """As under `available` at constant current."""
     for engine in ("cvxpy", "closed-form"):
         with pytest.raises(InputError, match="linear models only"):
-            optuav.formulate(mission, engine=engine)
+            formulate(mission, engine=engine)
 
 
 def test_only_two_ways_of_charging() -> None:
@@ -163,7 +164,7 @@ def test_what_is_refused_is_told_and_binds_nothing(
     monkeypatch.setattr("optuav.search.branch.MOST_BOXES", 20_000)
     b9 = [each.model_dump() for each in mission.buildings if each.name == "b9"]
     long = mission.replace({"buildings": b9, "limits.deadline_s": 1600.0})
-    plan = optuav.solve(long, **asked)
+    plan = solve(long, **asked)
     assert plan.phases[1].available_As == pytest.approx((57_600.0,))
     assert plan.soc is not None
     net_As = sum(s.current_A * s.duration_s for phase in plan.phases for s in phase.stages)
@@ -178,4 +179,4 @@ def test_what_is_refused_is_told_and_binds_nothing(
 
 def test_where_nothing_is_refused_nothing_is_told(mission: Mission) -> None:
     """The direct route of `paper` hovers and flies without being charged."""
-    assert not [each for each in optuav.solve(mission, "P3").notes if "tapered" in each]
+    assert not [each for each in solve(mission, "P3").notes if "tapered" in each]
