@@ -1,1 +1,1 @@
-"""Engines: each takes a declared model as it stands and returns a `Solution`."""
+"""Engines: each takes a declared model and returns a `Solution`."""

@@ -20,7 +20,7 @@ import numpy as np
 
 from optuav.arrays import Booleans, Floats, Integers, Values
 from optuav.engines.bracketing import WIDTH_S, Interval, largest, shortest
-from optuav.engines.registry import Capability, Compiled, SolvedAgain, capability
+from optuav.engines.registry import Capability, Direct, capability
 from optuav.engines.rows import (
     Margin,
     Rows,
@@ -180,7 +180,7 @@ def solve(model: Model, programmes: int, values: Values | None = None) -> Soluti
 
     Returns
     -------
-    A `Solution` whose `beyond` tells what no answer exceeds. Status feasible where that is farther
+    A `Solution` whose `beyond` is what no answer exceeds. Status feasible where that is farther
     than `bracketing.WIDTH_S` from the answer; error where not even that is known, or a number is
     NaN.
 
@@ -320,7 +320,7 @@ def _top(forms: Sequence[Exponential], name: str, programmes: int) -> Floats:
 
 
 @dataclass(frozen=True)
-class Bracket:
+class Bracket(Direct):
     """The engine of the longest time that limits of battery wells admit."""
 
     name: ClassVar[str] = NAME
@@ -337,14 +337,3 @@ class Bracket:
     ) -> Solution:
         """Solve a model for every entry of its parameters; see `registry.Engine`."""
         return solve(model, programmes, values)
-
-    def compile(
-        self,
-        model: Model,
-        programmes: int = 1,
-        *,
-        slot_s: float | None = None,
-        time_limit_s: float | None = None,
-    ) -> Compiled:
-        """Hand over a model once, to be solved often; see `registry.Engine`."""
-        return SolvedAgain(self, model, programmes, slot_s, time_limit_s)

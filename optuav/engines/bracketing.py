@@ -100,7 +100,7 @@ def shortest(rows: Rows, found: Interval, y_top: Floats) -> Floats:
 def _monotone(
     rows: Rows, x_top: Floats, y_top: Floats, helped: Booleans, harmed: Booleans
 ) -> tuple[Floats, Floats, Floats]:
-    """Largest x under the rows that y only helps, and those that it only harms, told by mask.
+    """Largest x under the rows that y only helps, and those that it only harms, by masks.
 
     All of them fall with x, and so does the largest y. Returns a point (x, y) and what no point is
     beyond, one a programme; NaN and −inf where no x holds.

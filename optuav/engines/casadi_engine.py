@@ -23,7 +23,7 @@ import numpy as np
 
 from optuav.arrays import Floats, Values
 from optuav.engines.ranges import implied_upper_bounds, lower_bounds, own_upper_bounds
-from optuav.engines.registry import Capability, Compiled, RowByRow, capability
+from optuav.engines.registry import Capability, OneByOne, Single, capability
 from optuav.engines.solution import Solution, unanswered
 from optuav.errors import InputError, SolverError
 from optuav.modelling.check import evaluated, holding
@@ -50,8 +50,8 @@ NO_WAY_IN = "Infeasible_Problem_Detected"
 
 
 @contextmanager
-def told() -> Iterator[None]:
-    """Turn whatever the library raises into the one error that engines raise."""
+def errors_named() -> Iterator[None]:
+    """Turn what the library raises into `SolverError`."""
     try:
         yield
     except ImportError as error:
@@ -67,7 +67,7 @@ def prepared(
     options: dict[str, Operand] = {**OPTIONS, "ipopt.tol": accuracy, "ipopt.max_iter": iterations}
     if time_limit_s is not None:
         options["ipopt.max_wall_time"] = time_limit_s
-    with told():
+    with errors_named():
         import casadi
 
         return casadi.nlpsol("programme", "ipopt", programme, options)
@@ -75,7 +75,7 @@ def prepared(
 
 def run(programme: Any, arguments: Mapping[str, Floats]) -> tuple[Any, str]:
     """The answer of IPOPT, and its word for it."""
-    with told():
+    with errors_named():
         return programme(**arguments), programme.stats()["return_status"]
 
 
@@ -110,7 +110,7 @@ class CasadiForm:
     """
 
     def __init__(self, model: Model) -> None:
-        with told():
+        with errors_named():
             import casadi
 
         self.names = [variable.name for variable in model.variables]
@@ -509,7 +509,7 @@ def _holds(relation: Relation, values: Values) -> bool:
 
 
 @dataclass(frozen=True)
-class Casadi:
+class Casadi(OneByOne):
     """The engine that hands smooth programmes to CasADi and IPOPT.
 
     Parameters
@@ -525,27 +525,6 @@ class Casadi:
     accuracy: float = ACCURACY
     iterations: int = ITERATIONS
 
-    def solve(
-        self,
-        model: Model,
-        programmes: int,
-        values: Values | None = None,
-        *,
-        slot_s: float | None = None,
-        time_limit_s: float | None = None,
-    ) -> Solution:
-        """Solve a model for every entry of its parameters; see `registry.Engine`."""
-        compiled = self.compile(model, programmes, slot_s=slot_s, time_limit_s=time_limit_s)
-        return compiled.solve(values or {})
-
-    def compile(
-        self,
-        model: Model,
-        programmes: int = 1,
-        *,
-        slot_s: float | None = None,
-        time_limit_s: float | None = None,
-    ) -> Compiled:
-        """Hand over a model once, to be solved often; see `registry.Engine`."""
-        rows = [model.row(index) for index in range(programmes)]
-        return RowByRow(CasadiProgramme(model, time_limit_s, self.accuracy, self.iterations), rows)
+    def prepare(self, model: Model, slot_s: float | None, time_limit_s: float | None) -> Single:
+        """Hand over a model, to be solved for one programme at a time."""
+        return CasadiProgramme(model, time_limit_s, self.accuracy, self.iterations)

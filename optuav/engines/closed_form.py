@@ -17,7 +17,7 @@ import numpy as np
 
 from optuav.arrays import Booleans, Floats, Values
 from optuav.engines.linear_form import linear_form
-from optuav.engines.registry import Capability, Compiled, SolvedAgain, capability
+from optuav.engines.registry import Capability, Direct, capability
 from optuav.engines.solution import Solution
 from optuav.modelling.expression import Operand
 from optuav.modelling.model import Model
@@ -202,7 +202,7 @@ def _intersections(a: Floats, b: Floats, direction: Floats, bases: Bases) -> tup
 
 
 @dataclass(frozen=True)
-class ClosedForm:
+class ClosedForm(Direct):
     """The engine of linear programmes in one or two times."""
 
     name: ClassVar[str] = NAME
@@ -219,14 +219,3 @@ class ClosedForm:
     ) -> Solution:
         """Solve a model for every entry of its parameters; see `registry.Engine`."""
         return solve(model, programmes, values)
-
-    def compile(
-        self,
-        model: Model,
-        programmes: int = 1,
-        *,
-        slot_s: float | None = None,
-        time_limit_s: float | None = None,
-    ) -> Compiled:
-        """Hand over a model once, to be solved often; see `registry.Engine`."""
-        return SolvedAgain(self, model, programmes, slot_s, time_limit_s)

@@ -23,7 +23,7 @@ import numpy as np
 from optuav.arrays import Floats, Values
 from optuav.engines.linear_form import LinearForm, by_label, linear_form
 from optuav.engines.ranges import own_upper_bounds, slot_ranges
-from optuav.engines.registry import Capability, Compiled, RowByRow, capability
+from optuav.engines.registry import Capability, OneByOne, Single, capability
 from optuav.engines.solution import Solution, unanswered
 from optuav.errors import InputError, SolverError
 from optuav.modelling.affine import AffineForms
@@ -44,7 +44,7 @@ SETTINGS: Mapping[str, Values] = {
     "OSQP": {"eps_abs": 1e-10, "eps_rel": 1e-10, "max_iter": 100_000, "polishing": False},
     "SCS": {"eps_abs": 1e-10, "eps_rel": 1e-10},
 }
-"""What solvers are asked for where their own choice is too coarse for seconds."""
+"""Settings of solvers whose defaults are too coarse for seconds."""
 TIME_LIMITS = {
     "HIGHS": "time_limit",
     "CLARABEL": "time_limit",
@@ -90,10 +90,10 @@ class Solver:
             raise SolverError(f"engine cvxpy needs the package cvxpy: {error}") from error
 
         installed = cvxpy.installed_solvers()  # type: ignore[no-untyped-call]
-        asked = DEFAULT_SOLVER if name is None else name
-        name = str(asked).upper()
+        wanted = DEFAULT_SOLVER if name is None else name
+        name = str(wanted).upper()
         if name not in installed:
-            raise InputError(f"CVXPY has no solver {asked!r}; installed: {', '.join(installed)}")
+            raise InputError(f"CVXPY has no solver {wanted!r}; installed: {', '.join(installed)}")
         if whole and name not in (able := _takers_of_whole_numbers()):
             raise InputError(
                 f"the solver {name} takes no whole numbers; installed ones that do: "
@@ -390,7 +390,7 @@ def _may_differ(a: Floats, weights: Floats | None) -> bool:
 
 
 @dataclass(frozen=True)
-class Cvxpy:
+class Cvxpy(OneByOne):
     """The engine that hands linear programmes to CVXPY.
 
     Parameters
@@ -403,27 +403,6 @@ class Cvxpy:
     takes: ClassVar[Capability] = capability(NAME)
     solver: str | None = None
 
-    def solve(
-        self,
-        model: Model,
-        programmes: int,
-        values: Values | None = None,
-        *,
-        slot_s: float | None = None,
-        time_limit_s: float | None = None,
-    ) -> Solution:
-        """Solve a model for every entry of its parameters; see `registry.Engine`."""
-        compiled = self.compile(model, programmes, slot_s=slot_s, time_limit_s=time_limit_s)
-        return compiled.solve(values or {})
-
-    def compile(
-        self,
-        model: Model,
-        programmes: int = 1,
-        *,
-        slot_s: float | None = None,
-        time_limit_s: float | None = None,
-    ) -> Compiled:
-        """Hand over a model once, to be solved often; see `registry.Engine`."""
-        rows = [model.row(index) for index in range(programmes)]
-        return RowByRow(CvxpyProgramme(model, slot_s, time_limit_s, self.solver), rows)
+    def prepare(self, model: Model, slot_s: float | None, time_limit_s: float | None) -> Single:
+        """Hand over a model, to be solved for one programme at a time."""
+        return CvxpyProgramme(model, slot_s, time_limit_s, self.solver)

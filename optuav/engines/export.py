@@ -111,7 +111,7 @@ def to_file(
         used = np.flatnonzero(row)
         if not len(used) and holding(sense, left, right):
             # Another solver may not forgive the rounding of its two sides.
-            notes.append(f"{constraint.label!r} speaks of no unknown, and holds: left out")
+            notes.append(f"{constraint.label!r} holds whatever the unknowns: left out")
             continue
         least = -infinity if sense == "<=" else limit
         most = infinity if sense == ">=" else limit

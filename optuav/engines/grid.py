@@ -23,7 +23,7 @@ import numpy as np
 
 from optuav.arrays import Booleans, Floats, Values
 from optuav.engines.ranges import linear_excesses, lower_bounds, slot_ranges, upper_bounds_by
-from optuav.engines.registry import Capability, Compiled, SolvedAgain, capability
+from optuav.engines.registry import Capability, Direct, capability
 from optuav.engines.solution import Solution
 from optuav.errors import InputError, SolverError
 from optuav.modelling.affine import NotAffineError, affine
@@ -279,7 +279,7 @@ def _tight(model: Model, parameters: Values, point: Values, slot_s: float) -> It
 
 
 @dataclass(frozen=True)
-class Grid:
+class Grid(Direct):
     """The engine that searches all whole slots."""
 
     name: ClassVar[str] = NAME
@@ -298,14 +298,3 @@ class Grid:
         if slot_s is None:
             raise InputError(f"engine {NAME} needs the length of a slot")
         return solve(model, programmes, slot_s, time_limit_s, values)
-
-    def compile(
-        self,
-        model: Model,
-        programmes: int = 1,
-        *,
-        slot_s: float | None = None,
-        time_limit_s: float | None = None,
-    ) -> Compiled:
-        """Hand over a model once, to be solved often; see `registry.Engine`."""
-        return SolvedAgain(self, model, programmes, slot_s, time_limit_s)

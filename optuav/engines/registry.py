@@ -6,6 +6,7 @@ package load when they are first asked for.
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from importlib import import_module
@@ -46,7 +47,7 @@ class Capability:
         Whether it needs the longest of at most two times as objective, and as constraints what
         phases of constant current give.
     gives
-        What its answer is worth, in words.
+        What its answer is worth, for a reader.
     """
 
     name: str
@@ -60,7 +61,7 @@ class Capability:
     needs_levelling: bool = False
 
     def obstacle(self, model: Traits, slots: bool) -> str:
-        """Why the engine does not take a model, in words; empty if it does."""
+        """Why the engine does not take a model; empty if it does."""
         if self.most_unknowns is not None and model.unknowns > self.most_unknowns:
             return f"it takes at most {self.most_unknowns} unknowns, the model has {model.unknowns}"
         if not model.linear and not self.nonlinear:
@@ -186,6 +187,21 @@ class SolvedAgain:
         )
 
 
+class Direct:
+    """Base of engines that have nothing to prepare: a compiled model is solved again."""
+
+    def compile(
+        self: Engine,
+        model: Model,
+        programmes: int = 1,
+        *,
+        slot_s: float | None = None,
+        time_limit_s: float | None = None,
+    ) -> Compiled:
+        """Hand over a model, to be solved often; see `Engine`."""
+        return SolvedAgain(self, model, programmes, slot_s, time_limit_s)
+
+
 CAPABILITIES = (
     Capability(
         "closed-form",
@@ -275,6 +291,39 @@ class RowByRow:
             self.single.solve({**row, **more}) for row, more in zip(self.rows, changed, strict=True)
         ]
         return found[0] if len(found) == 1 else stacked(found)
+
+
+class OneByOne(ABC):
+    """Base of engines that prepare a model, and solve one programme after the other."""
+
+    @abstractmethod
+    def prepare(self, model: Model, slot_s: float | None, time_limit_s: float | None) -> Single:
+        """Hand over a model, to be solved for one programme at a time."""
+
+    def compile(
+        self,
+        model: Model,
+        programmes: int = 1,
+        *,
+        slot_s: float | None = None,
+        time_limit_s: float | None = None,
+    ) -> Compiled:
+        """Hand over a model, to be solved often; see `Engine`."""
+        rows = [model.row(index) for index in range(programmes)]
+        return RowByRow(self.prepare(model, slot_s, time_limit_s), rows)
+
+    def solve(
+        self,
+        model: Model,
+        programmes: int,
+        values: Values | None = None,
+        *,
+        slot_s: float | None = None,
+        time_limit_s: float | None = None,
+    ) -> Solution:
+        """Solve a model for every entry of its parameters; see `Engine`."""
+        compiled = self.compile(model, programmes, slot_s=slot_s, time_limit_s=time_limit_s)
+        return compiled.solve(values or {})
 
 
 ENGINES = tuple(each.name for each in CAPABILITIES)

@@ -35,7 +35,7 @@ Margin: TypeAlias = Callable[[Floats], Floats]
 Selection: TypeAlias = Integers | slice
 """Some programmes or intervals, by their numbers or a slice."""
 Margins: TypeAlias = Callable[[Selection], Margin]
-"""The margin of some of the intervals, told by their numbers or a slice."""
+"""The margin of some of the intervals."""
 Ends: TypeAlias = tuple[Floats, Floats]
 """A point of each interval, and the margins there."""
 

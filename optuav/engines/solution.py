@@ -214,7 +214,7 @@ class Solution:
         """By label, how much every constraint has left in its own unit, one a programme.
 
         Negative where it is violated, NaN without an answer; of the two bounds of an unknown, which
-        share a label, the nearer one. Evaluated in NumPy when it is first asked for.
+        share a label, the nearer one. Evaluated in NumPy on first use.
         """
         answered = np.array([status.has_answer for status in self.statuses])
         found: dict[str, Floats] = {}

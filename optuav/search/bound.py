@@ -4,7 +4,7 @@ Every rule is valid without conditions on currents and wells: it drops only time
 within 0 ≤ y1 ≤ ωB can have. They are
 
 1. *Time.* The stays and the flight fit into the deadline, and the hovers last the given time.
-2. *Envelopes* (`optuav.search.envelopes`). The largest and the least that the wells may hold leave
+2. *Envelopes* (`optuav.search.limits`). The largest and the least that the wells may hold leave
    the box possible.
 3. *Trading* (`optuav.search.limits`). One corner of a box has the longest rests and the shortest
    hovers. The time rule makes a plan give up at least s_R of these rests and add at least s_H to
@@ -30,13 +30,12 @@ import numpy as np
 from optuav.arrays import Booleans, Floats
 from optuav.physics.quantity import TINY
 from optuav.search.boxes import Boxes
-from optuav.search.envelopes import enveloped
-from optuav.search.limits import against_full, levelled, limits
+from optuav.search.limits import against_full, enveloped, levelled, limits
 from optuav.search.terrain import ROUNDING, Flown, Terrain
 
 
 @dataclass(frozen=True)
-class Bound:
+class BoxBound:
     """The test of boxes over one terrain.
 
     Parameters
@@ -51,7 +50,7 @@ class Bound:
     legs: Flown
 
     @classmethod
-    def over(cls, terrain: Terrain) -> Bound:
+    def over(cls, terrain: Terrain) -> BoxBound:
         """The test over a terrain."""
         maps = terrain.leg_maps()
         whole = (maps.charge_As[-1], maps.remaining[-1], maps.tilt_As[-1])

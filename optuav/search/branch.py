@@ -5,16 +5,73 @@ from __future__ import annotations
 import time
 from collections import deque
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
-from optuav.search.bound import Bound
-from optuav.search.boxes import Boxes, joined
-from optuav.search.incumbent import Incumbent
-from optuav.search.sequences import patterns, sequences
+from optuav.arrays import Floats
+from optuav.search.bound import BoxBound
+from optuav.search.boxes import Boxes, joined, patterns, sequences
 from optuav.search.terrain import Terrain
 from optuav.search.trial import Stops, Trial
+
+
+@dataclass
+class Incumbent:
+    """The best plan so far; of plans that tie, the one whose sequence ranks first.
+
+    Parameters
+    ----------
+    trial
+        What tries plans out.
+    tie_s
+        Hover times that differ by no more tie [s].
+    best
+        The plan; None before the first.
+    longest_s
+        Longest hover time met [s]; the plan's own is less by no more than a tie.
+    """
+
+    trial: Trial
+    tie_s: float
+    best: Stops | None = None
+    longest_s: float = field(default=-np.inf)
+
+    def to_beat_s(self, boxes: Boxes) -> Floats:
+        """Hover time that makes a box worth a look [s]: a tie where it ranks first."""
+        if self.best is None:
+            return np.zeros(len(boxes))
+        first = boxes.rank < self.best.rank
+        beat_s: Floats = np.maximum(self.longest_s + np.where(first, -self.tie_s, self.tie_s), 0.0)
+        return beat_s
+
+    def improve(self, boxes: Boxes) -> None:
+        """Look for a better plan in boxes."""
+        beat_s = self.to_beat_s(boxes)
+        if self.best is not None:
+            # The sequence that leads may go on to lead by less than a tie.
+            ahead_s = np.nextafter(self.best.hover_s, np.inf)
+            beat_s = np.where(boxes.rank == self.best.rank, ahead_s, beat_s)
+        found, stays_s = self.trial.longest(boxes, beat_s)
+        if not found.any():
+            return
+        hover_s, rank = stays_s[boxes.hovers].sum(axis=0), boxes.rank[found]
+        self.longest_s = max(self.longest_s, float(hover_s.max()))
+        ties = np.flatnonzero(hover_s >= self.longest_s - self.tie_s)
+        if not len(ties):
+            return
+        first = int(ties[np.lexsort((-hover_s[ties], rank[ties]))[0]])
+        new = Stops(
+            boxes.places[:, found][:, first].copy(),
+            stays_s[:, first].copy(),
+            float(hover_s[first]),
+            int(rank[first]),
+        )
+        old = self.best
+        falls_behind = old is None or old.hover_s < self.longest_s - self.tie_s
+        if old is None or falls_behind or (new.rank, -new.hover_s) < (old.rank, -old.hover_s):
+            self.best = new
+
 
 TIE_S = 5e-7
 """Hover times that differ by no more tie [s]; what is proved leaves a gap of twice that."""
@@ -31,16 +88,16 @@ GAP_BOXES = 2_000_000
 GAP_SHARE = 0.2
 """Of a time limit that is kept for finding that gap."""
 INTERRUPTED = "was interrupted"
-"""Why a search ended, at Ctrl-C."""
+"""Why a search ended early at Ctrl-C."""
 INTERRUPTED_S = 1.0
 """That finding the gap may take then [s]."""
 
 Progress = Callable[[float, int, int], None]
-"""Told the best hover time so far [s], and how many boxes have been looked at and are open."""
+"""Called with the best hover time so far [s], and how many boxes were examined and are open."""
 
 
 @dataclass(frozen=True)
-class Found:
+class SearchResult:
     """What a search found.
 
     Parameters
@@ -52,7 +109,7 @@ class Found:
     examined
         Boxes that were looked at.
     ended
-        Why the search ended early, in words; empty if it came to its end.
+        Why the search ended early; empty if it is complete.
     """
 
     stops: Stops | None
@@ -68,7 +125,7 @@ def search(
     *,
     time_limit_s: float | None = None,
     progress: Progress | None = None,
-) -> Found:
+) -> SearchResult:
     """The plan of the longest hover time with at most so many rests and hovers.
 
     The durations of every sequence of stops are cut into boxes, until none is left that can hold a
@@ -86,7 +143,7 @@ def search(
         Longest search [s]; without one, a search ends after about `MOST_BOXES` boxes. It ends at
         an interruption (Ctrl-C), too.
     progress
-        Told how far the search is.
+        Called with the state of the search; see `Progress`.
     """
     return _Search(terrain, rests, hovers, time_limit_s, progress).run()
 
@@ -110,11 +167,11 @@ class _Search:
         self.most_boxes = MOST_BOXES if time_limit_s is None else np.inf
         self.progress = progress
         self.started_s = time.monotonic()
-        self.bound, self.incumbent = Bound.over(terrain), Incumbent(Trial.over(terrain), TIE_S)
+        self.bound, self.incumbent = BoxBound.over(terrain), Incumbent(Trial.over(terrain), TIE_S)
         self.open: deque[Boxes] = deque()
         self.examined = 0
 
-    def run(self) -> Found:
+    def run(self) -> SearchResult:
         ended, begun = "", False
         try:
             self._find_a_good_plan()
@@ -130,7 +187,7 @@ class _Search:
         best = self.incumbent.best
         if best is not None:
             best = self.incumbent.trial.with_short_rests(best)
-        return Found(best, bound_s, self.examined, ended)
+        return SearchResult(best, bound_s, self.examined, ended)
 
     def _find_a_good_plan(self) -> None:
         """Follow the most promising boxes of every pattern down."""

@@ -1,7 +1,18 @@
-"""What must not be negative in a box of plans, and what a second of each stay is worth to it.
+"""What must not be negative in a box of plans: envelopes, and limits with the price of each stay.
 
-The limits of y1 are those along a corner of the box, with its prices (`optuav.search.corner`); the
-charge at the end is a limit as well, where a second of a stay is worth its current.
+*Envelopes.* With durations t ≥ 0, every leg and stay maps (y, y1) to
+e^(−k't) y1 + ω (1 − e^(−k't)) y + a constant for y1 and to y + a constant for y: more of either
+never leads to less of either. So the largest and the least (y, y1) of a box, carried from phase to
+phase with the duration that is best or worst for each, enclose all its plans. A box is dropped
+where the largest y1 is below 0, the least above ωB, or the largest y at the end below η0 B. Between
+phases the envelopes are cut back to 0 ≤ y1 ≤ ωB, y1 ≤ y ≤ y1 + (1−ω)B, which all its plans keep.
+Where charging tapers, the least (y, y1) are left out; the cuts to y1 ≤ ωB hold there too
+(`optuav.search.bound` says why).
+
+*Prices.* The corner of a box has the longest rests and the shortest hovers. A second of stay i more
+or less changes y1 after a later phase, by τ, by ∂y1/∂t_i = ωI_i + e^(−k'τ) ((1−ω) I_i − k'z_i),
+where z_i is the tilt at the end of the stay; interval arithmetic bounds it over the box. The charge
+at the end is a limit as well, where a second of a stay is worth its current.
 
 A sum of limits with weights ≥ 0 is a limit as well. Two kinds are useful: those that level the
 prices of early and late stays, and those in which a rest's price in a limit on y1 ≥ 0 cancels
@@ -16,11 +27,187 @@ from typing import NamedTuple
 
 import numpy as np
 
-from optuav.arrays import Floats
+from optuav.arrays import Booleans, Floats
+from optuav.physics.kibam import Battery, levelling
 from optuav.physics.quantity import TINY
 from optuav.search.boxes import Boxes
-from optuav.search.corner import Corner
-from optuav.search.terrain import Flown, Terrain
+from optuav.search.terrain import ROUNDING, Flown, Terrain
+
+
+class Corner:
+    """The corner of boxes of one pattern, followed leg by leg and stay by stay.
+
+    Arrays have one column a box. It begins at take-off; `past` counts the stays that are over.
+
+    Parameters
+    ----------
+    terrain
+        The mission.
+    boxes, legs
+        The boxes, and what their legs do to the wells.
+    low_s, high_s
+        Shortest and longest stays (stop, box) [s].
+    """
+
+    def __init__(
+        self, terrain: Terrain, boxes: Boxes, legs: Flown, low_s: Floats, high_s: Floats
+    ) -> None:
+        self.battery, self.legs, self.past = terrain.battery, legs, 0
+        self.hover = boxes.pattern
+        self.current_A = terrain.stay_current_A[boxes.places[1:-1]]
+        self.low_s, self.high_s = low_s, high_s
+        self.after_low, self.after_high = (levelling(self.battery, s) for s in (low_s, high_s))
+        # y and z here, the same at the opposite corner, and between which bounds z is in the box.
+        self.total_As = self.far_total_As = np.full(len(boxes), self.battery.capacity_As)
+        self.tilt_As = self.far_tilt_As = np.zeros(len(boxes))
+        self.low_tilt_As = self.high_tilt_As = np.zeros(len(boxes))
+        # Of every stay, bounds of (1−ω) I − k'z at its end, and of e^(−k'τ) from there to now.
+        self.weakest_A, self.strongest_A = np.empty_like(low_s), np.empty_like(low_s)
+        self.least, self.most = np.ones_like(low_s), np.ones_like(low_s)
+
+    def fly(self) -> None:
+        """The leg to the next stop, or to the destination."""
+        leg = self.past
+        remaining, offset_As = self.legs.remaining[leg], self.legs.tilt_As[leg]
+        self.total_As = self.total_As - self.legs.charge_As[leg]
+        self.far_total_As = self.far_total_As - self.legs.charge_As[leg]
+        self.tilt_As = self.tilt_As * remaining + offset_As
+        self.far_tilt_As = self.far_tilt_As * remaining + offset_As
+        self.low_tilt_As = self.low_tilt_As * remaining + offset_As
+        self.high_tilt_As = self.high_tilt_As * remaining + offset_As
+        self.least[: self.past] *= remaining
+        self.most[: self.past] *= remaining
+
+    def stay(self) -> None:
+        """The stay at the stop that was reached."""
+        stop, current_A = self.past, self.current_A[self.past]
+        charging_A = (1.0 - self.battery.available_fraction) * current_A
+
+        def tilted(tilt_As: Floats, *, longest: bool) -> Floats:
+            """z at the end of the longest or the shortest stay."""
+            remaining, integral_s = self.after_high if longest else self.after_low
+            moved: Floats = tilt_As * remaining[stop] + charging_A * integral_s[stop]
+            return moved
+
+        rests = not self.hover[stop]
+        best_s, worst_s = (self.high_s, self.low_s) if rests else (self.low_s, self.high_s)
+        self.total_As = self.total_As + current_A * best_s[stop]
+        self.far_total_As = self.far_total_As + current_A * worst_s[stop]
+        self.tilt_As = tilted(self.tilt_As, longest=rests)
+        self.far_tilt_As = tilted(self.far_tilt_As, longest=not rests)
+        low_As, high_As = self.low_tilt_As, self.high_tilt_As
+        self.low_tilt_As = np.minimum(tilted(low_As, longest=True), tilted(low_As, longest=False))
+        self.high_tilt_As = np.maximum(
+            tilted(high_As, longest=True), tilted(high_As, longest=False)
+        )
+        rate = self.battery.rate_per_s
+        self.weakest_A[stop] = charging_A - rate * self.high_tilt_As
+        self.strongest_A[stop] = charging_A - rate * self.low_tilt_As
+        self.least[:stop] *= self.after_high[0][stop]
+        self.most[:stop] *= self.after_low[0][stop]
+        self.past += 1
+
+    @property
+    def available_As(self) -> Floats:
+        """y1 at the corner (box,) [A s]."""
+        found: Floats = self.battery.available_fraction * self.total_As + self.tilt_As
+        return found
+
+    @property
+    def room_As(self) -> Floats:
+        """What is missing to y1 = ωB at the opposite corner (box,) [A s]."""
+        far_As = self.battery.available_fraction * self.far_total_As + self.far_tilt_As
+        found: Floats = self.battery.full.available_As - far_As
+        return found
+
+    @property
+    def prices_A(self) -> Floats:
+        """Least that y1 loses a second by which a stay leaves the corner (stop, box) [A].
+
+        Of stays that are over; 0 for the others.
+        """
+        price_A = np.zeros_like(self.low_s)
+        for stay, hovers in enumerate(self.hover[: self.past]):
+            push_A = self.strongest_A[stay] if hovers else self.weakest_A[stay]
+            much = (push_A > 0.0) == hovers
+            fade = np.where(much, self.most[stay], self.least[stay])
+            price_A[stay] = self.battery.available_fraction * self.current_A[stay] + push_A * fade
+            if hovers:
+                price_A[stay] *= -1.0
+        return price_A
+
+
+def enveloped(
+    terrain: Terrain, boxes: Boxes, legs: Flown, low_s: Floats, high_s: Floats
+) -> tuple[Booleans, Booleans]:
+    """Whether the envelopes leave a box possible (box,).
+
+    And whether they pass y1 = ωB at the end of a stay or of a later one (stop, box).
+    """
+    battery = terrain.battery
+    full, share = battery.full, battery.available_fraction
+    rounding_As = ROUNDING * battery.capacity_As
+    most = least = (np.full(len(boxes), battery.capacity_As), np.full(len(boxes), 0.0))
+    alive = np.ones(len(boxes), bool)
+    overfull = np.zeros(low_s.shape, bool)
+    for stop in range(len(boxes.pattern) + 1):
+        leg = Flown(*(each[stop] for each in legs))
+        most = most[0] - leg.charge_As, most[1] * leg.remaining + leg.tilt_As
+        least = least[0] - leg.charge_As, least[1] * leg.remaining + leg.tilt_As
+        alive &= share * most[0] + most[1] >= -rounding_As
+        if stop == len(boxes.pattern):
+            break
+        least_available = np.maximum(share * least[0] + least[1], 0.0)
+        least_total = np.maximum(least[0], least_available)
+        least = least_total, least_available - share * least_total
+        current_A = terrain.stay_current_A[boxes.places[stop + 1]]
+        times_s = low_s[stop], high_s[stop]
+        total, available = _farthest(battery, most, current_A, times_s, np.maximum)
+        alive &= available >= -rounding_As
+        overfull[: stop + 1] |= available > full.available_As
+        available = np.minimum(available, full.available_As)
+        total = np.minimum(total, available + full.bound_As)
+        most = total, available - share * total
+        if terrain.tapers:
+            least = np.zeros(len(boxes)), np.zeros(len(boxes))
+            continue
+        total, available = _farthest(battery, least, current_A, times_s, np.minimum)
+        alive &= available <= full.available_As + rounding_As
+        available = np.maximum(available, 0.0)
+        total = np.maximum(total, available)
+        least = total, available - share * total
+    return alive & (most[0] >= terrain.least_charge_As - rounding_As), overfull
+
+
+def _farthest(
+    battery: Battery,
+    state: tuple[Floats, Floats],
+    current_A: Floats,
+    times_s: tuple[Floats, Floats],
+    pick: np.ufunc,
+) -> tuple[Floats, Floats]:
+    """Largest or least y and y1 [A s] after a stay of any duration between two."""
+    share = battery.available_fraction
+    total, tilt = state
+    low_s, high_s = times_s
+
+    def available(time_s: Floats) -> Floats:
+        remaining, integral_s = levelling(battery, time_s)
+        tilted_As = tilt * remaining + (1.0 - share) * current_A * integral_s
+        sum_As: Floats = share * (total + current_A * time_s) + tilted_As
+        return sum_As
+
+    # dy1/dt = I − k'z vanishes where e^(−k't) = ω I / (k'z − (1−ω) I).
+    rate = np.maximum(battery.rate_per_s, TINY)
+    slope = rate * tilt - (1.0 - share) * current_A
+    turn = share * current_A / np.where(slope == 0.0, TINY, slope)
+    turn_s = -np.log(np.clip(turn, TINY, 1.0)) / rate
+    found = pick(available(low_s), available(high_s))
+    inside = (low_s < turn_s) & (turn_s < high_s)
+    if inside.any():
+        found = pick(found, available(np.where(inside, turn_s, low_s)))
+    farthest: Floats = total + pick(current_A * low_s, current_A * high_s)
+    return farthest, found
 
 
 class Limit(NamedTuple):

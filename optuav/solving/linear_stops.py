@@ -26,7 +26,7 @@ from optuav.network.one_stop import FIGURES, TOLERANCE
 from optuav.network.places import DESTINATION, FIRST_BUILDING, HOVER, ORIGIN
 from optuav.network.timeline import rest_net
 from optuav.plan import Plan
-from optuav.search.sequences import patterns, sequences
+from optuav.search.boxes import patterns, sequences
 from optuav.solving.everywhere import terrain, ways
 from optuav.solving.given import quantities
 from optuav.solving.planning import Part

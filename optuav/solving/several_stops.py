@@ -20,7 +20,7 @@ from optuav.network.places import FIRST_BUILDING
 from optuav.network.timeline import phases_along, rest_net
 from optuav.physics.quantity import TINY
 from optuav.plan import Plan
-from optuav.search.branch import INTERRUPTED, TIE_S, Found, Progress, search
+from optuav.search.branch import INTERRUPTED, TIE_S, Progress, SearchResult, search
 from optuav.search.trial import Stops
 from optuav.solving.everywhere import all_legs, terrain, ways
 from optuav.solving.given import quantities
@@ -107,7 +107,7 @@ def _faults(program: Program) -> Iterator[Fault]:
         yield Fault("buildings", str(buildings), words)
 
 
-def _plan(program: Program, everywhere: Network, found: Found, asked_for: str) -> Plan:
+def _plan(program: Program, everywhere: Network, found: SearchResult, asked_for: str) -> Plan:
     asked, stops = replace(program.question, engine=ENGINE), found.stops
     if stops is None and found.bound_s <= 0.0:
         why = program.reasons
@@ -174,7 +174,7 @@ def _with_one_stop(program: Program) -> Plan | None:
         return None
 
 
-def _known(found: Found, hover_s: float) -> dict[str, Any]:
+def _known(found: SearchResult, hover_s: float) -> dict[str, Any]:
     """Whether a hover time is the longest, and a note on what a search that ended leaves open."""
     gap_s, notes = found.bound_s - hover_s, []
     if found.ended:

@@ -15,10 +15,9 @@ import optuav
 from optuav.mission import Mission
 from optuav.network.network import build_network
 from optuav.physics import kibam
-from optuav.search.bound import Bound
-from optuav.search.boxes import Pattern
-from optuav.search.branch import TIE_S, Found, search
-from optuav.search.sequences import patterns, sequences
+from optuav.search.bound import BoxBound
+from optuav.search.boxes import Pattern, patterns, sequences
+from optuav.search.branch import TIE_S, SearchResult, search
 from optuav.search.terrain import Terrain
 from optuav.search.trial import Trial
 from optuav.solving.everywhere import all_legs, terrain
@@ -29,7 +28,7 @@ def terrain_of(mission: Mission) -> Terrain:
     return terrain(replace(worked_out, legs=all_legs(worked_out)))
 
 
-def names(mission: Mission, found: Found) -> list[str]:
+def names(mission: Mission, found: SearchResult) -> list[str]:
     assert found.stops is not None
     return [build_network(mission).places.names[place] for place in found.stops.places]
 
@@ -212,7 +211,7 @@ def test_no_rule_drops_a_plan(keys: dict[str, float], pattern: Pattern, seed: in
     ).take(bears)
     held_s, hovers = stays_s[:, bears], boxes.hovers
     shares = chance.choice([0.5, 0.99, 1.0], len(boxes))
-    left = Bound.over(known).possible(boxes, held_s[hovers].sum(axis=0) * shares - 1e-9)
+    left = BoxBound.over(known).possible(boxes, held_s[hovers].sum(axis=0) * shares - 1e-9)
     assert len(left) == len(boxes)
     order = left.rank.searchsorted(np.flatnonzero(bears))
     rounding_s = 1e-6
