@@ -35,7 +35,7 @@ class P1(Formulation):
     >>> import optuav
     >>> plan = optuav.solve("paper", optuav.P1(trajectory="traj1"), perspective="battery")
     >>> f"{plan.hover_time_s:.2f}"
-    '718.56'
+    '715.05'
     """
 
     building: None = field(default=None, init=False, repr=False)

@@ -11,7 +11,7 @@ from optuav.studies.results import Row
 HOVER, REST = "hover_time_s", "rest_time_s"
 
 
-class Bound(NamedTuple):
+class SlotBound(NamedTuple):
     """What the theory says about a length of slot.
 
     Parameters
@@ -27,7 +27,7 @@ class Bound(NamedTuple):
     words: str
 
 
-def bound(model: Model, parameters: Row, slot_s: float) -> Bound:
+def bound(model: Model, parameters: Row, slot_s: float) -> SlotBound:
     """Return the bound for a linear model that maximises the hover time.
 
     Let (Δ, T') be the optimum in continuous times, and H the horizon that the deadline leaves. If
@@ -52,13 +52,13 @@ def bound(model: Model, parameters: Row, slot_s: float) -> Bound:
         excess = excess.times(-1.0) if relation.sense == ">=" else excess
         by_hover, by_rest = (float(excess.coefficients.get(name, 0.0)) for name in (HOVER, REST))
         if relation.sense == "==":
-            return Bound(None, f"{constraint.label} is an equality")
+            return SlotBound(None, f"{constraint.label} is an equality")
         if by_hover >= 0.0 >= by_rest:
             continue
         if by_hover != by_rest or by_hover < 0.0:
             what = "a shorter hover" if by_hover < 0.0 else "a longer rest"
-            return Bound(None, f"{what} can break {constraint.label}")
+            return SlotBound(None, f"{what} can break {constraint.label}")
         horizon_slots = -float(excess.constant) / by_hover / slot_s
         if abs(horizon_slots - round(horizon_slots)) > TOLERANCE * max(1.0, horizon_slots):
             slots, words = 2, "the horizon is not a whole number of slots"
-    return Bound(slots, words)
+    return SlotBound(slots, words)

@@ -117,14 +117,14 @@ def _steps(
     return tuple(found)
 
 
-class Longest(NamedTuple):
+class LongestHovers(NamedTuple):
     """Hover time [s], NaN without a plan, and itinerary, −1 then; one entry a variant."""
 
     hover_time_s: Floats
     itinerary: Integers
 
 
-def longest(variants: Variants, perspective: Perspective) -> Longest:
+def longest(variants: Variants, perspective: Perspective) -> LongestHovers:
     """Return the longest hover of each variant over all its itineraries.
 
     Of itineraries that are as good as the best (to 1e-6 s), it names the first.
@@ -136,7 +136,7 @@ def longest(variants: Variants, perspective: Perspective) -> Longest:
     winner = np.full(variants.count, np.iinfo(np.intp).max)
     tied = hover_s >= best_s[number] - SAME_S
     np.minimum.at(winner, number[tied], itineraries[tied])
-    return Longest(best_s, np.where(np.isnan(best_s), NO_ROUTE, winner))
+    return LongestHovers(best_s, np.where(np.isnan(best_s), NO_ROUTE, winner))
 
 
 def best_itineraries(variants: Variants, perspective: Perspective) -> Integers:
