@@ -66,7 +66,7 @@ class Given(Quantities):
             stay = hover + rest if isinstance(rest, Expression) else hover
             model.subject_to(label, stay <= self.time_left, unit="s", kind="deadline")
         else:
-            hover.upper, hover.label = self.time_left, label
+            hover.upper, hover.label, hover.kind = self.time_left, label, "deadline"
 
     def soc_end(self, hover: Any, rest: Any = 0.0) -> Any:
         """State of charge at the end [-] after hovering and resting [s], by the perspective."""

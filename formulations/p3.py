@@ -26,9 +26,8 @@ class P3(Formulation):
 
     def declare(self, model: Model, given: Given) -> None:
         """State (P3): P3.a state of charge, and P3.b as the upper bound of Δ."""
-        hover = model.variable(
-            "hover_time_s", "Δ", unit="s", upper=given.time_left, label="P3.b hover time"
-        )
+        hover = model.variable("hover_time_s", "Δ", unit="s")
+        given.keep_deadline(model, "P3.b hover time", hover)
         model.maximise(hover)
         charged = given.soc_end(hover) >= given.min_soc
         model.subject_to("P3.a state of charge", charged, kind="state of charge")

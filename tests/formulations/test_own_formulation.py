@@ -394,7 +394,7 @@ def test_program_solution_and_checks_print_in_one_line_each() -> None:
     assert repr(own) == "<Program for 'paper': LeastRest, perspective battery, 2 models>"
     assert repr(program.solution()) == "<Solution by closed-form: optimal, objective 688.848>"
     charge, first, _ = map(str, program.check({"hover_time_s": 700.0}))
-    assert charge == "P3.a state of charge: 0.0363837 ≥ 0.05 VIOLATED by 0.0136163 p3.py:34"
+    assert charge == "P3.a state of charge: 0.0363837 ≥ 0.05 VIOLATED by 0.0136163 p3.py:33"
     assert first == "P3.b hover time: 700 ≥ 0 s holds, slack 700 s p3.py:29"
     _, at_least, _ = map(str, program.check({"hover_time_s": [-1.0, 2.0, 3.0]}))
     assert at_least == "P3.b hover time: at 3 points VIOLATED at 1 by up to 1 s p3.py:29"
@@ -407,7 +407,7 @@ def test_a_check_prints_as_a_table() -> None:
     assert str(checks) == repr(checks)
     assert str(checks).splitlines() == [
         "constraint            left and right    verdict                 declared at",
-        "P3.a state of charge  0.0363837 ≥ 0.05  VIOLATED by 0.0136163   p3.py:34",
+        "P3.a state of charge  0.0363837 ≥ 0.05  VIOLATED by 0.0136163   p3.py:33",
         "P3.b hover time       700 ≥ 0 s         holds, slack 700 s      p3.py:29",
         "P3.b hover time       700 ≤ 1124.21 s   holds, slack 424.208 s  p3.py:29",
     ]
