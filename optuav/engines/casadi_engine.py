@@ -154,11 +154,25 @@ class CasadiForm:
         ]
 
 
+SAME = (
+    "fabs", "floor", "ceil", "sign", "sqrt", "exp", "expm1", "log", "log1p", "log10",
+    "sin", "cos", "tan", "sinh", "cosh", "tanh", "hypot", "fmax", "fmin",
+)  # fmt: skip
+"""Functions that NumPy and CasADi call the same."""
+RENAMED = {
+    "absolute": "fabs", "maximum": "fmax", "minimum": "fmin", "arctan2": "atan2",
+    "arcsin": "asin", "arccos": "acos", "arctan": "atan",
+    "arcsinh": "asinh", "arccosh": "acosh", "arctanh": "atanh",
+}  # fmt: skip
+"""CasADi's names of others."""
+
+
 def operations() -> Mapping[np.ufunc, Callable[..., Any]]:
     """What a ufunc becomes on CasADi's symbols."""
     import casadi
 
-    return {
+    names = {name: name for name in SAME} | RENAMED
+    return {getattr(np, ours): getattr(casadi, theirs) for ours, theirs in names.items()} | {
         np.add: operator.add,
         np.subtract: operator.sub,
         np.multiply: operator.mul,
@@ -166,47 +180,18 @@ def operations() -> Mapping[np.ufunc, Callable[..., Any]]:
         np.power: operator.pow,
         np.negative: operator.neg,
         np.positive: operator.pos,
-        np.absolute: casadi.fabs,
-        np.fabs: casadi.fabs,
-        np.floor: casadi.floor,
-        np.ceil: casadi.ceil,
         np.trunc: lambda a: casadi.sign(a) * casadi.floor(casadi.fabs(a)),
-        np.sign: casadi.sign,
         np.heaviside: lambda a, b: (a > 0.0) + (a == 0.0) * b,
         np.square: lambda a: a * a,
         np.reciprocal: lambda a: 1.0 / a,
-        np.sqrt: casadi.sqrt,
         np.cbrt: lambda a: casadi.sign(a) * casadi.fabs(a) ** (1.0 / 3.0),
-        np.exp: casadi.exp,
         np.exp2: lambda a: 2.0**a,
-        np.expm1: casadi.expm1,
-        np.log: casadi.log,
-        np.log1p: casadi.log1p,
         np.log2: lambda a: casadi.log(a) / math.log(2.0),
-        np.log10: casadi.log10,
-        np.sin: casadi.sin,
-        np.cos: casadi.cos,
-        np.tan: casadi.tan,
-        np.sinh: casadi.sinh,
-        np.cosh: casadi.cosh,
-        np.tanh: casadi.tanh,
-        np.arcsin: casadi.asin,
-        np.arccos: casadi.acos,
-        np.arctan: casadi.atan,
-        np.arcsinh: casadi.asinh,
-        np.arccosh: casadi.acosh,
-        np.arctanh: casadi.atanh,
         np.deg2rad: lambda a: a * (math.pi / 180.0),
         np.radians: lambda a: a * (math.pi / 180.0),
         np.rad2deg: lambda a: a * (180.0 / math.pi),
         np.degrees: lambda a: a * (180.0 / math.pi),
         np.logaddexp: lambda a, b: casadi.logsumexp(casadi.vertcat(a, b)),
-        np.hypot: casadi.hypot,
-        np.arctan2: casadi.atan2,
-        np.maximum: casadi.fmax,
-        np.fmax: casadi.fmax,
-        np.minimum: casadi.fmin,
-        np.fmin: casadi.fmin,
     }
 
 

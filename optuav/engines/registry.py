@@ -30,7 +30,9 @@ class Capability:
     Parameters
     ----------
     name
-        As `optuav.solve` is given it.
+        As `optuav.solve` takes it.
+    gives
+        What its answer is worth, for a reader.
     nonlinear
         Whether it takes models that are not linear.
     integer
@@ -46,18 +48,16 @@ class Capability:
     needs_levelling
         Whether it needs the longest of at most two times as objective, and as constraints what
         phases of constant current give.
-    gives
-        What its answer is worth, for a reader.
     """
 
     name: str
-    nonlinear: bool
-    integer: bool
-    slots: bool | None
-    most_unknowns: int | None
-    needs_smooth: bool
-    needs_lower_bounds: bool
     gives: str
+    nonlinear: bool = False
+    integer: bool = False
+    slots: bool | None = False
+    most_unknowns: int | None = None
+    needs_smooth: bool = False
+    needs_lower_bounds: bool = False
     needs_levelling: bool = False
 
     def obstacle(self, model: Traits, slots: bool) -> str:
@@ -205,54 +205,37 @@ class Direct:
 CAPABILITIES = (
     Capability(
         "closed-form",
-        nonlinear=False,
-        integer=False,
-        slots=False,
+        "exact, over all itineraries at once, with the constraints that bind",
         most_unknowns=MOST_UNKNOWNS,
-        needs_smooth=False,
         needs_lower_bounds=True,
-        gives="exact, over all itineraries at once, with the constraints that bind",
     ),
     Capability(
         "cvxpy",
-        nonlinear=False,
+        "global, with multipliers; binary unknowns and slots by branch and bound",
         integer=True,
         slots=True,
-        most_unknowns=None,
-        needs_smooth=False,
-        needs_lower_bounds=False,
-        gives="global, with multipliers; binary unknowns and slots by branch and bound",
     ),
     Capability(
         "bracket",
+        "a feasible time and proof that none is longer, through both wells",
         nonlinear=True,
-        integer=False,
-        slots=False,
         most_unknowns=MOST_UNKNOWNS,
-        needs_smooth=False,
         needs_lower_bounds=True,
         needs_levelling=True,
-        gives="a feasible time and proof that none is longer, through both wells",
     ),
     Capability(
         "casadi",
+        "a local optimum, the best of several starts",
         nonlinear=True,
-        integer=False,
-        slots=False,
-        most_unknowns=None,
         needs_smooth=True,
-        needs_lower_bounds=False,
-        gives="a local optimum, the best of several starts",
     ),
     Capability(
         "grid",
+        "exhaustive over whole slots: the verifying reference",
         nonlinear=True,
-        integer=False,
         slots=None,
         most_unknowns=MOST_UNKNOWNS,
-        needs_smooth=False,
         needs_lower_bounds=True,
-        gives="exhaustive over whole slots: the verifying reference",
     ),
 )
 """What the engines of the package take, in the order in which "auto" prefers them."""

@@ -204,8 +204,8 @@ def test_both_ends_of_the_bracket(seed: int) -> None:
 
 
 def test_cases_are_neither_all_hopeless_nor_all_easy() -> None:
-    """Of 150 random itineraries a third at least have an answer, a tenth have none; all proved."""
-    cases = [figures(np.random.default_rng(seed)) for seed in range(150)]
+    """Of 80 random itineraries a third at least have an answer, a tenth have none; all proved."""
+    cases = [figures(np.random.default_rng(seed)) for seed in range(80)]
     found = [longest(case) for case in cases]
     answered = np.array([not math.isnan(each.hover_time_s) for each in found])
     assert 0.33 < answered.mean() < 0.9
@@ -245,7 +245,7 @@ def test_many_at_once_are_each_alone() -> None:
     case["flow_rate_per_s"] = 1e-4
     found = longest(case)
     assert found.proved.all()
-    for index in (*range(40), 8191, 8192, 8999):
+    for index in (*range(12), 8191, 8192, 8999):
         alone = case | {name: case[name][index] for name in stays_A}
         alone["legs"] = [[Stage(-30.0, leg[0].duration_s[index])] for leg in case["legs"]]
         assert longest(alone).hover_time_s == found.hover_time_s[index]
@@ -287,7 +287,7 @@ def test_itineraries_that_stay_in_different_orders() -> None:
 
     One that only hovers has no rest, even where the others are charged while they do.
     """
-    assert disagreements(0, 400) == []
+    assert disagreements(0, 100) == []
 
 
 @pytest.mark.soak

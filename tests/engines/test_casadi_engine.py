@@ -9,7 +9,7 @@ from typing import Any
 import casadi
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from optuav.engines import casadi_engine, closed_form
@@ -19,6 +19,7 @@ from optuav.modelling import Model, Parameter, evaluate
 from optuav.modelling.derivatives import DIFFERENTIABLE
 from optuav.status import Status
 from tests.engines.conformance import p4
+from tests.examples import few
 
 
 def one(upper: float = math.inf, lower: float = 0.0) -> tuple[Model, object]:
@@ -156,7 +157,7 @@ def test_earlier_preferences_go_first() -> None:
     assert (x_s, y_s) == pytest.approx((0.0, 0.0), abs=1e-7)
 
 
-@settings(max_examples=20)
+@few(8)
 @given(st.floats(0.1, 50.0), st.floats(0.1, 5.0), st.floats(0.5, 3.0))
 def test_known_optimum_of_a_curved_programme(P: float, c: float, power: float) -> None:
     """max xᵃ yᵃ with x + c y = P is P/2 for x and P/(2 c) for y, whatever a."""

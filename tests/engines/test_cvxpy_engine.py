@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from optuav.engines import closed_form
@@ -19,6 +19,7 @@ from tests.engines.conformance import CASES, Case, p4
 from tests.engines.optimality import residuals
 from tests.engines.test_closed_form import Linear
 from tests.engines.test_closed_form import linear as small_programmes
+from tests.examples import few
 
 CONTINUOUS = [case for case in CASES if "cvxpy" in case.engines and case.slot_s is None]
 
@@ -253,7 +254,7 @@ def test_many_unknowns(seed: int) -> None:
 SMALL = st.integers(0, 6)
 
 
-@settings(max_examples=25)
+@few(8)
 @given(st.lists(st.tuples(SMALL, SMALL, SMALL), min_size=1, max_size=4), SMALL, SMALL)
 def test_whole_numbers_against_all_of_them(
     rows: list[tuple[int, int, int]], p: int, q: int

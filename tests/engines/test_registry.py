@@ -35,13 +35,10 @@ class Halving:
     name: str = "halving"
     takes: Capability = Capability(
         "halving",
+        "the longest time, if all shorter ones are feasible",
         nonlinear=True,
-        integer=False,
-        slots=False,
         most_unknowns=1,
-        needs_smooth=False,
         needs_lower_bounds=True,
-        gives="the longest time, if all shorter ones are feasible",
     )
 
     def solve(

@@ -21,6 +21,7 @@ from optuav.search.branch import TIE_S, SearchResult, search
 from optuav.search.terrain import Terrain
 from optuav.search.trial import Trial
 from optuav.solving.everywhere import all_legs, terrain
+from tests.examples import few
 
 
 def terrain_of(mission: Mission) -> Terrain:
@@ -142,7 +143,7 @@ small = st.fixed_dictionaries(
 )
 
 
-@settings(max_examples=8, deadline=None)
+@settings(few(4), deadline=None)
 @given(small, st.sampled_from([(1, 1), (2, 1), (1, 2)]))
 def test_no_plan_of_a_grid_hovers_longer(keys: dict[str, float], most: tuple[int, int]) -> None:
     """All sequences and all multiples of 60 s, simulated: none beats the bound, and the plan that
@@ -188,7 +189,7 @@ def test_a_terrain_is_the_mission_in_arrays() -> None:
     assert known.least_charge_As == pytest.approx(3600.0)
 
 
-@settings(max_examples=60, deadline=None)
+@settings(few(25), deadline=None)
 @given(small, st.sampled_from([*patterns(2, 2)]), st.integers(0, 2**32 - 1))
 def test_no_rule_drops_a_plan(keys: dict[str, float], pattern: Pattern, seed: int) -> None:
     """Random plans that the wells bear, in random boxes around them: asked for no more than their
