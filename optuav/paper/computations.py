@@ -243,28 +243,7 @@ def _saving_As(mission: Mission, hover_s: float) -> float:
     return (curves.crossing(mission, hover_s) or math.nan) - mission.battery.capacity_As
 
 
-COMPUTATIONS: dict[str, Callable[..., Any]] = {
-    each.__name__: each
-    for each in (
-        source_for_full_charge,
-        c9_over_c6,
-        hover_altitude,
-        eta3_signs,
-        rotor_voltage,
-        longest_perspectives,
-        best_trajectory,
-        energy_is_shorter,
-        same_in_slots,
-        least_charge_is_kept,
-        hover_drop,
-        hover_by_speed,
-        flight_energy_by_speed,
-        wind_limit_by_level,
-        harvest_by_distance,
-        efficiency_near,
-        harvest_by_power,
-    )
-} | {
+FORMULAS: dict[str, Callable[..., Any]] = {
     "rests_that_pay": lambda m: None if find_shortcuts(build_network(m)) else 1.0,
     "weight_N": lambda m: -float(vehicle.airframe(m).weight_N),
     "nominal_energy_J": lambda m: _capacity_As(m) * m.battery.nominal_voltage_V,
@@ -287,3 +266,9 @@ COMPUTATIONS: dict[str, Callable[..., Any]] = {
     "least_wind_N": lambda m, axis: wind_limits_N(m, AXES[axis])[0] if has_rotors(m) else None,
     "largest_wind_N": lambda m, axis: wind_limits_N(m, AXES[axis])[1] if has_rotors(m) else None,
 }
+"""Values of one line, by name."""
+
+
+def computation(name: str) -> Callable[..., Any]:
+    """Return the function of a name in the file of the statements."""
+    return FORMULAS.get(name) or globals()[name]

@@ -11,7 +11,7 @@ from typing import Any, TypeAlias
 from optuav.errors import Fault, InputError
 from optuav.mission import Mission
 from optuav.mission.messages import nearest
-from optuav.paper.computations import COMPUTATIONS
+from optuav.paper.computations import computation
 from optuav.paper.curves import papers
 from optuav.paper.statement import Entry, Interval, PaperStatement, Value, Verdict, data
 from optuav.studies.results import as_csv
@@ -128,15 +128,10 @@ def statements() -> tuple[PaperStatement, ...]:
 def _statement(fields: dict[str, Any]) -> PaperStatement:
     key = fields.pop("key", None)
     if key is not None:
-        return PaperStatement(
-            **fields,
-            how=f"{key} of the mission",
-            compute=partial(_setting, key=key),
-            given=True,
-            command="optuav show paper",
-        )
+        fields |= {"how": f"{key} of the mission", "command": "optuav show paper"}
+        return PaperStatement(**fields, compute=partial(_setting, key=key), given=True)
     room = fields.pop("room", None)
-    compute = _computation(fields.pop("compute"))
+    compute = _value(fields.pop("compute"))
     return PaperStatement(**fields, compute=compute, room=room and partial(_room, room))
 
 
@@ -145,13 +140,13 @@ def _setting(mission: Mission, key: str) -> Value:
     return float(getattr(getattr(mission, section), name))
 
 
-def _computation(named: Sequence[str | float]) -> Callable[[Mission], Value]:
+def _value(named: Sequence[str | float]) -> Callable[[Mission], Value]:
     name, *options = named
-    return lambda mission: COMPUTATIONS[str(name)](mission, *options)
+    return lambda mission: computation(str(name))(mission, *options)
 
 
 def _room(named: Sequence[str | float]) -> Value | Interval:
-    values = map(_computation(named), papers())
+    values = map(_value(named), papers())
     return next((value for value in values if value is not None), None)
 
 

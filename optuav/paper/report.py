@@ -107,7 +107,8 @@ def reproduce(
     ...
     optuav.errors.InputError: only: got 'fig99', ...
     """
-    missions = papers() if mission is None else (_loaded(mission),)
+    own = load(mission) if isinstance(mission, str | Path) else mission
+    missions = papers() if own is None else (own,)
     _check(only, own=mission is not None)
     files = _made(Path(directory), lambda: dict(_files(missions, only, mission is None, progress)))
     for name in ("figures", "data"):
@@ -115,10 +116,6 @@ def reproduce(
     for name, content in files.items():
         write_bytes(Path(directory) / name, content)
     return [Path(directory) / name for name in files]
-
-
-def _loaded(mission: Mission | str | Path) -> Mission:
-    return mission if isinstance(mission, Mission) else load(mission)
 
 
 def _made(directory: Path, files: Callable[[], dict[str, bytes]]) -> dict[str, bytes]:
