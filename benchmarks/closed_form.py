@@ -9,7 +9,7 @@ from scipy.optimize import linprog
 
 from benchmarks.timing import Row, interleaved_s, median_s
 from formulations.p4 import P4
-from formulations.quantities import QUANTITIES, Quantities
+from formulations.parameters import QUANTITIES, Quantities
 from optuav.engines import closed_form
 from optuav.mission import load
 from optuav.modelling import Model

@@ -15,7 +15,7 @@ from typer.core import TyperArgument
 import optuav
 from formulations.formulation import Formulation
 from formulations.given import Given
-from formulations.perspectives import PAPER, PERSPECTIVES
+from formulations.soc import PAPER, PERSPECTIVES
 from optuav.cli.app import program
 from optuav.engines.registry import CAPABILITIES, Capability
 from optuav.modelling import Model

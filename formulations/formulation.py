@@ -6,8 +6,8 @@ from abc import ABC, abstractmethod
 from dataclasses import dataclass
 
 from formulations.given import Given
-from formulations.perspectives import AVAILABLE
-from formulations.quantities import Quantities
+from formulations.parameters import Quantities
+from formulations.soc import AVAILABLE
 from optuav.errors import InputError
 from optuav.modelling import Model
 from optuav.options import Order, Perspective

@@ -8,7 +8,7 @@ from typing import Any
 
 from formulations.given import Given
 from formulations.p1 import P1
-from formulations.quantities import QUANTITIES, Quantities
+from formulations.parameters import QUANTITIES, Quantities
 from optuav.modelling import Model, Parameter
 from optuav.options import Perspective
 from optuav.physics.flight import Loads

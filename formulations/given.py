@@ -7,9 +7,9 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any, Self
 
-from formulations.available import LABELS, well_limits
-from formulations.perspectives import AVAILABLE, PERSPECTIVES
-from formulations.quantities import QUANTITIES, Quantities, steps_for, symbol_for
+from formulations.parameters import QUANTITIES, Quantities, steps_for, symbol_for
+from formulations.soc import AVAILABLE, PERSPECTIVES
+from formulations.wells import LABELS, well_limits
 from optuav.modelling import Expression, Model, Variable
 from optuav.modelling.traversal import has_unknowns
 from optuav.options import Perspective

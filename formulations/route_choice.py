@@ -26,8 +26,8 @@ from typing import Any, Literal, NamedTuple, TypeAlias
 
 import numpy as np
 
-from formulations.perspectives import PERSPECTIVES
-from formulations.quantities import QUANTITIES, Quantities, symbol_for
+from formulations.parameters import QUANTITIES, Quantities, symbol_for
+from formulations.soc import PERSPECTIVES
 from optuav.modelling import Expression, Let, Model, Parameter, Variable
 from optuav.modelling.expression import Indexed, Operand, Relation, Sense
 from optuav.options import Perspective

@@ -14,8 +14,8 @@ from typing import Any
 import pytest
 
 import optuav
-from formulations.perspectives import PERSPECTIVES
-from formulations.quantities import QUANTITIES, Quantities
+from formulations.parameters import QUANTITIES, Quantities
+from formulations.soc import PERSPECTIVES
 from optuav.cli.app import program
 from optuav.engines.registry import ENGINES
 from optuav.mission import Mission

@@ -12,7 +12,7 @@ import numpy as np
 
 from formulations.formulation import Formulation
 from formulations.p1 import P1
-from formulations.perspectives import AVAILABLE
+from formulations.soc import AVAILABLE
 from optuav.diagnosis.stacked import Case
 from optuav.errors import InputError
 from optuav.mission import Mission, load

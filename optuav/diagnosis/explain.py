@@ -10,9 +10,9 @@ from typing import Any
 
 import numpy as np
 
-from formulations.available import StepEnd
 from formulations.formulation import Formulation
 from formulations.p1 import P1
+from formulations.wells import StepEnd
 from optuav.diagnosis.asked import STOPS, Asked, asked, of_several_stops, with_problem
 from optuav.diagnosis.conflict import conflicts
 from optuav.diagnosis.explanation import Explanation, Side

@@ -8,8 +8,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from formulations.perspectives import PAPER
-from formulations.quantities import QUANTITIES, Quantities
+from formulations.parameters import QUANTITIES, Quantities
+from formulations.soc import PAPER
 from optuav.arrays import Integers
 from optuav.network.feasibility import impossibilities
 from optuav.network.network import Network

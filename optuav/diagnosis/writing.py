@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Iterator, Sequence
 
-from formulations.available import LABELS
+from formulations.wells import LABELS
 from optuav.diagnosis.clash import Clash
 from optuav.diagnosis.conflict import Conflict
 from optuav.diagnosis.explanation import Explanation, Side

@@ -11,7 +11,7 @@ import numpy as np
 
 from formulations.p1 import P1
 from formulations.p4 import P4
-from formulations.perspectives import PAPER
+from formulations.soc import PAPER
 from optuav.mission import Mission
 from optuav.network import vehicle
 from optuav.network.network import build_network

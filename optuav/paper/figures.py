@@ -15,7 +15,7 @@ from formulations.p1 import P1
 from formulations.p2 import P2
 from formulations.p3 import P3
 from formulations.p4 import P4
-from formulations.perspectives import PAPER
+from formulations.soc import PAPER
 from optuav import plots
 from optuav.mission import Mission
 from optuav.network import vehicle

@@ -10,8 +10,8 @@ from typing import NamedTuple
 import numpy as np
 
 from formulations.p3 import P3
-from formulations.perspectives import PAPER, PERSPECTIVES
-from formulations.quantities import Quantities
+from formulations.parameters import Quantities
+from formulations.soc import PAPER, PERSPECTIVES
 from optuav.arrays import Floats
 from optuav.mission import Mission
 from optuav.network.network import build_network

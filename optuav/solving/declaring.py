@@ -8,8 +8,8 @@ import numpy as np
 
 from formulations.p3 import P3
 from formulations.p4 import P4
-from formulations.perspectives import PAPER
-from formulations.quantities import Quantities
+from formulations.parameters import Quantities
+from formulations.soc import PAPER
 from optuav.arrays import Integers
 from optuav.mission import Mission
 from optuav.modelling import Model

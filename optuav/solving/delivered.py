@@ -6,8 +6,8 @@ from collections.abc import Mapping
 from typing import Any, get_args
 
 from formulations.p1 import P1
-from formulations.perspectives import AVAILABLE
-from formulations.quantities import Quantities
+from formulations.parameters import Quantities
+from formulations.soc import AVAILABLE
 from optuav.arrays import Floats
 from optuav.solving.hovers import STAYS, Stays, longest_hovers
 

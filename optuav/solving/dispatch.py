@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from formulations.perspectives import AVAILABLE
+from formulations.soc import AVAILABLE
 from optuav.engines.registry import CAPABILITIES, Engine, capability, engine, need, takers
 from optuav.engines.solution import Solution
 from optuav.errors import InputError

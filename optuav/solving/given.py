@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from formulations.free_hover import FROM_HOVER, TO_HOVER
-from formulations.quantities import Quantities
+from formulations.parameters import Quantities
 from optuav.arrays import Floats, Integers
 from optuav.network import vehicle
 from optuav.network.legs import Legs

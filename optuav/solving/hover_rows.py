@@ -8,9 +8,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from formulations.available import Telling, well_limits
-from formulations.perspectives import AVAILABLE, PERSPECTIVES
-from formulations.quantities import Quantities
+from formulations.parameters import Quantities
+from formulations.soc import AVAILABLE, PERSPECTIVES
+from formulations.wells import Telling, well_limits
 from optuav.arrays import Booleans, Floats, Integers
 from optuav.engines.rows import Rows, rows_of
 from optuav.modelling.kibam_form import CONSTANT, Exponential, unknown

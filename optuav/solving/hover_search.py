@@ -19,7 +19,7 @@ import numpy as np
 
 from formulations.free_hover import FreeHover
 from formulations.p1 import P1
-from formulations.quantities import QUANTITIES
+from formulations.parameters import QUANTITIES
 from optuav.arrays import Booleans, Floats, Integers
 from optuav.errors import SolverError
 from optuav.mission import Mission

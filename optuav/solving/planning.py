@@ -10,8 +10,8 @@ import numpy as np
 
 from formulations.p1 import P1
 from formulations.p4 import P4
-from formulations.perspectives import PAPER, PERSPECTIVES
-from formulations.quantities import Quantities
+from formulations.parameters import Quantities
+from formulations.soc import PAPER, PERSPECTIVES
 from optuav.arrays import Integers
 from optuav.engines.solution import Solution
 from optuav.errors import Fault, InputError

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from formulations.perspectives import AVAILABLE
+from formulations.soc import AVAILABLE
 from optuav.engines.prices import ShadowPrice
 from optuav.engines.registry import Engine, names, takers
 from optuav.engines.solution import Solution

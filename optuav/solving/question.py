@@ -11,7 +11,7 @@ from formulations.p1 import P1
 from formulations.p2 import P2
 from formulations.p3 import P3
 from formulations.p4 import P4
-from formulations.perspectives import AVAILABLE, PAPER, PERSPECTIVES
+from formulations.soc import AVAILABLE, PAPER, PERSPECTIVES
 from optuav.engines.registry import Engine, names
 from optuav.errors import Fault, InputError
 from optuav.mission import Mission

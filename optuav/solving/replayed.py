@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from formulations.perspectives import AVAILABLE
+from formulations.soc import AVAILABLE
 from optuav.errors import SolverError
 from optuav.judge.replay import replay
 from optuav.plan import Plan

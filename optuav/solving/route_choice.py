@@ -15,9 +15,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from formulations.p1 import P1
-from formulations.perspectives import PAPER
 from formulations.route_choice import FORMS, Form, Route
 from formulations.route_choice import route_choice as joined
+from formulations.soc import PAPER
 from optuav.engines.ranges import last_slot, lower_bounds, own_upper_bounds
 from optuav.engines.solution import Solution
 from optuav.errors import Fault, InputError, SolverError

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from formulations.available import LABELS
+from formulations.wells import LABELS
 from optuav.errors import Fault, InputError, SolverError
 from optuav.mission.messages import shown
 from optuav.network import vehicle

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from formulations.formulation import Formulation
-from formulations.perspectives import AVAILABLE
+from formulations.soc import AVAILABLE
 from optuav.engines.registry import Engine
 from optuav.errors import Fault, InputError
 from optuav.mission import Mission, load

@@ -12,7 +12,7 @@ from rich.console import RenderableType
 from rich.text import Text
 
 from formulations.p1 import P1
-from formulations.perspectives import AVAILABLE, PAPER
+from formulations.soc import AVAILABLE, PAPER
 from optuav.engines.registry import ENGINES
 from optuav.errors import Fault, InputError
 from optuav.judge.wells import TOLERANCE

@@ -11,7 +11,7 @@ import numpy as np
 from rich.console import RenderableType
 from rich.text import Text
 
-from formulations.perspectives import AVAILABLE, PAPER
+from formulations.soc import AVAILABLE, PAPER
 from optuav.arrays import Floats
 from optuav.engines import bracket, closed_form
 from optuav.engines.prices import ShadowPrice

@@ -15,7 +15,7 @@ import numpy as np
 from scipy import special
 
 from formulations.p1 import P1
-from formulations.perspectives import AVAILABLE
+from formulations.soc import AVAILABLE
 from optuav.arrays import Booleans, Floats
 from optuav.diagnosis.keys import Key, keys
 from optuav.errors import Fault, InputError

@@ -8,8 +8,8 @@ from typing import NamedTuple
 import numpy as np
 
 from formulations.p1 import P1
-from formulations.perspectives import AVAILABLE
-from formulations.quantities import Quantities, steps_for
+from formulations.parameters import Quantities, steps_for
+from formulations.soc import AVAILABLE
 from optuav.arrays import Booleans, Floats, Integers
 from optuav.engines import closed_form
 from optuav.modelling import Model

@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from formulations.quantities import Quantities
+from formulations.parameters import Quantities
 from optuav.physics.kibam import Stage
 
 

@@ -16,7 +16,7 @@ from formulations.formulation import Formulation
 from formulations.p2 import P2
 from formulations.p3 import P3
 from formulations.p4 import P4
-from formulations.quantities import Quantities
+from formulations.parameters import Quantities
 from optuav.engines import closed_form, grid
 from optuav.engines.cvxpy_engine import Cvxpy
 from optuav.engines.solution import Solution

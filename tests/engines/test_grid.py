@@ -12,7 +12,7 @@ import pytest
 from formulations.algorithm1 import algorithm1, best_pair
 from formulations.p3 import P3
 from formulations.p4 import P4
-from formulations.quantities import Quantities
+from formulations.parameters import Quantities
 from optuav.engines import grid
 from optuav.errors import SolverError
 from optuav.modelling import Model, Parameter

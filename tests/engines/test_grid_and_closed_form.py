@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from formulations.formulation import Formulation
 from formulations.p3 import P3
 from formulations.p4 import P4
-from formulations.quantities import Quantities
+from formulations.parameters import Quantities
 from optuav.engines import closed_form, grid
 from optuav.engines.solution import Solution
 from optuav.modelling import Model

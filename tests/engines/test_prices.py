@@ -15,7 +15,7 @@ from formulations.p1 import P1
 from formulations.p2 import P2
 from formulations.p3 import P3
 from formulations.p4 import P4
-from formulations.quantities import Quantities
+from formulations.parameters import Quantities
 from optuav.engines import closed_form, grid
 from optuav.engines.casadi_engine import Casadi
 from optuav.engines.prices import ShadowPrice

@@ -14,7 +14,7 @@ from formulations.formulation import Formulation
 from formulations.p1 import P1
 from formulations.p3 import P3
 from formulations.p4 import P4
-from formulations.quantities import Quantities
+from formulations.parameters import Quantities
 from optuav.engines import bracket, grid
 from optuav.engines.prices import ShadowPrice
 from optuav.engines.solution import Status

@@ -11,7 +11,7 @@ import pytest
 
 from formulations.p3 import P3
 from formulations.p4 import P4
-from formulations.quantities import Quantities
+from formulations.parameters import Quantities
 from optuav.engines import bracket, grid
 from optuav.engines.solution import Solution
 from optuav.mission import load

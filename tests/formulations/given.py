@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from formulations.quantities import Quantities
+from formulations.parameters import Quantities
 
 LINEAR = ("battery", "energy", "adjusted")
 """The perspectives of the paper, linear in Δ and T'."""

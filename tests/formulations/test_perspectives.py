@@ -9,7 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import optuav
-from formulations.perspectives import PERSPECTIVES, adjusted, battery
+from formulations.soc import PERSPECTIVES, adjusted, battery
 from optuav.solving.question import problem_of
 from tests.formulations.given import quantities
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 import optuav
-from formulations.available import moments
+from formulations.wells import moments
 from optuav.physics.kibam import Stage
 from tests.asking import formulate, solve
 

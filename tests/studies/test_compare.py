@@ -12,7 +12,7 @@ from typing import Any
 import pytest
 
 import optuav
-from formulations.perspectives import PAPER
+from formulations.soc import PAPER
 from optuav.errors import InputError
 from optuav.studies.results import Results
 

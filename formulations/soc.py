@@ -9,8 +9,8 @@ from collections.abc import Callable, Mapping
 from dataclasses import replace
 from typing import Any, TypeAlias
 
-from formulations.quantities import Quantities
-from formulations.wells import wells
+from formulations.parameters import Quantities
+from formulations.wells import state_of_charge_of_wells
 from optuav.modelling import Expression, Let
 from optuav.options import Perspective
 
@@ -43,14 +43,14 @@ def adjusted(given: Quantities, hover: Any, rest: Any) -> Any:
 
 def stepwise(given: Quantities, hover: Any, rest: Any) -> Any:
     """(y1 + y2)/B through both wells, which take all that they are given, as in `battery`."""
-    return wells(replace(given, tapers=False), hover, rest)
+    return state_of_charge_of_wells(replace(given, tapers=False), hover, rest)
 
 
 def delivered(given: Quantities, hover: Any, rest: Any) -> Any:
     """(y1 + y2)/B: charge balance, unless the battery takes less once it is full."""
     if not given.tapers:
         return battery(given, hover, rest)
-    end = wells(given, hover, rest)
+    end = state_of_charge_of_wells(given, hover, rest)
     return Let("state of charge at the end", "η", "1", end) if isinstance(end, Expression) else end
 
 
