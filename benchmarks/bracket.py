@@ -16,9 +16,8 @@ from optuav.mission import Mission, load
 from optuav.network.network import build_network
 from optuav.physics.kibam import Stage
 from optuav.solving import formulate, solve
-from optuav.solving.delivered import arguments
-from optuav.solving.given import quantities
-from optuav.solving.hovers import Hovers, longest_hovers
+from optuav.solving.assemble import quantities
+from optuav.solving.batch import Hovers, arguments, longest_hovers
 
 SAME_S = 1e-4
 PAIRS = 1_000_000
@@ -72,11 +71,11 @@ def run() -> list[Row]:
 
 def _batches(mission: Mission) -> Iterator[Batch]:
     """The itineraries of a mission that can be flown, by the order of their stays."""
-    worked_out = build_network(mission)
-    routes = worked_out.routes
+    network = build_network(mission)
+    routes = network.routes
     direct = routes.building < 0
     for which in (direct, ~direct & routes.rest_first, ~direct & ~routes.rest_first):
-        given = quantities(worked_out, np.flatnonzero(which & routes.flyable))
+        given = quantities(network, np.flatnonzero(which & routes.flyable))
         figures = arguments(given)
         yield Batch(figures.pop("legs"), figures.pop("stays"), figures)
 

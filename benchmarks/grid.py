@@ -31,7 +31,7 @@ def run() -> list[Row]:
     def through_phases(hover_s: float, rest_s: float) -> float:
         stages = [
             stage
-            for phase in route_phases(program.worked_out, route, hover_s, rest_s)
+            for phase in route_phases(program.network, route, hover_s, rest_s)
             for stage in phase.stages
         ]
         return float(kibam.state_of_charge(pool, kibam.after(pool, pool.full, stages)))

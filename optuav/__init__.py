@@ -42,7 +42,7 @@ if TYPE_CHECKING:
     from optuav.solving import Program as Program
     from optuav.solving import formulate as formulate
     from optuav.solving import solve as solve
-    from optuav.solving.hovers import longest_hovers as longest_hovers
+    from optuav.solving.batch import longest_hovers as longest_hovers
     from optuav.solving.route_choice import route_choice as route_choice
     from optuav.studies.compare import compare as compare
     from optuav.studies.sensitivity import sensitivity as sensitivity
@@ -75,7 +75,7 @@ HOMES = {
     "Program": "optuav.solving",
     "formulate": "optuav.solving",
     "solve": "optuav.solving",
-    "longest_hovers": "optuav.solving.hovers",
+    "longest_hovers": "optuav.solving.batch",
     "route_choice": "optuav.solving.route_choice",
     "Fit": "optuav.calibration",
     "fit_kibam": "optuav.calibration",

@@ -20,8 +20,8 @@ from optuav.network.network import build_network
 from optuav.options import HoverPoint, ProblemName
 from optuav.plan import Plan
 from optuav.solving import Program, formulate
-from optuav.solving.declaring import work_out
-from optuav.solving.question import PROBLEMS, problem_of, question
+from optuav.solving.declare import work_out
+from optuav.solving.question import PROBLEMS, checked_question, problem_of
 from optuav.solving.scheduled_plan import ENGINE as SIMULATION
 from optuav.solving.several_stops import ENGINE as SEARCH
 
@@ -69,8 +69,8 @@ class Asked:
         stated = SIGNATURE.bind(mission or self.mission, **self.options)
         stated.apply_defaults()
         graph = stated.arguments.pop("graph")
-        worked_out = work_out(stated.arguments["mission"], graph)
-        return Case(question(**stated.arguments), worked_out)
+        network = work_out(stated.arguments["mission"], graph)
+        return Case(checked_question(**stated.arguments), network)
 
     @property
     def takes_turns(self) -> bool:
@@ -117,8 +117,8 @@ def with_problem(
 def _of_program(program: Program) -> Asked:
     stated = {each.name: getattr(program.question, each.name) for each in fields(program.question)}
     options = {name: stated[name] for name in OPTIONS & stated.keys() if stated[name] is not None}
-    mission = program.worked_out.mission
-    computed, used = build_network(mission), program.worked_out
+    mission = program.network.mission
+    computed, used = build_network(mission), program.network
     same_legs = np.array_equal(computed.legs.flyable, used.legs.flyable)
     same_power = np.array_equal(computed.places.received_power_W, used.places.received_power_W)
     if used.legs.edited.any() or not (same_legs and same_power):

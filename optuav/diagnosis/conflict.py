@@ -15,7 +15,7 @@ from optuav.errors import InputError
 from optuav.modelling.classify import traits
 from optuav.modelling.kibam_form import NotExponentialError
 from optuav.solving import Program
-from optuav.solving.planning import Part, moment_words, words
+from optuav.solving.plans import Part, moment_words, words
 
 MOST_ROUTES = 100
 """Routes of a declaration whose conflicts are looked into: those with the shortest flights."""
@@ -71,7 +71,7 @@ def conflicts(program: Program) -> tuple[Conflict, ...]:
 
 def _of_part(program: Program, part: Part) -> Iterator[Conflict]:
     """Conflicts on the routes of a declaration, those with the shortest flights first."""
-    flight_s = program.worked_out.routes.flight_time_s[part.routes]
+    flight_s = program.network.routes.flight_time_s[part.routes]
     entries = np.argsort(flight_s, kind="stable")[:MOST_ROUTES].tolist()
     model, slot_s = part.model, program.question.slot_s
     proofs = {entry: _certificates(part, entry, slot_s) for entry in entries}
@@ -114,18 +114,18 @@ def _clashes(program: Program, part: Part, entries: Sequence[int]) -> Iterator[C
             return
         alike = [entry for entry in left if entry == first or shared[entry]]
         left = [entry for entry in left if entry not in alike]
-        labels = words(program.worked_out, part, first, [each.label for each in meeting])
-        moments = moment_words(program.worked_out, part, first, meeting)
+        labels = words(program.network, part, first, [each.label for each in meeting])
+        moments = moment_words(program.network, part, first, meeting)
         found = told(model, meeting, tuple(labels), moments, row)
         yield Conflict(names, len(alike), (), found)
 
 
 def _in_places(program: Program, part: Part, entry: int, proof: Certificate) -> Certificate:
     """A certificate with its labels as a reader takes them."""
-    labels = words(program.worked_out, part, entry, [row.label for row in proof.rows])
+    labels = words(program.network, part, entry, [row.label for row in proof.rows])
     rows = zip(proof.rows, labels, strict=True)
     return replace(proof, rows=tuple(replace(row, label=label) for row, label in rows))
 
 
 def _names(program: Program, part: Part, entry: int) -> tuple[str, ...]:
-    return program.worked_out.route_names(int(part.routes[entry]))
+    return program.network.route_names(int(part.routes[entry]))

@@ -28,8 +28,7 @@ from optuav.options import ProblemName
 from optuav.plan import Plan
 from optuav.solving import Program
 from optuav.solving.dispatch import answer
-from optuav.solving.planning import Part, words
-from optuav.solving.ties import SAME_S
+from optuav.solving.plans import SAME_S, Part, words
 from optuav.status import Status
 
 TURNS = (
@@ -156,7 +155,7 @@ def _objective(model: Model) -> str:
 def _sides(program: Program, part: Part, entry: int, values: dict[str, float]) -> Iterator[Side]:
     """The constraints that unknowns move; others compare figures that the mission fixes."""
     model = part.model
-    labels = words(program.worked_out, part, entry, [each.label for each in relations(model)])
+    labels = words(program.network, part, entry, [each.label for each in relations(model)])
     for constraint, label, row in zip(
         relations(model), labels, evaluated(model, values), strict=True
     ):

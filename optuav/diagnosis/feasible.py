@@ -16,7 +16,7 @@ from optuav.modelling import Model, NotAffineError
 from optuav.modelling.affine import affine
 from optuav.modelling.check import evaluated, holding
 from optuav.modelling.kibam_form import NotExponentialError
-from optuav.solving.declaring import declared
+from optuav.solving.declare import declared
 from optuav.solving.dispatch import answer
 from optuav.status import Status
 

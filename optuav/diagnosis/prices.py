@@ -17,7 +17,7 @@ from optuav.modelling import Model, Parameter
 from optuav.modelling.expression import Operand
 from optuav.modelling.traversal import has_unknowns, leaves
 from optuav.solving import Program
-from optuav.solving.ties import SAME_S
+from optuav.solving.plans import SAME_S
 
 NEGLIGIBLE = 1e-7
 """Change of the objective by as much of a parameter as there is, below which it is rounding."""
@@ -191,7 +191,7 @@ def _tied(solutions: Sequence[Solution], chosen: tuple[int, int]) -> Iterator[tu
 
 def _key(program: Program, parameter: Parameter) -> Key | None:
     """The key of a parameter, if both have the same unit."""
-    for key in keys(program.worked_out.mission):
+    for key in keys(program.network.mission):
         if key.name == parameter.key and key.unit.replace("-", "1") == parameter.unit:
             return key
     return None

@@ -14,8 +14,8 @@ from optuav.arrays import Integers
 from optuav.network.feasibility import impossibilities
 from optuav.network.network import Network
 from optuav.physics.kibam import Stage
-from optuav.solving.declaring import groups
-from optuav.solving.given import quantities
+from optuav.solving.assemble import quantities
+from optuav.solving.declare import groups
 from optuav.solving.question import Question
 
 AT_ONCE = 1 << 13
@@ -26,7 +26,7 @@ class Case(NamedTuple):
     """A question about a mission that is worked out."""
 
     asked: Question
-    worked_out: Network
+    network: Network
 
 
 class Stack(NamedTuple):
@@ -50,11 +50,11 @@ class Stack(NamedTuple):
 def stacks(cases: Sequence[Case]) -> Iterator[Stack]:
     """All itineraries that can be flown, those together that a single declaration can serve."""
     alike: dict[Any, list[tuple[Quantities, Integers]]] = {}
-    for number, (asked, worked_out) in enumerate(cases):
-        if impossibilities(worked_out):
+    for number, (asked, network) in enumerate(cases):
+        if impossibilities(network):
             continue
-        for which, rests in groups(asked, worked_out):
-            given = quantities(worked_out, which, rests=rests)
+        for which, rests in groups(asked, network):
+            given = quantities(network, which, rests=rests)
             if asked.perspective in PAPER:
                 given = replace(given, steps=())
             own = alike.setdefault((asked, *_kind(given)), [])

@@ -19,7 +19,7 @@ from optuav.options import Perspective
 from optuav.paper.curves import solve, with_deadline
 from optuav.paper.statement import Interval, data, printed_interval
 from optuav.plan import Plan
-from optuav.solving.given import quantities
+from optuav.solving.assemble import quantities
 
 TABLE = data()["table2"]
 FREE_PARAMETERS: Sequence[str] = TABLE["free_parameters"]

@@ -11,13 +11,17 @@ import numpy as np
 from optuav.engines.solution import Solution
 from optuav.errors import InputError, SolverError
 from optuav.modelling import Parameter
-from optuav.solving.changes import refuse
 from optuav.solving.dispatch import chosen_engine
 from optuav.solving.question import Question
 from optuav.status import Status
 
 if TYPE_CHECKING:
     from optuav.solving.program import Program
+import reprlib
+from collections.abc import Iterator, Mapping
+
+from optuav.errors import Fault
+from optuav.mission.messages import nearest, number
 
 
 class CompiledProgram:
@@ -28,7 +32,7 @@ class CompiledProgram:
     program
         The declared models.
     question
-        What was asked, with the engine to use.
+        What was question, with the engine to use.
 
     Raises
     ------
@@ -40,7 +44,7 @@ class CompiledProgram:
         if not program.parts:
             raise InputError(f"nothing to compile: {'; '.join(program.reasons)}")
         if question.engine_name == "grid" and question.slot_s is None:
-            question = replace(question, slot_s=program.worked_out.mission.limits.slot_s)
+            question = replace(question, slot_s=program.network.mission.limits.slot_s)
         self.program = program
         self.question = question
         self._models = [
@@ -104,3 +108,63 @@ class CompiledProgram:
         if len(solutions) == 1 and len(solutions[0].statuses) == 1:
             return (0, 0) if solutions[0].status.has_answer else None
         return self.program.best(solutions)
+
+
+def refuse(values: Mapping[str, Any], parameters: Mapping[str, Parameter], most: int) -> None:
+    """Refuse values that the parameters of a program may not have.
+
+    Those that come from a key of the mission may have what the key may have, the others any finite
+    number.
+
+    Parameters
+    ----------
+    values
+        By name.
+    parameters
+        Of the program, by name.
+    most
+        How many entries an array has.
+
+    Raises
+    ------
+    InputError
+        With all of them.
+    """
+    faults = list(_faults(values, parameters, most))
+    if faults:
+        raise InputError(faults)
+
+
+def _faults(
+    values: Mapping[str, Any], parameters: Mapping[str, Parameter], most: int
+) -> Iterator[Fault]:
+    for name, value in values.items():
+        words = _objection(name, value, parameters, most)
+        if words:
+            yield Fault(name, reprlib.repr(value), words)
+
+
+def _objection(name: str, value: Any, parameters: Mapping[str, Parameter], most: int) -> str:
+    """What is wrong with a value; empty if nothing is."""
+    if name not in parameters:
+        known = ", ".join(parameters)
+        return f"is no parameter of the program{nearest(name, parameters)}; there are {known}"
+    if not _numbers(value, most):
+        return "a finite number" + (f", or {most} of them" if most > 1 else "")
+    key = parameters[name].key
+    allowed = number(key)
+    if allowed is None or all(map(allowed.accepts, np.ravel(value).tolist())):
+        return ""
+    return f"{allowed.words}, as {key}"
+
+
+def _numbers(value: Any, most: int) -> bool:
+    """Whether it is a finite number or as many of them as there are."""
+    if isinstance(value, bool):
+        return False
+    try:
+        numbers = np.asarray(value)
+    except ValueError:
+        return False
+    fits = numbers.dtype.kind in "iuf" and numbers.shape in ((), (most,))
+    return fits and bool(np.isfinite(numbers).all())

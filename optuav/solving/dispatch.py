@@ -16,7 +16,7 @@ LINEAR_ONLY = tuple(each.name for each in CAPABILITIES if not each.nonlinear)
 """Engines that need a linear perspective, such as those of the paper."""
 
 
-def chosen_engine(model: Model, asked: Question) -> Engine:
+def chosen_engine(model: Model, question: Question) -> Engine:
     """The engine that answers a question about a model.
 
     Raises
@@ -24,13 +24,13 @@ def chosen_engine(model: Model, asked: Question) -> Engine:
     InputError
         If the engine that was named does not take the model, or none does.
     """
-    slots = asked.slot_s is not None
+    slots = question.slot_s is not None
     found = traits(model)
-    if asked.engine != AUTO:
-        refuse_unfit(found, asked)
-        chosen = engine(asked.engine)
+    if question.engine != AUTO:
+        refuse_unfit(found, question)
+        chosen = engine(question.engine)
         # Only an engine with such an option is asked for together with a solver.
-        return chosen if asked.solver is None else replace(chosen, solver=asked.solver)  # type: ignore[type-var]
+        return chosen if question.solver is None else replace(chosen, solver=question.solver)  # type: ignore[type-var]
     able = takers(found, slots)
     slots_only = [name for name in able if capability(name).slots is None]
     others = [name for name in able if name not in slots_only]
@@ -41,7 +41,7 @@ def chosen_engine(model: Model, asked: Question) -> Engine:
     return engine(preferred[0])
 
 
-def refuse_unfit(found: Traits, asked: Question) -> None:
+def refuse_unfit(found: Traits, question: Question) -> None:
     """Refuse the engine that was asked for if it does not take a model.
 
     Raises
@@ -50,16 +50,16 @@ def refuse_unfit(found: Traits, asked: Question) -> None:
         With the engines that do.
     """
     try:
-        need(asked.engine, found, asked.slot_s is not None)
+        need(question.engine, found, question.slot_s is not None)
     except InputError as error:
-        beyond_it = asked.engine_name in LINEAR_ONLY and not found.linear
-        if asked.perspective != AVAILABLE or not beyond_it:
+        beyond_it = question.engine_name in LINEAR_ONLY and not found.linear
+        if question.perspective != AVAILABLE or not beyond_it:
             raise
         words = "The perspectives of the paper are linear: perspective battery, for example"
         raise InputError(f"{error}. {words}") from None
 
 
-def answer(model: Model, programmes: int, asked: Question) -> Solution:
+def answer(model: Model, programmes: int, question: Question) -> Solution:
     """Answers to all programmes of a model.
 
     Raises
@@ -69,6 +69,6 @@ def answer(model: Model, programmes: int, asked: Question) -> Solution:
     SolverError
         If the engine fails or the time limit passes.
     """
-    return chosen_engine(model, asked).solve(
-        model, programmes, slot_s=asked.slot_s, time_limit_s=asked.time_limit_s
+    return chosen_engine(model, question).solve(
+        model, programmes, slot_s=question.slot_s, time_limit_s=question.time_limit_s
     )

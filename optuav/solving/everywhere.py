@@ -21,28 +21,28 @@ if TYPE_CHECKING:
     from optuav.network.graph import Graph
 
 
-def all_legs(worked_out: Network, graph: Graph | None = None) -> Legs:
+def all_legs(network: Network, graph: Graph | None = None) -> Legs:
     """The legs between any two places of a mission.
 
     A graph from `optuav.graph` has the legs with one building on the way, so those that it lacks
     are forbidden; legs between other places are as computed, unless it states them too.
     """
-    where = worked_out.places
+    where = network.places
     start, end = all_pairs(len(where.names))
-    table = build_legs(worked_out.mission, where, prisms(worked_out.mission), start, end)
+    table = build_legs(network.mission, where, prisms(network.mission), start, end)
     if graph is None:
         return table
     gone = np.array([name not in graph for name in where.names])
     one_stop = np.zeros((len(gone), len(gone)), bool)
-    one_stop[worked_out.legs.start, worked_out.legs.end] = True
+    one_stop[network.legs.start, network.legs.end] = True
     needed = one_stop[start, end] | gone[start] | gone[end]
     return edited_legs(table, where.names, graph, needed)
 
 
-def terrain(worked_out: Network) -> Terrain:
+def terrain(network: Network) -> Terrain:
     """What a search knows of a mission; there is no way where it has no leg that can be flown."""
-    mission, table = worked_out.mission, worked_out.legs
-    places = len(worked_out.places.names)
+    mission, table = network.mission, network.legs
+    places = len(network.places.names)
 
     def square(figures: Floats, absent: float) -> Floats:
         filled = np.full((*figures.shape[:-1], places, places), absent)
@@ -50,9 +50,9 @@ def terrain(worked_out: Network) -> Terrain:
         return filled
 
     stay_current_A = np.zeros(places)
-    stay_current_A[HOVER] = hover_net(worked_out).current_A
+    stay_current_A[HOVER] = hover_net(network).current_A
     buildings = np.arange(places - FIRST_BUILDING)
-    stay_current_A[FIRST_BUILDING:] = rest_net(worked_out, buildings).current_A
+    stay_current_A[FIRST_BUILDING:] = rest_net(network, buildings).current_A
     pool = vehicle.pool(mission)
     return Terrain(
         pool,
@@ -66,20 +66,20 @@ def terrain(worked_out: Network) -> Terrain:
     )
 
 
-def ways(worked_out: Network, places: Integers, building: Integers) -> Routes:
+def ways(network: Network, places: Integers, building: Integers) -> Routes:
     """Sequences of places as itineraries over a table of legs.
 
     Parameters
     ----------
-    worked_out
+    network
         Its legs lead between any two places.
     places
         Numbers of the places (place, sequence), −1 behind the last of a sequence.
     building
         Number of the building that each rests on (sequence,), −1 for none.
     """
-    table = worked_out.legs
-    number = np.full((len(worked_out.places.names),) * 2, NO_LEG, dtype=np.intp)
+    table = network.legs
+    number = np.full((len(network.places.names),) * 2, NO_LEG, dtype=np.intp)
     number[table.start, table.end] = np.arange(len(table.start))
     legs = np.where(places[1:] >= 0, number[places[:-1], places[1:]], NO_LEG).T
     flown = legs != NO_LEG

@@ -16,12 +16,11 @@ from optuav.network import vehicle
 from optuav.network.network import build_network
 from optuav.physics.quantity import Vector
 from optuav.plan import Plan
-from optuav.solving.declaring import declared_program
+from optuav.solving.declare import declared_program
 from optuav.solving.hover_search import OpenRoutes, Region, best_points, open_routes
-from optuav.solving.planning import Part
+from optuav.solving.plans import Part, best
 from optuav.solving.program import Program
 from optuav.solving.question import AUTO, Question
-from optuav.solving.ties import best
 from optuav.status import Status
 
 PROOF = "local: points all over the region, the best of them refined by ever smaller steps"
@@ -53,7 +52,7 @@ class FreeProgram(Program):
         own = self.own.solve()
         if not self.parts:
             return own
-        found = best_points(self.routes, self.question, self.worked_out, Region.of(own.mission))
+        found = best_points(self.routes, self.question, self.network, Region.of(own.mission))
         points_m = [(each.routes.index[each.entry], each.point_m) for each in found]
         points_m.sort(key=lambda each: int(each[0]))
         plans = [own, *(self._plan_at(tuple(point_m.tolist())) for _, point_m in points_m)]
@@ -77,7 +76,7 @@ class FreeProgram(Program):
 
     def _plan_at(self, hover_m: Vector | None) -> Plan:
         """The best plan with a given hover point; None for w_U."""
-        mission = self.worked_out.mission.replace({"route.hover_m": hover_m})
+        mission = self.network.mission.replace({"route.hover_m": hover_m})
         return declared_program(_held(self.question), build_network(mission)).solve()
 
     def shadow_prices(self) -> dict[str, ShadowPrice]:
@@ -132,8 +131,8 @@ def free_program(asked: Question, mission: Mission) -> FreeProgram:
     own = declared_program(_held(asked), build_network(mission))
     region = Region.of(mission)
     if region.low_m > region.high_m or np.isnan(vehicle.hover_load(mission).current_A):
-        return FreeProgram(asked, own.worked_out, (), own.reasons, own, ())
-    routes = open_routes(asked, own.worked_out)
+        return FreeProgram(asked, own.network, (), own.reasons, own, ())
+    routes = open_routes(asked, own.network)
     parts = tuple(Part(each.free.model(asked.perspective), each.index) for each in routes)
     reasons = own.reasons if not parts else ()
-    return FreeProgram(asked, own.worked_out, parts, reasons, own, routes)
+    return FreeProgram(asked, own.network, parts, reasons, own, routes)

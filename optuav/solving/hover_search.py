@@ -31,8 +31,8 @@ from optuav.network.routes import NO_LEG
 from optuav.options import Perspective
 from optuav.physics.kibam import Stage
 from optuav.physics.quantity import TINY
-from optuav.solving.delivered import delivered
-from optuav.solving.given import quantities
+from optuav.solving.assemble import quantities
+from optuav.solving.batch import delivered
 from optuav.solving.question import Question
 
 WITHIN = 1.0 - 1e-12

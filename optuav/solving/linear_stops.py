@@ -27,9 +27,9 @@ from optuav.network.places import DESTINATION, FIRST_BUILDING, HOVER, ORIGIN
 from optuav.network.timeline import rest_net
 from optuav.plan import Plan
 from optuav.search.boxes import patterns, sequences
+from optuav.solving.assemble import quantities
 from optuav.solving.everywhere import terrain, ways
-from optuav.solving.given import quantities
-from optuav.solving.planning import Part
+from optuav.solving.plans import Part
 from optuav.solving.program import Program
 
 MOST_SEQUENCES = 1 << 20
@@ -106,14 +106,14 @@ def _compared(program: Program, everywhere: Network, rests: int, hovers: int) ->
     places = np.concatenate(columns, axis=1)
     best = np.take_along_axis(places, worth[places].argmax(axis=0)[None], axis=0)[0]
     building = np.where(best >= FIRST_BUILDING, best - FIRST_BUILDING, -1)
-    worked_out = replace(everywhere, routes=ways(everywhere, places, building))
-    return replace(program, worked_out=worked_out, parts=tuple(_parts(program, worked_out)))
+    network = replace(everywhere, routes=ways(everywhere, places, building))
+    return replace(program, network=network, parts=tuple(_parts(program, network)))
 
 
-def _parts(program: Program, worked_out: Network) -> Iterator[Part]:
-    asked, building = program.question, worked_out.routes.building
+def _parts(program: Program, network: Network) -> Iterator[Part]:
+    asked, building = program.question, network.routes.building
     for rests in (False, True):
         which = np.flatnonzero((building >= 0) == rests)
         if len(which):
-            given = quantities(worked_out, which, rests=rests)
+            given = quantities(network, which, rests=rests)
             yield Part(asked.problem.model(given, asked.perspective), which)

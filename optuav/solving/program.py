@@ -17,18 +17,29 @@ from optuav.modelling import Checks, Model
 from optuav.modelling.classify import Traits, traits
 from optuav.network.network import Network
 from optuav.plan import Plan
-from optuav.solving.against_p1 import against_p1
-from optuav.solving.checking import checks
 from optuav.solving.dispatch import answer
-from optuav.solving.heading import routes_of, slots_of
-from optuav.solving.planning import TIMES, Part, plan_of, plan_without, shortfalls
+from optuav.solving.plans import (
+    SAME_S,
+    TIMES,
+    Part,
+    against_p1,
+    best,
+    plan_of,
+    plan_without,
+    replayed,
+    shortfalls,
+)
 from optuav.solving.question import Question
-from optuav.solving.replayed import replayed
-from optuav.solving.ties import SAME_S, best
 from optuav.status import Status
 
 if TYPE_CHECKING:
     from optuav.solving.compiled import CompiledProgram
+from collections.abc import Iterator
+
+from optuav.engines.ranges import cut_short
+from optuav.errors import Fault, InputError
+from optuav.mission.messages import written_out
+from optuav.modelling import check
 
 
 @dataclass(frozen=True)
@@ -38,8 +49,8 @@ class Program:
     Parameters
     ----------
     question
-        What was asked.
-    worked_out
+        What was question.
+    network
         The mission's places, legs and itineraries.
     parts
         The declared models; none where nothing can be flown.
@@ -48,7 +59,7 @@ class Program:
     """
 
     question: Question
-    worked_out: Network
+    network: Network
     parts: tuple[Part, ...]
     reasons: tuple[str, ...]
 
@@ -58,9 +69,9 @@ class Program:
         return self._pages(str)
 
     def __repr__(self) -> str:
-        name, count = self.worked_out.mission.name, len(self.parts)
-        asked = f"{self.question.problem.name}, perspective {self.question.perspective}"
-        return f"<Program for {name!r}: {asked}, {count} model{'s' if count != 1 else ''}>"
+        name, count = self.network.mission.name, len(self.parts)
+        question = f"{self.question.problem.name}, perspective {self.question.perspective}"
+        return f"<Program for {name!r}: {question}, {count} model{'s' if count != 1 else ''}>"
 
     @property
     def traits(self) -> tuple[Traits, ...]:
@@ -86,7 +97,7 @@ class Program:
             pages = [f"{line}\n{page}" for line, page in zip(slots, pages, strict=True)]
         if len(pages) > 1:
             heads = (f"{mark}{k} of {len(pages)}: " for k in range(1, len(pages) + 1))
-            told = (routes_of(self.worked_out, part) for part in self.parts)
+            told = (routes_of(self.network, part) for part in self.parts)
             pages = [f"{h}{t}\n{page}" for h, t, page in zip(heads, told, pages, strict=True)]
         return "\n\n".join(pages)
 
@@ -111,7 +122,7 @@ class Program:
             If no model of the program has just these unknowns, or a name is neither one of
             them nor a parameter; also if it is a plan, which flies one of the routes.
         """
-        return checks(self.worked_out, self.parts, point)
+        return checks(self.network, self.parts, point)
 
     def solve(self) -> Plan:
         """The best plan over all itineraries, evaluated again outside the engine.
@@ -123,14 +134,14 @@ class Program:
         """
         if not self.parts:
             return plan_without(
-                self.question, self.worked_out, Status.INFEASIBLE, "physics", self.reasons
+                self.question, self.network, Status.INFEASIBLE, "physics", self.reasons
             )
         if self.question.perspective == AVAILABLE and self._takes_turns:
             from optuav.solving.scheduled_plan import scheduled_plan
 
-            return replayed(scheduled_plan(self.question, self.worked_out, self.parts))
+            return replayed(scheduled_plan(self.question, self.network, self.parts))
         solutions = self._answers()
-        asked = replace(self.question, engine=solutions[0].engine)
+        question = replace(self.question, engine=solutions[0].engine)
         statuses = {status for solution in solutions for status in solution.statuses}
         if Status.ERROR in statuses:
             _refuse_errors(solutions)
@@ -139,23 +150,25 @@ class Program:
                 "no constraint keeps the objective finite: "
                 "given.keep_deadline(model, label, hover, rest) states the deadline",
             )
-            return plan_without(asked, self.worked_out, Status.UNBOUNDED, solutions[0].proof, why)
+            return plan_without(question, self.network, Status.UNBOUNDED, solutions[0].proof, why)
         chosen = self.best(solutions)
         if chosen is None and Status.ERROR in statuses:
-            raise SolverError(f"{asked.engine} found neither a plan nor proof that there is none")
+            raise SolverError(
+                f"{question.engine} found neither a plan nor proof that there is none"
+            )
         if chosen is None:
             return plan_without(
-                asked,
-                self.worked_out,
+                question,
+                self.network,
                 Status.INFEASIBLE,
                 solutions[0].proof,
-                shortfalls(self.question, self.worked_out, self.parts),
+                shortfalls(self.question, self.network, self.parts),
             )
         number, entry = chosen
         part, solution = self.parts[number], solutions[number]
         solution.verify(entry)
-        plan = plan_of(self.question, self.worked_out, part, solution, entry)
-        plan = against_p1(self.question, self.worked_out, self.parts, plan)
+        plan = plan_of(self.question, self.network, part, solution, entry)
+        plan = against_p1(self.question, self.network, self.parts, plan)
         open_s = _open_s(solutions, float(solution.objective[entry]))
         if open_s > SAME_S:
             more = f"not proved: up to {open_s:.6g} s more has not been ruled out"
@@ -180,7 +193,7 @@ class Program:
     @property
     def _takes_turns(self) -> bool:
         """Whether packs take turns, which a declared model knows nothing of."""
-        return self.worked_out.mission.battery.takes_turns
+        return self.network.mission.battery.takes_turns
 
     def shadow_prices(self) -> dict[str, ShadowPrice]:
         """What one more unit of every named parameter brings; empty where there is no answer.
@@ -242,7 +255,7 @@ class Program:
 
     def best(self, solutions: Sequence[Solution]) -> tuple[int, int] | None:
         """Part and entry of the best answer by the tie rule; None without an answer."""
-        routes = self.worked_out.routes
+        routes = self.network.routes
         number = np.concatenate([np.full(len(p.routes), k) for k, p in enumerate(self.parts)])
         entry = np.concatenate([np.arange(len(part.routes)) for part in self.parts])
         route = np.concatenate([part.routes for part in self.parts])
@@ -276,3 +289,86 @@ def _open_s(solutions: Sequence[Solution], best_s: float) -> float:
     """By how much a longer time has not been ruled out [s], as far as engines tell."""
     beyond = [each.beyond for each in solutions if each.beyond is not None]
     return max((float(np.nanmax(each, initial=best_s)) - best_s for each in beyond), default=0.0)
+
+
+def checks(network: Network, parts: Sequence[Part], point: Mapping[str, Any]) -> Checks:
+    """Every constraint of the models that have just the unknowns of a point; see `Program.check`.
+
+    Parameters
+    ----------
+    network
+        The mission's places, legs and itineraries.
+    parts
+        The declared models.
+    point
+        Values by name, of the unknowns and of parameters.
+
+    Raises
+    ------
+    InputError
+        As of `Program.check`.
+    """
+    if not isinstance(point, Mapping):
+        words = "as {'hover_time_s': 10.0}; a plan's times are its hover_time_s and rest_time_s"
+        raise InputError([Fault("point", repr(point), f"values of the unknowns by name, {words}")])
+    unknowns = [{each.name for each in part.model.variables} for part in parts]
+    stated = {name for name in point if any(name in names for names in unknowns)}
+    matching = [part for part, names in zip(parts, unknowns, strict=True) if names == stated]
+    if not matching:
+        known = " or ".join(dict.fromkeys(", ".join(sorted(names)) for names in unknowns))
+        raise InputError(f"a point of this program states {known or 'nothing'}")
+    parameters = dict.fromkeys(name for part in matching for name in part.model.parameters)
+    given = stated.union(*(part.model.given for part in matching))
+    if strange := [name for name in point if name not in given]:
+        words = f"is no parameter of the program; there are {', '.join(parameters)}"
+        raise InputError([Fault(name, repr(point[name]), words) for name in strange])
+    return Checks(row for part in matching for row in _checks_of(network, part, stated, point))
+
+
+def _checks_of(network: Network, part: Part, stated: set[str], point: Mapping[str, Any]) -> Checks:
+    """Every constraint of one model, its points called after its routes if it has several."""
+    known = stated | part.model.given.keys()
+    told = {name: value for name, value in point.items() if name in known}
+    count = len(part.routes)
+    if count == 1:
+        return check(part.model, {**part.model.row(0), **told})
+    points, names = routes_of(network, part), _names(network, part)
+    return Checks(
+        replace(row, points=points, names=names) if np.shape(row.satisfied) == (count,) else row
+        for row in check(part.model, told)
+    )
+
+
+def _names(network: Network, part: Part) -> tuple[str, ...]:
+    """What tells the routes of a model apart: the places on the way, with hover if need be."""
+    ways = [network.route_names(int(route))[1:-1] for route in part.routes]
+    short = [[name for name in way if name != "hover"] for way in ways]
+    for named in (short, ways):
+        names = tuple(" → ".join(way) or "direct" for way in named)
+        if len(set(names)) == len(names):
+            break
+    return names
+
+
+def routes_of(network: Network, part: Part) -> str:
+    """Which routes a model speaks of."""
+    orders = {network.routes.order(route) for route in part.routes}
+    rests = any(each.name == "rest_time_s" for each in part.model.variables)
+    order = orders.pop() if len(orders) == 1 else "with a rest"
+    words = order.replace("-", " ") if order and rests else "without a rest"
+    return words + (f", {len(part.routes)} routes" if len(part.routes) > 1 else "")
+
+
+def slots_of(model: Model, slot_s: float) -> str:
+    """What slots ask of the unknowns; the model does not say it, counting is up to engines."""
+    return ", ".join([f"in whole slots of {written_out(slot_s)} s", *_ends(model, slot_s)])
+
+
+def _ends(model: Model, slot_s: float) -> Iterator[str]:
+    """Where the slots of each unknown begin and end, if not where its bounds do."""
+    cut = cut_short(model)
+    for time in (each for each in model.variables if not each.binary):
+        if time.first_slot > 0:
+            yield f"{time.symbol} ≥ {written_out(time.first_slot * slot_s)} s"
+        if time.name in cut:
+            yield f"the last of {time.symbol} cut short by its bound"

@@ -168,7 +168,7 @@ def _options(problem: type[Formulation]) -> set[str]:
     return {each.name for each in fields(problem) if each.init}
 
 
-def question(
+def checked_question(
     mission: Mission,
     problem: Formulation | ProblemName,
     perspective: str,

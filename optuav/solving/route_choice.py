@@ -26,9 +26,9 @@ from optuav.modelling import Model
 from optuav.network.one_stop import find_shortcuts, shortcuts_in_words
 from optuav.options import Order, Perspective, Trajectory
 from optuav.plan import Plan
+from optuav.solving.assemble import quantities
 from optuav.solving.dispatch import answer
-from optuav.solving.given import quantities
-from optuav.solving.planning import Part, plan_of, plan_without, shortfalls
+from optuav.solving.plans import Part, plan_of, plan_without, shortfalls
 from optuav.solving.program import Program
 from optuav.solving.solve import formulate
 from optuav.status import Status
@@ -137,13 +137,13 @@ def route_choice(
         time_limit_s=time_limit_s,
         solver=solver,
     )
-    enough = shortcuts_in_words(find_shortcuts(program.worked_out))
+    enough = shortcuts_in_words(find_shortcuts(program.network))
     if not program.parts:
         return RouteChoice(program.solve(), form, None, None, None, "physics", (enough,))
     routes, parts = _routes(program)
     model = joined(routes, perspective, form)
     if program.question.slot_s is not None:
-        _bound_slots(model, program.question.slot_s, program.worked_out.mission)
+        _bound_slots(model, program.question.slot_s, program.network.mission)
     solution = answer(model, 1, program.question)
     if not solution.status.has_answer:
         plan = _no_plan(program, solution)
@@ -154,7 +154,7 @@ def route_choice(
     relaxation_s = float(relaxation.objective[0])
     gap_s = relaxation_s - float(times.objective[0])
     proof = f"{solution.proof}; the LP relaxation leaves {max(gap_s, 0.0):.3g} s"
-    plan = plan_of(program.question, program.worked_out, part, times, 0)
+    plan = plan_of(program.question, program.network, part, times, 0)
     plan = plan.model_copy(update={"proof": proof})
     tight = f"the LP relaxation in the form {form} bounds the hover time by {relaxation_s:.3f} s"
     point = relaxation.point(0)
@@ -189,9 +189,9 @@ def _no_plan(program: Program, solution: Solution) -> Plan:
     """
     if solution.status is not Status.INFEASIBLE:
         raise SolverError(f"{solution.engine} did not solve the choice: {solution.words[0]}")
-    asked, worked_out = program.question, program.worked_out
-    why = shortfalls(asked, worked_out, program.parts)
-    return plan_without(asked, worked_out, solution.status, solution.proof, why)
+    asked, network = program.question, program.network
+    why = shortfalls(asked, network, program.parts)
+    return plan_without(asked, network, solution.status, solution.proof, why)
 
 
 def _chosen(program: Program, parts: Sequence[Part], solution: Solution) -> tuple[Part, Solution]:
@@ -217,8 +217,8 @@ def _chosen(program: Program, parts: Sequence[Part], solution: Solution) -> tupl
 
 def _routes(program: Program) -> tuple[list[Route], list[Part]]:
     """The routes that may be chosen, as ties are broken, and the own programme of each."""
-    worked_out, asked = program.worked_out, program.question
-    ways = worked_out.routes
+    network, asked = program.network, program.question
+    ways = network.routes
     routes: list[Route] = []
     parts: list[Part] = []
     choices = [
@@ -228,12 +228,12 @@ def _routes(program: Program) -> tuple[list[Route], list[Part]]:
     ]
     for number, rests in sorted(choices):
         which = np.array([number])
-        given = quantities(worked_out, which, rests=rests)
+        given = quantities(network, which, rests=rests)
         model = asked.problem.model(given, asked.perspective)
         building = int(ways.building[number])
         name = "direct"
         if building >= 0:
-            name = f"{worked_out.mission.buildings[building].name} {ways.order(number)}"
+            name = f"{network.mission.buildings[building].name} {ways.order(number)}"
             name += "" if rests else ", passing by"
         whole = Route(name, given)
         for each in [whole] if asked.slot_s is None else _in_slots(whole, model, asked.slot_s):

@@ -73,7 +73,7 @@ class Clock:
 
 
 def longest_hover(
-    worked_out: Network,
+    network: Network,
     choices: Sequence[tuple[int, bool]],
     slot_s: float | None = None,
     time_limit_s: float | None = None,
@@ -83,7 +83,7 @@ def longest_hover(
 
     Parameters
     ----------
-    worked_out
+    network
         Places, legs and itineraries.
     choices
         Numbers of itineraries in the order in which ties are broken, each with whether it may rest.
@@ -104,7 +104,7 @@ def longest_hover(
         If the time is over before any feasible pair was found.
     """
     step_s, least_s, clock = slot_s or STEP_S, 0.0, Clock(time_limit_s)
-    ways = [_Way(worked_out, route, rests, clock) for route, rests in choices]
+    ways = [_Way(network, route, rests, clock) for route, rests in choices]
     found: list[tuple[float, _Way, Floats]] = []
     searched = 0
     for way in ways:
@@ -120,7 +120,7 @@ def longest_hover(
         if len(ways) == 1:
             routes = "the one route was not searched to its end"
         raise SolverError(
-            f"the search by battery.schedule = {worked_out.mission.battery.schedule!r} "
+            f"the search by battery.schedule = {network.mission.battery.schedule!r} "
             f"{clock.ended}, the time limit, without a plan or proof that there is none: "
             f"{routes}, Δ and T' in steps of {step_s:g} s. Allow more time (time_limit_s), or ask "
             f"for less: longer slots (slot_s){fewer_routes and f', or {fewer_routes}'}"
@@ -159,11 +159,11 @@ def _closer(
 class _Way:
     """A route, over which hover and rest are tried."""
 
-    def __init__(self, worked_out: Network, route: int, rests: bool, clock: Clock) -> None:
-        mission, table, self.clock = worked_out.mission, worked_out.routes, clock
-        self.worked_out, self.route, self.rests = worked_out, route, rests
+    def __init__(self, network: Network, route: int, rests: bool, clock: Clock) -> None:
+        mission, table, self.clock = network.mission, network.routes, clock
+        self.network, self.route, self.rests = network, route, rests
         self.flight_time_s = float(table.flight_time_s[route])
-        self.kinds = [each.kind for each in route_phases(worked_out, route, 0.0, 0.0)]
+        self.kinds = [each.kind for each in route_phases(network, route, 0.0, 0.0)]
         self.at = self.kinds.index("hover")
         self.left_s = mission.limits.deadline_s - self.flight_time_s
         given = mission.battery
@@ -173,7 +173,7 @@ class _Way:
         self.least_As = (mission.limits.min_soc - SLACK) * self.capacity_As
         self.nets_A = {
             each.kind: float(each.stages[0].current_A)
-            for each in route_phases(worked_out, route, 0.0, 0.0)
+            for each in route_phases(network, route, 0.0, 0.0)
             if each.kind != "flight"
         }
 
@@ -269,11 +269,11 @@ class _Way:
 
     def _begun(self, rests_s: Floats) -> Packs:
         """Packs that arrive at the hover point, one course a rest."""
-        carried = full_packs(self.worked_out.mission).take(np.zeros(len(rests_s), dtype=np.intp))
+        carried = full_packs(self.network.mission).take(np.zeros(len(rests_s), dtype=np.intp))
         self._carry(carried, np.zeros(1), rests_s, slice(0, self.at))
         return carried
 
     def _carry(self, carried: Packs, hovers_s: Floats, rests_s: Floats, which: slice) -> None:
         """Let packs carry some phases, with one hover and one rest [s] a course."""
-        for each in route_phases(self.worked_out, self.route, hovers_s, rests_s)[which]:
-            carried.job(pack_loads(self.worked_out.mission, each.kind, each.stages))
+        for each in route_phases(self.network, self.route, hovers_s, rests_s)[which]:
+            carried.job(pack_loads(self.network.mission, each.kind, each.stages))

@@ -8,7 +8,7 @@ from dataclasses import replace
 from optuav.errors import Fault, InputError
 from optuav.network.network import Network
 from optuav.plan import Plan
-from optuav.solving.planning import Part, plan_for, plan_without, planned_phases, soc_at_end
+from optuav.solving.plans import Part, plan_for, plan_without, planned_phases, soc_at_end
 from optuav.solving.question import AUTO, Question
 from optuav.solving.scheduled import CLOSER, STEP_S, longest_hover
 from optuav.status import Status
@@ -28,7 +28,7 @@ TURNS = (
 )
 
 
-def scheduled_plan(asked: Question, worked_out: Network, parts: Sequence[Part]) -> Plan:
+def scheduled_plan(asked: Question, network: Network, parts: Sequence[Part]) -> Plan:
     """The longest hover that the packs can deliver under the mission's schedule.
 
     Raises
@@ -38,7 +38,7 @@ def scheduled_plan(asked: Question, worked_out: Network, parts: Sequence[Part]) 
     SolverError
         If the time limit passes before there is any plan.
     """
-    _refuse(asked, worked_out)
+    _refuse(asked, network)
     choices = sorted(
         (int(route), any(each.name == "rest_time_s" for each in part.model.variables))
         for part in parts
@@ -47,26 +47,26 @@ def scheduled_plan(asked: Question, worked_out: Network, parts: Sequence[Part]) 
     asked = replace(asked, engine=ENGINE)
     proof = CONTINUOUS if asked.slot_s is None else IN_SLOTS
     fewer = _fewer_routes(asked) if len(choices) > 1 else ""
-    found = longest_hover(worked_out, choices, asked.slot_s, asked.time_limit_s, fewer)
+    found = longest_hover(network, choices, asked.slot_s, asked.time_limit_s, fewer)
     if found is None:
         step_s = asked.slot_s or STEP_S
         why = (f"no pair of Δ and T' in steps of {step_s:g} s leaves a pack to fly on to the end",)
-        return plan_without(asked, worked_out, Status.INFEASIBLE, proof, why)
+        return plan_without(asked, network, Status.INFEASIBLE, proof, why)
     route, hover_s, rest_s, ended = found
-    notes = [TURNS.format(worked_out.mission.battery.schedule)]
+    notes = [TURNS.format(network.mission.battery.schedule)]
     if ended:
         proof = f"simulation that {ended}, not proved"
         notes.append(f"the search {ended}; there may be a longer hover, not all pairs were tried")
-    flown = planned_phases(worked_out, route, hover_s, rest_s)
+    flown = planned_phases(network, route, hover_s, rest_s)
     return plan_for(
         asked,
-        worked_out,
+        network,
         engine=ENGINE,
         proof=proof,
         status=Status.FEASIBLE if asked.slot_s is None or ended else Status.OPTIMAL,
         notes=tuple(notes),
         phases=flown,
-        soc=soc_at_end(worked_out, route, flown, hover_s, rest_s),
+        soc=soc_at_end(network, route, flown, hover_s, rest_s),
     )
 
 
@@ -77,8 +77,8 @@ def _fewer_routes(asked: Question) -> str:
     return "one order" if asked.order is None else ""
 
 
-def _refuse(asked: Question, worked_out: Network) -> None:
-    schedule, faults = worked_out.mission.battery.schedule, []
+def _refuse(asked: Question, network: Network) -> None:
+    schedule, faults = network.mission.battery.schedule, []
     words = f"under battery.schedule = {schedule!r} and perspective available"
     if asked.problem.name not in PROBLEMS:
         faults.append(Fault("problem", asked.problem.name, f"{', '.join(PROBLEMS)} {words}"))

@@ -22,19 +22,19 @@ from optuav.physics.quantity import TINY
 from optuav.plan import Plan
 from optuav.search.branch import INTERRUPTED, TIE_S, Progress, SearchResult, search
 from optuav.search.trial import Stops
+from optuav.solving.assemble import quantities
 from optuav.solving.everywhere import all_legs, terrain, ways
-from optuav.solving.given import quantities
 from optuav.solving.linear_stops import linear_stops
-from optuav.solving.planning import (
+from optuav.solving.plans import (
     counted,
     plan_for,
     plan_without,
+    replayed,
     shortfalls,
     states_of_charge,
     with_wells,
 )
 from optuav.solving.program import Program
-from optuav.solving.replayed import replayed
 from optuav.status import Status
 
 if TYPE_CHECKING:
@@ -76,9 +76,9 @@ def several_stops(
     """
     if faults := tuple(_faults(program)):
         raise InputError(faults)
-    if never_flyable(program.worked_out):
+    if never_flyable(program.network):
         return program.solve()
-    everywhere = replace(program.worked_out, legs=all_legs(program.worked_out, graph))
+    everywhere = replace(program.network, legs=all_legs(program.network, graph))
     if program.question.perspective != "available":
         return linear_stops(program, everywhere, rests, hovers)
     found = search(
@@ -99,10 +99,10 @@ def _counted(rests: int, hovers: int) -> str:
 
 def _faults(program: Program) -> Iterator[Fault]:
     """What of a mission several stops do not go with."""
-    battery = program.worked_out.mission.battery
+    battery = program.network.mission.battery
     if program.question.perspective == "available" and battery.takes_turns:
         yield Fault("battery.schedule", shown(battery.schedule), "pooled with several stops")
-    if (buildings := len(program.worked_out.mission.buildings)) > MOST_BUILDINGS:
+    if (buildings := len(program.network.mission.buildings)) > MOST_BUILDINGS:
         words = f"at most {MOST_BUILDINGS} with several stops"
         yield Fault("buildings", str(buildings), words)
 
@@ -112,10 +112,10 @@ def _plan(program: Program, everywhere: Network, found: SearchResult, asked_for:
     if stops is None and found.bound_s <= 0.0:
         why = program.reasons
         if program.parts:
-            why = shortfalls(asked, program.worked_out, program.parts)
+            why = shortfalls(asked, program.network, program.parts)
         why = (f"no plan with {asked_for} keeps the battery and the deadline", *why)
         proof = "branch and bound over all sequences of stops"
-        return plan_without(asked, program.worked_out, Status.INFEASIBLE, proof, why)
+        return plan_without(asked, program.network, Status.INFEASIBLE, proof, why)
     hover_s = -math.inf if stops is None else stops.hover_s
     none_longer = f"with {asked_for} no plan hovers longer than {_rounded_up(found.bound_s)} s"
     proof = f"branch and bound: {none_longer}"
@@ -131,27 +131,27 @@ def _plan(program: Program, everywhere: Network, found: SearchResult, asked_for:
             said += ". Allow more time (time_limit_s), or fewer stops or hovers"
         raise SolverError(said)
     way = ways(everywhere, stops.places[:, None], np.array([-1]))
-    worked_out = replace(everywhere, routes=way)
+    network = replace(everywhere, routes=way)
     legs = [int(leg) for leg in way.legs[0]]
     stays_s = stops.stays_s.tolist()
-    flown = with_wells(worked_out, phases_along(worked_out, legs, stays_s))
+    flown = with_wells(network, phases_along(network, legs, stays_s))
     known = _known(found, hover_s)
     notes = [*known["notes"]]
-    if worked_out.legs.edited[legs].any():
+    if network.legs.edited[legs].any():
         notes.append("some legs have figures from the graph, not from the flight model")
-    if worked_out.places.edited[stops.places].any():
+    if network.places.edited[stops.places].any():
         notes.append(
             "some places have sight or power of the laser from the graph, not from the mission"
         )
     plan = plan_for(
         asked,
-        worked_out,
+        network,
         engine=asked.engine,
         proof=proof,
         status=known["status"],
         notes=tuple(notes),
         phases=flown,
-        soc=counted(worked_out, flown, _states_of_charge(worked_out, stops)),
+        soc=counted(network, flown, _states_of_charge(network, stops)),
     )
     return replayed(plan.model_copy(update={"binding": tuple(_binding(plan))}))
 
@@ -185,15 +185,15 @@ def _known(found: SearchResult, hover_s: float) -> dict[str, Any]:
     return {"status": status, "notes": tuple(notes)}
 
 
-def _states_of_charge(worked_out: Network, stops: Stops) -> dict[str, float]:
+def _states_of_charge(network: Network, stops: Stops) -> dict[str, float]:
     """State of charge at the end [-] by perspective: rests count by their mean net current."""
     rests = stops.places[1:-1] >= FIRST_BUILDING
     times_s = stops.stays_s[rests]
-    net = rest_net(worked_out, stops.places[1:-1][rests] - FIRST_BUILDING)
+    net = rest_net(network, stops.places[1:-1][rests] - FIRST_BUILDING)
     rest_time_s = float(times_s.sum())
     share = times_s / max(rest_time_s, TINY)
     given = replace(
-        quantities(worked_out, np.array([0])),
+        quantities(network, np.array([0])),
         rest_current_A=float((net.current_A * share).sum()),
         rest_received_W=float((net.power_W * share).sum()),
     )

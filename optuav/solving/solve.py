@@ -14,10 +14,10 @@ from optuav.mission import Mission, load
 from optuav.mission.messages import shown
 from optuav.options import Perspective, ProblemName
 from optuav.plan import Plan
-from optuav.solving.declaring import declared_program, work_out
+from optuav.solving.declare import declared_program, work_out
 from optuav.solving.free_hover import free_program
 from optuav.solving.program import Program
-from optuav.solving.question import AUTO, question
+from optuav.solving.question import AUTO, checked_question
 from optuav.solving.several_stops import several_stops
 
 if TYPE_CHECKING:
@@ -166,7 +166,7 @@ def solve(
     charged_only = perspective == AVAILABLE and stated.problem.name in PROMISING
     if plan and plan.engine == "bracket" and charged_only:
         promised = replace(program.question, perspective="battery", engine=AUTO)
-        return beside(plan, declared_program(promised, program.worked_out).solve())
+        return beside(plan, declared_program(promised, program.network).solve())
     return plan
 
 
@@ -182,7 +182,7 @@ def _program(
 ) -> Program:
     """The problem declared, with one rest and one hover where it admits several."""
     known = mission if isinstance(mission, Mission) else load(mission)
-    stated = question(known, problem, perspective, slot_s, engine, time_limit_s, solver)
+    stated = checked_question(known, problem, perspective, slot_s, engine, time_limit_s, solver)
     if stated.hover_point == "free":
         if graph is not None:
             words = "none with hover_point = 'free': its legs lead to one hover point"

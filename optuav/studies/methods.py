@@ -178,7 +178,7 @@ class _Reference:
         question = self.program.question
         if engine == "cvxpy" and isinstance(question.problem, P1):
             return route_choice(
-                self.program.worked_out.mission,
+                self.program.network.mission,
                 perspective=question.perspective,
                 slot_s=slot_s,
                 time_limit_s=question.time_limit_s,

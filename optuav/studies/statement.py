@@ -60,18 +60,18 @@ def statement(program: Program, form: str = "text") -> str:
 
 def _shortest(program: Program) -> tuple[int, int]:
     """Part and entry of the route with the shortest flight."""
-    flight_s = [program.worked_out.routes.flight_time_s[p.routes] for p in program.parts]
+    flight_s = [program.network.routes.flight_time_s[p.routes] for p in program.parts]
     number = int(np.argmin([each.min() for each in flight_s]))
     return number, int(flight_s[number].argmin())
 
 
 def _remarks(program: Program, number: int, entry: int, choice: str) -> Iterator[str]:
-    worked_out, asked = program.worked_out, program.question
-    legs = worked_out.routes.legs[program.parts[number].routes[entry]]
+    network, asked = program.network, program.question
+    legs = network.routes.legs[program.parts[number].routes[entry]]
     legs = legs[legs != NO_LEG]
-    places = [worked_out.legs.start[legs[0]], *worked_out.legs.end[legs]]
-    route = " -> ".join(printable(worked_out.places.names[place]) for place in places)
-    yield f"mission {printable(worked_out.mission.name)}, perspective {asked.perspective}"
+    places = [network.legs.start[legs[0]], *network.legs.end[legs]]
+    route = " -> ".join(printable(network.places.names[place]) for place in places)
+    yield f"mission {printable(network.mission.name)}, perspective {asked.perspective}"
     yield f"route {route}"
     count = sum(len(part.routes) for part in program.parts)
     if count > 1:

@@ -29,7 +29,7 @@ from optuav.network.places import ENDS
 from optuav.network.variants import KEY, Base, Variants
 from optuav.options import Perspective
 from optuav.plan import Plan
-from optuav.solving.ties import SAME_S
+from optuav.solving.plans import SAME_S
 from optuav.studies.variants import longest, variant_quantities
 
 SHARE = 0.1

@@ -20,9 +20,9 @@ from optuav.network.variants import Variants
 from optuav.options import Perspective
 from optuav.physics.kibam import Stage
 from optuav.physics.quantity import Quantity
-from optuav.solving.delivered import delivered
-from optuav.solving.given import mean_voltage_V
-from optuav.solving.ties import SAME_S
+from optuav.solving.assemble import mean_voltage_V
+from optuav.solving.batch import delivered
+from optuav.solving.plans import SAME_S
 
 NO_ROUTE = -1
 

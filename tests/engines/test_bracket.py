@@ -19,7 +19,7 @@ from optuav.engines.bracketing import WIDTH_S
 from optuav.engines.rows import Rows
 from optuav.modelling import check
 from optuav.physics.kibam import Stage
-from optuav.solving.hovers import Hovers, longest_hovers
+from optuav.solving.batch import Hovers, longest_hovers
 from tests.formulations.given import quantities
 from tests.kibam import Floats, Kibam
 

@@ -200,7 +200,7 @@ def test_comparison_can_fail() -> None:
     assert truth is not None
     assert float(truth.hover_s) == pytest.approx(688.848, abs=1e-3)
     none = formulate(
-        program.worked_out.mission.replace({"limits.deadline_s": 60}), "P3", perspective="battery"
+        program.network.mission.replace({"limits.deadline_s": 60}), "P3", perspective="battery"
     ).solve()
     longer = Exact(truth.hover_s + 1, truth.rest_s)
     assert not list(differences(plan, truth, 1e-6))

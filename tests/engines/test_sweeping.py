@@ -10,7 +10,7 @@ from formulations.wells import pool
 from optuav.engines import bracket
 from optuav.engines.bracketing import WIDTH_S
 from optuav.physics import kibam
-from optuav.solving.given import quantities
+from optuav.solving.assemble import quantities
 from optuav.solving.program import Program
 
 
@@ -22,7 +22,7 @@ def sliver(min_soc: float) -> Program:
 def scanned(program: Program, hovers_s: np.ndarray) -> np.ndarray:
     """Least margin of y1/B within 0 and ω, resting as long as the charge at the end asks for."""
     (part,) = program.parts
-    given = quantities(program.worked_out, part.routes)
+    given = quantities(program.network, part.routes)
     drawn_As = given.flight_charge_As + given.hover_current_A * hovers_s
     missing_As = drawn_As - (1.0 - given.min_soc) * given.battery_As
     rests_s = np.maximum(missing_As / given.rest_current_A, 0.0)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from formulations.algorithm2 import Choice, algorithm2
-from optuav.solving.ties import best
+from optuav.solving.plans import best
 
 
 @pytest.mark.parametrize(

@@ -25,8 +25,8 @@ from tests.examples import few
 
 
 def terrain_of(mission: Mission) -> Terrain:
-    worked_out = build_network(mission)
-    return terrain(replace(worked_out, legs=all_legs(worked_out)))
+    network = build_network(mission)
+    return terrain(replace(network, legs=all_legs(network)))
 
 
 def names(mission: Mission, found: SearchResult) -> list[str]:

@@ -18,23 +18,23 @@ AT_ONCE_S = 1e-9
 """What a deadline is missed by in rounding [s]."""
 
 
-def slack(worked_out: Network, route: int, hover_s: Floats, rest_s: Any, looks: int = 1) -> Any:
+def slack(network: Network, route: int, hover_s: Floats, rest_s: Any, looks: int = 1) -> Any:
     """By how much charge is within its limits, as a share of the capacity; −1 after the deadline.
 
     Parameters
     ----------
-    worked_out, route
+    network, route
         The mission's places and legs, and the number of an itinerary.
     hover_s, rest_s
         Δ and T' [s]; arrays of times side by side.
     looks
         How often to look at y1 in every phase of constant current, at equal distances.
     """
-    mission = worked_out.mission
+    mission = network.mission
     battery, deadline_s = mission.battery, mission.limits.deadline_s
     capacity_As, share = battery.packs * battery.capacity_As, battery.available_fraction
     wells, used_s = Kibam(capacity_As, share, battery.flow_rate_per_s), 0.0
-    for phase in route_phases(worked_out, route, hover_s, rest_s):
+    for phase in route_phases(network, route, hover_s, rest_s):
         for current_A, duration_s in phase.stages:
             if battery.charging == "taper" and current_A > 0.0:
                 wells.taper(current_A, duration_s)

@@ -25,7 +25,7 @@ from optuav import Mission, Plan, SolverError
 from optuav.engines import bracket
 from optuav.options import ORDERS
 from optuav.solving import Program, formulate
-from optuav.solving.planning import Part
+from optuav.solving.plans import Part
 from optuav.status import Status
 from tests.examples import few
 from tests.mission.strategies import Document, documents
@@ -95,7 +95,7 @@ def by(program: Program, engine: str, slot_s: float | None = None) -> Program:
 
 def beyond_of(program: Program, part: Part, tally: Counter[str]) -> float:
     """What no hover of a part exceeds [s], −∞ if none is possible; both ends held against wells."""
-    found, worked_out = bracket.solve(part.model, len(part.routes)), program.worked_out
+    found, network = bracket.solve(part.model, len(part.routes)), program.network
     assert found.beyond is not None
     rest = found.values.get("rest_time_s", np.zeros(len(part.routes)))
     for route, hover_s, rest_s, beyond_s, status in zip(
@@ -103,13 +103,13 @@ def beyond_of(program: Program, part: Part, tally: Counter[str]) -> float:
     ):
         answered = not math.isnan(hover_s)
         if answered:
-            assert slack(worked_out, route, hover_s, rest_s, looks=30) >= -INSIDE
+            assert slack(network, route, hover_s, rest_s, looks=30) >= -INSIDE
             assert hover_s <= beyond_s
-        horizon_s = worked_out.mission.limits.deadline_s
+        horizon_s = network.mission.limits.deadline_s
         hovers_s = longer(beyond_s, horizon_s, MARGIN_S)
         rested = "rest_time_s" in found.values
         tried_s = rests([rest_s] if answered else [], horizon_s) if rested else np.zeros(1)
-        kept = slack(worked_out, route, hovers_s[:, None], tried_s[None]) > OUTSIDE
+        kept = slack(network, route, hovers_s[:, None], tried_s[None]) > OUTSIDE
         assert not kept.any(), (route, beyond_s, np.argwhere(kept))
         tally["itineraries"] += 1
         tally["itineraries not proved"] += status in (Status.FEASIBLE, Status.ERROR)
@@ -157,10 +157,10 @@ def judge(program: Program, slots: int, tally: Counter[str]) -> None:
 
     Its figures decide, as good as at random, whether it goes to further engines.
     """
-    share = zlib.crc32(repr(program.worked_out.mission).encode())
+    share = zlib.crc32(repr(program.network.mission).encode())
     beyond_s = max(beyond_of(program, part, tally) for part in program.parts)
     plan = solved(program)
-    tapers = program.worked_out.mission.battery.charging == "taper"
+    tapers = program.network.mission.battery.charging == "taper"
     among = " where charging tapers" if tapers else ""
     tally["missions"] += 1
     tally["missions that taper"] += tapers
@@ -184,7 +184,7 @@ def judge(program: Program, slots: int, tally: Counter[str]) -> None:
         tally["proved infeasible"] += 1
     if share % GRID_EVERY == 0:
         tally["by grid"] += 1
-        slot_s = program.worked_out.mission.limits.deadline_s / slots
+        slot_s = program.network.mission.limits.deadline_s / slots
         searched = by(program, "grid", slot_s).solve()
         assert not searched or searched.hover_time_s <= beyond_s + MARGIN_S
     if share % CASADI_EVERY == 0 and not tapers:
@@ -211,7 +211,7 @@ def test_oracle_can_fail() -> None:
     plan = program.solve()
     for more_s, kept in ((-0.1, True), (0.0, True), (0.1, False)):
         hover_s = np.array(plan.hover_time_s + more_s)
-        assert (slack(program.worked_out, 0, hover_s, 0.0) >= -INSIDE) == kept
+        assert (slack(program.network, 0, hover_s, 0.0) >= -INSIDE) == kept
     assert list(flown_wrong(program.solve())) == []
     promised = optuav.solve("paper", "P3", perspective="battery")
     assert len(list(flown_wrong(promised))) == 1

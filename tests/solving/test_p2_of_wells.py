@@ -45,11 +45,11 @@ def test_tight_against_a_dense_search() -> None:
     plan = program.solve()
     assert plan.status is Status.OPTIMAL
     assert any("(P1) hovers 577.52 s" in note for note in plan.notes)
-    worked_out, best_s = program.worked_out, -math.inf
-    for route, building in enumerate(worked_out.routes.building.tolist()):
-        left_s = 690.0 - worked_out.routes.flight_time_s[route]
+    network, best_s = program.network, -math.inf
+    for route, building in enumerate(network.routes.building.tolist()):
+        left_s = 690.0 - network.routes.flight_time_s[route]
         hovers_s = np.arange(0.0, left_s, 0.1) if building >= 0 else np.array([left_s])
-        kept = slack(worked_out, route, hovers_s, left_s - hovers_s) >= 0.0
+        kept = slack(network, route, hovers_s, left_s - hovers_s) >= 0.0
         best_s = max(best_s, hovers_s[kept].max(initial=-math.inf))
     assert 0.0 <= plan.hover_time_s - best_s <= 0.1
 

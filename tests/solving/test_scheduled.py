@@ -37,10 +37,10 @@ def small(schedule: str, **more: object) -> Mission:
     )
 
 
-def can_be_flown(worked_out: Network, route: int, hover_s: float, rest_s: float) -> bool:
+def can_be_flown(network: Network, route: int, hover_s: float, rest_s: float) -> bool:
     """One pair, flown phase by phase and judged afterwards."""
-    mission = worked_out.mission
-    planned = route_phases(worked_out, route, hover_s, rest_s)
+    mission = network.mission
+    planned = route_phases(network, route, hover_s, rest_s)
     time_s = sum(each.duration_s for each in planned)
     if time_s > mission.limits.deadline_s + 1e-9:
         return False
@@ -55,13 +55,13 @@ def can_be_flown(worked_out: Network, route: int, hover_s: float, rest_s: float)
 def test_slots_are_searched_to_the_end(schedule: str, min_soc: float) -> None:
     """No pair of slots of any route hovers longer; among the best, the shortest mission wins."""
     mission = small(schedule, **{"limits.min_soc": min_soc})
-    worked_out, slot_s = build_network(mission), 10.0
+    network, slot_s = build_network(mission), 10.0
     steps = slot_s * np.arange(1, 20)
     tried = []
-    for route, flight_s in enumerate(worked_out.routes.flight_time_s.tolist()):
+    for route, flight_s in enumerate(network.routes.flight_time_s.tolist()):
         for hover_s in steps[::-1]:  # shorter ones are no better than the first that can be flown
             rests = steps if route else [0.0]
-            flown = [rest_s for rest_s in rests if can_be_flown(worked_out, route, hover_s, rest_s)]
+            flown = [rest_s for rest_s in rests if can_be_flown(network, route, hover_s, rest_s)]
             tried += [(-hover_s, flight_s + hover_s + rest_s, route) for rest_s in flown]
             if flown:
                 break
@@ -85,8 +85,8 @@ def test_continuous_times_are_no_worse_than_slots_and_can_be_flown(schedule: str
     assert plan.hover_time_s >= slots.hover_time_s
     assert plan.runs_dry_s is None
     assert plan.warnings == ()
-    worked_out = build_network(mission)
-    routes = worked_out.routes
+    network = build_network(mission)
+    routes = network.routes
     building = [b.name for b in mission.buildings]
     (route,) = (
         number
@@ -96,8 +96,8 @@ def test_continuous_times_are_no_worse_than_slots_and_can_be_flown(schedule: str
         and (routes.order(number) != "hover-first")
         == (plan.route.index("hover") + 2 == len(plan.route))
     )
-    assert can_be_flown(worked_out, route, plan.hover_time_s, plan.rest_time_s)
-    assert not can_be_flown(worked_out, route, plan.hover_time_s + 0.002, plan.rest_time_s)
+    assert can_be_flown(network, route, plan.hover_time_s, plan.rest_time_s)
+    assert not can_be_flown(network, route, plan.hover_time_s + 0.002, plan.rest_time_s)
 
 
 def test_every_pack_is_told_at_the_end_of_every_phase() -> None:

@@ -40,12 +40,12 @@ def test_the_plan_is_delivered_and_none_is_longer(plan: Plan, mission: Mission) 
     program = formulate(mission, optuav.P4("b9", order="rest-first"))
     (route,) = program.parts[0].routes.tolist()
     times = np.array(plan.hover_time_s), plan.rest_time_s
-    assert slack(program.worked_out, route, *times) >= -INSIDE
+    assert slack(program.network, route, *times) >= -INSIDE
     longer_s = plan.hover_time_s + np.array([[1e-4], [1e-2], [1.0]])
     tried_s = rests([plan.rest_time_s], mission.limits.deadline_s)[None]
-    assert slack(program.worked_out, route, longer_s, tried_s).max() < 0.0
+    assert slack(program.network, route, longer_s, tried_s).max() < 0.0
     constant = formulate("paper", optuav.P4("b9", order="rest-first"))
-    assert slack(constant.worked_out, route, *times) < -1e-3
+    assert slack(constant.network, route, *times) < -1e-3
 
 
 def test_the_plan_says_what_the_battery_takes(plan: Plan) -> None:

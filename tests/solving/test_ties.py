@@ -6,7 +6,7 @@ import math
 
 import pytest
 
-from optuav.solving.ties import best
+from optuav.solving.plans import best
 
 NAN = math.nan
 

@@ -26,9 +26,9 @@ UNDECIDED = 1e-7
 """Share of the capacity from a limit within which neither side is asked."""
 
 
-def crossings(worked_out: Network, route: int, times_s: tuple[float, float]) -> Iterator[str]:
+def crossings(network: Network, route: int, times_s: tuple[float, float]) -> Iterator[str]:
     """Limits that stays break on an itinerary, met by events on the way; (11)-(12) in shares."""
-    battery, limits = worked_out.mission.battery, worked_out.mission.limits
+    battery, limits = network.mission.battery, network.mission.limits
     capacity_As, share = battery.packs * battery.capacity_As, battery.available_fraction
     flow, wells, used_s = battery.flow_rate_per_s, np.array([share, 1.0 - share]), 0.0
 
@@ -38,7 +38,7 @@ def crossings(worked_out: Network, route: int, times_s: tuple[float, float]) -> 
     def past_full(_: float, y: Floats) -> float:
         return float(share + UNDECIDED - y[0])
 
-    for phase in route_phases(worked_out, route, *times_s):
+    for phase in route_phases(network, route, *times_s):
         for stage in phase.stages:
             current = stage.current_A / capacity_As
 
@@ -74,7 +74,7 @@ def test_ends_of_stretches_tell_all(program: Program, data: st.DataObject) -> No
     """Any stays: what the programme admits breaks no limit at any moment, what it refuses does."""
     part = data.draw(st.sampled_from(program.parts))
     entry = data.draw(st.integers(0, len(part.routes) - 1))
-    deadline_s = program.worked_out.mission.limits.deadline_s
+    deadline_s = program.network.mission.limits.deadline_s
     times_s = [data.draw(st.floats(0.0, 0.7)) ** 2 * deadline_s for _ in part.model.variables]
     names = [each.name for each in part.model.variables]
     point: dict[str, Any] = dict(zip(names, times_s, strict=True))
@@ -82,5 +82,5 @@ def test_ends_of_stretches_tell_all(program: Program, data: st.DataObject) -> No
     charges = [row.slack for row in rows if "dry" in row.label or "full" in row.label]
     assume(all(abs(slack) > 2.0 * UNDECIDED for slack in charges if not math.isinf(slack)))
     stays = point["hover_time_s"], point.get("rest_time_s", 0.0)
-    broken = set(crossings(program.worked_out, int(part.routes[entry]), stays))
+    broken = set(crossings(program.network, int(part.routes[entry]), stays))
     assert all(row.satisfied for row in rows) == (not broken), (broken, [*map(str, rows)])

@@ -11,7 +11,7 @@ import optuav
 from optuav.mission import Mission
 from optuav.network.network import build_network
 from optuav.network.variants import KEY, Base, Columns, Variants
-from optuav.solving.given import quantities
+from optuav.solving.assemble import quantities
 from optuav.studies.variants import longest, variant_quantities
 
 COUNT = 60

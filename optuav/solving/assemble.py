@@ -20,13 +20,13 @@ from optuav.physics.kibam import Stage
 
 
 def quantities(
-    worked_out: Network, which: Integers, *, rests: bool = True, hover_open: bool = False
+    network: Network, which: Integers, *, rests: bool = True, hover_open: bool = False
 ) -> Quantities:
     """Quantities of some itineraries, arrays with one entry each.
 
     Parameters
     ----------
-    worked_out
+    network
         Places, legs and itineraries.
     which
         Numbers of itineraries; all of them direct, or all by way of a building. The steps on the
@@ -36,12 +36,12 @@ def quantities(
     hover_open
         Whether the legs to and from the hover point are named among the steps rather than stated.
     """
-    mission, routes = worked_out.mission, worked_out.routes.take(which)
+    mission, routes = network.mission, network.routes.take(which)
     given = mission.battery
     hover = vehicle.hover_load(mission)
-    rest = rest_net(worked_out, routes.building)
+    rest = rest_net(network, routes.building)
     resting = routes.building >= 0
-    position_m = worked_out.places.position_m
+    position_m = network.places.position_m
     hover_m, limits = position_m[HOVER], mission.limits
     return Quantities(
         deadline_s=mission.limits.deadline_s,
@@ -52,9 +52,9 @@ def quantities(
         flight_time_s=routes.flight_time_s,
         flight_charge_As=routes.flight_charge_As,
         flight_energy_J=routes.flight_energy_J,
-        hover_current_A=-hover_net(worked_out).current_A,
+        hover_current_A=-hover_net(network).current_A,
         hover_power_W=float(hover.power_W),
-        hover_received_W=float(worked_out.places.received_power_W[HOVER]),
+        hover_received_W=float(network.places.received_power_W[HOVER]),
         rest_current_A=np.where(resting, rest.current_A, 0.0),
         rest_received_W=np.where(resting, rest.power_W, 0.0),
         flight_voltage_V=mean_voltage_V(
@@ -72,17 +72,17 @@ def quantities(
         hover_altitude_m=float(hover_m[2]),
         min_altitude_m=limits.min_altitude_m,
         max_altitude_m=limits.max_altitude_m,
-        end_gap_m=_end_gap_m(worked_out, which),
-        steps=_steps(worked_out, which, rests, hover_open),
+        end_gap_m=_end_gap_m(network, which),
+        steps=_steps(network, which, rests, hover_open),
         tapers=given.charging == "taper",
         rests=rests,
     )
 
 
-def _end_gap_m(worked_out: Network, which: Integers) -> Floats:
+def _end_gap_m(network: Network, which: Integers) -> Floats:
     """By how much routes miss the mission's origin and destination [m]."""
-    mission, table = worked_out.mission, worked_out.legs
-    position_m, legs = worked_out.places.position_m, worked_out.routes.legs[which]
+    mission, table = network.mission, network.legs
+    position_m, legs = network.places.position_m, network.routes.legs[which]
     last = np.take_along_axis(legs, (legs != NO_LEG).sum(axis=1)[:, None] - 1, axis=1)[:, 0]
     start_m = position_m[table.start[legs[:, 0]]] - np.array(mission.route.origin_m)
     end_m = position_m[table.end[last]] - np.array(mission.route.destination_m)
@@ -91,14 +91,14 @@ def _end_gap_m(worked_out: Network, which: Integers) -> Floats:
 
 
 def _steps(
-    worked_out: Network, which: Integers, rests: bool, hover_open: bool
+    network: Network, which: Integers, rests: bool, hover_open: bool
 ) -> tuple[Stage | str, ...]:
     """Stages of the legs as phases of constant current, and the stays by name.
 
     Figures are numbers for a single itinerary, else arrays with one entry each; none where the
     itineraries stay in different orders.
     """
-    table, routes = worked_out.legs, worked_out.routes
+    table, routes = network.legs, network.routes
     if len(np.unique(routes.rest_first[which])) > 1:
         return ()
     legs, first = routes.legs[which].T, routes.legs[which[0]]
@@ -126,18 +126,18 @@ def _stages(table: Legs, legs: Integers) -> list[int]:
     return [int(stage) for stage in np.flatnonzero(table.durations_s[:, legs].any(axis=1))]
 
 
-def step_ends(worked_out: Network, which: Integers, entry: int, *, rests: bool = True) -> list[str]:
+def step_ends(network: Network, which: Integers, entry: int, *, rests: bool = True) -> list[str]:
     """The ends of the steps of one itinerary, by the places of its route.
 
     Parameters
     ----------
-    worked_out, which, rests
+    network, which, rests
         As for `quantities`.
     entry
         Place of the itinerary among them.
     """
-    table, names = worked_out.legs, worked_out.places.names
-    legs, found = worked_out.routes.legs[which], list[str]()
+    table, names = network.legs, network.places.names
+    legs, found = network.routes.legs[which], list[str]()
     for here, leg in zip(legs.T, legs[entry].tolist(), strict=True):
         if leg == NO_LEG:
             continue

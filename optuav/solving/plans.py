@@ -2,19 +2,22 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 
 from formulations.p1 import P1
 from formulations.p4 import P4
 from formulations.parameters import Quantities
-from formulations.soc import PAPER, PERSPECTIVES
+from formulations.soc import AVAILABLE, PAPER, PERSPECTIVES
 from optuav.arrays import Integers
 from optuav.engines.solution import Solution
-from optuav.errors import Fault, InputError
+from optuav.errors import Fault, InputError, SolverError
+from optuav.judge.replay import replay
 from optuav.mission.messages import written_out
 from optuav.modelling import Constraint, Model, evaluate
 from optuav.modelling.check import evaluated, relations
@@ -27,9 +30,9 @@ from optuav.network.routes import NO_LEG
 from optuav.network.timeline import route_phases
 from optuav.plan import Phase, Plan, Stage
 from optuav.plan.phases import wells_at_ends
+from optuav.solving.assemble import quantities, step_ends
 from optuav.solving.dispatch import answer
-from optuav.solving.given import quantities, step_ends
-from optuav.solving.question import AUTO, Question
+from optuav.solving.question import AUTO, PROBLEMS, Question
 from optuav.status import Status
 
 MOST_VIOLATED = 2
@@ -56,25 +59,25 @@ class Part:
     routes: Integers
 
 
-def plan_for(asked: Question, worked_out: Network, **found: Any) -> Plan:
-    """A plan as an answer to a question: what was asked, and what was found."""
-    told = (*found.pop("notes", ()), *_refused(worked_out, found.get("phases", ())))
+def plan_for(question: Question, network: Network, **found: Any) -> Plan:
+    """A plan as an answer to a question: what was question, and what was found."""
+    told = (*found.pop("notes", ()), *_refused(network, found.get("phases", ())))
     return Plan(
-        mission=worked_out.mission,
-        problem=asked.problem.name,
-        trajectory=asked.trajectory,
-        building=asked.building,
-        order=asked.order,
-        perspective=asked.perspective,
-        slot_s=asked.slot_s,
+        mission=network.mission,
+        problem=question.problem.name,
+        trajectory=question.trajectory,
+        building=question.building,
+        order=question.order,
+        perspective=question.perspective,
+        slot_s=question.slot_s,
         notes=told,
         **found,
     )
 
 
-def _refused(worked_out: Network, flown: Sequence[Phase]) -> Iterator[str]:
+def _refused(network: Network, flown: Sequence[Phase]) -> Iterator[str]:
     """A note where charging tapered: what was offered and is not in the wells."""
-    packs = worked_out.mission.battery
+    packs = network.mission.battery
     if not flown or packs.takes_turns or packs.charging == "constant":
         return
     capacity_As = packs.packs * packs.capacity_As
@@ -93,7 +96,7 @@ def _left_As(flown: Sequence[Phase]) -> float:
 
 
 def plan_of(
-    asked: Question, worked_out: Network, part: Part, solution: Solution, entry: int
+    question: Question, network: Network, part: Part, solution: Solution, entry: int
 ) -> Plan:
     """The plan that belongs to the answer to one entry of a part.
 
@@ -107,50 +110,50 @@ def plan_of(
     if any(time_s < 0.0 for time_s in times.values()):
         stated = "at least 0 s, or no plan is made of it: state lower=0.0"
         raise InputError([Fault(n, f"{t:g}", stated) for n, t in times.items() if t < 0.0])
-    flown = planned_phases(worked_out, route, **times)
+    flown = planned_phases(network, route, **times)
     return plan_for(
-        asked,
-        worked_out,
+        question,
+        network,
         engine=solution.engine,
         proof=solution.proof,
         status=solution.statuses[entry],
-        binding=tuple(words(worked_out, part, entry, solution.binding_labels(entry))),
-        notes=tuple(_notes(asked, worked_out, part, route, times)),
+        binding=tuple(words(network, part, entry, solution.binding_labels(entry))),
+        notes=tuple(_notes(question, network, part, route, times)),
         phases=flown,
-        soc=soc_at_end(worked_out, route, flown, **times),
+        soc=soc_at_end(network, route, flown, **times),
     )
 
 
-def words(worked_out: Network, part: Part, entry: int, labels: Sequence[str]) -> Iterator[str]:
+def words(network: Network, part: Part, entry: int, labels: Sequence[str]) -> Iterator[str]:
     """Labels of constraints with their moments by the places of the route."""
     known = {each.label: each for each in relations(part.model)}
     stated = [known.get(label) for label in labels]
-    moments = moment_words(worked_out, part, entry, stated)
+    moments = moment_words(network, part, entry, stated)
     for label, each, moment in zip(labels, stated, moments, strict=True):
         yield f"{each.name} {moment}" if each and moment else label
 
 
 def moment_words(
-    worked_out: Network, part: Part, entry: int, constraints: Sequence[Constraint | None]
+    network: Network, part: Part, entry: int, constraints: Sequence[Constraint | None]
 ) -> list[str]:
     """By constraint, the moment at which it holds by the places of the route; empty without one."""
     if not any(each and each.step is not None for each in constraints):
         return [""] * len(constraints)
     rests = any(variable.name == "rest_time_s" for variable in part.model.variables)
-    ends = step_ends(worked_out, part.routes, entry, rests=rests)
+    ends = step_ends(network, part.routes, entry, rests=rests)
     return [
         ends[each.step] if each and each.step is not None and ends else "" for each in constraints
     ]
 
 
 def plan_without(
-    asked: Question, worked_out: Network, status: Status, proof: str, reasons: Sequence[str]
+    question: Question, network: Network, status: Status, proof: str, reasons: Sequence[str]
 ) -> Plan:
     """What is returned where there is no plan."""
     return plan_for(
-        asked,
-        worked_out,
-        engine=asked.engine_name if asked.engine != AUTO else "",
+        question,
+        network,
+        engine=question.engine_name if question.engine != AUTO else "",
         proof=proof,
         status=status,
         reasons=tuple(reasons),
@@ -158,17 +161,17 @@ def plan_without(
 
 
 def planned_phases(
-    worked_out: Network, route: int, hover_time_s: float, rest_time_s: float
+    network: Network, route: int, hover_time_s: float, rest_time_s: float
 ) -> tuple[Phase, ...]:
     """Phases of a plan with the wells of its packs at their ends."""
-    found = route_phases(worked_out, route, hover_time_s, rest_time_s)
-    return with_wells(worked_out, found)
+    found = route_phases(network, route, hover_time_s, rest_time_s)
+    return with_wells(network, found)
 
 
-def with_wells(worked_out: Network, found: Sequence[mission_phases.Phase]) -> tuple[Phase, ...]:
+def with_wells(network: Network, found: Sequence[mission_phases.Phase]) -> tuple[Phase, ...]:
     """Phases of a mission as those of a plan: with the wells of its packs, pooled ones as one."""
-    ends = wells_at_ends(worked_out.mission, [(each.kind, each.stages) for each in found])
-    where, table, names = worked_out.places, worked_out.legs, worked_out.places.names
+    ends = wells_at_ends(network.mission, [(each.kind, each.stages) for each in found])
+    where, table, names = network.places, network.legs, network.places.names
     start_s, planned = 0.0, []
     for each, wells in zip(found, ends, strict=True):
         flown = each.leg != NO_LEG
@@ -204,66 +207,66 @@ def states_of_charge(
 
 
 def soc_at_end(
-    worked_out: Network,
+    network: Network,
     route: int,
     flown: Sequence[Phase],
     hover_time_s: float,
     rest_time_s: float,
 ) -> dict[str, float]:
     """State of charge at the end [-]: `battery` counts what the packs hold if they may refuse."""
-    soc = states_of_charge(quantities(worked_out, np.array([route])), hover_time_s, rest_time_s)
-    return counted(worked_out, flown, soc)
+    soc = states_of_charge(quantities(network, np.array([route])), hover_time_s, rest_time_s)
+    return counted(network, flown, soc)
 
 
-def counted(worked_out: Network, flown: Sequence[Phase], soc: dict[str, float]) -> dict[str, float]:
+def counted(network: Network, flown: Sequence[Phase], soc: dict[str, float]) -> dict[str, float]:
     """States of charge, with what the packs hold in place of what they were offered."""
-    packs = worked_out.mission.battery
+    packs = network.mission.battery
     if not packs.takes_turns and packs.charging == "constant":
         return soc
     return {**soc, "battery": _left_As(flown) / (packs.packs * packs.capacity_As)}
 
 
 def _notes(
-    asked: Question, worked_out: Network, part: Part, route: int, times: dict[str, float]
+    question: Question, network: Network, part: Part, route: int, times: dict[str, float]
 ) -> Iterator[str]:
     rests = any(variable.name == "rest_time_s" for variable in part.model.variables)
     if rests and times["rest_time_s"] == 0.0:
         note = "the optimum is at T' = 0: resting gains nothing here"
-        if isinstance(asked.problem, P4):
+        if isinstance(question.problem, P4):
             note += "; with T' > 0, as (P4) is printed, this limit is approached but not attained"
         yield note
-    legs = worked_out.routes.legs[route]
+    legs = network.routes.legs[route]
     flown = legs[legs != NO_LEG]
-    if worked_out.legs.edited[flown].any():
+    if network.legs.edited[flown].any():
         yield "some legs have figures from the graph, not from the flight model"
-    if worked_out.places.edited[worked_out.legs.end[flown]].any():
+    if network.places.edited[network.legs.end[flown]].any():
         yield "some places have sight or power of the laser from the graph, not from the mission"
-    one_stop = (asked.stops, asked.hovers) == (1, 1)
-    if isinstance(asked.problem, P1) and asked.trajectory == "optimal" and one_stop:
-        shortcuts = find_shortcuts(worked_out)
+    one_stop = (question.stops, question.hovers) == (1, 1)
+    if isinstance(question.problem, P1) and question.trajectory == "optimal" and one_stop:
+        shortcuts = find_shortcuts(network)
         if shortcuts:
             yield shortcuts_in_words(shortcuts)
 
 
-def shortfalls(asked: Question, worked_out: Network, parts: Sequence[Part]) -> tuple[str, ...]:
+def shortfalls(question: Question, network: Network, parts: Sequence[Part]) -> tuple[str, ...]:
     """Why no times are feasible, in words, told for the route with the shortest flight."""
-    flight_s = worked_out.routes.flight_time_s
+    flight_s = network.routes.flight_time_s
     part = min(parts, key=lambda each: float(flight_s[each.routes].min()))
     entry = int(flight_s[part.routes].argmin())
     shortest_s = float(flight_s[part.routes[entry]])
-    deadline_s = worked_out.mission.limits.deadline_s
+    deadline_s = network.mission.limits.deadline_s
     if shortest_s > deadline_s:
         return (
             f"the flight alone takes {shortest_s:.2f} s, "
             f"longer than limits.deadline_s = {deadline_s:g} s",
         )
-    if asked.slot_s is not None and _feasible_without_slots(asked, parts):
-        return tuple(_between_slots(asked.slot_s, part.model, part.model.row(entry)))
+    if question.slot_s is not None and _feasible_without_slots(question, parts):
+        return tuple(_between_slots(question.slot_s, part.model, part.model.row(entry)))
     parameters = part.model.row(entry)
     least = {each.name: evaluate(each.lower, parameters) for each in part.model.variables}
     times = ", ".join(f"{each.symbol} = {least[each.name]:g}" for each in part.model.variables)
     broken = [row for row in evaluated(part.model, {**parameters, **least}) if not row.satisfied]
-    labels = words(worked_out, part, entry, [row.label for row in broken])
+    labels = words(network, part, entry, [row.label for row in broken])
     violated = [
         f"{label}: {row.left:.6g} {row.sense} {row.right:.6g} does not hold at {times}, "
         "nor at any longer time that the other constraints admit"
@@ -275,9 +278,9 @@ def shortfalls(asked: Question, worked_out: Network, parts: Sequence[Part]) -> t
     return tuple(violated) or ("no times satisfy all constraints together",)
 
 
-def _feasible_without_slots(asked: Question, parts: Sequence[Part]) -> bool:
+def _feasible_without_slots(question: Question, parts: Sequence[Part]) -> bool:
     """Whether times that are no whole slots would do; told of linear models only."""
-    continuous = replace(asked, slot_s=None, engine=AUTO, solver=None)
+    continuous = replace(question, slot_s=None, engine=AUTO, solver=None)
     return any(
         status.has_answer
         for part in parts
@@ -297,3 +300,136 @@ def _between_slots(slot_s: float, model: Model, parameters: Mapping[str, float])
         if relation.sense == "==" and not has_unknowns(relation.right):
             right = float(evaluate(relation.right, parameters))
             yield f"{constraint.label}: exactly {right:.6g} {constraint.unit} are asked for"
+
+
+SAME_S = 1e-6
+"""Times that differ by no more than this are equal [s]."""
+
+
+def best(
+    hover_time_s: npt.ArrayLike,
+    mission_time_s: npt.ArrayLike,
+    stops: npt.ArrayLike,
+) -> int | None:
+    """Number of the best plan, or None if there is none.
+
+    The longest hover wins; among equals (to 1e-6 s) the shortest mission, then the fewest stops,
+    then the earliest in the list.
+
+    Parameters
+    ----------
+    hover_time_s, mission_time_s
+        Δ and T of every plan [s]; NaN where there is no plan.
+    stops
+        Number of stops of every plan.
+    """
+    hover, mission = np.asarray(hover_time_s, float), np.asarray(mission_time_s, float)
+    if not np.isfinite(hover).any():
+        return None
+    tied = hover >= np.nanmax(hover) - SAME_S
+    tied &= mission <= np.min(mission, where=tied, initial=np.inf) + SAME_S
+    fewest = np.where(tied, np.asarray(stops, float), np.inf)
+    return int(np.argmin(fewest))
+
+
+TOLD_BY_THE_PLAN = ("empty", "full")
+"""Events of which the plan warns on its own."""
+
+
+def replayed(plan: Plan) -> Plan:
+    """The plan with the verdict of its simulation; as it is where there is none.
+
+    Raises
+    ------
+    SolverError
+        If a plan of the perspective `available` cannot be flown, which would be an error of ours.
+    """
+    if not plan:
+        return plan
+    found = replay(plan)
+    if plan.perspective == AVAILABLE and plan.problem in PROBLEMS and not found.flyable:
+        words = "; ".join(event.words + event.figures for event in found.violations)
+        raise SolverError(f"{plan.engine} returned a plan that fails its simulation: {words}")
+    more = tuple(
+        f"this plan cannot be flown: {event.words}{event.figures}"
+        for event in found.violations
+        if event.kind not in TOLD_BY_THE_PLAN
+    )
+    return plan.model_copy(update={"flyable": found.flyable, "notes": (*plan.notes, *more)})
+
+
+PROVED = {
+    "P2": "bounded: no flight and rest is shorter than the shortest flight",
+    "P2-tight": "bounded: no flight and rest is shorter, as the engine {} proves that no hover is "
+    "longer",
+}
+"""How it is known that an answer that was found locally is the best, by problem."""
+
+
+def against_p1(question: Question, network: Network, parts: Sequence[Part], plan: Plan) -> Plan:
+    """The plan with what (P1) tells of it, and proved where that is a proof; P2 and P2-tight only.
+
+    (P2) minimises T_fl + T'. As printed it cannot be less than the shortest T_fl. With the deadline
+    tight it is T_max − Δ, and Δ cannot be more than in (P1).
+
+    Parameters
+    ----------
+    question, network, parts
+        The question, and the models that answered it.
+    plan
+        The answer.
+    """
+    if question.problem.name not in PROVED:
+        return plan
+    solutions = [_longest_hovers(question, network, part) for part in parts]
+    notes = list(_p1_notes(question, solutions, plan.hover_time_s))
+    changes: dict[str, object] = {}
+    if plan.status is Status.LOCALLY_OPTIMAL:
+        over_s = (
+            plan.flight_time_s + plan.rest_time_s - _least_s(question, network, parts, solutions)
+        )
+        if over_s <= SAME_S:
+            proof = PROVED[question.problem.name].format(solutions[0].engine)
+            changes = {"status": Status.OPTIMAL, "proof": proof}
+        elif math.isfinite(over_s):
+            notes.append(f"not proved: up to {over_s:.6g} s less has not been ruled out")
+    return plan.model_copy(update={"notes": (*plan.notes, *notes), **changes})
+
+
+def _least_s(
+    question: Question, network: Network, parts: Sequence[Part], solutions: Sequence[Solution]
+) -> float:
+    """What T_fl + T' is known not to go below [s]; −∞ where nothing is known."""
+    flight_s = [network.routes.flight_time_s[part.routes] for part in parts]
+    if question.problem.name == "P2":
+        return min(float(each.min()) for each in flight_s)
+    deadline_s, longest_s = network.mission.limits.deadline_s, -math.inf
+    for flown_s, solution in zip(flight_s, solutions, strict=True):
+        if solution.beyond is None:
+            return -math.inf
+        beyond_s = solution.beyond
+        if "rest_time_s" not in solution.values:
+            # Without a rest all of the time left is hovered, or the deadline is not tight.
+            beyond_s = beyond_s[beyond_s >= deadline_s - flown_s - SAME_S]
+        longest_s = max(longest_s, float(beyond_s.max(initial=-math.inf)))
+    return deadline_s - longest_s
+
+
+def _p1_notes(
+    question: Question, solutions: Sequence[Solution], hover_time_s: float
+) -> Iterator[str]:
+    if question.problem.name == "P2":
+        yield "(P2) as printed holds no Δ in its objective: any feasible hover time is as good"
+    longest_s = max(float(np.nanmax(each.objective, initial=-np.inf)) for each in solutions)
+    if longest_s > hover_time_s + SAME_S:
+        yield (
+            f"(P1) hovers {longest_s:.2f} s on the same mission, "
+            f"{longest_s - hover_time_s:.2f} s longer"
+        )
+
+
+def _longest_hovers(question: Question, network: Network, part: Part) -> Solution:
+    rests = any(each.name == "rest_time_s" for each in part.model.variables)
+    given = quantities(network, part.routes, rests=rests)
+    p1 = P1().model(given, question.perspective)
+    return answer(p1, len(part.routes), replace(question, problem=P1()))
