@@ -45,11 +45,11 @@ def reproduce(
     from optuav.paper.figures import why
 
     _ = plots.curves  # refused here where matplotlib is missing
-    asked = None if mission is None else load(mission)
-    with progress() as told:
-        written = report.reproduce(out, only=only or (), mission=asked, progress=told)
+    own = None if mission is None else load(mission)
+    with progress() as advance:
+        written = report.reproduce(out, only=only or (), mission=own, progress=advance)
     screen = Console(highlight=False, soft_wrap=True)
     screen.print(f"wrote {len(written)} files, among them {out / 'report.html'}", markup=False)
-    if asked is not None and not (plan := solve(asked)):
-        screen.print(f"{asked.name} has no plan: {why(plan)}", markup=False)
+    if own is not None and not (plan := solve(own)):
+        screen.print(f"{own.name} has no plan: {why(plan)}", markup=False)
         raise typer.Exit(NO)

@@ -125,9 +125,9 @@ def longest_perspectives(mission: Mission) -> Value:
 
 def _plans(mission: Mission, deadline_s: float, perspective: Perspective) -> dict[str, Plan]:
     """The plan of every trajectory."""
-    asked = with_deadline(mission, deadline_s)
+    changed = with_deadline(mission, deadline_s)
     return {
-        name: solve(asked, P1(trajectory=name), perspective=perspective) for name in TRAJECTORIES
+        name: solve(changed, P1(trajectory=name), perspective=perspective) for name in TRAJECTORIES
     }
 
 

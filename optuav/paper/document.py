@@ -27,6 +27,7 @@ th, td { border-bottom: 1px solid #ddd; padding: .3em .7em; text-align: left; ve
 th { background: #f3f3f3; } td { font-variant-numeric: tabular-nums; }
 summary { cursor: pointer; padding: .5em 0; color: #0645ad; }
 @media (max-width: 45em) {
+  body { margin: 1em auto; } th, td { padding: .25em .3em; } .plain { font-size: .74em; }
   figure:has(img) figcaption::before { content: "↔ Scroll the picture sideways. "; color: #777; }
   .cards tr:first-child { display: none; }
   .cards tr { display: block; border-bottom: 2px solid #bbb; padding: .5em 0; }

@@ -323,13 +323,13 @@ def by_perspective(mission: Mission) -> Iterator[Exhibit]:
     from optuav.plots.style import WORDS
 
     for deadline_s in deadlines_s(mission):
-        asked = with_deadline(mission, deadline_s)
+        changed = with_deadline(mission, deadline_s)
         plans: dict[str, Plan] = {}
         shown: list[plots.Bar] = []
         best: list[str] = []
         for perspective in (*PAPER, OURS):
             own = {
-                WORDS[name]: solve(asked, P1(trajectory=name), perspective=perspective)
+                WORDS[name]: solve(changed, P1(trajectory=name), perspective=perspective)
                 for name in TRAJECTORIES
             }
             plans |= {f"{name}, {perspective}": plan for name, plan in own.items()}
@@ -344,12 +344,16 @@ def by_perspective(mission: Mission) -> Iterator[Exhibit]:
             best += _longest(perspective, own)
         found = existing(plans)
         title = _titled(mission, f"$T_{{max}}$ = {deadline_s:g} s")
-        records, part, details = _records(found, "trajectory"), f"{deadline_s:g}s", _details(asked)
+        records, part, details = (
+            _records(found, "trajectory"),
+            f"{deadline_s:g}s",
+            _details(changed),
+        )
         findings = (*best, *grounded(found, "bars"), *missing(plans))
         axes = plots.hover_bars(shown, f"{title}, hover time")
-        yield Exhibit(asked, "hover-time", records, axes, (), part, details, findings)
+        yield Exhibit(changed, "hover-time", records, axes, (), part, details, findings)
         axes = plots.charge_bars(shown, f"{title}, charge left", mission.limits.min_soc)
-        yield Exhibit(asked, "charge-left", records, axes, (), part, details)
+        yield Exhibit(changed, "charge-left", records, axes, (), part, details)
 
 
 def _longest(perspective: Perspective, plans: Mapping[str, Plan]) -> Iterator[str]:
@@ -562,15 +566,15 @@ def _wells_over(plan: Plan, file: str, details: Sequence[str], findings: Sequenc
 
 def second_problem(mission: Mission) -> Iterator[Exhibit]:
     """(P2) in its two readings beside (P1)."""
-    asked = with_deadline(mission, deadlines_s(mission)[0])
+    changed = with_deadline(mission, deadlines_s(mission)[0])
     labels = {
         "P1": "(P1)\nlongest hover",
         "P2": "(P2) as printed\nleast $T_{fl} + T'$",
         "P2-tight": "(P2), whole\ndeadline used",
     }
-    _plan(asked)
+    _plan(changed)
     problems = (P1(), P2(), P2(tight=True))
-    plans = {each.name: solve(asked, each, perspective="battery") for each in problems}
+    plans = {each.name: solve(changed, each, perspective="battery") for each in problems}
     found = existing(plans)
     hovers = (
         f"{name} " + (f"{plan.hover_time_s:.2f} s" if plan else f"no plan, {why(plan)}")
@@ -582,9 +586,9 @@ def second_problem(mission: Mission) -> Iterator[Exhibit]:
         "deadline are left.",
         f"Hover: {'; '.join(hovers)}.",
     )
-    axes = _bars({labels[name]: plan for name, plan in found.items()}, asked, "hover by problem")
-    records, details = _records(found, "problem"), _details(asked)
-    yield Exhibit(asked, "second-problem", records, axes, details=details, findings=findings)
+    axes = _bars({labels[name]: plan for name, plan in found.items()}, changed, "hover by problem")
+    records, details = _records(found, "problem"), _details(changed)
+    yield Exhibit(changed, "second-problem", records, axes, details=details, findings=findings)
 
 
 def more_stops(mission: Mission) -> Iterator[Exhibit]:

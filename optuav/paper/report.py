@@ -15,7 +15,7 @@ from optuav.mission.messages import nearest
 from optuav.paper import figures, table2
 from optuav.paper.curves import papers, solve
 from optuav.paper.document import element, figure, listing, markdown, page, prose, table
-from optuav.paper.figures import COUNTED, Exhibit, NotShownError, is_papers, why
+from optuav.paper.figures import COUNTED, MINUS, Exhibit, NotShownError, is_papers, why
 from optuav.paper.ledger import Ledger, Progress, ledger
 from optuav.paper.statement import Verdict, data
 from optuav.plots.files import png, svg
@@ -267,8 +267,11 @@ def _of_the_paper(entries: Ledger) -> Iterator[Element]:
     for cell in found:
         if cell.verdict is Verdict.CONTRADICTS:
             what = f"{cell.statement.place}, {cell.statement.what}"
-            ours = f"{cell.shown(cell.recovered)} %"
-            cells.append((what, f"{cell.statement.stated} %", ours, cell.reason))
+            printed, ours = (
+                f"{each}\N{NO-BREAK SPACE}%".replace("-", MINUS)
+                for each in (cell.statement.stated, cell.shown(cell.recovered))
+            )
+            cells.append((what, printed, ours, cell.reason))
     content = (agreement, worth, listed, adjusted, existence, table(cells, cards=True))
     yield _section("fit", "Table II and the fit behind it", *content)
 
