@@ -321,7 +321,16 @@ def _top(forms: Sequence[Exponential], name: str, programmes: int) -> Floats:
 
 @dataclass(frozen=True)
 class Bracket(Direct):
-    """The engine of the longest time that limits of battery wells admit."""
+    """The engine of the longest time that limits of battery wells admit.
+
+    Examples
+    --------
+    >>> import optuav
+    >>> from optuav.engines.bracket import Bracket
+    >>> plan = optuav.solve("paper", "P3", engine=Bracket(), perspective="available")
+    >>> print(f"{plan.hover_time_s:.3f} s, {plan.status.value}")
+    577.524 s, optimal
+    """
 
     name: ClassVar[str] = NAME
     takes: ClassVar[Capability] = capability(NAME)

@@ -14,9 +14,9 @@ import itertools
 import math
 import operator
 import time
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any, ClassVar
 
 import numpy as np
@@ -251,9 +251,9 @@ class ScaledProgramme:
             "ubg": np.append(high, np.zeros(kept)),
         }
 
-    def scaled(self, points: Iterable[Mapping[str, float]]) -> list[Floats]:
-        """Points as the solver sees them."""
-        return [np.array([point[name] for name in self.names]) / self.scale for point in points]
+    def scaled(self, point: Mapping[str, float]) -> Floats:
+        """A point as the solver sees it."""
+        return np.array([point[name] for name in self.names]) / self.scale
 
     def point(self, answer: Any) -> dict[str, float]:
         """Where an answer lies, by name; on a bound that an interior point stopped short of."""
@@ -354,17 +354,8 @@ class CasadiProgramme:
         ]
 
     @np.errstate(divide="ignore", invalid="ignore", over="ignore")
-    def solve(
-        self, values: Mapping[str, float], starts: Sequence[Mapping[str, float]] = ()
-    ) -> Solution:
+    def solve(self, values: Mapping[str, float]) -> Solution:
         """Solve with values of parameters that differ from the model's, by name.
-
-        Parameters
-        ----------
-        values
-            Of parameters, by name.
-        starts
-            Points to start from instead of those that the bounds suggest, by name.
 
         Raises
         ------
@@ -386,8 +377,6 @@ class CasadiProgramme:
             words = f"does not hold whatever the unknowns: {', '.join(broken)}"
             return unanswered(self.model, NAME, "evaluated", Status.INFEASIBLE, words)
         scaled = scaled_programme(self.model, parameters, numbers, lower, upper)
-        if starts:
-            scaled = replace(scaled, starts=scaled.scaled(starts))
         steepness = scaled.steepness(self.form.slope)
         best, said = self._best(scaled, steepness)
         if best is None and UNBOUNDED in said:
@@ -440,7 +429,7 @@ class CasadiProgramme:
             kept = float(evaluate(goals[number], {**scaled.parameters, **point}))
             kept = kept if number else -self.model.towards * kept
             floors.append(kept + EQUAL * max(1.0, abs(kept)))
-            (start,) = scaled.scaled([point])
+            start = scaled.scaled(point)
             more = [steepness, floors[0] / steepness, *floors[1:]]
             answer, word = run(programme, scaled.arguments(self.senses, start, more))
             found = scaled.point(answer)
@@ -500,9 +489,15 @@ class Casadi(OneByOne):
     Parameters
     ----------
     accuracy
-        Tolerance of IPOPT on optimality, scaled.
+        Tolerance of IPOPT on optimality, scaled, > 0.
     iterations
-        Most that IPOPT may take from a start.
+        Most that IPOPT may take from a start, ≥ 1.
+
+    Examples
+    --------
+    >>> from optuav.engines.casadi_engine import Casadi
+    >>> Casadi(accuracy=1e-6)
+    Casadi(accuracy=1e-06, iterations=3000)
     """
 
     name: ClassVar[str] = NAME

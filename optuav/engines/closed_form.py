@@ -203,7 +203,16 @@ def _intersections(a: Floats, b: Floats, direction: Floats, bases: Bases) -> tup
 
 @dataclass(frozen=True)
 class ClosedForm(Direct):
-    """The engine of linear programmes in one or two times."""
+    """The engine of linear programmes in one or two times.
+
+    Examples
+    --------
+    >>> import optuav
+    >>> from optuav.engines.closed_form import ClosedForm
+    >>> plan = optuav.solve("paper", "P3", engine=ClosedForm(), perspective="battery")
+    >>> print(f"{plan.hover_time_s:.3f} s, {plan.status.value}")
+    688.848 s, optimal
+    """
 
     name: ClassVar[str] = NAME
     takes: ClassVar[Capability] = capability(NAME)

@@ -397,6 +397,12 @@ class Cvxpy(OneByOne):
     ----------
     solver
         Name of an installed CVXPY solver, in letters of any case; None for HiGHS.
+
+    Examples
+    --------
+    >>> from optuav.engines.cvxpy_engine import Cvxpy
+    >>> Cvxpy(solver="clarabel").takes.integer
+    True
     """
 
     name: ClassVar[str] = NAME

@@ -280,7 +280,16 @@ def _tight(model: Model, parameters: Values, point: Values, slot_s: float) -> It
 
 @dataclass(frozen=True)
 class Grid(Direct):
-    """The engine that searches all whole slots."""
+    """The engine that searches all whole slots.
+
+    Examples
+    --------
+    >>> import optuav
+    >>> from optuav.engines.grid import Grid
+    >>> plan = optuav.solve("paper", "P3", engine=Grid(), slot_s=60.0)
+    >>> print(f"{plan.hover_time_s:.3f} s, {plan.status.value}")
+    540.000 s, optimal
+    """
 
     name: ClassVar[str] = NAME
     takes: ClassVar[Capability] = capability(NAME)

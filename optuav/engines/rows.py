@@ -212,13 +212,6 @@ class Section(NamedTuple):
         """Values at one y of each programme, or of each row."""
         return self.a + self.d * y + self.e * levelled(self.rate_per_s, y)
 
-    def most(self, low: Floats, high: Floats) -> Floats:
-        """What the rows are at most for y from low to high, if not less."""
-        W_low, W_high = (levelled(self.rate_per_s, each) for each in (low, high))
-        linear = np.maximum(self.d * low, self.d * high)
-        found: Floats = self.a + linear + np.maximum(self.e * W_low, self.e * W_high)
-        return found
-
     def smallest(self, top: Floats) -> Floats:
         """Smallest y from 0 to top at which all rows hold, one a programme; NaN if there is none.
 

@@ -70,7 +70,9 @@ def test_unknown_function_is_refused_by_name() -> None:
         Casadi().solve(model, 1)
 
 
-def test_the_better_of_two_tops_is_found_from_several_starts() -> None:
+def test_the_better_of_two_tops_is_found_from_several_starts(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
     """A single start in the middle climbs the lower one."""
     model, x = one(upper=10.0)
     model.maximise((x - 5.2) ** 4 - 20.0 * (x - 5.2) ** 2)
@@ -78,7 +80,8 @@ def test_the_better_of_two_tops_is_found_from_several_starts() -> None:
     assert found.status is Status.LOCALLY_OPTIMAL
     values = [evaluate(model.objective, {"x": each}) for each in np.linspace(0.0, 10.0, 1001)]
     assert found.objective[0] == pytest.approx(max(values))
-    assert CasadiProgramme(model).solve({}, [{"x": 5.1}]).objective[0] < max(values) - 1.0
+    monkeypatch.setattr(casadi_engine, "SHARES", (0.51,))
+    assert Casadi().solve(model, 1).objective[0] < max(values) - 1.0
 
 
 def test_solves_do_not_remember_each_other() -> None:
