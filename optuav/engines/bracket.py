@@ -45,7 +45,7 @@ ROUNDING = 1e-11
 
 
 class Tapered:
-    """The constraints of a model that tapering concerns, next to the rows of the others.
+    """The constraints that charging with a taper changes, and the rows of the others.
 
     Parameters
     ----------
@@ -96,7 +96,7 @@ class Tapered:
         return Interval(x, y, bound.beyond)
 
     def _along_largest(self, ends: Floats) -> Interval:
-        """An x up to its end for which all holds with the largest y that the other rows admit."""
+        """Points with the largest y that the other rows admit at which all constraints hold."""
         known = np.flatnonzero(~np.isnan(ends))
 
         def ceiling(x: Floats, which: Integers) -> Floats:
@@ -167,7 +167,7 @@ OPTIMAL, FEASIBLE, INFEASIBLE, ERROR = range(4)
 
 
 def solve(model: Model, programmes: int, values: Values | None = None) -> Solution:
-    """Bracket the longest time for every entry of the parameters.
+    """Bracket the longest time of every programme.
 
     Parameters
     ----------

@@ -100,7 +100,7 @@ def shortest(rows: Rows, found: Interval, y_top: Floats) -> Floats:
 def _monotone(
     rows: Rows, x_top: Floats, y_top: Floats, helped: Booleans, harmed: Booleans
 ) -> tuple[Floats, Floats, Floats]:
-    """Largest x under the rows that y only helps, and those that it only harms, by masks.
+    """Largest x under the rows that rise with y (`helped`) and those that fall with it (`harmed`).
 
     All of them fall with x, and so does the largest y. Returns a point (x, y) and what no point is
     beyond, one a programme; NaN and −inf where no x holds.
@@ -175,7 +175,7 @@ SMALLEST_BOX_S = 1e-10
 def sweep(
     rows: Rows, x_top: Floats, y_top: Floats, beyond: Floats, *, any_point: bool = False
 ) -> tuple[Floats, Floats, Floats]:
-    """Sweep x down from what no point is beyond, until a point is met; x, y and beyond.
+    """Lower x from its upper bound until a point is found; returns x, y and the upper bound.
 
     The boxes double as long as they can be dropped, and halve when they cannot.
 
@@ -236,7 +236,7 @@ def _empty(rows: Rows, rising: Booleans, low: Floats, high: Floats, y_top: Float
 
 
 def smallest_rising(rows: Rows, rising: Booleans, x: Floats, y_top: Floats) -> Floats:
-    """Smallest y at which those rows hold that rise with y, at one x of each programme."""
+    """Smallest y at which the rows that rise with y hold, at one x of each programme."""
     at_x = Section.at_x(rows, x)
     only = Section(
         np.where(rising, at_x.a, 1.0),
@@ -248,7 +248,7 @@ def smallest_rising(rows: Rows, rising: Booleans, x: Floats, y_top: Floats) -> F
 
 
 def _combination(rows: Rows, rising: Booleans, x: Floats, y: Floats) -> Rows:
-    """The tightest rising row and the tightest other one, so weighted that y changes nothing.
+    """The sum of the tightest rising and the tightest other row whose slope in y is 0.
 
     One row; NaN where there is no such pair.
     """
@@ -271,7 +271,7 @@ def _combination(rows: Rows, rising: Booleans, x: Floats, y: Floats) -> Rows:
 def _most(
     row: Rows, x: Floats, y: Floats, reach_x: Floats, reach_y: Floats, y_top: Floats
 ) -> Floats:
-    """What a row that does not change with y at a point is at most within reach of it.
+    """Upper bound, around a point, of a row whose slope in y is 0 there.
 
     Its value and slope there, and what its second derivatives add.
     """

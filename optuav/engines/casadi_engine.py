@@ -74,7 +74,7 @@ def prepared(
 
 
 def run(programme: Any, arguments: Mapping[str, Floats]) -> tuple[Any, str]:
-    """The answer of IPOPT, and its word for it."""
+    """The answer of IPOPT, and its return status."""
     with errors_named():
         return programme(**arguments), programme.stats()["return_status"]
 
@@ -235,7 +235,7 @@ class ScaledProgramme:
     def arguments(
         self, senses: Sequence[str], start: Floats, more: Sequence[float]
     ) -> dict[str, Floats]:
-        """Of a call from a start, with rows of the given senses.
+        """Arguments of a call of IPOPT from a start, for rows of the given senses.
 
         `more` holds the steepness, and a limit for every earlier goal: a further row ≤ 0.
         """
@@ -256,7 +256,7 @@ class ScaledProgramme:
         return np.array([point[name] for name in self.names]) / self.scale
 
     def point(self, answer: Any) -> dict[str, float]:
-        """Where an answer lies, by name; on a bound that an interior point stopped short of."""
+        """The point of an answer by name, moved onto bounds that it nearly reaches."""
         found = np.clip(np.asarray(answer["x"]).ravel() * self.scale, self.lower, self.upper)
         for bound in (self.lower, self.upper):
             reach = AT_BOUND * np.maximum(1.0, np.abs(bound))
@@ -264,7 +264,7 @@ class ScaledProgramme:
         return dict(zip(self.names, found.tolist(), strict=True))
 
     def steepness(self, slope: Any) -> float:
-        """What to divide the objective by, from its slope halfway between the bounds."""
+        """Number by which the objective is divided, from its slope halfway between the bounds."""
         halfway = self.starts[len(self.starts) // 2]
         gradient = np.asarray(slope(halfway, np.concatenate([self.numbers, self.scale])))
         largest = float(np.abs(gradient).max(initial=0.0))
@@ -396,7 +396,7 @@ class CasadiProgramme:
     def _best(
         self, scaled: ScaledProgramme, steepness: float
     ) -> tuple[tuple[dict[str, float], Any] | None, list[str]]:
-        """The best point that IPOPT reaches from any start, its answer, and all its words."""
+        """The best point that IPOPT reaches from any start, its answer, and all return statuses."""
         begin, most = time.monotonic(), -math.inf
         best: tuple[dict[str, float], Any] | None = None
         said: list[str] = []
@@ -422,7 +422,7 @@ class CasadiProgramme:
     def _preferred(
         self, point: dict[str, float], scaled: ScaledProgramme, steepness: float
     ) -> dict[str, float]:
-        """Among points as good as the best, the one that the preferences take, one by one."""
+        """Of points as good as the best, the one with the smallest preferences, in their order."""
         floors: list[float] = []
         goals = [self.model.objective, *self.model.preferences]
         for number, programme in enumerate(self._programmes[1:]):

@@ -110,7 +110,7 @@ class Solver:
             self.options[TIME_LIMITS[name]] = time_limit_s
 
     def run(self, problem: Any) -> tuple[Status | None, str]:
-        """Solve a CVXPY problem: what the solver says of it, in our word and in its own.
+        """Solve a CVXPY problem, and return its status and the solver's own word for it.
 
         None where it leaves open whether the problem is infeasible or unbounded.
 
@@ -260,7 +260,7 @@ class CvxpyProgramme:
         return self._solution(form, values, x, status, multipliers)
 
     def _prove(self, a: Floats, b: Floats, c: Floats, x: Floats, weights: Floats) -> None:
-        """Bound what any feasible x' has more than x: (c − Aᵀλ)·x' + λ·b − c·x, as A x' ≤ b.
+        """Check that no feasible x' is better than x: c·x' − c·x ≤ (c − Aᵀλ)·x' + λ·b − c·x.
 
         Raises
         ------
@@ -303,7 +303,7 @@ class CvxpyProgramme:
     def _in_slots(
         self, form: LinearForm, values: Mapping[str, float], a: Floats, b: Floats
     ) -> tuple[Floats, Floats]:
-        """Rows over numbers of slots; own bounds become first and last slot, begun slots whole."""
+        """Rows in numbers of slots; bounds of unknowns become their first and last slot."""
         assert self.slot_s is not None
         ranges = slot_ranges(self.model, values, self.slot_s)
         a = a * np.where(self.counted, self.slot_s, 1.0)
@@ -352,7 +352,7 @@ class CvxpyProgramme:
         )
 
     def _polished(self, form: LinearForm, x: Floats) -> Floats:
-        """The point moved onto the bounds that it misses by no more than the solver's rounding."""
+        """The point, moved onto bounds that it misses by no more than the solver's rounding."""
         normals, limits = form.normals[..., 0], form.limits[..., 0]
         moved = x.copy()
         for row in np.flatnonzero((normals != 0.0).sum(axis=1) == 1):
@@ -368,7 +368,7 @@ class CvxpyProgramme:
 
 
 def _set(parameter: Any, values: Floats) -> None:
-    """Give a CVXPY parameter finite values of its shape, whose checks would take longer."""
+    """Set a CVXPY parameter without its checks, which take longer than a small solve."""
     parameter.save_value(values)
 
 
@@ -379,7 +379,7 @@ def _sizes(rows: Floats) -> Floats:
 
 
 def _may_differ(a: Floats, weights: Floats | None) -> bool:
-    """Whether other points may be as good: the rows that carry weight do not pin the point."""
+    """Whether other points may be as good: rows with a multiplier do not determine the point."""
     if weights is None:
         return True
     heavy = a[weights > TIGHT * max(1.0, float(weights.max(initial=0.0)))]

@@ -111,7 +111,7 @@ def solve(
 
 
 def axes(model: Model, parameters: Values, slot_s: float) -> list[Floats]:
-    """Values that each unknown runs through [s], whole slots, in the order of the variables."""
+    """Values that each unknown takes [s]: whole slots, in the order of the variables."""
     ranges = slot_ranges(model, parameters, slot_s).values()
     if any(last - first >= MOST_SLOTS for first, last in ranges):
         raise InputError(f"slots of {slot_s:g} s are too short: more than {MOST_SLOTS} of them fit")
@@ -129,7 +129,7 @@ def tests(model: Model, parameters: Values) -> list[Test]:
 
 
 def _tests(model: Model, parameters: Values) -> tuple[list[Test], list[Test]]:
-    """Those of linear inequalities, and those of all other constraints."""
+    """The tests of linear inequalities, and the tests of all other constraints."""
 
     def test(relation: Relation) -> Test:
         return lambda points, done: _holds(relation, {**parameters, **points}, done)

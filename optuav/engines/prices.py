@@ -63,7 +63,7 @@ class Active:
 
 
 def active(model: Model, values: Point) -> Active:
-    """What holds with equality at a point, of the constraints that speak of an unknown."""
+    """Slopes of the constraints of the unknowns that hold with equality at a point."""
     unknowns = {variable.name for variable in model.variables}
     rows: dict[tuple[int, float], Slope] = {}
     done: dict[int, Operand] = {}
@@ -257,7 +257,7 @@ class ShadowPrice(NamedTuple):
 def prices_of(
     model: Model, parameters: Point, point: Point, multipliers: Values
 ) -> dict[str, Price]:
-    """Both sides of the price of every parameter where point and multipliers are the only ones.
+    """Both sides of the price of every parameter where point and multipliers are unique.
 
     Parameters
     ----------
@@ -363,7 +363,7 @@ def _one_sided(model: Model, parameters: Point, points: list[Point]) -> dict[str
 
 
 class Residuals(NamedTuple):
-    """What an answer lacks; all are 0 where nothing is missing.
+    """By how much an answer misses the conditions of optimality; 0 where it meets them.
 
     The last three are NaN from engines without multipliers, such as those that count in slots.
 
@@ -388,7 +388,7 @@ class Residuals(NamedTuple):
 
 
 def residuals(model: Model, values: Values, multipliers: Mapping[str, float]) -> Residuals:
-    """What a point and its multipliers lack.
+    """By how much a point and its multipliers miss the conditions of optimality.
 
     Parameters
     ----------

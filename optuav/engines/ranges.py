@@ -34,7 +34,7 @@ def implied_upper_bounds(
 
 
 def linear_excesses(model: Model, parameters: Values) -> list[Affine]:
-    """What the linear constraints want to be at most 0; an equation gives two."""
+    """Expressions that linear constraints keep at most 0; two for an equation."""
     found: list[Affine] = []
     for constraint in model.constraints:
         try:
@@ -49,7 +49,7 @@ def linear_excesses(model: Model, parameters: Values) -> list[Affine]:
 
 
 def upper_bounds_by(excesses: Iterable[Affine], lower: Mapping[str, float]) -> dict[str, float]:
-    """As `implied_upper_bounds`, by what is to be at most 0."""
+    """As `implied_upper_bounds`, from expressions that are at most 0."""
     upper = dict.fromkeys(lower, math.inf)
     for excess in excesses:
         coefficients = excess.coefficients

@@ -108,7 +108,7 @@ class Engine(Protocol):
 
     @property
     def name(self) -> str:
-        """By which `optuav.solve` knows it."""
+        """Name by which `optuav.solve` takes it."""
         ...
 
     @property

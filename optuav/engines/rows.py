@@ -166,7 +166,7 @@ class Rows(NamedTuple):
         return Rows(a, b, c, d, e, f, self.rate_x_per_s, self.rate_y_per_s)
 
     def mirrored(self, which: Booleans) -> Rows:
-        """The rows of all programmes, in some of them with x and y in each other's place."""
+        """The rows of all programmes, with x and y exchanged in some of them."""
         if not which.any():
             return self
         a, b, c, d, e, f, kx, ky = self
@@ -380,7 +380,7 @@ def rows_of(
 def _refuse_others(
     form: Exponential, known: Mapping[Monomial, Operand], reach_s: float | Floats, size: Operand
 ) -> None:
-    """Refuse a form with terms that rows do not have, unless they are rounding alone."""
+    """Refuse a form with terms that rows do not have, unless they are rounding errors."""
     for monomial in form.terms.keys() - known.keys():
         if np.any(np.abs(form.terms[monomial]) * reach_s**2 > ROUNDING * size):
             words = " times ".join(f"{kind} of {name}" for name, kind in sorted(monomial))

@@ -121,7 +121,7 @@ class Solution:
         return {name: float(values[index]) for name, values in self.values.items()}
 
     def refusal(self, index: int) -> str:
-        """Why a programme has an error in place of an answer: the numbers that are to blame."""
+        """Message for a programme without an answer because of numbers that cannot be used."""
         where = unusable(self.model, self.parameters_at(index))
         return f"{self.engine} met numbers that it cannot use" + (f": {where}" if where else "")
 
@@ -273,7 +273,7 @@ class Solution:
         return prices
 
     def only(self, index: int) -> Solution:
-        """The solution to a single programme, cut out."""
+        """The solution to a single programme."""
         one = slice(index, index + 1)
         return replace(
             self,

@@ -1,4 +1,4 @@
-"""Which boxes may hold a plan that hovers longer than a given time, and how much of each.
+"""Rules that drop or cut boxes which hold no plan that hovers longer than a given time.
 
 Every rule is valid without conditions on currents and wells: it drops only times that no plan
 within 0 ≤ y1 ≤ ωB can have. They are
@@ -36,7 +36,7 @@ from optuav.search.terrain import ROUNDING, Flown, Terrain
 
 @dataclass(frozen=True)
 class BoxBound:
-    """The test of boxes over one terrain.
+    """Rules that drop or cut boxes that hold no better plan.
 
     Parameters
     ----------
@@ -57,7 +57,7 @@ class BoxBound:
         return cls(terrain, Flown(terrain.duration_s, *whole))
 
     def possible(self, boxes: Boxes, hover_s: Floats) -> Boxes:
-        """What may hold plans that hover at least so long, boxes cut and empty ones left out.
+        """The boxes that may hold plans that hover at least so long, each cut to where these are.
 
         Parameters
         ----------

@@ -38,7 +38,7 @@ class Incumbent:
     longest_s: float = field(default=-np.inf)
 
     def to_beat_s(self, boxes: Boxes) -> Floats:
-        """Hover time that makes a box worth a look [s]: a tie where it ranks first."""
+        """Hover time that a plan in a box must reach [s]; a tie is enough if it ranks first."""
         if self.best is None:
             return np.zeros(len(boxes))
         first = boxes.rank < self.best.rank
@@ -149,7 +149,7 @@ def search(
 
 
 class _EarlyEnd(Exception):  # noqa: N818
-    """The search has to end; the text says why."""
+    """The search ends early, for the reason given as text."""
 
 
 class _Search:
@@ -220,7 +220,7 @@ class _Search:
         self.open.extend(boxes.pieces(AT_ONCE))
 
     def _looked_at(self, boxes: Boxes) -> Boxes:
-        """What is left of some boxes; a plan found in them may become the best."""
+        """Cut or drop boxes, look for a better plan in them, and return what is left."""
         if self._late((1.0 - GAP_SHARE) * self.time_limit_s):
             raise _EarlyEnd(f"ended after {self.time_limit_s:g} s")
         self.examined += len(boxes)

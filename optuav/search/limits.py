@@ -253,12 +253,12 @@ def _sum(one: Limit, other: Limit, weight: Floats) -> Limit:
 
 
 def _weight(dear_A: Floats, price_A: Floats) -> Floats:
-    """How often a price goes into another, 0 where either is none."""
+    """Ratio of two prices, 0 where either is not positive."""
     return np.maximum(dear_A, 0.0) * (price_A > TINY) / np.maximum(price_A, TINY)
 
 
 def levelled(limits: Sequence[Limit], boxes: Boxes) -> list[Limit]:
-    """Sums of limits that make it as dear to leave the corner early as late.
+    """Sums of limits in which leaving the corner early costs as much as leaving it late.
 
     A limit in the midst of a mission puts no price on what comes later, and the ones at the end a
     lower price on what came earlier, so each alone lets stays be traded where another forbids it.

@@ -1,4 +1,4 @@
-"""What a search knows of a mission: legs and stays as arrays, each a map of the two wells.
+"""A mission as arrays for the search: each leg and stay is a map of the two wells.
 
 The state is (y, z): the total charge y = y1 + y2 and the tilt z = y1 − ωy. A leg of duration T that
 draws Q takes it to (y − Q, z e^(−k'T) + Z), a stay of duration t at the current I to

@@ -1,4 +1,4 @@
-"""Plans tried out: whether the battery bears them, and how long they may hover."""
+"""Trials of plans: whether the battery can deliver them, and how long they can hover."""
 
 from __future__ import annotations
 
@@ -61,7 +61,7 @@ class Trial:
         return cls(terrain, terrain.leg_maps())
 
     def slack(self, places: Integers, stays_s: Floats) -> Floats:
-        """How far plans keep from the limits of the wells, < 0 for those that break one [A s].
+        """Smallest distance of plans to a limit of the wells [A s]; < 0 where one is violated.
 
         Every stage of constant current is looked at where it ends: y1 is least at an end while it
         drains and largest at an end while it charges, if it begins within the wells. Where charging
@@ -111,7 +111,7 @@ class Trial:
         return total_after, tilt_after
 
     def longest(self, boxes: Boxes, hover_s: Floats) -> tuple[Booleans, Floats]:
-        """Plans out of boxes that hover at least so long, and their stays.
+        """Find plans in boxes that hover at least so long.
 
         Two ways lead through a box: the hovers grow from the shortest on, and the rests are as long
         as the deadline lets them be, or as short as they may. Along each, halving finds where the
