@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterator
 from contextlib import nullcontext
 from functools import partial
 from pathlib import Path
-from typing import Annotated, cast
+from typing import TYPE_CHECKING, Annotated, cast
 
 import typer
 
@@ -30,9 +30,13 @@ from optuav.cli.options import (
     mission_of,
 )
 from optuav.cli.progress import progress
+from optuav.errors import Fault, InputError
 from optuav.options import Perspective
 from optuav.plan import Plan
 from optuav.status import Status
+
+if TYPE_CHECKING:
+    from optuav.engines.registry import Engine
 
 NO, NOT_PROVED = 1, 3
 OTHER = {"battery": "available", "available": "battery"}
@@ -97,9 +101,8 @@ def solve(
             stated,
             perspective=cast(Perspective, perspective),
             slot_s=slot_s,
-            engine=engine,
+            engine=_engine(engine, solver),
             time_limit_s=time_limit_s,
-            solver=solver,
             progress=tell and partial(_tell_boxes, tell),
         )
     from optuav.cli.output import deliver
@@ -113,6 +116,17 @@ def solve(
         raise typer.Exit(NO)
     if plan.status is Status.FEASIBLE:
         raise typer.Exit(NOT_PROVED)
+
+
+def _engine(name: str, solver: str | None) -> str | Engine:
+    """The engine of a name, with the solver behind it if one is stated."""
+    if solver is None:
+        return name
+    if name != "cvxpy":
+        raise InputError([Fault("--solver", repr(solver), "goes with --engine cvxpy")])
+    from optuav.engines.cvxpy_engine import Cvxpy
+
+    return Cvxpy(solver=solver)
 
 
 def _tell_boxes(

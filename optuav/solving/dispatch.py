@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 from formulations.soc import AVAILABLE
 from optuav.engines.registry import CAPABILITIES, Engine, capability, engine, need, takers
 from optuav.engines.solution import Solution
@@ -28,9 +26,7 @@ def chosen_engine(model: Model, question: Question) -> Engine:
     found = traits(model)
     if question.engine != AUTO:
         refuse_unfit(found, question)
-        chosen = engine(question.engine)
-        # Only an engine with such an option is asked for together with a solver.
-        return chosen if question.solver is None else replace(chosen, solver=question.solver)  # type: ignore[type-var]
+        return engine(question.engine)
     able = takers(found, slots)
     slots_only = [name for name in able if capability(name).slots is None]
     others = [name for name in able if name not in slots_only]

@@ -26,8 +26,10 @@ from optuav.modelling.traversal import has_unknowns
 from optuav.network import timeline as mission_phases
 from optuav.network.network import Network
 from optuav.network.one_stop import find_shortcuts, shortcuts_in_words
+from optuav.network.places import charging_cap
 from optuav.network.routes import NO_LEG
 from optuav.network.timeline import route_phases
+from optuav.physics.flight import speed_warning
 from optuav.plan import Phase, Plan, Stage
 from optuav.plan.phases import wells_at_ends
 from optuav.solving.assemble import quantities, step_ends
@@ -58,9 +60,14 @@ class Part:
     model: Model
     routes: Integers
 
+    @property
+    def rests(self) -> bool:
+        """Whether the declaration has a rest time."""
+        return any(each.name == "rest_time_s" for each in self.model.variables)
+
 
 def plan_for(question: Question, network: Network, **found: Any) -> Plan:
-    """A plan as an answer to a question: what was question, and what was found."""
+    """A plan as an answer to a question: what was asked, and what was found."""
     told = (*found.pop("notes", ()), *_refused(network, found.get("phases", ())))
     return Plan(
         mission=network.mission,
@@ -139,8 +146,7 @@ def moment_words(
     """By constraint, the moment at which it holds by the places of the route; empty without one."""
     if not any(each and each.step is not None for each in constraints):
         return [""] * len(constraints)
-    rests = any(variable.name == "rest_time_s" for variable in part.model.variables)
-    ends = step_ends(network, part.routes, entry, rests=rests)
+    ends = step_ends(network, part.routes, entry, rests=part.rests)
     return [
         ends[each.step] if each and each.step is not None and ends else "" for each in constraints
     ]
@@ -229,8 +235,7 @@ def counted(network: Network, flown: Sequence[Phase], soc: dict[str, float]) -> 
 def _notes(
     question: Question, network: Network, part: Part, route: int, times: dict[str, float]
 ) -> Iterator[str]:
-    rests = any(variable.name == "rest_time_s" for variable in part.model.variables)
-    if rests and times["rest_time_s"] == 0.0:
+    if part.rests and times["rest_time_s"] == 0.0:
         note = "the optimum is at T' = 0: resting gains nothing here"
         if isinstance(question.problem, P4):
             note += "; with T' > 0, as (P4) is printed, this limit is approached but not attained"
@@ -246,6 +251,11 @@ def _notes(
         shortcuts = find_shortcuts(network)
         if shortcuts:
             yield shortcuts_in_words(shortcuts)
+    if too_fast := speed_warning(float(network.legs.peak_speed_m_s[flown].max())):
+        yield too_fast
+    cap = charging_cap(network.mission, network.places)
+    if cap and any(network.places.names[place] in cap.places for place in network.legs.end[flown]):
+        yield str(cap)
 
 
 def shortfalls(question: Question, network: Network, parts: Sequence[Part]) -> tuple[str, ...]:
@@ -280,7 +290,7 @@ def shortfalls(question: Question, network: Network, parts: Sequence[Part]) -> t
 
 def _feasible_without_slots(question: Question, parts: Sequence[Part]) -> bool:
     """Whether times that are no whole slots would do; told of linear models only."""
-    continuous = replace(question, slot_s=None, engine=AUTO, solver=None)
+    continuous = replace(question, slot_s=None, engine=AUTO)
     return any(
         status.has_answer
         for part in parts
@@ -429,7 +439,6 @@ def _p1_notes(
 
 
 def _longest_hovers(question: Question, network: Network, part: Part) -> Solution:
-    rests = any(each.name == "rest_time_s" for each in part.model.variables)
-    given = quantities(network, part.routes, rests=rests)
+    given = quantities(network, part.routes, rests=part.rests)
     p1 = P1().model(given, question.perspective)
     return answer(p1, len(part.routes), replace(question, problem=P1()))

@@ -8,6 +8,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from formulations.p1 import P1
+from formulations.p3 import P3
+from formulations.p4 import P4
 from formulations.soc import AVAILABLE
 from optuav.engines.prices import ShadowPrice
 from optuav.engines.registry import Engine, names, takers
@@ -17,6 +20,8 @@ from optuav.modelling import Checks, Model
 from optuav.modelling.classify import Traits, traits
 from optuav.network.network import Network
 from optuav.plan import Plan
+from optuav.plan.phases import runs_dry_s
+from optuav.solving.assemble import quantities
 from optuav.solving.dispatch import answer
 from optuav.solving.plans import (
     SAME_S,
@@ -26,6 +31,7 @@ from optuav.solving.plans import (
     best,
     plan_of,
     plan_without,
+    planned_phases,
     replayed,
     shortfalls,
 )
@@ -174,7 +180,7 @@ class Program:
             more = f"not proved: up to {open_s:.6g} s more has not been ruled out"
             update = {"notes": (*plan.notes, more), "status": Status.FEASIBLE}
             plan = plan.model_copy(update=update)
-        return replayed(plan)
+        return replayed(with_promise(self, plan))
 
     def solution(self) -> Solution:
         """The engine's whole answer for the best itinerary: status, proof, values, multipliers.
@@ -276,6 +282,37 @@ class Program:
         return int(number[order][winner]), int(entry[order][winner])
 
 
+def with_promise(program: Program, plan: Plan) -> Plan:
+    """The plan of a battery that never runs dry, with a note on what charge alone promises.
+
+    The same routes are solved in closed form in the perspective `battery`.
+    """
+    question, network = program.question, program.network
+    promising = isinstance(question.problem, P1 | P3 | P4)
+    if question.perspective != AVAILABLE or plan.engine != "bracket" or not promising:
+        return plan
+    charge = replace(question, perspective="battery", engine="closed-form")
+    parts = []
+    for part in program.parts:
+        given = quantities(network, part.routes, rests=part.rests)
+        parts.append(Part(question.problem.model(given, "battery"), part.routes))
+    promised = replace(program, question=charge, parts=tuple(parts))
+    solutions = [answer(part.model, len(part.routes), charge) for part in parts]
+    number, entry = promised.best(solutions) or (0, 0)
+    times = {name: solutions[number].point(entry).get(name, 0.0) for name in TIMES}
+    if times["hover_time_s"] <= plan.hover_time_s:
+        return plan
+    words = (
+        "perspective battery, which looks at the charge left at the end alone, "
+        f"promises {times['hover_time_s']:.2f} s of hover"
+    )
+    flown = planned_phases(network, int(parts[number].routes[entry]), **times)
+    dry_s = runs_dry_s(network.mission, flown)
+    if dry_s is not None:
+        words += f"; that plan would run dry and fall at {dry_s:.2f} s"
+    return plan.model_copy(update={"notes": (*plan.notes, words)})
+
+
 def _refuse_errors(solutions: Sequence[Solution]) -> None:
     """Refuse answers with errors, other than those of which a bound is known."""
     for solution in solutions:
@@ -353,9 +390,8 @@ def _names(network: Network, part: Part) -> tuple[str, ...]:
 def routes_of(network: Network, part: Part) -> str:
     """Which routes a model speaks of."""
     orders = {network.routes.order(route) for route in part.routes}
-    rests = any(each.name == "rest_time_s" for each in part.model.variables)
     order = orders.pop() if len(orders) == 1 else "with a rest"
-    words = order.replace("-", " ") if order and rests else "without a rest"
+    words = order.replace("-", " ") if order and part.rests else "without a rest"
     return words + (f", {len(part.routes)} routes" if len(part.routes) > 1 else "")
 
 

@@ -59,8 +59,6 @@ class Question:
         Who answers.
     time_limit_s
         Longest that the engine may take [s]; None for no limit.
-    solver
-        Solver behind the engine, where it has several; None for its own choice.
     """
 
     problem: Formulation
@@ -68,7 +66,6 @@ class Question:
     slot_s: float | None
     engine: str | Engine
     time_limit_s: float | None
-    solver: str | None
 
     @property
     def engine_name(self) -> str:
@@ -175,7 +172,6 @@ def checked_question(
     slot_s: float | None,
     engine: str | Engine,
     time_limit_s: float | None,
-    solver: str | None,
 ) -> Question:
     """Check and complete the options of `optuav.solve`.
 
@@ -184,14 +180,14 @@ def checked_question(
     InputError
         Listing every option that does not exist, and every pair that contradicts.
     """
-    faults = list(_faults(mission, problem, perspective, slot_s, engine, time_limit_s, solver))
+    faults = list(_faults(mission, problem, perspective, slot_s, engine, time_limit_s))
     if faults:
         raise InputError(faults)
     chosen = PROBLEMS[problem] if isinstance(problem, str) else problem
     engine_name = engine if isinstance(engine, str) else engine.name
     if engine_name == "grid" and slot_s is None:
         slot_s = mission.limits.slot_s
-    return Question(chosen, perspective, slot_s, engine, time_limit_s, solver)  # type: ignore[arg-type]
+    return Question(chosen, perspective, slot_s, engine, time_limit_s)  # type: ignore[arg-type]
 
 
 def _faults(
@@ -201,7 +197,6 @@ def _faults(
     slot_s: float | None,
     engine: str | Engine,
     time_limit_s: float | None,
-    solver: str | None,
 ) -> Iterator[Fault]:
     if isinstance(problem, Formulation):
         yield from _of_problem(mission, problem)
@@ -221,8 +216,6 @@ def _faults(
     for option, value, number in (("slot_s", slot_s, SLOT), ("time_limit_s", time_limit_s, LIMIT)):
         if value is not None and not number.accepts(value):
             yield Fault(option, shown(value), f"{number.words}, or nothing")
-    if solver is not None and engine_name != "cvxpy":
-        yield Fault("solver", repr(solver), "goes with the engine cvxpy")
     if isinstance(problem, P1) and problem.hover_point == "free":
         yield from _not_with(
             "with hover_point = 'free'",

@@ -127,15 +127,16 @@ def route_choice(
         If the solver fails or the time limit passes.
     """
     _refuse(form, perspective)
+    from optuav.engines.cvxpy_engine import Cvxpy
+
     program = formulate(
         mission,
         P1(trajectory=trajectory, order=order),
         perspective=perspective,
         slot_s=slot_s,
-        engine="cvxpy",
+        engine=Cvxpy(solver=solver),
         graph=graph,
         time_limit_s=time_limit_s,
-        solver=solver,
     )
     enough = shortcuts_in_words(find_shortcuts(program.network))
     if not program.parts:

@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from formulations.formulation import Formulation
-from formulations.soc import AVAILABLE
 from optuav.engines.registry import Engine
 from optuav.errors import Fault, InputError
 from optuav.mission import Mission, load
@@ -17,15 +15,12 @@ from optuav.plan import Plan
 from optuav.solving.declare import declared_program, work_out
 from optuav.solving.free_hover import free_program
 from optuav.solving.program import Program
-from optuav.solving.question import AUTO, checked_question
+from optuav.solving.question import checked_question
 from optuav.solving.several_stops import several_stops
 
 if TYPE_CHECKING:
     from optuav.network.graph import Graph
     from optuav.search.branch import Progress
-
-PROMISING = ("P1", "P3", "P4")
-"""Problems of which a plan tells what the paper's perspective would have promised."""
 
 
 def formulate(
@@ -37,7 +32,6 @@ def formulate(
     engine: str | Engine = "auto",
     graph: Graph | None = None,
     time_limit_s: float | None = None,
-    solver: str | None = None,
 ) -> Program:
     """Declare a problem over a mission.
 
@@ -63,8 +57,6 @@ def formulate(
         A graph from `optuav.graph` that was edited; its figures replace the computed ones.
     time_limit_s
         Longest that the engine may take [s], > 0 and at most 1e9; None for no limit.
-    solver
-        Solver behind the engine cvxpy, by CVXPY's name in any case; HiGHS by default.
 
     Returns
     -------
@@ -83,7 +75,7 @@ def formulate(
     >>> optuav.formulate("paper", optuav.P4("b1"), perspective="battery")
     <Program for 'paper': P4, perspective battery, 1 model>
     """
-    program = _program(mission, problem, perspective, slot_s, engine, graph, time_limit_s, solver)
+    program = _program(mission, problem, perspective, slot_s, engine, graph, time_limit_s)
     stated = program.question
     if (stated.stops, stated.hovers) != (1, 1):
         raise InputError(
@@ -102,7 +94,6 @@ def solve(
     engine: str | Engine = "auto",
     graph: Graph | None = None,
     time_limit_s: float | None = None,
-    solver: str | None = None,
     progress: Progress | None = None,
 ) -> Plan:
     """Solve a problem over a mission.
@@ -129,8 +120,6 @@ def solve(
         A graph from `optuav.graph` that was edited; its figures replace the computed ones.
     time_limit_s
         Longest that the engine may take [s], > 0 and at most 1e9; None for no limit.
-    solver
-        Solver behind the engine cvxpy, by CVXPY's name in any case; HiGHS by default.
     progress
         Called while several stops are searched for, with the best hover time so far [s] and the
         numbers of boxes of durations examined and open.
@@ -158,16 +147,11 @@ def solve(
     >>> print(f"{plan.hover_time_s:.2f} s, flyable: {plan.flyable}")
     597.27 s, flyable: True
     """
-    program = _program(mission, problem, perspective, slot_s, engine, graph, time_limit_s, solver)
+    program = _program(mission, problem, perspective, slot_s, engine, graph, time_limit_s)
     stated = program.question
     if (stated.stops, stated.hovers) != (1, 1):
         return several_stops(program, stated.stops, stated.hovers, graph, progress)
-    plan = program.solve()
-    charged_only = perspective == AVAILABLE and stated.problem.name in PROMISING
-    if plan and plan.engine == "bracket" and charged_only:
-        promised = replace(program.question, perspective="battery", engine=AUTO)
-        return beside(plan, declared_program(promised, program.network).solve())
-    return plan
+    return program.solve()
 
 
 def _program(
@@ -178,27 +162,13 @@ def _program(
     engine: str | Engine,
     graph: Graph | None,
     time_limit_s: float | None,
-    solver: str | None,
 ) -> Program:
     """The problem declared, with one rest and one hover where it admits several."""
     known = mission if isinstance(mission, Mission) else load(mission)
-    stated = checked_question(known, problem, perspective, slot_s, engine, time_limit_s, solver)
+    stated = checked_question(known, problem, perspective, slot_s, engine, time_limit_s)
     if stated.hover_point == "free":
         if graph is not None:
             words = "none with hover_point = 'free': its legs lead to one hover point"
             raise InputError([Fault("graph", shown(graph), words)])
         return free_program(stated, known)
     return declared_program(stated, work_out(known, graph))
-
-
-def beside(plan: Plan, promised: Plan) -> Plan:
-    """The plan with a note on what another, that looks at the end alone, promises."""
-    if not promised or promised.hover_time_s <= plan.hover_time_s:
-        return plan
-    words = (
-        f"perspective {promised.perspective}, which looks at the charge left at the end alone, "
-        f"promises {promised.hover_time_s:.2f} s of hover"
-    )
-    if promised.runs_dry_s is not None:
-        words += f"; that plan would run dry and fall at {promised.runs_dry_s:.2f} s"
-    return plan.model_copy(update={"notes": (*plan.notes, words)})
