@@ -81,7 +81,7 @@ def _head(plan: Plan) -> Iterator[str]:
     yield from _wrapped("Mission", plan.mission.name)
     yield from _wrapped("Problem", ", ".join(each for each in question if each))
     if plan:
-        yield from _wrapped("Answer", f"{plan.status.value} ({plan.proof})")
+        yield from _wrapped("Answer", f"{plan.status.value}{_class(plan)} ({plan.proof})")
         if plan.flyable is not None:
             words = "yes, simulated again" if plan.flyable else "NO, as its simulation shows"
             yield from _wrapped("Flyable", words)
@@ -89,6 +89,16 @@ def _head(plan: Plan) -> Iterator[str]:
         yield from _wrapped("Answer", f"{plan.status.value.upper()} ({plan.proof})")
         for reason in plan.reasons:
             yield from _wrapped("Because", reason)
+
+
+def _class(plan: Plan) -> str:
+    """Among which plans an answer to P1 is the best, where others have more stops."""
+    kinds = [stop.kind for stop in plan.stops]
+    if plan.problem != "P1" or plan.trajectory != "optimal" or plan.engine == "search":
+        return ""
+    if kinds.count("rest") > 1 or kinds.count("hover") > 1:
+        return ""
+    return " with at most one rest and one hover in one piece"
 
 
 def _times(plan: Plan) -> Iterator[str]:
