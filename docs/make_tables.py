@@ -8,6 +8,7 @@ from __future__ import annotations
 import itertools
 import re
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
+from dataclasses import replace
 from typing import Any
 
 from typer.core import TyperArgument
@@ -43,11 +44,12 @@ class Own(Formulation):
         model.subject_to("state of charge", given.soc_end(hover, rest) >= given.min_soc)
 
 
-ASKED: Mapping[str, str | type[Formulation]] = {
-    **{name: name for name in PROBLEMS},
+NAMES = (*PROBLEMS, "P4")
+ASKED: Mapping[str, str | Formulation] = {
+    **{name: name for name in NAMES},
     "a class of your own": Own(),
 }
-"""Problems in the words of the tables, as `optuav.formulate` is given them."""
+"""Problems in the words of the tables: names, or objects."""
 
 
 # Which options go together
@@ -71,11 +73,14 @@ def _options() -> Iterator[Row]:
             yield (name, way or NONE, *(_must(set(each)) for each in zip(*taken, strict=True)))
 
 
-def accepted(problem: str | type[Formulation], **given: Any) -> bool:
-    """Whether `optuav.formulate` takes some options."""
+def accepted(problem: str | Formulation, **given: Any) -> bool:
+    """Whether a problem takes some options."""
+    stated = {name: value for name, value in given.items() if value is not None}
     try:
-        optuav.formulate("paper", problem, perspective="battery", **given)
-    except optuav.InputError:
+        named = isinstance(problem, str)
+        asked = problem_of(problem, **stated) if named else replace(problem, **stated)
+        optuav.formulate("paper", asked, perspective="battery")
+    except (optuav.InputError, TypeError):
         return False
     return True
 
@@ -97,7 +102,7 @@ def engines() -> Iterator[Row]:
 
 
 def _engines() -> Iterator[Row]:
-    for problem, perspective in itertools.product(PROBLEMS, PERSPECTIVES):
+    for problem, perspective in itertools.product(NAMES, PERSPECTIVES):
         building = "b1" if problem == "P4" else None
         program = optuav.formulate(
             "paper", problem_of(problem, building=building), perspective=perspective

@@ -20,7 +20,7 @@ from optuav.cli.app import program
 from optuav.engines.registry import ENGINES
 from optuav.mission import Mission
 from optuav.mission.schema import SECTIONS
-from optuav.solving.question import PROBLEMS
+from optuav.solving.question import PROBLEMS, problem_of
 
 ROOT = Path(__file__).parents[1]
 DOCS = ROOT / "docs"
@@ -123,7 +123,7 @@ def test_table_of_options_is_the_whole_truth() -> None:
     mission = optuav.load("paper")
     accepted = 0
     for problem, trajectory, building, order in itertools.product(
-        PROBLEMS,
+        (*PROBLEMS, "P4"),
         (None, "optimal", "direct", "traj1", "traj2"),
         (None, "b3"),
         (None, "rest-first", "hover-first"),
@@ -131,7 +131,7 @@ def test_table_of_options_is_the_whole_truth() -> None:
         options: dict[str, Any] = {"building": building, "order": order}
         expected = any(goes(row, problem, trajectory, **options) for row in allowed)
         try:
-            optuav.formulate(mission, problem, trajectory=trajectory, **options)
+            optuav.formulate(mission, problem_of(problem, trajectory=trajectory, **options))
         except optuav.InputError:
             assert not expected, (problem, trajectory, options)
         else:
@@ -151,7 +151,7 @@ TAKEN = {
 
 
 @pytest.mark.parametrize("perspective", PERSPECTIVES)
-@pytest.mark.parametrize("problem", PROBLEMS)
+@pytest.mark.parametrize("problem", [*PROBLEMS, "P4"])
 def test_table_of_engines_is_the_whole_truth(problem: str, perspective: str) -> None:
     """An engine in the table answers; one that is not names those that do."""
     others = {f"buildings.b{k}": None for k in range(2, 11)}
@@ -159,16 +159,16 @@ def test_table_of_engines_is_the_whole_truth(problem: str, perspective: str) -> 
     building = "b1" if problem == "P4" else None
     for engine, slot_s in itertools.product(ENGINES, (None, 50.0)):
         times = "continuous" if slot_s is None and engine != "grid" else "slots"
-        options: dict[str, Any] = {"building": building, "perspective": perspective}
-        options |= {"engine": engine, "slot_s": slot_s}
+        asked = problem_of(problem, building=building)
+        options: dict[str, Any] = {"perspective": perspective, "engine": engine, "slot_s": slot_s}
         if (problem, perspective, engine, times) in TAKEN:
-            assert optuav.solve(mission, problem, **options).status != "error"
+            assert optuav.solve(mission, asked, **options).status != "error"
             continue
         others = {name for p, q, name, t in TAKEN if (p, q, t) == (problem, perspective, times)}
         with pytest.raises(
             optuav.InputError, match=f"do: {', '.join(o for o in ENGINES if o in others)}"
         ):
-            optuav.solve(mission, problem, **options)
+            optuav.solve(mission, asked, **options)
 
 
 # Missions and graph
