@@ -2,41 +2,15 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 
 from optuav.arrays import Floats, Integers
 from optuav.network import vehicle
-from optuav.network.graph import edited_legs
-from optuav.network.legs import Legs, all_pairs, build_legs
 from optuav.network.network import Network
-from optuav.network.obstacles import prisms
 from optuav.network.places import FIRST_BUILDING, HOVER
 from optuav.network.routes import NO_LEG, Routes
 from optuav.network.timeline import hover_net, rest_net
 from optuav.search.terrain import Terrain
-
-if TYPE_CHECKING:
-    from optuav.network.graph import Graph
-
-
-def all_legs(network: Network, graph: Graph | None = None) -> Legs:
-    """The legs between any two places of a mission.
-
-    A graph from `optuav.graph` has the legs with one building on the way, so those that it lacks
-    are forbidden; legs between other places are as computed, unless it states them too.
-    """
-    where = network.places
-    start, end = all_pairs(len(where.names))
-    table = build_legs(network.mission, where, prisms(network.mission), start, end)
-    if graph is None:
-        return table
-    gone = np.array([name not in graph for name in where.names])
-    one_stop = np.zeros((len(gone), len(gone)), bool)
-    one_stop[network.legs.start, network.legs.end] = True
-    needed = one_stop[start, end] | gone[start] | gone[end]
-    return edited_legs(table, where.names, graph, needed)
 
 
 def terrain(network: Network) -> Terrain:

@@ -19,16 +19,16 @@ from dataclasses import replace
 
 import numpy as np
 
-from optuav.arrays import Booleans, Integers
+from optuav.arrays import Integers
 from optuav.errors import SolverError
 from optuav.network.network import Network
-from optuav.network.one_stop import FIGURES, TOLERANCE
-from optuav.network.places import DESTINATION, FIRST_BUILDING, HOVER, ORIGIN
+from optuav.network.places import FIRST_BUILDING
 from optuav.network.timeline import rest_net
 from optuav.plan import Plan
 from optuav.search.boxes import patterns, sequences
 from optuav.solving.assemble import quantities
 from optuav.solving.everywhere import terrain, ways
+from optuav.solving.more_stops import ways_around
 from optuav.solving.plans import Part
 from optuav.solving.program import Program
 
@@ -53,36 +53,11 @@ def linear_stops(program: Program, everywhere: Network, rests: int, hovers: int)
     SolverError
         If one stop may not be enough, and there are too many sequences to compare.
     """
-    if rests and not roundabouts(everywhere).any():
+    if rests and not ways_around(everywhere).any():
         plan = program.solve()
         note = "one rest and one hover are enough: no way around is shorter than a leg"
         return plan.model_copy(update={"notes": (*plan.notes, note)})
     return _compared(program, everywhere, rests, hovers).solve()
-
-
-def roundabouts(everywhere: Network) -> Booleans:
-    """Whether a way around takes less than a leg in time, charge or energy (figure, leg).
-
-    Only the legs between origin, hover point, buildings and destination are looked at that a plan
-    with one rest and one hover flies; one that is not there is longer than any way.
-    """
-    table, places = everywhere.legs, len(everywhere.places.names)
-    start, end = table.start, table.end
-    one_stop = (start != DESTINATION) & (end != ORIGIN) & ((start == HOVER) | (end == HOVER))
-    one_stop |= (start == ORIGIN) & (end >= FIRST_BUILDING)
-    one_stop |= (start >= FIRST_BUILDING) & (end == DESTINATION)
-    ways_there = table.flyable & (end != ORIGIN) & (start != DESTINATION)
-    found = np.zeros((len(FIGURES), len(start)), bool)
-    for row, name in enumerate(FIGURES):
-        figure = np.asarray(getattr(table, name))
-        direct = np.full((places, places), np.inf)
-        direct[start[ways_there], end[ways_there]] = figure[ways_there]
-        around = direct
-        for via in range(places):
-            around = np.minimum(around, around[:, via, None] + around[via])
-        longest = around[start, end] * (1.0 + TOLERANCE)
-        found[row] = one_stop & (direct[start, end] > longest)
-    return found
 
 
 def _compared(program: Program, everywhere: Network, rests: int, hovers: int) -> Program:

@@ -23,8 +23,9 @@ from optuav.plan import Plan
 from optuav.search.branch import INTERRUPTED, TIE_S, Progress, SearchResult, search
 from optuav.search.trial import Stops
 from optuav.solving.assemble import quantities
-from optuav.solving.everywhere import all_legs, terrain, ways
+from optuav.solving.everywhere import terrain, ways
 from optuav.solving.linear_stops import linear_stops
+from optuav.solving.more_stops import all_legs
 from optuav.solving.plans import (
     counted,
     plan_for,

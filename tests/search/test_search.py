@@ -20,7 +20,8 @@ from optuav.search.boxes import Pattern, patterns, sequences
 from optuav.search.branch import TIE_S, SearchResult, search
 from optuav.search.terrain import Terrain
 from optuav.search.trial import Trial
-from optuav.solving.everywhere import all_legs, terrain
+from optuav.solving.everywhere import terrain
+from optuav.solving.more_stops import all_legs
 from tests.examples import few
 
 

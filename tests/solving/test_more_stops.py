@@ -1,0 +1,152 @@
+"""Whether more stops may help: held against all walks through the places, and known missions."""
+
+from __future__ import annotations
+
+import itertools
+
+import numpy as np
+import pytest
+
+import optuav
+from optuav import Mission
+from optuav.network import vehicle
+from optuav.network.network import build_network
+from optuav.options import Perspective
+from optuav.solving.declare import work_out
+from optuav.solving.more_stops import more_stops_may_help
+from tests.asking import solve
+from tests.solving.dense import hidden, leg
+
+PAPER = optuav.load("paper")
+
+
+def may_help(mission: Mission, perspective: Perspective = "available") -> bool:
+    return more_stops_may_help(build_network(mission), solve(mission, perspective=perspective))
+
+
+@pytest.mark.parametrize("deadline_s", [800.0, 1200.0, 3000.0])
+def test_where_the_wells_bind_more_stops_may_help(deadline_s: float) -> None:
+    """SPEC 6: at 3000 s two hovers give 810.04 s, one gives 597.27 s."""
+    assert may_help(PAPER.replace({"limits.deadline_s": deadline_s}))
+
+
+def test_where_the_deadline_alone_binds_the_direct_flight_more_stops_do_not_help() -> None:
+    """All the time that the shortest flight leaves is spent hovering."""
+    mission = PAPER.replace({"limits.deadline_s": 500.0})
+    assert not may_help(mission)
+    one, more = solve(mission), solve(mission, optuav.P1(stops=2, hovers=2))
+    assert more.hover_time_s == pytest.approx(one.hover_time_s, abs=1e-6)
+
+
+@pytest.mark.parametrize("perspective", ["battery", "energy", "adjusted", "wells"])
+def test_more_stops_do_not_help_in_the_linear_perspectives(perspective: Perspective) -> None:
+    """SPEC 3: the legs of `paper` obey the triangle inequality."""
+    assert not may_help(PAPER, perspective)
+
+
+def test_a_building_in_the_way_of_a_leg_may_make_a_further_stop_help() -> None:
+    """The direct way to b9 is blocked, a way over b1 is not."""
+    wall = {"name": "wall", "position_m": [400, 900, 300], "footprint_m": [30, 300]}
+    changes = {"buildings": [*PAPER.to_dict()["buildings"], wall]}
+    blocked = PAPER.replace(changes)
+    network = build_network(blocked)
+    assert not network.legs.flyable.all()
+    assert may_help(blocked, "battery")
+    assert not may_help(blocked.replace({"flight.through_buildings": True}), "battery")
+
+
+def test_an_edited_graph_may_make_a_further_stop_help() -> None:
+    """A removed edge, an edited figure, and a short way between buildings, which the graph states;
+    without its graph an edited network is not sure."""
+    plan = solve(PAPER, perspective="battery")
+    removed, edited, added = (optuav.graph(PAPER) for _ in range(3))
+    removed.remove_edge("origin", "b9")
+    edited.edges["origin", "hover"]["duration_s"] = 900.0
+    added.add_edge("b1", "b9", **{**added.edges["b1", "hover"], "duration_s": 0.1})
+    for legs in (removed, edited):
+        assert more_stops_may_help(work_out(PAPER, legs), plan)
+    for legs in (removed, edited, added):
+        assert more_stops_may_help(work_out(PAPER, legs), plan, legs)
+    assert not more_stops_may_help(work_out(PAPER, None), plan, optuav.graph(PAPER))
+
+
+def test_without_a_plan() -> None:
+    """Too heavy for any plan, and out of time: no number of stops mends either."""
+    for changes in ({"body.mass_kg": 9.0}, {"limits.deadline_s": 60.0}):
+        mission = PAPER.replace(changes)
+        for perspective in ("battery", "available"):
+            assert not solve(mission, perspective=perspective)
+            assert not may_help(mission, perspective)
+
+
+def longest_walk_s(mission: Mission, rests: int = 2, hovers: int = 2) -> float:
+    """Longest hover by the balance of charge over all walks through the places; −inf for none."""
+    places = build_network(mission).places
+    names, position_m, legs = places.names, places.position_m, {}
+    for start, end in itertools.permutations(range(len(names)), 2):
+        ends = names[start], names[end]
+        others = [each.model_dump() for each in mission.buildings if each.name not in ends]
+        in_the_way = hidden(
+            mission.replace({"buildings": others}), position_m[start], position_m[end][None]
+        )
+        if not in_the_way[0]:
+            legs[start, end] = leg(mission, position_m[start], position_m[end])
+    received_A = places.received_power_W / mission.battery.nominal_voltage_V
+    hover_A = float(vehicle.hover_load(mission).current_A - received_A[1])
+    pool_As, longest_s = mission.battery.packs * mission.battery.capacity_As, -np.inf
+    for count in range(1, rests + hovers + 1):
+        for middle in itertools.product([1, *range(3, len(names))], repeat=count):
+            if not 1 <= middle.count(1) <= hovers or count - middle.count(1) > rests:
+                continue
+            walk = list(itertools.pairwise([0, *middle, 2]))
+            if any(way not in legs for way in walk):
+                continue
+            left_s = mission.limits.deadline_s - sum(float(legs[w].duration_s) for w in walk)
+            drawn_As = sum(float(legs[w].charge_As) for w in walk)
+            left_As = (1.0 - mission.limits.min_soc) * pool_As - drawn_As
+            gained_A = max((float(received_A[k]) for k in middle if k > 2), default=0.0)
+            hover_s = min(left_s, (left_As + gained_A * left_s) / (gained_A + hover_A))
+            if hover_s >= 0.0:
+                longest_s = max(longest_s, hover_s)
+    return longest_s
+
+
+def test_walks_find_the_known_optimum() -> None:
+    """SPEC 4: 719.54 s by b1."""
+    mission = PAPER.replace({"buildings": PAPER.to_dict()["buildings"][:1]})
+    assert longest_walk_s(mission) == pytest.approx(719.5399, abs=1e-3)
+
+
+def town(seed: int) -> Mission:
+    """The UAV of `paper` among buildings that may stand in each other's way, with little time."""
+    random = np.random.default_rng(seed)
+    buildings = [
+        {
+            "name": f"b{number}",
+            "position_m": [*random.uniform([0.0, 0.0], [2000.0, 2500.0]), random.uniform(20, 150)],
+            "footprint_m": random.uniform(20.0, 300.0, 2).tolist(),
+        }
+        for number in range(random.integers(1, 5))
+    ]
+    return PAPER.replace(
+        {
+            "buildings": buildings,
+            "limits.deadline_s": random.uniform(200.0, 1500.0),
+            "wind.force_N": random.choice([0.0, 4.0]) * random.uniform(-1.0, 1.0, 3),
+        }
+    )
+
+
+@pytest.mark.parametrize("perspective", ["battery", "available"])
+@pytest.mark.parametrize(
+    "seed", [*range(5), *(pytest.param(seed, marks=pytest.mark.soak) for seed in range(5, 400))]
+)
+def test_where_more_stops_do_not_help_no_walk_hovers_longer(
+    seed: int, perspective: Perspective
+) -> None:
+    """By the balance of charge, which bounds what the wells deliver."""
+    mission = town(seed)
+    plan = solve(mission, perspective=perspective)
+    if not more_stops_may_help(build_network(mission), plan):
+        hover_s = plan.hover_time_s if plan else -np.inf
+        assert longest_walk_s(mission) <= hover_s + 1e-6
