@@ -8,13 +8,11 @@ from __future__ import annotations
 import itertools
 import re
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
-from dataclasses import replace
 from typing import Any
 
 from typer.core import TyperArgument
 
 import optuav
-from formulations.formulation import Formulation
 from formulations.given import Given
 from formulations.soc import PAPER, PERSPECTIVES
 from optuav.cli.app import program
@@ -33,7 +31,7 @@ NONE = "–"
 Row = tuple[str, ...]
 
 
-class Own(Formulation):
+class Own(optuav.Formulation):
     """The least that a formulation of one's own can be."""
 
     def declare(self, model: Model, given: Given) -> None:
@@ -44,12 +42,9 @@ class Own(Formulation):
         model.subject_to("state of charge", given.soc_end(hover, rest) >= given.min_soc)
 
 
-NAMES = (*PROBLEMS, "P4")
-ASKED: Mapping[str, str | Formulation] = {
-    **{name: name for name in NAMES},
-    "a class of your own": Own(),
-}
-"""Problems in the words of the tables: names, or objects."""
+OWN = "a class of your own"
+NAMES = (*PROBLEMS, "P4", OWN)
+"""Problems in the words of the tables."""
 
 
 # Which options go together
@@ -62,24 +57,24 @@ def options() -> Iterator[Row]:
 
 
 def _options() -> Iterator[Row]:
-    for name, problem in ASKED.items():
-        ways = [way for way in TRAJECTORIES if accepted(problem, trajectory=way)]
+    for name in NAMES:
+        building = "b1" if name == "P4" else None
+        ways = [way for way in TRAJECTORIES if accepted(name, trajectory=way, building=building)]
         for way in ways or [None]:
             taken = [
                 choice
                 for choice in itertools.product((None, "b1"), (None, *ORDERS))
-                if accepted(problem, trajectory=way, building=choice[0], order=choice[1])
+                if accepted(name, trajectory=way, building=choice[0], order=choice[1])
             ]
             yield (name, way or NONE, *(_must(set(each)) for each in zip(*taken, strict=True)))
 
 
-def accepted(problem: str | Formulation, **given: Any) -> bool:
-    """Whether a problem takes some options."""
-    stated = {name: value for name, value in given.items() if value is not None}
+def accepted(name: str, **options: Any) -> bool:
+    """Whether `optuav.formulate` takes a problem with some options."""
+    stated = {option: value for option, value in options.items() if value is not None}
     try:
-        named = isinstance(problem, str)
-        asked = problem_of(problem, **stated) if named else replace(problem, **stated)
-        optuav.formulate("paper", asked, perspective="battery")
+        problem = Own(**stated) if name == OWN else problem_of(name, **stated)
+        optuav.formulate("paper", problem, perspective="battery")
     except (optuav.InputError, TypeError):
         return False
     return True
@@ -102,12 +97,10 @@ def engines() -> Iterator[Row]:
 
 
 def _engines() -> Iterator[Row]:
-    for problem, perspective in itertools.product(NAMES, PERSPECTIVES):
-        building = "b1" if problem == "P4" else None
-        program = optuav.formulate(
-            "paper", problem_of(problem, building=building), perspective=perspective
-        )
-        yield (problem, perspective, *_row([traits(part.model) for part in program.parts]))
+    for name, perspective in itertools.product((*PROBLEMS, "P4"), PERSPECTIVES):
+        problem = problem_of(name, building="b1" if name == "P4" else None)
+        program = optuav.formulate("paper", problem, perspective=perspective)
+        yield (name, perspective, *_row([traits(part.model) for part in program.parts]))
     for perspective in PAPER:
         joined = optuav.route_choice("paper", perspective=perspective).model
         assert joined is not None
@@ -177,8 +170,8 @@ def commands() -> Iterator[Row]:
     yield ("command", "does")
     for name, command in program().commands.items():
         arguments = [each.metavar for each in command.params if isinstance(each, TyperArgument)]
-        told = " ".join(command.help.partition("\n\n")[0].split()).removesuffix(".")
-        yield (f"`{' '.join(['optuav', name, *arguments])}`", told[0].lower() + told[1:])
+        words = " ".join(command.help.partition("\n\n")[0].split()).removesuffix(".")
+        yield (f"`{' '.join(['optuav', name, *arguments])}`", words[0].lower() + words[1:])
 
 
 # The paper beside us
@@ -204,11 +197,11 @@ def paper() -> Iterator[Row]:
     entries = {entry.statement.name: entry for entry in optuav.ledger(NUMBERS).entries}
     for name, why in NUMBERS.items():
         entry = entries[name]
-        told = entry.statement
-        unit = f" {told.unit}"
+        statement = entry.statement
+        unit = f" {statement.unit}"
         ours = (entry.printed, entry.recovered)
         shown = (NONE if each is None else f"{entry.shown(each)}{unit}" for each in ours)
-        yield (f"{told.what} ({told.place})", f"{told.stated}{unit}", *shown, why)
+        yield (f"{statement.what} ({statement.place})", f"{statement.stated}{unit}", *shown, why)
 
 
 # Writing them
@@ -234,7 +227,7 @@ TABLES: Mapping[str, Callable[[], Iterator[Row]]] = {
 
 
 def written(text: str) -> str:
-    """A page with every table that it names written anew."""
+    """A page with every table that it names up to date."""
 
     def table(found: re.Match[str]) -> str:
         head, *rows = TABLES[found[2]]()

@@ -21,6 +21,7 @@ import make_mission_keys
 import make_tables
 
 from optuav.cli.app import main
+from optuav.engines.registry import ENGINES, names, unregister
 
 DOCS = Path(__file__).parent
 PAGES = (DOCS.parent / "README.md", *sorted(DOCS.glob("*.md")))
@@ -108,6 +109,8 @@ def refreshed(page: Path) -> str:
         patch.dict(os.environ, COLUMNS="80"),
     ):
         text = BLOCK.sub(reader.block, text)
+    for added in set(names()) - set(ENGINES):
+        unregister(added)
     assert not reader.unseen, f"not shown: {reader.unseen}"
     return text
 

@@ -17,13 +17,8 @@ import math
 import optuav
 
 mission = optuav.load("paper")
-asked = {
-    "problem": "P4",
-    "building": "b1",
-    "order": "rest-first",
-    "perspective": "battery",
-}
-best = optuav.solve(mission, **asked)
+problem = optuav.P4("b1", order="rest-first")
+best = optuav.solve(mission, problem, perspective="battery")
 left_s = mission.limits.deadline_s - best.flight_time_s
 print(f"continuous: hover {best.hover_time_s:.4f} s, rest {best.rest_time_s:.4f} s")
 print(f"time left beside the flight: {left_s:.4f} s")
@@ -39,7 +34,7 @@ assert math.isclose(best.hover_time_s + best.rest_time_s, left_s)
 SLOTS_S = (0.5, 1.0, 5.0, 10.0, 60.0)
 print("slot       cells    hover     gap  gap/slot")
 for slot_s in SLOTS_S:
-    plan = optuav.solve(mission, **asked, slot_s=slot_s)
+    plan = optuav.solve(mission, problem, perspective="battery", slot_s=slot_s)
     slots = math.floor(left_s / slot_s)
     gap_s = best.hover_time_s - plan.hover_time_s
     print(
@@ -67,7 +62,10 @@ lost = {}
 for slots in (28.0, 28.3, 28.6, 28.9, 29.0):
     deadline_s = best.flight_time_s + slots * SLOT_S
     changed = mission.replace({"limits.deadline_s": deadline_s})
-    exact, cut = (optuav.solve(changed, **asked, slot_s=slot_s) for slot_s in (None, SLOT_S))
+    exact, cut = (
+        optuav.solve(changed, problem, perspective="battery", slot_s=slot_s)
+        for slot_s in (None, SLOT_S)
+    )
     lost[slots] = (exact.hover_time_s - cut.hover_time_s) / SLOT_S
     print(f"time for {slots:.1f} slots: {lost[slots]:.3f} slots of hover lost")
 
@@ -101,8 +99,10 @@ assert math.isclose(by_slots.hover_time_s, exact.hover_time_s)
 
 # %%
 for slot_s in (10.0, 60.0):
-    cells = optuav.solve(mission, **asked, slot_s=slot_s, engine="grid")
-    tree = optuav.solve(mission, **asked, slot_s=slot_s, engine="cvxpy")
+    cells, tree = (
+        optuav.solve(mission, problem, perspective="battery", slot_s=slot_s, engine=engine)
+        for engine in ("grid", "cvxpy")
+    )
     for plan in (cells, tree):
         print(f"slots of {slot_s:g} s: {plan.hover_time_s:g} s of hover, {plan.proof}")
     assert tree.hover_time_s == cells.hover_time_s <= best.hover_time_s

@@ -19,13 +19,8 @@ import optuav
 mission = optuav.load("paper-table2").replace(
     {"battery.capacity_As": 2900, "limits.deadline_s": 200}  # a lighter drone in a hurry
 )
-asked = {
-    "problem": "P4",
-    "building": "b1",
-    "order": "rest-first",
-    "perspective": "battery",
-}
-plan = optuav.solve(mission, **asked)
+problem = optuav.P4("b1", order="rest-first")
+plan = optuav.solve(mission, problem, perspective="battery")
 print(plan.summary())
 try:
     print(plan.hover_time_s)
@@ -42,7 +37,7 @@ assert plan.status == "infeasible"
 # be satisfied; both together cannot, and trying points will never prove that.
 
 # %%
-program = optuav.formulate(mission, **asked)
+program = optuav.formulate(mission, problem, perspective="battery")
 for rest_s in (0.0, 60.0, 120.0, 180.0):
     rows = program.check({"hover_time_s": 0.0, "rest_time_s": rest_s})
     broken = [f"{row.label} by {-row.slack:.3f}" for row in rows if not row.satisfied]
@@ -100,7 +95,8 @@ for row, declared in zip(certificate.rows, stated, strict=False):
 # %%
 patience = next(each for each in explanation.repairs if each.key == "limits.deadline_s")
 for value in (patience.value, patience.value - patience.resolution):
-    repaired = optuav.solve(mission.replace({patience.key: value}), **asked)
+    changed = mission.replace({patience.key: value})
+    repaired = optuav.solve(changed, problem, perspective="battery")
     print(f"{patience.key} = {value:g}: {repaired.status.value}")
     assert bool(repaired) == (value == patience.value)
 

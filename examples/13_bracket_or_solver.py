@@ -23,10 +23,10 @@ from optuav.judge import Stop
 from optuav.physics.kibam import Stage
 
 mission = optuav.load("paper")
-asked = {"problem": "P4", "building": "b10", "order": "hover-first", "perspective": "available"}
+problem = optuav.P4("b10", order="hover-first")
 plans = []
 for engine, slot_s in {"bracket": None, "casadi": None, "grid": 1.0}.items():
-    plans.append(plan := optuav.solve(mission, engine=engine, slot_s=slot_s, **asked))
+    plans.append(plan := optuav.solve(mission, problem, engine=engine, slot_s=slot_s))
     print(f"{engine:<8}{plan.hover_time_s:9.4f} s  {plan.status.value:<16} {plan.proof}")
 
 bracketed, local, cells = plans
@@ -77,8 +77,7 @@ assert [flyable(full, each) for each in (20.0, 40.0, 160.0, 180.0)] == [False, T
 
 # %%
 bright = mission.replace({"battery.charge_current_A": 150.0, "laser.power_W": 15_000.0})
-early = {"problem": "P4", "building": "b9", "order": "rest-first", "perspective": "available"}
-best = optuav.solve(bright, **early)
+best = optuav.solve(bright, optuav.P4("b9", order="rest-first"))
 print(f"hover {best.hover_time_s:.2f} s, rest {best.rest_time_s:.2f} s: {best.proof}")
 by_rest = {}
 for rest_s in (0.0, 10.0, 20.0, 30.0):
@@ -114,6 +113,6 @@ assert math.isclose(np.interp(0.8, shares, found.hover_time_s), 577.52, abs_tol=
 if find_spec("matplotlib") and "pictures" in sys.argv[1:]:
     from optuav import plots
 
-    (part,) = optuav.formulate(mission, **asked).parts
+    (part,) = optuav.formulate(mission, problem).parts
     Path("pictures").mkdir(exist_ok=True)
     plots.plane(part.model, part.model.row(0), [bracketed]).figure.savefig("pictures/feasible.png")

@@ -41,9 +41,8 @@ print(found)
 # %%
 prices = optuav.formulate(mission).shadow_prices()
 by_key = {row["key"]: row for row in found.rows}
-size = by_key["battery.capacity_As"]
 price = prices["capacity_As"].more
-exact = size["exact_elasticity"]
+exact = by_key["battery.capacity_As"]["exact_elasticity"]
 by_hand = price * mission.battery.capacity_As / longest_s
 print(f"{price:.5f} s per As, {by_hand:.4f} % by %; the table has {exact:.4f}")
 
@@ -56,7 +55,7 @@ assert math.isclose(by_hand, exact, rel_tol=1e-6)
 # %%
 factors = [by_key[f"laser.{name}"] for name in ("power_W", "emitter_slope", "receiver_slope")]
 for each in factors:
-    print("{key:24}{exact_elasticity:8.4f}, swing {swing_s:6.1f} s".format(**each))
+    print(f"{each['key']:24}{each['exact_elasticity']:8.4f}, swing {each['swing_s']:6.1f} s")
 rates = [each["exact_elasticity"] for each in factors]
 
 assert np.allclose(rates, rates[0], rtol=1e-6)
@@ -72,7 +71,8 @@ assert factors[2]["swing_s"] > factors[0]["swing_s"]
 
 # %%
 share = by_key["battery.available_fraction"]
-print("c = {now}: rate {exact_elasticity:.3f}; {low}: {hover_low_s:.1f} s".format(**share))
+print(f"ω = {share['now']}: rate {share['exact_elasticity']:.3f}; ", end="")
+print(f"ω = {share['low']}: {share['hover_low_s']:.1f} s")
 wells = by_key["battery.flow_rate_per_s"]
 slow = mission.replace({"battery.flow_rate_per_s": 1e-5, "battery.available_fraction": 0.8})
 plan = optuav.solve(slow, perspective="battery")
@@ -115,5 +115,5 @@ for reserve in (0.2, 0.25, 0.3, 0.35):
 
 assert flyable == sorted(flyable)
 assert flyable[-1] > flyable[0] + 0.2
-again = optuav.sensitivity(mission, stated, plan=plan, samples=2000)
-assert again.facts["chances"].flyable == flyable[-1]  # the same seed, the same samples
+again = optuav.sensitivity(mission, stated, plan=plan, samples=2000).facts["chances"]
+assert again.flyable == flyable[-1]  # the same seed, the same samples

@@ -6,7 +6,7 @@ import importlib
 import itertools
 import re
 import sys
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 from types import ModuleType
 from typing import Any
@@ -20,6 +20,7 @@ from optuav.cli.app import program
 from optuav.engines.registry import ENGINES
 from optuav.mission import Mission
 from optuav.mission.schema import SECTIONS
+from optuav.options import Perspective
 from optuav.solving.question import PROBLEMS, problem_of
 
 ROOT = Path(__file__).parents[1]
@@ -29,6 +30,8 @@ FENCE = re.compile(r"^```(.*)$", re.MULTILINE)
 LINK = re.compile(r"\]\(([^)#\s]+)(#[^)\s]*)?\)")
 
 Row = dict[str, str]
+
+NAMES = (*PROBLEMS, "P4")
 
 
 def plain(cell: str) -> str:
@@ -105,15 +108,15 @@ def test_links_lead_to_files(page: Path) -> None:
 FREE = {"–": {False}, "needed": {True}, "free": {False, True}}
 
 
-def goes(row: Row, problem: str, trajectory: str | None, **given: Any) -> bool:
+def goes(row: Row, problem: str, options: Mapping[str, str]) -> bool:
     """Whether a line of the table allows some options."""
     ways = {None if way == "–" else way for way in row["trajectory"].split(", ")}
     if "optimal" in ways:
         ways.add(None)
     return (
         problem in row["problem"].split(", ")
-        and trajectory in ways
-        and all((given[name] is not None) in FREE[row[name]] for name in ("building", "order"))
+        and options.get("trajectory") in ways
+        and all((name in options) in FREE[row[name]] for name in ("building", "order"))
     )
 
 
@@ -123,19 +126,20 @@ def test_table_of_options_is_the_whole_truth() -> None:
     mission = optuav.load("paper")
     accepted = 0
     for problem, trajectory, building, order in itertools.product(
-        (*PROBLEMS, "P4"),
+        NAMES,
         (None, "optimal", "direct", "traj1", "traj2"),
         (None, "b3"),
         (None, "rest-first", "hover-first"),
     ):
-        options: dict[str, Any] = {"building": building, "order": order}
-        expected = any(goes(row, problem, trajectory, **options) for row in allowed)
+        stated = {"trajectory": trajectory, "building": building, "order": order}
+        options = {name: value for name, value in stated.items() if value is not None}
+        expected = any(goes(row, problem, options) for row in allowed)
         try:
-            optuav.formulate(mission, problem_of(problem, trajectory=trajectory, **options))
+            optuav.formulate(mission, problem_of(problem, **options))
         except optuav.InputError:
-            assert not expected, (problem, trajectory, options)
+            assert not expected, (problem, options)
         else:
-            assert expected, (problem, trajectory, options)
+            assert expected, (problem, options)
             accepted += 1
     assert accepted == 3 * (4 * 3 + 1) + 1 + 3
 
@@ -151,24 +155,23 @@ TAKEN = {
 
 
 @pytest.mark.parametrize("perspective", PERSPECTIVES)
-@pytest.mark.parametrize("problem", [*PROBLEMS, "P4"])
-def test_table_of_engines_is_the_whole_truth(problem: str, perspective: str) -> None:
+@pytest.mark.parametrize("name", NAMES)
+def test_table_of_engines_is_the_whole_truth(name: str, perspective: Perspective) -> None:
     """An engine in the table answers; one that is not names those that do."""
     others = {f"buildings.b{k}": None for k in range(2, 11)}
     mission = optuav.load("paper").replace({**others, "limits.slot_s": 50})
-    building = "b1" if problem == "P4" else None
+    problem = problem_of(name, building="b1" if name == "P4" else None)
     for engine, slot_s in itertools.product(ENGINES, (None, 50.0)):
         times = "continuous" if slot_s is None and engine != "grid" else "slots"
-        asked = problem_of(problem, building=building)
-        options: dict[str, Any] = {"perspective": perspective, "engine": engine, "slot_s": slot_s}
-        if (problem, perspective, engine, times) in TAKEN:
-            assert optuav.solve(mission, asked, **options).status != "error"
+        options: dict[str, Any] = {"engine": engine, "slot_s": slot_s, "perspective": perspective}
+        if (name, perspective, engine, times) in TAKEN:
+            assert optuav.solve(mission, problem, **options).status != "error"
             continue
-        others = {name for p, q, name, t in TAKEN if (p, q, t) == (problem, perspective, times)}
+        takers = {each for p, q, each, t in TAKEN if (p, q, t) == (name, perspective, times)}
         with pytest.raises(
-            optuav.InputError, match=f"do: {', '.join(o for o in ENGINES if o in others)}"
+            optuav.InputError, match=f"do: {', '.join(each for each in ENGINES if each in takers)}"
         ):
-            optuav.solve(mission, asked, **options)
+            optuav.solve(mission, problem, **options)
 
 
 # Missions and graph
@@ -204,7 +207,7 @@ def test_contract_of_the_graph_is_the_graph() -> None:
 # Nomenclature
 
 SYMBOLS = table(DOCS / "nomenclature.md", "symbol", "mission key")
-FORMULATIONS = ("p1", "p2", "p3", "p4", "wells", "perspectives", "algorithm1", "algorithm2")
+FORMULATIONS = ("p1", "p2", "p3", "p4", "soc", "algorithm1", "algorithm2")
 PHYSICS = ("rotor", "flight", "link", "laser", "kibam")
 MODULES = {
     **{name: f"optuav.physics.{name}" for name in PHYSICS},
