@@ -6,14 +6,21 @@ VENV ?= .venv
 BIN := $(VENV)/bin
 PIP := $(BIN)/python -m pip --disable-pip-version-check
 
-.PHONY: run test lint bench bench-modellers soak pins clean
+.PHONY: run test test-portable doctest lint bench bench-modellers soak pins clean
 
 run: $(VENV)/run.stamp
 	$(BIN)/optuav solve paper --plot plan-paper
 	$(BIN)/optuav solve matrice350 --plot plan-matrice350
 
-test: lint
+test: lint doctest
 	$(BIN)/python -m pytest -n 2 --dist worksteal
+
+doctest: $(VENV)/dev.stamp
+	$(BIN)/python -m pytest -q --doctest-modules optuav formulations
+
+# A selection: make test-portable TESTS="tests/cli -x"
+test-portable: $(VENV)/dev.stamp
+	$(BIN)/python tests/portable.py -n 2 --dist worksteal $(TESTS)
 
 lint: $(VENV)/dev.stamp
 	$(BIN)/ruff check

@@ -5,7 +5,7 @@ from __future__ import annotations
 from hypothesis import settings
 
 SUITE = 50
-"""Of a property, in the profile of the suite; other profiles draw as many as they say."""
+"""How many examples the suite draws of a property; other profiles draw as many as they say."""
 
 
 def few(count: int, most: int | None = None) -> settings:

@@ -15,7 +15,7 @@ def progress() -> Iterator[Callable[[int, int | None, str], None] | None]:
     The bar is gone when the work is done.
     """
     screen = Console(stderr=True)
-    if not screen.is_terminal:
+    if not screen.is_terminal or screen.is_dumb_terminal:
         yield None
         return
     from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn

@@ -1,4 +1,4 @@
-"""A bar for a person at a terminal, and nothing for a pipe."""
+"""A progress bar at a terminal that can redraw a line, and nothing elsewhere."""
 
 from __future__ import annotations
 
@@ -7,15 +7,17 @@ import pytest
 from optuav.cli import progress as bar
 
 
-@pytest.mark.parametrize("terminal", [True, False])
+@pytest.mark.parametrize(("terminal", "kind"), [(True, "xterm"), (True, "dumb"), (False, "xterm")])
 def test_a_terminal_sees_progress_and_a_pipe_does_not(
-    terminal: bool, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+    terminal: bool, kind: str, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
+    monkeypatch.setenv("TERM", kind)
     monkeypatch.setattr(bar.Console, "is_terminal", terminal)
+    shows = terminal and kind != "dumb"
     with bar.progress() as progress:
-        assert (progress is not None) is terminal
+        assert (progress is not None) is shows
         if progress is not None:
             progress(1, 2, "P4 [bold] b1")
     shown = capsys.readouterr()
     assert shown.out == ""
-    assert ("P4 [bold] b1" in shown.err) is terminal
+    assert ("P4 [bold] b1" in shown.err) is shows

@@ -26,6 +26,7 @@ from optuav.engines import bracket
 from optuav.options import ORDERS
 from optuav.solving import Program, formulate
 from optuav.solving.plans import Part
+from optuav.solving.question import problem_of
 from optuav.status import Status
 from tests.examples import few
 from tests.mission.strategies import Document, documents
@@ -79,12 +80,13 @@ def wild_documents(draw: st.DrawFn) -> Document:
 def questions(draw: st.DrawFn) -> Program:
     """A problem over a mission that can be flown, though perhaps not in time."""
     mission = Mission.from_dict(draw(wild_documents()))
-    asked: dict[str, Any] = {"problem": draw(st.sampled_from(["P1", "P1", "P3", "P4"]))}
-    if asked["problem"] == "P4":
+    name = draw(st.sampled_from(["P1", "P1", "P3", "P4"]))
+    building = order = None
+    if name == "P4":
         assume(mission.buildings)
-        asked["building"] = draw(st.sampled_from([each.name for each in mission.buildings]))
-        asked["order"] = draw(st.sampled_from([None, *ORDERS]))
-    program = formulate(mission, **asked)
+        building = draw(st.sampled_from([each.name for each in mission.buildings]))
+        order = draw(st.sampled_from([None, *ORDERS]))
+    program = formulate(mission, problem_of(name, building=building, order=order))
     assume(program.parts)
     return program
 
