@@ -8,7 +8,7 @@ from typing import Any
 
 from formulations.given import Given
 from formulations.p1 import P1
-from formulations.parameters import QUANTITIES, Quantities
+from formulations.parameters import FROM_HOVER, QUANTITIES, TO_HOVER, Quantities
 from optuav.modelling import Model, Parameter
 from optuav.options import Perspective
 from optuav.physics.flight import Loads
@@ -27,8 +27,6 @@ WORDS = {
     "hover_received_W": "power received from the laser at w",
 }
 """What is printed of quantities whose formula in w fills a page."""
-TO_HOVER, FROM_HOVER = "to hover", "from hover"
-"""Among the steps of an itinerary, the legs that depend on the hover point."""
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -13,6 +13,9 @@ import numpy as np
 from optuav.modelling import Parameter
 from optuav.physics.kibam import Stage
 
+TO_HOVER, FROM_HOVER = "to hover", "from hover"
+"""Among the steps of an itinerary, the legs whose figures depend on a free hover point."""
+
 
 def _quantity(symbol: str, unit: str, key: str = "", *, default: Any = MISSING) -> Any:
     """A field; with a default it may be left out where no constraint speaks of it."""

@@ -6,8 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from formulations.free_hover import FROM_HOVER, TO_HOVER
-from formulations.parameters import Quantities
+from formulations.parameters import FROM_HOVER, TO_HOVER, Quantities
 from optuav.arrays import Floats, Integers
 from optuav.network import vehicle
 from optuav.network.legs import Legs
@@ -30,7 +29,7 @@ def quantities(
         Places, legs and itineraries.
     which
         Numbers of itineraries; all of them direct, or all by way of a building. The steps on the
-        way are told where all stay in the same order.
+        way are filled in where all stay in the same order.
     rests
         Whether a rest on the building may be chosen.
     hover_open

@@ -1,4 +1,4 @@
-"""From the answer of an engine to a plan, or to the words why there is none."""
+"""Plans from the answers of engines, and the reasons why there is none."""
 
 from __future__ import annotations
 
@@ -34,15 +34,15 @@ from optuav.plan import Phase, Plan, Stage
 from optuav.plan.phases import wells_at_ends
 from optuav.solving.assemble import quantities, step_ends
 from optuav.solving.dispatch import answer
-from optuav.solving.question import AUTO, PROBLEMS, Question
+from optuav.solving.question import AUTO, PROBLEM_NAMES, Question
 from optuav.status import Status
 
 MOST_VIOLATED = 2
-"""Constraints of which it is told in full that they do not hold."""
+"""Violated constraints that are stated in full."""
 ROUNDING = 1e-9
 """Share of the capacity that rounding may take."""
 TIMES = ("hover_time_s", "rest_time_s")
-"""Unknowns that make a plan; other unknowns of a formulation serve it alone."""
+"""Unknowns that make a plan; a formulation may have others."""
 
 
 @dataclass(frozen=True)
@@ -68,7 +68,7 @@ class Part:
 
 def plan_for(question: Question, network: Network, **found: Any) -> Plan:
     """A plan as an answer to a question: what was asked, and what was found."""
-    told = (*found.pop("notes", ()), *_refused(network, found.get("phases", ())))
+    notes = (*found.pop("notes", ()), *_refused(network, found.get("phases", ())))
     return Plan(
         mission=network.mission,
         problem=question.problem.name,
@@ -77,7 +77,7 @@ def plan_for(question: Question, network: Network, **found: Any) -> Plan:
         order=question.order,
         perspective=question.perspective,
         slot_s=question.slot_s,
-        notes=told,
+        notes=notes,
         **found,
     )
 
@@ -155,7 +155,7 @@ def moment_words(
 def plan_without(
     question: Question, network: Network, status: Status, proof: str, reasons: Sequence[str]
 ) -> Plan:
-    """What is returned where there is no plan."""
+    """The plan that says why there is none."""
     return plan_for(
         question,
         network,
@@ -175,7 +175,7 @@ def planned_phases(
 
 
 def with_wells(network: Network, found: Sequence[mission_phases.Phase]) -> tuple[Phase, ...]:
-    """Phases of a mission as those of a plan: with the wells of its packs, pooled ones as one."""
+    """Phases of the network as those of a plan, with the wells of the packs at their ends."""
     ends = wells_at_ends(network.mission, [(each.kind, each.stages) for each in found])
     where, table, names = network.places, network.legs, network.places.names
     start_s, planned = 0.0, []
@@ -219,13 +219,13 @@ def soc_at_end(
     hover_time_s: float,
     rest_time_s: float,
 ) -> dict[str, float]:
-    """State of charge at the end [-]: `battery` counts what the packs hold if they may refuse."""
+    """State of charge at the end [-] by perspective; `battery` counts what packs accepted."""
     soc = states_of_charge(quantities(network, np.array([route])), hover_time_s, rest_time_s)
     return counted(network, flown, soc)
 
 
 def counted(network: Network, flown: Sequence[Phase], soc: dict[str, float]) -> dict[str, float]:
-    """States of charge, with what the packs hold in place of what they were offered."""
+    """States of charge, where packs may refuse charge with what they hold."""
     packs = network.mission.battery
     if not packs.takes_turns and packs.charging == "constant":
         return soc
@@ -259,7 +259,7 @@ def _notes(
 
 
 def shortfalls(question: Question, network: Network, parts: Sequence[Part]) -> tuple[str, ...]:
-    """Why no times are feasible, in words, told for the route with the shortest flight."""
+    """Why no times are feasible, for the route with the shortest flight."""
     flight_s = network.routes.flight_time_s
     part = min(parts, key=lambda each: float(flight_s[each.routes].min()))
     entry = int(flight_s[part.routes].argmin())
@@ -289,7 +289,7 @@ def shortfalls(question: Question, network: Network, parts: Sequence[Part]) -> t
 
 
 def _feasible_without_slots(question: Question, parts: Sequence[Part]) -> bool:
-    """Whether times that are no whole slots would do; told of linear models only."""
+    """Whether there are feasible times without slots; known for linear models only."""
     continuous = replace(question, slot_s=None, engine=AUTO)
     return any(
         status.has_answer
@@ -300,7 +300,7 @@ def _feasible_without_slots(question: Question, parts: Sequence[Part]) -> bool:
 
 
 def _between_slots(slot_s: float, model: Model, parameters: Mapping[str, float]) -> Iterator[str]:
-    """Words on a programme that has times, but none in whole slots."""
+    """Sentences on a programme that has feasible times, but none in whole slots."""
     yield (
         f"no whole slots of {written_out(slot_s)} s satisfy all constraints together; without "
         "slots there are times that do"
@@ -342,28 +342,28 @@ def best(
     return int(np.argmin(fewest))
 
 
-TOLD_BY_THE_PLAN = ("empty", "full")
-"""Events of which the plan warns on its own."""
+WARNED_OF = ("empty", "full")
+"""Events of a simulation that `Plan.warnings` states already."""
 
 
 def replayed(plan: Plan) -> Plan:
-    """The plan with the verdict of its simulation; as it is where there is none.
+    """The plan with the verdict of its simulation.
 
     Raises
     ------
     SolverError
-        If a plan of the perspective `available` cannot be flown, which would be an error of ours.
+        If a plan of the perspective `available` fails, which would be a fault of this package.
     """
     if not plan:
         return plan
     found = replay(plan)
-    if plan.perspective == AVAILABLE and plan.problem in PROBLEMS and not found.flyable:
+    if plan.perspective == AVAILABLE and plan.problem in PROBLEM_NAMES and not found.flyable:
         words = "; ".join(event.words + event.figures for event in found.violations)
         raise SolverError(f"{plan.engine} returned a plan that fails its simulation: {words}")
     more = tuple(
         f"this plan cannot be flown: {event.words}{event.figures}"
         for event in found.violations
-        if event.kind not in TOLD_BY_THE_PLAN
+        if event.kind not in WARNED_OF
     )
     return plan.model_copy(update={"flyable": found.flyable, "notes": (*plan.notes, *more)})
 
@@ -373,11 +373,11 @@ PROVED = {
     "P2-tight": "bounded: no flight and rest is shorter, as the engine {} proves that no hover is "
     "longer",
 }
-"""How it is known that an answer that was found locally is the best, by problem."""
+"""Why a local optimum is the global one, by problem."""
 
 
 def against_p1(question: Question, network: Network, parts: Sequence[Part], plan: Plan) -> Plan:
-    """The plan with what (P1) tells of it, and proved where that is a proof; P2 and P2-tight only.
+    """The plan of (P2) compared with (P1), and proved where (P1) is a proof; others unchanged.
 
     (P2) minimises T_fl + T'. As printed it cannot be less than the shortest T_fl. With the deadline
     tight it is T_max − Δ, and Δ cannot be more than in (P1).
@@ -409,7 +409,7 @@ def against_p1(question: Question, network: Network, parts: Sequence[Part], plan
 def _least_s(
     question: Question, network: Network, parts: Sequence[Part], solutions: Sequence[Solution]
 ) -> float:
-    """What T_fl + T' is known not to go below [s]; −∞ where nothing is known."""
+    """A lower bound of T_fl + T' [s]; −∞ where none is known."""
     flight_s = [network.routes.flight_time_s[part.routes] for part in parts]
     if question.problem.name == "P2":
         return min(float(each.min()) for each in flight_s)
@@ -429,7 +429,7 @@ def _p1_notes(
     question: Question, solutions: Sequence[Solution], hover_time_s: float
 ) -> Iterator[str]:
     if question.problem.name == "P2":
-        yield "(P2) as printed holds no Δ in its objective: any feasible hover time is as good"
+        yield "(P2) as printed has no Δ in its objective: any feasible hover time is optimal"
     longest_s = max(float(np.nanmax(each.objective, initial=-np.inf)) for each in solutions)
     if longest_s > hover_time_s + SAME_S:
         yield (

@@ -61,7 +61,7 @@ class Program:
     parts
         The declared models; none where nothing can be flown.
     reasons
-        Why nothing can be flown, in words; empty if something can.
+        Why nothing can be flown; empty if something can.
     """
 
     question: Question
@@ -103,8 +103,8 @@ class Program:
             pages = [f"{line}\n{page}" for line, page in zip(slots, pages, strict=True)]
         if len(pages) > 1:
             heads = (f"{mark}{k} of {len(pages)}: " for k in range(1, len(pages) + 1))
-            told = (routes_of(self.network, part) for part in self.parts)
-            pages = [f"{h}{t}\n{page}" for h, t, page in zip(heads, told, pages, strict=True)]
+            routes = (routes_of(self.network, part) for part in self.parts)
+            pages = [f"{h}{t}\n{page}" for h, t, page in zip(heads, routes, pages, strict=True)]
         return "\n\n".join(pages)
 
     def check(self, point: Mapping[str, Any]) -> Checks:
@@ -314,7 +314,7 @@ def with_promise(program: Program, plan: Plan) -> Plan:
 
 
 def _refuse_errors(solutions: Sequence[Solution]) -> None:
-    """Refuse answers with errors, other than those of which a bound is known."""
+    """Refuse answers with errors, unless a bound of their objective is known."""
     for solution in solutions:
         for index, status in enumerate(solution.statuses):
             bounded = solution.beyond is not None and not np.isnan(solution.beyond[index])
@@ -323,7 +323,7 @@ def _refuse_errors(solutions: Sequence[Solution]) -> None:
 
 
 def _open_s(solutions: Sequence[Solution], best_s: float) -> float:
-    """By how much a longer time has not been ruled out [s], as far as engines tell."""
+    """By how much longer a hover may be that engines have not ruled out [s]."""
     beyond = [each.beyond for each in solutions if each.beyond is not None]
     return max((float(np.nanmax(each, initial=best_s)) - best_s for each in beyond), default=0.0)
 
@@ -365,19 +365,19 @@ def checks(network: Network, parts: Sequence[Part], point: Mapping[str, Any]) ->
 def _checks_of(network: Network, part: Part, stated: set[str], point: Mapping[str, Any]) -> Checks:
     """Every constraint of one model, its points called after its routes if it has several."""
     known = stated | part.model.given.keys()
-    told = {name: value for name, value in point.items() if name in known}
+    values = {name: value for name, value in point.items() if name in known}
     count = len(part.routes)
     if count == 1:
-        return check(part.model, {**part.model.row(0), **told})
+        return check(part.model, {**part.model.row(0), **values})
     points, names = routes_of(network, part), _names(network, part)
     return Checks(
         replace(row, points=points, names=names) if np.shape(row.satisfied) == (count,) else row
-        for row in check(part.model, told)
+        for row in check(part.model, values)
     )
 
 
 def _names(network: Network, part: Part) -> tuple[str, ...]:
-    """What tells the routes of a model apart: the places on the way, with hover if need be."""
+    """Names of the routes of a model: the places on the way, with hover where that is needed."""
     ways = [network.route_names(int(route))[1:-1] for route in part.routes]
     short = [[name for name in way if name != "hover"] for way in ways]
     for named in (short, ways):
@@ -396,7 +396,7 @@ def routes_of(network: Network, part: Part) -> str:
 
 
 def slots_of(model: Model, slot_s: float) -> str:
-    """What slots ask of the unknowns; the model does not say it, counting is up to engines."""
+    """What slots ask of the unknowns, which the model does not state."""
     return ", ".join([f"in whole slots of {written_out(slot_s)} s", *_ends(model, slot_s)])
 
 

@@ -35,6 +35,8 @@ PROBLEMS: Mapping[str, Formulation] = {
     "P3": P3(),
 }
 """Names that stand for problems with their defaults."""
+PROBLEM_NAMES = (*PROBLEMS, "P4")
+"""Names of all problems of the paper; P4 needs a building too."""
 PAPER_PROBLEMS = (P1, P2, P3, P4)
 AUTO = "auto"
 LIMIT = Number("s", gt=0.0, le=1e9)
@@ -136,9 +138,8 @@ def problem_of(
         "hovers": hovers,
     }
     options: dict[str, Any] = {field: value for field, value in stated.items() if value is not None}
-    names = (*PROBLEMS, "P4")
-    if name not in names:
-        raise InputError([_unknown("problem", name, names)])
+    if name not in PROBLEM_NAMES:
+        raise InputError([_unknown("problem", name, PROBLEM_NAMES)])
     kind = P4 if name == "P4" else type(PROBLEMS[name])
     allowed = {each.name for each in fields(kind) if each.init}
     faults = [

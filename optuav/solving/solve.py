@@ -13,10 +13,8 @@ from optuav.mission.messages import shown
 from optuav.options import Perspective, ProblemName
 from optuav.plan import Plan
 from optuav.solving.declare import declared_program, work_out
-from optuav.solving.free_hover import free_program
 from optuav.solving.program import Program
 from optuav.solving.question import checked_question
-from optuav.solving.several_stops import several_stops
 
 if TYPE_CHECKING:
     from optuav.network.graph import Graph
@@ -150,6 +148,8 @@ def solve(
     program = _program(mission, problem, perspective, slot_s, engine, graph, time_limit_s)
     stated = program.question
     if (stated.stops, stated.hovers) != (1, 1):
+        from optuav.solving.several_stops import several_stops
+
         return several_stops(program, stated.stops, stated.hovers, graph, progress)
     return program.solve()
 
@@ -167,6 +167,8 @@ def _program(
     known = mission if isinstance(mission, Mission) else load(mission)
     stated = checked_question(known, problem, perspective, slot_s, engine, time_limit_s)
     if stated.hover_point == "free":
+        from optuav.solving.free_hover import free_program
+
         if graph is not None:
             words = "none with hover_point = 'free': its legs lead to one hover point"
             raise InputError([Fault("graph", shown(graph), words)])

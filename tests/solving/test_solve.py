@@ -89,7 +89,7 @@ def test_p2_as_printed_prefers_the_shortest_mission(engine: str, trajectory: str
     )
     assert plan.hover_time_s == pytest.approx(0.0, abs=1e-9)
     assert plan.rest_time_s == pytest.approx(0.0, abs=1e-9)
-    assert any("holds no Δ" in note for note in plan.notes)
+    assert any("has no Δ" in note for note in plan.notes)
 
 
 def test_p2_tight_in_slots_says_that_the_slots_are_in_the_way() -> None:
