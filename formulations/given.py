@@ -11,6 +11,7 @@ from formulations.parameters import QUANTITIES, Quantities, steps_for, symbol_fo
 from formulations.soc import AVAILABLE, PERSPECTIVES
 from formulations.wells import LABELS, well_limits
 from optuav.modelling import Expression, Model, Variable
+from optuav.modelling.expression import Operand
 from optuav.modelling.traversal import has_unknowns
 from optuav.options import Perspective
 
@@ -43,7 +44,7 @@ class Given(Quantities):
             perspective=perspective,
         )
 
-    def hover_and_rest(self, model: Model) -> tuple[Variable, Any]:
+    def hover_and_rest(self, model: Model) -> tuple[Variable, Operand]:
         """Declare Δ and, where the route goes by way of a building, T'; else T' is 0.0.
 
         Of equally good plans the one with the shortest rest is preferred.
@@ -55,7 +56,7 @@ class Given(Quantities):
         model.prefer_small(rest)
         return hover, rest
 
-    def keep_deadline(self, model: Model, label: str, hover: Variable, rest: Any = 0.0) -> None:
+    def keep_deadline(self, model: Model, label: str, hover: Variable, rest: Operand = 0.0) -> None:
         """State Δ + T' ≤ T_max − T_fl.
 
         Without a rest the time left becomes the upper bound of Δ itself, so that the last slot of
@@ -68,12 +69,12 @@ class Given(Quantities):
         else:
             hover.upper, hover.label, hover.kind = self.time_left, label, "deadline"
 
-    def soc_end(self, hover: Any, rest: Any = 0.0) -> Any:
+    def soc_end(self, hover: Operand, rest: Operand = 0.0) -> Operand:
         """State of charge at the end [-] after hovering and resting [s], by the perspective."""
         given = self if isinstance(rest, Expression) else self._without_rest
         return PERSPECTIVES[self.perspective](given, hover, rest)
 
-    def keep_wells(self, model: Model, label: str, hover: Any, rest: Any = 0.0) -> None:
+    def keep_wells(self, model: Model, label: str, hover: Operand, rest: Operand = 0.0) -> None:
         """State that the battery never runs dry nor is overcharged; in `available` only."""
         if self.perspective != AVAILABLE:
             return

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import Any
 
 from formulations.formulation import Formulation
 from formulations.given import Given
 from optuav.modelling import Model, Variable
+from optuav.modelling.expression import Operand
 from optuav.options import HoverPoint, Trajectory
 
 
@@ -51,7 +51,7 @@ class P1(Formulation):
         state_limits(model, given, "P1", hover, rest)
 
 
-def state_limits(model: Model, given: Given, problem: str, hover: Variable, rest: Any) -> None:
+def state_limits(model: Model, given: Given, problem: str, hover: Variable, rest: Operand) -> None:
     """State constraints a to e, which (P1) and (P2) have in common."""
     in_reach = given.hover_distance_m <= given.coverage_radius_m
     model.subject_to(f"{problem}.a outage", in_reach, unit="m", kind="outage")

@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 
 from optuav.modelling import Parameter
+from optuav.modelling.expression import Operand
 from optuav.physics.kibam import Stage
 
 TO_HOVER, FROM_HOVER = "to hover", "from hover"
@@ -67,64 +68,66 @@ class Quantities:
         Whether the route goes by way of a building, so that there is a rest time.
     """
 
-    deadline_s: Any = _quantity("T_max", "s", "limits.deadline_s")
-    min_soc: Any = _quantity("η0", "1", "limits.min_soc")
-    packs: Any = _quantity("N", "1", "battery.packs")
-    capacity_As: Any = _quantity("B_i", "A s", "battery.capacity_As")
-    nominal_voltage_V: Any = _quantity("e_nom", "V", "battery.nominal_voltage_V")
-    flight_time_s: Any = _quantity("T_fl", "s")
-    flight_charge_As: Any = _quantity("Q_fl", "A s")
-    flight_energy_J: Any = _quantity("E_fl", "J")
-    hover_current_A: Any = _quantity("I_hv", "A")
-    hover_power_W: Any = _quantity("P_hv", "W")
-    hover_received_W: Any = _quantity("P_0,hv", "W")
-    rest_current_A: Any = _quantity("I_rest", "A")
-    rest_received_W: Any = _quantity("P_0,rest", "W")
-    flight_voltage_V: Any = _quantity("u_fl", "V", default=math.nan)
-    hover_voltage_V: Any = _quantity("u_hv", "V", default=math.nan)
-    flight_battery_J: Any = _quantity("E_1", "J", "battery.flight_energy_J", default=None)
-    hover_battery_J: Any = _quantity("E_2", "J", "battery.hover_energy_J", default=None)
-    available_fraction: Any = _quantity("ω", "1", "battery.available_fraction", default=math.nan)
-    flow_rate_per_s: Any = _quantity("k_F", "1/s", "battery.flow_rate_per_s", default=math.nan)
-    hover_distance_m: Any = _quantity("d", "m", default=math.nan)
-    coverage_radius_m: Any = _quantity("d_max", "m", default=math.nan)
-    hover_altitude_m: Any = _quantity("z", "m", default=math.nan)
-    min_altitude_m: Any = _quantity("z_min", "m", "limits.min_altitude_m", default=math.nan)
-    max_altitude_m: Any = _quantity("z_max", "m", "limits.max_altitude_m", default=math.nan)
-    end_gap_m: Any = _quantity("|w_1 − w_0| + |w_T − w_F|", "m", default=math.nan)
+    deadline_s: Operand = _quantity("T_max", "s", "limits.deadline_s")
+    min_soc: Operand = _quantity("η0", "1", "limits.min_soc")
+    packs: Operand = _quantity("N", "1", "battery.packs")
+    capacity_As: Operand = _quantity("B_i", "A s", "battery.capacity_As")
+    nominal_voltage_V: Operand = _quantity("e_nom", "V", "battery.nominal_voltage_V")
+    flight_time_s: Operand = _quantity("T_fl", "s")
+    flight_charge_As: Operand = _quantity("Q_fl", "A s")
+    flight_energy_J: Operand = _quantity("E_fl", "J")
+    hover_current_A: Operand = _quantity("I_hv", "A")
+    hover_power_W: Operand = _quantity("P_hv", "W")
+    hover_received_W: Operand = _quantity("P_0,hv", "W")
+    rest_current_A: Operand = _quantity("I_rest", "A")
+    rest_received_W: Operand = _quantity("P_0,rest", "W")
+    flight_voltage_V: Operand = _quantity("u_fl", "V", default=math.nan)
+    hover_voltage_V: Operand = _quantity("u_hv", "V", default=math.nan)
+    flight_battery_J: Operand = _quantity("E_1", "J", "battery.flight_energy_J", default=None)
+    hover_battery_J: Operand = _quantity("E_2", "J", "battery.hover_energy_J", default=None)
+    available_fraction: Operand = _quantity(
+        "ω", "1", "battery.available_fraction", default=math.nan
+    )
+    flow_rate_per_s: Operand = _quantity("k_F", "1/s", "battery.flow_rate_per_s", default=math.nan)
+    hover_distance_m: Operand = _quantity("d", "m", default=math.nan)
+    coverage_radius_m: Operand = _quantity("d_max", "m", default=math.nan)
+    hover_altitude_m: Operand = _quantity("z", "m", default=math.nan)
+    min_altitude_m: Operand = _quantity("z_min", "m", "limits.min_altitude_m", default=math.nan)
+    max_altitude_m: Operand = _quantity("z_max", "m", "limits.max_altitude_m", default=math.nan)
+    end_gap_m: Operand = _quantity("|w_1 − w_0| + |w_T − w_F|", "m", default=math.nan)
     steps: Sequence[Any] = ()
     tapers: bool = False
     rests: bool = True
 
     @cached_property
-    def known_levels(self) -> list[tuple[Any, Any, Any]]:
+    def known_levels(self) -> list[tuple[Operand, Operand, Operand]]:
         """Wells after every step, by Δ and T', as `formulations.wells.levels` has found them."""
         return []
 
     @property
-    def battery_As(self) -> Any:
+    def battery_As(self) -> Operand:
         """B, capacity of all packs [A s]."""
         return self.packs * self.capacity_As
 
     @property
-    def nominal_battery_J(self) -> Any:
+    def nominal_battery_J(self) -> Operand:
         """E_0 = B e_nom [J]."""
         return self.battery_As * self.nominal_voltage_V
 
     @property
-    def battery_in_flight_J(self) -> Any:
+    def battery_in_flight_J(self) -> Operand:
         """E_1 as stated, or B u_fl [J]."""
         stated_J = self.flight_battery_J
         return self.battery_As * self.flight_voltage_V if stated_J is None else stated_J
 
     @property
-    def battery_in_hover_J(self) -> Any:
+    def battery_in_hover_J(self) -> Operand:
         """E_2 as stated, or B u_hv [J]."""
         stated_J = self.hover_battery_J
         return self.battery_As * self.hover_voltage_V if stated_J is None else stated_J
 
     @property
-    def time_left(self) -> Any:
+    def time_left(self) -> Operand:
         """T_max − T_fl, what the legs leave of the deadline [s]."""
         return self.deadline_s - self.flight_time_s
 
@@ -143,7 +146,7 @@ def steps_for(steps: Sequence[Any], *, varies: bool = False) -> tuple[Any, ...]:
     Parameters of the model, with shadow prices, where they vary.
     """
 
-    def figure(name: str, symbol: str, unit: str, value: Any) -> Any:
+    def figure(name: str, symbol: str, unit: str, value: Operand) -> Operand:
         return Parameter(name, symbol, unit, value, varies=varies) if np.ndim(value) else value
 
     return tuple(

@@ -16,7 +16,7 @@ from typing import Any, NamedTuple, TypeAlias
 
 from formulations.parameters import Quantities
 from optuav.modelling import Expression, Let, Relation
-from optuav.modelling.expression import Bounded, Call, Indexed
+from optuav.modelling.expression import Bounded, Call, Indexed, Operand
 from optuav.physics import charging, kibam
 from optuav.physics.kibam import Battery, Stage, Wells
 
@@ -26,13 +26,13 @@ LABELS = {"dry": "not dry", "past full": "not past full"}
 """What the limits of the available well are called, by kind."""
 
 
-def state_of_charge_of_wells(given: Quantities, hover: Any, rest: Any) -> Any:
+def state_of_charge_of_wells(given: Quantities, hover: Operand, rest: Operand) -> Operand:
     """(y1 + y2)/B after all steps of the itinerary, from a full battery."""
     *_, (_, last) = levels(given, hover, rest)
     return kibam.state_of_charge(pool(given), last)
 
 
-def levels(given: Quantities, hover: Any, rest: Any) -> Sequence[tuple[Any, Wells]]:
+def levels(given: Quantities, hover: Operand, rest: Operand) -> Sequence[tuple[Operand, Wells]]:
     """Every step of the itinerary with the wells after it, from a full battery.
 
     The same times give the same trees, so that several constraints share them.
@@ -43,13 +43,13 @@ def levels(given: Quantities, hover: Any, rest: Any) -> Sequence[tuple[Any, Well
     return next(steps for h, r, steps in known if h is hover and r is rest)
 
 
-def _levels(given: Quantities, hover: Any, rest: Any) -> Iterator[tuple[Any, Wells]]:
+def _levels(given: Quantities, hover: Operand, rest: Operand) -> Iterator[tuple[Operand, Wells]]:
     whole = pool(given)
     stays = {
         "hover": Stage(-given.hover_current_A, hover),
         "rest": Stage(given.rest_current_A, rest),
     }
-    level: Any = whole.full
+    level: Operand = whole.full
     for number, step in enumerate(given.steps, start=1):
         stage = stays[step] if isinstance(step, str) else step
         words = ""
@@ -84,7 +84,7 @@ class _Pool(Battery):
     """All packs as one battery, the rate at which its wells level out known by a name."""
 
     @cached_property
-    def rate_per_s(self) -> Any:
+    def rate_per_s(self) -> Operand:
         """k' [1/s]; a number stays one."""
         rate = super().rate_per_s
         return Let("levelling rate", "k'", "1/s", rate) if isinstance(rate, Expression) else rate
@@ -115,15 +115,17 @@ def _tapered(whole: Battery, level: Wells, stage: Stage, stay: str) -> Wells:
     return Wells(available, bound)
 
 
-def _tapered_wells(y1: Any, y2: Any, current: Any, time: Any, *battery: Any) -> Wells:
+def _tapered_wells(
+    y1: Operand, y2: Operand, current: Operand, time: Operand, *battery: Operand
+) -> Wells:
     return charging.tapered(Battery(*battery), Wells(y1, y2), Stage(current, time))
 
 
-def _tapered_y1(*operands: Any) -> Any:
+def _tapered_y1(*operands: Operand) -> Operand:
     return _tapered_wells(*operands).available_As
 
 
-def _tapered_y2(*operands: Any) -> Any:
+def _tapered_y2(*operands: Operand) -> Operand:
     return _tapered_wells(*operands).bound_As
 
 
@@ -163,7 +165,10 @@ class WellLimit(NamedTuple):
 
 
 def well_limits(
-    given: Quantities, hover: Any, rest: Any, telling: Iterable[Telling] = repeat((True, True))
+    given: Quantities,
+    hover: Operand,
+    rest: Operand,
+    telling: Iterable[Telling] = repeat((True, True)),
 ) -> Iterator[WellLimit]:
     """Limits that keep y1/B within 0 and ω, in order.
 
