@@ -32,7 +32,7 @@ def run() -> list[Row]:
         stages = [
             stage
             for phase in route_phases(program.network, route, hover_s, rest_s)
-            for stage in phase.stages
+            for stage in phase.net
         ]
         return float(kibam.state_of_charge(pool, kibam.after(pool, pool.full, stages)))
 

@@ -102,7 +102,7 @@ assert "not proved" in direct["sequential"].proof
 # %%
 mission = direct["sequential"].mission
 planned = route_phases(build_network(mission), 0, direct["sequential"].hover_time_s, 0.0)
-flown = carry(mission, [(each.kind, each.stages) for each in planned])
+flown = carry(mission, planned)
 for stretch in flown.stretches[1]:
     start_s, duration_s = float(stretch.start_s[0]), float(stretch.duration_s[0])
     if duration_s > 0.0:  # one ends at once, as the laser finds the other pack full

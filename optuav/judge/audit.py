@@ -19,13 +19,12 @@ from optuav.mission import Mission, load, shipped
 from optuav.mission.files import label, read_text
 from optuav.mission.load import LARGEST_FILE, parse
 from optuav.mission.messages import Breach, StatedMission, allowed, nearest, printable, shown
-from optuav.mission.schema import Allowed, Number
+from optuav.mission.schema import LARGEST, Allowed, MissionSection, Number
 from optuav.mission.validation import format_breaches
 from optuav.network import vehicle
 from optuav.network.places import ENDS
 from optuav.plan import Plan
 from optuav.plan.file import LARGEST_BYTES, parse_plan
-from optuav.plan.phases import LARGEST, Record
 from optuav.plan.plan import DERIVED
 from optuav.plan.trace import Event
 
@@ -202,7 +201,7 @@ def _lines(judged: Audit) -> Iterator[str]:
     yield f"Tolerance  {share}, of a limit, or of a figure"
 
 
-class StopTable(Record):
+class StopTable(MissionSection):
     """A table [[stops]] of an itinerary's file."""
 
     at: Annotated[str, Strict(), Allowed("the name of a place")]
@@ -213,7 +212,7 @@ class StopTable(Record):
 STOP = f"a table with {', '.join(StopTable.model_fields)}"
 
 
-class ItineraryFile(Record):
+class ItineraryFile(MissionSection):
     """An itinerary as its file states it."""
 
     mission: Annotated[

@@ -20,8 +20,8 @@ from optuav.physics import flight
 from optuav.physics.trajectory import regime_motion, state_at
 from optuav.plan import Phase as Planned
 from optuav.plan import Plan
-from optuav.plan.phases import Kind
 
+Kind = Literal["flight", "hover", "rest"]
 NOTHING = Flow(0.0, 0.0)
 Point = tuple[float, float, float]
 

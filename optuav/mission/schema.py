@@ -23,6 +23,9 @@ from pydantic import (
     model_validator,
 )
 
+LARGEST = 1e100
+"""Largest number in a graph or a plan, so that sums and products stay finite."""
+
 
 @dataclass(frozen=True)
 class Allowed:

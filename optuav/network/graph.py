@@ -14,6 +14,7 @@ from optuav.arrays import Booleans, Floats
 from optuav.errors import Fault, InputError
 from optuav.mission import Mission
 from optuav.mission.messages import shown
+from optuav.mission.schema import LARGEST
 from optuav.network.legs import Legs
 from optuav.network.network import Network, build_network
 from optuav.network.places import DESTINATION, ENDS, HOVER, ORIGIN, Places
@@ -27,8 +28,6 @@ if TYPE_CHECKING:
 NODE_FIGURES = ("kind", "position_m", "laser_sight", "received_power_W")
 EDGE_FIGURES = ("duration_s", "charge_As", "energy_J", "distance_m", "peak_speed_m_s")
 SOURCE = "graph"
-LARGEST = 1e100
-"""Largest number that a graph may state, so that sums and products stay finite."""
 ROUNDING = 1e-9
 """Relative; a received power may exceed what the battery takes by this much."""
 SAME_PLACE_M = 1e-6

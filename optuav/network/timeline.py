@@ -1,23 +1,55 @@
-"""The phases of a route, and what they do to packs that take turns."""
+"""The phases of a route, and what they do to the battery packs."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
-from typing import Literal, NamedTuple
+from dataclasses import dataclass, replace
+from functools import partial, reduce
+from typing import Annotated, ClassVar, Literal, NamedTuple
 
 import numpy as np
+from annotated_types import Len
+from pydantic import ConfigDict, Strict
 
 from optuav.mission import Mission
+from optuav.mission.schema import LARGEST, Number
 from optuav.network import vehicle
 from optuav.network.network import Network
 from optuav.network.places import FIRST_BUILDING, HOVER
 from optuav.network.routes import NO_LEG
+from optuav.physics.charging import STEPS
 from optuav.physics.kibam import Battery, Stage, Wells
 from optuav.physics.packs import JobStage, Packs, Stretch
 from optuav.physics.quantity import Quantity
 
 Kind = Literal["flight", "hover", "rest"]
+Figure = Annotated[float, Number("", ge=-LARGEST, le=LARGEST)]
+Amount = Annotated[float, Number("", ge=0.0, le=LARGEST)]
+PerPack = Annotated[tuple[Figure, ...], Len(1)]
+Text = Annotated[str, Strict()]
+
+CHECKED = ConfigDict(extra="forbid", allow_inf_nan=False, revalidate_instances="always")
+"""A record is validated as a part of a plan, and not where it is made."""
+
+
+@dataclass(frozen=True)
+class PhaseStage:
+    """A part of a phase with constant current and power.
+
+    Parameters
+    ----------
+    duration_s
+        Duration [s], ≥ 0.
+    current_A, power_W
+        Net, into the battery [A], [W]; negative while the battery drains. Where charging tapers,
+        what is offered: a full battery takes less.
+    """
+
+    __pydantic_config__: ClassVar[ConfigDict] = CHECKED
+
+    duration_s: Amount
+    current_A: Figure
+    power_W: Figure
 
 
 @dataclass(frozen=True)
@@ -27,54 +59,82 @@ class Phase:
     Parameters
     ----------
     kind
-        What the UAV does.
+        ``"flight"``, ``"hover"`` or ``"rest"``.
     start_place, end_place
-        Numbers of places; the same while hovering and resting.
+        Names of places; the same while hovering and resting.
+    start_s
+        Start, counted from take-off [s].
     stages
-        Its stretches of constant current, net, into the battery: negative while they drain it.
-    powers_W
-        Net power into the battery in every stage [W].
-    leg
-        Number of the leg, −1 while hovering and resting.
+        Its stages, in order; at least one.
+    distance_m, peak_speed_m_s
+        Of a leg [m], [m/s]; 0 otherwise.
+    edited
+        Whether the user stated its figures in a graph.
+    available_As, bound_As
+        Charge in the wells at its end [A s], one entry per pack; pooled packs count as one.
     """
 
+    __pydantic_config__: ClassVar[ConfigDict] = CHECKED
+
     kind: Kind
-    start_place: int
-    end_place: int
-    stages: tuple[Stage, ...]
-    powers_W: tuple[float, ...]
-    leg: int = NO_LEG
+    start_place: Text
+    end_place: Text
+    start_s: Amount
+    stages: Annotated[tuple[PhaseStage, ...], Len(1)]
+    distance_m: Amount
+    peak_speed_m_s: Amount
+    edited: Annotated[bool, Strict()]
+    available_As: PerPack
+    bound_As: PerPack
 
     @property
-    def duration_s(self) -> Quantity:
-        """How long it takes [s]."""
+    def duration_s(self) -> float:
+        """Duration [s]."""
         return sum(stage.duration_s for stage in self.stages)
 
     @property
-    def charge_As(self) -> Quantity:
+    def end_s(self) -> float:
+        """End, counted from take-off [s]."""
+        return self.start_s + self.duration_s
+
+    @property
+    def charge_As(self) -> float:
         """Net charge into the battery [A s]."""
         return sum(stage.current_A * stage.duration_s for stage in self.stages)
 
     @property
-    def energy_J(self) -> Quantity:
+    def energy_J(self) -> float:
         """Net energy into the battery [J]."""
-        stages = zip(self.powers_W, self.stages, strict=True)
-        return sum(power_W * stage.duration_s for power_W, stage in stages)
+        return sum(stage.power_W * stage.duration_s for stage in self.stages)
+
+    @property
+    def current_A(self) -> float:
+        """Mean net current into the battery [A]."""
+        return self.charge_As / self.duration_s if self.duration_s else self.stages[0].current_A
+
+    @property
+    def power_W(self) -> float:
+        """Mean net power into the battery [W]."""
+        return self.energy_J / self.duration_s if self.duration_s else self.stages[0].power_W
+
+    @property
+    def net(self) -> list[Stage]:
+        """Its stages as the battery model takes them."""
+        return [Stage(each.current_A, each.duration_s) for each in self.stages]
 
 
 def hover_net(network: Network) -> vehicle.Flow:
     """Net current [A] and power [W] into the battery while hovering."""
-    drawn, places = vehicle.hover_load(network.mission), network.places
-    return vehicle.Flow(
-        float(places.charge_current_A[HOVER] - drawn.current_A),
-        float(places.received_power_W[HOVER] - drawn.power_W),
-    )
+    return _net(network, HOVER, vehicle.hover_load(network.mission))
 
 
 def rest_net(network: Network, building: Quantity) -> vehicle.Flow:
     """Net current [A] and power [W] into the battery while resting on buildings, by number."""
-    drawn, places = vehicle.rest_load(network.mission), network.places
-    place = FIRST_BUILDING + building
+    return _net(network, FIRST_BUILDING + building, vehicle.rest_load(network.mission))
+
+
+def _net(network: Network, place: Quantity, drawn: vehicle.Flow) -> vehicle.Flow:
+    places = network.places
     return vehicle.Flow(
         places.charge_current_A[place] - drawn.current_A,
         places.received_power_W[place] - drawn.power_W,
@@ -84,7 +144,7 @@ def rest_net(network: Network, building: Quantity) -> vehicle.Flow:
 def route_phases(
     network: Network, route: int, hover_time_s: Quantity, rest_time_s: Quantity
 ) -> list[Phase]:
-    """Phases of a route in order; hover and rest time [s] may be arrays."""
+    """Phases of a route in order, as `phases_along`; hover and rest time [s] may be arrays."""
     routes, ends = network.routes, network.legs.end
     legs = [int(leg) for leg in routes.legs[route] if leg != NO_LEG]
     times_s = {HOVER: hover_time_s, FIRST_BUILDING + int(routes.building[route]): rest_time_s}
@@ -94,7 +154,7 @@ def route_phases(
 
 
 def phases_along(network: Network, legs: Sequence[int], stays_s: Sequence[Quantity]) -> list[Phase]:
-    """Phases of any legs flown one after the other.
+    """Phases of any legs flown one after the other; `simulated` adds starts and wells.
 
     Parameters
     ----------
@@ -106,21 +166,53 @@ def phases_along(network: Network, legs: Sequence[int], stays_s: Sequence[Quanti
         Durations of the stays between them [s], may be arrays: a hover at the hover point, a rest
         on a building.
     """
-    table, found = network.legs, list[Phase]()
+    found = list[Phase]()
     for leg, stay_s in zip(legs, [*stays_s, None], strict=True):
-        start, end = int(table.start[leg]), int(table.end[leg])
-        used = slice(0, 1 if table.edited[leg] else None)
-        currents_A, powers_W = 0.0 - table.currents_A[used, leg], 0.0 - table.powers_W[used, leg]
-        stages = map(Stage, currents_A.tolist(), table.durations_s[used, leg].tolist())
-        powers = tuple(powers_W.tolist())
-        found.append(Phase("flight", start, end, tuple(stages), powers, leg))
+        end = int(network.legs.end[leg])
+        found.append(_flight(network, leg))
         if end == HOVER or end >= FIRST_BUILDING:
-            hovers = end == HOVER
-            net = hover_net(network) if hovers else rest_net(network, end - FIRST_BUILDING)
-            stage = Stage(float(net.current_A), stay_s)
-            kind: Kind = "hover" if hovers else "rest"
-            found.append(Phase(kind, end, end, (stage,), (float(net.power_W),)))
+            found.append(_stay(network, end, stay_s))
     return found
+
+
+def _flight(network: Network, leg: int) -> Phase:
+    table, names = network.legs, network.places.names
+    edited = bool(table.edited[leg])
+    used = slice(0, 1 if edited else None)
+    durations_s = table.durations_s[used, leg].tolist()
+    nets = ((0.0 - each[used, leg]).tolist() for each in (table.currents_A, table.powers_W))
+    stages = tuple(map(PhaseStage, durations_s, *nets))
+    ends = names[table.start[leg]], names[table.end[leg]]
+    way_m, peak_m_s = float(table.distance_m[leg]), float(table.peak_speed_m_s[leg])
+    return Phase("flight", *ends, 0.0, stages, way_m, peak_m_s, edited, (), ())
+
+
+def _stay(network: Network, place: int, duration_s: Quantity) -> Phase:
+    kind: Kind = "hover" if place == HOVER else "rest"
+    net = hover_net(network) if place == HOVER else rest_net(network, place - FIRST_BUILDING)
+    stages = (PhaseStage(duration_s, float(net.current_A), float(net.power_W)),)
+    name, edited = network.places.names[place], bool(network.places.edited[place])
+    return Phase(kind, name, name, 0.0, stages, 0.0, 0.0, edited, (), ())
+
+
+def simulated(mission: Mission, phases: Sequence[Phase]) -> tuple[Phase, ...]:
+    """Phases with their starts and the wells at their ends, flown one by one from full packs.
+
+    Pooled packs are one battery, which may be driven past full unless charging tapers.
+    """
+    if mission.battery.takes_turns:
+        ends = carry(mission, phases).wells
+    else:
+        pool, ends = vehicle.pool(mission), list[Wells]()
+        after = partial(STEPS[mission.battery.charging], pool)
+        for phase in phases:
+            ends.append(reduce(after, phase.net, ends[-1] if ends else pool.full))
+    found, start_s = list[Phase](), 0.0
+    for phase, wells in zip(phases, ends, strict=True):
+        available_As, bound_As = (tuple(np.atleast_1d(well).tolist()) for well in wells)
+        found.append(replace(phase, start_s=start_s, available_As=available_As, bound_As=bound_As))
+        start_s = found[-1].end_s
+    return tuple(found)
 
 
 class PackCourse(NamedTuple):
@@ -149,24 +241,24 @@ def full_packs(mission: Mission) -> Packs:
     return Packs(pack, given.packs, given.schedule, given.period_s)
 
 
-def pack_loads(mission: Mission, kind: Kind, stages: Iterable[Stage]) -> list[JobStage]:
-    """What is drawn and what is charged in the stages of a phase, from their net currents [A].
+def pack_loads(mission: Mission, phase: Phase) -> list[JobStage]:
+    """What is drawn and what is charged in the stages of a phase.
 
     In flight one pack carries the whole load. While hovering and resting it carries that of the
     hover or the rest alone, and the laser charges another one (`optuav.physics.packs`).
     """
-    if kind == "flight":
-        return [JobStage(-net_A, 0.0, duration_s) for net_A, duration_s in stages]
-    flow = vehicle.hover_load(mission) if kind == "hover" else vehicle.rest_load(mission)
+    if phase.kind == "flight":
+        return [JobStage(-net_A, 0.0, duration_s) for net_A, duration_s in phase.net]
+    flow = vehicle.hover_load(mission) if phase.kind == "hover" else vehicle.rest_load(mission)
     drawn_A = float(flow.current_A)
-    return [JobStage(drawn_A, net_A + drawn_A, duration_s) for net_A, duration_s in stages]
+    return [JobStage(drawn_A, net_A + drawn_A, duration_s) for net_A, duration_s in phase.net]
 
 
-def carry(mission: Mission, phases: Iterable[tuple[Kind, Iterable[Stage]]]) -> PackCourse:
-    """Carry phases, each a kind and its stages of net current, by full packs in their schedule."""
+def carry(mission: Mission, phases: Iterable[Phase]) -> PackCourse:
+    """Carry phases by full packs in their schedule."""
     packs, stretches, wells = full_packs(mission), [], []
-    for kind, stages in phases:
-        stretches.append(packs.job(pack_loads(mission, kind, stages)))
+    for phase in phases:
+        stretches.append(packs.job(pack_loads(mission, phase)))
         wells.append(Wells(*(np.array(well[0]) for well in packs.wells)))
     ended_s = float(packs.clock_s[0]) if packs.exhausted[0] else None
     return PackCourse(stretches, wells, ended_s)

@@ -26,7 +26,7 @@ TYPES = {
     "bool_type": "true or false",
     "tuple_type": "a list",
     "dict_type": "an object",
-    "model_type": "an object",
+    "dataclass_type": "an object",
 }
 """What a value may be, by pydantic's name of its error."""
 
@@ -145,7 +145,7 @@ def _allowed(detail: ErrorDetails) -> str:
     match detail["type"]:
         case "missing":
             return "is missing"
-        case "extra_forbidden":
+        case "extra_forbidden" | "unexpected_keyword_argument":
             return "unknown key"
         case "greater_than_equal":
             return f"a number, x >= {short(known['ge'])}"

@@ -4,17 +4,21 @@ from __future__ import annotations
 
 import json
 from collections.abc import Iterator
+from dataclasses import asdict, dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Self
+from typing import TYPE_CHECKING, Any, Literal, Self
 
-from pydantic import StrictBool, model_validator
+from pydantic import BaseModel, ConfigDict, StrictBool, model_validator
 
 from optuav.errors import NoPlanError
 from optuav.mission import Mission
 from optuav.mission.files import write_text
 from optuav.mission.schema import Slot
+from optuav.network import vehicle
 from optuav.network.places import ENDS
-from optuav.plan.phases import Kind, Number, Phase, Record, Stop, overfull_s, runs_dry_s
+from optuav.network.timeline import Figure, Kind, Phase, carry
+from optuav.physics.charging import STEPS
+from optuav.physics.kibam import time_to_empty, time_to_full
 from optuav.plan.summary import summary
 from optuav.status import Status
 
@@ -31,6 +35,9 @@ DERIVED = (
 )
 """Figures that a file repeats for its readers; they follow from the phases, which decide."""
 
+ROUNDING = 1e-9
+"""Share of the capacity by which rounding may carry a well past its limit [-]."""
+
 COLUMNS = (
     *("kind", "start_place", "end_place", "start_s", "duration_s", "current_A", "power_W"),
     *("distance_m", "peak_speed_m_s", "edited"),
@@ -38,7 +45,27 @@ COLUMNS = (
 """Attributes of a phase that are columns of a plan's table."""
 
 
-class Plan(Record):
+@dataclass(frozen=True)
+class Stop:
+    """A stay at one place.
+
+    Parameters
+    ----------
+    kind
+        ``"hover"`` or ``"rest"``.
+    at
+        Name of the place.
+    start_s, duration_s
+        Start, counted from take-off, and duration [s].
+    """
+
+    kind: Literal["hover", "rest"]
+    at: str
+    start_s: float
+    duration_s: float
+
+
+class Plan(BaseModel):
     """The answer to a problem over a mission.
 
     Where there is no plan, `status` and `reasons` say so, and every time or state raises
@@ -81,6 +108,8 @@ class Plan(Record):
     (('origin', 'hover', 'destination'), True)
     """
 
+    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
+
     mission: Mission
     problem: str
     trajectory: str | None
@@ -95,7 +124,7 @@ class Plan(Record):
     reasons: tuple[str, ...] = ()
     notes: tuple[str, ...] = ()
     phases: tuple[Phase, ...] = ()
-    soc: dict[str, Number] | None = None
+    soc: dict[str, Figure] | None = None
     flyable: StrictBool | None = None
 
     @model_validator(mode="after")
@@ -167,9 +196,7 @@ class Plan(Record):
     def stops(self) -> tuple[Stop, ...]:
         """Hovers and rests in order; a stop with T' = 0 is passed by."""
         return tuple(
-            Stop(
-                kind=each.kind, at=each.end_place, start_s=each.start_s, duration_s=each.duration_s
-            )
+            Stop(each.kind, each.end_place, each.start_s, each.duration_s)
             for each in self._existing()
             if each.kind != "flight"
         )
@@ -182,7 +209,9 @@ class Plan(Record):
     @property
     def runs_dry_s(self) -> float | None:
         """When the available well is empty, or no pack is left to fly on [s]; None if never."""
-        return runs_dry_s(self.mission, self._existing())
+        if self.mission.battery.takes_turns:
+            return carry(self.mission, self._existing()).ended_s
+        return self._first_crossing_s(full=False)
 
     @property
     def overfull_s(self) -> float | None:
@@ -190,7 +219,9 @@ class Plan(Record):
 
         Where packs take turns, and where charging tapers, a full pack takes no more than it holds.
         """
-        return overfull_s(self.mission, self._existing())
+        battery = self.mission.battery
+        refuses = battery.takes_turns or battery.charging == "taper"
+        return None if self._existing() and refuses else self._first_crossing_s(full=True)
 
     @property
     def warnings(self) -> tuple[str, ...]:
@@ -212,6 +243,19 @@ class Plan(Record):
             why = "; ".join(self.reasons) or self.proof
             raise NoPlanError(f"there is no plan ({self.status.value}): {why}")
         return self.phases
+
+    def _first_crossing_s(self, *, full: bool) -> float | None:
+        """When y1 first rises above ωB, or else falls below 0 [s]; a stage's end is the extreme."""
+        pool, end_of = vehicle.pool(self.mission), STEPS[self.mission.battery.charging]
+        wells, start_s = pool.full, 0.0
+        for stage in (stage for phase in self._existing() for stage in phase.net):
+            end = end_of(pool, wells, stage)
+            level = end.available_As / pool.capacity_As
+            if level > pool.available_fraction + ROUNDING if full else level < -ROUNDING:
+                crossing_s = (time_to_full if full else time_to_empty)(pool, wells, stage.current_A)
+                return float(start_s + min(crossing_s, stage.duration_s))
+            wells, start_s = end, start_s + stage.duration_s
+        return None
 
     def _time(self, kind: Kind) -> float:
         return sum((each.duration_s for each in self._existing() if each.kind == kind), 0.0)
@@ -281,5 +325,5 @@ class Plan(Record):
 
 def _plain(value: object) -> object:
     if isinstance(value, tuple):
-        return [each if isinstance(each, str) else each.model_dump(mode="json") for each in value]
+        return [asdict(each) if isinstance(each, Stop) else each for each in value]
     return value

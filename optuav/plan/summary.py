@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 from optuav.mission.messages import counted_in, printable
 from optuav.network import vehicle
-from optuav.plan.phases import Phase
+from optuav.network.timeline import Phase
 
 if TYPE_CHECKING:
     from optuav.plan.plan import Plan

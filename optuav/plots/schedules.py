@@ -12,7 +12,6 @@ from optuav.network.timeline import carry, full_packs
 from optuav.physics.kibam import Battery, Stage, Wells, step
 from optuav.physics.packs import NOBODY, Stretch
 from optuav.plan import Plan
-from optuav.plan.phases import net_stages
 from optuav.plots import style
 from optuav.plots.bands import legend_below, panels
 from optuav.plots.labels import settle
@@ -80,7 +79,7 @@ def _draw_panel(ax: Axes, plan: Plan) -> None:
         colour = style.KINDS[phase.kind]
         ax.axvspan(phase.start_s, phase.end_s, color=colour, alpha=0.13, linewidth=0.0)
     wells = Wells(*(np.full(carried.count, float(well)) for well in carried.pack.full))
-    by_phase = carry(plan.mission, net_stages(plan.phases)).stretches
+    by_phase = carry(plan.mission, plan.phases).stretches
     for stretch in (each for stretches in by_phase for each in stretches):
         _draw_curves(ax, carried.pack, wells, stretch)
         _draw_strips(ax, stretch)

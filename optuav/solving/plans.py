@@ -23,15 +23,13 @@ from optuav.modelling import Constraint, Model, evaluate
 from optuav.modelling.check import evaluated, relations
 from optuav.modelling.classify import traits
 from optuav.modelling.traversal import has_unknowns
-from optuav.network import timeline as mission_phases
 from optuav.network.network import Network
 from optuav.network.one_stop import find_shortcuts, shortcuts_in_words
 from optuav.network.places import charging_cap
 from optuav.network.routes import NO_LEG
-from optuav.network.timeline import route_phases
+from optuav.network.timeline import route_phases, simulated
 from optuav.physics.flight import speed_warning
-from optuav.plan import Phase, Plan, Stage
-from optuav.plan.phases import wells_at_ends
+from optuav.plan import Phase, Plan
 from optuav.solving.assemble import quantities, step_ends
 from optuav.solving.dispatch import answer
 from optuav.solving.question import AUTO, PROBLEM_NAMES, Question
@@ -170,36 +168,7 @@ def planned_phases(
     network: Network, route: int, hover_time_s: float, rest_time_s: float
 ) -> tuple[Phase, ...]:
     """Phases of a plan with the wells of its packs at their ends."""
-    found = route_phases(network, route, hover_time_s, rest_time_s)
-    return with_wells(network, found)
-
-
-def with_wells(network: Network, found: Sequence[mission_phases.Phase]) -> tuple[Phase, ...]:
-    """Phases of the network as those of a plan, with the wells of the packs at their ends."""
-    ends = wells_at_ends(network.mission, [(each.kind, each.stages) for each in found])
-    where, table, names = network.places, network.legs, network.places.names
-    start_s, planned = 0.0, []
-    for each, wells in zip(found, ends, strict=True):
-        flown = each.leg != NO_LEG
-        planned.append(
-            Phase(
-                kind=each.kind,
-                start_place=names[each.start_place],
-                end_place=names[each.end_place],
-                start_s=start_s,
-                stages=tuple(
-                    Stage(duration_s=stage.duration_s, current_A=stage.current_A, power_W=power_W)
-                    for stage, power_W in zip(each.stages, each.powers_W, strict=True)
-                ),
-                distance_m=float(table.distance_m[each.leg]) if flown else 0.0,
-                peak_speed_m_s=float(table.peak_speed_m_s[each.leg]) if flown else 0.0,
-                edited=bool(table.edited[each.leg] if flown else where.edited[each.end_place]),
-                available_As=tuple(np.atleast_1d(wells.available_As).tolist()),
-                bound_As=tuple(np.atleast_1d(wells.bound_As).tolist()),
-            )
-        )
-        start_s = planned[-1].end_s
-    return tuple(planned)
+    return simulated(network.mission, route_phases(network, route, hover_time_s, rest_time_s))
 
 
 def states_of_charge(

@@ -20,7 +20,6 @@ from optuav.modelling import Checks, Model
 from optuav.modelling.classify import Traits, traits
 from optuav.network.network import Network
 from optuav.plan import Plan
-from optuav.plan.phases import runs_dry_s
 from optuav.solving.assemble import quantities
 from optuav.solving.dispatch import answer
 from optuav.solving.plans import (
@@ -307,7 +306,7 @@ def with_promise(program: Program, plan: Plan) -> Plan:
         f"promises {times['hover_time_s']:.2f} s of hover"
     )
     flown = planned_phases(network, int(parts[number].routes[entry]), **times)
-    dry_s = runs_dry_s(network.mission, flown)
+    dry_s = plan.model_copy(update={"phases": flown}).runs_dry_s
     if dry_s is not None:
         words += f"; that plan would run dry and fall at {dry_s:.2f} s"
     return plan.model_copy(update={"notes": (*plan.notes, words)})

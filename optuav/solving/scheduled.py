@@ -276,4 +276,4 @@ class _Way:
     def _carry(self, carried: Packs, hovers_s: Floats, rests_s: Floats, which: slice) -> None:
         """Let packs carry some phases, with one hover and one rest [s] a course."""
         for each in route_phases(self.network, self.route, hovers_s, rests_s)[which]:
-            carried.job(pack_loads(self.network.mission, each.kind, each.stages))
+            carried.job(pack_loads(self.network.mission, each))

@@ -17,7 +17,7 @@ from optuav.network import vehicle
 from optuav.network.feasibility import never_flyable
 from optuav.network.network import Network
 from optuav.network.places import FIRST_BUILDING
-from optuav.network.timeline import phases_along, rest_net
+from optuav.network.timeline import phases_along, rest_net, simulated
 from optuav.physics.quantity import TINY
 from optuav.plan import Plan
 from optuav.search.branch import INTERRUPTED, TIE_S, Progress, SearchResult, search
@@ -33,7 +33,6 @@ from optuav.solving.plans import (
     replayed,
     shortfalls,
     states_of_charge,
-    with_wells,
 )
 from optuav.solving.program import Program
 from optuav.status import Status
@@ -135,7 +134,7 @@ def _plan(program: Program, everywhere: Network, found: SearchResult, asked_for:
     network = replace(everywhere, routes=way)
     legs = [int(leg) for leg in way.legs[0]]
     stays_s = stops.stays_s.tolist()
-    flown = with_wells(network, phases_along(network, legs, stays_s))
+    flown = simulated(network.mission, phases_along(network, legs, stays_s))
     known = _known(found, hover_s)
     notes = [*known["notes"]]
     if network.legs.edited[legs].any():

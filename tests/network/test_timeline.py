@@ -8,7 +8,7 @@ import pytest
 from optuav.errors import InputError
 from optuav.mission import Mission, load
 from optuav.network import vehicle
-from optuav.network.timeline import carry
+from optuav.network.timeline import Kind, Phase, PhaseStage, carry
 from optuav.physics import kibam
 from optuav.physics.kibam import Battery, Stage
 
@@ -18,16 +18,22 @@ PACK = Battery(36_000.0, 0.8, 4.5e-5)
 SEQUENTIAL = PAPER.replace({"battery.schedule": "sequential"})
 
 
-def hover(duration_s: float) -> tuple[str, list[Stage]]:
-    return "hover", [Stage(CHARGE_A - DRAWN_A, duration_s)]
+def phase(kind: Kind, *stages: tuple[float, float]) -> Phase:
+    """Stages of net current [A] and duration [s]; the rest has no part in what packs do."""
+    parts = tuple(PhaseStage(duration_s, current_A, 0.0) for current_A, duration_s in stages)
+    return Phase(kind, "", "", 0.0, parts, 0.0, 0.0, False, (), ())
 
 
-def rest(duration_s: float) -> tuple[str, list[Stage]]:
-    return "rest", [Stage(CHARGE_A, duration_s)]
+def hover(duration_s: float) -> Phase:
+    return phase("hover", (CHARGE_A - DRAWN_A, duration_s))
 
 
-def flight(*stages: tuple[float, float]) -> tuple[str, list[Stage]]:
-    return "flight", [Stage(-current_A, duration_s) for current_A, duration_s in stages]
+def rest(duration_s: float) -> Phase:
+    return phase("rest", (CHARGE_A, duration_s))
+
+
+def flight(*stages: tuple[float, float]) -> Phase:
+    return phase("flight", *((-current_A, duration_s) for current_A, duration_s in stages))
 
 
 # Keys

@@ -5,6 +5,7 @@ from __future__ import annotations
 import copy
 import math
 import pickle
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -208,9 +209,9 @@ def with_phases(change: Any) -> Plan:
         (lambda p: p[:1] + p[2:][::-1], "begins elsewhere than the one before it ends"),
         (lambda p: (p[1],), "at least one is a flight"),
         (lambda p: (), "a plan that is optimal needs phases and soc"),
-        (lambda p: (p[0].model_copy(update={"end_place": "b99"}),), "'b99' is no place"),
-        (lambda p: (p[0].model_copy(update={"kind": "rest"}),), "a rest ends where it begins"),
-        (lambda p: (p[0].model_copy(update={"bound_As": (1.0, 2.0)}),), "one entry a pack"),
+        (lambda p: (replace(p[0], end_place="b99"),), "'b99' is no place"),
+        (lambda p: (replace(p[0], kind="rest"),), "a rest ends where it begins"),
+        (lambda p: (replace(p[0], bound_As=(1.0, 2.0)),), "one entry a pack"),
     ],
 )
 def test_a_plan_whose_parts_do_not_fit_is_refused(change: Any, words: str) -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import subprocess
 import sys
+from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -77,7 +78,7 @@ def test_packs_that_take_turns_are_drawn_as_such(tmp_path: Path) -> None:
 
 
 def test_a_leg_with_figures_of_the_user_is_not_drawn_from_the_model(paper: optuav.Plan) -> None:
-    edited = [phase.model_copy(update={"edited": True}) for phase in paper.phases]
+    edited = [replace(phase, edited=True) for phase in paper.phases]
     plan = paper.model_copy(update={"phases": tuple(edited)})
     assert files.modelled_leg(plan) is None
     shown = files.modelled_leg(paper)

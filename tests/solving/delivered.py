@@ -35,7 +35,7 @@ def slack(network: Network, route: int, hover_s: Floats, rest_s: Any, looks: int
     capacity_As, share = battery.packs * battery.capacity_As, battery.available_fraction
     wells, used_s = Kibam(capacity_As, share, battery.flow_rate_per_s), 0.0
     for phase in route_phases(network, route, hover_s, rest_s):
-        for current_A, duration_s in phase.stages:
+        for current_A, duration_s in phase.net:
             if battery.charging == "taper" and current_A > 0.0:
                 wells.taper(current_A, duration_s)
             else:

@@ -44,7 +44,7 @@ def can_be_flown(network: Network, route: int, hover_s: float, rest_s: float) ->
     time_s = sum(each.duration_s for each in planned)
     if time_s > mission.limits.deadline_s + 1e-9:
         return False
-    flown = carry(mission, [(each.kind, each.stages) for each in planned])
+    flown = carry(mission, planned)
     left_As = sum(sum(well) for well in flown.wells[-1])
     capacity_As = mission.battery.packs * mission.battery.capacity_As
     return flown.ended_s is None and left_As >= mission.limits.min_soc * capacity_As
