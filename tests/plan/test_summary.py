@@ -19,7 +19,8 @@ PAPER = optuav.load("paper")
 OPTIMAL = """\
 Mission      paper
 Problem      P1, trajectory optimal, perspective battery, continuous times
-Answer       optimal (closed form: linear programming duality)
+Answer       optimal with at most one rest and one hover in one piece (closed
+             form: linear programming duality)
 Flyable      NO, as its simulation shows
 
 Hover            719.54 s   at hover, from 442.56 s
