@@ -50,9 +50,9 @@ def audit(
     judged = judge(plan)
     written = []
     if plot is not None and judged.replay is not None and judged.replay.phases:
-        from optuav.plots import save_profile
+        from optuav import plots
 
-        written.append(save_profile(judged.replay, plot))
+        written.append(plots.save(plots.profile(judged.replay), plot))
     if as_json:
         typer.echo(json.dumps(judged.to_dict(), indent=2, ensure_ascii=False))
     else:

@@ -85,8 +85,8 @@ def calibrate(
     if save is not None:
         write_text(save, found.to_toml(extends, save))
         written.append(save)
-    if plot is not None:
-        written += plots.save_fit(found, plot)
+    if plot is not None and found.panels:
+        written.append(plots.save(plots.fit(found)[0], plot / "fit.png"))
     if as_json:
         typer.echo(json.dumps(found.to_dict(), indent=2, ensure_ascii=False))
         return

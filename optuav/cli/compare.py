@@ -112,7 +112,7 @@ def make_ready(save: Path | None, plot: Path | None) -> None:
         from optuav import plots
 
         make_directory(plot)
-        _ = plots.slot_gaps  # refused here where matplotlib is missing
+        _ = plots.bars  # refused here where matplotlib is missing
 
 
 def _names(text: str) -> list[str]:

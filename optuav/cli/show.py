@@ -51,9 +51,9 @@ def show(
     else:
         _print(shown, figures)
     if plot is not None:
-        from optuav.plots import save_map
+        from optuav.plots import save_pictures
 
-        for path in save_map(shown, plot):
+        for path in save_pictures(shown, plot):
             typer.echo(f"wrote {path}", err=as_json)
 
 

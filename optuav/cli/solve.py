@@ -91,7 +91,7 @@ def solve(
         hovers=hovers,
     )
     if animate is not None:
-        from optuav.plots.files import gif_file
+        from optuav.plots import gif_file
 
         gif_file(animate)
     several = {stops, hovers} - {None, 1}

@@ -221,10 +221,9 @@ def _curves(
 
 def _bars(plans: Mapping[str, Plan], mission: Mission, words: str) -> Axes:
     return plots.bars(
-        {name: plan.hover_time_s for name, plan in plans.items()},
+        [plots.Bar(name, "", p.hover_time_s, p.flyable is not False) for name, p in plans.items()],
         title=_titled(mission, words),
         y_label="hover time Δ [s]",
-        hatched=[name for name, plan in plans.items() if plan.flyable is False],
     )
 
 
@@ -252,18 +251,24 @@ def system(mission: Mission, perspective: Perspective) -> Exhibit:
 
 def wells(mission: Mission, perspective: Perspective) -> Exhibit:
     """The two wells at the end of every phase of the optimal plan."""
-    from optuav.plots.charge import moments
-
-    plan = _plan(mission, perspective=perspective)
-    words, available, bound = zip(*moments(plan), strict=True)
-    percents = [[100.0 * share for share in shares] for shares in (available, bound)]
+    plan, full = _plan(mission, perspective=perspective), vehicle.pool(mission).full
+    lasting = [phase for phase in plan.phases if phase.duration_s > 0.0]
+    words = [
+        "full, at take-off",
+        *(f"after {phase.kind}, {phase.end_s:.0f} s" for phase in lasting),
+    ]
+    ends = [(phase.available_As, phase.bound_As) for phase in lasting]
+    percents = [
+        [100.0, *(100.0 * sum(end) / float(size) for end in well)]
+        for well, size in zip(zip(*ends, strict=True), full, strict=True)
+    ]
     columns = ("moment", "available_percent_of_full", "bound_percent_of_full")
     findings = [
         f"The available well ends at {number(percents[0][-1], 1)} % of its full charge, the bound "
         f"well at {number(percents[1][-1], 1)} %.",
         *(f"{each[:1].upper()}{each[1:].removesuffix('.')}." for each in plan.warnings),
     ]
-    axes, details = plots.tanks(plan)[0], _details(mission, perspective)
+    axes, details = plots.wells([plan])[0], _details(mission, perspective)
     records = _columns(columns, words, *percents)
     return Exhibit(mission, "wells", records, axes, (), perspective, details, findings)
 
@@ -325,7 +330,7 @@ def by_perspective(mission: Mission) -> Iterator[Exhibit]:
     for deadline_s in deadlines_s(mission):
         changed = with_deadline(mission, deadline_s)
         plans: dict[str, Plan] = {}
-        shown: list[plots.Bar] = []
+        hovers, charges = list[plots.Bar](), list[plots.Bar]()
         best: list[str] = []
         for perspective in (*PAPER, OURS):
             own = {
@@ -333,14 +338,11 @@ def by_perspective(mission: Mission) -> Iterator[Exhibit]:
                 for name in TRAJECTORIES
             }
             plans |= {f"{name}, {perspective}": plan for name, plan in own.items()}
-            shown += [
-                plots.Bar(
-                    perspective, name, p.hover_time_s, eta(p, "battery") / 100.0, bool(p.flyable)
-                )
-                if p
-                else plots.Bar(perspective, name, None, None)
-                for name, p in zip(TRAJECTORIES, own.values(), strict=True)
-            ]
+            for name, plan in zip(TRAJECTORIES, own.values(), strict=True):
+                values = (plan.hover_time_s, eta(plan, "battery")) if plan else (None, None)
+                flyable = not plan or bool(plan.flyable)
+                hovers.append(plots.Bar(perspective, name, values[0], flyable))
+                charges.append(plots.Bar(perspective, name, values[1], flyable))
             best += _longest(perspective, own)
         found = existing(plans)
         title = _titled(mission, f"$T_{{max}}$ = {deadline_s:g} s")
@@ -350,9 +352,14 @@ def by_perspective(mission: Mission) -> Iterator[Exhibit]:
             _details(changed),
         )
         findings = (*best, *grounded(found, "bars"), *missing(plans))
-        axes = plots.hover_bars(shown, f"{title}, hover time")
+        axes = plots.bars(hovers, title=f"{title}, hover time", y_label="hover time Δ [s]")
         yield Exhibit(changed, "hover-time", records, axes, (), part, details, findings)
-        axes = plots.charge_bars(shown, f"{title}, charge left", mission.limits.min_soc)
+        axes = plots.bars(
+            charges,
+            title=f"{title}, charge left",
+            y_label="charge left $η_1(T)$ [%]",
+            level=plots.Level(100.0 * mission.limits.min_soc, "least, $η_0$"),
+        )
         yield Exhibit(changed, "charge-left", records, axes, (), part, details)
 
 

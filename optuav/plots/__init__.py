@@ -12,31 +12,25 @@ from typing import TYPE_CHECKING
 from optuav.errors import InputError
 
 if TYPE_CHECKING:
-    from optuav.plots.animation import animate as animate
+    from optuav.plots.animation import gif_file as gif_file
+    from optuav.plots.animation import save_animation as save_animation
     from optuav.plots.calibrations import FitAxes as FitAxes
     from optuav.plots.calibrations import fit as fit
     from optuav.plots.charge import BatteryAxes as BatteryAxes
     from optuav.plots.charge import battery as battery
-    from optuav.plots.charge import tanks as tanks
     from optuav.plots.charge import wells as wells
-    from optuav.plots.comparison import Bar as Bar
-    from optuav.plots.comparison import BarAxes as BarAxes
-    from optuav.plots.comparison import Gap as Gap
-    from optuav.plots.comparison import bars as bars
-    from optuav.plots.comparison import charge_bars as charge_bars
-    from optuav.plots.comparison import choice_bars as choice_bars
-    from optuav.plots.comparison import hover_bars as hover_bars
-    from optuav.plots.comparison import slot_gaps as slot_gaps
-    from optuav.plots.files import save_animation as save_animation
-    from optuav.plots.files import save_fit as save_fit
-    from optuav.plots.files import save_map as save_map
+    from optuav.plots.charts import Bar as Bar
+    from optuav.plots.charts import Level as Level
+    from optuav.plots.charts import Line as Line
+    from optuav.plots.charts import Mark as Mark
+    from optuav.plots.charts import bars as bars
+    from optuav.plots.charts import choice_bars as choice_bars
+    from optuav.plots.charts import curves as curves
+    from optuav.plots.files import save as save
+    from optuav.plots.files import save_figures as save_figures
     from optuav.plots.files import save_pictures as save_pictures
-    from optuav.plots.files import save_profile as save_profile
     from optuav.plots.legs import LegAxes as LegAxes
     from optuav.plots.legs import leg as leg
-    from optuav.plots.lines import Line as Line
-    from optuav.plots.lines import Mark as Mark
-    from optuav.plots.lines import curves as curves
     from optuav.plots.map import MapAxes as MapAxes
     from optuav.plots.map import mission_map as mission_map
     from optuav.plots.map import trajectories as trajectories
@@ -49,13 +43,12 @@ if TYPE_CHECKING:
     from optuav.plots.uncertainty import tornado as tornado
 
 NAMES = {
-    "animation": "animate",
+    "animation": "gif_file save_animation",
     "calibrations": "FitAxes fit",
-    "charge": "BatteryAxes battery tanks wells",
-    "comparison": "Bar BarAxes Gap bars charge_bars choice_bars hover_bars slot_gaps",
-    "files": "save_animation save_fit save_map save_pictures save_profile",
+    "charge": "BatteryAxes battery wells",
+    "charts": "Bar Level Line Mark bars choice_bars curves",
+    "files": "save save_figures save_pictures",
     "legs": "LegAxes leg",
-    "lines": "Line Mark curves",
     "map": "MapAxes mission_map trajectories",
     "planes": "plane",
     "profiles": "ProfileAxes profile",

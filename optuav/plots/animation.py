@@ -3,27 +3,26 @@
 from __future__ import annotations
 
 import io
-import itertools
-from collections.abc import Callable
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
+from pathlib import Path
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
-from matplotlib.animation import AbstractMovieWriter, FuncAnimation
-from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
-from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 from PIL import Image
 
+from optuav.errors import Fault, InputError
+from optuav.mission.files import write_bytes
+from optuav.mission.messages import shown
 from optuav.plan.trace import Trace
 from optuav.plots import style
 from optuav.plots.bands import NAMES_PT, draw_bands, swatches
 from optuav.plots.charge import Course, draw_wells
-from optuav.plots.labels import Label, place, settle
+from optuav.plots.labels import Label, place
 from optuav.plots.profiles import Replayed, timed, trace_bands
 from optuav.plots.scene import (
     Scene,
@@ -45,45 +44,64 @@ PALETTE = (BLACK, ORANGE, SKY, GREEN, BLUE, VERMILLION, PURPLE, GREY)
 """Colours that stay as they are in a GIF, however little of the picture they fill."""
 
 
-def animate(replayed: Replayed) -> FuncAnimation:
-    """Show a simulated plan in motion, in a quarter of a minute: map and wells together.
+def save_animation(replayed: Replayed, path: str | Path) -> Path:
+    """Write a simulated plan in motion as a GIF of a quarter of a minute: map and wells together.
 
     On the map the UAV flies its way, and is joined to the laser while that delivers power; beside
-    it the bands of the wells grow. From the first violated limit on, the UAV is red.
+    it the bands of the wells grow. From the first violated limit on, the UAV is red. The same plan
+    gives the same bytes.
 
     Parameters
     ----------
     replayed
         From `optuav.replay`.
-
-    Returns
-    -------
-    An animation on a page of its own, to be saved (`save_animation`) or shown in a notebook.
+    path
+        The file, whose name ends in ``.gif``; what is there is replaced, whole or not at all.
 
     Raises
     ------
     NoPlanError
         If nothing is flown.
+    InputError
+        If matplotlib is missing, or the file cannot be written or has another ending.
 
     Examples
     --------
     >>> import optuav
     >>> replayed = optuav.replay(optuav.solve("paper", "P3"))
-    >>> optuav.plots.animate(replayed).save("flight.mp4")  # doctest: +SKIP
+    >>> optuav.plots.save_animation(replayed, "mission.mp4")
+    Traceback (most recent call last):
+    ...
+    optuav.errors.InputError: animation = 'mission.mp4': a name that ends in .gif
     """
-    end_s = float(replayed.trace.time_s[-1])
+    file = gif_file(path)
+    write_bytes(file, _gif(list(frames(replayed))))
+    return file
+
+
+def gif_file(path: str | Path) -> Path:
+    """The file of an animation; an `InputError` if its name does not end in ``.gif``."""
+    file = Path(path)
+    if file.suffix.lower() != ".gif":
+        raise InputError([Fault("animation", shown(str(file)), "a name that ends in .gif")])
+    return file
+
+
+def frames(replayed: Replayed) -> Iterator[Image.Image]:
+    """The pictures of an animation: moments evenly over the mission, and the end for a while."""
     with style.applied():
         still = _still(replayed)
         figure = style.page(*reversed(still.get_size_inches()))
         figure.set_layout_engine("none")
         figure.set_dpi(DOTS_PER_INCH)
-        figure.figimage(_image(still), zorder=-1)  # what does not move is drawn once
+        figure.figimage(np.asarray(_image(still)), zorder=-1)  # what does not move is drawn once
         left, right = (_over(figure, ax) for ax in still.axes[:2])
-        moving = _moving(left, right, replayed)
-    moments_s = [*np.linspace(0.0, end_s, FRAMES).tolist(), *itertools.repeat(end_s, HELD)]
-    return FuncAnimation(
-        figure, moving, frames=moments_s, interval=1000.0 / FRAMES_PER_S, cache_frame_data=False
-    )
+        show = _moving(left, right, replayed)
+        for moment_s in np.linspace(0.0, replayed.trace.time_s[-1], FRAMES).tolist():
+            show(moment_s)
+            image = _image(figure)
+            yield image
+    yield from [image] * HELD
 
 
 def _over(figure: Figure, ax: Axes) -> Axes:
@@ -105,25 +123,25 @@ def _still(replayed: Replayed) -> Figure:
     right.set(xlim=(0.0, trace.time_s[-1] or 1.0), xlabel=style.TIME)
     right.set_title(" ", pad=NAMES_PT)
     left.set_title(" ")
-    shown = scene(replayed.mission)
-    _draw_map(left, shown, trace)
+    view = scene(replayed.mission)
+    _draw_map(left, view, trace)
     style.group_thousands(left, right)
     entries = [
-        Line2D([], [], color=ORANGE, linewidth=1.6, label="power from the laser"),
+        style.entry("power from the laser", ORANGE, 1.6),
         Patch(color=BLUE, linewidth=0.0, label="available $y_1$"),
         Patch(color=SKY, linewidth=0.0, label="bound $y_2$"),
         *swatches(trace.kind),
     ]
     figure.legend(handles=entries, loc="outside lower center", ncols=7)
-    settle(left)
-    _name_places(left, shown, trace)
+    style.settle(left)
+    _name_places(left, view, trace)
     draw_bands([right], list(trace_bands(trace)))
     figure.set_layout_engine("none")
     return figure
 
 
-def _draw_map(ax: Axes, shown: Scene, trace: Trace) -> None:
-    draw_plan_view(ax, shown)
+def _draw_map(ax: Axes, view: Scene, trace: Trace) -> None:
+    draw_plan_view(ax, view)
     x, y, _ = trace.position_m.T
     ax.plot(x, y, color=GREY, linewidth=0.8, linestyle=style.DASHED, zorder=3)
     for number in np.unique(trace.phase):
@@ -134,7 +152,7 @@ def _draw_map(ax: Axes, shown: Scene, trace: Trace) -> None:
         ax.plot(x[end], y[end], "D", color=BLACK, markersize=4, zorder=4)
 
 
-def _name_places(ax: Axes, shown: Scene, trace: Trace) -> None:
+def _name_places(ax: Axes, view: Scene, trace: Trace) -> None:
     """Write names without symbols, for which a small map has no room."""
     x, y, _ = trace.position_m.T
     reached = [int(np.flatnonzero(trace.phase == number)[-1]) for number in np.unique(trace.phase)]
@@ -145,13 +163,13 @@ def _name_places(ax: Axes, shown: Scene, trace: Trace) -> None:
     written = {label.at for label in labels}
     labels += [
         replace(label, text=label.text.partition(" $")[0])
-        for label in scenery_labels(shown)
+        for label in scenery_labels(view)
         if tuple(label.at) not in written
     ]
     place(ax, labels, [np.stack([x, y], axis=1)], drawn_sight_lines(ax))
 
 
-def _moving(left: Axes, right: Axes, replayed: Replayed) -> Callable[[float], list[Artist]]:
+def _moving(left: Axes, right: Axes, replayed: Replayed) -> Callable[[float], None]:
     """A function that draws a moment [s]."""
     trace, laser = replayed.trace, replayed.mission.laser
     end_s = float(trace.time_s[-1])
@@ -164,7 +182,7 @@ def _moving(left: Axes, right: Axes, replayed: Replayed) -> Callable[[float], li
     verdict = right.set_title("", y=1.0, pad=NAMES_PT, color=VERMILLION)
     events, name = timed(replayed), style.printed(replayed.mission.name)
 
-    def show(moment_s: float) -> list[Artist]:
+    def show(moment_s: float) -> None:
         at = max(0, int(np.searchsorted(trace.time_s, moment_s, side="right")) - 1)
         here = [float(np.interp(moment_s, trace.time_s, each)) for each in trace.position_m.T[:2]]
         trail.set_data(*np.concatenate([trace.position_m[: at + 1, :2], [here]]).T)
@@ -177,54 +195,25 @@ def _moving(left: Axes, right: Axes, replayed: Replayed) -> Callable[[float], li
         now.set_data([moment_s, moment_s], right.get_ylim())
         clock.set_text(f"{name}, $t$ = {moment_s:.0f} s: {trace.kind[at]}")
         verdict.set_text(", ".join(f"{each.kind} at {each.time_s:.1f} s" for each in past[:2]))
-        return [trail, beam, craft, veil, now, clock, verdict]
 
     return show
 
 
-def _image(figure: Figure) -> npt.NDArray[np.uint8]:
-    """A figure that is laid out as an image (row, column, colour)."""
-    before = figure.canvas
+def _image(figure: Figure) -> Image.Image:
+    """A figure that is laid out as an image."""
     canvas: Any = FigureCanvasAgg(figure)
     canvas.draw()
-    figure.set_canvas(before)  # an animation draws on the figure's canvas too: once is enough
-    return np.array(canvas.buffer_rgba())
+    return Image.fromarray(np.array(canvas.buffer_rgba())).convert("RGB")
 
 
-class GifWriter(AbstractMovieWriter):
-    """Makes a GIF in memory, small because all frames share one palette.
-
-    Where nothing moves, frames stay the same; those of matplotlib's own writer do not.
-
-    Parameters
-    ----------
-    fps
-        Frames a second.
-    """
-
-    content = b""
-
-    def setup(self, fig: Figure, outfile: object, dpi: float | None = None) -> None:
-        """Begin; nothing is written to the file."""
-        self.figure, self.frames = fig, list[Image.Image]()
-
-    def grab_frame(self, **_: object) -> None:
-        """Keep the figure as it is now."""
-        self.frames.append(Image.fromarray(_image(self.figure)).convert("RGB"))
-
-    def finish(self) -> None:
-        """Put the frames together, in the colours of three of them and of the palette."""
-        samples = [self.frames[at] for at in (0, len(self.frames) // 2, -1)]
-        width, height = samples[0].size
-        samples += [Image.new("RGB", (width, height // 8), colour) for colour in PALETTE]
-        sheet = Image.new("RGB", (width, sum(each.height for each in samples)))
-        tops = itertools.accumulate((each.height for each in samples), initial=0)
-        for top, each in zip(tops, samples, strict=False):
-            sheet.paste(each, (0, top))
-        palette = sheet.quantize(COLOURS)
-        first, *rest = (
-            each.quantize(palette=palette, dither=Image.Dither.NONE) for each in self.frames
-        )
-        file, duration_ms = io.BytesIO(), round(1000 / self.fps)
-        first.save(file, "GIF", save_all=True, append_images=rest, duration=duration_ms, loop=0)
-        self.content = file.getvalue()
+def _gif(images: Sequence[Image.Image]) -> bytes:
+    """A GIF, small as all frames share the colours of three of them and of the palette."""
+    samples = [images[at] for at in (0, len(images) // 2, -1)]
+    width, height = samples[0].size
+    samples += [Image.new("RGB", (width, height // 8), colour) for colour in PALETTE]
+    sheet = Image.fromarray(np.concatenate([np.asarray(each) for each in samples]))
+    palette = sheet.quantize(COLOURS)
+    first, *rest = (each.quantize(palette=palette, dither=Image.Dither.NONE) for each in images)
+    file, duration_ms = io.BytesIO(), round(1000 / FRAMES_PER_S)
+    first.save(file, "GIF", save_all=True, append_images=rest, duration=duration_ms, loop=0)
+    return file.getvalue()

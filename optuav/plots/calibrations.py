@@ -14,7 +14,6 @@ from matplotlib.ticker import FuncFormatter, LogLocator, MaxNLocator, NullFormat
 from optuav.calibration.fit import Fit, Panel
 from optuav.errors import InputError
 from optuav.plots import style
-from optuav.plots.labels import settle
 from optuav.plots.style import BLACK, BLUE
 
 GROUPS = {**style.KINDS, "charge": style.PURPLE, "": BLUE}
@@ -36,6 +35,7 @@ class FitAxes(NamedTuple):
     residuals: Axes
 
 
+@style.applied()
 def fit(found: Fit, axes: tuple[FitAxes, ...] | None = None) -> tuple[FitAxes, ...]:
     """Draw observed and fitted values, and their differences, one row a quantity.
 
@@ -65,16 +65,15 @@ def fit(found: Fit, axes: tuple[FitAxes, ...] | None = None) -> tuple[FitAxes, .
         raise InputError(f"there is nothing to draw: the values come from {found.data}")
     if axes is not None and len(axes) != len(found.panels):
         raise InputError(f"{len(found.panels)} pairs of axes are needed, one a quantity")
-    with style.applied():
-        axes = axes or _page(found)
-        for ax, panel in zip(axes, found.panels, strict=True):
-            (_draw_names if panel.names else _draw_curve)(ax, panel)
-        sources = ", ".join(style.printed(each.rpartition("/")[2]) for each in found.sources[:2])
-        more = f" and {len(found.sources) - 2} more" if len(found.sources) > 2 else ""
-        axes[0].values.set_title(f"{found.kind} from {sources}{more}", pad=style.LEGEND_PT)
-        axes[0].residuals.set_title("what is left over", pad=style.LEGEND_PT)
-        style.legend_above(axes[0].values, 6, _entries(found))
-        settle(axes[0].values)
+    axes = axes or _page(found)
+    for ax, panel in zip(axes, found.panels, strict=True):
+        (_draw_names if panel.names else _draw_curve)(ax, panel)
+    sources = ", ".join(style.printed(each.rpartition("/")[2]) for each in found.sources[:2])
+    more = f" and {len(found.sources) - 2} more" if len(found.sources) > 2 else ""
+    axes[0].values.set_title(f"{found.kind} from {sources}{more}", pad=style.LEGEND_PT)
+    axes[0].residuals.set_title("what is left over", pad=style.LEGEND_PT)
+    style.legend_above(axes[0].values, 6, _entries(found))
+    style.settle(axes[0].values)
     return axes
 
 

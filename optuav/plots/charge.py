@@ -1,15 +1,13 @@
-"""The wells of the battery over plans: as curves, as bands, and as tanks."""
+"""The wells of the battery over plans, as curves and as bands."""
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterator, Sequence
 from typing import NamedTuple
 
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.lines import Line2D
-from matplotlib.patches import Patch, Rectangle
+from matplotlib.patches import Patch
 
 from optuav.arrays import Floats
 from optuav.mission import Mission
@@ -21,13 +19,13 @@ from optuav.plots import style
 from optuav.plots.bands import (
     NAMES_PT,
     draw_bands,
+    finish,
     legend_below,
-    legend_under,
     panels,
     plan_bands,
     swatches,
 )
-from optuav.plots.labels import mark, settle
+from optuav.plots.labels import mark
 from optuav.plots.style import BLACK, BLUE, GREY, SKY, VERMILLION
 
 POINTS_PER_STAGE = 65
@@ -36,9 +34,6 @@ FADED = 0.6
 FILLS, FADE = 1.5, 2.0
 """Heights of layers, above the bands of the phases."""
 HATCH = "//////"
-PIPE = 0.12
-"""Distance of the tanks, as a share of both their widths."""
-MOST_IN_A_ROW = 3
 
 
 class BatteryAxes(NamedTuple):
@@ -61,14 +56,6 @@ class Course(NamedTuple):
         return self.available_As + self.bound_As
 
 
-class Moment(NamedTuple):
-    """Fill of the wells at a moment [-]: charge over that of the full well."""
-
-    words: str
-    available: float
-    bound: float
-
-
 def course(pool: Battery, plan: Plan) -> Course:
     """Charge in the wells over time, exact at every point, both ends of every stage included."""
     charged = STEPS[plan.mission.battery.charging]
@@ -85,23 +72,7 @@ def course(pool: Battery, plan: Plan) -> Course:
     return Course(*map(np.concatenate, (times, available, bound)))
 
 
-def moments(plan: Plan) -> list[Moment]:
-    """The full battery, and the wells at the end of every phase that takes time."""
-    full = vehicle.pool(plan.mission).full
-    return [
-        Moment("full, at take-off", 1.0, 1.0),
-        *(
-            Moment(
-                f"after {phase.kind}, {phase.end_s:.0f} s",
-                sum(phase.available_As) / float(full.available_As),
-                sum(phase.bound_As) / float(full.bound_As),
-            )
-            for phase in plan.phases
-            if phase.duration_s > 0.0
-        ),
-    ]
-
-
+@style.applied()
 def battery(plan: Plan, axes: BatteryAxes | None = None) -> BatteryAxes:
     """Draw the charge in both wells of the pooled battery and the current, over time.
 
@@ -136,44 +107,41 @@ def battery(plan: Plan, axes: BatteryAxes | None = None) -> BatteryAxes:
     """
     end_s = plan.mission_time_s
     style.need_panels(axes, BatteryAxes)
-    with style.applied():
-        axes = axes or BatteryAxes(
-            *style.page(4.6).subplots(2, 1, sharex=True, height_ratios=(2.2, 1.0))
-        )
-        pool = vehicle.pool(plan.mission)
-        lived = course(pool, plan)
-        _draw_curves(axes.wells, pool, lived)
-        _draw_current(axes.current, lived)
-        for ax in axes:
-            ax.set_xlim(0.0, end_s or 1.0)
-        style.group_thousands(*axes)
-        axes.current.set_xlabel(style.TIME)
-        left = 100.0 * lived.total_As[-1] / pool.capacity_As
-        heading = f"{style.printed(plan.mission.name)}: battery, $η_1$ = {left:.1f} % at the end"
-        axes.wells.set_title(heading, pad=NAMES_PT)
-        entries = [
-            Line2D([], [], color=BLACK, linewidth=0.8, label="total $y_1 + y_2$"),
-            Line2D([], [], color=BLUE, label="available well $y_1$"),
-            Line2D([], [], color=SKY, label="bound well $y_2$"),
-            *swatches(phase.kind for phase in plan.phases),
-        ]
-        legend_under(axes.current, 0.36, entries)
-        settle(axes.wells)
-        draw_bands(axes, plan_bands(plan))
-        end = (float(lived.time_s[-1]), float(lived.total_As[-1]))
-        axes.wells.plot(*end, "o", color=BLACK, markersize=3.0, clip_on=False, zorder=5)
-        events = [
-            (f"{words} at {moment_s:.1f} s", moment_s, float(level_As))
-            for words, moment_s, level_As in (
-                ("runs dry", plan.runs_dry_s, 0.0),
-                ("driven past full", plan.overfull_s, pool.full.available_As),
-            )
-            if moment_s is not None
-        ]
-        curves = [np.stack([lived.time_s, y], axis=1) for y in (*lived[1:], lived.total_As)]
-        levels = [[(0.0, y), (end_s, y)] for y in (0.0, *pool.full)]
-        mark(axes.wells, events, curves, levels)
+    axes = axes or BatteryAxes(
+        *style.page(4.6).subplots(2, 1, sharex=True, height_ratios=(2.2, 1.0))
+    )
+    pool = vehicle.pool(plan.mission)
+    lived = course(pool, plan)
+    _draw_curves(axes.wells, pool, lived)
+    _draw_current(axes.current, lived)
+    left = 100.0 * lived.total_As[-1] / pool.capacity_As
+    heading = f"{style.printed(plan.mission.name)}: battery, $η_1$ = {left:.1f} % at the end"
+    axes.wells.set_title(heading, pad=NAMES_PT)
+    entries = [
+        style.entry("total $y_1 + y_2$", BLACK, 0.8),
+        style.entry("available well $y_1$", BLUE),
+        style.entry("bound well $y_2$", SKY),
+        *swatches(phase.kind for phase in plan.phases),
+    ]
+    finish(axes, end_s, plan_bands(plan), entries, 0.36)
+    end = (float(lived.time_s[-1]), float(lived.total_As[-1]))
+    axes.wells.plot(*end, "o", color=BLACK, markersize=3.0, clip_on=False, zorder=5)
+    heights = {"runs dry": 0.0, "driven past full": float(pool.full.available_As)}
+    events = [
+        (f"{words} at {moment_s:.1f} s", moment_s, heights[words])
+        for words, moment_s in _moments(plan)
+    ]
+    curves = [np.stack([lived.time_s, y], axis=1) for y in (*lived[1:], lived.total_As)]
+    levels = [[(0.0, y), (end_s, y)] for y in (0.0, *pool.full)]
+    mark(axes.wells, events, curves, levels)
     return axes
+
+
+def _moments(plan: Plan) -> Iterator[tuple[str, float]]:
+    """The moments at which the available well is driven past full and runs dry."""
+    for words, moment_s in (("driven past full", plan.overfull_s), ("runs dry", plan.runs_dry_s)):
+        if moment_s is not None:
+            yield words, moment_s
 
 
 def _draw_curves(ax: Axes, pool: Battery, lived: Course) -> None:
@@ -202,6 +170,7 @@ def _draw_current(ax: Axes, lived: Course) -> None:
     ax.set(ylim=style.margins([0.0, *currents], 0.12), ylabel="current into\nthe battery $I$ [A]")
 
 
+@style.applied()
 def wells(plans: Sequence[Plan], axes: Sequence[Axes] | None = None) -> Sequence[Axes]:
     """Draw both wells of the pooled battery as bands over time, one panel a plan.
 
@@ -234,31 +203,30 @@ def wells(plans: Sequence[Plan], axes: Sequence[Axes] | None = None) -> Sequence
     >>> ax.get_title(loc="left")
     'paper, perspective battery: hover $Δ$ = 688.85 s, cannot be flown'
     """
-    with style.applied():
-        axes = panels(plans, axes, 2.0)
-        courses = [course(vehicle.pool(plan.mission), plan) for plan in plans]
-        for ax, plan, lived in zip(axes, plans, courses, strict=True):
-            draw_wells(ax, plan.mission, lived)
-            ax.set_title(_title(plan), pad=NAMES_PT)
-        style.group_thousands(*axes)
-        entries = [
-            Line2D([], [], color=BLACK, linewidth=0.9, label="total $y_1 + y_2$"),
-            Patch(color=BLUE, linewidth=0.0, label="available $y_1$"),
-            Patch(color=SKY, linewidth=0.0, label="bound $y_2$"),
-            Patch(fc="none", ec=VERMILLION, hatch=HATCH, linewidth=0.0, label="not there"),
-        ]
-        legend_below(axes[-1], entries, plans)
-        settle(axes[0])
-        for ax, plan, lived in zip(axes, plans, courses, strict=True):
-            draw_bands([ax], plan_bands(plan))
-            if plan.runs_dry_s is not None:
-                ax.axvline(plan.runs_dry_s, color=VERMILLION, linewidth=0.9, zorder=FADE + 0.2)
-                rest = (plan.runs_dry_s, lived.time_s[-1])
-                ax.axvspan(*rest, color="white", alpha=FADED, linewidth=0.0, zorder=FADE)
-            shares = np.linspace(0.0, 1.0, 9)
-            under = [np.stack([lived.time_s, share * lived.total_As], axis=1) for share in shares]
-            ceiling = [(lived.time_s[end], lived.total_As[0]) for end in (0, -1)]
-            mark(ax, _events(plan, lived), under, [ceiling])
+    axes = panels(plans, axes, 2.0)
+    courses = [course(vehicle.pool(plan.mission), plan) for plan in plans]
+    for ax, plan, lived in zip(axes, plans, courses, strict=True):
+        draw_wells(ax, plan.mission, lived)
+        ax.set_title(_title(plan), pad=NAMES_PT)
+    style.group_thousands(*axes)
+    entries = [
+        style.entry("total $y_1 + y_2$", BLACK, 0.9),
+        Patch(color=BLUE, linewidth=0.0, label="available $y_1$"),
+        Patch(color=SKY, linewidth=0.0, label="bound $y_2$"),
+        Patch(fc="none", ec=VERMILLION, hatch=HATCH, linewidth=0.0, label="not there"),
+    ]
+    legend_below(axes[-1], entries, plans)
+    style.settle(axes[0])
+    for ax, plan, lived in zip(axes, plans, courses, strict=True):
+        draw_bands([ax], plan_bands(plan))
+        if plan.runs_dry_s is not None:
+            ax.axvline(plan.runs_dry_s, color=VERMILLION, linewidth=0.9, zorder=FADE + 0.2)
+            rest = (plan.runs_dry_s, lived.time_s[-1])
+            ax.axvspan(*rest, color="white", alpha=FADED, linewidth=0.0, zorder=FADE)
+        shares = np.linspace(0.0, 1.0, 9)
+        under = [np.stack([lived.time_s, share * lived.total_As], axis=1) for share in shares]
+        ceiling = [(lived.time_s[end], lived.total_As[0]) for end in (0, -1)]
+        mark(ax, _events(plan, lived), under, [ceiling])
     return axes
 
 
@@ -297,85 +265,11 @@ def _title(plan: Plan) -> str:
 
 
 def _events(plan: Plan, lived: Course) -> Iterator[tuple[str, float, float]]:
-    """The moments at which the available well is driven past full and runs dry."""
-    for words, moment_s in (("driven past full", plan.overfull_s), ("dry", plan.runs_dry_s)):
-        if moment_s is None:
-            continue
+    """The moments of `_moments`, with words and on the curve of the total charge."""
+    for words, moment_s in _moments(plan):
         level_As = float(np.interp(moment_s, lived.time_s, lived.total_As))
-        text = f"{words} at {moment_s:.1f} s"
-        if words == "dry":
+        text = f"{words.removeprefix('runs ')} at {moment_s:.1f} s"
+        if words == "runs dry":
             left = f"{level_As:,.0f}".replace(",", "\N{THIN SPACE}")
             text += f"\n{left} A s still bound"
         yield text, moment_s, level_As
-
-
-def tanks(plan: Plan) -> list[Axes]:
-    """Draw both wells as tanks at the end of every phase: width is size, height is charge.
-
-    Charge flows through the pipe from the higher level to the lower one. A level below the floor
-    or above the rim is one that the battery cannot have.
-
-    Parameters
-    ----------
-    plan
-        A plan that exists.
-
-    Returns
-    -------
-    The axes, one a tank, on a page of their own.
-
-    Raises
-    ------
-    NoPlanError
-        If there is no plan.
-
-    Examples
-    --------
-    >>> import optuav
-    >>> [ax.get_title(loc="left") for ax in optuav.plots.tanks(optuav.solve("paper", "P3"))][:2]
-    ['full, at take-off', 'after flight, 38 s']
-    """
-    _ = plan.mission_time_s
-    shown = moments(plan)
-    columns = min(MOST_IN_A_ROW, len(shown))
-    rows = math.ceil(len(shown) / columns)
-    with style.applied():
-        figure = style.page(0.4 + 1.9 * rows)
-        grid = figure.subplots(rows, columns, squeeze=False)
-        pool = vehicle.pool(plan.mission)
-        levels = [level for each in shown for level in each[1:]]
-        limits = min(0.0, *levels) - 0.16, max(1.0, *levels) + 0.3
-        name = style.printed(plan.mission.name)
-        title = f"{name}: the wells in the perspective {plan.perspective}"
-        figure.suptitle(title, x=0.02, ha="left")
-        for ax in grid.flat:
-            ax.set_axis_off()
-        for ax, moment in zip(grid.flat, shown, strict=False):
-            _draw_tanks(ax, pool, moment)
-            ax.set(xlim=(-0.03, 1.03 + PIPE), ylim=limits)
-            ax.set_title(moment.words)
-    return list(grid.flat[: len(shown)])
-
-
-def _draw_tanks(ax: Axes, pool: Battery, moment: Moment) -> None:
-    share = float(pool.available_fraction)
-    for left, width, fill, colour, name, holds in (
-        (0.0, share, moment.available, BLUE, "$y_1$", "$ω B$"),
-        (share + PIPE, 1.0 - share, moment.bound, SKY, "$y_2$", "$(1-ω) B$"),
-    ):
-        middle, possible = left + 0.5 * width, -1e-9 <= fill <= 1.0 + 1e-9
-        ax.add_patch(Rectangle((left, 0.0), width, fill, facecolor=colour, alpha=0.55))
-        ax.add_patch(Rectangle((left, 0.0), width, 1.0, fill=False, edgecolor=BLACK, linewidth=0.9))
-        ax.annotate(
-            f"{name}\n{style.minus(f'{round(100.0 * fill, 1) + 0.0:.1f}')} %",
-            (middle, max(1.0, fill) + 0.02),
-            ha="center",
-            va="bottom",
-            fontsize=6.5,
-            color=BLACK if possible else VERMILLION,
-            fontweight="normal" if possible else "bold",
-        )
-        below = (middle, min(0.0, fill) - 0.03)
-        ax.annotate(holds, below, ha="center", va="top", fontsize=6.5)
-    ax.plot([share, share + PIPE], [0.04, 0.04], color=BLACK, linewidth=2.2)
-    ax.annotate("$k_F$", (share + 0.5 * PIPE, 0.06), ha="center", va="bottom", fontsize=7.0)

@@ -10,13 +10,12 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 from matplotlib.axes import Axes
-from matplotlib.figure import Figure
 from matplotlib.patheffects import withStroke
 from matplotlib.text import Annotation
 from matplotlib.transforms import Bbox
 
 from optuav.arrays import Floats
-from optuav.plots.style import GREY, VERMILLION
+from optuav.plots.style import GREY, VERMILLION, root
 
 POINTS_PER_INCH = 72.0
 NEAR = (4.0, 8.0)
@@ -73,23 +72,6 @@ class Spot(NamedTuple):
     box: Bbox
     far: bool
     cost: float
-
-
-def root(ax: Axes) -> Figure:
-    """The figure that axes belong to."""
-    figure = ax.get_figure(root=True)
-    assert isinstance(figure, Figure)
-    return figure
-
-
-def settle(ax: Axes) -> None:
-    """Give all axes of the figure their final place, which labels depend on."""
-    figure = root(ax)
-    engine = figure.get_layout_engine()
-    if engine is not None:
-        engine.execute(figure)
-    for each in figure.axes:
-        each.apply_aspect()
 
 
 def place(

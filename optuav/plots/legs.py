@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
+from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 
 from optuav.errors import Fault, InputError
@@ -19,7 +21,6 @@ from optuav.physics.flight import regime_leg
 from optuav.physics.trajectory import state_at
 from optuav.plots import style
 from optuav.plots.bands import NAMES_PT, Band, draw_bands, swatch
-from optuav.plots.labels import settle
 from optuav.plots.style import BLACK
 
 STAGES = (*flight.STAGES, "hover")
@@ -44,12 +45,13 @@ class LegAxes(NamedTuple):
     current: Axes
 
 
+@style.applied()
 def leg(mission: Mission, start: str, end: str, axes: LegAxes | None = None) -> LegAxes:
     """Draw one leg over time by the mission's flight model.
 
     For the six-stage model: the speed along the path, pitch and roll, and the current of the
-    rotors. Where the model freezes the position while the UAV turns at speed, the speed that it
-    keeps is dotted. For the regime loads: the speed and the constant current.
+    rotors; where it freezes the position while the UAV turns at speed, the speed that it keeps is
+    dotted. For the regime loads: the speed and the constant current.
 
     Parameters
     ----------
@@ -78,26 +80,21 @@ def leg(mission: Mission, start: str, end: str, axes: LegAxes | None = None) -> 
     displacement_m = _displacement(mission, start, end)
     rotors = mission.flight.model == "rotors"
     style.need_panels(axes, LegAxes)
-    with style.applied():
-        if axes is None:
-            top, *middle, bottom = style.page(5.0 if rotors else 3.6).subplots(
-                3 if rotors else 2, 1, sharex=True
-            )
-            axes = LegAxes(top, middle[0] if middle else None, bottom)
-        draw = _draw_six_stages if rotors else _draw_constant_load
-        duration_s, bands = draw(mission, displacement_m, axes)
-        heading = f"{style.printed(mission.name)}: leg {style.printed(start)} → "
-        heading += (
-            f"{style.printed(end)}, {math.hypot(*displacement_m):.1f} m in {duration_s:.2f} s"
-        )
-        axes.speed.set_title(heading, pad=NAMES_PT if rotors else 6.0)
-        axes.current.set_xlabel("time since the leg began $t$ [s]")
-        panels = [ax for ax in axes if ax is not None]
-        for ax in panels:
-            ax.set_xlim(0.0, bands[-1].end_s if bands else duration_s)
-        style.group_thousands(*panels)
-        settle(axes.speed)
-        draw_bands(panels, bands)
+    if axes is None:
+        grid = style.page(5.0 if rotors else 3.6).subplots(3 if rotors else 2, 1, sharex=True)
+        axes = LegAxes(grid[0], grid[1] if rotors else None, grid[-1])
+    draw = _draw_six_stages if rotors else _draw_constant_load
+    duration_s, bands = draw(mission, displacement_m, axes)
+    ends, length_m = " → ".join(map(style.printed, (start, end))), math.hypot(*displacement_m)
+    heading = f"{style.printed(mission.name)}: leg {ends}, {length_m:.1f} m in {duration_s:.2f} s"
+    axes.speed.set_title(heading, pad=NAMES_PT if rotors else 6.0)
+    axes.current.set_xlabel("time since the leg began $t$ [s]")
+    panels = [ax for ax in axes if ax is not None]
+    for ax in panels:
+        ax.set_xlim(0.0, bands[-1].end_s if bands else duration_s)
+    style.group_thousands(*panels)
+    style.settle(axes.speed)
+    draw_bands(panels, bands)
     return axes
 
 
@@ -137,45 +134,49 @@ def _draw_six_stages(
     duration_s, peak_m_s = float(flown.loads.duration_s), float(flown.peak_speed_m_s)
     lengths_s = [*map(float, flown.loads.durations_s), HOVER_SHARE * duration_s]
     stages = zip(STAGES, pairwise(np.cumsum([0.0, *lengths_s]).tolist()), strict=True)
-    times, pitch, roll, current, bands = [], [], [], [], []
-    for number, (name, (begin, finish)) in enumerate(stages, 1):
-        if begin == finish:
-            continue
-        bands.append(Band(begin, finish, COLOURS[name], (f"{number} {name}", f"{number}")))
-        # The last moment is just before the next stage begins.
-        time_s = np.linspace(begin, np.nextafter(finish, begin), POINTS_PER_STAGE)
-        state = state_at(motor, force_N, flown, time_s)
+    lasting = [(n, name, *ends) for n, (name, ends) in enumerate(stages, 1) if ends[0] < ends[1]]
+    bands = [
+        Band(begin, finish, COLOURS[name], (f"{n} {name}", f"{n}"))
+        for n, name, begin, finish in lasting
+    ]
+    # The last moment is just before the next stage begins.
+    times_s = [
+        np.linspace(begin, np.nextafter(finish, begin), POINTS_PER_STAGE)
+        for *_, begin, finish in lasting
+    ]
+    time_s = np.concatenate(times_s)
+    state = state_at(motor, force_N, flown, time_s)
+    parts = np.split(state.speed_m_s, len(lasting))
+    for (number, *_), within_s, speed_m_s in zip(lasting, times_s, parts, strict=True):
         freezes = number == FREEZING_STAGE
-        speed_m_s = np.full(len(time_s), peak_m_s) if freezes else state.speed_m_s
-        axes.speed.plot(time_s, speed_m_s, color=BLACK, linestyle=":" if freezes else "-")
-        times.append(time_s)
-        pitch.append(np.rad2deg(state.attitude.pitch_rad))
-        roll.append(np.rad2deg(state.attitude.roll_rad))
-        current.append(state.current_A)
-    time_s, current_A = np.concatenate(times), np.concatenate(current)
-    frozen = "stage 3: position frozen,\nspeed kept for stage 4"
-    axes.speed.plot([], [], color=BLACK, label="speed along the path")
-    axes.speed.plot([], [], ":", color=BLACK, label=frozen)
+        shown = np.full(len(within_s), peak_m_s) if freezes else speed_m_s
+        axes.speed.plot(within_s, shown, color=BLACK, linestyle=":" if freezes else "-")
     axes.speed.set(ylabel="speed [m/s]", ylim=(-0.04 * peak_m_s, 1.12 * peak_m_s))
-    axes.speed.legend(loc="center left", bbox_to_anchor=(1.0, 0.5))
+    frozen = "stage 3: position frozen,\nspeed kept for stage 4"
+    speed = style.entry("speed along the path", BLACK)
+    _legend_beside(axes.speed, [speed, style.entry(frozen, BLACK, linestyle=":")])
     if axes.attitude is not None:
-        axes.attitude.plot(time_s, np.concatenate(pitch), color=style.BLUE, label="pitch $ψ_p$")
-        look: style.Look = {"color": style.VERMILLION, "linestyle": (0.0, (4.0, 1.5))}
-        axes.attitude.plot(time_s, np.concatenate(roll), label="roll $ψ_r$", **look)
+        pitch = style.entry("pitch $ψ_p$", style.BLUE)
+        roll = style.entry("roll $ψ_r$", style.VERMILLION, linestyle=(0.0, (4.0, 1.5)))
+        attitude = state.attitude
+        for look, angle_rad in ((pitch, attitude.pitch_rad), (roll, attitude.roll_rad)):
+            (line,) = axes.attitude.plot(time_s, np.rad2deg(angle_rad), color=look.get_color())
+            line.set_dashes((4.0, 1.5) if look is roll else ())
         axes.attitude.set(ylabel="attitude [°]")
-        axes.attitude.legend(loc="center left", bbox_to_anchor=(1.0, 0.5))
-    axes.current.plot(time_s, current_A, color=BLACK)
-    limits = style.margins([0.0, *current_A])
+        _legend_beside(axes.attitude, [pitch, roll])
+    axes.current.plot(time_s, state.current_A, color=BLACK)
+    limits = style.margins([0.0, *state.current_A])
     axes.current.set(ylabel="current drawn by\nthe rotors [A]", ylim=limits)
-    numbers = {
-        kind: ", ".join(str(number) for number, each in enumerate(STAGES, 1) if each == kind)
-        for kind in STAGES
-    }
-    entries = [swatch(COLOURS[kind], f"{kind} ({numbers[kind]})") for kind in numbers]
-    axes.current.legend(
-        handles=entries, title="stages", loc="center left", bbox_to_anchor=(1.0, 0.5)
-    )
+    numbers = {kind: [n for n, each in enumerate(STAGES, 1) if each == kind] for kind in STAGES}
+    words = {kind: f"{kind} ({', '.join(map(str, own))})" for kind, own in numbers.items()}
+    entries = [swatch(COLOURS[kind], words[kind]) for kind in words]
+    _legend_beside(axes.current, entries, "stages")
     return duration_s, bands
+
+
+def _legend_beside(ax: Axes, handles: Sequence[Artist], title: str = "") -> None:
+    corner = (1.0, 0.5)
+    ax.legend(handles=handles, title=title or None, loc="center left", bbox_to_anchor=corner)
 
 
 def _draw_constant_load(

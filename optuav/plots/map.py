@@ -22,7 +22,7 @@ from optuav.errors import InputError
 from optuav.mission import Mission
 from optuav.plan import Plan, Stop
 from optuav.plots import style
-from optuav.plots.labels import POINTS_PER_INCH, Label, place, root, settle
+from optuav.plots.labels import POINTS_PER_INCH, Label, place
 from optuav.plots.scene import (
     Point,
     Scene,
@@ -171,6 +171,7 @@ def _site(mission: Mission) -> tuple[object, ...]:
     return (mission.route, mission.buildings, mission.laser, *reach)
 
 
+@style.applied()
 def _draw(
     shown: Scene,
     ways: Sequence[Way],
@@ -183,19 +184,18 @@ def _draw(
 ) -> MapAxes:
     """Draw both views with the ways, a legend under a heading, and labels."""
     style.need_panels(axes, MapAxes)
-    with style.applied():
-        axes, legend = (axes, axes.height) if axes else _page(shown)
-        handles = [*entries, *draw_plan_view(axes.plan, shown)]
-        _draw_from_above(axes.plan, shown, ways)
-        handles.append(_draw_from_side(axes.height, shown, ways))
-        axes.plan.set_title(title)
-        _legend(legend, handles, heading)
-        style.group_thousands(*axes)
-        settle(axes.plan)
-        flat = [np.array(way.points)[:, :2] for way in ways]
-        labels = _plan_labels(shown, ways, times=times)
-        place(axes.plan, labels, flat, drawn_sight_lines(axes.plan))
-        place(axes.height, _height_labels(ways), [way.side for way in ways])
+    axes, legend = (axes, axes.height) if axes else _page(shown)
+    handles = [*entries, *draw_plan_view(axes.plan, shown)]
+    _draw_from_above(axes.plan, shown, ways)
+    handles.append(_draw_from_side(axes.height, shown, ways))
+    axes.plan.set_title(title)
+    _legend(legend, handles, heading)
+    style.group_thousands(*axes)
+    style.settle(axes.plan)
+    flat = [np.array(way.points)[:, :2] for way in ways]
+    labels = _plan_labels(shown, ways, times=times)
+    place(axes.plan, labels, flat, drawn_sight_lines(axes.plan))
+    place(axes.height, _height_labels(ways), [way.side for way in ways])
     return axes
 
 
@@ -320,7 +320,9 @@ def _draw_leg(ax: Axes, start: Point, end: Point, shift: float, look: Look) -> N
     low, high = sorted((start[:2], end[:2]))
     normal = (low[1] - high[1]) / length, (high[0] - low[0]) / length
     inches = shift * SHIFT / POINTS_PER_INCH
-    moved = ScaledTranslation(normal[0] * inches, normal[1] * inches, root(ax).dpi_scale_trans)
+    moved = ScaledTranslation(
+        normal[0] * inches, normal[1] * inches, style.root(ax).dpi_scale_trans
+    )
     transform = ax.transData + moved
     ax.plot(*zip(start[:2], end[:2], strict=True), transform=transform, zorder=3, **look)
     at = ARROW_AT + ARROW_STEP * shift
@@ -341,7 +343,7 @@ def _draw_from_side(ax: Axes, shown: Scene, ways: Sequence[Way]) -> Artist:
     for rank, way in enumerate(ways):
         along_m, z = way.side.T
         raised_in = (rank - (len(ways) - 1) / 2) * SHIFT / POINTS_PER_INCH
-        raised = ax.transData + ScaledTranslation(0.0, raised_in, root(ax).dpi_scale_trans)
+        raised = ax.transData + ScaledTranslation(0.0, raised_in, style.root(ax).dpi_scale_trans)
         ax.plot(along_m, z, transform=raised, zorder=3, **way.look)
         for name, *at in zip(way.names, along_m, z, strict=True):
             for stop in (each for each in way.stops if each.at == name):

@@ -20,7 +20,7 @@ from optuav.modelling import Constraint, Model, Variable, evaluate
 from optuav.modelling.check import holding, relations
 from optuav.plan import Plan
 from optuav.plots import style
-from optuav.plots.labels import Label, place, settle
+from optuav.plots.labels import Label, place
 from optuav.plots.style import BLACK, printed
 
 COLOURS = (style.VERMILLION, style.BLUE, style.GREEN, style.PURPLE, style.ORANGE, style.SKY)
@@ -40,6 +40,7 @@ MARGIN = 0.07
 Values: TypeAlias = Mapping[str, object]
 
 
+@style.applied()
 def plane(
     model: Model,
     parameters: Values,
@@ -96,22 +97,21 @@ def plane(
     ]
     points = [point for _, point in marked]
     route = marked[0][0].route if marked else ()
-    with style.applied():
-        ax = ax or style.page(4.4).subplots()
-        counted = _worth_seeing(model, parameters, slot_s, points)
-        for name, number, values_s in (("ylim", 1, counted[0]), ("xlim", 0, counted[1])):
-            highest = max([0.0, *values_s, *(point[number] for point in points)]) or 1.0
-            ax.set(**{name: (-MARGIN * highest, (1.0 + MARGIN) * highest)})
-        ax.set_title("\n".join([model.title, *[" → ".join(map(printed, route))] * bool(route)]))
-        ax.set(xlabel=_axis_label(across), ylabel=_axis_label(upward))
-        style.group_thousands(ax)
-        cells = _draw_grid(ax, model, parameters, counted, slot_s)
-        labels, lines = _draw_constraints(ax, model, parameters, route)
-        for plan, point in marked:
-            _draw_optimum(ax, plan, point, (across.symbol, upward.symbol))
-        ax.legend(loc="upper left", bbox_to_anchor=(1.01, 1.0), labelspacing=0.9)
-        settle(ax)
-        place(ax, labels, lines, [[point] for point in cells])
+    ax = ax or style.page(4.4).subplots()
+    counted = _worth_seeing(model, parameters, slot_s, points)
+    for name, number, values_s in (("ylim", 1, counted[0]), ("xlim", 0, counted[1])):
+        highest = max([0.0, *values_s, *(point[number] for point in points)]) or 1.0
+        ax.set(**{name: (-MARGIN * highest, (1.0 + MARGIN) * highest)})
+    ax.set_title("\n".join([model.title, *[" → ".join(map(printed, route))] * bool(route)]))
+    ax.set(xlabel=_axis_label(across), ylabel=_axis_label(upward))
+    style.group_thousands(ax)
+    cells = _draw_grid(ax, model, parameters, counted, slot_s)
+    labels, lines = _draw_constraints(ax, model, parameters, route)
+    for plan, point in marked:
+        _draw_optimum(ax, plan, point, (across.symbol, upward.symbol))
+    ax.legend(loc="upper left", bbox_to_anchor=(1.01, 1.0), labelspacing=0.9)
+    style.settle(ax)
+    place(ax, labels, lines, [[point] for point in cells])
     return ax
 
 

@@ -7,13 +7,12 @@ from typing import NamedTuple, Protocol
 
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.lines import Line2D
 
 from optuav.mission import Mission
 from optuav.plan.trace import Event, Trace
 from optuav.plots import style
-from optuav.plots.bands import NAMES_PT, Band, draw_bands, legend_under, phase_band, swatches
-from optuav.plots.labels import mark, settle
+from optuav.plots.bands import NAMES_PT, Band, finish, phase_band, swatches
+from optuav.plots.labels import mark
 from optuav.plots.style import BLACK, GREY, ORANGE
 
 MOST_MARKED = 12
@@ -44,6 +43,7 @@ class ProfileAxes(NamedTuple):
     power: Axes
 
 
+@style.applied()
 def profile(replayed: Replayed, axes: ProfileAxes | None = None) -> ProfileAxes:
     """Draw altitude, speed and power into the battery over a simulated plan.
 
@@ -78,38 +78,28 @@ def profile(replayed: Replayed, axes: ProfileAxes | None = None) -> ProfileAxes:
     """
     trace, mission = replayed.trace, replayed.mission
     style.need_panels(axes, ProfileAxes)
-    with style.applied():
-        axes = axes or ProfileAxes(*style.page(5.0).subplots(3, 1, sharex=True))
-        _draw_altitude(axes.altitude, mission, trace)
-        moving_m_s = np.where(trace.stage == "turn", np.nan, trace.speed_m_s)
-        axes.speed.plot(trace.time_s, moving_m_s, color=BLACK)
-        axes.speed.set(ylabel="speed [m/s]", ylim=style.margins([0.0, *trace.speed_m_s], 0.12))
-        _draw_power(axes.power, trace)
-        for ax in axes:
-            ax.set_xlim(0.0, trace.time_s[-1])
-        axes.power.set_xlabel(style.TIME)
-        verdict = "can be flown" if not replayed.violations else "cannot be flown"
-        axes.altitude.set_title(f"{style.printed(mission.name)}: {verdict}", pad=NAMES_PT)
-        style.group_thousands(*axes)
-        entries = [
-            Line2D([], [], color=BLACK, label="net power"),
-            Line2D([], [], color=ORANGE, linewidth=1.0, label="from the laser"),
-            Line2D([], [], color=GREY, linewidth=0.8, ls="--", label="altitudes for hovering"),
-            *swatches(trace.kind),
-        ]
-        legend_under(axes.power, 0.42, entries)
-        settle(axes.altitude)
-        draw_bands(axes, list(trace_bands(trace)))
-        height_m = trace.position_m[:, 2]
-        events = [
-            (
-                f"{event.kind} at {event.time_s:.1f} s",
-                event.time_s,
-                float(np.interp(event.time_s, trace.time_s, height_m)),
-            )
-            for event in timed(replayed)[:MOST_MARKED]
-        ]
-        mark(axes.altitude, events, [np.stack([trace.time_s, height_m], axis=1)])
+    axes = axes or ProfileAxes(*style.page(5.0).subplots(3, 1, sharex=True))
+    _draw_altitude(axes.altitude, mission, trace)
+    moving_m_s = np.where(trace.stage == "turn", np.nan, trace.speed_m_s)
+    axes.speed.plot(trace.time_s, moving_m_s, color=BLACK)
+    axes.speed.set(ylabel="speed [m/s]", ylim=style.margins([0.0, *trace.speed_m_s], 0.12))
+    _draw_power(axes.power, trace)
+    verdict = "can be flown" if not replayed.violations else "cannot be flown"
+    axes.altitude.set_title(f"{style.printed(mission.name)}: {verdict}", pad=NAMES_PT)
+    entries = [
+        style.entry("net power", BLACK),
+        style.entry("from the laser", ORANGE, 1.0),
+        style.entry("altitudes for hovering", GREY, 0.8, "--"),
+        *swatches(trace.kind),
+    ]
+    finish(axes, float(trace.time_s[-1]), list(trace_bands(trace)), entries, 0.42)
+    height_m = trace.position_m[:, 2]
+    events = [
+        (f"{each.kind} at {each.time_s:.1f} s", each.time_s, height)
+        for each in timed(replayed)[:MOST_MARKED]
+        for height in [float(np.interp(each.time_s, trace.time_s, height_m))]
+    ]
+    mark(axes.altitude, events, [np.stack([trace.time_s, height_m], axis=1)])
     return axes
 
 

@@ -6,7 +6,6 @@ from collections.abc import Sequence
 
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.lines import Line2D
 
 from optuav.network.timeline import carry, full_packs
 from optuav.physics.kibam import Battery, Stage, Wells, step
@@ -14,7 +13,6 @@ from optuav.physics.packs import NOBODY, Stretch
 from optuav.plan import Plan
 from optuav.plots import style
 from optuav.plots.bands import legend_below, panels
-from optuav.plots.labels import settle
 
 COLOURS = (style.BLUE, style.VERMILLION, style.PURPLE, style.SKY)
 """Colours of the packs by number, repeated."""
@@ -24,6 +22,7 @@ FLIES, CHARGED = (-24.0, -12.0), (-38.0, -26.0)
 """Where the strips lie that show which pack flies and which is charged [%]."""
 
 
+@style.applied()
 def packs(plans: Sequence[Plan], axes: Sequence[Axes] | None = None) -> Sequence[Axes]:
     """Draw the available wells of all packs over time, one panel a plan.
 
@@ -57,19 +56,16 @@ def packs(plans: Sequence[Plan], axes: Sequence[Axes] | None = None) -> Sequence
     >>> ax.get_title(loc="left")
     'sequential: hovers $Δ$ = 500.00 s'
     """
-    with style.applied():
-        axes = panels(plans, axes, 1.35)
-        for ax, plan in zip(axes, plans, strict=True):
-            _draw_panel(ax, plan)
-        for ax in axes[:-1]:
-            ax.tick_params(bottom=False)
-        most = max(len(plan.phases[0].available_As) for plan in plans)
-        lines = [
-            Line2D([], [], color=_colour(pack), label=f"pack {pack + 1}") for pack in range(most)
-        ]
-        bound = Line2D([], [], color="black", linewidth=0.5, label="bound well $y_2/(1-ω)B$")
-        legend_below(axes[-1], [*lines, bound], plans)
-        settle(axes[0])
+    axes = panels(plans, axes, 1.35)
+    for ax, plan in zip(axes, plans, strict=True):
+        _draw_panel(ax, plan)
+    for ax in axes[:-1]:
+        ax.tick_params(bottom=False)
+    most = max(len(plan.phases[0].available_As) for plan in plans)
+    lines = [style.entry(f"pack {pack + 1}", _colour(pack)) for pack in range(most)]
+    bound = style.entry("bound well $y_2/(1-ω)B$", style.BLACK, 0.5)
+    legend_below(axes[-1], [*lines, bound], plans)
+    style.settle(axes[0])
     return axes
 
 

@@ -3,15 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from contextlib import AbstractContextManager
-from functools import cache
+from functools import cache, partial
 from typing import Any, TypedDict
 
 import matplotlib.style
+import numpy as np
 from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.font_manager import FontProperties, findfont, get_font
+from matplotlib.lines import Line2D
 from matplotlib.ticker import FuncFormatter
 from matplotlib.typing import LineStyleType
 
@@ -27,20 +28,16 @@ VERMILLION = "#D55E00"
 PURPLE = "#CC79A7"
 GREY = "#7F7F7F"
 PALE = "#D9D9D9"
-"""The palette of Okabe and Ito, which colour-blind readers can tell apart, and two greys."""
+# The palette of Okabe and Ito, which colour-blind readers can tell apart, and two greys.
 
 KINDS = {"flight": BLUE, "hover": GREEN, "rest": ORANGE}
 """Colour of every kind of phase."""
 
-WORDS = {
-    "direct": "Direct path",
-    "traj1": "Traj. 1",
-    "traj2": "Traj. 2",
-    "optimal": "Optimal",
-}
+WORDS = {"direct": "Direct path", "traj1": "Traj. 1", "traj2": "Traj. 2", "optimal": "Optimal"}
 """Names of the trajectories as the paper prints them."""
 
 DASHED: LineStyleType = (0.0, (4.0, 2.0))
+DOTTED: LineStyleType = (0.0, (1.0, 1.0))
 
 FONT = "DejaVu Sans"
 RC: dict[str, Any] = {
@@ -85,9 +82,8 @@ class Look(TypedDict, total=False):
     markeredgewidth: float
 
 
-def applied() -> AbstractContextManager[None]:
-    """The look of the pictures, whatever matplotlib is set to; the user's settings come back."""
-    return matplotlib.style.context(["default", RC])
+applied = partial(matplotlib.style.context, ["default", RC])
+"""The look of the pictures, for a block or a function; the user's settings come back after it."""
 
 
 def page(height_in: float, width_in: float = WIDTH_IN) -> Figure:
@@ -157,15 +153,40 @@ def name_levels(ax: Axes, levels: Iterable[tuple[float, str]], colour: str = "bl
     side.spines["right"].set_visible(False)
 
 
-def need_panels(axes: object, kind: type[tuple[Axes | None, ...]]) -> None:
-    """Refuse axes that are not the panels a picture draws on.
+def entry(
+    label: str, colour: str, linewidth: float = 1.4, linestyle: LineStyleType = "-"
+) -> Line2D:
+    """The entry of a line in a legend."""
+    return Line2D([], [], color=colour, linewidth=linewidth, linestyle=linestyle, label=label)
 
-    Raises
-    ------
-    InputError
-        Naming what is needed.
-    """
+
+def root(ax: Axes) -> Figure:
+    """The figure that axes belong to."""
+    figure = ax.get_figure(root=True)
+    assert isinstance(figure, Figure)
+    return figure
+
+
+def settle(ax: Axes) -> None:
+    """Give all axes of the figure their final place, which labels depend on."""
+    figure = root(ax)
+    engine = figure.get_layout_engine()
+    if engine is not None:
+        engine.execute(figure)
+    for each in figure.axes:
+        each.apply_aspect()
+
+
+def need_panels(axes: object, kind: type[tuple[Axes | None, ...]]) -> None:
+    """Refuse, as an `InputError`, axes that are not the panels a picture draws on."""
     if axes is not None and not isinstance(axes, kind):
-        panels = ", ".join(kind._fields)  # type: ignore[attr-defined]
-        words = f"{kind.__name__}({panels}) with matplotlib axes, as the function returns it"
+        words = f"{kind.__name__} with matplotlib axes, as the function returns it"
         raise InputError([Fault("axes", type(axes).__name__, words)])
+
+
+def beside(ax: Axes, words: str, at: tuple[float, float], offset_pt: tuple[float, float]) -> None:
+    """Write words beside the end of a bar, on the side of the offset."""
+    x, y = (int(np.sign(each)) for each in offset_pt)
+    side, edge = ("center", "left", "right")[x], ("center", "bottom", "top")[y]
+    size, unit = 6.5 if x else 7.0, "offset points"
+    ax.annotate(words, at, offset_pt, textcoords=unit, ha=side, va=edge, fontsize=size)

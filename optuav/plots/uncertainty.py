@@ -10,7 +10,6 @@ from matplotlib.axes import Axes
 
 from optuav.arrays import Floats
 from optuav.plots import style
-from optuav.plots.labels import settle
 from optuav.plots.style import BLACK, BLUE, GREEN, ORANGE
 
 MOST_BARS = 20
@@ -22,17 +21,7 @@ LONGEST_KEY = 40
 
 
 class Swing(NamedTuple):
-    """The effect of a key on the longest hover within a range.
-
-    Parameters
-    ----------
-    key
-        Its name.
-    low, high
-        The range.
-    hover_low_s, hover_high_s
-        Hover time at its ends [s]; None without a plan.
-    """
+    """A key, the ends of its range, and the longest hover at each [s]; None without a plan."""
 
     key: str
     low: float
@@ -41,6 +30,7 @@ class Swing(NamedTuple):
     hover_high_s: float | None
 
 
+@style.applied()
 def tornado(
     swings: Sequence[Swing], hover_time_s: float, mission: str, *, ax: Axes | None = None
 ) -> Axes:
@@ -68,27 +58,25 @@ def tornado(
     moving = [each for each in swings if _swing_s(each, hover_time_s) > MOVES_S]
     shown = moving[:MOST_BARS]
     ends_s = [s for each in shown for s in each[3:] if s is not None]
-    with style.applied():
-        ax = ax or style.page(AROUND_IN + BAR_IN * max(1, len(shown))).subplots()
-        limits = style.margins([hover_time_s, *ends_s], 0.12)
-        ax.set(xlim=limits, ylim=(len(shown) - 0.4, -0.6))
-        for row, each in enumerate(shown):
-            _draw_swing(ax, row, hover_time_s, each)
-        ax.axvline(hover_time_s, color=BLACK, linewidth=0.8)
-        keys = (each.key for each in shown)
-        short = [key if len(key) <= LONGEST_KEY else f"{key[: LONGEST_KEY - 1]}…" for key in keys]
-        ax.set_yticks(range(len(shown)), short)
-        ax.tick_params(axis="y", length=0.0)
-        more = f"; {len(moving) - len(shown)} more keys move it less" if moving != shown else ""
-        ax.set_xlabel(f"longest hover Δ [s]{more}")
-        name = style.printed(mission)
-        ax.set_title(f"{name}: one key at a time, at the values beside the bars")
-        for label, colour in (("key at its low end", ORANGE), ("key at its high end", BLUE)):
-            ax.barh([0], [0], color=colour, label=label)
-        ax.legend(loc="lower right")
-        ax.xaxis.grid(True, linewidth=0.3, color=style.GREY)
-        ax.set_axisbelow(True)
-        settle(ax)
+    ax = ax or style.page(AROUND_IN + BAR_IN * max(1, len(shown))).subplots()
+    limits = style.margins([hover_time_s, *ends_s], 0.12)
+    ax.set(xlim=limits, ylim=(len(shown) - 0.4, -0.6))
+    for row, each in enumerate(shown):
+        _draw_swing(ax, row, hover_time_s, each)
+    ax.axvline(hover_time_s, color=BLACK, linewidth=0.8)
+    keys = (each.key for each in shown)
+    short = [key if len(key) <= LONGEST_KEY else f"{key[: LONGEST_KEY - 1]}…" for key in keys]
+    ax.set_yticks(range(len(shown)), short)
+    ax.tick_params(axis="y", length=0.0)
+    more = f"; {len(moving) - len(shown)} more keys move it less" if moving != shown else ""
+    ax.set_xlabel(f"longest hover Δ [s]{more}")
+    ax.set_title(f"{style.printed(mission)}: one key at a time, at the values beside the bars")
+    for label, colour in (("key at its low end", ORANGE), ("key at its high end", BLUE)):
+        ax.barh([0], [0], color=colour, label=label)
+    ax.legend(loc="lower right")
+    ax.xaxis.grid(True, linewidth=0.3, color=style.GREY)
+    ax.set_axisbelow(True)
+    style.settle(ax)
     return ax
 
 
@@ -109,22 +97,16 @@ def _draw_swing(ax: Axes, row: int, hover_time_s: float, swing: Swing) -> None:
         ax.annotate(words, (edge_s, row), va="center", ha="left", fontsize=6.5, bbox=backing)
     for width_s, _, colour in sorted(bars, key=lambda bar: -abs(bar[0])):
         ax.barh(row, width_s, left=hover_time_s, height=0.7, color=colour, linewidth=0.0)
-    for towards, side in ((-1.0, "right"), (1.0, "left")):
+    for towards in (-1.0, 1.0):
         beyond = {
             value: towards * width_s for width_s, value, _ in bars if towards * width_s > MOVES_S
         }
         if beyond:
-            ax.annotate(
-                " and ".join(map(_value, beyond)),
-                (hover_time_s + towards * max(beyond.values()), row),
-                (2.0 * towards, 0.0),
-                textcoords="offset points",
-                va="center",
-                ha=side,
-                fontsize=6.5,
-            )
+            tip = (hover_time_s + towards * max(beyond.values()), float(row))
+            style.beside(ax, " and ".join(map(_value, beyond)), tip, (2.0 * towards, 0.0))
 
 
+@style.applied()
 def hover_times(
     times_s: Floats, mission: str, *, fixed_s: float | None = None, ax: Axes | None = None
 ) -> Axes:
@@ -150,23 +132,22 @@ def hover_times(
     """
     planned = times_s[times_s > 0.0]
     low_s, middle_s, high_s = np.quantile(times_s, (0.05, 0.5, 0.95)).tolist()
-    with style.applied():
-        ax = ax or style.page(3.4).subplots()
-        values = planned if len(planned) else np.zeros(1)
-        weights = np.full(len(values), 100.0 / len(times_s))
-        ax.hist(values, bins=BINS, weights=weights, color=GREEN, linewidth=0.0)
-        ax.axvspan(low_s, high_s, color=GREEN, alpha=0.15, linewidth=0.0)
-        ax.axvline(middle_s, color=BLACK, linewidth=1.0)
-        words = [f"median {middle_s:.0f} s", f"90 % within {low_s:.0f} to {high_s:.0f} s"]
-        if fixed_s is not None:
-            ax.axvline(fixed_s, color=style.VERMILLION, linewidth=1.2, linestyle="--")
-            words.append(f"fixed plan {fixed_s:.0f} s (dashed)")
-        if len(planned) < len(times_s):
-            words.append(f"no plan in {1.0 - len(planned) / len(times_s):.1%}")
-        ax.set(xlabel="longest hover Δ [s]", ylabel="share of samples [%]")
-        ax.set_title(f"{style.printed(mission)}: {', '.join(words)}")
-        style.group_thousands(ax)
-        settle(ax)
+    ax = ax or style.page(3.4).subplots()
+    values = planned if len(planned) else np.zeros(1)
+    weights = np.full(len(values), 100.0 / len(times_s))
+    ax.hist(values, bins=BINS, weights=weights, color=GREEN, linewidth=0.0)
+    ax.axvspan(low_s, high_s, color=GREEN, alpha=0.15, linewidth=0.0)
+    ax.axvline(middle_s, color=BLACK, linewidth=1.0)
+    words = [f"median {middle_s:.0f} s", f"90 % within {low_s:.0f} to {high_s:.0f} s"]
+    if fixed_s is not None:
+        ax.axvline(fixed_s, color=style.VERMILLION, linewidth=1.2, linestyle="--")
+        words.append(f"fixed plan {fixed_s:.0f} s (dashed)")
+    if len(planned) < len(times_s):
+        words.append(f"no plan in {1.0 - len(planned) / len(times_s):.1%}")
+    ax.set(xlabel="longest hover Δ [s]", ylabel="share of samples [%]")
+    ax.set_title(f"{style.printed(mission)}: {', '.join(words)}")
+    style.group_thousands(ax)
+    style.settle(ax)
     return ax
 
 

@@ -313,18 +313,15 @@ def _named(labels: Sequence[tuple[str, ...]], chosen: Sequence[bool]) -> Iterato
 def _choices(found: Results) -> Iterator[tuple[str, Figure | None]]:
     from optuav import plots
 
-    bars = [
-        plots.Bar(
-            row["perspective"],
-            row["trajectory"],
-            row["hover_time_s"],
-            row["soc_battery"],
-            row["flyable"] is not False,
-        )
-        for row in found.rows
-    ]
-    axes = plots.choice_bars(bars, found.mission.name, found.mission.limits.min_soc)
-    yield "choices.png", axes.hover.get_figure(root=True)
+    hovers, charges = list[plots.Bar](), list[plots.Bar]()
+    for row in found.rows:
+        names, flyable = (row["trajectory"], row["perspective"]), row["flyable"] is not False
+        percent = None if row["soc_battery"] is None else 100.0 * row["soc_battery"]
+        hovers.append(plots.Bar(*names, row["hover_time_s"], flyable))
+        charges.append(plots.Bar(*names, percent, flyable))
+    mission = found.mission
+    hover, _charge = plots.choice_bars(hovers, charges, mission.name, mission.limits.min_soc)
+    yield "choices.png", hover.get_figure(root=True)
 
 
 def _packs(_: Results, plans: Sequence[Plan]) -> Iterator[tuple[str, Figure | None]]:

@@ -415,15 +415,21 @@ def _without_plan(found: Results, feasible: bool) -> Iterator[Text]:
 def _figures(found: Results) -> Iterator[tuple[str, Figure | None]]:
     """Yield what slots cost, and the plane of times of the (P4) that hovers longest."""
     from optuav import plots
+    from optuav.plots.style import printed
 
     slotted = [row for row in found.rows if row["slot_s"] and row["gap_s"] is not None]
-    gaps: dict[tuple[str, float], plots.Gap] = {}
+    lost: dict[tuple[str, str], float] = {}
     for row in sorted(slotted, key=lambda row: row["slot_s"]):
-        kind = " ".join(filter(None, (row["problem"], row["order"])))
-        gap = plots.Gap(kind, row["slot_s"], row["gap_s"], row["largest_gap_s"])
-        gaps.setdefault((_name(row), row["slot_s"]), gap)
-    if gaps:
-        axes = plots.slot_gaps([*gaps.values()], found.mission.name)
+        key = f"{row['slot_s']:g} s", row["problem"]
+        lost[key] = max(lost.get(key, 0.0), 100.0 * row["gap_s"] / row["slot_s"])
+    if lost:
+        bounds = [row["largest_gap_s"] / row["slot_s"] for row in slotted if row["largest_gap_s"]]
+        axes = plots.bars(
+            [plots.Bar(*key, percent) for key, percent in lost.items()],
+            title=f"{printed(found.mission.name)}: what whole slots cost at most, by their length",
+            y_label="hover time Δ lost [% of a slot]",
+            level=plots.Level(100.0 * max(bounds), "bound of the theory") if bounds else None,
+        )
         yield "gaps.png", axes.get_figure(root=True)
     solved = [row for row in found.rows if row["hover_time_s"] is not None]
     rests = [row for row in solved if (row["problem"], row["method"]) == ("P4", REFERENCE)]

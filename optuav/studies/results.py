@@ -132,7 +132,7 @@ class Results:
         InputError
             If matplotlib is missing, or the directory cannot be made or written to.
         """
-        from optuav.plots.files import save_figures
+        from optuav.plots import save_figures
 
         return save_figures(self.draw(self), Path(directory))
 

@@ -19,7 +19,7 @@ from PIL import Image
 import optuav
 from optuav import plots
 from optuav.errors import InputError, NoPlanError
-from optuav.plots import animation, files
+from optuav.plots import animation
 from optuav.plots.style import BLACK, ORANGE, VERMILLION, applied
 
 
@@ -31,11 +31,9 @@ def falling() -> optuav.Replay:
 
 def lines(replayed: optuav.Replay, moment_s: float) -> dict[str, Line2D]:
     """The lines that move on the map at a moment, by what they are."""
-    moving = animation.animate(replayed)
-    moving._draw_was_started = True  # otherwise it warns that nobody looked
-    artists = moving._func(moment_s)
-    trail, beam, craft = artists[:3]
-    return {"trail": trail, "beam": beam, "craft": craft}
+    left, right = Figure().subplots(1, 2)
+    animation._moving(left, right, replayed)(moment_s)
+    return dict(zip(("trail", "beam", "craft"), left.lines, strict=True))
 
 
 def test_the_uav_is_where_the_replay_has_it(falling: optuav.Replay) -> None:
@@ -100,7 +98,7 @@ def test_a_small_file(falling: optuav.Replay, tmp_path: Path) -> None:
 def test_the_same_bytes_again(falling: optuav.Replay, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(animation, "FRAMES", 3)
     monkeypatch.setattr(animation, "HELD", 1)
-    one, other = (files.gif(animation.animate(falling)) for _ in range(2))
+    one, other = (animation._gif(list(animation.frames(falling))) for _ in range(2))
     assert one == other
     with Image.open(io.BytesIO(one)) as shown:
         assert shown.format == "GIF"
@@ -115,8 +113,8 @@ def test_nothing_is_left_behind_where_it_cannot_be_written(
     assert list(tmp_path.iterdir()) == []
 
 
-def test_a_mission_that_cannot_be_flown_has_no_animation() -> None:
+def test_a_mission_that_cannot_be_flown_has_no_animation(tmp_path: Path) -> None:
     windy = optuav.load("paper").replace({"wind.force_N": [50.0, 0.0, 0.0]})
     stops = (optuav.judge.Stop("hover", "hover", 10.0),)
     with pytest.raises(NoPlanError):
-        plots.animate(optuav.replay(optuav.Itinerary(windy, stops)))
+        plots.save_animation(optuav.replay(optuav.Itinerary(windy, stops)), tmp_path / "a.gif")

@@ -133,7 +133,7 @@ except optuav.errors.InputError as error:
 def test_no_window_is_opened_and_no_backend_chosen(tmp_path: Path) -> None:
     code = """
 import sys, optuav
-ax = optuav.plots.bars({"a": 1.0}, title="one", y_label="y")
+ax = optuav.plots.bars([optuav.plots.Bar("a", "", 1.0)], title="one", y_label="y")
 ax.figure.savefig(sys.argv[1])
 import matplotlib
 print("matplotlib.pyplot" in sys.modules, matplotlib.get_backend(auto_select=False))

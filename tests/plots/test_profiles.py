@@ -72,7 +72,7 @@ def test_files_are_the_same_bytes(
 ) -> None:
     monkeypatch.setattr(style, "DOTS_PER_INCH", 40)
     replayed = optuav.replay(table2)
-    first, second = (plots.save_profile(replayed, tmp_path / name) for name in ("a", "b"))
+    first, second = (plots.save(plots.profile(replayed), tmp_path / name) for name in ("a", "b"))
     assert first.read_bytes() == second.read_bytes()
 
 

@@ -325,20 +325,16 @@ def test_files_of_plans(of_paper: Results, tmp_path: Path) -> None:
     assert [path.name for path in written] == ["choices.png"]
 
 
-def test_gaps_are_drawn_in_slots_below_their_bound(by_method: Results) -> None:
+def test_gaps_are_drawn_as_shares_of_a_slot_below_their_bound(by_method: Results) -> None:
+    """Of all buildings the largest, and of P3 what rounding down to whole slots takes."""
     pytest.importorskip("matplotlib")
-    from optuav import plots
+    from matplotlib.colors import to_rgba
 
-    shown = [
-        plots.Gap(row["problem"], row["slot_s"], row["gap_s"], row["largest_gap_s"])
-        for row in by_method.rows
-        if row["problem"] in ("P1", "P3") and row["slot_s"] and row["gap_s"] is not None
-    ]
-    ax = plots.slot_gaps(shown, "paper")
-    (p3,) = [line for line in ax.lines if line.get_label() == "P3"]
-    assert p3.get_ydata().tolist() == pytest.approx([0.848, 0.8848, 28.848 / 60.0], abs=1e-4)
-    levels = sorted({line.get_ydata()[0] for line in ax.lines if len(line.get_ydata()) == 2})
-    assert levels == [0.0, 1.0, 2.0]
-    labels = [text.get_text() for text in ax.get_xticklabels()]
-    assert labels == ["1 s\nP1 loses 0.54 s", "10 s\nP1 loses 9.54 s", "60 s\nP1 loses 59.5 s"]
-    assert ax.get_ylabel().endswith("[slots]")
+    from optuav.plots.style import GREY
+
+    ax = by_method.plot()["gaps.png"].axes[0]
+    assert [text.get_text() for text in ax.get_xticklabels()] == ["1 s", "10 s", "60 s"]
+    p3 = [bar.get_height() for bar in ax.patches if bar.get_facecolor() == to_rgba(GREY)]
+    assert p3 == pytest.approx([84.8, 88.48, 100.0 * 28.848 / 60.0], abs=0.01)
+    levels = sorted({line.get_ydata()[0] for line in ax.lines})
+    assert levels == [0.0, pytest.approx(200.0)]
