@@ -27,6 +27,7 @@ ROOT = Path(__file__).parents[1]
 DOCS = ROOT / "docs"
 PAGES = [ROOT / "README.md", *sorted(DOCS.glob("*.md"))]
 FENCE = re.compile(r"^```(.*)$", re.MULTILINE)
+PLACE = re.compile(r"`((?:optuav|formulations|tests|examples|docs)/[\w./-]*)`")
 LINK = re.compile(r"\]\(([^)#\s]+)(#[^)\s]*)?\)")
 
 Row = dict[str, str]
@@ -90,10 +91,13 @@ def test_commands_of_the_readme_are_those_of_the_program() -> None:
     assert named <= known
 
 
-def test_make_targets_of_the_readme_exist() -> None:
-    wanted = set(re.findall(r"^make (\w+) ", (ROOT / "README.md").read_text("utf-8"), re.M))
-    assert {"run", "test"} <= wanted
-    assert wanted <= set(re.findall(r"^(\w+):", (ROOT / "Makefile").read_text("utf-8"), re.M))
+def test_make_targets_are_listed() -> None:
+    """CONTRIBUTING has exactly those of the Makefile, and the README the two to begin with."""
+    targets = set(re.findall(r"^([a-z-]+):", (ROOT / "Makefile").read_text("utf-8"), re.M))
+    listed = {row["target"] for row in table(ROOT / "CONTRIBUTING.md", "target")}
+    assert listed == {f"make {each}" for each in targets}
+    shown = re.findall(r"^make (\S+) ", (ROOT / "README.md").read_text("utf-8"), re.M)
+    assert shown == ["run", "test"]
 
 
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
@@ -101,6 +105,13 @@ def test_links_lead_to_files(page: Path) -> None:
     links = [target for target, _ in LINK.findall(page.read_text("utf-8"))]
     local = [target for target in links if "://" not in target]
     assert [each for each in local if not (page.parent / each).exists()] == []
+
+
+@pytest.mark.parametrize("page", [*PAGES, ROOT / "CONTRIBUTING.md"], ids=lambda page: page.name)
+def test_files_that_a_page_names_exist(page: Path) -> None:
+    """Files and folders of the repository, such as ``formulations/p4.py``."""
+    named = PLACE.findall(page.read_text("utf-8"))
+    assert [each for each in named if not (ROOT / each).exists()] == []
 
 
 # What goes with what
