@@ -21,8 +21,8 @@ from optuav.options import HoverPoint, ProblemName
 from optuav.plan import Plan
 from optuav.solving import Program, formulate
 from optuav.solving.declare import work_out
+from optuav.solving.packs_by_schedule import ENGINE as SIMULATION
 from optuav.solving.question import PROBLEMS, checked_question, problem_of
-from optuav.solving.scheduled_plan import ENGINE as SIMULATION
 from optuav.solving.several_stops import ENGINE as SEARCH
 
 SIGNATURE = signature(formulate)

@@ -142,9 +142,9 @@ class Program:
                 self.question, self.network, Status.INFEASIBLE, "physics", self.reasons
             )
         if self.question.perspective == AVAILABLE and self._takes_turns:
-            from optuav.solving.scheduled_plan import scheduled_plan
+            from optuav.solving.packs_by_schedule import packs_by_schedule
 
-            return replayed(scheduled_plan(self.question, self.network, self.parts))
+            return replayed(packs_by_schedule(self.question, self.network, self.parts))
         solutions = self._answers()
         question = replace(self.question, engine=solutions[0].engine)
         statuses = {status for solution in solutions for status in solution.statuses}

@@ -1,4 +1,4 @@
-"""(P1) with several rests and hovers, in any order over all places: mission in, plan out."""
+"""(P1) with several rests and hovers, in any order over all places."""
 
 from __future__ import annotations
 
@@ -6,27 +6,31 @@ import math
 from collections.abc import Iterator
 from dataclasses import replace
 from decimal import ROUND_CEILING, Decimal
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
+from formulations.soc import AVAILABLE
 from formulations.wells import LABELS
+from optuav.arrays import Floats, Integers
 from optuav.errors import Fault, InputError, SolverError
 from optuav.mission.messages import shown
 from optuav.network import vehicle
 from optuav.network.feasibility import never_flyable
 from optuav.network.network import Network
-from optuav.network.places import FIRST_BUILDING
-from optuav.network.timeline import phases_along, rest_net, simulated
+from optuav.network.places import FIRST_BUILDING, HOVER
+from optuav.network.routes import NO_LEG, Routes
+from optuav.network.timeline import hover_net, phases_along, rest_net, simulated
 from optuav.physics.quantity import TINY
 from optuav.plan import Plan
+from optuav.search.boxes import patterns, sequences
 from optuav.search.branch import INTERRUPTED, TIE_S, Progress, SearchResult, search
+from optuav.search.terrain import Terrain
 from optuav.search.trial import Stops
 from optuav.solving.assemble import quantities
-from optuav.solving.everywhere import terrain, ways
-from optuav.solving.linear_stops import linear_stops
-from optuav.solving.more_stops import all_legs
+from optuav.solving.more_stops import all_legs, ways_around
 from optuav.solving.plans import (
+    Part,
     counted,
     plan_for,
     plan_without,
@@ -43,6 +47,8 @@ if TYPE_CHECKING:
 ENGINE = "search"
 MOST_BUILDINGS = 1000
 """With more, the legs between any two of them do not fit into memory."""
+MOST_SEQUENCES = 1 << 20
+"""Sequences that are compared at most in a linear perspective."""
 BINDS = 1e-8
 """Share of the capacity [-] or of the deadline within which a limit is reached."""
 
@@ -56,6 +62,13 @@ def several_stops(
 ) -> Plan:
     """The plan of the longest hover time with at most so many rests and hovers.
 
+    Under ``available`` it is found by branch and bound over sequences of stops and their durations.
+    In the linear perspectives one rest and one hover are enough if the legs obey the triangle
+    inequality, as the state of charge at the end is linear in the total times of flying, hovering
+    and resting: any plan may leave out all stops but one visit to the hover point and the rest
+    where charging is best. Where edited graphs or buildings in the way break that inequality, all
+    sequences are compared, each by its own linear programme with the rest on its best building.
+
     Parameters
     ----------
     program
@@ -65,78 +78,168 @@ def several_stops(
     graph
         A graph that was edited: its edges replace the computed legs, also between buildings.
     progress
-        Told how far a search is.
+        Called with the state of the search.
 
     Raises
     ------
     InputError
-        If the question is one that several stops do not go with.
+        If several stops do not go with the mission's packs or its number of buildings.
     SolverError
-        If the search ends early without a plan, or its plan fails the simulation.
+        If the search ends early without a plan, its plan fails the simulation, or there are too
+        many sequences to compare.
     """
-    if faults := tuple(_faults(program)):
+    question, mission = program.question, program.network.mission
+    available, faults = question.perspective == AVAILABLE, []
+    if available and mission.battery.takes_turns:
+        schedule = shown(mission.battery.schedule)
+        faults.append(Fault("battery.schedule", schedule, "pooled with several stops"))
+    if len(mission.buildings) > MOST_BUILDINGS:
+        words = f"at most {MOST_BUILDINGS} with several stops"
+        faults.append(Fault("buildings", str(len(mission.buildings)), words))
+    if faults:
         raise InputError(faults)
     if never_flyable(program.network):
         return program.solve()
-    everywhere = replace(program.network, legs=all_legs(program.network, graph))
-    if program.question.perspective != "available":
-        return linear_stops(program, everywhere, rests, hovers)
-    found = search(
-        terrain(everywhere),
-        rests,
-        hovers,
-        time_limit_s=program.question.time_limit_s,
-        progress=progress,
+    network = replace(program.network, legs=all_legs(program.network, graph))
+    if available:
+        found = search(
+            terrain(network),
+            rests,
+            hovers,
+            time_limit_s=question.time_limit_s,
+            progress=progress,
+        )
+        most = f"at most {rests} rest{'s' * (rests != 1)} and {hovers} hover{'s' * (hovers != 1)}"
+        return _plan(program, network, found, most)
+    if rests and not ways_around(network).any():
+        plan = program.solve()
+        note = "one rest and one hover are enough: no way around is shorter than a leg"
+        return plan.model_copy(update={"notes": (*plan.notes, note)})
+    return _compared(program, network, rests, hovers).solve()
+
+
+def terrain(network: Network) -> Terrain:
+    """The arrays that a search takes, for a network whose legs lead between any two places."""
+    mission, table = network.mission, network.legs
+    places = len(network.places.names)
+
+    def square(figures: Floats, absent: float) -> Floats:
+        filled = np.full((*figures.shape[:-1], places, places), absent)
+        filled[..., table.start, table.end] = np.where(table.flyable, figures, absent)
+        return filled
+
+    stay_current_A = np.zeros(places)
+    stay_current_A[HOVER] = hover_net(network).current_A
+    buildings = np.arange(places - FIRST_BUILDING)
+    stay_current_A[FIRST_BUILDING:] = rest_net(network, buildings).current_A
+    pool = vehicle.pool(mission)
+    return Terrain(
+        pool,
+        mission.limits.deadline_s,
+        mission.limits.min_soc * float(pool.capacity_As),
+        square(table.duration_s, np.inf),
+        square(table.durations_s, 0.0),
+        square(table.currents_A, 0.0),
+        stay_current_A,
+        mission.battery.charging == "taper",
     )
-    return _plan(program, everywhere, found, _counted(rests, hovers))
 
 
-def _counted(rests: int, hovers: int) -> str:
-    """How many stops there may be, in words."""
-    rested = f"{rests} rest{'s' * (rests != 1)}"
-    return f"at most {rested} and {hovers} hover{'s' * (hovers != 1)}"
+def _routes(network: Network, places: Integers, building: Integers) -> Routes:
+    """Sequences of places as routes over legs between any two places.
+
+    Parameters
+    ----------
+    network
+        Places and legs.
+    places
+        Numbers of the places (place, sequence), −1 behind the last of a sequence.
+    building
+        Number of the building that each rests on (sequence,), −1 for none.
+    """
+    table = network.legs
+    number = np.full((len(network.places.names),) * 2, NO_LEG, dtype=np.intp)
+    number[table.start, table.end] = np.arange(len(table.start))
+    legs = np.where(places[1:] >= 0, number[places[:-1], places[1:]], NO_LEG).T
+    flown = legs != NO_LEG
+
+    def total(per_leg: Floats) -> Floats:
+        return np.asarray(np.where(flown, per_leg[legs], 0.0).sum(axis=1))
+
+    hovers_first = (places == HOVER).argmax(axis=0)
+    rests_first = (places == FIRST_BUILDING + building).argmax(axis=0)
+    return Routes(
+        legs,
+        building,
+        (building >= 0) & (rests_first < hovers_first),
+        np.asarray(np.where(flown, table.flyable[legs], True).all(axis=1)),
+        total(table.duration_s),
+        total(table.charge_As),
+        total(table.energy_J),
+    )
 
 
-def _faults(program: Program) -> Iterator[Fault]:
-    """What of a mission several stops do not go with."""
-    battery = program.network.mission.battery
-    if program.question.perspective == "available" and battery.takes_turns:
-        yield Fault("battery.schedule", shown(battery.schedule), "pooled with several stops")
-    if (buildings := len(program.network.mission.buildings)) > MOST_BUILDINGS:
-        words = f"at most {MOST_BUILDINGS} with several stops"
-        yield Fault("buildings", str(buildings), words)
+def _compared(program: Program, network: Network, rests: int, hovers: int) -> Program:
+    """The linear programmes of all sequences, each with a rest on its best building."""
+    question, known = program.question, terrain(network)
+    net = rest_net(network, np.arange(len(known.duration_s) - FIRST_BUILDING))
+    gain = net.current_A if question.perspective == "battery" else net.power_W
+    worth = np.concatenate([np.full(FIRST_BUILDING, -np.inf), gain])
+    columns, count = list[Integers](), 0
+    for pattern in patterns(rests, hovers):
+        for boxes in sequences(known, pattern):
+            rows = np.full((rests + hovers + 2, len(boxes)), -1, dtype=np.intp)
+            rows[: len(boxes.places)] = boxes.places
+            columns.append(rows)
+            count += len(boxes)
+            if count > MOST_SEQUENCES:
+                raise SolverError(
+                    f"more than {MOST_SEQUENCES} sequences of stops: ask for fewer stops or hovers"
+                )
+    places = np.concatenate(columns, axis=1)
+    best = np.take_along_axis(places, worth[places].argmax(axis=0)[None], axis=0)[0]
+    building = np.where(best >= FIRST_BUILDING, best - FIRST_BUILDING, -1)
+    network, parts = replace(network, routes=_routes(network, places, building)), []
+    for rested in (False, True):
+        which = np.flatnonzero((building >= 0) == rested)
+        if len(which):
+            given = quantities(network, which, rests=rested)
+            parts.append(Part(question.problem.model(given, question.perspective), which))
+    return replace(program, network=network, parts=tuple(parts))
 
 
-def _plan(program: Program, everywhere: Network, found: SearchResult, asked_for: str) -> Plan:
-    asked, stops = replace(program.question, engine=ENGINE), found.stops
+def _plan(program: Program, network: Network, found: SearchResult, most: str) -> Plan:
+    """The plan of a search result, or that of one rest and one hover where it is as good."""
+    question, stops = replace(program.question, engine=ENGINE), found.stops
     if stops is None and found.bound_s <= 0.0:
         why = program.reasons
         if program.parts:
-            why = shortfalls(asked, program.network, program.parts)
-        why = (f"no plan with {asked_for} keeps the battery and the deadline", *why)
+            why = shortfalls(question, program.network, program.parts)
+        why = (f"no plan with {most} keeps the battery and the deadline", *why)
         proof = "branch and bound over all sequences of stops"
-        return plan_without(asked, program.network, Status.INFEASIBLE, proof, why)
-    hover_s = -math.inf if stops is None else stops.hover_s
-    none_longer = f"with {asked_for} no plan hovers longer than {_rounded_up(found.bound_s)} s"
-    proof = f"branch and bound: {none_longer}"
-    one = _with_one_stop(program) if not stops or found.ended or len(stops.stays_s) <= 2 else None
+        return plan_without(question, program.network, Status.INFEASIBLE, proof, why)
+    # Rounded up: no plan hovers longer than the number that is written either.
+    bound = Decimal(found.bound_s).quantize(Decimal("0.000001"), ROUND_CEILING)
+    none_longer = f"with {most} no plan hovers longer than {bound} s"
+    proof, hover_s = f"branch and bound: {none_longer}", stops.hover_s if stops else -math.inf
+    one = None
+    if question.stops and (not stops or found.ended or len(stops.stays_s) <= 2):
+        one = _with_one_stop(program)
     if one and one.hover_time_s >= hover_s - TIE_S:
-        # Of as good plans with one rest and one hover, its engine knows the shortest.
-        known = _known(found, one.hover_time_s)
-        known["notes"] = (*one.notes, *known["notes"])
-        return one.model_copy(update={"engine": ENGINE, "proof": proof, **known})
+        # Of equally good plans with one rest and one hover, its own engine finds the shortest.
+        status, notes = _certainty(found, one.hover_time_s)
+        known = {"status": status, "notes": (*one.notes, *notes), "proof": proof, "engine": ENGINE}
+        return one.model_copy(update=known)
     if stops is None:
-        said = f"the search {found.ended} without a plan or proof that there is none: {none_longer}"
+        message = f"the search {found.ended} without a plan or proof that there is none: "
+        message += none_longer
         if found.ended != INTERRUPTED:
-            said += ". Allow more time (time_limit_s), or fewer stops or hovers"
-        raise SolverError(said)
-    way = ways(everywhere, stops.places[:, None], np.array([-1]))
-    network = replace(everywhere, routes=way)
-    legs = [int(leg) for leg in way.legs[0]]
-    stays_s = stops.stays_s.tolist()
-    flown = simulated(network.mission, phases_along(network, legs, stays_s))
-    known = _known(found, hover_s)
-    notes = [*known["notes"]]
+            message += ". Allow more time (time_limit_s), or fewer stops or hovers"
+        raise SolverError(message)
+    network = replace(network, routes=_routes(network, stops.places[:, None], np.array([-1])))
+    legs = network.routes.legs[0].tolist()
+    flown = simulated(network.mission, phases_along(network, legs, stops.stays_s.tolist()))
+    status, notes = _certainty(found, hover_s)
     if network.legs.edited[legs].any():
         notes.append("some legs have figures from the graph, not from the flight model")
     if network.places.edited[stops.places].any():
@@ -144,11 +247,11 @@ def _plan(program: Program, everywhere: Network, found: SearchResult, asked_for:
             "some places have sight or power of the laser from the graph, not from the mission"
         )
     plan = plan_for(
-        asked,
+        question,
         network,
-        engine=asked.engine,
+        engine=ENGINE,
         proof=proof,
-        status=known["status"],
+        status=status,
         notes=tuple(notes),
         phases=flown,
         soc=counted(network, flown, _states_of_charge(network, stops)),
@@ -156,37 +259,26 @@ def _plan(program: Program, everywhere: Network, found: SearchResult, asked_for:
     return replayed(plan.model_copy(update={"binding": tuple(_binding(plan))}))
 
 
-def _rounded_up(bound_s: float) -> str:
-    """A time that none exceeds, in writing: none exceeds what is written either."""
-    return str(Decimal(bound_s).quantize(Decimal("0.000001"), ROUND_CEILING))
-
-
 def _with_one_stop(program: Program) -> Plan | None:
-    """The best plan with one rest and one hover; None where there may be no rest, or none is known.
-
-    A search that ends early is never worse than it.
-    """
-    if not program.question.stops:
-        return None
+    """The best plan with one rest and one hover: a search that ends early is never worse."""
     try:
         return program.solve()
     except SolverError:
         return None
 
 
-def _known(found: SearchResult, hover_s: float) -> dict[str, Any]:
-    """Whether a hover time is the longest, and a note on what a search that ended leaves open."""
+def _certainty(found: SearchResult, hover_s: float) -> tuple[Status, list[str]]:
+    """What is proved of a hover time, with a note on what a search that ended early leaves open."""
     gap_s, notes = found.bound_s - hover_s, []
     if found.ended:
         notes.append(
             f"the search {found.ended}; not proved to be best, a gap of {gap_s:.3g} s is left"
         )
-    status = Status.OPTIMAL if gap_s <= 3.0 * TIE_S else Status.FEASIBLE
-    return {"status": status, "notes": tuple(notes)}
+    return Status.OPTIMAL if gap_s <= 3.0 * TIE_S else Status.FEASIBLE, notes
 
 
 def _states_of_charge(network: Network, stops: Stops) -> dict[str, float]:
-    """State of charge at the end [-] by perspective: rests count by their mean net current."""
+    """State of charge at the end [-] by perspective; rests count by their mean net current."""
     rests = stops.places[1:-1] >= FIRST_BUILDING
     times_s = stops.stays_s[rests]
     net = rest_net(network, stops.places[1:-1][rests] - FIRST_BUILDING)
@@ -201,19 +293,17 @@ def _states_of_charge(network: Network, stops: Stops) -> dict[str, float]:
 
 
 def _binding(plan: Plan) -> Iterator[str]:
-    """Which limits a plan reaches, in words."""
+    """Labels of the limits that a plan reaches."""
     limits, pool = plan.mission.limits, vehicle.pool(plan.mission)
-    tapers = plan.mission.battery.charging == "taper"
     if plan.mission_time_s >= limits.deadline_s * (1.0 - BINDS):
         yield "deadline"
     for phase in plan.phases:
-        where = (
-            f"{'arriving at' if phase.kind == 'flight' else phase.kind + ' at'} {phase.end_place}"
-        )
+        event = "arriving at" if phase.kind == "flight" else f"{phase.kind} at"
         share = phase.available_As[0] / pool.capacity_As
+        charges = phase.kind != "flight" and plan.mission.battery.charging != "taper"
         if share <= BINDS:
-            yield f"{LABELS['dry']}, {where}"
-        elif phase.kind != "flight" and not tapers and share >= pool.available_fraction - BINDS:
-            yield f"{LABELS['past full']}, {where}"
+            yield f"{LABELS['dry']}, {event} {phase.end_place}"
+        elif charges and share >= pool.available_fraction - BINDS:
+            yield f"{LABELS['past full']}, {event} {phase.end_place}"
     if plan.soc is not None and plan.soc["battery"] <= limits.min_soc + BINDS:
         yield "state of charge"

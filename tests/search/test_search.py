@@ -20,8 +20,8 @@ from optuav.search.boxes import Pattern, patterns, sequences
 from optuav.search.branch import TIE_S, SearchResult, search
 from optuav.search.terrain import Terrain
 from optuav.search.trial import Trial
-from optuav.solving.everywhere import terrain
 from optuav.solving.more_stops import all_legs
+from optuav.solving.several_stops import terrain
 from tests.examples import few
 
 

@@ -9,7 +9,7 @@ from optuav.errors import InputError, SolverError
 from optuav.mission import Mission, load
 from optuav.network.network import Network, build_network
 from optuav.network.timeline import carry, route_phases
-from optuav.solving import scheduled
+from optuav.solving import packs_by_schedule
 from optuav.status import Status
 from tests.asking import solve
 
@@ -175,7 +175,7 @@ def test_past_the_time_limit_the_best_so_far_is_the_answer(
     best_s = solve(mission, slot_s=slot_s).hover_time_s
     found_s = []
     for limit_s in (short_s, 2.0 * short_s, 1e6):
-        monkeypatch.setattr(scheduled, "time", Ticking())
+        monkeypatch.setattr(packs_by_schedule, "time", Ticking())
         plan = solve(mission, slot_s=slot_s, time_limit_s=limit_s)
         early = limit_s < 1e6
         assert plan.flyable is True
@@ -184,7 +184,7 @@ def test_past_the_time_limit_the_best_so_far_is_the_answer(
         found_s.append(plan.hover_time_s)
     assert found_s == sorted(found_s)
     assert found_s[-1] == best_s
-    monkeypatch.setattr(scheduled, "time", Ticking())
+    monkeypatch.setattr(packs_by_schedule, "time", Ticking())
     with pytest.raises(SolverError) as refused:
         solve(mission, slot_s=slot_s, time_limit_s=0.5)
     for words in (
@@ -213,7 +213,7 @@ def test_without_a_plan_in_time_less_is_advised_only_where_less_can_be_asked(
     options: dict[str, str], routes: str, advice: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """One route is told as one, and whoever asked for it is not told to ask for fewer."""
-    monkeypatch.setattr(scheduled, "time", Ticking())
+    monkeypatch.setattr(packs_by_schedule, "time", Ticking())
     with pytest.raises(SolverError) as refused:
         solve(small("sequential"), time_limit_s=0.5, **options)
     assert str(refused.value).endswith(

@@ -1,0 +1,285 @@
+"""The longest hover under ``available`` where packs take turns, found by simulation.
+
+Which pack carries what depends on when each is empty, so the state at the end is no formula of Δ
+and T', and no engine solves it. Pairs of whole steps are simulated from the longest hover down, and
+the best pair is refined. In slots that is exhaustive, which is a proof. In continuous times it is
+none, as the feasible pairs between the steps may form any shape.
+"""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from optuav.arrays import Booleans, Floats
+from optuav.errors import Fault, InputError, SolverError
+from optuav.network.network import Network
+from optuav.network.timeline import full_packs, pack_loads, route_phases
+from optuav.physics.packs import Packs
+from optuav.plan import Plan
+from optuav.solving.plans import Part, plan_for, plan_without, planned_phases, soc_at_end
+from optuav.solving.question import AUTO, Question
+from optuav.status import Status
+
+ENGINE = "simulation"
+PROBLEMS = ("P1", "P3", "P4")
+"""Problems that ask for the longest hover."""
+STEP_S = 1.0
+"""Step of Δ and T' [s] in continuous times."""
+FINER = (0.1, 0.01, 0.001)
+"""Steps of the refinement around the best pair, as shares of the first step."""
+SLACK = 1e-9
+"""Share of a step, and of the capacity, that rounding may take."""
+
+IN_SLOTS = "exhaustive: every pair of slots that could be better was simulated"
+CONTINUOUS = (
+    f"simulation on a grid of {STEP_S:g} s, refined to {FINER[-1]:g} s around the best, not proved"
+)
+
+
+def packs_by_schedule(question: Question, network: Network, parts: Sequence[Part]) -> Plan:
+    """The plan with the longest hover that the packs deliver under the mission's schedule.
+
+    Of plans that hover equally long it is the one with the shortest mission, and it has the
+    smallest rest that its hover admits.
+
+    Raises
+    ------
+    InputError
+        If the problem or the engine needs pooled packs.
+    SolverError
+        If the time limit passes before there is any plan.
+    """
+    _refuse(question, network)
+    slot_s, schedule = question.slot_s, network.mission.battery.schedule
+    step_s, clock = slot_s or STEP_S, _Clock(question.time_limit_s)
+    choices = sorted((int(route), part.rests) for part in parts for route in part.routes)
+    routes = [_Route(network, *each, step_s, clock, slots=slot_s is not None) for each in choices]
+    question, proof = replace(question, engine=ENGINE), IN_SLOTS if slot_s else CONTINUOUS
+    found: list[tuple[float, Floats, _Route]] = []
+    searched, least_s = 0, 0.0
+    for route in routes:
+        rests_s = route.rests_s()
+        hovers_s = route.longest_s(rests_s, step_s, least_s)
+        if np.isfinite(hovers_s).any():
+            hover_s = float(np.nanmax(hovers_s))
+            found.append((hover_s, rests_s[hovers_s == hover_s], route))
+            least_s = max(least_s, hover_s - (0.0 if slot_s else step_s))
+        searched += not clock.ended
+    if not found and clock.ended:
+        raise SolverError(_no_plan_in_time(question, schedule, clock, searched, len(routes)))
+    if not found:
+        why = f"no pair of Δ and T' in steps of {step_s:g} s leaves a pack to fly on to the end"
+        return plan_without(question, network, Status.INFEASIBLE, proof, (why,))
+    if not slot_s:
+        found = [each[2].refined(*each[:2]) for each in found if each[0] >= least_s]
+    hover_s = max(each[0] for each in found)
+    rested = [
+        (route.smallest_rest_s(hover_s, float(rests_s[0])), route)
+        for each_s, rests_s, route in found
+        if each_s == hover_s
+    ]
+    rest_s, route = min(rested, key=lambda each: each[1].flight_time_s + each[0])
+    notes = [
+        f"packs by schedule {schedule!r}: one flies while the laser charges another; what full "
+        "packs refuse is lost, which battery counts and energy and adjusted do not"
+    ]
+    if clock.ended:
+        proof = f"simulation that {clock.ended}, not proved"
+        notes.append(
+            f"the search {clock.ended}; there may be a longer hover, not all pairs were tried"
+        )
+    flown = planned_phases(network, route.number, hover_s, rest_s)
+    return plan_for(
+        question,
+        network,
+        engine=ENGINE,
+        proof=proof,
+        status=Status.OPTIMAL if slot_s and not clock.ended else Status.FEASIBLE,
+        notes=tuple(notes),
+        phases=flown,
+        soc=soc_at_end(network, route.number, flown, hover_s, rest_s),
+    )
+
+
+def _refuse(question: Question, network: Network) -> None:
+    schedule, faults = network.mission.battery.schedule, []
+    words = f"under battery.schedule = {schedule!r} and perspective available"
+    if question.problem.name not in PROBLEMS:
+        faults.append(Fault("problem", question.problem.name, f"{', '.join(PROBLEMS)} {words}"))
+    if question.engine_name not in (AUTO, "grid"):
+        faults.append(
+            Fault("engine", repr(question.engine_name), f"{AUTO} {words}: plans are simulated")
+        )
+    if faults:
+        raise InputError(faults)
+
+
+def _no_plan_in_time(
+    question: Question, schedule: str, clock: _Clock, searched: int, routes: int
+) -> str:
+    """The message where the time limit passes without a plan; it advises what is left to advise."""
+    covered, fewer = "the one route was not searched to its end", ""
+    if routes > 1:
+        covered = f"{searched} of {routes} routes were searched"
+        if question.trajectory == "optimal":
+            fewer = ", or one trajectory"
+        elif question.order is None:
+            fewer = ", or one order"
+    return (
+        f"the search by battery.schedule = {schedule!r} {clock.ended}, the time limit, without a "
+        f"plan or proof that there is none: {covered}, Δ and T' in steps of "
+        f"{question.slot_s or STEP_S:g} s. Allow more time (time_limit_s), or ask for less: "
+        f"longer slots (slot_s){fewer}"
+    )
+
+
+class _Clock:
+    """The time limit of a search, and whether it has passed."""
+
+    def __init__(self, limit_s: float | None) -> None:
+        self.limit_s, self.ended = limit_s, ""
+        self.latest_s = math.inf if limit_s is None else time.monotonic() + limit_s
+
+    @property
+    def is_late(self) -> bool:
+        """Whether the time limit has passed; `ended` then says so."""
+        if time.monotonic() > self.latest_s:
+            self.ended = f"ended after {self.limit_s:g} s"
+        return bool(self.ended)
+
+
+class _Route:
+    """A route on which pairs of hover and rest are simulated."""
+
+    def __init__(
+        self,
+        network: Network,
+        number: int,
+        rests: bool,
+        step_s: float,
+        clock: _Clock,
+        *,
+        slots: bool,
+    ) -> None:
+        mission, battery = network.mission, network.mission.battery
+        self.network, self.number, self.rests, self.clock = network, number, rests, clock
+        self.step_s, self.slots = step_s, slots
+        phases = route_phases(network, number, 0.0, 0.0)
+        self.kinds = [each.kind for each in phases]
+        self.hover = self.kinds.index("hover")
+        self.net_A = {each.kind: float(each.stages[0].current_A) for each in phases}
+        self.flight_time_s = float(network.routes.flight_time_s[number])
+        self.left_s = mission.limits.deadline_s - self.flight_time_s
+        capacity_As = battery.packs * battery.capacity_As
+        self.least_As = (mission.limits.min_soc - SLACK) * capacity_As
+        self.spare_As = (1.0 - mission.limits.min_soc) * capacity_As
+        self.spare_As -= float(network.routes.flight_charge_As[number])
+
+    def rests_s(self) -> Floats:
+        """Rests to try [s]: every whole step up to the deadline; in slots, one at least."""
+        if not self.rests:
+            return np.zeros(1)
+        last = np.floor(self.left_s / self.step_s + SLACK)
+        return self.step_s * np.arange(float(self.slots), last + 1.0)
+
+    def near(self, rest_s: float, reach_s: float, step_s: float) -> Floats:
+        """Rests around one [s], in steps."""
+        if not self.rests:
+            return np.zeros(1)
+        steps = round(reach_s / step_s)
+        found = rest_s + step_s * np.arange(-steps, steps + 1.0)
+        return found[(found >= 0.0) & (found <= self.left_s)]
+
+    def longest_s(
+        self, rests_s: Floats, step_s: float, least_s: float, most_s: float = math.inf
+    ) -> Floats:
+        """Longest hovers in whole steps for some rests [s]; NaN where shorter than `least_s`.
+
+        Simulated from the top down. Bounds from above are what the deadline leaves, the balance of
+        charge, which knows of no refused charge, and what the packs last in the hover itself.
+        """
+        found = np.full(len(rests_s), np.nan)
+        if not len(rests_s) or self.clock.is_late:
+            return found
+        start = self._at_hover(rests_s)
+        most = np.minimum(most_s, self.left_s - rests_s)
+        if self.net_A["hover"] < 0.0:
+            spare_As = self.spare_As + self.net_A.get("rest", 0.0) * rests_s
+            most = np.minimum(most, spare_As / -self.net_A["hover"])
+        trial = start.take(np.arange(len(rests_s)))
+        self._carry(trial, np.maximum(most, 0.0), rests_s, slice(self.hover, self.hover + 1))
+        most = np.where(trial.exhausted, trial.clock_s - start.clock_s, most)
+        hovers_s = step_s * np.floor(most / step_s + SLACK)
+        open_ = (hovers_s >= least_s) & ~start.exhausted
+        while open_.any() and not self.clock.is_late:
+            rows = np.flatnonzero(open_)
+            flown = self._flyable(start.take(rows), hovers_s[rows], rests_s[rows])
+            found[rows[flown]] = hovers_s[rows[flown]]
+            least_s = max(least_s, float(np.nanmax(found, initial=least_s)))
+            hovers_s[rows[~flown]] -= step_s
+            open_ &= np.isnan(found) & (hovers_s >= least_s - SLACK * step_s)
+        return found
+
+    def refined(self, hover_s: float, rests_s: Floats) -> tuple[float, Floats, _Route]:
+        """The best pair in finer steps: all rests that were as good are tried, then those nearby.
+
+        Returns Δ [s], the rests that admit it [s], and this route.
+        """
+        before_s = self.step_s
+        for share in FINER:
+            step_s = share * self.step_s
+            for tried_s in (rests_s, self.near(float(rests_s[0]), before_s, step_s)):
+                hovers_s = self.longest_s(tried_s, step_s, hover_s, hover_s + before_s)
+                if np.isfinite(hovers_s).any():
+                    hover_s = float(np.nanmax(hovers_s))
+                    rests_s = tried_s[hovers_s == hover_s]
+            before_s = step_s
+        return hover_s, rests_s, self
+
+    def smallest_rest_s(self, hover_s: float, rest_s: float) -> float:
+        """The smallest of the rests tried that admits a hover [s]; `rest_s` itself if late."""
+        tried_s = self.rests_s()
+        for share in (1.0,) if self.slots else (1.0, *FINER):
+            if self.clock.is_late:
+                break
+            tried_s = np.append(tried_s[tried_s < rest_s], rest_s)
+            hovers_s = np.full(len(tried_s), hover_s)
+            rest_s = float(tried_s[self._flyable(self._at_hover(tried_s), hovers_s, tried_s)][0])
+            reach_s = share * self.step_s
+            tried_s = self.near(rest_s, reach_s, 0.1 * reach_s)
+        return rest_s
+
+    def _flyable(self, start: Packs, hovers_s: Floats, rests_s: Floats) -> Booleans:
+        """Whether packs at the hover point last to the end with enough charge left."""
+        rows = np.flatnonzero(hovers_s + rests_s <= self.left_s + SLACK * STEP_S)
+        rest = self.hover
+        if self.kinds[-2] == "rest":
+            # Courses that hover equally long are the same until they rest: each is carried once.
+            rest = len(self.kinds) - 2
+            once_s, same = np.unique(hovers_s[rows], return_inverse=True)
+            start = start.take(np.zeros_like(once_s, dtype=np.intp))
+            self._carry(start, once_s, rests_s, slice(self.hover, rest))
+            rows, same = rows[~start.exhausted[same]], same[~start.exhausted[same]]
+            start = start.take(same)
+        else:
+            start = start.take(rows)
+        self._carry(start, hovers_s[rows], rests_s[rows], slice(rest, None))
+        enough = np.zeros(len(hovers_s), dtype=bool)
+        enough[rows] = ~start.exhausted & (start.wells.total_As.sum(axis=1) >= self.least_As)
+        return enough
+
+    def _at_hover(self, rests_s: Floats) -> Packs:
+        """Packs that arrive at the hover point, one course a rest."""
+        packs = full_packs(self.network.mission).take(np.zeros(len(rests_s), dtype=np.intp))
+        self._carry(packs, np.zeros(1), rests_s, slice(0, self.hover))
+        return packs
+
+    def _carry(self, packs: Packs, hovers_s: Floats, rests_s: Floats, which: slice) -> None:
+        """Let packs carry some phases, with one hover and one rest [s] a course."""
+        for each in route_phases(self.network, self.number, hovers_s, rests_s)[which]:
+            packs.job(pack_loads(self.network.mission, each))
