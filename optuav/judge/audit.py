@@ -231,12 +231,7 @@ class ItineraryFile(MissionSection):
 def read(path: str | Path) -> tuple[Plan | Itinerary, dict[str, object]]:
     """A saved plan (JSON) with the data of its file, which repeat figures, or an itinerary (TOML).
 
-    A name in ``.json`` or a first letter ``{`` makes it a plan.
-
-    Raises
-    ------
-    InputError
-        With everything that keeps the file from being either.
+    A name in ``.json`` or a first letter ``{`` makes it a plan. Raises `InputError`.
     """
     text = read_text(Path(path), LARGEST_BYTES)
     if Path(path).suffix == ".json" or text.lstrip().startswith("{"):
@@ -245,19 +240,10 @@ def read(path: str | Path) -> tuple[Plan | Itinerary, dict[str, object]]:
 
 
 def read_itinerary(path: str | Path) -> Itinerary:
-    """The itinerary of a file.
+    """The itinerary of a TOML file, or an `InputError` with all its faults and its mission's.
 
-    Parameters
-    ----------
-    path
-        A TOML file with ``schema``, ``mission`` (the name of a shipped one, or a path relative to
-        the file) and a table ``[[stops]]`` for every stay, in order: ``at``, ``kind`` (``"rest"``
-        or ``"hover"``) and ``duration_s``.
-
-    Raises
-    ------
-    InputError
-        With everything that is wrong with the file, and with that of its mission.
+    The file states ``schema``, ``mission`` (the name of a shipped one, or a path relative to the
+    file) and a table ``[[stops]]`` for every stay, in order: ``at``, ``kind``, ``duration_s``.
     """
     file = Path(path)
     source = label(file)

@@ -44,14 +44,7 @@ def impossible(site: Site, moves: Sequence[Move]) -> Iterator[Event]:
 def broken_limits(mission: Mission, phases: Sequence[Phase], soc: float) -> Iterator[Event]:
     """What breaks a limit of the mission other than those of the wells, and what to know.
 
-    Parameters
-    ----------
-    mission
-        With the limits.
-    phases
-        Of the plan, at least one.
-    soc
-        State of charge at the end [-].
+    The state of charge at the end is that of the packs [-].
     """
     end_s, deadline_s = phases[-1].end_s, mission.limits.deadline_s
     for place, due, time_s, verb in (
@@ -137,16 +130,8 @@ def mismatches(
 ) -> Iterator[Event]:
     """Figures of a plan that are not those of its simulation.
 
-    Parameters
-    ----------
-    plan
-        With the figures that it states.
-    phases
-        The same phases, computed again.
-    ends
-        Wells of the packs at the end of every phase [A s].
-    soc
-        State of charge at the end by perspective [-].
+    That has the same phases, the wells of the packs at the end of each [A s], and the state of
+    charge at the end by perspective [-].
     """
     capacity_As = float(vehicle.pool(plan.mission).capacity_As)
     for number, (stated, found, wells) in enumerate(zip(plan.phases, phases, ends, strict=True)):

@@ -185,12 +185,7 @@ class Energies(NamedTuple):
     def states_of_charge(self, energies_J: Floats, share: Floats) -> dict[str, Floats]:
         """State of charge by perspective [-].
 
-        Parameters
-        ----------
-        energies_J
-            (moment, 3) integrals of `gains_W` [J].
-        share
-            (y1 + y2)/B over all packs [-].
+        Of (moment, 3) integrals of `gains_W` [J], and the share (y1 + y2)/B over all packs [-].
         """
         flight_J, hover_J, gained_J = np.moveaxis(energies_J, -1, 0)
         E_1, E_2, E_0 = self.batteries_J

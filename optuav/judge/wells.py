@@ -125,24 +125,13 @@ class Stretch(NamedTuple):
 
 @dataclass(frozen=True)
 class Course:
-    """The packs over a plan; packs used as one count as one.
+    """The packs over a plan; packs used as one count as one."""
 
-    Parameters
-    ----------
-    pack
-        One of them.
-    stretches
-        In order of time; they end early where no pack is left to fly on.
-    ends
-        Wells of every pack at the end of every phase [A s].
-    events
-        When packs are empty or full.
-    """
-
-    pack: Battery
+    pack: Battery  # One of them
+    # In order of time; they end early where no pack is left to fly on.
     stretches: tuple[Stretch, ...]
-    ends: tuple[tuple[Wells, ...], ...]
-    events: tuple[Event, ...]
+    ends: tuple[tuple[Wells, ...], ...]  # Wells of every pack at the end of every phase [A s]
+    events: tuple[Event, ...]  # When packs are empty or full
 
 
 def pooled(mission: Mission, phases: Sequence[Phase], method: Method) -> Course:

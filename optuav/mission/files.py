@@ -23,16 +23,9 @@ def refusal(path: Path, words: str) -> InputError:
 
 
 def read_text(path: Path, limit: int, *, hint: str = "") -> str:
-    """The text of a file.
+    """The text of a regular file in UTF-8, with or without a byte-order mark, up to `limit` bytes.
 
-    Parameters
-    ----------
-    path
-        A regular file in UTF-8, with or without a byte-order mark.
-    limit
-        Most bytes it may have.
-    hint
-        What to add where there is no such file.
+    The hint is added where there is no such file.
     """
     with refusals(path, "read"):
         try:

@@ -188,13 +188,7 @@ def _read(source: str | Path, directory: Path) -> _File:
 
 
 def parse(text: str, path: Path) -> Document:
-    """The tables of a TOML file.
-
-    Raises
-    ------
-    InputError
-        If its text is no TOML, or so nested that it would take too long.
-    """
+    """The tables of a TOML file, or an `InputError` if it is none or nested too deeply."""
     if _DEEP_KEY.search(text):
         raise refusal(path, "has a dotted name of more than 32 parts")
     try:

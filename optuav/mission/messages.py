@@ -41,15 +41,9 @@ class Breach(NamedTuple):
 class StatedMission:
     """A mission as it was stated, valid or not.
 
-    Parameters
-    ----------
-    document
-        Its tables and values.
-    sources
-        File in which a key, a table or (by the empty key) anything else was stated.
-    displaced
-        Keys stated in the mission underneath, each with the dotted key whose new value displaces
-        it.
+    The `sources` are the files in which a key, a table or (by the empty key) anything else was
+    stated; `displaced` has keys of the mission underneath, each with the dotted key that displaces
+    it by its new value.
     """
 
     def __init__(

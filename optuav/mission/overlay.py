@@ -71,18 +71,10 @@ def _both(base: Document, stated: Document) -> Iterator[tuple[str, Document, Doc
 
 
 def revise(base: Document, values: Mapping[str, object]) -> tuple[StatedMission, list[Fault]]:
-    """Apply values by dotted key, as in ``{"limits.deadline_s": 800}``.
+    """What a mission states after values by dotted key, not yet validated, and unknown keys.
 
-    Parameters
-    ----------
-    base
-        Complete document of a mission.
-    values
-        Value by dotted key; None removes an optional key, a table or a building.
-
-    Returns
-    -------
-    What the mission states then, not yet validated; and the keys that do not exist.
+    As in ``{"limits.deadline_s": 800}``, on top of the complete document of a mission; None removes
+    an optional key, a table or a building.
     """
     stated: Document = {}
     buildings: Document = {}

@@ -31,20 +31,9 @@ Minutes = Annotated[float, Number("min", ge=1, le=1e4)]
 
 
 def template(mission: Mission, name: str, remarks: Sequence[str] = ()) -> str:
-    """A mission as a TOML file in which every key is explained.
+    """The text of a TOML file with a mission's values, in which every key is explained.
 
-    Parameters
-    ----------
-    mission
-        Whose values to start from.
-    name
-        Name of the new mission.
-    remarks
-        Lines about its values, for the head of the file.
-
-    Returns
-    -------
-    Text of the file; keys that are not set stand there as comments.
+    Keys that are not set stand there as comments; the remarks are lines for the head of the file.
     """
     lines = [
         "# A mission for optuav. Change what differs in yours; `optuav validate` checks the file.",
@@ -141,13 +130,7 @@ class Datasheet(MissionSection):
 
     @classmethod
     def of(cls, values: Mapping[str, Any]) -> Self:
-        """A datasheet of values by name; None counts as not stated.
-
-        Raises
-        ------
-        InputError
-            With every value that is missing or not allowed.
-        """
+        """A datasheet of values by name, where None counts as not stated; raises `InputError`."""
         if faults := cls.faults(values):
             raise InputError(faults)
         return cls(**without_none(values))

@@ -44,24 +44,10 @@ def validate(
     *,
     whole: bool = True,
 ) -> AnyModel:
-    """The mission that was stated.
+    """The mission that was stated, or an `InputError` with every fault, known ones among them.
 
-    Parameters
-    ----------
-    model
-        The class of the mission.
-    stated
-        What was stated and where.
-    faults
-        What is known to be wrong already.
-    whole
-        False if a part of the statement could not be read: then nothing counts as missing, and
-        the rules that bind several keys are not judged.
-
-    Raises
-    ------
-    InputError
-        With every fault.
+    Where not the `whole` statement could be read, nothing counts as missing, and the rules that
+    bind several keys are not judged.
     """
     breaches: list[Breach] = []
     try:
@@ -154,13 +140,8 @@ def _valid_part(document: Document, breaches: Iterable[Breach]) -> Document:
 def rules(stated: Document, valid: Document) -> Iterator[Breach]:
     """Breaches of the rules that bind several keys.
 
-    Parameters
-    ----------
-    stated
-        The document: which keys there are.
-    valid
-        The same without the values that are not allowed by themselves, with every building. A rule
-        is not judged where a value of it is missing here.
+    The valid document lacks the values that are not allowed by themselves, and has every building;
+    a rule is not judged where it needs a value that is missing there.
     """
     limits = _table(valid, "limits")
     low, high = limits.get("min_altitude_m"), limits.get("max_altitude_m")

@@ -18,20 +18,10 @@ from optuav.physics import rotor
 
 @dataclass(frozen=True)
 class Figure:
-    """A derived value.
-
-    Parameters
-    ----------
-    name
-        What it is.
-    value
-        A number or a position; None where it does not exist.
-    unit
-        Its unit.
-    """
+    """A derived value."""
 
     name: str
-    value: float | tuple[float, ...] | None
+    value: float | tuple[float, ...] | None  # A number or a position; None where it does not exist
     unit: str
 
     @property
@@ -46,25 +36,15 @@ class Figure:
 
 @dataclass(frozen=True)
 class BuildingFigures:
-    """What follows for a building.
+    """What follows for a building."""
 
-    Parameters
-    ----------
-    name, position_m, footprint_m
-        As the mission states them.
-    laser_sight
-        Whether the laser is in clear sight.
-    received_power_W
-        What the laser delivers there [W].
-    rest_first_s, hover_first_s
-        Flight time with a stop there, resting or hovering first [s]; None where it cannot be flown.
-    """
-
+    # As the mission states them.
     name: str
     position_m: tuple[float, float, float]
     footprint_m: tuple[float, float] | tuple[tuple[float, float], ...] | None
-    laser_sight: bool
-    received_power_W: float
+    laser_sight: bool  # Whether the laser is in clear sight
+    received_power_W: float  # What the laser delivers there [W]
+    # Flight time with a stop there, resting or hovering first [s]; None where it cannot be flown.
     rest_first_s: float | None
     hover_first_s: float | None
 

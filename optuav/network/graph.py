@@ -207,12 +207,8 @@ def edited_network(mission: Mission, view: Graph) -> Network:
     """The network of a mission with the figures of a graph that the user has edited.
 
     A missing edge forbids the leg; an edge with other figures becomes a leg of constant current,
-    marked as edited; sight and received power are taken from the nodes.
-
-    Raises
-    ------
-    InputError
-        If the graph is out of order or does not belong to the mission.
+    marked as edited; sight and received power are taken from the nodes. An `InputError` says what
+    is out of order in the graph or does not belong to the mission.
     """
     computed = build_network(mission)
     faults = validate_graph(view) or (
@@ -231,17 +227,8 @@ def edited_legs(
 ) -> Legs:
     """A table of legs with the figures of the edges of a graph that is in order.
 
-    Parameters
-    ----------
-    legs
-        As computed.
-    names
-        Of the places.
-    view
-        The graph.
-    needed
-        Whether a leg without an edge is forbidden (leg,), all by default; the others stay as they
-        were computed.
+    A leg without an edge is forbidden if it is `needed` (leg,), as all are by default; the others
+    stay as computed.
     """
     distance_m, peak_speed_m_s = legs.distance_m.copy(), legs.peak_speed_m_s.copy()
     durations_s, currents_A = legs.durations_s.copy(), legs.currents_A.copy()

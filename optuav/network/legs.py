@@ -17,34 +17,22 @@ from optuav.physics.quantity import Quantity, norm
 
 @dataclass(frozen=True)
 class Legs:
-    """Legs by number; all arrays have one entry a leg.
+    """Legs by number; all arrays have one entry a leg."""
 
-    Parameters
-    ----------
-    start, end
-        Numbers of places.
-    distance_m, peak_speed_m_s
-        Length [m] and largest speed [m/s].
-    durations_s, currents_A, powers_W
-        (stage, leg): duration [s], current [A] and power [W] drawn in every stage.
-    crosses
-        Number of a building in the way, −1 if the way is clear or may cross buildings.
-    flyable
-        Whether a route may use it.
-    edited
-        Whether its figures were stated by the user rather than computed.
-    """
-
+    # Numbers of places.
     start: Integers
     end: Integers
+    # Length [m] and largest speed [m/s].
     distance_m: Floats
     peak_speed_m_s: Floats
+    # (stage, leg): duration [s], current [A] and power [W] drawn in every stage.
     durations_s: Floats
     currents_A: Floats
     powers_W: Floats
+    # Number of a building in the way, −1 if the way is clear or may cross buildings.
     crosses: Integers
-    flyable: Booleans
-    edited: Booleans
+    flyable: Booleans  # Whether a route may use it
+    edited: Booleans  # Whether its figures were stated by the user rather than computed
 
     @property
     def duration_s(self) -> Floats:
@@ -87,17 +75,7 @@ def all_pairs(places: int) -> tuple[Integers, Integers]:
 def build_legs(
     mission: Mission, places: Places, obstacles: Prisms, start: Integers, end: Integers
 ) -> Legs:
-    """A table of legs, as `one_stop_legs` or `all_pairs` name them by their places.
-
-    Parameters
-    ----------
-    mission
-        Any valid mission.
-    places, obstacles
-        Its places, and its buildings as `optuav.network.obstacles.prisms`.
-    start, end
-        Numbers of places (leg,), different in every leg.
-    """
+    """A table of the legs between places, from `start` to `end` (leg,), different in every leg."""
     loads, peak_m_s = leg_loads(mission, places.position_m, start, end)
     crosses = np.full(len(start), CLEAR, dtype=np.intp)
     if not mission.flight.through_buildings:

@@ -20,17 +20,10 @@ SAME_S = 1e-6
 
 @dataclass(frozen=True)
 class Network:
-    """The places and legs of a mission, and the routes over them.
-
-    Parameters
-    ----------
-    mission
-        The mission.
-    places, legs, routes
-        Tables of arrays, which refer to each other by number.
-    """
+    """The places and legs of a mission, and the routes over them."""
 
     mission: Mission
+    # Tables of arrays, which refer to each other by number.
     places: Places
     legs: Legs
     routes: Routes
@@ -51,17 +44,11 @@ def build_network(mission: Mission) -> Network:
 
 
 def trajectory_routes(network: Network, name: Trajectory, order: Order | None = None) -> Integers:
-    """Numbers of the flyable routes that a trajectory may use.
+    """Numbers of the flyable routes that a trajectory may use, in one order or in both.
 
-    Parameters
-    ----------
-    network
-        Places, legs and routes.
-    name
-        ``"direct"``; ``"traj1"``, by the building nearest the device; ``"traj2"``, the shortest in
-        time by one building (several where they tie); ``"optimal"``, all.
-    order
-        Only resting first or hovering first; both by default.
+    The trajectory ``"direct"`` has no stop, ``"traj1"`` goes by the building nearest the device,
+    ``"traj2"`` is the shortest in time by one building (several where they tie), ``"optimal"`` is
+    any.
     """
     routes = network.routes
     usable, rests = routes.flyable, routes.building >= 0

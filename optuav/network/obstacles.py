@@ -36,21 +36,12 @@ Outline: TypeAlias = tuple[tuple[float, float], ...]
 
 @dataclass(frozen=True)
 class Prisms:
-    """Footprints with a spatial index.
+    """Footprints with a spatial index."""
 
-    Parameters
-    ----------
-    tree
-        `shapely.STRtree` of the footprints, each smaller by `MARGIN_M` all round.
-    building
-        Number of the building of every footprint.
-    roof_m
-        Height of its roof over ground [m].
-    """
-
+    # `shapely.STRtree` of the footprints, each smaller by `MARGIN_M` all round.
     tree: shapely.STRtree
-    building: Integers
-    roof_m: Floats
+    building: Integers  # Number of the building of every footprint
+    roof_m: Floats  # Height of its roof over ground [m]
 
 
 def outline_m(building: Building) -> Outline | None:
@@ -99,23 +90,10 @@ def _prisms(
 
 
 def crossed(obstacles: Prisms, start_m: Floats, end_m: Floats, exempt: Integers) -> Integers:
-    """A building that each straight line runs through, −1 for a line with a clear way.
+    """A building that each straight line (line, 3) [m] runs through, −1 for a clear way.
 
     A line crosses a building if it runs inside the footprint below the roof; to graze a wall, a
-    corner or the roof is not to cross.
-
-    Parameters
-    ----------
-    obstacles
-        The buildings.
-    start_m, end_m
-        Ends of the lines (line, 3) [m].
-    exempt
-        Buildings that do not block a line (line, k), by number; −1 for none.
-
-    Returns
-    -------
-    Numbers of buildings (line,).
+    corner or the roof is not to cross. The `exempt` buildings (line, k) do not block a line.
     """
     swap = (start_m[:, 2] > end_m[:, 2])[:, None]
     low_m, high_m = np.where(swap, end_m, start_m), np.where(swap, start_m, end_m)
@@ -167,22 +145,10 @@ def _on_map(start_m: Floats, end_m: Floats) -> npt.NDArray[np.object_]:
 def clear_lines(
     obstacles: Prisms, position_m: Floats, lines: Integers, exempt: Integers
 ) -> Booleans:
-    """Whether lines between places cross no building; False where an end is not known.
+    """Whether lines between places cross no building (variant, line); False without an end.
 
-    Parameters
-    ----------
-    obstacles
-        The buildings.
-    position_m
-        Places (variant, place, 3) [m].
-    lines
-        Numbers of the two places that each line joins (line, 2).
-    exempt
-        Buildings that do not block a line (line, k), by number; negative for none.
-
-    Returns
-    -------
-    (variant, line)
+    The `lines` (line, 2) join places (variant, place, 3) [m] by number; the `exempt` buildings
+    (line, k) do not block them.
     """
     known: Booleans = np.asarray(np.isfinite(position_m).all(axis=2))
     free: Booleans = np.asarray(known[:, lines].all(axis=2))

@@ -33,21 +33,12 @@ TOLERANCE = 1e-9
 
 @dataclass(frozen=True)
 class Shortcut:
-    """Two legs that together take less than the leg from the first place to the last.
+    """Two legs that together take less than the leg from the first place to the last."""
 
-    Parameters
-    ----------
-    places
-        Names of the three places.
-    figure
-        ``"duration_s"``, ``"charge_As"`` or ``"energy_J"``.
-    direct, by_way
-        The figure of the leg from the first to the last place, infinite where there is no such leg,
-        and of the two legs together.
-    """
-
-    places: tuple[str, str, str]
-    figure: str
+    places: tuple[str, str, str]  # Names of the three places
+    figure: str  # ``"duration_s"``, ``"charge_As"`` or ``"energy_J"``
+    # The figure of the leg from the first to the last place, infinite where there is no such leg,
+    # and of the two legs together.
     direct: float
     by_way: float
 
@@ -130,15 +121,7 @@ def _flyable_legs(network: Network | Graph) -> _FlyableLegs:
 def find_shortcuts(network: Network | Graph) -> tuple[Shortcut, ...]:
     """Where routes with more than one stop could pay in the linear perspectives.
 
-    Parameters
-    ----------
-    network
-        A network, or a graph from `optuav.graph`, perhaps edited.
-
-    Returns
-    -------
-    The shortcuts that break the triangle inequality; empty if one stop is enough. Two legs with no
-    direct leg in their place count once.
+    Empty if one stop is enough; two legs with no direct leg in their place count once.
     """
     legs = _flyable_legs(network)
     if not len(legs.start):

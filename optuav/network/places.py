@@ -18,28 +18,15 @@ ENDS = ("origin", "hover", "destination")
 
 @dataclass(frozen=True)
 class Places:
-    """Places by number: origin, hover, destination, then the buildings in the mission's order.
-
-    Parameters
-    ----------
-    names
-        Name of each place.
-    position_m
-        (place, 3) [m]; NaN for a hover point that does not exist.
-    laser_sight
-        Whether the laser is in clear sight.
-    received_power_W, charge_current_A
-        Charging power and current there [W], [A]; 0 without sight.
-    edited
-        Whether sight or power were stated by the user rather than computed.
-    """
+    """Places by number: origin, hover, destination, then the buildings in the mission's order."""
 
     names: tuple[str, ...]
-    position_m: Floats
-    laser_sight: Booleans
+    position_m: Floats  # (place, 3) [m]; NaN for a hover point that does not exist
+    laser_sight: Booleans  # Whether the laser is in clear sight
+    # Charging power and current there [W], [A]; 0 without sight.
     received_power_W: Floats
     charge_current_A: Floats
-    edited: Booleans
+    edited: Booleans  # Whether sight or power were stated by the user rather than computed
 
     @property
     def buildings(self) -> Integers:
@@ -70,14 +57,9 @@ def build_places(mission: Mission, obstacles: Prisms) -> Places:
 def position_table(mission: Mission, roofs_m: Floats, radius_m: Quantity | None = None) -> Floats:
     """Positions of all places (variant or 1, place, 3) [m]; NaN for a hover point out of reach.
 
-    Parameters
-    ----------
-    mission
-        A mission; its numbers may be columns (variant, 1), see `optuav.network.variants`.
-    roofs_m
-        Positions of its buildings (building, 3) [m].
-    radius_m
-        Its coverage radius [m] where it is known.
+    The mission's numbers may be columns (variant, 1), see `optuav.network.variants`; `roofs_m`
+    (building, 3) are the positions of its buildings, `radius_m` its coverage radius where known
+    [m].
     """
     route = mission.route
     ends_m = (route.origin_m, vehicle.hover_point_m(mission, radius_m), route.destination_m)
@@ -89,14 +71,7 @@ def received_table(
 ) -> tuple[Booleans, vehicle.Flow]:
     """Sight of the laser, and current and power from it, each (variant or 1, place).
 
-    Parameters
-    ----------
-    mission
-        A mission; its numbers may be columns (variant, 1).
-    position_m
-        Its places, as `position_table` gives them.
-    obstacles
-        Its buildings; the one below a place does not hide the laser.
+    The places are those of `position_table`; the building below a place does not hide the laser.
     """
     count = position_m.shape[1]
     if mission.laser is None:
@@ -129,24 +104,12 @@ def _side_by_side(*places_m: Floats) -> Floats:
 
 @dataclass(frozen=True)
 class ChargingCap:
-    """What keeps a stronger laser from charging faster.
+    """What keeps a stronger laser from charging faster."""
 
-    Parameters
-    ----------
-    key
-        The key of the mission that states the current.
-    current_A
-        Its value [A].
-    places
-        Names of the places where it holds.
-    everywhere
-        Whether those are all places in sight of the laser.
-    """
-
-    key: str
+    key: str  # The key of the mission that states the current
     current_A: float
-    places: tuple[str, ...]
-    everywhere: bool
+    places: tuple[str, ...]  # Names of the places where it holds
+    everywhere: bool  # Whether those are all places in sight of the laser
 
     def __str__(self) -> str:
         names = ", ".join(self.places[:10]) + (", …" if len(self.places) > 10 else "")

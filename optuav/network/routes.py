@@ -21,25 +21,13 @@ class Routes:
 
     They are ordered as ties are broken: the direct route, then the buildings in the mission's
     order, each rest first and then hover first.
-
-    Parameters
-    ----------
-    legs
-        (route, 3): numbers of the legs flown, −1 for none.
-    building
-        Number of the building it goes by, −1 for the direct route.
-    rest_first
-        Whether the building comes before the hover point.
-    flyable
-        Whether all its legs are.
-    flight_time_s, flight_charge_As, flight_energy_J
-        Totals over its legs [s], [A s], [J].
     """
 
-    legs: Integers
-    building: Integers
-    rest_first: Booleans
-    flyable: Booleans
+    legs: Integers  # (route, 3): numbers of the legs flown, −1 for none
+    building: Integers  # Number of the building it goes by, −1 for the direct route
+    rest_first: Booleans  # Whether the building comes before the hover point
+    flyable: Booleans  # Whether all its legs are
+    # Totals over its legs [s], [A s], [J].
     flight_time_s: Floats
     flight_charge_As: Floats
     flight_energy_J: Floats

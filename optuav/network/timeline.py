@@ -154,17 +154,10 @@ def route_phases(
 
 
 def phases_along(network: Network, legs: Sequence[int], stays_s: Sequence[Quantity]) -> list[Phase]:
-    """Phases of any legs flown one after the other; `simulated` adds starts and wells.
+    """Phases of legs flown one after the other; `simulated` adds starts and wells.
 
-    Parameters
-    ----------
-    network
-        The mission's places and legs.
-    legs
-        Numbers of the legs flown.
-    stays_s
-        Durations of the stays between them [s], may be arrays: a hover at the hover point, a rest
-        on a building.
+    Between legs the UAV hovers at the hover point and rests on buildings, for `stays_s` [s], which
+    may be arrays.
     """
     found = list[Phase]()
     for leg, stay_s in zip(legs, [*stays_s, None], strict=True):
@@ -216,21 +209,13 @@ def simulated(mission: Mission, phases: Sequence[Phase]) -> tuple[Phase, ...]:
 
 
 class PackCourse(NamedTuple):
-    """What phases do to the packs.
+    """What phases do to the packs."""
 
-    Parameters
-    ----------
-    stretches
-        For every phase, the stretches in which no pack changes its part.
-    wells
-        (pack,): charge in the wells at the end of every phase [A s].
-    ended_s
-        When no pack is left to carry the load [s]; None if that never comes. The packs stay as they
-        are from then on.
-    """
-
+    # For every phase, the stretches in which no pack changes its part.
     stretches: list[list[Stretch]]
-    wells: list[Wells]
+    wells: list[Wells]  # (pack,): charge in the wells at the end of every phase [A s]
+    # When no pack is left to carry the load [s]; None if that never comes. The packs stay as they
+    # are from then on.
     ended_s: float | None
 
 

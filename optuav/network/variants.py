@@ -69,15 +69,7 @@ def with_columns(mission: Mission, columns: Columns) -> Mission:
 
 @dataclass(frozen=True)
 class Base:
-    """The mission that varies, with what is the same in all its variants.
-
-    Parameters
-    ----------
-    network
-        Places, legs and routes of the mission.
-    obstacles
-        Its buildings.
-    """
+    """The mission that varies, with what is the same in all its variants."""
 
     network: Network
     obstacles: Prisms
@@ -101,21 +93,11 @@ class Base:
 
 @dataclass(frozen=True)
 class Variants:
-    """Variants of a mission.
-
-    Parameters
-    ----------
-    base
-        The mission that varies.
-    columns
-        What varies.
-    known_radius_m
-        Their coverage radius (variant, 1) [m] if it is known.
-    """
+    """Variants of a mission."""
 
     base: Base
     columns: Columns
-    known_radius_m: Quantity = None
+    known_radius_m: Quantity = None  # Their coverage radius (variant, 1) [m] if it is known
 
     @cached_property
     def count(self) -> int:

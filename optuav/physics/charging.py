@@ -60,14 +60,8 @@ def charged(battery: Battery, wells: Wells, stage: Stage, steady_s: Quantity) ->
 def tapered(battery: Battery, wells: Wells, stage: Stage) -> Wells:
     """Wells [A s] after a stage whose current tapers once y1 = ωB; floats and arrays.
 
-    Parameters
-    ----------
-    battery
-        The battery.
-    wells
-        Charge at the start [A s], y1 ≤ ωB and y2 ≤ (1−ω)B.
-    stage
-        What the charger offers, less what is drawn [A], > 0 while charging, and duration [s], ≥ 0.
+    At the start y1 ≤ ωB and y2 ≤ (1−ω)B. The current of the stage is what the charger offers, less
+    what is drawn.
     """
     return charged(battery, wells, stage, steady_time(battery, wells, stage))
 

@@ -54,23 +54,12 @@ def speed_warning(peak_speed_m_s: float) -> str | None:
 
 @dataclass(frozen=True)
 class Airframe:
-    """Mass and inertia of the UAV.
+    """Mass and inertia of the UAV."""
 
-    Parameters
-    ----------
-    mass_kg
-        m [kg], > 0.
-    gravity_m_s2
-        g [m/s²], > 0.
-    arm_length_m
-        l from the centre to a rotor [m], > 0.
-    inertia_x_kg_m2, inertia_y_kg_m2, inertia_z_kg_m2
-        I_x, I_y, I_z [kg m²], > 0; I_z has no part in the model (no yaw).
-    """
-
-    mass_kg: Quantity
-    gravity_m_s2: Quantity
-    arm_length_m: Quantity
+    mass_kg: Quantity  # m [kg], > 0
+    gravity_m_s2: Quantity  # g [m/s²], > 0
+    arm_length_m: Quantity  # l from the centre to a rotor [m], > 0
+    # I_x, I_y, I_z [kg m²], > 0; I_z has no part in the model (no yaw).
     inertia_x_kg_m2: Quantity
     inertia_y_kg_m2: Quantity
     inertia_z_kg_m2: Quantity
@@ -87,19 +76,13 @@ class Airframe:
 
 @dataclass(frozen=True)
 class Loads:
-    """What a leg draws in each of its stages.
+    """What a leg draws in each of its stages."""
 
-    Parameters
-    ----------
-    durations_s
-        Duration of every stage [s], one entry a stage, each a scalar or an array over legs; NaN
-        where the leg cannot be flown.
-    currents_A, powers_W
-        Current drawn [A] and power drawn [W], > 0, one entry a stage; a scalar is the same for all
-        legs.
-    """
-
+    # Duration of every stage [s], one entry a stage, each a scalar or an array over legs; NaN where
+    # the leg cannot be flown.
     durations_s: tuple[Quantity, ...]
+    # Current drawn [A] and power drawn [W], > 0, one entry a stage; a scalar is the same for all
+    # legs.
     currents_A: tuple[Quantity, ...]
     powers_W: tuple[Quantity, ...]
 
@@ -121,18 +104,11 @@ class Loads:
 
 @dataclass(frozen=True)
 class Attitude:
-    """Attitude of the UAV; its yaw stays 0.
+    """Attitude of the UAV; its yaw stays 0."""
 
-    Parameters
-    ----------
-    pitch_rad
-        ψ_p = atan2(f_x, f_z) [rad], positive with the nose down, thrust towards +x.
-    roll_rad
-        ψ_r = asin(f_y) [rad], positive with thrust towards +y.
-    """
-
+    # ψ_p = atan2(f_x, f_z) [rad], positive with the nose down, thrust towards +x.
     pitch_rad: Quantity
-    roll_rad: Quantity
+    roll_rad: Quantity  # ψ_r = asin(f_y) [rad], positive with thrust towards +y
 
 
 LEVEL = Attitude(0.0, 0.0)
@@ -140,29 +116,18 @@ LEVEL = Attitude(0.0, 0.0)
 
 @dataclass(frozen=True)
 class Leg:
-    """A leg of the six-stage model; every field may be an array over legs.
+    """A leg of the six-stage model; every field may be an array over legs."""
 
-    Parameters
-    ----------
-    displacement_m
-        Way from start to end [m], components (x, y, z).
-    acceleration_m_s2, braking_m_s2
-        a2 and a4 along the path [m/s²].
-    cruise, brake
-        Attitude in stages 2 and 4.
-    turn_times_s
-        Durations [s] of the six turning movements: pitch and roll of stages 1, 3 and 5.
-    loads
-        Durations, currents and powers of the five stages.
-    """
-
-    displacement_m: Vector
+    displacement_m: Vector  # Way from start to end [m], components (x, y, z)
+    # a2 and a4 along the path [m/s²].
     acceleration_m_s2: Quantity
     braking_m_s2: Quantity
+    # Attitude in stages 2 and 4.
     cruise: Attitude
     brake: Attitude
+    # Durations [s] of the six turning movements: pitch and roll of stages 1, 3 and 5.
     turn_times_s: tuple[Quantity, ...]
-    loads: Loads
+    loads: Loads  # Durations, currents and powers of the five stages
 
     @property
     def distance_m(self) -> Quantity:
@@ -264,21 +229,11 @@ def full_speed_load(motor: rotor.Motor) -> tuple[Quantity, Quantity]:
 def leg(
     airframe: Airframe, motor: rotor.Motor, displacement_m: Vector, wind_N: Vector = (0.0, 0.0, 0.0)
 ) -> Leg:
-    """A leg from rest to rest by the six-stage model [1]_.
+    """A leg from rest to rest by the six-stage model [1]_, for a wind force [N].
 
-    Parameters
-    ----------
-    airframe, motor
-        The UAV.
-    displacement_m
-        End minus start [m], components (x, y, z), each a scalar or an array over legs.
-    wind_N
-        Wind force [N], components.
-
-    Returns
-    -------
-    The leg. Its accelerations, attitudes and times are NaN where the thrust cannot carry weight
-    and wind (`impossible` says why); a leg of no length takes no time.
+    The displacement is end minus start [m], components (x, y, z), each a scalar or an array over
+    legs. Accelerations, attitudes and times are NaN where the thrust cannot carry weight and wind
+    (`impossible` says why); a leg of no length takes no time.
     """
     force_N = airframe.external_force_N(wind_N)
     thrust_N = rotor.full_thrust(motor)
@@ -343,23 +298,10 @@ def regime_leg(
     power_W: Quantity,
     max_speed_m_s: Quantity = math.inf,
 ) -> tuple[Loads, Quantity]:
-    """A leg of constant load: accelerate, cruise at the speed cap if it is reached, brake.
+    """A leg of constant load: accelerate, cruise at the speed cap v if it is reached, brake.
 
-    Parameters
-    ----------
-    distance_m
-        d [m], ≥ 0.
-    acceleration_m_s2
-        a of speeding up and of braking [m/s²], > 0.
-    current_A, power_W
-        Drawn in flight [A], [W].
-    max_speed_m_s
-        v, speed cap [m/s], > 0; none by default.
-
-    Returns
-    -------
-    Loads of its single stage, T = 2 sqrt(d/a) or d/v + v/a [s] where the cap is reached, and the
-    peak speed [m/s].
+    For a length d [m] ≥ 0 and an acceleration a [m/s²] > 0: loads of its single stage, T = 2
+    sqrt(d/a) or d/v + v/a [s] where the cap [m/s] is reached, and the peak speed [m/s].
     """
     peak = np.minimum(np.sqrt(distance_m * acceleration_m_s2), max_speed_m_s)
     duration = distance_m / np.maximum(peak, TINY) + peak / acceleration_m_s2

@@ -34,21 +34,12 @@ CLOSE = 1e-9
 
 @dataclass(frozen=True)
 class Battery:
-    """A KiBaM battery.
+    """A KiBaM battery."""
 
-    Parameters
-    ----------
-    capacity_As
-        B [A s], > 0.
-    available_fraction
-        ω, share of the charge that is available when full [-], in (0, 1).
-    flow_rate_per_s
-        k_F between the wells [1/s], ≥ 0; at 0 the bound charge stays bound.
-    """
-
-    capacity_As: Quantity
+    capacity_As: Quantity  # B [A s], > 0
+    # ω, share of the charge that is available when full [-], in (0, 1).
     available_fraction: Quantity
-    flow_rate_per_s: Quantity
+    flow_rate_per_s: Quantity  # k_F between the wells [1/s], ≥ 0; at 0 the bound charge stays bound
 
     @property
     def rate_per_s(self) -> Quantity:
@@ -107,18 +98,11 @@ class Stage(NamedTuple):
 
 
 class Transition(NamedTuple):
-    """What stages do to the wells together: y becomes y + charge, z becomes z · remaining + tilt.
+    """What stages do to the wells: y becomes y + charge, z becomes z · remaining + tilt."""
 
-    Parameters
-    ----------
-    charge_As, tilt_As
-        What is added to y and to z [A s].
-    remaining
-        Share of z that is left [-].
-    """
-
+    # What is added to y and to z [A s].
     charge_As: Quantity
-    remaining: Quantity
+    remaining: Quantity  # Share of z that is left [-]
     tilt_As: Quantity
 
 
@@ -202,31 +186,15 @@ def state_of_charge(battery: Battery, wells: Wells) -> Quantity:
 
 
 def time_to_empty(battery: Battery, wells: Wells, current_A: Quantity) -> Quantity:
-    """When the available well is empty at a constant current [s]; floats and arrays.
+    """First moment from which y1 < 0 at a constant current I [A] [s]; floats and arrays.
 
-    Parameters
-    ----------
-    battery
-        The battery.
-    wells
-        Charge at the start [A s], 0 ≤ y1 ≤ ωB and 0 ≤ y2 ≤ (1−ω)B.
-    current_A
-        I [A], > 0 while charging.
-
-    Returns
-    -------
-    First moment from which y1 < 0 [s]; ``inf`` where it never comes.
+    ``inf`` where it never comes. The wells at the start lie within 0 ≤ y1 ≤ ωB, 0 ≤ y2 ≤ (1−ω)B.
     """
     return _crossing(battery, wells, current_A, -1.0, Wells(0.0, 0.0))
 
 
 def time_to_full(battery: Battery, wells: Wells, current_A: Quantity) -> Quantity:
-    """When the available well is full at a constant current [s]; arguments as `time_to_empty`.
-
-    Returns
-    -------
-    First moment from which y1 > ωB [s]; ``inf`` where it never comes.
-    """
+    """First moment from which y1 > ωB [s], ``inf`` if it never comes; as `time_to_empty`."""
     return _crossing(battery, wells, current_A, 1.0, battery.full)
 
 

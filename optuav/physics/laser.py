@@ -27,18 +27,12 @@ METRES_PER_KILOMETRE = 1000.0
 
 @dataclass(frozen=True)
 class Conversion:
-    """Straight-line fits of emitter and receiver, which depend on the wavelength.
+    """Straight-line fits of emitter and receiver, which depend on the wavelength."""
 
-    Parameters
-    ----------
-    emitter_slope, emitter_offset_W
-        a1 [-], > 0, and b1 [W]: light = a1 P_s + b1.
-    receiver_slope, receiver_offset_W
-        a2 [-], > 0, and b2 [W]: received power = a2 (light at the receiver) + b2.
-    """
-
+    # a1 [-], > 0, and b1 [W]: light = a1 P_s + b1.
     emitter_slope: Quantity
     emitter_offset_W: Quantity
+    # a2 [-], > 0, and b2 [W]: received power = a2 (light at the receiver) + b2.
     receiver_slope: Quantity
     receiver_offset_W: Quantity
 
@@ -57,12 +51,7 @@ def size_exponent(visibility_km: Quantity) -> Quantity:
 def attenuation(wavelength_nm: Quantity, visibility_km: Quantity) -> Quantity:
     """Attenuation coefficient α = (3.92/V) (λ/550 nm)^(−ρ) [1/km], [1]_ and [3]_.
 
-    Parameters
-    ----------
-    wavelength_nm
-        λ [nm], > 0.
-    visibility_km
-        V [km], > 0; 10 in clear air, 3 in haze, 0.4 in fog.
+    λ [nm] > 0; the visibility V [km] > 0 is 10 in clear air, 3 in haze, 0.4 in fog.
     """
     exponent = size_exponent(visibility_km)
     return 3.92 / visibility_km * (wavelength_nm / 550.0) ** (-exponent)
@@ -74,16 +63,9 @@ def transmission(attenuation_per_km: Quantity, distance_m: Quantity) -> Quantity
 
 
 def unlimited_power(conversion: Conversion, source_power_W: Quantity, share: Quantity) -> Quantity:
-    """P_0 [W] by the straight lines, [2]_ eq (10): never below 0, no limit on the source.
+    """P_0 [W] of a source power P_s [W] ≥ 0 by the straight lines, [2]_ eq (10).
 
-    Parameters
-    ----------
-    conversion
-        Fits of emitter and receiver.
-    source_power_W
-        P_s [W], ≥ 0.
-    share
-        ν [-], in (0, 1], see `transmission`.
+    Never below 0, and no limit on the source; the share ν [-] in (0, 1] is that of `transmission`.
     """
     light_W = conversion.emitter_slope * source_power_W + conversion.emitter_offset_W
     received_W = conversion.receiver_slope * share * light_W + conversion.receiver_offset_W
@@ -91,18 +73,10 @@ def unlimited_power(conversion: Conversion, source_power_W: Quantity, share: Qua
 
 
 def source_limit(conversion: Conversion, power_limit_W: Quantity, share: Quantity) -> Quantity:
-    """Source power [W] at which the received power reaches a limit [W], [2]_ eq (14).
+    """Source power [W] at which the received power reaches a limit [W] ≥ 0, [2]_ eq (14).
 
-    The paper's limit is I_ch e_nom: more would exceed the charging current of the battery.
-
-    Parameters
-    ----------
-    conversion
-        Fits of emitter and receiver.
-    power_limit_W
-        Received power not to be exceeded [W], ≥ 0.
-    share
-        ν [-], in (0, 1], see `transmission`.
+    The paper's limit is I_ch e_nom: more would exceed the charging current of the battery. The
+    share ν [-] in (0, 1] is that of `transmission`.
     """
     a2, b2 = conversion.receiver_slope, conversion.receiver_offset_W
     light_W = (power_limit_W - b2) / (a2 * share)
@@ -118,20 +92,8 @@ def received_power(
 ) -> Quantity:
     """P_0 [W] at a distance, with the source turned down where the battery could not take it.
 
-    The source gives at most `source_limit`; as P_0 grows with P_s, it then gives the limit itself.
-
-    Parameters
-    ----------
-    conversion
-        Fits of emitter and receiver.
-    source_power_W
-        Power of the source at full [W], ≥ 0.
-    attenuation_per_km
-        α [1/km], ≥ 0.
-    distance_m
-        d from the laser to the UAV [m], ≥ 0.
-    power_limit_W
-        I_ch e_nom [W], ≥ 0.
+    The source gives P_s [W] at full, and at most `source_limit`; as P_0 grows with P_s, it then
+    gives the limit I_ch e_nom [W] itself. α [1/km] ≥ 0, and the distance to the UAV is d [m] ≥ 0.
     """
     share = transmission(attenuation_per_km, distance_m)
     return np.minimum(unlimited_power(conversion, source_power_W, share), power_limit_W)

@@ -39,27 +39,13 @@ MOST_STEPS = 100
 
 @dataclass(frozen=True)
 class Channel:
-    """Rician air-to-ground channel of the device.
+    """Rician air-to-ground channel of the device."""
 
-    Parameters
-    ----------
-    noise_power_W
-        N0 [W], > 0.
-    transmit_power_W
-        P_u [W], > 0.
-    rice_factor
-        K, a ratio and not dB [-], ≥ 0.
-    snr_threshold_dB
-        γ_th [dB].
-    path_loss_exponent
-        β [-], > 0.
-    """
-
-    noise_power_W: Quantity
-    transmit_power_W: Quantity
-    rice_factor: Quantity
-    snr_threshold_dB: Quantity
-    path_loss_exponent: Quantity
+    noise_power_W: Quantity  # N0 [W], > 0
+    transmit_power_W: Quantity  # P_u [W], > 0
+    rice_factor: Quantity  # K, a ratio and not dB [-], ≥ 0
+    snr_threshold_dB: Quantity  # γ_th [dB]
+    path_loss_exponent: Quantity  # β [-], > 0
 
     @property
     def snr_threshold(self) -> Quantity:

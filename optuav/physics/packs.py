@@ -46,49 +46,29 @@ MOST_STRETCHES = 50_000
 
 
 class JobStage(NamedTuple):
-    """A stage of a job.
+    """A stage of a job."""
 
-    Parameters
-    ----------
-    draw_A
-        What the pack that carries the job gives [A], ≥ 0.
-    charge_A
-        What the charger offers meanwhile [A], ≥ 0.
-    duration_s
-        For how long [s], ≥ 0; a number, or one for each course.
-    """
-
-    draw_A: float
-    charge_A: float
-    duration_s: float | Floats
+    draw_A: float  # What the pack that carries the job gives [A], ≥ 0
+    charge_A: float  # What the charger offers meanwhile [A], ≥ 0
+    duration_s: float | Floats  # For how long [s], ≥ 0; a number, or one for each course
 
 
 class Stretch(NamedTuple):
-    """A stretch of time in which no pack changes its part; one entry per course.
+    """A stretch of time in which no pack changes its part; one entry per course."""
 
-    Parameters
-    ----------
-    start_s, duration_s
-        When, counted from the first job, and for how long [s]; 0 where a course stands still.
-    carrier, served
-        Numbers of the packs that carry the load and are charged; −1 for nobody.
-    emptied, filled
-        Whether it ends because the carrier is empty, or because the pack that is served is full.
-    currents_A
-        (course, pack): into every pack [A], positive while charging; the mean where a full pack
-        takes ever less.
-    wells
-        (course, pack): at its end [A s].
-    """
-
+    # When, counted from the first job, and for how long [s]; 0 where a course stands still.
     start_s: Floats
     duration_s: Floats
+    # Numbers of the packs that carry the load and are charged; −1 for nobody.
     carrier: Integers
     served: Integers
+    # Whether it ends because the carrier is empty, or because the pack that is served is full.
     emptied: Booleans
     filled: Booleans
+    # (course, pack): into every pack [A], positive while charging; the mean where a full pack takes
+    # ever less.
     currents_A: Floats
-    wells: Wells
+    wells: Wells  # (course, pack): at its end [A s]
 
 
 @dataclass

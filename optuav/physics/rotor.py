@@ -27,36 +27,18 @@ RPM_PER_RAD_S = 9.5493
 
 @dataclass(frozen=True)
 class Motor:
-    """Constants of one rotor with its motor and propeller (four equal ones make a quadrotor).
+    """Constants of one rotor with its motor and propeller (four equal ones make a quadrotor)."""
 
-    Parameters
-    ----------
-    lift_coefficient_N_s2_rad2
-        ϱ, thrust over squared speed [N s²/rad²], > 0.
-    drag_coefficient_Nm_s2_rad2
-        κ0, aerodynamic drag torque over squared speed [N m s²/rad²], > 0.
-    friction_torque_Nm
-        T_f, motor friction [N m], ≥ 0.
-    viscous_damping_Nm_s_rad
-        D_f [N m s/rad], ≥ 0.
-    velocity_constant_rpm_V
-        κ_V [rpm/V], > 0; it fixes κ_E = κ_T = 9.5493/κ_V [V s/rad], [N m/A].
-    resistance_ohm
-        R of the winding [Ω], ≥ 0.
-    inertia_kg_m2
-        J of the turning parts [kg m²], ≥ 0.
-    max_speed_rad_s
-        v_max [rad/s], > 0.
-    """
-
-    lift_coefficient_N_s2_rad2: Quantity
+    lift_coefficient_N_s2_rad2: Quantity  # ϱ, thrust over squared speed [N s²/rad²], > 0
+    # κ0, aerodynamic drag torque over squared speed [N m s²/rad²], > 0.
     drag_coefficient_Nm_s2_rad2: Quantity
-    friction_torque_Nm: Quantity
-    viscous_damping_Nm_s_rad: Quantity
+    friction_torque_Nm: Quantity  # T_f, motor friction [N m], ≥ 0
+    viscous_damping_Nm_s_rad: Quantity  # D_f [N m s/rad], ≥ 0
+    # κ_V [rpm/V], > 0; it fixes κ_E = κ_T = 9.5493/κ_V [V s/rad], [N m/A].
     velocity_constant_rpm_V: Quantity
-    resistance_ohm: Quantity
-    inertia_kg_m2: Quantity
-    max_speed_rad_s: Quantity
+    resistance_ohm: Quantity  # R of the winding [Ω], ≥ 0
+    inertia_kg_m2: Quantity  # J of the turning parts [kg m²], ≥ 0
+    max_speed_rad_s: Quantity  # v_max [rad/s], > 0
 
     @property
     def torque_constant_Nm_A(self) -> Quantity:
@@ -65,17 +47,7 @@ class Motor:
 
 
 def current(motor: Motor, speed_rad_s: Quantity, acceleration_rad_s2: Quantity = 0.0) -> Quantity:
-    """Current of one rotor [A], [2]_ eq (3); zero for a rotor that stands still.
-
-    Parameters
-    ----------
-    motor
-        Constants of the rotor.
-    speed_rad_s
-        v [rad/s], ≥ 0.
-    acceleration_rad_s2
-        v̇ [rad/s²].
-    """
+    """Current of one rotor [A] at v [rad/s] ≥ 0 and v̇ [rad/s²], [2]_ eq (3); 0 at standstill."""
     torque_Nm = (
         motor.friction_torque_Nm
         + motor.drag_coefficient_Nm_s2_rad2 * speed_rad_s**2
@@ -148,16 +120,7 @@ def full_thrust(motor: Motor) -> Quantity:
 def hover_speed(motor: Motor, external_force_N: Vector) -> Quantity:
     """Speed of each rotor v_h = sqrt(|F_e|/(4ϱ)) [rad/s] that holds the UAV against a force.
 
-    Parameters
-    ----------
-    motor
-        Constants of the rotors.
-    external_force_N
-        F_e, gravity plus wind [N], components (x, y, z).
-
-    Returns
-    -------
-    Speed [rad/s]; NaN where it exceeds v_max, that is, where the UAV cannot hold its place.
+    F_e is gravity plus wind [N]. NaN where v_h exceeds v_max: the UAV cannot hold its place.
     """
     external_N = norm(external_force_N)
     return one_where_not_negative(full_thrust(motor) - external_N) * np.sqrt(
@@ -168,20 +131,8 @@ def hover_speed(motor: Motor, external_force_N: Vector) -> Quantity:
 def largest_wind(motor: Motor, weight_N: Quantity, direction: Vector) -> Quantity:
     """Largest wind force along a direction [N] against which the UAV can just hold its place.
 
-    It solves |weight + wind| = F.
-
-    Parameters
-    ----------
-    motor
-        Constants of the rotors.
-    weight_N
-        m g [N], > 0.
-    direction
-        Where the wind pushes, any length but zero; z points up.
-
-    Returns
-    -------
-    Force [N]; NaN where the weight alone exceeds the full thrust.
+    It solves |weight + wind| = F; NaN where the weight [N] alone exceeds the full thrust. The
+    direction is where the wind pushes, any length but zero; z points up.
     """
     length = norm(direction)
     weight_along = -weight_N * direction[2] / length

@@ -28,46 +28,25 @@ class LegState:
 
     Where there is no state, on a leg that cannot be flown or before the leg begins, the stage is 0
     and everything else NaN.
-
-    Parameters
-    ----------
-    stage
-        1 to 5 in flight, 6 once it hovers at the end.
-    position_m
-        From the start of the leg [m], components.
-    speed_m_s
-        Along the path [m/s]: the rate of change of the position, so 0 in the turn of stage 3, in
-        which the model freezes the position and keeps the speed for stage 4.
-    attitude
-        Pitch and roll [rad].
-    rotor_speeds_rad_s
-        Speeds of rotors 1 (+x), 2 (+y), 3 (−x) and 4 (−y) [rad/s].
-    current_A, power_W
-        Drawn by all rotors [A], [W].
     """
 
-    stage: Quantity
-    position_m: Vector
+    stage: Quantity  # 1 to 5 in flight, 6 once it hovers at the end
+    position_m: Vector  # From the start of the leg [m], components
+    # Along the path [m/s]: the rate of change of the position, so 0 in the turn of stage 3, in
+    # which the model freezes the position and keeps the speed for stage 4.
     speed_m_s: Quantity
-    attitude: Attitude
+    attitude: Attitude  # Pitch and roll [rad]
+    # Speeds of rotors 1 (+x), 2 (+y), 3 (−x) and 4 (−y) [rad/s].
     rotor_speeds_rad_s: tuple[Quantity, Quantity, Quantity, Quantity]
+    # Drawn by all rotors [A], [W].
     current_A: Quantity
     power_W: Quantity
 
 
 def state_at(motor: rotor.Motor, external_force_N: Vector, leg: Leg, time_s: Quantity) -> LegState:
-    """State of the UAV on one leg at given moments; floats and arrays.
+    """State of the UAV on one leg (scalar fields) at moments since it began [s] ≥ 0.
 
-    Parameters
-    ----------
-    motor
-        The rotors.
-    external_force_N
-        F_e [N], held by the hover at the end.
-    leg
-        One leg (scalar fields).
-    time_s
-        Moments since the leg began [s], ≥ 0; a scalar or an array.
+    The moments are a scalar or an array; F_e [N] is what the hover at the end holds.
     """
     time = np.asarray(time_s, dtype=float)
     ends = np.cumsum([float(t) for t in leg.loads.durations_s])
@@ -148,18 +127,10 @@ def _rotor_speeds_at(
 def regime_motion(
     distance_m: Quantity, acceleration_m_s2: Quantity, peak_speed_m_s: Quantity, time_s: Quantity
 ) -> tuple[Quantity, Quantity]:
-    """Way travelled [m] and speed [m/s] on a leg of constant load at moments after its start.
+    """Way travelled [m] and speed [m/s] on a leg of constant load at moments since its start [s].
 
-    Parameters
-    ----------
-    distance_m
-        d [m], > 0.
-    acceleration_m_s2
-        a of speeding up and of braking [m/s²], > 0.
-    peak_speed_m_s
-        As `regime_leg` gives it [m/s], > 0.
-    time_s
-        Since the leg began [s], from 0 to its end.
+    Length d [m], acceleration a [m/s²] and the peak speed of `regime_leg` [m/s] are > 0; the
+    moments lie between 0 and its end.
     """
     rise_s = peak_speed_m_s / acceleration_m_s2
     end_s = distance_m / peak_speed_m_s + rise_s

@@ -74,10 +74,7 @@ def load_plan(path: str | Path) -> Plan:
 def parse_plan(text: str, source: str) -> tuple[Plan, dict[str, Any]]:
     """A plan and the data of its file, whose repeated figures may contradict the plan.
 
-    Raises
-    ------
-    InputError
-        With everything that keeps the text from being a plan.
+    Raises `InputError` with everything that keeps the text from being a plan.
     """
     try:
         data = json.loads(text, parse_constant=_no_constant)
