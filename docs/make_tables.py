@@ -140,7 +140,7 @@ def models(engine: Capability) -> str:
     """What kind of models an engine takes."""
     if not engine.nonlinear:
         return "linear"
-    return "smooth" if engine.needs_smooth or engine.needs_levelling else "any"
+    return "smooth" if {"derivatives", "levelling"} & {*engine.needs} else "any"
 
 
 def purposes() -> Iterator[Row]:

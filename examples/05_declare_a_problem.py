@@ -106,7 +106,7 @@ after = kibam.step(pool, pool.full, kibam.Stage(-90.0, stay))
 wells.maximise(stay)
 wells.subject_to("available well", after.available_As >= 0.0, unit="A s")
 print(traits(wells), "->", ", ".join(takers(traits(wells), slots=False)))
-print(traits(wells).nonlinear_label, "is not linear:", traits(wells).nonlinear_words)
+print(*traits(wells).nonlinear or (), sep=": ")
 
 assert (traits(model).linear, traits(wells).linear, traits(wells).smooth) == (True, False, True)
 assert takers(traits(wells), slots=False) == ("bracket", "casadi", "grid")

@@ -507,4 +507,4 @@ class Casadi(OneByOne):
 
     def prepare(self, model: Model, slot_s: float | None, time_limit_s: float | None) -> Single:
         """Hand over a model, to be solved for one programme at a time."""
-        return CasadiProgramme(model, time_limit_s, self.accuracy, self.iterations)
+        return CasadiProgramme(model, time_limit_s, self.accuracy, self.iterations).solve

@@ -26,7 +26,6 @@ from optuav.engines.ranges import own_upper_bounds, slot_ranges
 from optuav.engines.registry import Capability, OneByOne, Single, capability
 from optuav.engines.solution import Solution, unanswered
 from optuav.errors import InputError, SolverError
-from optuav.modelling.affine import AffineForms
 from optuav.modelling.check import TOLERANCE
 from optuav.modelling.expression import Operand
 from optuav.modelling.model import Model
@@ -192,8 +191,7 @@ class CvxpyProgramme:
         import cvxpy
 
         self.base = model.row(0)
-        self.forms = AffineForms()
-        form = linear_form(model, self.base, found=self.forms)
+        form = linear_form(model, self.base)
         rows, unknowns, goals = len(form.labels), len(form.names), len(form.directions)
         self.x = cvxpy.Variable(
             unknowns,
@@ -227,7 +225,7 @@ class CvxpyProgramme:
             If the solver fails or the time limit passes.
         """
         values = {**self.base, **values}
-        form = linear_form(self.model, values, found=self.forms)
+        form = linear_form(self.model, values)
         if not form.usable.all():
             return self._unanswered(Status.ERROR, "a parameter is no number")
         a, b, c = form.normals[..., 0], form.limits[..., 0], form.directions[..., 0]
@@ -411,4 +409,4 @@ class Cvxpy(OneByOne):
 
     def prepare(self, model: Model, slot_s: float | None, time_limit_s: float | None) -> Single:
         """Hand over a model, to be solved for one programme at a time."""
-        return CvxpyProgramme(model, slot_s, time_limit_s, self.solver)
+        return CvxpyProgramme(model, slot_s, time_limit_s, self.solver).solve

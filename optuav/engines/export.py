@@ -43,11 +43,10 @@ def need_linear(model: Model) -> None:
     InputError
         Naming the first constraint that is not linear.
     """
-    found = traits(model)
-    if not found.linear:
+    if flaw := traits(model).nonlinear:
+        label, why = flaw
         raise InputError(
-            "LP and MPS files hold linear programmes only; "
-            f"{found.nonlinear_label!r} is not linear: {found.nonlinear_words}"
+            f"LP and MPS files hold linear programmes only; {label!r} is not linear: {why}"
         )
 
 

@@ -26,7 +26,7 @@ from optuav.engines.ranges import linear_excesses, lower_bounds, slot_ranges, up
 from optuav.engines.registry import Capability, Direct, capability
 from optuav.engines.solution import Solution
 from optuav.errors import InputError, SolverError
-from optuav.modelling.affine import NotAffineError, affine
+from optuav.modelling.affine import NotAffineError, excess
 from optuav.modelling.check import TOLERANCE, evaluated, holding, relations
 from optuav.modelling.expression import Operand, Relation
 from optuav.modelling.model import Model
@@ -145,15 +145,14 @@ def _tests(model: Model, parameters: Values) -> tuple[list[Test], list[Test]]:
 
 def _flat(relation: Relation, parameters: Values) -> Test | None:
     """A linear inequality, which compares two axes without an array of cells; None for others."""
-    try:
-        left, right = affine(relation.left, parameters), affine(relation.right, parameters)
-    except NotAffineError:
-        return None
     if relation.sense == "==":
         return None
-    sign = 1.0 if relation.sense == "<=" else -1.0
-    form = left.plus(right, -1.0).times(sign)
-    limit = TOLERANCE * max(1.0, abs(right.constant)) - form.constant
+    try:
+        straight, right = excess(relation, parameters)
+    except NotAffineError:
+        return None
+    form = straight.times(*relation.signs)
+    limit = TOLERANCE * max(1.0, abs(right)) - form.constant
 
     def compare(points: Mapping[str, Floats], done: dict[int, Operand]) -> Operand:
         *outer, last = (form.coefficients.get(name, 0.0) * x for name, x in points.items())

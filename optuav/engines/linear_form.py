@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from optuav.arrays import Booleans, Floats, Values
-from optuav.modelling.affine import Affine, affine
+from optuav.modelling.affine import Affine, affine, excess
 from optuav.modelling.check import TOLERANCE, relations
-from optuav.modelling.expression import Operand
 from optuav.modelling.model import Model
 
 
@@ -54,12 +53,7 @@ class LinearForm:
 
 
 @np.errstate(divide="ignore", invalid="ignore", over="ignore")
-def linear_form(
-    model: Model,
-    values: Values,
-    programmes: int = 1,
-    found: Callable[[Operand, Values], Affine] = affine,
-) -> LinearForm:
+def linear_form(model: Model, values: Values, programmes: int = 1) -> LinearForm:
     """The rows and goals of a linear model.
 
     Parameters
@@ -70,8 +64,6 @@ def linear_form(
         Values of parameters that differ from the model's, by name.
     programmes
         Number of entries of those parameters that are arrays.
-    found
-        How the form of a tree is found.
 
     Raises
     ------
@@ -84,42 +76,27 @@ def linear_form(
     forms: list[Affine] = []
     for constraint in relations(model):
         relation = constraint.relation
-        right = found(relation.right, values)
-        excess = found(relation.left, values).plus(right, -1.0)
-        if not excess.coefficients:
+        form, right = excess(relation, values)
+        if not form.coefficients:
             # Nothing but rounding stands between two stated figures that ought to be equal.
-            allowance = TOLERANCE * np.maximum(1.0, np.abs(right.constant))
-            near = np.abs(excess.constant) <= allowance
-            excess = Affine(np.where(near, 0.0, excess.constant), {})
-        if relation.sense in ("<=", "=="):
+            allowance = TOLERANCE * np.maximum(1.0, np.abs(right))
+            form = Affine(np.where(np.abs(form.constant) <= allowance, 0.0, form.constant), {})
+        for sign in relation.signs:
             labels.append(constraint.label)
-            signs.append(1.0)
-            forms.append(excess)
-        if relation.sense in (">=", "=="):
-            labels.append(constraint.label)
-            signs.append(-1.0 if relation.sense == "==" else 1.0)
-            forms.append(excess.times(-1.0))
-    stated = sum(2 if each.relation.sense == "==" else 1 for each in model.constraints)
+            signs.append(sign if relation.sense == "==" else 1.0)
+            forms.append(form.times(sign))
+    stated = sum(len(each.relation.signs) for each in model.constraints)
     bounds = tuple(
         (row, names.index(name))
         for row, form in enumerate(forms[stated:], start=stated)
         for name in form.coefficients
     )
-    goals = [found(model.objective, values).times(model.towards)]
-    goals += [found(each, values).times(-1.0) for each in model.preferences]
+    goals = [affine(model.objective, values).times(model.towards)]
+    goals += [affine(each, values).times(-1.0) for each in model.preferences]
     normals, constants = _stack(forms, names, programmes)
     directions, offsets = _stack(goals, names, programmes)
-    return LinearForm(
-        names,
-        tuple(labels),
-        tuple(signs),
-        normals,
-        -constants,
-        directions,
-        offsets,
-        model.towards,
-        bounds,
-    )
+    rows = tuple(labels), tuple(signs), normals, -constants
+    return LinearForm(names, *rows, directions, offsets, model.towards, bounds)
 
 
 def by_label(form: LinearForm, multipliers: Floats) -> dict[str, float]:

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Mapping
+from contextlib import suppress
 
 from optuav.arrays import Values
 from optuav.errors import InputError
-from optuav.modelling.affine import Affine, NotAffineError, affine
+from optuav.modelling.affine import Affine, NotAffineError, excess
 from optuav.modelling.expression import Operand
 from optuav.modelling.model import Model
 from optuav.modelling.traversal import evaluate, leaves
@@ -36,26 +37,20 @@ def implied_upper_bounds(
 def linear_excesses(model: Model, parameters: Values) -> list[Affine]:
     """Expressions that linear constraints keep at most 0; two for an equation."""
     found: list[Affine] = []
-    for constraint in model.constraints:
-        try:
-            form = affine(constraint.relation.left, parameters).plus(
-                affine(constraint.relation.right, parameters), -1.0
-            )
-        except NotAffineError:
-            continue
-        signs = {"<=": (1.0,), ">=": (-1.0,), "==": (1.0, -1.0)}[constraint.relation.sense]
-        found += map(form.times, signs)
+    for relation in (each.relation for each in model.constraints):
+        with suppress(NotAffineError):
+            form, _ = excess(relation, parameters)
+            found += map(form.times, relation.signs)
     return found
 
 
 def upper_bounds_by(excesses: Iterable[Affine], lower: Mapping[str, float]) -> dict[str, float]:
     """As `implied_upper_bounds`, from expressions that are at most 0."""
     upper = dict.fromkeys(lower, math.inf)
-    for excess in excesses:
-        coefficients = excess.coefficients
+    for constant, coefficients in excesses:
         if any(coefficient < 0.0 for coefficient in coefficients.values()):
             continue
-        least = excess.constant + sum(coefficients[name] * lower[name] for name in coefficients)
+        least = constant + sum(coefficients[name] * lower[name] for name in coefficients)
         if math.isinf(least):
             continue
         for name, coefficient in coefficients.items():

@@ -7,10 +7,11 @@ package load when they are first asked for.
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
 from importlib import import_module
-from typing import Protocol
+from typing import Literal, Protocol, TypeAlias
 
 import numpy as np
 
@@ -21,6 +22,14 @@ from optuav.modelling.classify import Traits
 from optuav.modelling.model import Model
 
 MOST_UNKNOWNS = 2
+Need: TypeAlias = Literal["derivatives", "lower bounds", "levelling"]
+Compiled: TypeAlias = Callable[[Values], Solution]
+"""A model handed to an engine once: call it with values of parameters that differ from the model's.
+
+They are numbers by name, or arrays with one entry a programme.
+"""
+Single: TypeAlias = Callable[[Mapping[str, float]], Solution]
+"""The same for one programme."""
 
 
 @dataclass(frozen=True)
@@ -41,13 +50,10 @@ class Capability:
         Whether it takes times in whole slots; None if it takes nothing else.
     most_unknowns
         Largest number of unknowns; None for any.
-    needs_smooth
-        Whether it needs derivatives.
-    needs_lower_bounds
-        Whether every unknown needs a lower bound.
-    needs_levelling
-        Whether it needs the longest of at most two times as objective, and as constraints what
-        phases of constant current give.
+    needs
+        ``"derivatives"`` everywhere; ``"lower bounds"`` on every unknown; ``"levelling"``: the
+        longest of at most two times as objective, and as constraints what phases of constant
+        current give.
     """
 
     name: str
@@ -56,42 +62,29 @@ class Capability:
     integer: bool = False
     slots: bool | None = False
     most_unknowns: int | None = None
-    needs_smooth: bool = False
-    needs_lower_bounds: bool = False
-    needs_levelling: bool = False
+    needs: tuple[Need, ...] = ()
 
     def obstacle(self, model: Traits, slots: bool) -> str:
         """Why the engine does not take a model; empty if it does."""
         if self.most_unknowns is not None and model.unknowns > self.most_unknowns:
             return f"it takes at most {self.most_unknowns} unknowns, the model has {model.unknowns}"
-        if not model.linear and not self.nonlinear:
-            where, why = model.nonlinear_label, model.nonlinear_words
-            return f"it takes linear models only; {where!r} is not: {why}"
-        if self.needs_smooth and not model.smooth:
+        if model.nonlinear and not self.nonlinear:
+            label, why = model.nonlinear
+            return f"it takes linear models only; {label!r} is not: {why}"
+        if "derivatives" in self.needs and model.rough:
             return f"it needs derivatives; {model.rough} has kinks, or none that are known"
-        if self.needs_lower_bounds and model.open_below:
+        if "lower bounds" in self.needs and model.open_below:
             return f"it needs a lower bound on {', '.join(model.open_below)}"
         if model.integer and not self.integer:
             return "it takes no binary unknowns"
-        if self.needs_levelling and not model.longest:
+        if "levelling" in self.needs and not model.longest:
             return "it looks for the largest of at most two unknowns from 0, and for nothing else"
-        if self.needs_levelling and model.unlevelled_label:
-            where, why = model.unlevelled_label, model.unlevelled_words
-            return f"{where!r} is not what phases of constant current give: {why}"
+        if "levelling" in self.needs and model.unlevelled:
+            label, why = model.unlevelled
+            return f"{label!r} is not what phases of constant current give: {why}"
         if slots and self.slots is False:
             return "it takes continuous times only"
         return ""
-
-
-class Compiled(Protocol):
-    """A model handed to an engine once, to be solved with changed parameters."""
-
-    def solve(self, values: Values) -> Solution:
-        """Solve with values of parameters that differ from the model's, by name.
-
-        Numbers, or arrays with one entry a programme.
-        """
-        ...
 
 
 class Engine(Protocol):
@@ -160,33 +153,6 @@ class Engine(Protocol):
         ...
 
 
-@dataclass(frozen=True)
-class SolvedAgain:
-    """A compiled model of an engine that has nothing to prepare.
-
-    Parameters
-    ----------
-    engine, model, programmes, slot_s, time_limit_s
-        As for `Engine.solve`.
-    """
-
-    engine: Engine
-    model: Model
-    programmes: int
-    slot_s: float | None = None
-    time_limit_s: float | None = None
-
-    def solve(self, values: Values) -> Solution:
-        """Solve with values of parameters that differ from the model's, by name."""
-        return self.engine.solve(
-            self.model,
-            self.programmes,
-            values,
-            slot_s=self.slot_s,
-            time_limit_s=self.time_limit_s,
-        )
-
-
 class Direct:
     """Base of engines that have nothing to prepare: a compiled model is solved again."""
 
@@ -199,7 +165,7 @@ class Direct:
         time_limit_s: float | None = None,
     ) -> Compiled:
         """Hand over a model, to be solved often; see `Engine`."""
-        return SolvedAgain(self, model, programmes, slot_s, time_limit_s)
+        return partial(self.solve, model, programmes, slot_s=slot_s, time_limit_s=time_limit_s)
 
 
 CAPABILITIES = (
@@ -207,7 +173,7 @@ CAPABILITIES = (
         "closed-form",
         "exact, over all itineraries at once, with the constraints that bind",
         most_unknowns=MOST_UNKNOWNS,
-        needs_lower_bounds=True,
+        needs=("lower bounds",),
     ),
     Capability(
         "cvxpy",
@@ -220,14 +186,13 @@ CAPABILITIES = (
         "a feasible time and proof that none is longer, through both wells",
         nonlinear=True,
         most_unknowns=MOST_UNKNOWNS,
-        needs_lower_bounds=True,
-        needs_levelling=True,
+        needs=("lower bounds", "levelling"),
     ),
     Capability(
         "casadi",
         "a local optimum, the best of several starts",
         nonlinear=True,
-        needs_smooth=True,
+        needs=("derivatives",),
     ),
     Capability(
         "grid",
@@ -235,45 +200,20 @@ CAPABILITIES = (
         nonlinear=True,
         slots=None,
         most_unknowns=MOST_UNKNOWNS,
-        needs_lower_bounds=True,
+        needs=("lower bounds",),
     ),
 )
 """What the engines of the package take, in the order in which "auto" prefers them."""
 
 
-class Single(Protocol):
-    """One programme of a model, to be solved with changed parameters."""
-
-    def solve(self, values: Mapping[str, float]) -> Solution:
-        """Solve with values of parameters that differ from the model's, by name."""
-        ...
-
-
-@dataclass(frozen=True)
-class RowByRow:
-    """A compiled model of an engine that solves one programme after the other.
-
-    Parameters
-    ----------
-    single
-        What solves one.
-    rows
-        Values of the parameters of each, by name.
-    """
-
-    single: Single
-    rows: Sequence[Mapping[str, float]]
-
-    def solve(self, values: Values) -> Solution:
-        """Solve with values of parameters that differ from the model's, by name."""
-        changed = [
-            {name: float(each[index] if np.ndim(each) else each) for name, each in values.items()}
-            for index in range(len(self.rows))
-        ]
-        found = [
-            self.single.solve({**row, **more}) for row, more in zip(self.rows, changed, strict=True)
-        ]
-        return found[0] if len(found) == 1 else stacked(found)
+def _row_by_row(solve: Single, rows: Sequence[Mapping[str, float]], values: Values) -> Solution:
+    """Answers to programmes whose parameters have the values of the rows, or others."""
+    changed = (
+        {name: float(each[k] if np.ndim(each) else each) for name, each in values.items()}
+        for k in range(len(rows))
+    )
+    found = [solve({**row, **more}) for row, more in zip(rows, changed, strict=True)]
+    return found[0] if len(found) == 1 else stacked(found)
 
 
 class OneByOne(ABC):
@@ -293,7 +233,7 @@ class OneByOne(ABC):
     ) -> Compiled:
         """Hand over a model, to be solved often; see `Engine`."""
         rows = [model.row(index) for index in range(programmes)]
-        return RowByRow(self.prepare(model, slot_s, time_limit_s), rows)
+        return partial(_row_by_row, self.prepare(model, slot_s, time_limit_s), rows)
 
     def solve(
         self,
@@ -306,7 +246,7 @@ class OneByOne(ABC):
     ) -> Solution:
         """Solve a model for every entry of its parameters; see `Engine`."""
         compiled = self.compile(model, programmes, slot_s=slot_s, time_limit_s=time_limit_s)
-        return compiled.solve(values or {})
+        return compiled(values or {})
 
 
 ENGINES = tuple(each.name for each in CAPABILITIES)

@@ -19,13 +19,15 @@ import numpy as np
 
 from optuav.arrays import Booleans, Floats, Integers, Values
 from optuav.modelling.check import TOLERANCE, relations
-from optuav.modelling.expression import Operand, Relaxation
+from optuav.modelling.expression import Operand
 from optuav.modelling.kibam_form import (
     CONSTANT,
     Exponential,
     Factor,
     Monomial,
     NotExponentialError,
+    Relaxation,
+    applied,
     exponential,
 )
 from optuav.modelling.model import Constraint, Model
@@ -462,9 +464,8 @@ def _forms(
     relaxed: Relaxation | None = None,
 ) -> Iterator[StatedForm]:
     """What has to be ≥ 0 for a constraint to hold; two forms for an equation."""
-    sides = (exponential(side, values, done, relaxed) for side in constraint.relation.sides)
-    left, right = sides
-    margin, size = left - right, np.abs(right.terms.get(CONSTANT, 0.0))
-    signs = {"<=": (-1.0,), ">=": (1.0,), "==": (1.0, -1.0)}[constraint.relation.sense]
-    for sign in signs:
+    call, relation = relaxed or applied, constraint.relation
+    left, right = (exponential(side, values, done, call) for side in relation.sides)
+    margin, size = right - left, np.abs(right.terms.get(CONSTANT, 0.0))
+    for sign in relation.signs[::-1]:
         yield StatedForm(margin * sign, size, constraint, relaxed is not None)

@@ -2,37 +2,24 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
-from optuav.modelling.expression import Leaf, Operand, Parameter
-from optuav.modelling.traversal import fold, leaves
+from optuav.modelling.expression import Operand, Relation
+from optuav.modelling.kibam_form import CONSTANT, Exponential, applied, exponential
 
 
 class NotAffineError(ValueError):
     """The expression is not affine in the variables."""
 
 
-@dataclass(frozen=True)
-class Affine:
+class Affine(NamedTuple):
     """constant + Σ coefficient · variable, each a number or an array over programmes."""
 
     constant: Operand
     coefficients: Mapping[str, Operand]
-
-    def plus(self, other: Affine, factor: float) -> Affine:
-        """This form plus a multiple of another."""
-        names = [*self.coefficients, *(n for n in other.coefficients if n not in self.coefficients)]
-        return Affine(
-            self.constant + factor * other.constant,
-            {
-                name: self.coefficients.get(name, 0.0) + factor * other.coefficients.get(name, 0.0)
-                for name in names
-            },
-        )
 
     def times(self, factor: Operand) -> Affine:
         """This form times a number or an array."""
@@ -66,51 +53,25 @@ def affine(expression: Operand, values: Mapping[str, Operand]) -> Affine:
     >>> float(form.constant), form.coefficients
     (0.5, {'x': 3.0, 'y': -0.25})
     """
-
-    def leaf(node: Leaf) -> Operand:
-        if isinstance(node, Parameter):
-            return values.get(node.name, node.value)
-        return Affine(0.0, {node.name: 1.0})
-
-    folded = fold(expression, leaf, _apply)
-    return folded if isinstance(folded, Affine) else Affine(folded, {})
+    return _affine(exponential(expression, values, call=_call))
 
 
-class AffineForms:
-    """Affine forms, kept until a parameter in the tree has another value.
-
-    For trees that live as long as this, and parameters that are all given as numbers. Copies and
-    pickles of it are empty: they are of other trees.
-    """
-
-    def __reduce__(self) -> tuple[type[AffineForms], tuple[()]]:
-        return AffineForms, ()
-
-    def __init__(self) -> None:
-        self._found: dict[int, tuple[tuple[str, ...], tuple[Operand, ...], Affine]] = {}
-
-    def __call__(self, expression: Operand, values: Mapping[str, Operand]) -> Affine:
-        """The affine form of an expression, see `affine`."""
-        known = self._found.get(id(expression))
-        names = known[0] if known else _parameters(expression)
-        given = tuple(map(values.get, names))
-        if known and known[1] == given:
-            return known[2]
-        form = affine(expression, values)
-        self._found[id(expression)] = names, given, form
-        return form
+def excess(relation: Relation, values: Mapping[str, Operand]) -> tuple[Affine, Operand]:
+    """Left side less right side as an affine form, and the constant on the right; see `affine`."""
+    left, right = (exponential(side, values, call=_call) for side in relation.sides)
+    return _affine(left - right), right.terms.get(CONSTANT, 0.0)
 
 
-def _parameters(expression: Operand) -> tuple[str, ...]:
-    return tuple(each.name for each in leaves(expression) if isinstance(each, Parameter))
+def _affine(form: Exponential) -> Affine:
+    terms = {name: c for each, c in form.terms.items() for name, _ in each}
+    return Affine(form.terms.get(CONSTANT, 0.0), terms)
 
 
-def reciprocal(divisor: Operand) -> Operand:
-    """1/divisor; infinite for 0, as in NumPy, so that an engine can say which constraint has it."""
-    try:
-        return 1.0 / divisor
-    except ZeroDivisionError:
-        return math.inf
+def _call(ufunc: np.ufunc, operands: tuple[Operand, ...]) -> Operand:
+    moving = [isinstance(each, Exponential) for each in operands]
+    if any(moving) and not is_affine(ufunc, moving):
+        raise NotAffineError(not_affine(ufunc))
+    return applied(ufunc, operands)
 
 
 def is_affine(ufunc: np.ufunc, moving: Sequence[bool]) -> bool:
@@ -125,22 +86,3 @@ def is_affine(ufunc: np.ufunc, moving: Sequence[bool]) -> bool:
 def not_affine(ufunc: np.ufunc) -> str:
     """Why a function of the unknowns is not affine."""
     return f"{ufunc.__name__} of the unknowns is not linear"
-
-
-def _apply(ufunc: np.ufunc, arguments: tuple[Operand, ...]) -> Operand:
-    moving = [isinstance(each, Affine) for each in arguments]
-    if not any(moving):
-        return ufunc(*arguments)
-    if not is_affine(ufunc, moving):
-        raise NotAffineError(not_affine(ufunc))
-    if ufunc in (np.add, np.subtract):
-        left, right = (each if isinstance(each, Affine) else Affine(each, {}) for each in arguments)
-        return left.plus(right, 1.0 if ufunc is np.add else -1.0)
-    if ufunc is np.negative:
-        return arguments[0].times(-1.0)
-    if ufunc is np.positive:
-        return arguments[0]
-    left, right = arguments
-    if ufunc is np.divide:
-        return left.times(reciprocal(right))
-    return left.times(right) if isinstance(left, Affine) else right.times(left)

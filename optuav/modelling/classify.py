@@ -4,15 +4,19 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import TypeAlias
 
 import numpy as np
 
 from optuav.modelling.affine import is_affine, not_affine
 from optuav.modelling.derivatives import DIFFERENTIABLE, SMOOTH
-from optuav.modelling.expression import Leaf, Operand, Relaxation, Variable
-from optuav.modelling.kibam_form import NotExponentialError, exponential
+from optuav.modelling.expression import Leaf, Operand, Variable
+from optuav.modelling.kibam_form import NotExponentialError, Relaxation, exponential
 from optuav.modelling.model import Model
 from optuav.modelling.traversal import fold
+
+Flaw: TypeAlias = tuple[str, str]
+"""Label of a constraint, or "objective", and what it is not and why."""
 
 
 @dataclass(frozen=True)
@@ -23,38 +27,41 @@ class Traits:
     ----------
     unknowns
         Number of variables.
-    linear
-        Whether objective and constraints are affine in them.
-    smooth
-        Whether they are known to have derivatives everywhere.
     integer
         Whether some variable is binary.
     open_below
         Symbols of the variables without a lower bound.
     rough
-        Name of the first function that is not known to be smooth; empty if there is none.
-    nonlinear_label, nonlinear_words
-        The first constraint (or "objective") that is not affine, and why; empty if all are.
+        Name of the first function that is not known to have derivatives everywhere; empty if there
+        is none.
+    nonlinear
+        The first that is not affine in the variables; None if all are.
     longest
         Whether it maximises one of at most two unknowns ≥ 0, and prefers the other to be small.
-    unlevelled_label, unlevelled_words
-        The first constraint that is no form of times and levellings, and why; empty if all are.
+    unlevelled
+        The first constraint that is no form of times and levellings; None if all are.
     """
 
     unknowns: int
-    linear: bool
-    smooth: bool
-    integer: bool
+    integer: bool = False
     open_below: tuple[str, ...] = ()
     rough: str = ""
-    nonlinear_label: str = ""
-    nonlinear_words: str = ""
+    nonlinear: Flaw | None = None
     longest: bool = False
-    unlevelled_label: str = ""
-    unlevelled_words: str = ""
+    unlevelled: Flaw | None = None
+
+    @property
+    def linear(self) -> bool:
+        """Whether objective and constraints are affine in the variables."""
+        return self.nonlinear is None
+
+    @property
+    def smooth(self) -> bool:
+        """Whether all functions are known to have derivatives everywhere."""
+        return not self.rough
 
     def __str__(self) -> str:
-        kind = "linear" if self.linear else "smooth" if self.smooth else "not smooth"
+        kind = "linear" if self.linear else "not smooth" if self.rough else "smooth"
         integer = ", some unknowns binary" if self.integer else ""
         plural = "" if self.unknowns == 1 else "s"
         return f"{kind}, {self.unknowns} unknown{plural}{integer}"
@@ -73,32 +80,27 @@ def traits(model: Model) -> Traits:
     >>> print(traits(model))
     linear, 1 unknown
     >>> model.subject_to("curved", x * x <= 9.0)
-    >>> traits(model).nonlinear_label, traits(model).nonlinear_words
+    >>> traits(model).nonlinear
     ('curved', 'multiply of the unknowns is not linear')
     """
     return model.remembered("traits", _traits)
 
 
 def _traits(model: Model) -> Traits:
-    label, words, rough = _first_faults(model)
+    nonlinear, rough = _first_faults(model)
     longest = _longest(model)
-    form, why = _first_unlevelled(model) if longest else ("", "")
     return Traits(
-        unknowns=len(model.variables),
-        linear=not label,
-        smooth=not rough,
-        integer=any(variable.binary for variable in model.variables),
-        open_below=tuple(
-            variable.symbol
-            for variable in model.variables
-            if isinstance(variable.lower, float) and variable.lower == -math.inf
+        len(model.variables),
+        any(each.binary for each in model.variables),
+        tuple(
+            each.symbol
+            for each in model.variables
+            if isinstance(each.lower, float) and each.lower == -math.inf
         ),
-        rough=rough,
-        nonlinear_label=label,
-        nonlinear_words=words,
-        longest=longest,
-        unlevelled_label=form,
-        unlevelled_words=why,
+        rough,
+        nonlinear,
+        longest,
+        _first_unlevelled(model) if longest else None,
     )
 
 
@@ -113,19 +115,19 @@ def _longest(model: Model) -> bool:
     )
 
 
-def _first_unlevelled(model: Model) -> tuple[str, str]:
-    done: dict[int, Operand] = {}
+def _first_unlevelled(model: Model) -> Flaw | None:
+    done, relaxed = dict[int, Operand](), Relaxation()
     for constraint in model.constraints:
         for side in constraint.relation.sides:
             try:
-                exponential(side, {}, done, Relaxation())
+                exponential(side, {}, done, relaxed)
             except NotExponentialError as error:
                 return constraint.label, str(error)
-    return "", ""
+    return None
 
 
-def _first_faults(model: Model) -> tuple[str, str, str]:
-    """What is not affine, why, and what is not known to be smooth: the first of each, or nothing.
+def _first_faults(model: Model) -> tuple[Flaw | None, str]:
+    """The first that is not affine, and the first function that is not known to be smooth.
 
     Over parameters alone steps and kinks do no harm to smoothness, but a function whose derivative
     is not known does.
@@ -153,5 +155,5 @@ def _first_faults(model: Model) -> tuple[str, str, str]:
     found = [(label, fold(tree, leaf, call, done=done)) for label, tree in named]
     for tree in model.expressions:  # bounds too
         fold(tree, leaf, call, done=done)
-    label, words = next(((label, fault) for label, fault in found if type(fault) is str), ("", ""))
-    return label, words, rough[0] if rough else ""
+    nonlinear = next(((label, fault) for label, fault in found if type(fault) is str), None)
+    return nonlinear, rough[0] if rough else ""

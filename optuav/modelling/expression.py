@@ -227,6 +227,11 @@ class Relation:
         """Left and right."""
         return self.left, self.right
 
+    @property
+    def signs(self) -> tuple[float, ...]:
+        """The numbers that, times left − right, give what must be at most 0."""
+        return {"<=": (1.0,), ">=": (-1.0,), "==": (1.0, -1.0)}[self.sense]
+
     def __bool__(self) -> bool:
         raise TypeError("a relation has no truth value; hand it to Model.subject_to")
 
@@ -259,32 +264,3 @@ class Bounded:
     ) -> Operand:
         """The value."""
         return self.value(*arguments)
-
-
-class Relaxation:
-    """Bounds in place of `Bounded` functions, from one fold of a tree.
-
-    Parameters
-    ----------
-    at_ceiling
-        Name of the functions that are at their ceilings; the others are at their bounds.
-
-    Attributes
-    ----------
-    names
-        Names of the functions in the tree.
-    limits
-        What must be ≥ 0 for their bounds to be exact.
-    """
-
-    def __init__(self, at_ceiling: str = "") -> None:
-        self.at_ceiling = at_ceiling
-        self.names: dict[str, None] = {}
-        self.limits: list[Operand] = []
-
-    def __call__(self, function: Bounded, operands: tuple[Operand, ...]) -> Operand:
-        """What is taken in place of a function."""
-        bound, ceiling, level, limit, *_ = operands
-        self.names[function.name] = None
-        self.limits.append(limit - level)
-        return ceiling if function.name == self.at_ceiling else bound

@@ -8,14 +8,14 @@ to the physics instead of a number; coefficients may be arrays over programmes. 
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import math
+from collections.abc import Callable, Mapping
 from typing import Literal, TypeAlias
 
 import numpy as np
 from numpy.lib.mixins import NDArrayOperatorsMixin
 
-from optuav.modelling.affine import reciprocal
-from optuav.modelling.expression import Bounded, Leaf, Operand, Parameter, Relaxation
+from optuav.modelling.expression import Bounded, Leaf, Operand, Parameter
 from optuav.modelling.traversal import fold
 
 Factor: TypeAlias = tuple[str, Literal["time", "levelling"]]
@@ -30,14 +30,10 @@ class NotExponentialError(ValueError):
 
 
 class Exponential(NDArrayOperatorsMixin):
-    """Σ coefficient · monomial; it answers to Python's operators and to NumPy's ufuncs.
+    """Σ coefficient · monomial, with k by name of an unknown that levels out [1/s].
 
-    Parameters
-    ----------
-    terms
-        Coefficients by monomial: numbers or arrays over programmes.
-    rates_per_s
-        k by name of the unknown that levels out [1/s].
+    It answers to Python's operators and to NumPy's ufuncs; figures are numbers or arrays over
+    programmes.
     """
 
     def __init__(
@@ -74,24 +70,44 @@ def unknown(name: str) -> Exponential:
     return Exponential({frozenset({(name, "time")}): 1.0})
 
 
+def applied(ufunc: np.ufunc, operands: tuple[Operand, ...]) -> Operand:
+    """A function of forms and numbers."""
+    if any(isinstance(each, Exponential) for each in operands):
+        return _apply(ufunc, operands)
+    return ufunc(*operands)
+
+
+class Relaxation:
+    """What functions of forms become, with bounds in place of `Bounded` functions.
+
+    Those named `at_ceiling` are at their ceilings, the others at their bounds. It collects their
+    names, and as limits what must be ≥ 0 for their bounds to be exact.
+    """
+
+    def __init__(self, at_ceiling: str = "") -> None:
+        self.at_ceiling = at_ceiling
+        self.names: dict[str, None] = {}
+        self.limits: list[Exponential] = []
+
+    def __call__(self, function: Operand, operands: tuple[Operand, ...]) -> Operand:
+        """What a function becomes."""
+        if not isinstance(function, Bounded):
+            return applied(function, operands)
+        bound, ceiling, level, limit, *_ = operands
+        self.names[function.name] = None
+        self.limits.append(limit - level)
+        return ceiling if function.name == self.at_ceiling else bound
+
+
 def exponential(
     expression: Operand,
     values: Mapping[str, Operand],
     done: dict[int, Operand] | None = None,
-    relaxed: Relaxation | None = None,
+    call: Callable[[Operand, tuple[Operand, ...]], Operand] = applied,
 ) -> Exponential:
-    """The form of an expression.
+    """The form of a tree; values of parameters by name, `done` as of `fold`.
 
-    Parameters
-    ----------
-    expression
-        The tree.
-    values
-        Values of parameters by name; one that is not named keeps its own.
-    done
-        As of `fold`, for trees that share nodes.
-    relaxed
-        What to take in place of `Bounded` functions.
+    `call` says what a function of forms becomes.
 
     Raises
     ------
@@ -105,18 +121,7 @@ def exponential(
             return values.get(node.name, node.value)
         return unknown(node.name)
 
-    def call(function: Operand, operands: tuple[Operand, ...]) -> Operand:
-        if relaxed is None or not isinstance(function, Bounded):
-            return _called(function, operands)
-        return relaxed(function, operands)
-
     return _form(fold(expression, leaf, call, done=done))
-
-
-def _called(ufunc: np.ufunc, operands: tuple[Operand, ...]) -> Operand:
-    if any(isinstance(each, Exponential) for each in operands):
-        return _apply(ufunc, operands)
-    return ufunc(*operands)
 
 
 def _form(operand: Operand) -> Exponential:
@@ -128,18 +133,28 @@ def _apply(ufunc: np.ufunc, operands: tuple[Operand, ...]) -> Exponential:
         return _sum(_form(operands[0]), _form(operands[1]), 1.0 if ufunc is np.add else -1.0)
     if ufunc is np.negative:
         return _times(operands[0], -1.0)
+    if ufunc is np.positive:
+        return _form(operands[0])
     if ufunc is np.multiply:
         left, right = operands
         if isinstance(left, Exponential) and isinstance(right, Exponential):
             return _product(left, right)
         return _times(left, right) if isinstance(left, Exponential) else _times(right, left)
     if ufunc is np.divide and not isinstance(operands[1], Exponential):
-        return _times(operands[0], reciprocal(operands[1]))
+        return _times(operands[0], _reciprocal(operands[1]))
     if ufunc is np.expm1:
         return _lost(operands[0])
     if ufunc is np.exp:
         return _sum(Exponential({CONSTANT: 1.0}), _lost(operands[0]), 1.0)
     raise NotExponentialError(f"{ufunc.__name__} of the unknowns is no levelling")
+
+
+def _reciprocal(divisor: Operand) -> Operand:
+    """1/divisor; infinite for 0, as in NumPy, so that an engine can say which constraint has it."""
+    try:
+        return 1.0 / divisor
+    except ZeroDivisionError:
+        return math.inf
 
 
 def _sum(left: Exponential, right: Exponential, factor: float) -> Exponential:

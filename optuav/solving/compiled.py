@@ -47,7 +47,7 @@ class CompiledProgram:
             question = replace(question, slot_s=program.network.mission.limits.slot_s)
         self.program = program
         self.question = question
-        self._models = [
+        self._solves = [
             chosen_engine(part.model, question).compile(
                 part.model,
                 len(part.routes),
@@ -90,7 +90,7 @@ class CompiledProgram:
         """
         refuse(values, self._parameters, self._most)
         numbers = {n: np.array(v, float) if np.ndim(v) else float(v) for n, v in values.items()}
-        solutions = [model.solve(numbers) for model in self._models]
+        solutions = [solve(numbers) for solve in self._solves]
         for solution in solutions:
             if Status.ERROR in solution.statuses:
                 raise SolverError(solution.refusal(solution.statuses.index(Status.ERROR)))

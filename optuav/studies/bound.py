@@ -5,7 +5,8 @@ from __future__ import annotations
 from typing import NamedTuple
 
 from optuav.engines.ranges import TOLERANCE
-from optuav.modelling import Model, affine
+from optuav.modelling import Model
+from optuav.modelling.affine import excess
 from optuav.studies.results import Row
 
 HOVER, REST = "hover_time_s", "rest_time_s"
@@ -48,9 +49,8 @@ def bound(model: Model, parameters: Row, slot_s: float) -> SlotBound:
     slots, words = 1, "whole slots" if rests else "no rest"
     for constraint in model.constraints:
         relation = constraint.relation
-        excess = affine(relation.left, parameters).plus(affine(relation.right, parameters), -1.0)
-        excess = excess.times(-1.0) if relation.sense == ">=" else excess
-        by_hover, by_rest = (float(excess.coefficients.get(name, 0.0)) for name in (HOVER, REST))
+        form = excess(relation, parameters)[0].times(relation.signs[0])
+        by_hover, by_rest = (float(form.coefficients.get(name, 0.0)) for name in (HOVER, REST))
         if relation.sense == "==":
             return SlotBound(None, f"{constraint.label} is an equality")
         if by_hover >= 0.0 >= by_rest:
@@ -58,7 +58,7 @@ def bound(model: Model, parameters: Row, slot_s: float) -> SlotBound:
         if by_hover != by_rest or by_hover < 0.0:
             what = "a shorter hover" if by_hover < 0.0 else "a longer rest"
             return SlotBound(None, f"{what} can break {constraint.label}")
-        horizon_slots = -float(excess.constant) / by_hover / slot_s
+        horizon_slots = -float(form.constant) / by_hover / slot_s
         if abs(horizon_slots - round(horizon_slots)) > TOLERANCE * max(1.0, horizon_slots):
             slots, words = 2, "the horizon is not a whole number of slots"
     return SlotBound(slots, words)

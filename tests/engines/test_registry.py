@@ -18,7 +18,7 @@ from optuav.engines.casadi_engine import Casadi
 from optuav.engines.closed_form import ClosedForm
 from optuav.engines.cvxpy_engine import Cvxpy
 from optuav.engines.grid import Grid
-from optuav.engines.registry import Capability, Compiled, Engine, SolvedAgain
+from optuav.engines.registry import Capability, Direct, Engine
 from optuav.engines.solution import Solution
 from optuav.errors import InputError
 from optuav.modelling import Model, Parameter
@@ -30,7 +30,7 @@ ASKED = {"perspective": "battery"}
 
 
 @dataclass(frozen=True)
-class Halving:
+class Halving(Direct):
     """An engine for one unknown from 0: halves a range until it is short enough."""
 
     width_s: float = 1e-9
@@ -40,7 +40,7 @@ class Halving:
         "the longest time, if all shorter ones are feasible",
         nonlinear=True,
         most_unknowns=1,
-        needs_lower_bounds=True,
+        needs=("lower bounds",),
     )
 
     def solve(
@@ -68,17 +68,6 @@ class Halving:
         statuses = [Status.LOCALLY_OPTIMAL] * programmes
         found = {unknown.name: low}
         return Solution(self.name, "halved", model, statuses, low, found, {}, given=values or {})
-
-    def compile(
-        self,
-        model: Model,
-        programmes: int = 1,
-        *,
-        slot_s: float | None = None,
-        time_limit_s: float | None = None,
-    ) -> Compiled:
-        """Nothing to prepare."""
-        return SolvedAgain(self, model, programmes, slot_s, time_limit_s)
 
 
 @pytest.fixture
@@ -139,9 +128,9 @@ def test_a_compiled_model_answers_like_the_engine(each: Engine) -> None:
     model.subject_to("limit", rate * x <= most)
     slot_s = 0.5 if each.takes.slots is None else None
     compiled = each.compile(model, 2, slot_s=slot_s)
-    assert compiled.solve({}).objective == pytest.approx([3.0, 4.5])
+    assert compiled({}).objective == pytest.approx([3.0, 4.5])
     changed = {"rate": 1.0, "most": np.array([4.0, 5.0])}
-    assert compiled.solve(changed).objective == pytest.approx([4.0, 5.0])
+    assert compiled(changed).objective == pytest.approx([4.0, 5.0])
     found = each.solve(model, 2, changed, slot_s=slot_s)
     assert found.objective == pytest.approx([4.0, 5.0])
     assert found.engine == each.name

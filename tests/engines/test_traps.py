@@ -163,7 +163,7 @@ def test_first_order_solvers_are_accurate_or_refused(solver: str, perspective: s
     """OSQP at its own tolerance is tenths of a second off and says optimal."""
     exactly = solve("paper", perspective=perspective)
     try:
-        plan = solve("paper", perspective=perspective, engine="cvxpy", solver=solver)
+        plan = solve("paper", perspective=perspective, engine=Cvxpy(solver))
     except SolverError:
         return
     assert plan.hover_time_s == pytest.approx(exactly.hover_time_s, abs=1e-4)
@@ -207,7 +207,7 @@ def test_function_that_an_engine_cannot_take_is_named(engine: str) -> None:
 
 def test_missing_solver_names_the_installed_ones(capsys: pytest.CaptureFixture[str]) -> None:
     with pytest.raises(InputError, match=r"no solver 'GUROBO'; installed: .*HIGHS"):
-        solve("paper", engine="cvxpy", solver="GUROBO", perspective="battery")
+        solve("paper", engine=Cvxpy("GUROBO"), perspective="battery")
     with pytest.raises(SystemExit) as exit_code:
         main(["solve", "paper", *LINEAR, "--engine", "cvxpy", "--solver", "GUROBO"])
     assert exit_code.value.code == 2
@@ -218,25 +218,25 @@ def test_missing_solver_names_the_installed_ones(capsys: pytest.CaptureFixture[s
 def test_what_is_no_name_is_no_solver(solver: Any) -> None:
     """Refused like a wrong name; None alone stands for our choice."""
     with pytest.raises(InputError, match=r"no solver .*; installed: .*HIGHS") as refused:
-        solve("paper", "P3", engine="cvxpy", solver=solver, perspective="battery")
+        solve("paper", "P3", engine=Cvxpy(solver), perspective="battery")
     assert repr(solver) in str(refused.value)
 
 
 @pytest.mark.parametrize("name", ["HiGHS", "highs"])
 def test_a_solver_is_known_by_its_name_in_any_case(name: str) -> None:
     """What follows from the name does not depend on it: settings, limits, what the proof says."""
-    asked = {"engine": "cvxpy", "slot_s": 60.0, "perspective": "battery", "time_limit_s": 60.0}
-    plan = solve("paper", "P3", solver=name, **asked)  # type: ignore[arg-type]
-    assert plan == solve("paper", "P3", solver="HIGHS", **asked)  # type: ignore[arg-type]
+    asked = {"slot_s": 60.0, "perspective": "battery", "time_limit_s": 60.0}
+    plan = solve("paper", "P3", engine=Cvxpy(name), **asked)  # type: ignore[arg-type]
+    assert plan == solve("paper", "P3", engine=Cvxpy("HIGHS"), **asked)  # type: ignore[arg-type]
     assert plan.proof == "branch and bound (HIGHS)"
     with pytest.raises(InputError, match=r"no solver 'gurobo'; installed: .*HIGHS"):
-        solve("paper", engine="cvxpy", solver="gurobo", perspective="battery")
+        solve("paper", engine=Cvxpy("gurobo"), perspective="battery")
 
 
 def test_solver_without_a_time_limit_is_refused() -> None:
     """Silently without a limit would be worse."""
     with pytest.raises(InputError, match="SCIPY takes no time limit"):
-        solve("paper", engine="cvxpy", solver="SCIPY", time_limit_s=1.0, perspective="battery")
+        solve("paper", engine=Cvxpy("SCIPY"), time_limit_s=1.0, perspective="battery")
 
 
 @pytest.mark.parametrize(

@@ -110,12 +110,12 @@ def test_impossible_pairs_are_refused_with_the_reason(
 @pytest.mark.parametrize(
     "model",
     [
-        Traits(2, linear=True, smooth=True, integer=False),
-        Traits(3, linear=True, smooth=True, integer=False),
-        Traits(2, linear=True, smooth=True, integer=True),
-        Traits(2, linear=False, smooth=True, integer=False, nonlinear_label="a"),
-        Traits(2, linear=False, smooth=False, integer=False, nonlinear_label="a"),
-        Traits(1, linear=True, smooth=True, integer=False, open_below=("x",)),
+        Traits(2),
+        Traits(3),
+        Traits(2, integer=True),
+        Traits(2, nonlinear=("a", "curved")),
+        Traits(2, rough="sign", nonlinear=("a", "curved")),
+        Traits(1, open_below=("x",)),
     ],
     ids=str,
 )
