@@ -44,7 +44,7 @@ class Formulation(ABC):
     ...         given.keep_deadline(model, "deadline", hover, rest)
     >>> plan = optuav.solve("paper", LeastRest(700), perspective="battery")
     >>> f"{plan.rest_time_s:.1f} s at {plan.route[1]}"
-    '217.4 s at b1'
+    '220.4 s at b1'
     """
 
     building: str | None = None

@@ -20,6 +20,11 @@ if TYPE_CHECKING:
     from optuav.calibration import fit_rotor as fit_rotor
     from optuav.calibration import fit_table as fit_table
     from optuav.diagnosis import explain as explain
+    from optuav.engines.bracket import Bracket as Bracket
+    from optuav.engines.casadi_engine import Casadi as Casadi
+    from optuav.engines.closed_form import ClosedForm as ClosedForm
+    from optuav.engines.cvxpy_engine import Cvxpy as Cvxpy
+    from optuav.engines.grid import Grid as Grid
     from optuav.errors import Fault as Fault
     from optuav.errors import InputError as InputError
     from optuav.errors import NoPlanError as NoPlanError
@@ -50,6 +55,11 @@ if TYPE_CHECKING:
     __version__: str
 
 HOMES = {
+    "Bracket": "optuav.engines.bracket",
+    "Casadi": "optuav.engines.casadi_engine",
+    "ClosedForm": "optuav.engines.closed_form",
+    "Cvxpy": "optuav.engines.cvxpy_engine",
+    "Grid": "optuav.engines.grid",
     "Fault": "optuav.errors",
     "InputError": "optuav.errors",
     "NoPlanError": "optuav.errors",

@@ -10,7 +10,14 @@ MOST_SHOWN = 20
 
 
 class OptuavError(Exception):
-    """Anything that optuav refuses or could not do, in words for a person."""
+    """Base of the errors that optuav raises on purpose.
+
+    Examples
+    --------
+    >>> import optuav
+    >>> issubclass(optuav.SolverError, optuav.OptuavError)
+    True
+    """
 
 
 @dataclass(frozen=True)
@@ -27,6 +34,12 @@ class Fault:
         What would have been accepted, in words.
     source
         File, option or argument in which the value was stated.
+
+    Examples
+    --------
+    >>> from optuav import Fault
+    >>> print(Fault("limits.min_soc", "2", "a number, 0 <= x < 1 [-]", "town.toml"))
+    town.toml: limits.min_soc = 2: a number, 0 <= x < 1 [-]
     """
 
     key: str
@@ -46,7 +59,17 @@ class InputError(OptuavError, ValueError):
     Parameters
     ----------
     faults
-        All that is wrong, at least one; or words on the input as a whole.
+        All that is wrong, at least one; or a sentence on the input as a whole.
+
+    Examples
+    --------
+    >>> import optuav
+    >>> try:
+    ...     optuav.load("paper").replace({"limits.min_soc": 2, "limits.deadline_s": -1})
+    ... except optuav.InputError as error:
+    ...     print(error)
+    limits.deadline_s = -1: a number, 0 < x <= 1e7 [s]
+    limits.min_soc = 2: a number, 0 <= x < 1 [-]
     """
 
     def __init__(self, faults: Iterable[Fault] | str) -> None:
@@ -62,8 +85,29 @@ class InputError(OptuavError, ValueError):
 
 
 class NoPlanError(OptuavError):
-    """A time or a state was asked of a plan that does not exist (infeasible or not solved)."""
+    """A time or a state was asked of a plan that does not exist.
+
+    Examples
+    --------
+    >>> import optuav
+    >>> plan = optuav.solve(optuav.load("paper").replace({"limits.deadline_s": 20}))
+    >>> try:
+    ...     plan.hover_time_s
+    ... except optuav.NoPlanError as error:
+    ...     print(str(error)[:33])
+    there is no plan (infeasible): th
+    """
 
 
 class SolverError(OptuavError):
-    """An engine failed, or did not prove its answer in the time allowed."""
+    """An engine failed, or did not prove its answer in the time allowed.
+
+    Examples
+    --------
+    >>> import optuav
+    >>> try:
+    ...     optuav.solve("paper", "P3", slot_s=0.01, time_limit_s=1e-9, perspective="battery")
+    ... except optuav.SolverError as error:
+    ...     print("grid" in str(error))
+    True
+    """

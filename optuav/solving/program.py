@@ -61,6 +61,16 @@ class Program:
         The declared models; none where nothing can be flown.
     reasons
         Why nothing can be flown; empty if something can.
+
+    Examples
+    --------
+    >>> import optuav
+    >>> program = optuav.formulate("paper", optuav.P4("b1", order="rest-first"))
+    >>> program.engines
+    ('bracket', 'casadi', 'grid')
+    >>> price = program.shadow_prices()["deadline_s"]
+    >>> f"{price.more:.3f} s of hover per second"
+    '0.000 s of hover per second'
     """
 
     question: Question
