@@ -24,7 +24,6 @@ if TYPE_CHECKING:
     from optuav.plots.charts import Line as Line
     from optuav.plots.charts import Mark as Mark
     from optuav.plots.charts import bars as bars
-    from optuav.plots.charts import choice_bars as choice_bars
     from optuav.plots.charts import curves as curves
     from optuav.plots.files import save as save
     from optuav.plots.files import save_figures as save_figures
@@ -46,7 +45,7 @@ NAMES = {
     "animation": "gif_file save_animation",
     "calibrations": "FitAxes fit",
     "charge": "BatteryAxes battery wells",
-    "charts": "Bar Level Line Mark bars choice_bars curves",
+    "charts": "Bar Level Line Mark bars curves",
     "files": "save save_figures save_pictures",
     "legs": "LegAxes leg",
     "map": "MapAxes mission_map trajectories",

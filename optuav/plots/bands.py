@@ -106,23 +106,14 @@ def finish(
     draw_bands(axes, bands)
 
 
-def panels(plans: Sequence[Plan], axes: Sequence[Axes] | None, height_in: float) -> Sequence[Axes]:
-    """Axes for plans over the time of the longest: those given, or of a height [inch] on a page.
-
-    Raises
-    ------
-    InputError
-        If there is no plan to draw, or the number of axes is not that of the plans.
-    """
-    if not plans or (axes is not None and len(axes) != len(plans)):
-        raise InputError("one plan at least, and as many axes as plans")
-    if axes is None:
-        figure = page(0.7 + height_in * len(plans))
-        axes = list(figure.subplots(len(plans), 1, sharex=True, squeeze=False)[:, 0])
+def panels(plans: Sequence[Plan], height_in: float) -> Sequence[Axes]:
+    """Axes of a height [inch] for each plan, over the time of the longest; at least one plan."""
+    if not plans:
+        raise InputError("there is no plan to draw")
+    figure = page(0.7 + height_in * len(plans))
+    axes = list(figure.subplots(len(plans), 1, sharex=True, squeeze=False)[:, 0])
     end_s = max(plan.mission_time_s for plan in plans)
-    for ax in axes:
-        ax.set_xlim(0.0, end_s or 1.0)
-    axes[-1].set_xlabel(TIME)
+    axes[-1].set(xlim=(0.0, end_s or 1.0), xlabel=TIME)
     return axes
 
 

@@ -36,7 +36,7 @@ class FitAxes(NamedTuple):
 
 
 @style.applied()
-def fit(found: Fit, axes: tuple[FitAxes, ...] | None = None) -> tuple[FitAxes, ...]:
+def fit(found: Fit) -> tuple[FitAxes, ...]:
     """Draw observed and fitted values, and their differences, one row a quantity.
 
     Parameters
@@ -44,13 +44,11 @@ def fit(found: Fit, axes: tuple[FitAxes, ...] | None = None) -> tuple[FitAxes, .
     found
         A calibration from observations, of `optuav.fit_kibam`, `optuav.fit_regimes` or
         `optuav.fit_rotor`.
-    axes
-        Where to draw, one a quantity; on a page of its own by default.
 
     Raises
     ------
     InputError
-        If the calibration rests on no observations, or the number of axes differs.
+        If the calibration rests on no observations.
 
     Examples
     --------
@@ -63,9 +61,7 @@ def fit(found: Fit, axes: tuple[FitAxes, ...] | None = None) -> tuple[FitAxes, .
     """
     if not found.panels:
         raise InputError(f"there is nothing to draw: the values come from {found.data}")
-    if axes is not None and len(axes) != len(found.panels):
-        raise InputError(f"{len(found.panels)} pairs of axes are needed, one a quantity")
-    axes = axes or _page(found)
+    axes = _page(found)
     for ax, panel in zip(axes, found.panels, strict=True):
         (_draw_names if panel.names else _draw_curve)(ax, panel)
     sources = ", ".join(style.printed(each.rpartition("/")[2]) for each in found.sources[:2])

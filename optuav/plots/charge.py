@@ -73,7 +73,7 @@ def course(pool: Battery, plan: Plan) -> Course:
 
 
 @style.applied()
-def battery(plan: Plan, axes: BatteryAxes | None = None) -> BatteryAxes:
+def battery(plan: Plan) -> BatteryAxes:
     """Draw the charge in both wells of the pooled battery and the current, over time.
 
     The wells follow the kinetic battery model (KiBaM) through every stage of constant current.
@@ -84,8 +84,6 @@ def battery(plan: Plan, axes: BatteryAxes | None = None) -> BatteryAxes:
     ----------
     plan
         A plan that exists.
-    axes
-        Where to draw; on a page of its own by default.
 
     Returns
     -------
@@ -95,8 +93,6 @@ def battery(plan: Plan, axes: BatteryAxes | None = None) -> BatteryAxes:
     ------
     NoPlanError
         If there is no plan.
-    InputError
-        If the axes are not `BatteryAxes`.
 
     Examples
     --------
@@ -106,10 +102,8 @@ def battery(plan: Plan, axes: BatteryAxes | None = None) -> BatteryAxes:
     'time since take-off $t$ [s]'
     """
     end_s = plan.mission_time_s
-    style.need_panels(axes, BatteryAxes)
-    axes = axes or BatteryAxes(
-        *style.page(4.6).subplots(2, 1, sharex=True, height_ratios=(2.2, 1.0))
-    )
+    grid = style.page(4.6).subplots(2, 1, sharex=True, height_ratios=(2.2, 1.0))
+    axes = BatteryAxes(*grid)
     pool = vehicle.pool(plan.mission)
     lived = course(pool, plan)
     _draw_curves(axes.wells, pool, lived)
@@ -171,7 +165,7 @@ def _draw_current(ax: Axes, lived: Course) -> None:
 
 
 @style.applied()
-def wells(plans: Sequence[Plan], axes: Sequence[Axes] | None = None) -> Sequence[Axes]:
+def wells(plans: Sequence[Plan]) -> Sequence[Axes]:
     """Draw both wells of the pooled battery as bands over time, one panel a plan.
 
     The available well lies on the bound one, so that it runs dry where its band closes; what the
@@ -181,8 +175,6 @@ def wells(plans: Sequence[Plan], axes: Sequence[Axes] | None = None) -> Sequence
     ----------
     plans
         Plans that exist, usually of one mission in several perspectives.
-    axes
-        Where to draw, one a plan; on a page of their own by default.
 
     Returns
     -------
@@ -191,7 +183,7 @@ def wells(plans: Sequence[Plan], axes: Sequence[Axes] | None = None) -> Sequence
     Raises
     ------
     InputError
-        If there is no plan to draw, or the number of axes is not that of the plans.
+        If there is no plan to draw.
     NoPlanError
         If one of the plans does not exist.
 
@@ -203,7 +195,7 @@ def wells(plans: Sequence[Plan], axes: Sequence[Axes] | None = None) -> Sequence
     >>> ax.get_title(loc="left")
     'paper, perspective battery: hover $Δ$ = 688.85 s, cannot be flown'
     """
-    axes = panels(plans, axes, 2.0)
+    axes = panels(plans, 2.0)
     courses = [course(vehicle.pool(plan.mission), plan) for plan in plans]
     for ax, plan, lived in zip(axes, plans, courses, strict=True):
         draw_wells(ax, plan.mission, lived)

@@ -132,48 +132,6 @@ def bars(
     return ax
 
 
-@style.applied()
-def choice_bars(
-    hovers: Sequence[Bar],
-    charges: Sequence[Bar],
-    mission: str,
-    min_soc: float,
-    *,
-    axes: Sequence[Axes] | None = None,
-) -> Sequence[Axes]:
-    """Draw hover time and charge left of plans as bars, usually grouped by trajectory.
-
-    Parameters
-    ----------
-    hovers, charges
-        Δ [s] and η1 [%] of every plan.
-    mission
-        Name of the mission.
-    min_soc
-        η0, marked among the charges, 0 to 1.
-    axes
-        The two axes on which to draw; on a page of their own by default.
-
-    Examples
-    --------
-    >>> import optuav
-    >>> hovers, charges = ([optuav.plots.Bar("direct", "battery", v)] for v in (688.8, 5.0))
-    >>> optuav.plots.choice_bars(hovers, charges, "paper", 0.05)[0].get_ylabel()
-    'hover time Δ [s]'
-    """
-    axes = axes or list(style.page(4.6).subplots(2, 1, sharex=True, height_ratios=(1.6, 1.0)))
-    hover, charge = axes
-    _draw_groups(hover, hovers)
-    handles = _draw_groups(charge, charges, Level(100.0 * min_soc, "least, $η_0$"))
-    words = f"{style.printed(mission)}: longest hover by trajectory and perspective"
-    hover.set_title(words, pad=style.LEGEND_PT)
-    hover.set_ylabel("hover time Δ [s]")
-    charge.set(ylabel="charge left\n$η_1$ [%]", xlabel="trajectory")
-    style.legend_above(hover, len(handles), handles)
-    style.settle(hover)
-    return axes
-
-
 def _draw_groups(ax: Axes, bars: Sequence[Bar], level: Level | None = None) -> list[Artist]:
     """Draw bars in groups with their numbers, and a level; entries of the legend."""
     groups = list(dict.fromkeys(each.group for each in bars))

@@ -39,22 +39,9 @@ BACKING = {"facecolor": "white", "alpha": 0.8, "edgecolor": "none", "pad": 0.3}
 
 @dataclass(frozen=True)
 class Label:
-    """A text that belongs to a point.
+    """A text [pt] that belongs to a point in the data's coordinates.
 
-    Parameters
-    ----------
-    text
-        The text.
-    at
-        The point, in the data's coordinates.
-    needed
-        Whether it is shown even where there is little room; others are left out then.
-    colour, size
-        Of the text; the size in points.
-    upright
-        Whether the text runs upwards.
-    backed
-        Whether the text stands on a pale box.
+    One that is not needed is left out where there is little room; `backed` is on a pale box.
     """
 
     text: str
@@ -82,15 +69,8 @@ def place(
 ) -> None:
     """Write labels beside their points, needed ones first, away from each other and from lines.
 
-    Parameters
-    ----------
-    ax
-        Where to write; its limits are final, and its place is settled.
-    labels
-        What to write.
-    lines, faint
-        Arrays (n, 2) of corners of lines in the data's coordinates, which labels avoid; faint
-        ones less strictly.
+    Limits and place of the axes are final. Lines are arrays (n, 2) of corners in the data's
+    coordinates; faint ones are avoided less strictly.
     """
     pixels = root(ax).dpi / POINTS_PER_INCH
     points = [[label.at] for label in labels]

@@ -46,7 +46,7 @@ class LegAxes(NamedTuple):
 
 
 @style.applied()
-def leg(mission: Mission, start: str, end: str, axes: LegAxes | None = None) -> LegAxes:
+def leg(mission: Mission, start: str, end: str) -> LegAxes:
     """Draw one leg over time by the mission's flight model.
 
     For the six-stage model: the speed along the path, pitch and roll, and the current of the
@@ -59,8 +59,6 @@ def leg(mission: Mission, start: str, end: str, axes: LegAxes | None = None) -> 
         The mission.
     start, end
         Names of places: ``"origin"``, ``"hover"``, ``"destination"`` or a building's.
-    axes
-        Where to draw; on a page of its own by default.
 
     Returns
     -------
@@ -79,10 +77,8 @@ def leg(mission: Mission, start: str, end: str, axes: LegAxes | None = None) -> 
     """
     displacement_m = _displacement(mission, start, end)
     rotors = mission.flight.model == "rotors"
-    style.need_panels(axes, LegAxes)
-    if axes is None:
-        grid = style.page(5.0 if rotors else 3.6).subplots(3 if rotors else 2, 1, sharex=True)
-        axes = LegAxes(grid[0], grid[1] if rotors else None, grid[-1])
+    grid = style.page(5.0 if rotors else 3.6).subplots(3 if rotors else 2, 1, sharex=True)
+    axes = LegAxes(grid[0], grid[1] if rotors else None, grid[-1])
     draw = _draw_six_stages if rotors else _draw_constant_load
     duration_s, bands = draw(mission, displacement_m, axes)
     ends, length_m = " → ".join(map(style.printed, (start, end))), math.hypot(*displacement_m)

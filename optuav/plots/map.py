@@ -7,7 +7,6 @@ import math
 import textwrap
 from collections import defaultdict
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from functools import partial
 from typing import NamedTuple
 
 import numpy as np
@@ -77,7 +76,7 @@ class Way(NamedTuple):
         return np.stack([np.concatenate([[0.0], np.cumsum(steps)]), corners[:, 2]], axis=1)
 
 
-def mission_map(subject: Plan | Mission, axes: MapAxes | None = None) -> MapAxes:
+def mission_map(subject: Plan | Mission) -> MapAxes:
     """Draw where a mission takes place and, where there is a plan, its route and stops.
 
     Seen from above (x, y) with the coverage disc at the hover altitude, the ground device, the
@@ -88,17 +87,10 @@ def mission_map(subject: Plan | Mission, axes: MapAxes | None = None) -> MapAxes
     ----------
     subject
         A plan, a plan that says that there is none, or a mission.
-    axes
-        Where to draw; on a page of its own by default.
 
     Returns
     -------
     The axes, in m.
-
-    Raises
-    ------
-    InputError
-        If the axes are not `MapAxes`.
 
     Examples
     --------
@@ -115,10 +107,10 @@ def mission_map(subject: Plan | Mission, axes: MapAxes | None = None) -> MapAxes
     reasons = subject.reasons[:3] if isinstance(subject, Plan) else ()
     why = "\n".join(textwrap.fill(reason.replace("$", r"\$"), 60) for reason in reasons)
     entries = _way_entries(way, plan)
-    return _draw(shown, [way], axes, entries, _title(subject), "" if plan else why)
+    return _draw(shown, [way], entries, _title(subject), "" if plan else why)
 
 
-def trajectories(plans: Mapping[str, Plan], axes: MapAxes | None = None) -> MapAxes:
+def trajectories(plans: Mapping[str, Plan]) -> MapAxes:
     """Draw the routes of several plans over one map, as the paper does for its four trajectories.
 
     Legs that several routes share lie side by side.
@@ -128,8 +120,6 @@ def trajectories(plans: Mapping[str, Plan], axes: MapAxes | None = None) -> MapA
     plans
         By name; the paper's are ``"direct"``, ``"traj1"``, ``"traj2"`` and ``"optimal"``. They
         take place on one map. A plan that says that there is none stands in the legend only.
-    axes
-        Where to draw; on a page of its own by default.
 
     Returns
     -------
@@ -161,7 +151,7 @@ def trajectories(plans: Mapping[str, Plan], axes: MapAxes | None = None) -> MapA
     perspectives = ", ".join(dict.fromkeys(plan.perspective for plan in plans.values()))
     title = f"{printed(shown.mission.name)}: trajectories in the perspective {perspectives}"
     entries = (_trajectory_entry(name, plan, looks[name]) for name, plan in plans.items())
-    return _draw(shown, ways, axes, entries, title, times=False)
+    return _draw(shown, ways, entries, title, times=False)
 
 
 def _site(mission: Mission) -> tuple[object, ...]:
@@ -175,7 +165,6 @@ def _site(mission: Mission) -> tuple[object, ...]:
 def _draw(
     shown: Scene,
     ways: Sequence[Way],
-    axes: MapAxes | None,
     entries: Iterable[Artist],
     title: str,
     heading: str = "",
@@ -183,13 +172,21 @@ def _draw(
     times: bool = True,
 ) -> MapAxes:
     """Draw both views with the ways, a legend under a heading, and labels."""
-    style.need_panels(axes, MapAxes)
-    axes, legend = (axes, axes.height) if axes else _page(shown)
+    axes, legend = _page(shown)
     handles = [*entries, *draw_plan_view(axes.plan, shown)]
     _draw_from_above(axes.plan, shown, ways)
     handles.append(_draw_from_side(axes.height, shown, ways))
     axes.plan.set_title(title)
-    _legend(legend, handles, heading)
+    legend.legend(
+        handles=handles,
+        title=heading,
+        title_fontsize=7.5,
+        alignment="left",
+        loc="upper left",
+        ncols=3 if legend.get_position().width > 0.6 else 1,
+        labelspacing=0.6,
+        columnspacing=1.4,
+    )
     style.group_thousands(*axes)
     style.settle(axes.plan)
     flat = [np.array(way.points)[:, :2] for way in ways]
@@ -214,17 +211,6 @@ def _page(shown: Scene) -> tuple[MapAxes, Axes]:
     plan, height, legend = (figure.add_subplot(cell) for cell in cells)
     legend.set_axis_off()
     return MapAxes(plan, height), legend
-
-
-def _legend(home: Axes, entries: Sequence[Artist], heading: str) -> None:
-    legend = partial(home.legend, handles=entries, title=heading, title_fontsize=7.5)
-    if home.axison:
-        legend(alignment="left", loc="upper center", bbox_to_anchor=(0.5, -0.22), ncols=3)
-    else:
-        columns = 3 if home.get_position().width > 0.6 else 1
-        legend(
-            alignment="left", loc="upper left", ncols=columns, labelspacing=0.6, columnspacing=1.4
-        )
 
 
 def _title(subject: Plan | Mission) -> str:

@@ -116,15 +116,7 @@ def plane(
 
 
 def constraint_name(constraint: Constraint, route: Sequence[str]) -> str:
-    """The label of a constraint; for one of the available well, what happens where it binds.
-
-    Parameters
-    ----------
-    constraint
-        As declared.
-    route
-        Names of the places in the order in which they are reached; empty if they are not known.
-    """
+    """The label of a constraint; for one of the available well, what happens on the route."""
     moment = constraint.moment
     if constraint.kind not in REACHED or not isinstance(moment, StepEnd):
         return constraint.label
@@ -199,7 +191,8 @@ def _draw_grid(
         ),
         y.shape,
     )
-    slots = f"(slots of {slot_s:g} s{_thinned(every, model)})"
+    fewer = f", one of {every[0] * every[1]} shown" if max(every) > 1 else ""
+    slots = f"(slots of {slot_s:g} s{fewer})"
     for which, marker, size, colour, words in (
         (feasible, "o", 1.8, BLACK, "feasible"),
         (~feasible, "x", 2.2, style.GREY, "not feasible"),
@@ -210,32 +203,8 @@ def _draw_grid(
     return np.stack([x, y], axis=1)
 
 
-def _thinned(every: Sequence[int], model: Model) -> str:
-    """Which slots are shown; nothing if all are."""
-    endings = {1: "st", 2: "nd", 3: "rd"}
-    words = [
-        f"every {n}{'th' if n % 100 in (11, 12, 13) else endings.get(n % 10, 'th')}" for n in every
-    ]
-    if max(every) == 1:
-        return ""
-    if len(set(every)) == 1:
-        return f", {words[0]} shown"
-    shown = zip(words, every, model.variables, strict=True)
-    return ",\n" + ", ".join(f"{each} of {of.symbol}" for each, number, of in shown if number > 1)
-
-
 class Cut(NamedTuple):
-    """A constraint that cuts something off, sampled on the plane.
-
-    Parameters
-    ----------
-    constraint
-        As declared.
-    excess
-        By how much it holds; it forbids where negative.
-    others_hold
-        Where all others hold, so that it alone decides.
-    """
+    """A constraint that forbids where `excess` is negative, and where all others hold."""
 
     constraint: Constraint
     excess: Floats

@@ -44,7 +44,7 @@ class ProfileAxes(NamedTuple):
 
 
 @style.applied()
-def profile(replayed: Replayed, axes: ProfileAxes | None = None) -> ProfileAxes:
+def profile(replayed: Replayed) -> ProfileAxes:
     """Draw altitude, speed and power into the battery over a simulated plan.
 
     While a leg turns, the flight model freezes the position: no speed is drawn there. The
@@ -55,8 +55,6 @@ def profile(replayed: Replayed, axes: ProfileAxes | None = None) -> ProfileAxes:
     ----------
     replayed
         From `optuav.replay`.
-    axes
-        Where to draw; on a page of its own by default.
 
     Returns
     -------
@@ -66,8 +64,6 @@ def profile(replayed: Replayed, axes: ProfileAxes | None = None) -> ProfileAxes:
     ------
     NoPlanError
         If nothing is flown.
-    InputError
-        If the axes are not `ProfileAxes`.
 
     Examples
     --------
@@ -77,8 +73,7 @@ def profile(replayed: Replayed, axes: ProfileAxes | None = None) -> ProfileAxes:
     'paper: can be flown'
     """
     trace, mission = replayed.trace, replayed.mission
-    style.need_panels(axes, ProfileAxes)
-    axes = axes or ProfileAxes(*style.page(5.0).subplots(3, 1, sharex=True))
+    axes = ProfileAxes(*style.page(5.0).subplots(3, 1, sharex=True))
     _draw_altitude(axes.altitude, mission, trace)
     moving_m_s = np.where(trace.stage == "turn", np.nan, trace.speed_m_s)
     axes.speed.plot(trace.time_s, moving_m_s, color=BLACK)

@@ -37,17 +37,7 @@ MOST_NAMED = 400
 
 @dataclass(frozen=True)
 class Scene:
-    """A mission with its places and buildings.
-
-    Parameters
-    ----------
-    mission
-        The mission.
-    places
-        Its places by number.
-    obstacles
-        Its buildings as prisms.
-    """
+    """A mission with its places, by number, and its buildings as prisms."""
 
     mission: Mission
     places: Places

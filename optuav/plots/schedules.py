@@ -23,7 +23,7 @@ FLIES, CHARGED = (-24.0, -12.0), (-38.0, -26.0)
 
 
 @style.applied()
-def packs(plans: Sequence[Plan], axes: Sequence[Axes] | None = None) -> Sequence[Axes]:
+def packs(plans: Sequence[Plan]) -> Sequence[Axes]:
     """Draw the available wells of all packs over time, one panel a plan.
 
     Levels are shares of a full available well, so that pooled packs stand beside single ones; the
@@ -34,8 +34,6 @@ def packs(plans: Sequence[Plan], axes: Sequence[Axes] | None = None) -> Sequence
     ----------
     plans
         Plans that exist, usually of one mission under several schedules.
-    axes
-        Where to draw, one a plan; on a page of their own by default.
 
     Returns
     -------
@@ -44,7 +42,7 @@ def packs(plans: Sequence[Plan], axes: Sequence[Axes] | None = None) -> Sequence
     Raises
     ------
     InputError
-        If there is no plan to draw, or the number of axes is not that of the plans.
+        If there is no plan to draw.
     NoPlanError
         If one of the plans does not exist.
 
@@ -56,7 +54,7 @@ def packs(plans: Sequence[Plan], axes: Sequence[Axes] | None = None) -> Sequence
     >>> ax.get_title(loc="left")
     'sequential: hovers $Δ$ = 500.00 s'
     """
-    axes = panels(plans, axes, 1.35)
+    axes = panels(plans, 1.35)
     for ax, plan in zip(axes, plans, strict=True):
         _draw_panel(ax, plan)
     for ax in axes[:-1]:

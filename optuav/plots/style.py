@@ -16,8 +16,6 @@ from matplotlib.lines import Line2D
 from matplotlib.ticker import FuncFormatter
 from matplotlib.typing import LineStyleType
 
-from optuav.errors import Fault, InputError
-
 BLACK = "#000000"
 ORANGE = "#E69F00"
 SKY = "#56B4E9"
@@ -175,13 +173,6 @@ def settle(ax: Axes) -> None:
         engine.execute(figure)
     for each in figure.axes:
         each.apply_aspect()
-
-
-def need_panels(axes: object, kind: type[tuple[Axes | None, ...]]) -> None:
-    """Refuse, as an `InputError`, axes that are not the panels a picture draws on."""
-    if axes is not None and not isinstance(axes, kind):
-        words = f"{kind.__name__} with matplotlib axes, as the function returns it"
-        raise InputError([Fault("axes", type(axes).__name__, words)])
 
 
 def beside(ax: Axes, words: str, at: tuple[float, float], offset_pt: tuple[float, float]) -> None:

@@ -312,6 +312,7 @@ def _named(labels: Sequence[tuple[str, ...]], chosen: Sequence[bool]) -> Iterato
 
 def _choices(found: Results) -> Iterator[tuple[str, Figure | None]]:
     from optuav import plots
+    from optuav.plots.style import printed
 
     hovers, charges = list[plots.Bar](), list[plots.Bar]()
     for row in found.rows:
@@ -319,9 +320,14 @@ def _choices(found: Results) -> Iterator[tuple[str, Figure | None]]:
         percent = None if row["soc_battery"] is None else 100.0 * row["soc_battery"]
         hovers.append(plots.Bar(*names, row["hover_time_s"], flyable))
         charges.append(plots.Bar(*names, percent, flyable))
-    mission = found.mission
-    hover, _charge = plots.choice_bars(hovers, charges, mission.name, mission.limits.min_soc)
-    yield "choices.png", hover.get_figure(root=True)
+    title = f"{printed(found.mission.name)}: longest hover by trajectory and perspective"
+    least = plots.Level(100.0 * found.mission.limits.min_soc, "least, $η_0$")
+    for name, bars, y_label, level in (
+        ("choices.png", hovers, "hover time Δ [s]", None),
+        ("charge.png", charges, "charge left $η_1(T)$ [%]", least),
+    ):
+        axes = plots.bars(bars, title=title, y_label=y_label, level=level)
+        yield name, axes.get_figure(root=True)
 
 
 def _packs(_: Results, plans: Sequence[Plan]) -> Iterator[tuple[str, Figure | None]]:

@@ -107,5 +107,3 @@ def test_examples_have_no_text_on_text(
 def test_nothing_to_draw_is_told() -> None:
     with pytest.raises(InputError, match="nothing to draw"):
         plots.fit(optuav.fit_rotor([DATA / "propeller.csv"]))
-    with pytest.raises(InputError, match="1 pairs of axes"):
-        plots.fit(fit(named((1.0,), (1.0,))), ())

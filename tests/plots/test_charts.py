@@ -7,6 +7,7 @@ from collections.abc import Callable
 import pytest
 
 pytest.importorskip("matplotlib")
+from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from optuav import plots
@@ -15,27 +16,21 @@ from optuav.plots import Bar, Level
 Overlaps = Callable[[Figure], list[tuple[str, str]]]
 
 
+def chart(shown: list[Bar], level: Level | None = None) -> Axes:
+    return plots.bars(shown, title="paper", y_label="Δ [s]", level=level)
+
+
 def test_bars_are_as_high_as_their_numbers() -> None:
-    hovers = [
-        Bar("direct", "battery", 688.848),
-        Bar("direct", "energy", 524.628),
-        Bar("traj1", "battery", None),
-        Bar("traj1", "energy", 554.057),
-    ]
-    charges = [
-        each._replace(value=v) for each, v in zip(hovers, (5, 25.05, None, -10), strict=True)
-    ]
-    hover, charge = plots.choice_bars(hovers, charges, "paper", 0.05)
-    assert [bar.get_height() for bar in hover.patches] == [688.848, 524.628, 0.0, 554.057]
-    assert [bar.get_height() for bar in charge.patches] == [5.0, 25.05, 0.0, -10.0]
-    words = [text.get_text() for text in hover.texts]
-    assert words == ["688.8", "524.6", "no\nplan", "554.1"]
-    assert charge.texts[-1].get_text() == "−10.0"
-    assert charge.get_ylim()[0] < -10.0
-    colours = [bar.get_facecolor() for bar in hover.patches]
+    values = {("direct", "battery"): 688.848, ("direct", "energy"): 524.628}
+    values |= {("traj1", "battery"): None, ("traj1", "energy"): -10.0}
+    ax = chart([Bar(*names, value) for names, value in values.items()])
+    assert [bar.get_height() for bar in ax.patches] == [688.848, 524.628, 0.0, -10.0]
+    words = [text.get_text() for text in ax.texts]
+    assert words == ["688.8", "524.6", "no\nplan", "−10.0"]
+    assert ax.get_ylim()[0] < -10.0
+    colours = [bar.get_facecolor() for bar in ax.patches]
     assert colours[0] == colours[2] != colours[1] == colours[3]
-    assert hover.get_ylabel() == "hover time Δ [s]"
-    names = [label.get_text() for label in charge.get_xticklabels()]
+    names = [label.get_text() for label in ax.get_xticklabels()]
     assert names == ["direct", "traj1"]  # below every group its name, not its number
 
 
@@ -43,15 +38,15 @@ def test_bars_of_plans_that_cannot_be_flown_are_hatched(overlaps: Overlaps) -> N
     """With an entry in the legend, which bars that need no other have for this alone."""
     shown = [Bar("battery", "direct", 688.8, False), Bar("available", "direct", 577.5)]
     charts = [
-        plots.choice_bars(shown, shown, "paper", 0.05)[0],
-        plots.bars(shown, title="paper", y_label="Δ [s]", level=Level(60.0, "least")),
-        plots.bars([each._replace(name="") for each in shown], title="t", y_label="y"),
+        chart(shown),
+        chart(shown, Level(60.0, "least")),
+        chart([each._replace(name="") for each in shown]),
     ]
     for ax in charts:
         assert [bool(bar.get_hatch()) for bar in ax.patches] == [True, False]
         assert ax.get_legend().get_texts()[-1].get_text() == "cannot be flown"
         assert overlaps(ax.figure) == []
-    assert plots.bars([Bar("a", "", 2.0)], title="t", y_label="y").get_legend() is None
+    assert chart([Bar("a", "", 2.0)]).get_legend() is None
 
 
 @pytest.mark.parametrize("perspectives", [("battery",), ("battery", "energy", "adjusted")])
@@ -59,9 +54,8 @@ def test_bars_of_plans_that_cannot_be_flown_are_hatched(overlaps: Overlaps) -> N
 def test_bars_have_no_text_on_text(
     perspectives: tuple[str, ...], trajectories: tuple[str, ...], overlaps: Overlaps
 ) -> None:
-    hovers = [Bar(t, p, 12345.678) for t in trajectories for p in perspectives]
-    charges = [each._replace(value=100.0) for each in hovers]
-    assert overlaps(plots.choice_bars(hovers, charges, "paper", 0.05)[0].figure) == []
+    shown = [Bar(t, p, 12345.678) for t in trajectories for p in perspectives]
+    assert overlaps(chart(shown, Level(5.0, "least, $η_0$")).figure) == []
 
 
 @pytest.mark.parametrize("min_soc", [0.0, 0.6])
@@ -72,7 +66,7 @@ def test_where_there_is_no_plan_the_words_lie_on_nothing(
     perspectives = ("battery", "energy", "adjusted", "available")
     values = {"direct": 88.6, "traj1": None, "traj2": None, "optimal": 88.6}
     shown = [Bar(name, p, value) for name, value in values.items() for p in perspectives]
-    _, charge = plots.choice_bars(shown, shown, "paper", min_soc)
+    charge = chart(shown, Level(100.0 * min_soc, "least, $η_0$"))
     assert overlaps(charge.figure) == []
     line_px = charge.transData.transform((0.0, 100.0 * min_soc))[1]
     none = [text for text in charge.texts if text.get_text() == "no\nplan"]

@@ -226,9 +226,3 @@ def test_trajectories_of_different_places_are_refused(paper: optuav.Plan) -> Non
         plots.trajectories({"one": paper, "two": elsewhere})
     with pytest.raises(InputError, match="at least one plan"):
         plots.trajectories({})
-
-
-def test_a_map_is_drawn_on_the_axes_that_are_given(paper: optuav.Plan) -> None:
-    given = plots.MapAxes(*Figure().subplots(1, 2))
-    assert plots.mission_map(paper, given) == given
-    assert given.height.get_legend() is not None

@@ -12,7 +12,7 @@ pytest.importorskip("matplotlib")
 from matplotlib.figure import Figure
 
 import optuav
-from optuav import InputError, NoPlanError, plots
+from optuav import NoPlanError, plots
 from optuav.judge import Itinerary, Stop
 from optuav.plots import style
 from optuav.plots.style import BLACK, VERMILLION
@@ -76,9 +76,7 @@ def test_files_are_the_same_bytes(
     assert first.read_bytes() == second.read_bytes()
 
 
-def test_what_cannot_be_drawn_is_refused(paper: optuav.Plan) -> None:
+def test_what_cannot_be_drawn_is_refused() -> None:
     heavy = optuav.load("paper").replace({"body.mass_kg": 2.0})
     with pytest.raises(NoPlanError):
         plots.profile(optuav.replay(Itinerary(heavy, ())))
-    with pytest.raises(InputError, match="ProfileAxes"):
-        plots.profile(optuav.replay(paper), axes=1)  # type: ignore[arg-type]

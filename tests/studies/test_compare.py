@@ -322,7 +322,7 @@ def test_without_slots_or_rests_there_is_less_to_draw(tmp_path: Path) -> None:
 def test_files_of_plans(of_paper: Results, tmp_path: Path) -> None:
     pytest.importorskip("matplotlib")
     written = of_paper.save_pictures(tmp_path)
-    assert [path.name for path in written] == ["choices.png"]
+    assert [path.name for path in written] == ["choices.png", "charge.png"]
 
 
 def test_gaps_are_drawn_as_shares_of_a_slot_below_their_bound(by_method: Results) -> None:
