@@ -57,6 +57,8 @@ TIME_LIMIT = typer.Option("--time-limit-s", help="Longest search in seconds.")
 HOVER_POINT = typer.Option(
     "--hover-point", help="w_U, or free: wherever hovering is longest.", show_default="w_U"
 )
+STOPS = typer.Option(help="Most rests, in any order over all buildings; with P1.", show_default="1")
+HOVERS = typer.Option(help="Most pieces in which to hover; with P1.", show_default="1")
 
 
 def mission_of(source: str, settings: Sequence[str] | None) -> Mission:

@@ -16,10 +16,12 @@ from optuav.cli.options import (
     BUILDING,
     ENGINE,
     HOVER_POINT,
+    HOVERS,
     ORDER,
     PERSPECTIVE,
     PROBLEM,
     SLOT,
+    STOPS,
     TIME_LIMIT,
     TRAJECTORY,
     JsonOption,
@@ -57,15 +59,8 @@ def solve(
     ] = None,
     time_limit_s: Annotated[float | None, TIME_LIMIT] = None,
     hover_point: Annotated[str | None, HOVER_POINT] = None,
-    stops: Annotated[
-        int | None,
-        typer.Option(
-            help="Most rests, in any order over all buildings; with P1.", show_default="1"
-        ),
-    ] = None,
-    hovers: Annotated[
-        int | None, typer.Option(help="Most pieces in which to hover; with P1.", show_default="1")
-    ] = None,
+    stops: Annotated[int | None, STOPS] = None,
+    hovers: Annotated[int | None, HOVERS] = None,
     settings: SetOption = None,
     as_json: JsonOption = False,
     save: SaveOption = None,

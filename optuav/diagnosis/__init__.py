@@ -1,8 +1,8 @@
-"""Diagnosis: why this is the optimum, why there is none, and what would repair that."""
+"""Diagnosis: why a plan is optimal, why there is none, and which changes would repair that."""
 
 from optuav.diagnosis.certificate import Certificate
 from optuav.diagnosis.explain import explain
-from optuav.diagnosis.explanation import Explanation
 from optuav.diagnosis.repair import Repair, repairs
+from optuav.diagnosis.report import Explanation
 
 __all__ = ["Certificate", "Explanation", "Repair", "explain", "repairs"]

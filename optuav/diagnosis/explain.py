@@ -1,49 +1,80 @@
-"""`optuav.explain`: why this optimum, why none, and what would help."""
+"""`optuav.explain`: why a plan is optimal, why there is none, and what would help."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
-from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from formulations.formulation import Formulation
 from formulations.p1 import P1
+from formulations.soc import AVAILABLE, PAPER
 from formulations.wells import StepEnd
-from optuav.diagnosis.asked import STOPS, Asked, asked, of_several_stops, with_problem
-from optuav.diagnosis.conflict import conflicts
-from optuav.diagnosis.explanation import Explanation, Side
+from optuav.diagnosis.certificate import bound
+from optuav.diagnosis.infeasibility import conflicts
 from optuav.diagnosis.prices import prices
-from optuav.diagnosis.proving import bound
+from optuav.diagnosis.question import (
+    STOPS,
+    MissionQuestion,
+    Subject,
+    of_several_stops,
+    question_of,
+)
 from optuav.diagnosis.repair import repairs_of
-from optuav.mission import Mission
+from optuav.diagnosis.report import Explanation, Side
+from optuav.engines.registry import Engine
+from optuav.engines.solution import Solution
+from optuav.errors import SolverError
 from optuav.modelling import Model, NotAffineError, Relation, Variable
 from optuav.modelling.check import evaluated, relations
+from optuav.modelling.expression import Operand
 from optuav.modelling.traversal import fold, has_unknowns, leaves
 from optuav.modelling.writer import Text
-from optuav.options import ProblemName
+from optuav.network.places import charging_cap
+from optuav.options import Perspective, ProblemName
 from optuav.plan import Plan
-from optuav.solving import Program
+from optuav.solving import Program, solve
 from optuav.solving.dispatch import answer
+from optuav.solving.more_stops import more_stops_may_help
 from optuav.solving.plans import SAME_S, Part, words
 from optuav.status import Status
 
+if TYPE_CHECKING:
+    from optuav.network.graph import Graph
+
 TURNS = (
-    "packs take turns, which is simulated and not declared: there are no constraints, prices or "
-    "repairs to tell of; with battery.schedule=pooled there are"
+    "packs take turns, which is simulated and not declared: constraints, prices and repairs are "
+    "known with battery.schedule=pooled only"
+)
+MORE_STOPS = (
+    "more stops are not excluded: optuav explain … --stops 2 --hovers 2, in Python "
+    "P1(stops=2, hovers=2), searches for them"
+)
+WITHOUT_STOPS = (
+    "constraints and prices are known for one rest and one hover: explain the mission without "
+    "--stops and --hovers"
 )
 LONGEST = 60
-"""Terms of a constraint that are written out."""
+"""Terms of a constraint that is written out."""
+SEARCH_S = 60.0
+"""Time limit of a search for more stops where none is stated [s]."""
 
 
 def explain(
-    subject: Program | Plan | Mission | str | Path,
+    subject: Subject,
     /,
     problem: Formulation | ProblemName | None = None,
-    **options: Any,
+    *,
+    perspective: Perspective | None = None,
+    slot_s: float | None = None,
+    engine: str | Engine | None = None,
+    graph: Graph | None = None,
+    time_limit_s: float | None = None,
+    stops: int | None = None,
+    hovers: int | None = None,
 ) -> Explanation:
     """Explain an answer: what binds and what more would bring, or what conflicts and what repairs.
 
@@ -51,75 +82,179 @@ def explain(
     ----------
     subject
         A plan, a program of `optuav.formulate`, or a mission as `optuav.solve` takes it.
-    problem
-        With a mission: as for `optuav.formulate`.
-    **options
-        The others of `optuav.formulate`, with a mission.
+    problem, perspective, slot_s, engine, graph
+        With a mission only: as for `optuav.formulate`. None for its defaults, P1 and
+        ``"available"``.
+    time_limit_s
+        With a mission only: longest that an engine may take [s], > 0 and at most 1e9. None for no
+        limit; a search for more stops ends after 60 s then.
+    stops, hovers
+        Most rests, 0 to 10, and pieces of hover, 1 to 10, of a plan that is searched for, to tell
+        what they bring over one rest and one hover; fields of `P1` as well. None for 1.
 
     Returns
     -------
     Explanation
-        In words by `print`, as data by `to_dict`.
+        Text by `print`, data by `to_dict`.
 
     Raises
     ------
     InputError
-        As `optuav.solve`; or if options come with anything but a mission, or a plan does not tell
-        its question: one over an edited graph or to a formulation of one's own.
+        As `optuav.solve`; or if options come with anything but a mission, or a plan does not record
+        its question: one over an edited graph, or of a formulation of one's own.
     SolverError
         If the engine fails.
+
+    Examples
+    --------
+    >>> import optuav
+    >>> explained = optuav.explain("paper", "P3", perspective="battery")
+    >>> {price.key: round(price.gain, 3) for price in explained.prices if price.key}
+    {'limits.min_soc': -8.19, 'battery.packs': 389.033, 'battery.capacity_As': 0.022, \
+'limits.deadline_s': 0.0}
+    >>> late = optuav.load("paper").replace({"limits.deadline_s": 60})
+    >>> conflict, *_ = optuav.explain(late, "P3").conflicts
+    >>> conflict.labels
+    (('P3.b hover time',),)
     """
-    options = with_problem(problem, options)
-    if isinstance(subject, Plan) and of_several_stops(subject) and not options:
-        return Explanation(subject, notes=(STOPS,))
-    question = asked(subject, options)
+    one = stops is None and hovers is None
+    if one and isinstance(subject, Plan) and of_several_stops(subject):
+        return Explanation(subject, notes=(STOPS,), more_stops_open=True)
+    stated = question_of(subject, problem, perspective, slot_s, engine, graph, time_limit_s)
+    question = stated.with_stops(stops, hovers)
+    if question.several:
+        if isinstance(subject, Plan):  # whose engine answers one rest and one hover only
+            question = replace(question, stated=replace(question.stated, engine="auto"))
+        return _with_more_stops(question)
+    explained = _explained(question, subject if isinstance(subject, Plan) else None)
+    if explained.more_stops_open and question.stated.hover_point == "w_U":
+        explained = replace(explained, notes=(*explained.notes, MORE_STOPS))
+    return explained
+
+
+def _explained(question: MissionQuestion, plan: Plan | None = None) -> Explanation:
+    """The explanation of a question with one rest and one hover, and of its plan if it is known."""
+    plan = plan or None
     program = question.program()
-    plan = subject if isinstance(subject, Plan) and subject else program.solve()
     if question.takes_turns:
-        return Explanation(plan, notes=(TURNS,))
-    if question.hover_point == "free":
-        return _at_its_point(question, plan)
+        return Explanation(plan or program.solve(), notes=(TURNS,))
+    if question.stated.hover_point == "free":
+        return _at_its_point(question, plan or program.solve())
+    solutions: Sequence[Solution] | None = None
+    if program.parts and program.question.slot_s is None:
+        solutions = program.answers()
+        plan = plan or program.plan(solutions)
+    plan = plan or program.solve()
     if plan:
-        return _optimum(program, plan)
+        return _optimum(question, program, plan, solutions)
     if plan.status is not Status.INFEASIBLE:
         return Explanation(plan)
-    return Explanation(plan, conflicts=conflicts(program), repairs=repairs_of(question))
+    found = conflicts(program)
+    keys = {key for each in found for proof in each.certificates for key in proof.keys}
+    keys |= {key for each in found if each.clash for key in each.clash.keys}
+    drained = any(key.partition(".")[0] == "battery" for key in keys)
+    return Explanation(
+        plan,
+        conflicts=found,
+        repairs=repairs_of(question),
+        notes=tuple(_cap(program) if drained else ()),
+        more_stops_open=_more_stops_open(question, program, plan),
+    )
 
 
-def _at_w_U(problem: Formulation) -> Formulation:
-    """(P1) with the hover point of the mission."""
-    return replace(problem, hover_point="w_U") if isinstance(problem, P1) else problem
+def _cap(program: Program) -> Iterator[str]:
+    """Which key caps the charging current, where a plan may rest."""
+    cap = charging_cap(program.network.mission, program.network.places)
+    if cap is not None and any(part.rests for part in program.parts):
+        yield str(cap)
 
 
-def _at_its_point(question: Asked, plan: Plan) -> Explanation:
-    """The explanation of an answer with the hover point free: told with the point held."""
-    if plan:
-        told = explain(plan)
-        held = "with the hover point held where it is: it has no price of its own"
-    else:
-        told = explain(
+def _more_stops_open(question: MissionQuestion, program: Program, plan: Plan) -> bool:
+    """Whether more stops may give a longer hover than (P1) over all routes."""
+    stated, problem = question.stated, question.stated.problem
+    every = isinstance(problem, P1) and problem.trajectory == "optimal" and problem.order is None
+    if not every or stated.slot_s is not None or stated.perspective not in (*PAPER, AVAILABLE):
+        return False
+    return more_stops_may_help(program.network, plan, question.graph)
+
+
+def _with_more_stops(question: MissionQuestion) -> Explanation:
+    """What more stops bring over one rest and one hover."""
+    stated, one = question.stated, question.with_stops(1, 1)
+    limit_s = SEARCH_S if stated.time_limit_s is None else stated.time_limit_s
+    asked_for = f"at most {_count(stated.stops, 'rest')} and {_count(stated.hovers, 'hover')}"
+    try:
+        plan = solve(
             question.mission,
-            **{**question.options, "problem": _at_w_U(question.problem)},
+            stated.problem,
+            perspective=stated.perspective,
+            slot_s=stated.slot_s,
+            engine=stated.engine,
+            graph=question.graph,
+            time_limit_s=limit_s,
         )
-        held = "told for hovering at w_U; elsewhere within reach no plan was found either"
-    return replace(told, plan=plan, notes=(held, *told.notes))
+    except SolverError as error:
+        explained = _explained(one)
+        return replace(explained, notes=(f"{asked_for}: {error}", *explained.notes))
+    alone = one.program().solve()
+    if not plan:
+        explained = _explained(one)
+        return replace(explained, plan=plan)
+    if not alone:
+        more = f"{asked_for} make a plan possible: with one rest and one hover there is none"
+        return Explanation(plan, notes=(more, WITHOUT_STOPS), more_stops_open=True)
+    gain_s = plan.hover_time_s - alone.hover_time_s
+    compared = f"one rest and one hover in one piece, {alone.hover_time_s:.2f} s"
+    if abs(gain_s) > SAME_S:
+        word = "longer" if gain_s > 0.0 else "shorter"
+        found = f"{plan.hover_time_s:.2f} s of hover, {abs(gain_s):.2f} s {word} than with"
+        notes = (f"{asked_for}: {found} {compared}", WITHOUT_STOPS)
+        return Explanation(plan, notes=notes, more_stops_open=True, gain_s=gain_s)
+    explained = _explained(one, alone)
+    nothing = f"{asked_for}: no longer hover was found than with {compared}"
+    if plan.status is Status.OPTIMAL:
+        nothing = f"{asked_for} bring nothing: no hover is longer than with {compared}"
+    return replace(explained, plan=plan, notes=(nothing, *explained.notes), gain_s=0.0)
 
 
-def _optimum(program: Program, plan: Plan) -> Explanation:
-    """Why a plan is the best one: told of the programme with continuous times that it answers."""
-    notes = []
-    engine = "auto" if program.question.slot_s is not None else program.question.engine
-    continuous = replace(program.question, slot_s=None, engine=engine)
-    solutions = [answer(part.model, len(part.routes), continuous) for part in program.parts]
+def _count(number: int, word: str) -> str:
+    return f"{number} {word}{'s' * (number != 1)}"
+
+
+def _at_its_point(question: MissionQuestion, plan: Plan) -> Explanation:
+    """The explanation of an answer with the hover point free: that with the point held."""
+    if plan:
+        explained = _explained(question_of(plan), plan)
+        note = "with the hover point held where it is: it has no price of its own"
+    else:
+        stated = question.stated
+        if isinstance(stated.problem, P1):
+            stated = replace(stated, problem=replace(stated.problem, hover_point="w_U"))
+        explained = _explained(replace(question, stated=stated))
+        note = "this is for hovering at w_U; elsewhere within reach no plan was found either"
+    return replace(explained, plan=plan, notes=(note, *explained.notes))
+
+
+def _optimum(
+    question: MissionQuestion,
+    program: Program,
+    plan: Plan,
+    solutions: Sequence[Solution] | None,
+) -> Explanation:
+    """Why a plan is the best one, by the programme with continuous times that it answers."""
+    slots = program.question.slot_s is not None
+    if solutions is None:
+        continuous = replace(program.question, slot_s=None, engine="auto")
+        solutions = [answer(part.model, len(part.routes), continuous) for part in program.parts]
     chosen = program.best(solutions)
     if chosen is None:
         return Explanation(plan, notes=("the question, asked again, has no answer",))
     number, entry = chosen
     part, solution = program.parts[number], solutions[number]
-    point = solution.point(entry)
-    row = part.model.row(entry)
+    point, row = solution.point(entry), part.model.row(entry)
     hover_s = point.get("hover_time_s", 0.0)
-    if program.question.slot_s is not None:
+    notes = []
+    if slots:
         notes.append(
             "an answer in slots has no shadow prices: constraints, proof and prices are those of "
             f"the optimum with continuous times, {hover_s:.2f} s of hover"
@@ -137,7 +272,8 @@ def _optimum(program: Program, plan: Plan) -> Explanation:
         constraints=tuple(_sides(program, part, entry, {**row, **point})),
         bound=proof,
         prices=prices(program, solutions, chosen),
-        notes=tuple(notes),
+        notes=(*notes, *_cap(program)),
+        more_stops_open=_more_stops_open(question, program, plan),
     )
 
 
@@ -148,17 +284,16 @@ def _objective(model: Model) -> str:
     unit = f"{units.pop()} " if len(units) == 1 and units != {"1"} else ""
     if not isinstance(goal, Variable):
         return f"{unit}of {Text().write(goal)}"
-    words = {"hover_time_s": "hover", "rest_time_s": "rest"}.get(goal.name, goal.symbol)
-    return f"{unit}of {words}"
+    names = {"hover_time_s": "hover", "rest_time_s": "rest"}
+    return f"{unit}of {names.get(goal.name, goal.symbol)}"
 
 
 def _sides(program: Program, part: Part, entry: int, values: dict[str, float]) -> Iterator[Side]:
-    """The constraints that unknowns move; others compare figures that the mission fixes."""
+    """The constraints with unknowns; others compare figures that the mission fixes."""
     model = part.model
     labels = words(program.network, part, entry, [each.label for each in relations(model)])
-    for constraint, label, row in zip(
-        relations(model), labels, evaluated(model, values), strict=True
-    ):
+    for label, row in zip(labels, evaluated(model, values), strict=True):
+        constraint = row.constraint
         if not has_unknowns(*constraint.relation.sides):
             continue
         slack = float(row.slack)
@@ -178,7 +313,7 @@ def _sides(program: Program, part: Part, entry: int, values: dict[str, float]) -
 
 
 def _statement(relation: Relation) -> str:
-    """A constraint as mathematics; one too long to read by its values alone."""
+    """A constraint as mathematics; empty for one too long to read."""
     notation = Text()
     sides = relation.sides
     if sum(fold(side, lambda leaf: 1, _terms, lambda let, inner: 1) for side in sides) > LONGEST:
@@ -186,5 +321,5 @@ def _statement(relation: Relation) -> str:
     return notation.write(relation).replace(notation.after, " ")
 
 
-def _terms(ufunc: np.ufunc, arguments: tuple[Any, ...]) -> int:
+def _terms(ufunc: np.ufunc, arguments: Sequence[Operand]) -> int:
     return sum(each if isinstance(each, int) else 1 for each in arguments)

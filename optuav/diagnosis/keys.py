@@ -1,4 +1,4 @@
-"""The numeric keys of a mission with their ranges, read from its types, and moving them."""
+"""The numeric keys of a mission with their ranges, read from its types, and changes of them."""
 
 from __future__ import annotations
 
@@ -14,9 +14,9 @@ from optuav.mission.schema import FORCE, Number
 
 TABLES = ("limits", "battery", "body", "rotor", "laser", "link", "flight")
 MOST = 1e3
-"""Largest change that anyone would make, as a factor."""
+"""Largest change that is tried, as a factor."""
 INSIDE = 1e-9
-"""How far inside a bound that is not allowed itself the outermost value lies."""
+"""Distance of the outermost value from a bound that is excluded."""
 
 
 @dataclass(frozen=True)
@@ -30,11 +30,11 @@ class Key:
     now
         Its value.
     low, high
-        Outermost values that it may take.
+        Smallest and largest value allowed.
     whole
         Whether only whole numbers are allowed.
     unit
-        As the range states it; ``"-"`` for a ratio.
+        As its range states it; ``"-"`` for a ratio.
     """
 
     name: str
@@ -45,7 +45,7 @@ class Key:
     unit: str
 
     def further(self, sign: int) -> Iterator[float]:
-        """Values further and further up (1) or down (−1), to a thousandfold or the range's end."""
+        """Values ever larger (1) or smaller (−1), to a thousandfold or the end of the range."""
         last = self.high if sign > 0 else self.low
         value = self.now
         for step in self._steps(sign):
@@ -85,7 +85,7 @@ def keys(mission: Mission) -> Iterator[Key]:
 
 
 def wind_components(mission: Mission) -> Iterator[Key]:
-    """The components of the wind that blows."""
+    """The components of the wind, except those that are 0."""
     for axis, now in enumerate(mission.wind.force_N):
         if now:
             low, high = _bounds(FORCE)
@@ -110,7 +110,7 @@ def moved(mission: Mission, key: Key, value: float) -> Mission:
 
 
 def _range(field: FieldInfo) -> Number | None:
-    """Unit and range of a number, or of the parts of a vector; None for anything else."""
+    """Unit and range of a number, or of the components of a vector; None for anything else."""
     optional = (getattr(option, "__metadata__", ()) for option in get_args(field.annotation))
     described = (*field.metadata, *(item for items in optional for item in items))
     return next((item for item in described if isinstance(item, Number)), None)

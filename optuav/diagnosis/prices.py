@@ -1,28 +1,40 @@
-"""What one more unit of a parameter would bring at the optimum."""
+"""Shadow prices: what one more unit of a parameter brings at the optimum."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
-from optuav.diagnosis.effects import Effect
+from optuav.arrays import Floats
 from optuav.diagnosis.keys import Key, keys
+from optuav.engines import bracket, closed_form
 from optuav.engines.prices import ShadowPrice
 from optuav.engines.solution import Solution
 from optuav.modelling import Model, Parameter
 from optuav.modelling.expression import Operand
 from optuav.modelling.traversal import has_unknowns, leaves
 from optuav.solving import Program
-from optuav.solving.plans import SAME_S
+from optuav.solving.plans import Part
+from optuav.status import Status
 
 NEGLIGIBLE = 1e-7
 """Change of the objective by as much of a parameter as there is, below which it is rounding."""
 RATIO_STEP = 0.01
 """One more unit of a ratio is one more percent."""
+AGAIN = {closed_form.NAME: closed_form.solve, bracket.NAME: bracket.solve}
+"""The engines that prove every answer, and quickly enough to answer once for every step."""
+ROUNDING = 1e-12
+"""Share of the objective that is rounding where all of it is solved in closed form."""
+BRACKETED = 1e-7
+"""Change of the objective within which two bracketed answers are the same."""
+AT_ONCE = 1 << 14
+"""Programmes that are solved together: few enough for bounded memory."""
+
+Step = tuple[Parameter, float]
+"""A parameter and by how much it changes."""
 
 
 @dataclass(frozen=True)
@@ -72,28 +84,27 @@ class Price:
         steepest = max(abs(self.less), abs(self.more))
         return steepest * max(abs(self.value), self.step) > NEGLIGIBLE
 
-    def to_dict(self) -> dict[str, Any]:
-        """As plain data; null on a side that is infeasible."""
-        numbers = {name: getattr(self, name) for name in ("less", "more", "gain", "loss")}
+    @property
+    def at_edge(self) -> bool:
+        """Whether one side is infeasible, and the other one without effect."""
+        finite = [each for each in (self.less, self.more) if math.isfinite(each)]
+        return len(finite) < 2 and not any(finite)
+
+    def to_dict(self) -> dict[str, object]:
+        """As plain data; None on a side that is infeasible."""
         return {
-            "name": self.name,
-            "symbol": self.symbol,
-            "unit": self.unit,
-            "key": self.key,
-            "value": self.value,
-            "step": self.step,
-            "solved_again": self.solved_again,
-            **{name: value if math.isfinite(value) else None for name, value in numbers.items()},
+            name: None if isinstance(value, float) and math.isinf(value) else value
+            for name, value in vars(self).items()
         }
 
 
 def prices(
     program: Program, solutions: Sequence[Solution], chosen: tuple[int, int]
 ) -> tuple[Price, ...]:
-    """Shadow prices of the winning programme, where itineraries tie those of the best of them.
+    """Shadow prices of the winning programme; where itineraries tie, those of the best of them.
 
-    What the programme only compares with figures that it holds, as the altitude of the hover point
-    with its limits, has none: stated otherwise in the mission it would move these figures too.
+    Parameters that the programme only compares with other figures, as the altitude of the hover
+    point with its limits, have none: another value in the mission would move these figures too.
 
     Parameters
     ----------
@@ -104,47 +115,98 @@ def prices(
     chosen
         Part and entry of the best one.
     """
-    number, entry = chosen
-    model = program.parts[number].model
-    towards = model.towards
-    own = solutions[number].shadow_prices(entry)
-    rivals = [solutions[k].shadow_prices(j) for k, j in _tied(solutions, chosen)]
-    row = model.row(entry)
-    effect = Effect(program, solutions, chosen)
+    model = program.parts[chosen[0]].model
+    row, fixed = model.row(chosen[1]), _compared_alone(model)
+    rates = {k: v for k, v in program.prices(solutions, chosen).items() if k not in fixed}
+    stated = {name: model.parameters[name] for name in rates}
+    known = {name: _key(program, parameter) for name, parameter in stated.items()}
+    values = {name: float(row[name]) for name in rates}
+    steps = {name: _step(stated[name], known[name], values[name]) for name in rates}
+    up: list[Step] = [(stated[name], steps[name]) for name in rates]
+    down: list[Step] = [(parameter, -step) for parameter, step in up]
+    changes = _effects(program, solutions, chosen, [*up, *down]).tolist()
     found = []
-    held = _held(model)
-    for name, price in own.items():
-        if name in held:
-            continue
-        parameter = model.parameters[name]
-        shared = np.ndim(parameter.value) == 0
-        nothing = ShadowPrice(0.0, 0.0)
-        sides = [price, *(each.get(name, nothing) if shared else nothing for each in rivals)]
-        both = ShadowPrice(
-            less=towards * min(towards * each.less for each in sides),
-            more=towards * max(towards * each.more for each in sides),
-        )
-        key = _key(program, parameter)
-        step = _step(parameter, key, float(row[name]))
-        gain, loss = effect(parameter, step), effect(parameter, -step)
-        if open_ := math.isnan(gain) or math.isnan(loss):
-            gain, loss = both.more * step, -both.less * step
+    for k, (name, rate) in enumerate(rates.items()):
+        gain, loss = changes[k], changes[k + len(rates)]
+        if is_open := math.isnan(gain) or math.isnan(loss):
+            gain, loss = rate.more * steps[name], -rate.less * steps[name]
+        key = known[name]
         found.append(
             Price(
                 name=name,
-                symbol=parameter.symbol,
-                unit=parameter.unit,
+                symbol=stated[name].symbol,
+                unit=stated[name].unit,
                 key=key.name if key else "",
-                value=float(row[name]),
-                less=both.less,
-                more=both.more,
-                step=step,
+                value=values[name],
+                less=rate.less,
+                more=rate.more,
+                step=steps[name],
                 gain=gain,
                 loss=loss,
-                solved_again=not open_,
+                solved_again=not is_open,
             )
         )
     return tuple(sorted(found, key=lambda each: not each.key))
+
+
+def _effects(
+    program: Program,
+    solutions: Sequence[Solution],
+    chosen: tuple[int, int],
+    steps: Sequence[Step],
+) -> Floats:
+    """Change of the best objective by each of some steps, solved again by the same engines.
+
+    Infinite where a step leaves no plan; NaN where an engine is not among `AGAIN`, or leaves an
+    answer open.
+    """
+    if any(each.engine not in AGAIN for each in solutions):
+        return np.full(len(steps), np.nan)
+    number, entry = chosen
+    best, is_open = np.full(len(steps), -np.inf), np.zeros(len(steps), bool)
+    for k, (part, solution) in enumerate(zip(program.parts, solutions, strict=True)):
+        own = entry if k == number else None
+        size = max(1, AT_ONCE // len(part.routes))
+        for begin in range(0, len(steps), size):
+            some = slice(begin, begin + size)
+            found = _solved_again(part, solution.engine, own, steps[some])
+            # Steps by row, routes by column.
+            table = (part.model.towards * found.objective).reshape(-1, len(part.routes))
+            best[some] = np.fmax(best[some], np.fmax.reduce(table, axis=1, initial=-np.inf))
+            unclear = [status is Status.FEASIBLE for status in found.statuses]
+            if found.words:
+                unclear = [a or bool(b) for a, b in zip(unclear, found.words, strict=True)]
+            is_open[some] |= np.reshape(unclear, table.shape).any(axis=1)
+    before = float(solutions[number].objective[entry])
+    change = program.parts[number].model.towards * best - before
+    exact = all(each.engine == closed_form.NAME for each in solutions)
+    change[np.abs(change) <= (ROUNDING * abs(before) if exact else BRACKETED)] = 0.0
+    change[is_open] = np.nan
+    return change
+
+
+@np.errstate(divide="ignore", invalid="ignore", over="ignore")
+def _solved_again(part: Part, engine: str, own: int | None, steps: Sequence[Step]) -> Solution:
+    """A part solved for all steps at once, one programme for each step and route.
+
+    A figure of a single route changes on the entry `own` alone, or nowhere.
+    """
+    routes = len(part.routes)
+    shape = (len(steps), routes)
+    values = {
+        name: np.tile(each.value, len(steps))
+        for name, each in part.model.given.items()
+        if np.ndim(each.value)
+    }
+    for k, (parameter, step) in enumerate(steps):
+        name, single = parameter.name, np.ndim(parameter.value) > 0
+        if name not in part.model.given or (single and own is None):
+            continue
+        table = np.array(np.broadcast_to(part.model.given[name].value, shape), dtype=float)
+        table = values[name].reshape(shape) if name in values else table
+        table[k, own if single else slice(None)] += step
+        values[name] = table.ravel()
+    return AGAIN[engine](part.model, routes * len(steps), values)
 
 
 def _step(parameter: Parameter, key: Key | None, value: float) -> float:
@@ -164,29 +226,19 @@ def _step(parameter: Parameter, key: Key | None, value: float) -> float:
     return step
 
 
-def _held(model: Model) -> set[str]:
+def _compared_alone(model: Model) -> set[str]:
     """Names of the parameters that stand in constraints without unknowns and nowhere else."""
-    free: list[Operand] = []
+    free: list[Operand] = [model.objective, *model.preferences]
+    free += [bound for each in model.variables for bound in (each.lower, each.upper)]
     fixed: list[Operand] = []
     for constraint in model.constraints:
         sides = constraint.relation.sides
         (free if has_unknowns(*sides) else fixed).extend(sides)
-    free += [model.objective, *model.preferences]
-    free += [bound for each in model.variables for bound in (each.lower, each.upper)]
-    return _names(fixed) - _names(free)
+    return {*_names(fixed)} - {*_names(free)}
 
 
-def _names(trees: Sequence[Operand]) -> set[str]:
-    return {leaf.name for leaf in leaves(*trees) if isinstance(leaf, Parameter)}
-
-
-def _tied(solutions: Sequence[Solution], chosen: tuple[int, int]) -> Iterator[tuple[int, int]]:
-    """Parts and entries of the answers that are as good as the chosen one."""
-    best = solutions[chosen[0]].objective[chosen[1]]
-    for k, solution in enumerate(solutions):
-        for j in np.flatnonzero(np.abs(solution.objective - best) <= SAME_S).tolist():
-            if (k, j) != chosen:
-                yield k, j
+def _names(trees: Sequence[Operand]) -> Iterator[str]:
+    return (leaf.name for leaf in leaves(*trees) if isinstance(leaf, Parameter))
 
 
 def _key(program: Program, parameter: Parameter) -> Key | None:

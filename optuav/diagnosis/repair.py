@@ -2,25 +2,37 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
-from pathlib import Path
-from typing import Any, Literal
+import math
+from collections.abc import Callable, Generator, Iterator, Sequence
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Literal, NamedTuple, TypeAlias
 
 from formulations.formulation import Formulation
-from optuav.diagnosis.asked import Asked, asked, with_problem
 from optuav.diagnosis.feasible import feasible
 from optuav.diagnosis.keys import Key, keys, moved, wind_components
-from optuav.diagnosis.search import Asking, Found, search
+from optuav.diagnosis.question import MissionQuestion, Subject, question_of
+from optuav.engines.registry import Engine
 from optuav.errors import InputError, SolverError
-from optuav.mission import Mission
 from optuav.mission.messages import shown
-from optuav.options import ProblemName
-from optuav.plan import Plan
-from optuav.solving import Program
+from optuav.options import Perspective, ProblemName
+
+if TYPE_CHECKING:
+    from optuav.network.graph import Graph
 
 WRITTEN = ".15g"
-"""Every digit of a rounded value: the next shorter one may not repair."""
+"""Every digit of a rounded value: a shorter one may not repair."""
+NEAR = 0.1
+"""Share of a value and of its change below which both are known well enough to round them."""
+NEGLIGIBLE = 1e-9
+"""Share of a change that is as good as none."""
+MOST_DIGITS = 8
+"""Digits that a small change may have; engines tell no smaller ones apart."""
+TINY = 1e-300
+"""Replaces what is nearer to 0, so that its digits are numbers."""
+FINER = 6
+"""Digits that are added where the rounded value is not feasible."""
+
+Value: TypeAlias = float | bool | tuple[float, ...] | None
 
 
 @dataclass(frozen=True)
@@ -39,20 +51,30 @@ class Repair:
     up_to
         Where the feasible values end, if further on they do; None if they do not.
     resolution
-        Digit to which it is rounded: the value short of it by so much is infeasible. 0 for a
-        switch.
+        Last digit of the value: the value short of it by so much is infeasible. 0 for a switch.
+
+    Examples
+    --------
+    >>> import optuav
+    >>> from optuav.diagnosis import repairs
+    >>> late = optuav.load("paper").replace({"limits.deadline_s": 60})
+    >>> repair = next(r for r in repairs(late, "P3") if r.key == "limits.deadline_s")
+    >>> print(repair)
+    limits.deadline_s >= 75.8
     """
 
     key: str
-    now: Any
+    now: Value
     comparison: Literal[">=", "<=", "=="]
-    value: Any
+    value: Value
     up_to: float | None
     resolution: float
 
     @property
     def size(self) -> float:
         """The change as a share of the larger of the two values; 1 for a switch."""
+        if not isinstance(self.value, int | float) or not isinstance(self.now, int | float):
+            return 1.0
         if self.comparison == "==":
             return 1.0
         return float(abs(self.value - self.now) / max(abs(self.value), abs(self.now)))
@@ -64,10 +86,15 @@ class Repair:
             return f"{self.key} = {shown(self.value)}"
         if self.up_to is None:
             return f"{self.key} {self.comparison} {self.value:{WRITTEN}}"
-        low, high = sorted((self.value, self.up_to))
+        low, high = (self.value, self.up_to)[:: 1 if self.comparison == ">=" else -1]
         return f"{low:{WRITTEN}} <= {self.key} <= {high:{WRITTEN}}"
 
-    def to_dict(self) -> dict[str, Any]:
+    @property
+    def now_text(self) -> str:
+        """The present value as it is written."""
+        return shown(self.now) if self.comparison == "==" else f"{self.now:{WRITTEN}}"
+
+    def to_dict(self) -> dict[str, object]:
         """As plain data."""
         return {
             "key": self.key,
@@ -80,43 +107,56 @@ class Repair:
 
 
 def repairs(
-    subject: Program | Plan | Mission | str | Path,
+    subject: Subject,
     /,
     problem: Formulation | ProblemName | None = None,
-    **options: Any,
+    *,
+    perspective: Perspective | None = None,
+    slot_s: float | None = None,
+    engine: str | Engine | None = None,
+    graph: Graph | None = None,
+    time_limit_s: float | None = None,
 ) -> tuple[Repair, ...]:
     """Single changes that make an infeasible question feasible, the smallest first.
 
     Each numeric key of limits, battery, body, rotor, laser, link and flight, and each component of
-    the wind that blows, is moved up and down within its range, at most a thousandfold, everything
-    else held; flight through buildings is allowed, and a hover point that is stated is left out.
-    Places are not moved. Changes that no value achieves,
-    and those that break another rule of missions, are left out. Every change was verified by
-    solving again: with the value that is offered there is an answer, with one digit less there is
-    none. Where packs take turns, which no declaration knows of, none are looked for.
+    the wind that is not 0, is moved up and down within its range, at most a thousandfold,
+    everything else held; flight through buildings is allowed, and a stated hover point is left out.
+    Places are not moved. Changes that no value achieves, and those that break another rule of
+    missions, are left out. Every change was verified by solving again: with the value that is
+    offered there is an answer, with one digit less there is none. Where packs take turns, which is
+    simulated and not declared, none are sought.
 
     Parameters
     ----------
     subject
         What `optuav.formulate` or `optuav.solve` returned, or a mission as they take it.
-    problem
-        With a mission: as for `optuav.formulate`.
-    **options
-        The others of `optuav.formulate`, with a mission.
+    problem, perspective, slot_s, engine, graph, time_limit_s
+        With a mission only: as for `optuav.formulate`. None for its defaults.
 
     Returns
     -------
-    Sorted by relative size of the change; empty if the question is feasible as it is.
+    tuple of Repair
+        Sorted by relative size of the change; empty if the question is feasible already.
 
     Raises
     ------
     InputError
-        As `optuav.formulate`, or if a plan does not tell its question.
+        As `optuav.formulate`, or if a plan does not record its question.
+
+    Examples
+    --------
+    >>> import optuav
+    >>> from optuav.diagnosis import repairs
+    >>> heavy = optuav.load("paper").replace({"body.mass_kg": 2.5})
+    >>> print(*repairs(heavy, "P3")[:2], sep="; ")  # doctest: +SKIP
     """
-    return repairs_of(asked(subject, with_problem(problem, options)))
+    return repairs_of(
+        question_of(subject, problem, perspective, slot_s, engine, graph, time_limit_s)
+    )
 
 
-def repairs_of(question: Asked) -> tuple[Repair, ...]:
+def repairs_of(question: MissionQuestion) -> tuple[Repair, ...]:
     """As `repairs`, for a question that is known."""
     if question.takes_turns or feasible([question.case()])[0]:
         return ()
@@ -124,7 +164,7 @@ def repairs_of(question: Asked) -> tuple[Repair, ...]:
     return tuple(sorted(found, key=lambda each: (each.size, each.key)))
 
 
-def _switched(question: Asked) -> Iterator[Repair]:
+def _switched(question: MissionQuestion) -> Iterator[Repair]:
     """Flight through buildings, and the hover point of the link in place of a stated one."""
     mission = question.mission
     for key, value in (("flight.through_buildings", True), ("route.hover_m", None)):
@@ -139,7 +179,7 @@ Judge = Callable[[Sequence[tuple[Key, float]]], list[bool]]
 """Which values of keys repair."""
 
 
-def _moved(question: Asked) -> Iterator[Repair]:
+def _moved(question: MissionQuestion) -> Iterator[Repair]:
     """The nearest values of all keys, in both directions."""
     stated = (*keys(question.mission), *wind_components(question.mission))
     ways = [(key, sign) for key in stated for sign in (1, -1)]
@@ -154,27 +194,7 @@ def _moved(question: Asked) -> Iterator[Repair]:
         )
 
 
-def searched(ways: Sequence[Direction], judge: Judge) -> dict[Direction, Found]:
-    """What the searches in some directions find; in every round all their values are judged."""
-    asking: dict[Direction, Asking] = {way: search(*way) for way in ways}
-    values = {way: next(each) for way, each in asking.items()}
-    known: dict[tuple[Key, float], bool] = {}
-    found: dict[Direction, Found] = {}
-    while values:
-        trials = dict.fromkeys((key, v) for (key, _), some in values.items() for v in some)
-        if new := [trial for trial in trials if trial not in known]:
-            known.update(zip(new, judge(new), strict=True))
-        for way, some in list(values.items()):
-            try:
-                values[way] = asking[way].send([known[way[0], value] for value in some])
-            except StopIteration as end:
-                del values[way]
-                if end.value is not None:
-                    found[way] = end.value
-    return found
-
-
-def _judge(question: Asked) -> Judge:
+def _judge(question: MissionQuestion) -> Judge:
     """Which values make the question feasible; one that breaks a rule of missions does not."""
 
     def judge(trials: Sequence[tuple[Key, float]]) -> list[bool]:
@@ -189,3 +209,129 @@ def _judge(question: Asked) -> Judge:
         return repairs
 
     return judge
+
+
+class Found(NamedTuple):
+    """Values of a key that repair.
+
+    Parameters
+    ----------
+    value
+        The nearest one, rounded on the feasible side.
+    up_to
+        Where they end, if further on they do; None if they do not.
+    resolution
+        Last digit of the value: short of it by so much is infeasible.
+    """
+
+    value: float
+    up_to: float | None
+    resolution: float
+
+
+Search: TypeAlias = Generator[list[float], list[bool], Found | None]
+"""Yields values, is sent whether each of them repairs, and returns what was found."""
+Edging: TypeAlias = Generator[list[float], list[bool], tuple[float, int] | None]
+
+
+def searched(ways: Sequence[Direction], judge: Judge) -> dict[Direction, Found]:
+    """What the searches in some directions find; in every round all their values are judged."""
+    searches: dict[Direction, Search] = {way: search(*way) for way in ways}
+    values = {way: next(each) for way, each in searches.items()}
+    known: dict[tuple[Key, float], bool] = {}
+    found: dict[Direction, Found] = {}
+    while values:
+        trials = dict.fromkeys((key, v) for (key, _), some in values.items() for v in some)
+        if new := [trial for trial in trials if trial not in known]:
+            known.update(zip(new, judge(new), strict=True))
+        for way, some in list(values.items()):
+            try:
+                values[way] = searches[way].send([known[way[0], value] for value in some])
+            except StopIteration as end:
+                del values[way]
+                if end.value is not None:
+                    found[way] = end.value
+    return found
+
+
+def search(key: Key, sign: int) -> Search:
+    """The nearest value of a key, upwards (1) or downwards (−1), that repairs, and where they end.
+
+    Values further and further away are tried first, then the gap before the nearest of them that
+    repairs is halved. What repairs only between two values that were tried is missed.
+    """
+    values = [*key.further(sign)]
+    repair = yield values
+    if not any(repair):
+        return None
+    place = repair.index(True)
+    nearest = yield from _edge(key, sign, (key.now, *values)[place], values[place])
+    if nearest is None:
+        return None
+    value, digit = nearest
+    further = [value, *replace(key, now=value).further(sign)]
+    repair = yield further
+    end = None
+    if not all(repair):
+        bad = repair.index(False)
+        end = yield from _edge(key, -sign, further[bad], further[bad - 1])
+    return Found(value, end[0] if end else None, 10.0**digit)
+
+
+def _edge(key: Key, sign: int, bad: float, good: float) -> Edging:
+    """The first value that repairs on the way from a bad to a good one, and its last digit.
+
+    It is rounded away from the bad one, to three digits of itself and two of the change or finer
+    where the rounded value does not repair; None if no rounded value does.
+    """
+    while not key.whole and abs(good - bad) > NEAR * _size(key, good):
+        middle = _between(bad, good)
+        if middle in (bad, good):
+            break
+        (repairs,) = yield [middle]
+        bad, good = (bad, middle) if repairs else (middle, good)
+    for digit in _digits(key, bad, good):
+        unit = 10.0**digit
+        low, high = math.floor(sign * bad / unit), math.ceil(sign * good / unit)
+        (repairs,) = yield [_decimal(sign * high, digit)]
+        if not repairs:
+            continue
+        while high - low > 1:
+            middle = (low + high) // 2
+            (repairs,) = yield [_decimal(sign * middle, digit)]
+            low, high = (low, middle) if repairs else (middle, high)
+        while sign * low * unit > sign * key.now:
+            (repairs,) = yield [_decimal(sign * low, digit)]
+            if not repairs:
+                break
+            low, high = low - 1, low
+        return _decimal(sign * high, digit), digit
+    return None
+
+
+def _size(key: Key, value: float) -> float:
+    """The smaller of a value and its distance from the present one; of zero, what is negligible."""
+    change = abs(value - key.now)
+    return min(change, abs(value)) if value else NEGLIGIBLE * change
+
+
+def _between(one: float, other: float) -> float:
+    """The geometric mean of values far apart, the arithmetic mean of others."""
+    far = one * other > 0.0 and max(abs(one), abs(other)) > 4.0 * min(abs(one), abs(other))
+    return math.copysign(math.sqrt(one * other), one) if far else 0.5 * (one + other)
+
+
+def _digits(key: Key, bad: float, good: float) -> range:
+    """Decimal places of the last digit, the coarsest first."""
+    if key.whole:
+        return range(1)
+    first = math.floor(math.log10(abs(good - key.now))) - 1
+    if good:
+        leading = math.floor(math.log10(max(min(abs(good), abs(bad) or math.inf), TINY)))
+        first = min(max(first, leading - MOST_DIGITS + 1), leading - 2)
+    return range(first, first - FINER, -1)
+
+
+def _decimal(count: int, digit: int) -> float:
+    """count · 10^digit as it is written."""
+    return float(f"{count}e{digit}")

@@ -155,7 +155,17 @@ class Program:
             from optuav.solving.packs_by_schedule import packs_by_schedule
 
             return replayed(packs_by_schedule(self.question, self.network, self.parts))
-        solutions = self._answers()
+        return self.plan(self.answers())
+
+    def plan(self, solutions: Sequence[Solution]) -> Plan:
+        """The best plan by known answers to all parts, evaluated again outside the engine.
+
+        Raises
+        ------
+        SolverError
+            If the engine found neither a plan nor proof that there is none, or returned a point
+            that is not feasible.
+        """
         question = replace(self.question, engine=solutions[0].engine)
         statuses = {status for solution in solutions for status in solution.statuses}
         if Status.ERROR in statuses:
@@ -221,34 +231,42 @@ class Program:
         SolverError
             As `solve`.
         """
-        solutions = self._answers()
+        solutions = self.answers()
         chosen = self.best(solutions) if solutions else None
-        if chosen is None:
-            return {}
+        return {} if chosen is None else self.prices(solutions, chosen)
+
+    def prices(
+        self, solutions: Sequence[Solution], chosen: tuple[int, int]
+    ) -> dict[str, ShadowPrice]:
+        """As `shadow_prices`, from the answers to all parts and the part and entry of the best."""
         number, entry = chosen
         best_s = solutions[number].objective[entry]
-        tied = [
-            solution.shadow_prices(int(index))
-            for solution in solutions
-            for index in np.flatnonzero(np.abs(solution.objective - best_s) <= SAME_S)
+        rivals = [
+            solution.shadow_prices(index)
+            for k, solution in enumerate(solutions)
+            for index in np.flatnonzero(np.abs(solution.objective - best_s) <= SAME_S).tolist()
+            if (k, index) != chosen
         ]
-        own = solutions[number].shadow_prices(entry)
-        better = max if self.parts[number].model.sense == "maximise" else min
-        worse = min if better is max else max
-        prices = {}
-        for name, parameter in self.parts[number].model.parameters.items():
-            if name not in own:
-                continue
-            every = [each[name] for each in tied if name in each]
-            if np.ndim(parameter.value) and len(tied) > 1:
-                # A figure of this route alone: the routes it ties with stay as they are.
-                every = [own[name], ShadowPrice(0.0, 0.0)]
-            prices[name] = ShadowPrice(
+        model, nothing = self.parts[number].model, ShadowPrice(0.0, 0.0)
+        better, worse = (max, min) if model.sense == "maximise" else (min, max)
+        found = {}
+        for name, own in solutions[number].shadow_prices(entry).items():
+            # A figure of this route alone leaves the routes that it ties with where they are.
+            shared = np.ndim(model.parameters[name].value) == 0
+            every = [own, *(each.get(name, nothing) if shared else nothing for each in rivals)]
+            found[name] = ShadowPrice(
                 less=worse(each.less for each in every), more=better(each.more for each in every)
             )
-        return prices
+        return found
 
-    def _answers(self) -> list[Solution]:
+    def answers(self) -> list[Solution]:
+        """The engine's answers to all programmes, one `Solution` a part.
+
+        Raises
+        ------
+        SolverError
+            If the engine fails or runs out of time.
+        """
         return [answer(part.model, len(part.routes), self.question) for part in self.parts]
 
     def compile(self, engine: str | Engine | None = None) -> CompiledProgram:

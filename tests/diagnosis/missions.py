@@ -30,8 +30,8 @@ OPTIONS: tuple[dict[str, Any], ...] = (
     {},
     {"problem": "P3"},
     {"problem": "P3", "perspective": "energy"},
-    {"problem": "P4", "building": "b1", "order": "hover-first"},
-    {"problem": "P4", "building": "b1", "engine": "grid"},
+    {"problem": optuav.P4("b1", order="hover-first")},
+    {"problem": optuav.P4("b1"), "engine": "grid"},
     {"problem": "P2-tight"},
 )
 

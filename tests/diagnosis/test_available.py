@@ -10,8 +10,8 @@ import pytest
 
 import optuav
 from optuav.diagnosis import explain, repairs
-from optuav.diagnosis.conflict import Conflict, conflicts
-from optuav.diagnosis.writing import conflict_text
+from optuav.diagnosis.infeasibility import Conflict, conflicts
+from optuav.diagnosis.report import conflict_text
 from optuav.errors import InputError
 from optuav.mission import Mission
 from tests.asking import formulate, solve, stated
@@ -41,7 +41,7 @@ def test_linear_constraints_that_conflict_have_their_certificate() -> None:
 def test_wells_that_conflict_are_told_by_their_moments() -> None:
     """A reserve of 99 %: the rest that it asks for drives the available well past full."""
     mission = SMALL.replace({"limits.min_soc": 0.99})
-    (conflict,) = diagnosed(mission, problem="P4", building="b1", order="hover-first")
+    (conflict,) = diagnosed(mission, problem=optuav.P4("b1", order="hover-first"))
     assert conflict.certificates == ()
     assert conflict.clash is not None
     assert conflict.clash.labels == (
@@ -55,7 +55,7 @@ def test_wells_that_conflict_are_told_by_their_moments() -> None:
 def test_how_far_a_clash_is_proved_is_said() -> None:
     """Both of its constraints could hold after a rest without end, for all that was looked at."""
     mission = SMALL.replace({"limits.min_soc": 0.99})
-    asked = {"problem": "P4", "building": "b1", "order": "hover-first"}
+    asked = {"problem": optuav.P4("b1", order="hover-first")}
     (conflict,) = diagnosed(mission, **asked)
     assert conflict.clash is not None
     assert conflict.clash.far_s == 1e4
@@ -79,7 +79,7 @@ def test_a_well_that_runs_dry_in_flight_is_told_by_stage_and_leg() -> None:
 def test_repairs_repair_and_one_digit_less_does_not() -> None:
     """Solved again from the mission and simulated, with the digit and without."""
     mission = SMALL.replace({"limits.min_soc": 0.99})
-    options = {"problem": "P4", "building": "b1", "order": "hover-first"}
+    options = {"problem": optuav.P4("b1", order="hover-first")}
     found = {each.key: each for each in repairs(mission, **stated(options))}
     assert found.keys() >= {"limits.min_soc", "battery.capacity_As", "battery.packs"}
     for key in ("limits.min_soc", "battery.capacity_As", "battery.packs"):

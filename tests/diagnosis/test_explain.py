@@ -81,7 +81,10 @@ One more     one more of battery.packs brings 349 s of hover
              one more A s of flight_charge_As costs 0.0102 s of hover
              one more ampere of hover_current_A costs 7.27 s of hover
              one more ampere of rest_current_A brings 3.96 s of hover
-             one more second of flight_time_s costs 0.102 s of hover"""
+             one more second of flight_time_s costs 0.102 s of hover
+
+Note         battery.charge_current_A = 10 A caps the charging current wherever
+             the laser is in sight: a stronger laser changes nothing there"""
 
 SHORT_TEXT = """\
 Conflict     on origin → hover → destination: P1.d hover time cannot hold
@@ -98,9 +101,9 @@ Conflict     on 20 routes, such as origin → b1 → hover → destination: P1.d
              1 ×  bounds of T'     −T' ≤ 0
              sum                   0 ≤ −28.31, which is false
 
-Exact        certificates are exact as they stand: their rows are rounded so
-             that they say a little less than the mission, times being 0 or
-             more. --json holds all digits, as fractions
+Exact        certificates are exact: their rows are rounded so that each follows
+             from the mission's, as times are 0 or more. --json holds all
+             digits, as fractions
 
 Feasible if  1240 <= rotor.max_speed_rad_s <= 110000       now 1060
   or         link.path_loss_exponent <= 1.66               now 2
@@ -173,7 +176,7 @@ def test_the_words_for_a_deadline_that_is_too_short() -> None:
         ({}, {"slot_s": 10.0, "problem": "P3"}),
         ({}, {"problem": "P3", "perspective": "wells"}),
         ({}, {"problem": "P2-tight", "perspective": "adjusted"}),
-        ({"limits.deadline_s": 80}, {"problem": "P4", "building": "b1", "slot_s": 10.0}),
+        ({"limits.deadline_s": 80}, {"problem": optuav.P4("b1"), "slot_s": 10.0}),
     ],
 )
 def test_no_line_is_longer_than_eighty_columns(
@@ -194,8 +197,8 @@ def test_no_line_is_longer_than_eighty_columns(
         ({"problem": "P3"}, "limits.min_soc", 1e-4),
         ({"problem": "P3"}, "battery.capacity_As", 1.0),
         ({"problem": "P3"}, "limits.deadline_s", 0.01),
-        ({"problem": "P4", "building": "b1"}, "limits.deadline_s", 0.01),
-        ({"problem": "P4", "building": "b1"}, "limits.min_soc", 1e-4),
+        ({"problem": optuav.P4("b1")}, "limits.deadline_s", 0.01),
+        ({"problem": optuav.P4("b1")}, "limits.min_soc", 1e-4),
         ({}, "limits.deadline_s", 0.01),
         ({}, "battery.capacity_As", 1.0),
         ({"perspective": "energy"}, "battery.capacity_As", 1.0),
@@ -272,7 +275,7 @@ def test_steps_stay_within_what_a_key_may_be() -> None:
 
 def test_rounding_is_no_change() -> None:
     """Where charge and deadline end the hover together, another second brings nothing at all."""
-    options = {"perspective": "battery", "trajectory": "direct"}
+    options = {"perspective": "battery", "problem": optuav.P1(trajectory="direct")}
     both = PAPER.replace({"limits.deadline_s": 764.6402552772585})
     explained = explain(both, **options)
     assert prices(explained)["deadline_s"].gain == 0.0
@@ -293,7 +296,7 @@ def test_one_more_pack_holds_more_joules_at_the_voltages_of_the_loads() -> None:
 def test_the_price_of_flight_time_is_that_of_an_edited_leg() -> None:
     """0.01 s more on the leg to the hover point, its charge held."""
     view = optuav.graph(SMALL)
-    options = {"problem": "P4", "building": "b1", "order": "rest-first"}
+    options = {"problem": optuav.P4("b1", order="rest-first")}
     price = prices(explain(SMALL, **{"perspective": "battery", **options}))["flight_time_s"]
     before = optuav.solve(SMALL, **{"perspective": "battery", **options}).hover_time_s
     view.edges["b1", "hover"]["duration_s"] += 0.01
@@ -337,7 +340,7 @@ def test_what_binds() -> None:
     "options",
     [
         {},
-        {"problem": "P4", "building": "b9", "order": "hover-first", "perspective": "energy"},
+        {"problem": optuav.P4("b9", order="hover-first"), "perspective": "energy"},
         {"problem": "P3", "slot_s": 10.0},
     ],
 )
@@ -387,7 +390,7 @@ class Endless(Formulation):
 def test_a_formulation_of_ones_own_is_explained() -> None:
     """Less deadline never helps to rest less; a lower reserve saves rest."""
     mission = SMALL.replace({"battery.capacity_As": 30000})
-    explained = explain(mission, perspective="battery", problem=Shortest(), building="b1")
+    explained = explain(mission, perspective="battery", problem=Shortest(building="b1"))
     assert explained.objective == "s of rest"
     price = prices(explained)["min_soc"]
     assert price.more == pytest.approx(60000 / 10, rel=1e-6)
@@ -408,12 +411,12 @@ def test_what_nothing_keeps_finite_is_said() -> None:
 
 def test_the_problem_may_be_the_second_argument() -> None:
     """As in `solve` and `formulate`, in `repairs` too."""
-    options = {"building": "b1", "perspective": "battery"}
-    assert str(explain(SMALL, optuav.P4(), **options)) == str(
-        explain(SMALL, optuav.P4(), **options)
+    options = {"perspective": "battery"}
+    assert str(explain(SMALL, optuav.P4("b1"), **options)) == str(
+        explain(SMALL, problem=optuav.P4("b1"), **options)
     )
     lacking = SMALL.replace({"battery.capacity_As": 30000})
-    assert explain(lacking, Shortest(), **options).objective == "s of rest"
+    assert explain(lacking, Shortest(building="b1"), **options).objective == "s of rest"
     late = SMALL.replace({"limits.deadline_s": 60})
     asked = {"perspective": "battery"}
     assert repairs(late, "P3", **asked) == repairs(late, problem="P3", **asked) != ()
@@ -481,5 +484,70 @@ def test_without_a_plan_a_free_hover_point_is_told_of_the_nearest() -> None:
         perspective="battery",
     )
     assert not explained
-    assert explained.notes[0].startswith("told for hovering at w_U")
+    assert explained.notes[0].startswith("this is for hovering at w_U")
     assert {each.key for each in explained.repairs} >= {"limits.deadline_s"}
+
+
+# More stops -------------------------------------------------------------------------------------
+
+LONG = PAPER.replace({"limits.deadline_s": 3000})
+
+
+def test_what_more_stops_would_change_is_not_said_to_have_no_effect() -> None:
+    """With 3000 s, one rest and one hover leave 2056 s unused; two hovers gain 212.77 s of them."""
+    explained = explain(LONG)
+    assert explained.plan.hover_time_s == pytest.approx(597.27, abs=0.01)
+    assert explained.more_stops_open
+    words = " ".join(str(explained).split())
+    assert "--stops 2 --hovers 2" in words
+    assert "P1(stops=2, hovers=2)" in words
+    assert "No effect" not in words
+    assert "limits.deadline_s" in words.partition("Undecided")[2].partition("Note")[0]
+
+
+def test_more_stops_are_excluded_where_one_stop_reaches_what_charge_admits() -> None:
+    """Legs obey the triangle inequality: in linear perspectives one stop is enough."""
+    explained = explain(LONG, perspective="battery")
+    assert not explained.more_stops_open
+    assert "--stops" not in str(explained)
+
+
+@pytest.mark.parametrize("stated", [{"problem": optuav.P1(stops=2, hovers=2)}, {"hovers": 2}])
+def test_a_search_for_more_stops_tells_what_they_bring(stated: dict[str, Any]) -> None:
+    """As `solve` with two hovers and with one: 810.04 s, 597.27 s, and their difference."""
+    explained = explain(LONG, **stated)
+    assert explained.plan.hover_time_s == pytest.approx(810.043, abs=1e-3)
+    assert explained.gain_s == pytest.approx(212.77, abs=0.01)
+    assert explained.to_dict()["gain_s"] == explained.gain_s
+    words = " ".join(str(explained).split())
+    assert "810.04 s of hover, 212.77 s longer than with one rest and one hover" in words
+
+
+def test_more_stops_that_bring_nothing_leave_the_explanation_of_one() -> None:
+    """Prices and constraints are those of one rest and one hover."""
+    explained = explain(SMALL, perspective="battery", stops=2, hovers=2)
+    alone = explain(SMALL, perspective="battery")
+    assert explained.gain_s == 0.0
+    assert "at most 2 rests and 2 hovers bring nothing" in " ".join(str(explained).split())
+    assert (explained.prices, explained.constraints) == (alone.prices, alone.constraints)
+
+
+def test_more_stops_go_with_p1_only() -> None:
+    with pytest.raises(InputError, match="problem P3 takes none, P1 does"):
+        explain(PAPER, "P3", stops=2)
+
+
+@pytest.mark.parametrize("perspective", ["battery", "available"])
+def test_what_caps_the_charging_current_is_named(perspective: str) -> None:
+    """A laser of 1e9 W charges no faster than battery.charge_current_A."""
+    strong = PAPER.replace({"laser.power_W": 1e9})
+    plans = [optuav.solve(each, perspective=perspective) for each in (PAPER, strong)]
+    assert plans[0].hover_time_s == pytest.approx(plans[1].hover_time_s, abs=1e-6)
+    notes = explain(strong, perspective=perspective).notes
+    assert any("battery.charge_current_A = 10 A caps the charging current" in n for n in notes)
+    faster = strong.replace({"battery.charge_current_A": 20})
+    assert optuav.solve(faster, perspective=perspective).rest_time_s != plans[1].rest_time_s
+
+
+def test_without_a_rest_no_cap_is_named() -> None:
+    assert explain(PAPER, "P3", perspective="battery").notes == ()

@@ -77,3 +77,16 @@ def test_bad_input_is_an_input_error(tmp_path: Path) -> None:
         (str(tmp_path / "none.json"),),
     ):
         assert isinstance(run(*arguments).exception, InputError)
+
+
+def test_a_search_for_more_stops_by_option(tmp_path: Path) -> None:
+    """Also of a saved plan with one rest and one hover."""
+    options = ("--set", "limits.deadline_s=3000", "--hovers", "2")
+    found = run("paper", *options)
+    assert found.exit_code == 0
+    optuav.solve(optuav.load("paper").replace({"limits.deadline_s": 3000})).save(
+        tmp_path / "p.json"
+    )
+    of_plan = run(str(tmp_path / "p.json"), "--hovers", "2")
+    assert of_plan.output == found.output
+    assert "212.77 s longer" in " ".join(found.output.split())

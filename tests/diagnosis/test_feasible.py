@@ -8,10 +8,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from optuav.diagnosis.asked import asked
+import optuav
 from optuav.diagnosis.feasible import feasible
+from optuav.diagnosis.question import question_of
 from optuav.mission import Mission
-from tests.asking import solve, stated
 from tests.diagnosis.missions import CHANGES, OPTIONS, PAPER, SMALL
 
 questions = st.sampled_from([*OPTIONS, {"problem": "P1", "slot_s": 5.0}])
@@ -19,7 +19,7 @@ changes = st.fixed_dictionaries({}, optional=CHANGES)
 
 
 def is_feasible(mission: Mission, **options: Any) -> bool:
-    (found,) = feasible([asked(mission, stated(options)).case()])
+    (found,) = feasible([question_of(mission, **options).case()])
     return found
 
 
@@ -28,13 +28,13 @@ def test_it_agrees_with_the_engines(change: dict[str, Any], options: dict[str, A
     """Closed form and grid, from impossible to easy missions."""
     mission, given_options = SMALL.replace(change), {"perspective": "battery", **options}
     found = is_feasible(mission, **given_options)
-    assert found == bool(solve(mission, **given_options))
+    assert found == bool(optuav.solve(mission, **given_options))
 
 
 LASTING: tuple[dict[str, Any], ...] = (
     {},
     {"problem": "P3"},
-    {"problem": "P4", "building": "b1", "order": "hover-first"},
+    {"problem": optuav.P4("b1", order="hover-first")},
     {"problem": "P2"},
 )
 
@@ -46,8 +46,8 @@ def test_missions_judged_together_are_judged_as_alone(
 ) -> None:
     """Through the wells by bracket: stacked into one declaration, each keeps its own figures."""
     missions = [SMALL.replace(change) for change in some]
-    together = feasible([asked(mission, stated(options)).case() for mission in missions])
-    assert together == [bool(solve(mission, **options)) for mission in missions]
+    together = feasible([question_of(mission, **options).case() for mission in missions])
+    assert together == [bool(optuav.solve(mission, **options)) for mission in missions]
 
 
 @pytest.mark.parametrize(("packs", "expected"), [(2, True), (0.1, False)])
@@ -60,7 +60,7 @@ def test_programmes_that_are_not_linear_are_decided(packs: float, expected: bool
 def test_more_slots_than_can_be_searched() -> None:
     """With 10⁷ slots a feasible cell is found without looking at all of them."""
     mission = PAPER.replace({"limits.deadline_s": 1e7})
-    options = {"problem": "P4", "building": "b1", "slot_s": 1.0, "perspective": "battery"}
+    options = {"problem": optuav.P4("b1"), "slot_s": 1.0, "perspective": "battery"}
     assert is_feasible(mission, **options)
 
 
@@ -70,9 +70,10 @@ def test_an_exact_duration_is_met_by_whole_slots_or_at_once_refused(
 ) -> None:
     """(P2) with the deadline tight: no cell is looked at where no sum of slots can be right."""
     ample = SMALL.replace({"battery.packs": 4})
-    flight_s = solve(ample, "P3").flight_time_s
+    flight_s = optuav.solve(ample, "P3").flight_time_s
     mission = ample.replace({"limits.deadline_s": flight_s + 700.0 + beyond_s})
-    options = {"trajectory": "direct", "slot_s": 1.0, "perspective": "battery"}
+    options = {"slot_s": 1.0, "perspective": "battery"}
+    problem = optuav.P2(tight=True, trajectory="direct")
     if not expected:
         monkeypatch.setattr("optuav.diagnosis.feasible.grid.cells", None)
-    assert is_feasible(mission, problem="P2-tight", **options) is expected
+    assert is_feasible(mission, problem=problem, **options) is expected

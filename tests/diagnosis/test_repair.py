@@ -12,8 +12,7 @@ from hypothesis import strategies as st
 import optuav
 from optuav.diagnosis import Repair, repairs
 from optuav.diagnosis.keys import Key, keys
-from optuav.diagnosis.repair import Judge, searched
-from optuav.diagnosis.search import Found
+from optuav.diagnosis.repair import Found, Judge, searched
 from optuav.errors import InputError
 from optuav.mission import Mission
 from tests.diagnosis.missions import PAPER, SMALL, infeasible
@@ -140,7 +139,7 @@ def test_too_little_charge_takes_whole_packs_or_the_exact_capacity() -> None:
 def test_slots_of_five_seconds() -> None:
     """88.316 s of flight and a slot each of hover and rest: 98.4 s, where 88.4 s do without."""
     mission = SMALL.replace({"limits.deadline_s": 80})
-    options = {"problem": "P4", "building": "b1", "order": "rest-first", "slot_s": 5.0}
+    options = {"problem": optuav.P4("b1", order="rest-first"), "slot_s": 5.0}
     repair = by_key(mission, **options)["limits.deadline_s", ">="]
     assert repair.value == 98.4
     check(mission, options, repair)
