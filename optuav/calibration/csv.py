@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import csv
 import math
-import os
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from hashlib import sha256
@@ -174,37 +173,25 @@ def read_all(files: Iterable[str | Path], one: Callable[[Path], Read]) -> list[R
     Raises
     ------
     InputError
-        With the faults of all files, if a file is named twice, or if none is named.
+        With the faults of all files, also where two have the same content, or if none is named.
     """
     found, faults = list[Read](), list[Fault]()
-    first: dict[str, Path] = {}
+    first: dict[bytes, Path] = {}
     for path in map(Path, files):
-        other = first.setdefault(os.path.realpath(path), path)
-        if other is not path:
-            words = f"is the file {label(other)} again: name it once"
-            faults.append(Fault("", "", words, label(path)))
-            continue
         try:
             found.append(one(path))
         except InputError as error:
             faults += error.faults
+            continue
+        other = first.setdefault(sha256(path.read_bytes()).digest(), path)
+        if other is not path:
+            words = f"has the content of {label(other)}: name each measurement once"
+            faults.append(Fault("", "", words, label(path)))
     if faults:
         raise InputError(faults)
     if not found:
         raise InputError("no file of measurements was named")
     return found
-
-
-def copies(paths: Iterable[Path]) -> Iterator[str]:
-    """A warning for every file with the same bytes as one before it."""
-    first: dict[bytes, Path] = {}
-    for path in paths:
-        other = first.setdefault(sha256(path.read_bytes()).digest(), path)
-        if other is not path:
-            yield (
-                f"{label(path)} has the same content as {label(other)}: measurements that are "
-                "counted twice make the intervals too narrow"
-            )
 
 
 class UsualRange(NamedTuple):

@@ -6,7 +6,6 @@ import math
 import os
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass, field, replace
-from itertools import chain
 from pathlib import Path
 from typing import Literal, TypeAlias
 
@@ -14,7 +13,6 @@ import numpy as np
 import tomli_w
 
 from optuav.arrays import Floats
-from optuav.calibration.csv import copies
 from optuav.calibration.least_squares import CONFIDENCE, ConfidenceInterval, Estimate
 from optuav.errors import Fault, InputError
 from optuav.mission import Mission, shipped
@@ -41,8 +39,8 @@ class Value:
         In the unit of the key.
     origin
         Where it comes from, in a few words.
-    interval, bootstrap
-        Where it lies at a confidence of 95 %, by the Jacobian and by refitting; None if unknown.
+    interval
+        Where it lies at a confidence of 95 %, by the Jacobian; None if unknown.
     determined
         Whether the data determine it.
     """
@@ -51,17 +49,14 @@ class Value:
     value: float
     origin: str
     interval: ConfidenceInterval | None = None
-    bootstrap: ConfidenceInterval | None = None
     determined: bool = True
 
     def written(self, between: str) -> list[str]:
-        """The value and its intervals as text, `between` the ends of each.
+        """The value as text, and its interval if it is known, `between` its ends.
 
-        All have the same decimals: enough that the end nearest to the value differs from it by two
-        digits.
+        Both have the same decimals, enough that the nearer end differs by two digits.
         """
-        intervals = [each for each in (self.interval, self.bootstrap) if each is not None]
-        ends = tuple(chain.from_iterable(intervals))
+        ends = self.interval or ()
         size = max(map(abs, (self.value, *ends)))
         apart = [gap for end in ends if (gap := abs(end - self.value)) > FINEST * size]
         decimals = 1 - math.floor(math.log10(min(apart))) if apart else 0
@@ -71,18 +66,15 @@ class Value:
             form = f".{max(decimals, 0)}f"
         else:
             form = f".{max(decimals + math.floor(math.log10(size)), 1)}e"
-        spans = (between.join(f"{end:{form}}" for end in each) for each in intervals)
+        spans = [between.join(f"{end:{form}}" for end in ends)] if ends else []
         return [f"{self.value:{form}}", *spans]
 
     @property
     def remark(self) -> str:
-        """Origin and intervals, in words."""
+        """Origin and interval, as a comment."""
         if not self.determined:
             return f"{self.origin}; the data do not determine it"
-        if self.interval is None:
-            return self.origin
-        _, *spans = self.written(" to ")
-        return f"{self.origin}; {CONFIDENCE:.0%}: {', by bootstrap '.join(spans)}"
+        return f"; {CONFIDENCE:.0%}: ".join([self.origin, *self.written(" to ")[1:]])
 
 
 @dataclass(frozen=True)
@@ -252,11 +244,10 @@ def panel(
 
 def values_of(found: Estimate, keys: Sequence[str], origin: str) -> tuple[Value, ...]:
     """Values of the mission from a fit whose parameters are the keys."""
-    unknown = (None,) * len(keys)
-    columns = (found.values.tolist(), found.intervals or unknown, found.bootstrap or unknown)
+    pairs = zip(keys, found.values.tolist(), found.intervals or (None,) * len(keys), strict=True)
     return tuple(
-        Value(key, value, origin, interval, bootstrap, key not in found.undetermined)
-        for key, value, interval, bootstrap in zip(keys, *columns, strict=True)
+        Value(key, value, origin, interval, key not in found.undetermined)
+        for key, value, interval in pairs
     )
 
 
@@ -272,7 +263,7 @@ def undetermined(found: Estimate) -> tuple[str, ...]:
 
 
 def finished(found: Fit, hint: str = "") -> Fit:
-    """The fit with a warning for every copy among its files, if a mission may state its values.
+    """The fit, if a mission may state its values.
 
     Raises
     ------
@@ -292,7 +283,7 @@ def finished(found: Fit, hint: str = "") -> Fit:
     ]
     if faults:
         raise InputError(faults)
-    return replace(found, warnings=(*found.warnings, *copies(map(Path, found.sources))))
+    return found
 
 
 def rounded(value: float) -> float:

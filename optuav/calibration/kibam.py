@@ -174,7 +174,6 @@ def fit_kibam(files: Iterable[str | Path]) -> Fit:
         _starts(discharges, implied),
         shares=KEYS[1:2],
         spread=SCATTER if few else None,
-        bootstrap=True,
         # A battery may also last as long by the formula but run dry in an earlier piece.
         miss=miss,
     )
@@ -188,9 +187,7 @@ def fit_kibam(files: Iterable[str | Path]) -> Fit:
     warnings = [*undetermined(found), *_advice(discharges)] if found.undetermined else []
     if missed:
         # Such data have several poor optima, and rounding decides in which one the fit ends.
-        values = tuple(
-            replace(each, interval=None, bootstrap=None, determined=False) for each in values
-        )
+        values = tuple(replace(each, interval=None, determined=False) for each in values)
         warnings = [
             "no kinetic battery lasts like that, so no value is stated: the fit misses "
             f"{', '.join(missed)} by more than {FAR:.0%}; look at units, and whether it was one "

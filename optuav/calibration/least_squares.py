@@ -3,15 +3,11 @@
 Positive parameters are fitted by their logarithm, shares by their logit, so that no bound is needed
 and intervals stay inside the range. With r(x) the residuals, independent and of one variance, and J
 their Jacobian of rank p at the optimum, the covariance of x is s² (JᵀJ)⁻¹, s² = r·r/(n − p) [1]_.
-The bootstrap refits to residuals drawn from those of the fit, scaled up by sqrt(n/(n − p)), and
-uses the quantiles of (x* − x)/s*, "bootstrap-t" [2]_.
 
 References
 ----------
 .. [1] G. A. F. Seber, C. J. Wild, "Nonlinear Regression", Wiley, 1989, section 5.1.
-.. [2] A. C. Davison, D. V. Hinkley, "Bootstrap Methods and their Application", Cambridge, 1997,
-   sections 5.2.1 and 6.3.
-.. [3] G. H. Golub, V. Pereyra, "The differentiation of pseudo-inverses and nonlinear least squares
+.. [2] G. H. Golub, V. Pereyra, "The differentiation of pseudo-inverses and nonlinear least squares
    problems whose variables separate", SIAM J. Numer. Anal., 1973.
 """
 
@@ -20,19 +16,16 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Collection, Iterable, Sequence
 from itertools import compress
-from typing import Literal, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
 from optuav.arrays import Booleans, Floats
 
 CONFIDENCE = 0.95  # share of intervals that hold the truth
-REPLICATES = 400  # refits of the bootstrap
-SEED = 20200813  # of the bootstrap, so that the same data give the same intervals
-LEAST_FREEDOM = 3  # fewest observations more than parameters for a bootstrap
 LOGIT = 13.8  # largest size of the logit of a share: 1e-6 from 0 and 1
 LOGARITHM = (-35.0, 20.7)  # range of the logarithm of a positive value: 1e-15 to 1e9
-CLOSE = {"search": 1e-12, "polish": 1e-12, "refit": 1e-6}  # tolerances of a fit, by its aim
+CLOSE = 1e-12  # tolerances of a fit
 MOST_POLISH = 30  # steps of the last fit, which needs a few where the data determine all
 BLIND = 1e-6  # singular value of the Jacobian, over the largest, that determines nothing
 NOTHING = 1e-100  # what replaces 0 in a denominator, far from 1 and from overflow
@@ -58,7 +51,6 @@ class Estimate(NamedTuple):
     residuals: Floats
     spread: float | None  # s; None if there are no more observations than parameters
     intervals: tuple[ConfidenceInterval, ...] | None  # by the Jacobian; None without a spread
-    bootstrap: tuple[ConfidenceInterval, ...] | None  # None where observations are too few
     undetermined: tuple[str, ...]  # parameters that the data do not determine or tell apart
 
 
@@ -69,7 +61,6 @@ def estimate(
     *,
     shares: Collection[str] = (),
     spread: float | None = None,
-    bootstrap: bool = False,
     eliminated: int = 0,
     miss: Callable[[Floats], float] | None = None,
 ) -> Estimate:
@@ -87,17 +78,15 @@ def estimate(
         Names of the parameters that are below 1 as well.
     spread
         Standard deviation of a residual where it is known; the residuals may show a larger one.
-    bootstrap
-        Whether to refit for intervals as well.
     eliminated
-        Further parameters, over which the residuals of every set of values are least already [3]_.
+        Further parameters, over which the residuals of every set of values are least already [2]_.
     miss
         Relative miss of values by another measure, which decides between equally good optima.
     """
     from scipy.special import ndtri, stdtrit
 
     problem = _Problem(np.array([name in shares for name in names]), residuals)
-    found = [problem.fit(problem.inner(start), "search") for start in starts]
+    found = [problem.fit(problem.inner(start)) for start in starts]
     least = min(each.sum_of_squares for each in found)
     rounding = TIE * (least + (spread or 0.0) ** 2)
     ties = [each for each in found if each.sum_of_squares <= least + rounding]
@@ -105,7 +94,7 @@ def estimate(
         misses = [miss(problem.outer(each.x)) for each in ties]
         pairs = zip(ties, misses, strict=True)
         ties = [each for each, missed in pairs if missed <= min(misses) + SAME]
-    best = problem.fit(min(ties, key=lambda each: each.way).x, "polish")
+    best = problem.fit(min(ties, key=lambda each: each.way).x, polish=True)
     errors, largest_error, rank = _errors(best.jacobian)
     freedom = len(best.residuals) - rank - eliminated
     left = math.sqrt(best.sum_of_squares / freedom) if freedom > 0 else None
@@ -121,10 +110,7 @@ def estimate(
         apart = [np.abs(each.x - best.x) > np.maximum(reach, SAME) for each in ties]
         wide |= np.any(apart, axis=0)
     undetermined = tuple(compress(names, wide))
-    refit = bootstrap and freedom >= LEAST_FREEDOM and not undetermined
-    refitted = _bootstrap(problem, best, freedom) if refit else None
-    values = problem.outer(best.x)
-    return Estimate(values, best.residuals, sigma, intervals, refitted, undetermined)
+    return Estimate(problem.outer(best.x), best.residuals, sigma, intervals, undetermined)
 
 
 class _Optimum(NamedTuple):
@@ -160,29 +146,24 @@ class _Problem:
         grown = np.exp(np.clip(x, self.low, self.high))
         return np.where(self.shares, grown / (1.0 + grown), grown)
 
-    def fit(
-        self,
-        start: Floats,
-        aim: Literal["search", "polish", "refit"],
-        shift: Floats | float = 0.0,
-    ) -> _Optimum:
-        """The optimum, `shift` added to the residuals."""
+    def fit(self, start: Floats, *, polish: bool = False) -> _Optimum:
+        """The optimum near a start."""
         from scipy.optimize import least_squares
 
         def residuals(x: Floats) -> Floats:
-            return self.residuals(self.outer(x)) + shift
+            return self.residuals(self.outer(x))
 
         answer = least_squares(
             residuals,
             start,
-            # Steps of "trf" keep out of directions in which the data are blind; "lm" is fast.
-            method="lm" if aim == "refit" else "trf",
+            # Steps of "trf" keep out of directions in which the data are blind.
+            method="trf",
             # One-sided differences leave the optimum uncertain in its seventh digit.
-            jac="3-point" if aim == "polish" else "2-point",
-            xtol=CLOSE[aim],
-            ftol=CLOSE[aim],
-            gtol=CLOSE[aim],
-            max_nfev=MOST_POLISH if aim == "polish" else None,
+            jac="3-point" if polish else "2-point",
+            xtol=CLOSE,
+            ftol=CLOSE,
+            gtol=CLOSE,
+            max_nfev=MOST_POLISH if polish else None,
         )
         way = float(np.linalg.norm(answer.x - start))
         return _Optimum(answer.x, answer.fun, np.asarray(answer.jac), way)
@@ -208,21 +189,3 @@ def _errors(jacobian: Floats) -> tuple[Floats, float, int]:
     directions[blind] = np.where(np.abs(directions[blind]) < ROUNDING, 0.0, directions[blind])
     errors = np.linalg.norm(directions * along[:, None], axis=0)
     return errors, 1.0 / (BLIND * largest), int(np.sum(~blind))
-
-
-def _bootstrap(problem: _Problem, best: _Optimum, freedom: int) -> tuple[ConfidenceInterval, ...]:
-    """Intervals by the bootstrap-t."""
-    random, count = np.random.default_rng(SEED), len(best.residuals)
-
-    def errors(fit: _Optimum) -> Floats:
-        own = math.sqrt(fit.sum_of_squares / freedom)
-        return np.maximum(own * _errors(fit.jacobian)[0], np.finfo(float).tiny)
-
-    pool = (best.residuals - best.residuals.mean()) * math.sqrt(count / freedom)
-    scaled = []
-    for drawn in random.choice(pool, (REPLICATES, count)):
-        again = problem.fit(best.x, "refit", drawn - best.residuals)
-        scaled.append((again.x - best.x) / errors(again))
-    outside = 0.5 - 0.5 * CONFIDENCE
-    low, high = np.quantile(scaled, [outside, 1.0 - outside], axis=0)
-    return problem.intervals(best.x - high * errors(best), best.x - low * errors(best))

@@ -13,6 +13,7 @@ import tomllib
 from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
+from itertools import compress
 from pathlib import Path
 from typing import Any, NamedTuple, TypeAlias, TypeGuard
 
@@ -55,7 +56,7 @@ LARGEST_FILE = 2_000_000
 ROUNDING = 1.0 / math.sqrt(12.0)  # standard deviation of its error, in steps
 IMPOSSIBLE = 1e9  # residual where a row cannot be flown, or no mission may have the values
 EDGE = 1e-3  # relative distance from a value within which an edge has shaped it
-SAME = 1e-9  # difference of two numbers, relative or in their unit, that is rounding alone
+DIGITS = 6  # decimals in which a repeated number is the same
 SCALES = (1.0, 0.5, 2.0)  # where the fit starts, as multiples of the stated values
 WITHOUT_LASER = ("laser", "flight.charge_current_A", "flight.charge_power_W")
 
@@ -254,33 +255,20 @@ def tie(mission: Mission, tied: Mapping[str, tuple[str, ...]]) -> Mission:
 
 
 def _roles(pairs: Sequence[tuple[TableNumber, float]]) -> tuple[list[Role], list[str]]:
-    """Whether each number is fitted, predicted, or a repetition of one that is fitted.
-
-    And a warning if one that is fitted repeats another: it counts as if it were measured again.
-    """
-    fitted: list[tuple[TableNumber, float]] = []
-
-    def repeats(each: TableNumber, value: float) -> bool:
-        return any(
-            (each.quantity, each.observed) == (other.quantity, other.observed)
-            and math.isclose(value, its, rel_tol=SAME, abs_tol=SAME)
-            for other, its in fitted
-        )
-
-    again = 0
-    for each, value in pairs:
-        if each.fits:
-            again += repeats(each, value)
-            fitted.append((each, value))
+    """Whether each number is fitted, predicted, or repeats one that is fitted; and a warning."""
+    keys = [(each.quantity, each.observed, round(value, DIGITS)) for each, value in pairs]
+    fits = [each.fits for each, _ in pairs]
+    fitted = set(compress(keys, fits))
     roles: list[Role] = [
-        "fitted" if each.fits else "repeat" if repeats(each, value) else "predicted"
-        for each, value in pairs
+        "fitted" if fit else "repeat" if key in fitted else "predicted"
+        for key, fit in zip(keys, fits, strict=True)
     ]
+    again = sum(fits) - len(fitted)
     words = (
         f"{counted(again, 'number')} to be fitted repeat{'s' * (again == 1)} another: state it as "
         "a check, or the intervals are too narrow"
     )
-    return roles, [words] if again else []
+    return roles, [words] * bool(again)
 
 
 def _missed(pairs: Sequence[tuple[TableNumber, float]]) -> Iterator[str]:

@@ -126,9 +126,7 @@ def _values(values: list[Value], name: str) -> Table:
     table = _table()
     table.add_column(Text(f"[{name}]"), no_wrap=True)
     table.add_column("value", justify="right", no_wrap=True)
-    bootstrap = any(each.bootstrap for each in values)
-    for heading in ("95 % between", "by bootstrap")[: 1 + bootstrap]:
-        table.add_column(heading, justify="right", no_wrap=True)
+    table.add_column("95 % between", justify="right", no_wrap=True)
     for each in values:
         row = each.written(" – ") if each.determined else ["?", "not determined"]
         if each.interval is None:
