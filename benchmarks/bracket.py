@@ -11,13 +11,14 @@ import numpy as np
 
 from benchmarks.timing import Row, median_s
 from benchmarks.towns import town
+from formulations.parameters import Quantities
 from optuav.engines.casadi_engine import Casadi
 from optuav.mission import Mission, load
 from optuav.network.network import build_network
 from optuav.physics.kibam import Stage
 from optuav.solving import formulate, solve
 from optuav.solving.assemble import quantities
-from optuav.solving.batch import Hovers, arguments, longest_hovers
+from optuav.solving.batch import STAYS, Hovers, longest_hovers
 
 SAME_S = 1e-4
 PAIRS = 1_000_000
@@ -75,9 +76,22 @@ def _batches(mission: Mission) -> Iterator[Batch]:
     routes = network.routes
     direct = routes.building < 0
     for which in (direct, ~direct & routes.rest_first, ~direct & ~routes.rest_first):
-        given = quantities(network, np.flatnonzero(which & routes.flyable))
-        figures = arguments(given)
-        yield Batch(figures.pop("legs"), figures.pop("stays"), figures)
+        yield _batch(quantities(network, np.flatnonzero(which & routes.flyable)))
+
+
+def _batch(given: Quantities) -> Batch:
+    """Itineraries that stay in one order, as arguments of `longest_hovers`."""
+    legs: list[list[Stage]] = [[]]
+    for step in given.steps:
+        if isinstance(step, str):
+            legs.append([])
+        else:
+            legs[-1].append(step)
+    stays = tuple(step for step in given.steps if isinstance(step, str))
+    names = ("deadline_s", "min_soc", "available_fraction", "flow_rate_per_s", "hover_current_A")
+    figures = {name: getattr(given, name) for name in (*names, "rest_current_A")}
+    (order,) = (name for name in STAYS if STAYS[name] == stays)
+    return Batch(legs, order, {**figures, "capacity_As": given.battery_As})
 
 
 def _together(batches: Sequence[Batch]) -> Batch:

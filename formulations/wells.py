@@ -8,11 +8,11 @@ stays above 0 and is largest at an end. Legs never charge. Where charging tapers
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from itertools import islice, repeat, zip_longest
-from typing import Any, NamedTuple, TypeAlias
+from itertools import zip_longest
+from typing import Any, NamedTuple
 
 from formulations.parameters import Quantities
 from optuav.modelling import Expression, Let, Relation
@@ -20,8 +20,6 @@ from optuav.modelling.expression import Bounded, Call, Indexed, Operand
 from optuav.physics import charging, kibam
 from optuav.physics.kibam import Battery, Stage, Wells
 
-Telling: TypeAlias = tuple[bool, bool]
-"""Whether the limits of `LABELS` at the end of a step exclude what no other limit does."""
 LABELS = {"dry": "not dry", "past full": "not past full"}
 """What the limits of the available well are called, by kind."""
 
@@ -164,12 +162,7 @@ class WellLimit(NamedTuple):
     relation: Relation
 
 
-def well_limits(
-    given: Quantities,
-    hover: Operand,
-    rest: Operand,
-    telling: Iterable[Telling] = repeat((True, True)),
-) -> Iterator[WellLimit]:
+def well_limits(given: Quantities, hover: Operand, rest: Operand) -> Iterator[WellLimit]:
     """Limits that keep y1/B within 0 and ω, in order.
 
     Parameters
@@ -178,17 +171,12 @@ def well_limits(
         Quantities of the itinerary, with its steps.
     hover, rest
         Δ and T' [s].
-    telling
-        Which of them to state, step by step.
     """
-    stated = islice(telling, len(given.steps))
-    ends = zip(moments(given.steps), levels(given, hover, rest), stated, strict=True)
-    for number, (moment, (step, level), (dry, past_full)) in enumerate(ends):
-        if dry or past_full:
-            share = level.available_As / given.battery_As
-        if dry:
-            yield WellLimit("dry", number, moment, Relation(share, ">=", 0.0))
-        if past_full and isinstance(step, str) and not given.tapers:
+    ends = zip(moments(given.steps), levels(given, hover, rest), strict=True)
+    for number, (moment, (step, level)) in enumerate(ends):
+        share = level.available_As / given.battery_As
+        yield WellLimit("dry", number, moment, Relation(share, ">=", 0.0))
+        if isinstance(step, str) and not given.tapers:
             below = Relation(share, "<=", given.available_fraction)
             yield WellLimit("past full", number, moment, below)
 

@@ -254,7 +254,8 @@ def _rows(forms: Iterable[StatedForm], names: Sequence[str], tops: tuple[Floats,
     x, *others = names
     kept = list(forms)
     stated, sizes = [each.form for each in kept], [each.size for each in kept]
-    return rows_of(stated, sizes, x, next(iter(others), None), len(tops[0]), np.maximum(*tops))
+    rows = rows_of(stated, sizes, x, next(iter(others), None), len(tops[0]), np.maximum(*tops))
+    return rows.without_implied(*tops)
 
 
 def _tapered(

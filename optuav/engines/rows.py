@@ -167,14 +167,29 @@ class Rows(NamedTuple):
         a, b, c, d, e, f = (each[rows] for each in self[:6])
         return Rows(a, b, c, d, e, f, self.rate_x_per_s, self.rate_y_per_s)
 
-    def mirrored(self, which: Booleans) -> Rows:
-        """The rows of all programmes, with x and y exchanged in some of them."""
-        if not which.any():
+    @np.errstate(invalid="ignore")
+    def without_implied(self, x_top: Floats, y_top: Floats) -> Rows:
+        """The rows less those that the next one implies for x and y up to their tops.
+
+        Limits along a route follow each other in time, and the next is often the tighter. A row
+        that any programme needs stays, infinite in the others, so that what is found of a programme
+        does not depend on the others.
+        """
+        if len(self.a) < 2:
             return self
-        a, b, c, d, e, f, kx, ky = self
-        pairs = ((b, d), (c, e), (d, b), (e, c), (kx, ky), (ky, kx))
-        b, c, d, e, kx, ky = (np.where(which, swapped, kept) for kept, swapped in pairs)
-        return Rows(a, b, c, d, e, f, kx, ky)
+        V, W = levelled(self.rate_x_per_s, x_top), levelled(self.rate_y_per_s, y_top)
+        least, *weights = (each[:-1] - each[1:] for each in self[:6])
+        for weight, most in zip(weights, (x_top, V, y_top, W, V * W), strict=True):
+            least = least + np.minimum(weight, 0.0) * most
+        implied = (least >= 0.0) | np.isinf(self.a[:-1])
+        needed = ~np.concatenate([implied, np.zeros_like(implied[:1])])
+        kept = np.asarray(needed.any(axis=1))
+        rows, needed = self.keep(kept), needed[kept]
+        if needed.all():
+            return rows
+        b, c, d, e, f = (np.where(needed, each, 0.0) for each in rows[1:6])
+        a = np.where(needed, rows.a, np.inf)
+        return Rows(a, b, c, d, e, f, rows.rate_x_per_s, rows.rate_y_per_s)
 
     def at(self, x: Floats, y: Floats) -> Floats:
         """g at a point of each programme."""

@@ -22,8 +22,6 @@ from optuav.network.network import Network, build_network
 from optuav.network.obstacles import Prisms, clear_lines, prisms
 from optuav.network.places import (
     FIRST_BUILDING,
-    HOVER,
-    as_points,
     as_table,
     position_table,
     received_table,
@@ -127,12 +125,6 @@ class Variants:
         return received_table(self.mission, self.position_m, self.base.obstacles)[1]
 
     @cached_property
-    def hover_distance_m(self) -> Floats:
-        """Distance from the hover point to the device (variant or 1, 1) [m]."""
-        apart_m = self.position_m[:, [HOVER]] - as_points(self.mission.link.device_m)
-        return np.asarray(np.sqrt((apart_m**2).sum(axis=-1)))
-
-    @cached_property
     def flyable(self) -> Booleans:
         """Whether all legs of a route can be flown and cross no building."""
         able = np.isfinite(as_table(self.loads.duration_s))
@@ -189,6 +181,11 @@ class Variants:
         legs = self.base.network.legs
         return leg_loads(self.mission, self.position_m, legs.start, legs.end)[0]
 
+    @property
+    def stages(self) -> list[tuple[Quantity, Quantity]]:
+        """Duration [s] and current [A] of each stage of the legs, (variant or 1, leg)."""
+        return list(zip(self.loads.durations_s, self.loads.currents_A, strict=True))
+
     def _total(self, per_leg: Quantity) -> Floats:
         """Sums over the legs of routes."""
         table = as_table(per_leg)
@@ -196,7 +193,9 @@ class Variants:
         first, *others = (padded[:, legs] for legs in self.base.network.routes.legs.T)
         return sum(others, first)
 
-    def take(self, values: Quantity, variants: Integers, columns: Integers) -> Quantity:
+    def take(
+        self, values: Quantity, variants: Integers, columns: Integers | None = None
+    ) -> Quantity:
         """Entries of a table by variant and column, or the only one."""
         table = as_table(values)
         if table.shape == (1, 1):

@@ -29,8 +29,9 @@ from optuav.network.places import ENDS
 from optuav.network.variants import KEY, Base, Variants
 from optuav.options import Perspective
 from optuav.plan import Plan
+from optuav.solving.assemble import variant_quantities
 from optuav.solving.plans import SAME_S
-from optuav.studies.variants import longest, variant_quantities
+from optuav.studies.variants import longest
 
 SHARE = 0.1
 """Reach of a key to either side if nothing is stated, relative to its value."""

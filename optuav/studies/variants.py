@@ -1,4 +1,4 @@
-"""Quantities of many variants of a mission, and the longest hover of each."""
+"""The longest hover of each of many variants of a mission."""
 
 from __future__ import annotations
 
@@ -8,113 +8,18 @@ from typing import NamedTuple
 import numpy as np
 
 from formulations.p1 import P1
-from formulations.parameters import Quantities, steps_for
+from formulations.parameters import steps_for
 from formulations.soc import AVAILABLE
 from optuav.arrays import Booleans, Floats, Integers
 from optuav.engines import closed_form
 from optuav.modelling import Model
-from optuav.network import vehicle
-from optuav.network.places import FIRST_BUILDING, HOVER
-from optuav.network.routes import NO_LEG
 from optuav.network.variants import Variants
 from optuav.options import Perspective
-from optuav.physics.kibam import Stage
-from optuav.physics.quantity import Quantity
-from optuav.solving.assemble import mean_voltage_V
+from optuav.solving.assemble import variant_quantities
 from optuav.solving.batch import delivered
 from optuav.solving.plans import SAME_S
 
 NO_ROUTE = -1
-
-
-def variant_quantities(
-    variants: Variants, number: Integers, itineraries: Integers, *, rests: bool, steps: bool = False
-) -> Quantities:
-    """Return the quantities of pairs of a variant and an itinerary, one entry a pair.
-
-    Parameters
-    ----------
-    variants
-        The variants of a mission.
-    number, itineraries
-        Of variant and itinerary (pair,); all itineraries direct, or all by way of a building.
-    rests
-        Whether a rest on the building may be chosen.
-    steps
-        Whether to include the steps on the way, which need all itineraries in one order.
-    """
-    battery, limits = variants.mission.battery, variants.mission.limits
-
-    def take(values: Quantity) -> Quantity:
-        return variants.take(values, number, itineraries)
-
-    def full_J(key: str, voltage_V: Quantity) -> Quantity:
-        """Return what the full battery holds; computed if its stated energy was dropped."""
-        stated_J = getattr(battery, key)
-        if stated_J is not None:
-            return take(stated_J)
-        if getattr(variants.base.network.mission.battery, key) is None:
-            return None
-        return take(battery.packs) * take(battery.capacity_As) * voltage_V
-
-    nominal_V = take(battery.nominal_voltage_V)
-    hover, hover_m = variants.hover_load, variants.position_m[:, HOVER]
-    at_hover = vehicle.Flow(*(each[:, [HOVER]] for each in variants.received))
-    flight_J, flight_As = take(variants.flight_energy_J), take(variants.flight_charge_As)
-    flight_V = mean_voltage_V(flight_J, flight_As, nominal_V)
-    hover_V = mean_voltage_V(take(hover.power_W), take(hover.current_A), nominal_V)
-    return Quantities(
-        deadline_s=take(limits.deadline_s),
-        min_soc=take(limits.min_soc),
-        packs=take(battery.packs),
-        capacity_As=take(battery.capacity_As),
-        nominal_voltage_V=nominal_V,
-        flight_time_s=take(variants.flight_time_s),
-        flight_charge_As=flight_As,
-        flight_energy_J=flight_J,
-        hover_current_A=take(hover.current_A - at_hover.current_A),
-        hover_power_W=take(hover.power_W),
-        hover_received_W=take(at_hover.power_W),
-        rest_current_A=take(variants.rest_load.current_A),
-        rest_received_W=take(variants.rest_load.power_W),
-        flight_voltage_V=flight_V,
-        hover_voltage_V=hover_V,
-        flight_battery_J=full_J("flight_energy_J", flight_V),
-        hover_battery_J=full_J("hover_energy_J", hover_V),
-        available_fraction=take(battery.available_fraction),
-        flow_rate_per_s=take(battery.flow_rate_per_s),
-        hover_distance_m=take(variants.hover_distance_m),
-        coverage_radius_m=take(variants.coverage_radius_m),
-        hover_altitude_m=take(hover_m[:, 2:]),
-        min_altitude_m=take(limits.min_altitude_m),
-        max_altitude_m=take(limits.max_altitude_m),
-        end_gap_m=0.0,
-        steps=_steps(variants, number, itineraries, rests) if steps else (),
-        tapers=battery.charging == "taper",
-        rests=rests,
-    )
-
-
-def _steps(
-    variants: Variants, number: Integers, itineraries: Integers, rests: bool
-) -> tuple[Stage | str, ...]:
-    """Return the stages of the legs, and the stays by name."""
-    loads, ends = variants.loads, variants.base.network.legs.end
-    every = np.zeros(len(number))
-    found: list[Stage | str] = []
-    for legs in variants.base.network.routes.legs[itineraries].T:
-        if legs[0] == NO_LEG:
-            continue
-        for duration_s, current_A in zip(loads.durations_s, loads.currents_A, strict=True):
-            here = variants.take(duration_s, number, legs)
-            drawn = variants.take(current_A, number, legs)
-            if np.any(here):
-                found.append(Stage(every - drawn, every + here))
-        if ends[legs[0]] == HOVER:
-            found.append("hover")
-        elif ends[legs[0]] >= FIRST_BUILDING and rests:
-            found.append("rest")
-    return tuple(found)
 
 
 class LongestHovers(NamedTuple):

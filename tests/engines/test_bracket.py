@@ -388,14 +388,19 @@ def test_no_itineraries_have_no_answers() -> None:
     assert all(each.shape == (0,) for each in longest(case))
 
 
-def test_mirrored_rows_are_the_same_at_mirrored_points() -> None:
-    """In those programmes that are told, with a rate of its own for either time."""
+def test_rows_that_the_next_implies_are_left_out_and_nothing_else_changes() -> None:
+    """What holds at 2 000 random points is the same; each programme keeps its last row."""
     rng = np.random.default_rng(5)
-    rows = Rows(*rng.normal(size=(6, 4, 3)), *rng.uniform(0.01, 1.0, (2, 3)))
-    mirrored = rows.mirrored(np.array([True, False, True]))
-    x, y = rng.uniform(0.0, 9.0, (2, 3))
-    there = mirrored.at(np.array([y[0], x[1], y[2]]), np.array([x[0], y[1], x[2]]))
-    assert there == pytest.approx(rows.at(x, y), rel=1e-12)
+    shifts = np.cumsum(rng.exponential(3.0, (4, 3)), axis=0)[::-1]
+    rows = Rows(shifts, *rng.normal(size=(5, 4, 3)) / 4.0, *rng.uniform(0.01, 1.0, (2, 3)))
+    x_top, y_top = rng.uniform(1.0, 4.0, (2, 3))
+    kept = rows.without_implied(x_top, y_top)
+    assert np.isinf(kept.a).any() or len(kept.a) < len(rows.a)
+    assert np.isfinite(kept.a[-1]).all()
+    for share_x, share_y in rng.random((2000, 2)):
+        x, y = share_x * x_top, share_y * y_top
+        whole, left = ((each.at(x, y) >= 0.0).all(axis=0) for each in (rows, kept))
+        assert (whole == left).all()
 
 
 # What the constraints are reduced to

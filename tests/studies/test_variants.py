@@ -11,8 +11,8 @@ import optuav
 from optuav.mission import Mission
 from optuav.network.network import build_network
 from optuav.network.variants import KEY, Base, Columns, Variants
-from optuav.solving.assemble import quantities
-from optuav.studies.variants import longest, variant_quantities
+from optuav.solving.assemble import quantities, variant_quantities
+from optuav.studies.variants import longest
 
 COUNT = 60
 
