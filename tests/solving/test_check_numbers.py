@@ -12,6 +12,7 @@ import pytest
 
 import optuav
 from optuav import Plan
+from tests import asking
 
 B = 72000.0
 LEG_S, LEG_AS, LEG_J = 37.8961, 3921.555, 63533.0
@@ -22,7 +23,7 @@ CHARGE_A, CHARGE_W = 10.0, 111.0
 def solve(name: str, problem: str = "P1", /, deadline_s: float = 1200, **options: Any) -> Plan:
     """A plan for a shipped mission with another deadline."""
     mission = optuav.load(name).replace({"limits.deadline_s": deadline_s})
-    return optuav.solve(mission, problem, **{"perspective": "battery", **options})
+    return asking.solve(mission, problem, **{"perspective": "battery", **options})
 
 
 @pytest.mark.parametrize("deadline_s", [800, 1200])
