@@ -567,7 +567,7 @@ def _wells_over(plan: Plan, file: str, details: Sequence[str], findings: Sequenc
 
     values = [each.tolist() for each in course(vehicle.pool(plan.mission), plan)]
     records = _columns(("time_s", "available_As", "bound_As"), *values)
-    axes = plots.battery(plan).wells
+    axes = plots.wells([plan])[0]
     return Exhibit(plan.mission, file, records, axes, details=details, findings=findings)
 
 

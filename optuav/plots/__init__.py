@@ -1,7 +1,7 @@
 """Pictures of missions and plans; they need matplotlib (``pip install "optuav[plot]"``).
 
 Every function takes its data and the axes to draw on, and returns them. Without axes it makes a
-figure of its own that belongs to no window: ``battery(plan).wells.figure.savefig("battery.pdf")``.
+figure of its own that belongs to no window: ``wells([plan])[0].figure.savefig("wells.pdf")``.
 """
 
 from __future__ import annotations
@@ -16,8 +16,6 @@ if TYPE_CHECKING:
     from optuav.plots.animation import save_animation as save_animation
     from optuav.plots.calibrations import FitAxes as FitAxes
     from optuav.plots.calibrations import fit as fit
-    from optuav.plots.charge import BatteryAxes as BatteryAxes
-    from optuav.plots.charge import battery as battery
     from optuav.plots.charge import wells as wells
     from optuav.plots.charts import Bar as Bar
     from optuav.plots.charts import Level as Level
@@ -44,7 +42,7 @@ if TYPE_CHECKING:
 NAMES = {
     "animation": "gif_file save_animation",
     "calibrations": "FitAxes fit",
-    "charge": "BatteryAxes battery wells",
+    "charge": "wells",
     "charts": "Bar Level Line Mark bars curves",
     "files": "save save_figures save_pictures",
     "legs": "LegAxes leg",

@@ -1,4 +1,4 @@
-"""The wells of the battery over plans, as curves and as bands."""
+"""The wells of the battery over plans."""
 
 from __future__ import annotations
 
@@ -19,11 +19,9 @@ from optuav.plots import style
 from optuav.plots.bands import (
     NAMES_PT,
     draw_bands,
-    finish,
     legend_below,
     panels,
     plan_bands,
-    swatches,
 )
 from optuav.plots.labels import mark
 from optuav.plots.style import BLACK, BLUE, GREY, SKY, VERMILLION
@@ -34,13 +32,6 @@ FADED = 0.6
 FILLS, FADE = 1.5, 2.0
 """Heights of layers, above the bands of the phases."""
 HATCH = "//////"
-
-
-class BatteryAxes(NamedTuple):
-    """Charge in the wells and current, both over time."""
-
-    wells: Axes
-    current: Axes
 
 
 class Course(NamedTuple):
@@ -70,98 +61,6 @@ def course(pool: Battery, plan: Plan) -> Course:
         wells = Wells(float(within.available_As[-1]), float(within.bound_As[-1]))
         start_s += stage.duration_s
     return Course(*map(np.concatenate, (times, available, bound)))
-
-
-@style.applied()
-def battery(plan: Plan) -> BatteryAxes:
-    """Draw the charge in both wells of the pooled battery and the current, over time.
-
-    The wells follow the kinetic battery model (KiBaM) through every stage of constant current.
-    Levels of the full and the empty wells are marked, and the moments at which the available well
-    runs dry or is driven past full.
-
-    Parameters
-    ----------
-    plan
-        A plan that exists.
-
-    Returns
-    -------
-    The axes, with charge in A s and current in A over time in s.
-
-    Raises
-    ------
-    NoPlanError
-        If there is no plan.
-
-    Examples
-    --------
-    >>> import optuav
-    >>> plan = optuav.solve("paper", "P3")
-    >>> optuav.plots.battery(plan).current.get_xlabel()
-    'time since take-off $t$ [s]'
-    """
-    end_s = plan.mission_time_s
-    grid = style.page(4.6).subplots(2, 1, sharex=True, height_ratios=(2.2, 1.0))
-    axes = BatteryAxes(*grid)
-    pool = vehicle.pool(plan.mission)
-    lived = course(pool, plan)
-    _draw_curves(axes.wells, pool, lived)
-    _draw_current(axes.current, lived)
-    left = 100.0 * lived.total_As[-1] / pool.capacity_As
-    heading = f"{style.printed(plan.mission.name)}: battery, $η_1$ = {left:.1f} % at the end"
-    axes.wells.set_title(heading, pad=NAMES_PT)
-    entries = [
-        style.entry("total $y_1 + y_2$", BLACK, 0.8),
-        style.entry("available well $y_1$", BLUE),
-        style.entry("bound well $y_2$", SKY),
-        *swatches(phase.kind for phase in plan.phases),
-    ]
-    finish(axes, end_s, plan_bands(plan), entries, 0.36)
-    end = (float(lived.time_s[-1]), float(lived.total_As[-1]))
-    axes.wells.plot(*end, "o", color=BLACK, markersize=3.0, clip_on=False, zorder=5)
-    heights = {"runs dry": 0.0, "driven past full": float(pool.full.available_As)}
-    events = [
-        (f"{words} at {moment_s:.1f} s", moment_s, heights[words])
-        for words, moment_s in _moments(plan)
-    ]
-    curves = [np.stack([lived.time_s, y], axis=1) for y in (*lived[1:], lived.total_As)]
-    levels = [[(0.0, y), (end_s, y)] for y in (0.0, *pool.full)]
-    mark(axes.wells, events, curves, levels)
-    return axes
-
-
-def _moments(plan: Plan) -> Iterator[tuple[str, float]]:
-    """The moments at which the available well is driven past full and runs dry."""
-    for words, moment_s in (("driven past full", plan.overfull_s), ("runs dry", plan.runs_dry_s)):
-        if moment_s is not None:
-            yield words, moment_s
-
-
-def _draw_curves(ax: Axes, pool: Battery, lived: Course) -> None:
-    time_s, available_As, bound_As = lived
-    levels_As = [0.0, *available_As, *lived.total_As, pool.capacity_As]
-    low, high = style.margins(levels_As, 0.06, 0)
-    ax.axhspan(low, 0.0, facecolor="none", hatch="////", edgecolor=f"{VERMILLION}80", linewidth=0.0)
-    ax.axhline(0.0, color=VERMILLION, linewidth=0.9)
-    for level_As, colour in zip(pool.full, (BLUE, SKY), strict=True):
-        ax.axhline(level_As, color=colour, linewidth=0.8, linestyle=style.DASHED)
-    ax.plot(time_s, lived.total_As, color=BLACK, linewidth=0.8)
-    ax.plot(time_s, available_As, color=BLUE)
-    ax.plot(time_s, bound_As, color=SKY)
-    ax.set(ylim=(low, high), ylabel="charge in the wells [A s]")
-    names = "$y_1$ empty", "$y_1$ full: $ωB$", "$y_2$ full: $(1-ω)B$"
-    style.name_levels(ax, zip((0.0, *map(float, pool.full)), names, strict=True))
-
-
-def _draw_current(ax: Axes, lived: Course) -> None:
-    """Draw the current as the slope of the charge, as charging may taper."""
-    later = np.flatnonzero(np.diff(lived.time_s, prepend=-1.0) > 0.0)
-    edges, total_As = lived.time_s[later], lived.total_As[later]
-    currents = np.diff(total_As) / np.diff(edges)
-    ax.axhline(0.0, color=BLACK, linewidth=0.5)
-    ax.stairs(currents, edges, color=BLACK, baseline=None, linewidth=1.1)
-    ax.set(ylim=style.margins([0.0, *currents], 0.12), ylabel="current into\nthe battery $I$ [A]")
 
 
 @style.applied()
@@ -257,11 +156,13 @@ def _title(plan: Plan) -> str:
 
 
 def _events(plan: Plan, lived: Course) -> Iterator[tuple[str, float, float]]:
-    """The moments of `_moments`, with words and on the curve of the total charge."""
-    for words, moment_s in _moments(plan):
+    """The moments at which the available well is driven past full and runs dry."""
+    for words, moment_s in (("driven past full", plan.overfull_s), ("dry", plan.runs_dry_s)):
+        if moment_s is None:
+            continue
         level_As = float(np.interp(moment_s, lived.time_s, lived.total_As))
-        text = f"{words.removeprefix('runs ')} at {moment_s:.1f} s"
-        if words == "runs dry":
+        text = f"{words} at {moment_s:.1f} s"
+        if words == "dry":
             left = f"{level_As:,.0f}".replace(",", "\N{THIN SPACE}")
             text += f"\n{left} A s still bound"
         yield text, moment_s, level_As

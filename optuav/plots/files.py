@@ -22,9 +22,9 @@ def save_pictures(
 ) -> list[Path]:
     """Write the pictures of a plan as PNG files.
 
-    ``map.png``; ``battery.png``, or ``packs.png`` where packs take turns; ``wells.png`` if there
-    are plans to compare it with; and ``leg.png`` of the first leg that the flight model describes;
-    the map alone where there is no plan. The same plan gives the same bytes.
+    ``map.png``; ``wells.png``, or ``packs.png`` where packs take turns; and ``leg.png`` of the
+    first leg that the flight model describes; the map alone where there is no plan. The same plan
+    gives the same bytes.
 
     Parameters
     ----------
@@ -103,8 +103,6 @@ def _figures(
     if subject.mission.battery.takes_turns:
         yield "packs.png", plots.packs([subject])[0].get_figure(root=True)
     else:
-        yield "battery.png", plots.battery(subject).wells.get_figure(root=True)
-    if beside:
         yield "wells.png", plots.wells([subject, *beside])[0].get_figure(root=True)
     if first := modelled_leg(subject):
         drawn = plots.leg(subject.mission, first.start_place, first.end_place)

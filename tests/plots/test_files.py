@@ -37,7 +37,7 @@ def names_only(monkeypatch: pytest.MonkeyPatch) -> None:
     """Pictures are named and neither drawn nor written, apart from packs."""
     empty = Figure().subplots()
     monkeypatch.setattr(files, "png", lambda figure: PNG)
-    for name in ("mission_map", "battery", "leg", "wells"):
+    for name in ("mission_map", "leg", "wells"):
         axes = SimpleNamespace(plan=empty, wells=empty, speed=empty)
         drawn = [empty] if name == "wells" else axes
         monkeypatch.setattr(plots, name, lambda *_, drawn=drawn: drawn)
@@ -52,7 +52,7 @@ def test_bytes_do_not_depend_on_the_users_settings(
         mine = settings()
         second = plots.save_pictures(paper, str(tmp_path / "second"))
         assert settings() == mine
-    assert [path.name for path in first] == ["map.png", "battery.png", "leg.png"]
+    assert [path.name for path in first] == ["map.png", "wells.png", "leg.png"]
     for one, other in zip(first, second, strict=True):
         content = one.read_bytes()
         assert content.startswith(PNG)
@@ -74,7 +74,7 @@ def test_packs_that_take_turns_are_drawn_as_such(tmp_path: Path) -> None:
     assert [path.name for path in written] == ["map.png", "packs.png", "leg.png"]
     alone = optuav.solve(direct.replace({"battery.packs": 1}), "P3", perspective="battery")
     written = plots.save_pictures(alone, tmp_path / "one")
-    assert [path.name for path in written] == ["map.png", "battery.png", "leg.png"]
+    assert [path.name for path in written] == ["map.png", "wells.png", "leg.png"]
 
 
 def test_a_leg_with_figures_of_the_user_is_not_drawn_from_the_model(paper: optuav.Plan) -> None:
@@ -84,14 +84,6 @@ def test_a_leg_with_figures_of_the_user_is_not_drawn_from_the_model(paper: optua
     shown = files.modelled_leg(paper)
     assert shown is not None
     assert (shown.start_place, shown.end_place) == ("origin", "b1")
-
-
-@pytest.mark.usefixtures("names_only")
-def test_wells_are_drawn_where_there_is_a_plan_beside(
-    paper: optuav.Plan, table2: optuav.Plan, tmp_path: Path
-) -> None:
-    names = [path.name for path in plots.save_pictures(paper, tmp_path, [table2])]
-    assert names == ["map.png", "battery.png", "wells.png", "leg.png"]
 
 
 def test_places_that_cannot_be_written_are_refused(nothing: optuav.Plan, tmp_path: Path) -> None:
@@ -120,7 +112,7 @@ import optuav.plots.files
 assert not any(name.partition(".")[0] == "matplotlib" for name in sys.modules)
 sys.modules["matplotlib"] = None
 try:
-    optuav.plots.battery
+    optuav.plots.wells
 except optuav.errors.InputError as error:
     print(error)
 """

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from typing import Any
 
 import numpy as np
 import pytest
@@ -12,11 +13,16 @@ from matplotlib.axes import Axes
 from matplotlib.collections import PolyCollection
 from matplotlib.colors import to_rgba
 from matplotlib.figure import Figure
+from scipy.integrate import solve_ivp
 
 import optuav
 from optuav import plots
 from optuav.errors import InputError, NoPlanError
+from optuav.network import vehicle
+from optuav.plots.charge import course
 from optuav.plots.style import BLUE, SKY, VERMILLION
+
+CAPACITY_AS, SHARE, FLOW_PER_S = 72_000.0, 0.8, 4.5e-5
 
 
 @pytest.fixture(scope="module")
@@ -105,3 +111,93 @@ def test_what_cannot_be_drawn_is_refused(plans: list[optuav.Plan]) -> None:
     late = plans[0].mission.replace({"limits.deadline_s": 10})
     with pytest.raises(NoPlanError):
         plots.wells([optuav.solve(late, perspective="battery")])
+
+
+def integrated(plan: optuav.Plan) -> tuple[list[float], list[list[float]]]:
+    """Ends of the phases [s] and wells there [A s], from the differential equations."""
+    state, time_s, states, times = [SHARE * CAPACITY_AS, (1 - SHARE) * CAPACITY_AS], 0.0, [], []
+    for phase in plan.phases:
+        for stage in phase.stages:
+
+            def rates(_: float, y: Any, current: float = stage.current_A) -> list[float]:
+                flow = FLOW_PER_S * (y[1] / (1 - SHARE) - y[0] / SHARE)
+                return [current + flow, -flow]
+
+            solved = solve_ivp(rates, (0.0, stage.duration_s), state, rtol=1e-10, atol=1e-6)
+            state, time_s = solved.y[:, -1].tolist(), time_s + stage.duration_s
+        times.append(time_s)
+        states.append(state)
+    return times, states
+
+
+def test_the_course_follows_the_differential_equations(paper: optuav.Plan) -> None:
+    """At the ends of the phases, by integration."""
+    lived = course(vehicle.pool(paper.mission), paper)
+    for time_s, wells in zip(*integrated(paper), strict=True):
+        for level_As, drawn_As in zip(wells, (lived.available_As, lived.bound_As), strict=True):
+            assert np.interp(time_s, lived.time_s, drawn_As) == pytest.approx(level_As, abs=0.01)
+    assert lived.total_As[0] == pytest.approx(CAPACITY_AS)
+    assert lived.total_As[-1] == pytest.approx(0.05 * CAPACITY_AS)
+
+
+def test_the_course_is_exact_within_the_hover(paper: optuav.Plan) -> None:
+    """Against eq (15) of the paper at every point drawn."""
+    hover = next(phase for phase in paper.phases if phase.kind == "hover")
+    time_s, available, bound = course(vehicle.pool(paper.mission), paper)
+    inside = (time_s > hover.start_s) & (time_s < hover.end_s)
+    y1, y2 = (np.interp(hover.start_s, time_s, each) for each in (available, bound))
+    rate, current = FLOW_PER_S / (SHARE * (1 - SHARE)), hover.current_A
+    passed = rate * (time_s[inside] - hover.start_s)
+    expected = y1 * np.exp(-passed)
+    expected += ((y1 + y2) * rate * SHARE + current) * (1 - np.exp(-passed)) / rate
+    expected += current * SHARE * (passed - 1 + np.exp(-passed)) / rate
+    assert inside.sum() > 50
+    assert available[inside] == pytest.approx(expected, abs=1e-5)
+
+
+def test_moments_are_marked_where_the_available_well_is_full_and_empty(paper: optuav.Plan) -> None:
+    (ax,) = plots.wells([paper])
+    words = [text.get_text().partition("\n")[0] for text in ax.texts]
+    assert {"dry at 1095.5 s", "driven past full at 157.0 s"} <= set(words)
+    time_s, available, _ = course(vehicle.pool(paper.mission), paper)
+    for moment_s, level_As in ((paper.runs_dry_s, 0.0), (paper.overfull_s, SHARE * CAPACITY_AS)):
+        assert moment_s is not None
+        assert np.interp(moment_s, time_s, available) == pytest.approx(level_As, abs=1.0)
+
+
+def test_phases_are_named_above(paper: optuav.Plan) -> None:
+    (ax,) = plots.wells([paper])
+    assert {"rest, b1", "hover"} <= {text.get_text() for text in ax.texts}
+
+
+ODD: dict[str, tuple[dict[str, Any], dict[str, Any]]] = {
+    "wells of one size": ({"battery.available_fraction": 0.5}, {}),
+    "a tiny available well": ({"battery.available_fraction": 0.02}, {}),
+    "passed by": ({"laser": None}, {"problem": optuav.P4("b9")}),
+    "an endless flow": ({"battery.flow_rate_per_s": 100.0}, {}),
+    "a large battery, a long rest": (
+        {"battery.capacity_As": 2e8, "limits.deadline_s": 9e6, "battery.charge_current_A": 9e3},
+        {},
+    ),
+}
+
+
+RARE = ("wells of one size", "an endless flow")
+"""Cases that are drawn in `make soak` alone, as the others draw most of what they do."""
+
+
+@pytest.mark.parametrize(
+    ("values", "options"),
+    [
+        pytest.param(*case, id=name, marks=[pytest.mark.soak] * (name in RARE))
+        for name, case in ODD.items()
+    ],
+)
+def test_odd_batteries_are_drawn_without_texts_on_each_other(
+    values: dict[str, Any],
+    options: dict[str, Any],
+    paper: optuav.Plan,
+    overlaps: Callable[[Figure], list[tuple[str, str]]],
+) -> None:
+    plan = optuav.solve(paper.mission.replace(values), **{"perspective": "battery", **options})
+    assert overlaps(plots.wells([plan])[0].figure) == []
