@@ -77,25 +77,6 @@ def _text(value: object) -> str:
 class Datasheet(MissionSection):
     """What the owner of a multirotor knows of it; `mission` makes a mission of it.
 
-    Parameters
-    ----------
-    mass_kg, payload_kg
-        Take-off mass of the published flight times [kg], 0.05 to 1000, and what it carries on top,
-        as the receiver of the laser [kg], 0 to 1000.
-    packs, cells
-        Battery packs, and cells of a pack in series [-], 1 to 100.
-    capacity_mAh
-        Of one pack [mAh], 10 to 1e6.
-    hover_min, cruise_min
-        Until the battery is empty, hovering without payload and at cruise speed [min], 1 to 1e4;
-        the latter as when hovering, unless stated.
-    cruise_speed_m_s
-        [m/s], 0.5 to 100.
-    reserve_percent
-        Charge that shall be left after landing [%], 0 to 90.
-    laser_power_W
-        Power that the laser draws [W], 0 to 1e6.
-
     Examples
     --------
     >>> import optuav

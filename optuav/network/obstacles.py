@@ -124,6 +124,8 @@ def _through(
     depth_m = obstacles.roof_m[footprint] - MARGIN_M - low_m[line, 2]
     kept = depth_m > 0.0
     kept &= (exempt[line] != obstacles.building[footprint, None]).all(axis=1)
+    if not kept.any():
+        return line[kept], obstacles.building[footprint[kept]]
     line, footprint, depth_m = line[kept], footprint[kept], depth_m[kept]
     way_m = high_m[line] - low_m[line]
     share = np.where(way_m[:, 2] > depth_m, depth_m / np.maximum(way_m[:, 2], depth_m), 1.0)
@@ -138,7 +140,8 @@ def _on_map(start_m: Floats, end_m: Floats) -> npt.NDArray[np.object_]:
 
     seen = np.asarray(shapely.linestrings(np.stack([start_m[:, :2], end_m[:, :2]], axis=1)))
     upright = (start_m[:, :2] == end_m[:, :2]).all(axis=1)
-    seen[upright] = shapely.points(start_m[upright, :2])
+    if upright.any():
+        seen[upright] = shapely.points(start_m[upright, :2])
     return seen
 
 

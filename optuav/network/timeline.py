@@ -34,20 +34,13 @@ CHECKED = ConfigDict(extra="forbid", allow_inf_nan=False, revalidate_instances="
 
 @dataclass(frozen=True)
 class PhaseStage:
-    """A part of a phase with constant current and power.
-
-    Parameters
-    ----------
-    duration_s
-        Duration [s], ≥ 0.
-    current_A, power_W
-        Net, into the battery [A], [W]; negative while the battery drains. Where charging tapers,
-        what is offered: a full battery takes less.
-    """
+    """A part of a phase with constant current and power."""
 
     __pydantic_config__: ClassVar[ConfigDict] = CHECKED
 
-    duration_s: Amount
+    duration_s: Amount  # Duration [s], ≥ 0
+    # Net, into the battery [A], [W]; negative while the battery drains. Where charging tapers, what
+    # is offered: a full battery takes less.
     current_A: Figure
     power_W: Figure
 

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Hashable
+from dataclasses import fields
 from functools import lru_cache
-from typing import NamedTuple
+from typing import NamedTuple, TypeVar
 
 import numpy as np
 
@@ -12,8 +14,12 @@ from optuav.physics import flight, kibam, laser, link, rotor
 from optuav.physics.flight import Loads, regime_leg
 from optuav.physics.quantity import Quantity, Vector, norm
 
-MOTOR_FIELDS = tuple(rotor.Motor.__dataclass_fields__)
-AIRFRAME_FIELDS = tuple(flight.Airframe.__dataclass_fields__)
+Model = TypeVar("Model", rotor.Motor, flight.Airframe, link.Channel, laser.Conversion)
+
+
+def _of(model: type[Model], section: object) -> Model:
+    """A model of the physics from the keys of the same names in a table of the mission."""
+    return model(**{each.name: getattr(section, each.name) for each in fields(model)})
 
 
 class Flow(NamedTuple):
@@ -25,14 +31,22 @@ class Flow(NamedTuple):
 
 def motor(mission: Mission) -> rotor.Motor:
     """Constants of a rotor; the mission's flight model is "rotors"."""
-    assert mission.rotor is not None
-    return rotor.Motor(**{name: getattr(mission.rotor, name) for name in MOTOR_FIELDS})
+    return _of(rotor.Motor, mission.rotor)
 
 
 def airframe(mission: Mission) -> flight.Airframe:
     """Mass and inertia; the mission's flight model is "rotors"."""
-    assert mission.body is not None
-    return flight.Airframe(**{name: getattr(mission.body, name) for name in AIRFRAME_FIELDS})
+    return _of(flight.Airframe, mission.body)
+
+
+def channel(mission: Mission) -> link.Channel:
+    """The radio channel to the device."""
+    return _of(link.Channel, mission.link)
+
+
+def conversion(mission: Mission) -> laser.Conversion:
+    """Fits of emitter and receiver; the mission has a laser."""
+    return _of(laser.Conversion, mission.laser)
 
 
 def pool(mission: Mission) -> kibam.Battery:
@@ -43,28 +57,9 @@ def pool(mission: Mission) -> kibam.Battery:
     )
 
 
-def channel(mission: Mission) -> link.Channel:
-    """The radio channel to the device."""
-    given = mission.link
-    return link.Channel(
-        noise_power_W=given.noise_power_W,
-        transmit_power_W=given.transmit_power_W,
-        rice_factor=given.rice_factor,
-        snr_threshold_dB=given.snr_threshold_dB,
-        path_loss_exponent=given.path_loss_exponent,
-    )
-
-
 def coverage_radius_m(mission: Mission) -> Quantity:
     """d_max [m] of the mission's outage limit."""
-    given, limit = channel(mission), mission.limits.outage_probability
-    columns = any(np.ndim(each) for each in (*vars(given).values(), limit))
-    return link.coverage_radius(given, limit) if columns else _coverage_radius_m(given, limit)
-
-
-@lru_cache(maxsize=1000)  # needed many times a solve, and found by iteration
-def _coverage_radius_m(given: link.Channel, outage_limit: float) -> Quantity:
-    return link.coverage_radius(given, outage_limit)
+    return _once(link.coverage_radius, channel(mission), mission.limits.outage_probability)
 
 
 def hover_point_m(mission: Mission, radius_m: Quantity | None = None) -> Vector:
@@ -74,7 +69,8 @@ def hover_point_m(mission: Mission, radius_m: Quantity | None = None) -> Vector:
     """
     if mission.route.hover_m is not None:
         return mission.route.hover_m
-    return link.hover_point(
+    point_m: Vector = _once(
+        link.hover_point,
         mission.route.origin_m,
         mission.route.destination_m,
         mission.link.device_m,
@@ -82,6 +78,21 @@ def hover_point_m(mission: Mission, radius_m: Quantity | None = None) -> Vector:
         mission.limits.min_altitude_m,
         mission.laser.position_m if mission.laser else mission.route.origin_m,
     )
+    return point_m
+
+
+def _once(function: Callable[..., Quantity], *arguments: Hashable) -> Quantity:
+    """A result that is found by iteration and needed many times a solve; remembered for numbers."""
+    try:
+        hash(arguments)
+    except TypeError:  # columns of many variants
+        return function(*arguments)
+    return _remembered(function, *arguments)
+
+
+@lru_cache(maxsize=1000)
+def _remembered(function: Callable[..., Quantity], *arguments: Hashable) -> Quantity:
+    return function(*arguments)
 
 
 def hover_load(mission: Mission, wind_N: Vector | None = None) -> Flow:
@@ -125,14 +136,6 @@ def leg_loads(mission: Mission, displacement_m: Vector) -> tuple[Loads, Quantity
     return leg.loads, leg.peak_speed_m_s
 
 
-def turns_rad(mission: Mission, displacement_m: Vector) -> tuple[Quantity, ...]:
-    """Angles of the turns on a leg [rad]; none where the flight model knows no turns."""
-    if mission.flight.model == "regimes":
-        return ()
-    leg = flight.leg(airframe(mission), motor(mission), displacement_m, mission.wind.force_N)
-    return leg.turns_rad
-
-
 def attenuation_per_km(mission: Mission) -> Quantity:
     """α [1/km] as stated, or from the visibility."""
     given = mission.laser
@@ -141,18 +144,6 @@ def attenuation_per_km(mission: Mission) -> Quantity:
         return given.attenuation_per_km
     assert given.visibility_km is not None
     return laser.attenuation(given.wavelength_nm, given.visibility_km)
-
-
-def conversion(mission: Mission) -> laser.Conversion:
-    """Fits of emitter and receiver; the mission has a laser."""
-    given = mission.laser
-    assert given is not None
-    return laser.Conversion(
-        given.emitter_slope,
-        given.emitter_offset_W,
-        given.receiver_slope,
-        given.receiver_offset_W,
-    )
 
 
 def charging(mission: Mission, distance_m: Quantity) -> Flow:

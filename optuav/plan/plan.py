@@ -47,20 +47,11 @@ COLUMNS = (
 
 @dataclass(frozen=True)
 class Stop:
-    """A stay at one place.
+    """A stay at one place."""
 
-    Parameters
-    ----------
-    kind
-        ``"hover"`` or ``"rest"``.
-    at
-        Name of the place.
-    start_s, duration_s
-        Start, counted from take-off, and duration [s].
-    """
-
-    kind: Literal["hover", "rest"]
-    at: str
+    kind: Literal["hover", "rest"]  # ``"hover"`` or ``"rest"``
+    at: str  # Name of the place
+    # Start, counted from take-off, and duration [s].
     start_s: float
     duration_s: float
 

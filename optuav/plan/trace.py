@@ -23,35 +23,20 @@ APART = ("time_s", "position_m", "available_As", "bound_As", "soc")
 
 @dataclass(frozen=True)
 class Event:
-    """Something that happens during a mission, or that a plan gets wrong.
+    """Something that happens during a mission, or that a plan gets wrong."""
 
-    Parameters
-    ----------
-    kind
-        ``"empty"``, ``"full"``, ``"deadline"``, ``"state of charge"``, ``"altitude"``,
-        ``"coverage"``, ``"building"``, ``"ends"``, ``"no roof"``, ``"impossible"``,
-        ``"mismatch"`` or ``"no plan"``, which no plan to be flown may have; ``"no sight"``,
-        ``"peak speed"``, ``"no drag"``, ``"stated"``, ``"pack empty"`` or ``"pack full"`` to be
-        known.
-    time_s
-        Moment, counted from take-off [s].
-    words
-        What happens, for a person.
-    value, limit
-        The figure and the limit it breaks; None where there is none.
-    unit
-        Of both.
-    violation
-        Whether the plan cannot be flown because of it.
-    """
-
+    # ``"empty"``, ``"full"``, ``"deadline"``, ``"state of charge"``, ``"altitude"``,
+    # ``"coverage"``, ``"building"``, ``"ends"``, ``"no roof"``, ``"impossible"``, ``"mismatch"`` or
+    # ``"no plan"``, which no plan to be flown may have; ``"no sight"``, ``"peak speed"``,
+    # ``"no drag"``, ``"stated"``, ``"pack empty"`` or ``"pack full"`` to be known.
     kind: str
-    time_s: float
-    words: str
+    time_s: float  # Moment, counted from take-off [s]
+    words: str  # What happens, for a person
+    # The figure and the limit it breaks; None where there is none.
     value: float | None = None
     limit: float | None = None
-    unit: str = ""
-    violation: bool = True
+    unit: str = ""  # Of both
+    violation: bool = True  # Whether the plan cannot be flown because of it
 
     def __str__(self) -> str:
         return f"{self.time_s:10.2f} s  {self.words}{self.figures}"
@@ -69,53 +54,31 @@ class Event:
 
 @dataclass(frozen=True)
 class Trace:
-    """A mission over time: arrays with one entry per moment, among them both ends of every stage.
+    """A mission over time: arrays with one entry per moment, both ends of each stage among them."""
 
-    Parameters
-    ----------
-    time_s
-        Since take-off [s], never falling; two equal moments part a stage from the next.
-    position_m
-        (moment, 3) [m].
-    speed_m_s
-        Along the path [m/s]: the rate of change of the position.
-    pitch_rad, roll_rad
-        Attitude [rad]; NaN where the flight model has none.
-    kind, stage
-        What the UAV does: ``"flight"``, ``"hover"``, ``"rest"``; and the stage of a leg.
-    phase
-        Number of the phase, from 0.
-    start_place, end_place
-        Names of places.
-    current_A, power_W
-        Net, into the battery [A], [W].
-    received_power_W
-        What the laser delivers [W].
-    voltage_V
-        At which the current is drawn [V]; the nominal voltage where none is.
-    available_As, bound_As
-        (moment, pack) charge in the wells [A s]; pooled packs count as one.
-    soc
-        State of charge by perspective [-].
-    """
-
+    # Since take-off [s], never falling; two equal moments part a stage from the next.
     time_s: Floats
-    position_m: Floats
-    speed_m_s: Floats
+    position_m: Floats  # (moment, 3) [m]
+    speed_m_s: Floats  # Along the path [m/s]: the rate of change of the position
+    # Attitude [rad]; NaN where the flight model has none.
     pitch_rad: Floats
     roll_rad: Floats
+    # What the UAV does: ``"flight"``, ``"hover"``, ``"rest"``; and the stage of a leg.
     kind: Texts
     stage: Texts
-    phase: Integers
+    phase: Integers  # Number of the phase, from 0
+    # Names of places.
     start_place: Texts
     end_place: Texts
+    # Net, into the battery [A], [W].
     current_A: Floats
     power_W: Floats
-    received_power_W: Floats
-    voltage_V: Floats
+    received_power_W: Floats  # What the laser delivers [W]
+    voltage_V: Floats  # At which the current is drawn [V]; the nominal voltage where none is
+    # (moment, pack) charge in the wells [A s]; pooled packs count as one.
     available_As: Floats
     bound_As: Floats
-    soc: Mapping[str, Floats]
+    soc: Mapping[str, Floats]  # State of charge by perspective [-]
 
     def __len__(self) -> int:
         return len(self.time_s)
