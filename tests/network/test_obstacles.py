@@ -392,7 +392,7 @@ def test_a_line_that_stays_is_judged_once_for_all() -> None:
 
 
 @pytest.mark.parametrize("seed", range(4))
-def test_bundles_about_corners_and_roofs_are_judged_as_single_lines(seed: int) -> None:
+def test_lines_of_variants_are_judged_as_single_lines(seed: int) -> None:
     """Through a square, an L and a sliver, beside and over them, from outside and from within."""
     corner = ((0.0, 0.0), (60.0, 0.0), (60.0, 20.0), (20.0, 20.0), (20.0, 60.0), (0.0, 60.0))
     town = [
