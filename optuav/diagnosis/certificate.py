@@ -42,26 +42,12 @@ Column = Sequence[Fraction]
 
 @dataclass(frozen=True)
 class Row:
-    """A constraint as a row Σ coefficient · unknown ≤ limit, with its multiplier in a sum.
-
-    Parameters
-    ----------
-    label
-        Of the constraint, as declared.
-    parameters, keys
-        Names of the parameters in the constraint, and their keys of the mission.
-    coefficients
-        By symbol of the unknown, exact, without zeros.
-    limit
-        b, exact.
-    multiplier
-        y, exact.
-    """
+    """A constraint as a row Σ coefficient · unknown ≤ limit, with its multiplier in a sum."""
 
     label: str
-    parameters: tuple[str, ...]
-    keys: tuple[str, ...]
-    coefficients: Mapping[str, Fraction]
+    parameters: tuple[str, ...]  # Names of the parameters in the constraint
+    keys: tuple[str, ...]  # Their keys of the mission
+    coefficients: Mapping[str, Fraction]  # By symbol of the unknown, exact, without zeros
     limit: Fraction
     multiplier: Fraction = ZERO
 
@@ -148,12 +134,13 @@ class Certificate(Combination):
     --------
     >>> import optuav
     >>> late = optuav.load("paper").replace({"limits.deadline_s": 60})
-    >>> conflict, *_ = optuav.explain(late, "P3", perspective="battery").conflicts
-    >>> (certificate,) = conflict.certificates
+    >>> part = optuav.formulate(late, "P3", perspective="battery").parts[0]
+    >>> (certificate,) = certificates(part.model, part.model.row(0))
     >>> certificate.holds(), certificate.keys
     (True, ('limits.deadline_s',))
     >>> print(certificate)
-                 1 ×  P3.b hover time  0 ≤ −15.79
+                 1 ×  P3.b hover time  −Δ ≤ 0
+                 1 ×  P3.b hover time  Δ ≤ −15.79
                  sum                   0 ≤ −15.79, which is false
     """
 
@@ -170,17 +157,9 @@ class Certificate(Combination):
 
 @dataclass(frozen=True)
 class Bound(Combination):
-    """Constraints that add up to objective ≤ limit: no point that satisfies them is better.
+    """Constraints that add up to objective ≤ limit: no point that satisfies them is better."""
 
-    Parameters
-    ----------
-    rows
-        The constraints that are used.
-    objective
-        Coefficients of what is maximised by symbol of the unknown, exact, without zeros.
-    """
-
-    objective: Mapping[str, Fraction]
+    objective: Mapping[str, Fraction]  # What is maximised, by symbol of the unknown
 
     def holds(self) -> bool:
         """Whether the rows prove the bound, evaluated exactly."""
@@ -210,17 +189,8 @@ def certificates(
     """Minimal conflicts of linear constraints, no two of which share a constraint on parameters.
 
     A repair has to resolve all of them; resolving these may bring up others. Constraints that are
-    not linear are left out: what the others prove holds with them too.
-
-    Parameters
-    ----------
-    model
-        The declaration.
-    parameters
-        Values of all its parameters, numbers.
-    slot_s
-        Length of the slots [s], of which the unknowns take at least their first; that slots are
-        whole is not used.
+    not linear are left out: what the others prove holds with them too. In slots the unknowns take
+    at least their first slot; that slots are whole is not used.
     """
     rows = _rows(linear_part(model), parameters, slot_s)
     symbols = [each.symbol for each in model.variables]
@@ -242,21 +212,9 @@ def certificates(
 
 
 def bound(model: Model, parameters: Values, binding: Collection[str]) -> Bound | None:
-    """Why no point of a linear programme is better than its optimum.
+    """Rows among the binding ones that add up to the objective: no point is better.
 
-    Parameters
-    ----------
-    model
-        The declaration.
-    parameters
-        Values of all its parameters, numbers.
-    binding
-        Labels of the constraints that hold with equality at the optimum.
-
-    Returns
-    -------
-    Rows among those that add up to the objective (what is minimised, negated); None if none do or
-    none are needed.
+    What is minimised counts negated. None if no rows do, or none are needed.
     """
     symbols = [each.symbol for each in model.variables]
     goal = [Fraction(float(x)) for x in linear_form(model, parameters).directions[0, :, 0]]

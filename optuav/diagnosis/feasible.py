@@ -52,21 +52,11 @@ def feasible(cases: Sequence[Case]) -> list[bool]:
 
 
 class Stack(NamedTuple):
-    """Routes of several cases as the quantities of one declaration.
+    """Routes of several cases as the quantities of one declaration."""
 
-    Parameters
-    ----------
-    question
-        The question, the same about all of them.
-    given
-        Quantities, arrays with one entry a route.
-    cases
-        Number of the case that each route belongs to.
-    """
-
-    question: Question
-    given: Quantities
-    cases: Integers
+    question: Question  # The same about all of them
+    given: Quantities  # Arrays with one entry a route
+    cases: Integers  # Number of the case that each route belongs to
 
 
 def _stacks(cases: Sequence[Case]) -> Iterator[Stack]:

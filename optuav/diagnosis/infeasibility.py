@@ -42,22 +42,12 @@ BROKEN = {"dry": "empty", "past full": "past full"}
 
 @dataclass(frozen=True)
 class Clash:
-    """Constraints that no times satisfy together, though they do if any one of them is left out.
-
-    Parameters
-    ----------
-    labels, keys
-        Of the constraints, and the mission's keys in them.
-    broken
-        Sentences on the constraints that do not hold without any stay, Δ = T' = 0.
-    far_s
-        Sum of the times up to which it is proved [s]; infinity where the constraints bound them.
-    """
+    """Constraints that no times satisfy together, though they do if any one of them is left out."""
 
     labels: tuple[str, ...]
-    keys: tuple[str, ...]
-    broken: tuple[str, ...]
-    far_s: float
+    keys: tuple[str, ...]  # The mission's keys in them
+    broken: tuple[str, ...]  # Sentences on those that do not hold without any stay, Δ = T' = 0
+    far_s: float  # Sum of the times up to which it is proved [s]; infinity where they are bounded
 
     def to_dict(self) -> dict[str, object]:
         """As plain data; None for infinity."""
@@ -73,24 +63,13 @@ class Clash:
 class Conflict:
     """Why some routes have no feasible times.
 
-    Parameters
-    ----------
-    route
-        Names of the places of the example: of the routes concerned the one with the shortest
-        flight.
-    routes
-        Number of routes concerned.
-    certificates
-        The conflicts of linear constraints on that route, each with its proof; all of them have to
-        be resolved. None where the linear constraints agree.
-    clash
-        Where they agree: constraints that no times satisfy together; None where only whole slots do
-        not fit, or no engine can tell.
+    All certificates have to be resolved. Without any the linear constraints agree; then there is a
+    clash, or only whole slots do not fit, or no engine can tell.
     """
 
-    route: tuple[str, ...]
-    routes: int
-    certificates: tuple[Certificate, ...]
+    route: tuple[str, ...]  # Places of the route with the shortest flight of those concerned
+    routes: int  # Number of routes concerned
+    certificates: tuple[Certificate, ...]  # Conflicts of linear constraints on that route
     clash: Clash | None = None
 
     @property
@@ -177,17 +156,8 @@ def _clashes(program: Program, part: Part, entries: Sequence[int]) -> Iterator[C
 def irreducible(model: Model, parameters: Values) -> tuple[Constraint, ...]:
     """Constraints that cannot hold together, none of which can be spared; one of such sets.
 
-    Parameters
-    ----------
-    model
-        The declaration.
-    parameters
-        Values of all its parameters, numbers, with which nothing is feasible.
-
-    Raises
-    ------
-    NotExponentialError
-        If a constraint has a form that phases of constant current do not give.
+    Nothing may be feasible with the parameters, all of them numbers. Raises `NotExponentialError`
+    if a constraint has a form that phases of constant current do not give.
     """
     linear = linear_part(model).constraints
     kept = [*(each for each in model.constraints if each not in linear), *linear]

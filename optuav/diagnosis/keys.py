@@ -21,28 +21,14 @@ INSIDE = 1e-9
 
 @dataclass(frozen=True)
 class Key:
-    """A numeric key that a mission states.
+    """A numeric key that a mission states."""
 
-    Parameters
-    ----------
-    name
-        Dotted name; of a component as ``wind.force_N[2]``.
-    now
-        Its value.
-    low, high
-        Smallest and largest value allowed.
-    whole
-        Whether only whole numbers are allowed.
-    unit
-        As its range states it; ``"-"`` for a ratio.
-    """
-
-    name: str
+    name: str  # Dotted; of a component as ``wind.force_N[2]``
     now: float
     low: float
     high: float
-    whole: bool
-    unit: str
+    whole: bool  # Whether only whole numbers are allowed
+    unit: str  # As its range states it; ``"-"`` for a ratio
 
     def further(self, sign: int) -> Iterator[float]:
         """Values ever larger (1) or smaller (−1), to a thousandfold or the end of the range."""
@@ -93,13 +79,7 @@ def wind_components(mission: Mission) -> Iterator[Key]:
 
 
 def moved(mission: Mission, key: Key, value: float) -> Mission:
-    """The mission with another value of a key.
-
-    Raises
-    ------
-    InputError
-        If that breaks a rule of missions.
-    """
+    """The mission with another value of a key, or an `InputError` where that breaks a rule."""
     name, _, axis = key.name.removesuffix("]").partition("[")
     if not axis:
         return mission.replace({name: int(value) if key.whole else value})

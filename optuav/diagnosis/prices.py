@@ -39,39 +39,21 @@ Step = tuple[Parameter, float]
 
 @dataclass(frozen=True)
 class Price:
-    """What a parameter of the winning programme is worth, the other parameters held.
-
-    Parameters
-    ----------
-    name, symbol, unit
-        As declared.
-    key
-        The mission's key of the same meaning and unit; ``""`` if it is derived.
-    value
-        Its value.
-    less, more
-        Change of the objective per unit, on either side; they differ at a kink. Infinite on a side
-        that is infeasible.
-    step
-        How much "one more" is.
-    gain, loss
-        Change of the objective by one step more and by one step less; infinite where that leaves
-        no plan.
-    solved_again
-        Whether gain and loss come from solving again; else from the rates, which hold nearby.
-    """
+    """What a parameter of the winning programme is worth, the other parameters held."""
 
     name: str
     symbol: str
     unit: str
-    key: str
+    key: str  # The mission's key of the same meaning and unit; empty if it is derived
     value: float
+    # Change of the objective per unit on either side: they differ at a kink, and are infinite on a
+    # side that is infeasible.
     less: float
     more: float
-    step: float
-    gain: float
-    loss: float
-    solved_again: bool
+    step: float  # How much "one more" is
+    gain: float  # Change of the objective by one step more; infinite where that leaves no plan
+    loss: float  # The same by one step less
+    solved_again: bool  # Whether gain and loss come from solving again, else from the rates
 
     @property
     def has_kink(self) -> bool:
@@ -103,17 +85,9 @@ def prices(
 ) -> tuple[Price, ...]:
     """Shadow prices of the winning programme; where itineraries tie, those of the best of them.
 
-    Parameters that the programme only compares with other figures, as the altitude of the hover
-    point with its limits, have none: another value in the mission would move these figures too.
-
-    Parameters
-    ----------
-    program
-        What was declared.
-    solutions
-        Answers with continuous times, one for every part.
-    chosen
-        Part and entry of the best one.
+    Chosen are the part and entry of the best of the answers with continuous times. Parameters that
+    the programme only compares with other figures, as the altitude of the hover point with its
+    limits, have none: another value in the mission would move these figures too.
     """
     model = program.parts[chosen[0]].model
     row, fixed = model.row(chosen[1]), _compared_alone(model)

@@ -42,21 +42,11 @@ class Case(NamedTuple):
 
 @dataclass(frozen=True)
 class MissionQuestion:
-    """A question that can be put to other missions as well.
-
-    Parameters
-    ----------
-    mission
-        The mission.
-    stated
-        The question, with the slots of the mission left out where it does not state its own.
-    graph
-        A graph that was edited; None for the legs of the flight model.
-    """
+    """A question that can be put to other missions as well."""
 
     mission: Mission
-    stated: Question
-    graph: Graph | None = None
+    stated: Question  # The slots of the mission are left out where it does not state its own
+    graph: Graph | None = None  # A graph that was edited
 
     def program(self) -> Program:
         """The question declared."""
@@ -78,13 +68,7 @@ class MissionQuestion:
         return (self.stated.stops, self.stated.hovers) != (1, 1)
 
     def with_stops(self, stops: int | None, hovers: int | None) -> MissionQuestion:
-        """The question with so many rests and hovers; None leaves a number as it is.
-
-        Raises
-        ------
-        InputError
-            If the problem is not P1.
-        """
+        """The question with so many rests and hovers; an `InputError` if the problem is not P1."""
         if stops is None and hovers is None:
             return self
         problem = self.stated.problem
@@ -109,20 +93,10 @@ def question_of(
     graph: Graph | None = None,
     time_limit_s: float | None = None,
 ) -> MissionQuestion:
-    """The question behind a program, a plan, or a mission with options.
+    """The question behind a program, a plan, or a mission with the options of `optuav.formulate`.
 
-    Parameters
-    ----------
-    subject
-        What `optuav.formulate` or `optuav.solve` returned, or a mission as they take it.
-    problem, perspective, slot_s, engine, graph, time_limit_s
-        As for `optuav.formulate`, for a mission only; None for its defaults.
-
-    Raises
-    ------
-    InputError
-        If options are given for anything but a mission, or a plan does not record its question, or
-        has several stops.
+    Raises `InputError` if options are given for anything but a mission, or a plan does not record
+    its question, or has several stops.
     """
     options = {
         "problem": problem,

@@ -45,37 +45,19 @@ UNDECIDED = (
 
 @dataclass(frozen=True)
 class Side:
-    """A constraint at the optimum.
-
-    Parameters
-    ----------
-    label, unit
-        As declared.
-    statement
-        The constraint as mathematics; empty for one too long to read.
-    left, sense, right
-        Values of its sides and how they compare.
-    slack
-        What is to spare.
-    binds
-        Whether it holds with equality.
-    kind, step
-        What it limits, and the step of the itinerary at whose end, as in a `Constraint`.
-    in_flight
-        Whether that step is a stage of flight.
-    """
+    """A constraint at the optimum."""
 
     label: str
     unit: str
-    statement: str
+    statement: str  # The constraint as mathematics; empty for one too long to read
     left: float
     sense: str
     right: float
     slack: float
-    binds: bool
-    kind: str = ""
+    binds: bool  # Whether it holds with equality
+    kind: str = ""  # What it limits, and at the end of which step, as in a `Constraint`
     step: int | None = None
-    in_flight: bool = False
+    in_flight: bool = False  # Whether that step is a stage of flight
 
     @property
     def of_wells(self) -> bool:

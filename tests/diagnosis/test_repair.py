@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 import optuav
 from optuav.diagnosis import Repair, repairs
 from optuav.diagnosis.keys import Key, keys
-from optuav.diagnosis.repair import Found, Judge, searched
+from optuav.diagnosis.repair import Judge, RepairingValues, searched
 from optuav.errors import InputError
 from optuav.mission import Mission
 from tests.diagnosis.missions import PAPER, SMALL, infeasible
@@ -206,7 +206,7 @@ def feasible_within(low: float, high: float) -> Judge:
     return lambda trials: [low <= value <= high for _, value in trials]
 
 
-def search(key: Key, sign: int, judge: Judge) -> Found | None:
+def search(key: Key, sign: int, judge: Judge) -> RepairingValues | None:
     return searched([(key, sign)], judge).get((key, sign))
 
 
