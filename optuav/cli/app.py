@@ -15,24 +15,26 @@ from typing import Annotated, Any
 import typer
 from rich.console import Console
 
-from optuav.cli import (
-    audit,
-    calibrate,
-    compare,
-    explain,
-    formulate,
-    ledger,
-    missions,
-    new,
-    reproduce,
-    sensitivity,
-    show,
-    solve,
-    validate,
-)
+from optuav.cli.audit import audit
+from optuav.cli.calibrate import calibrate
+from optuav.cli.compare import compare
+from optuav.cli.explain import explain
+from optuav.cli.formulate import formulate
+from optuav.cli.ledger import ledger
+from optuav.cli.missions import missions
+from optuav.cli.new import new
+from optuav.cli.output import BAD_INPUT, FAILED
+from optuav.cli.reproduce import reproduce
+from optuav.cli.sensitivity import sensitivity
+from optuav.cli.show import show
+from optuav.cli.solve import solve
+from optuav.cli.validate import validate
 from optuav.errors import InputError, SolverError
 
-BAD_INPUT, ENGINE_FAILED = 2, 3
+COMMANDS = (
+    *(solve, explain, audit, compare, reproduce, sensitivity, ledger, formulate, calibrate),
+    *(show, validate, new, missions),
+)
 
 app = typer.Typer(
     name="optuav",
@@ -44,10 +46,12 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
     context_settings={"help_option_names": ["-h", "--help"]},
 )
+for command in COMMANDS:
+    app.command()(command)
 
 
-def _say_version(asked: bool) -> None:
-    if asked:
+def _print_version(wanted: bool) -> None:
+    if wanted:
         import optuav
 
         typer.echo(f"optuav {optuav.__version__}")
@@ -58,28 +62,10 @@ def _say_version(asked: bool) -> None:
 def _options(
     version: Annotated[
         bool,
-        typer.Option("--version", help="Show the version.", is_eager=True, callback=_say_version),
+        typer.Option("--version", help="Show the version.", is_eager=True, callback=_print_version),
     ] = False,
 ) -> None:
-    """Take what stands before the command."""
-
-
-for command in (
-    solve.solve,
-    explain.explain,
-    audit.audit,
-    compare.compare,
-    reproduce.reproduce,
-    sensitivity.sensitivity,
-    ledger.ledger,
-    formulate.formulate,
-    calibrate.calibrate,
-    show.show,
-    validate.validate,
-    new.new,
-    missions.missions,
-):
-    app.command()(command)
+    """Take the options before the command."""
 
 
 @cache
@@ -91,19 +77,16 @@ def program() -> Any:
 def main(arguments: Sequence[str] | None = None) -> None:
     """Run a command and leave with its exit code."""
     if hasattr(signal, "SIGPIPE"):
-        # A reader that has seen enough, as `| head`, ends the command without a word.
+        # A reader that has seen enough, as `| head`, ends the command without a message.
         signal.signal(signal.SIGPIPE, signal.SIG_DFL)
     for stream in (sys.stdout, sys.stderr):
         if hasattr(stream, "reconfigure"):
             stream.reconfigure(errors="replace")
-    screen = Console(stderr=True, highlight=False, soft_wrap=True)
     try:
         program()(args=None if arguments is None else list(arguments))
-    except InputError as error:
+    except (InputError, SolverError) as error:
+        screen = Console(stderr=True, highlight=False, soft_wrap=True)
         screen.print("error:", style="bold red", end=" ")
-        screen.print(str(error).replace("\n", "\n       "), markup=False)
-        sys.exit(BAD_INPUT)
-    except SolverError as error:
-        screen.print("error:", style="bold red", end=" ")
-        screen.print(str(error), markup=False)
-        sys.exit(ENGINE_FAILED)
+        indented = str(error).replace("\n", "\n       ")
+        screen.print(indented, markup=False)
+        sys.exit(BAD_INPUT if isinstance(error, InputError) else FAILED)

@@ -2,24 +2,13 @@
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
 from typing import Annotated
 
 import typer
-from rich.console import Console
-from rich.text import Text
 
 from optuav.cli.options import JsonOption
-
-NO = 1
-STYLES = {
-    "FLYABLE:": "bold green",
-    "NOT": "bold red",
-    "Violated": "bold",
-    "Contradicted": "bold",
-    "To": "bold",
-}
+from optuav.cli.output import NO, deliver
 
 
 def audit(
@@ -53,13 +42,6 @@ def audit(
         from optuav import plots
 
         written.append(plots.save(plots.profile(judged.replay), plot))
-    if as_json:
-        typer.echo(json.dumps(judged.to_dict(), indent=2, ensure_ascii=False))
-    else:
-        screen = Console(highlight=False, soft_wrap=True)
-        for line in str(judged).splitlines():
-            screen.print(Text(line, style=STYLES.get(line.partition(" ")[0], "")))
-        for path in written:
-            screen.print(f"wrote {path}", style="dim")
+    deliver(judged.to_dict, str(judged), as_json=as_json, written=written)
     if not judged:
         raise typer.Exit(NO)

@@ -2,21 +2,22 @@
 
 from __future__ import annotations
 
-import json
 import math
 from collections.abc import Iterator
 from enum import StrEnum
+from itertools import islice
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
-from rich.console import Console, RenderableType
-from rich.table import Table
+from rich.console import RenderableType
+from rich.table import Column, Table
 from rich.text import Text
 
 from optuav.cli.options import JsonOption, PlotOption
+from optuav.cli.output import check_places, deliver, warning
 from optuav.mission import load
-from optuav.mission.files import make_directory, must_be_new, write_text
+from optuav.mission.files import must_be_new, write_text
 
 if TYPE_CHECKING:
     from optuav.calibration import Fit, Panel, Value
@@ -64,52 +65,33 @@ def calibrate(
 ) -> None:
     """Find parameters of a mission from measurements, and say how sure they are."""
     base = None if extends is None else load(extends)
+    check_places(None, plot)
     if save is not None:
         must_be_new(save)
-    if plot is not None:
-        from optuav import plots
-
-        make_directory(plot)
-        _ = plots.fit  # refused here where matplotlib is missing
     from optuav import calibration
 
-    fit = {
+    fits = {
         Kind.kibam: calibration.fit_kibam,
         Kind.regimes: calibration.fit_regimes,
         Kind.rotor: calibration.fit_rotor,
         Kind.table: calibration.fit_table,
-    }[kind]
-    found = fit(files)
+    }
+    found = fits[kind](files)
     found = found.beside(base or load(found.extends))
     written = []
     if save is not None:
         write_text(save, found.to_toml(extends, save))
         written.append(save)
     if plot is not None and found.panels:
+        from optuav import plots
+
         written.append(plots.save(plots.fit(found)[0], plot / "fit.png"))
-    if as_json:
-        typer.echo(json.dumps(found.to_dict(), indent=2, ensure_ascii=False))
-        return
-    _show(found, written)
-
-
-def _show(found: Fit, written: list[Path]) -> None:
-    from optuav.studies.results import as_text
-
-    screen = Console(highlight=False)
-    if screen.is_terminal:
-        for piece in _pieces(found):
-            screen.print(piece)
-    else:
-        typer.echo(as_text(_pieces(found)))
-    for warning in found.warnings:
-        screen.print("warning:", style="bold yellow", end=" ")
-        screen.print(warning, markup=False, soft_wrap=True)
+    notes = [warning(each) for each in found.warnings]
     if found.changes:
         settings = (f"--set {key}={value}" for key, value in found.changes.items())
-        screen.print(f"\noptuav solve MISSION {' '.join(settings)}", markup=False, soft_wrap=True)
-    for path in written:
-        screen.print(f"wrote {path}", style="dim", markup=False, soft_wrap=True)
+        notes.append(Text(f"\noptuav solve MISSION {' '.join(settings)}"))
+    pieces = _pieces(found)
+    deliver(found.to_dict, lambda _: pieces, as_json=as_json, notes=notes, written=written)
 
 
 def _pieces(found: Fit) -> Iterator[RenderableType]:
@@ -123,30 +105,20 @@ def _pieces(found: Fit) -> Iterator[RenderableType]:
 
 
 def _values(values: list[Value], name: str) -> Table:
-    table = _table()
-    table.add_column(Text(f"[{name}]"), no_wrap=True)
-    table.add_column("value", justify="right", no_wrap=True)
-    table.add_column("95 % between", justify="right", no_wrap=True)
+    table = _table(f"[{name}]", "value", "95 % between")
     for each in values:
         row = each.written(" – ") if each.determined else ["?", "not determined"]
-        if each.interval is None:
-            row.append("–")
-        table.add_row(each.key.partition(".")[2], *row)
+        table.add_row(each.key.partition(".")[2], *row, *(["–"] if each.interval is None else []))
     return table
 
 
 def _observations(panel: Panel) -> Table:
     """Every named observation beside what the fit makes of it."""
-    table = _table()
-    table.add_column(Text(f"{panel.quantity} [{panel.unit}]"), no_wrap=True, max_width=30)
-    for heading in ("observed", "fitted", "difference"):
-        table.add_column(heading, justify="right", no_wrap=True)
+    table = _table(f"{panel.quantity} [{panel.unit}]", "observed", "fitted", "difference")
+    table.columns[0].max_width = 30
     table.add_column("")
     rows = zip(panel.names, panel.observed, panel.fitted, panel.each_role, strict=True)
-    for number, (name, observed, fitted, role) in enumerate(rows):
-        if number == MOST_ROWS:
-            table.add_row(f"and {len(panel.names) - MOST_ROWS} more")
-            break
+    for name, observed, fitted, role in islice(rows, MOST_ROWS):
         difference = 0.0 if math.isclose(fitted, observed, rel_tol=1e-9) else fitted - observed
         table.add_row(
             Text(name),
@@ -155,6 +127,8 @@ def _observations(panel: Panel) -> Table:
             f"{difference:+.3g}" if difference else "0",
             "" if role == "fitted" else role,
         )
+    if len(panel.names) > MOST_ROWS:
+        table.add_row(f"and {len(panel.names) - MOST_ROWS} more")
     return table
 
 
@@ -166,5 +140,9 @@ def _spread(panel: Panel) -> Text:
     return Text(f"{panel.quantity}: {left:.3g} {panel.unit} rms left over of {count} samples")
 
 
-def _table() -> Table:
-    return Table(box=None, pad_edge=False, padding=(0, 2, 0, 0), header_style="")
+def _table(name: str, *figures: str) -> Table:
+    table = Table(Column(Text(name), no_wrap=True), box=None, pad_edge=False, header_style="")
+    table.padding = (0, 2, 0, 0)
+    for heading in figures:
+        table.add_column(heading, justify="right", no_wrap=True)
+    return table

@@ -4,40 +4,30 @@ from __future__ import annotations
 
 import textwrap
 from pathlib import Path
-from typing import Annotated, cast
+from typing import Annotated
 
 import typer
 
 import optuav
-from optuav.cli.options import (
-    BUILDING,
-    HOVER_POINT,
-    ORDER,
-    PERSPECTIVE,
-    PROBLEM,
-    SLOT,
-    TRAJECTORY,
-    MissionArgument,
-    SetOption,
-    mission_of,
-)
+from optuav.cli import options
+from optuav.cli.output import NO, check_places
 from optuav.errors import Fault, InputError
+from optuav.mission.files import write_text
 from optuav.options import Perspective
 
-NO = 1
 WIDTH = 80
 
 
 def formulate(
-    mission: MissionArgument,
-    problem: Annotated[str, PROBLEM] = "P1",
-    trajectory: Annotated[str | None, TRAJECTORY] = None,
-    building: Annotated[str | None, BUILDING] = None,
-    order: Annotated[str | None, ORDER] = None,
-    perspective: Annotated[str, PERSPECTIVE] = "available",
-    slot_s: Annotated[float | None, SLOT] = None,
-    hover_point: Annotated[str | None, HOVER_POINT] = None,
-    settings: SetOption = None,
+    mission: options.MissionArgument,
+    problem: Annotated[str, options.PROBLEM] = "P1",
+    trajectory: Annotated[str | None, options.TRAJECTORY] = None,
+    building: Annotated[str | None, options.BUILDING] = None,
+    order: Annotated[str | None, options.ORDER] = None,
+    perspective: Annotated[Perspective, options.PERSPECTIVE] = "available",
+    slot_s: Annotated[float | None, options.SLOT] = None,
+    hover_point: Annotated[str | None, options.HOVER_POINT] = None,
+    settings: options.SetOption = None,
     latex: Annotated[bool, typer.Option("--latex", help="Print LaTeX (package amsmath).")] = False,
     lp: Annotated[bool, typer.Option("--lp", help="Print a file in CPLEX LP format.")] = False,
     mps: Annotated[bool, typer.Option("--mps", help="Print a file in free MPS format.")] = False,
@@ -54,24 +44,15 @@ def formulate(
     if len(forms) > 1:
         given = ", ".join(f"--{name}" for name in forms)
         raise InputError([Fault(given, "", "one of --latex, --lp, --mps")])
-    from optuav.solving.question import problem_of
-
-    program = optuav.formulate(
-        mission_of(mission, settings),
-        problem_of(
-            problem,
-            trajectory=trajectory,
-            building=building,
-            order=order,
-            hover_point=hover_point,
-        ),
-        perspective=cast(Perspective, perspective),
-        slot_s=slot_s,
-    )
+    check_places(save, None)
+    stated = options.mission_of(mission, settings)
+    fields = {"trajectory": trajectory, "building": building, "order": order}
+    fields |= {"hover_point": hover_point}
+    asked = options.problem_of(stated, problem, fields, perspective=perspective, slot_s=slot_s)
+    program = optuav.formulate(stated, asked, perspective=perspective, slot_s=slot_s)
     if not program.parts:
         typer.echo(textwrap.fill(str(program), WIDTH, subsequent_indent="  "))
         raise typer.Exit(NO)
-    from optuav.mission.files import write_text
     from optuav.studies.statement import statement
 
     text = statement(program, *forms).rstrip("\n")

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
 from optuav.cli.options import JsonOption
-from optuav.errors import Fault, InputError
+from optuav.cli.output import check_places, deliver
 from optuav.mission.files import write_text
 
 
@@ -30,16 +29,11 @@ def ledger(
     ] = None,
 ) -> None:
     """Compute the paper's numbers again, and say which match and why others do not."""
-    if save is not None and save.suffix != ".csv":
-        raise InputError([Fault("--save", repr(str(save)), "a name that ends in .csv")])
+    check_places(save, None, ".csv")
     from optuav.paper.ledger import ledger as computed
 
     found = computed(names or ())
     if save is not None:
         write_text(save, found.to_csv())
-    if as_json:
-        typer.echo(json.dumps(found.records(), indent=2, ensure_ascii=False))
-    elif names or details:
-        typer.echo(found.details)
-    else:
-        typer.echo(f"{found.summary}\n\nWith reasons: optuav ledger --details, or NAME...")
+    more = f"{found.summary}\n\nWith reasons: optuav ledger --details, or NAME..."
+    deliver(found.records, found.details if names or details else more, as_json=as_json)

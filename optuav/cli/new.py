@@ -33,6 +33,7 @@ def _number(key: str) -> Any:
 
 
 def new(
+    context: typer.Context,
     file: Annotated[Path, typer.Argument(metavar="FILE", help="The file to write.")],
     source: Annotated[
         str,
@@ -54,18 +55,7 @@ def new(
     laser_power_W: Annotated[float | None, _number("laser_power_W")] = None,
 ) -> None:
     """Write a mission file in which every key is explained."""
-    stated = {
-        "mass_kg": mass_kg,
-        "payload_kg": payload_kg,
-        "packs": packs,
-        "cells": cells,
-        "capacity_mAh": capacity_mAh,
-        "hover_min": hover_min,
-        "cruise_min": cruise_min,
-        "cruise_speed_m_s": cruise_speed_m_s,
-        "reserve_percent": reserve_percent,
-        "laser_power_W": laser_power_W,
-    }
+    stated = {name: context.params[name] for name in Datasheet.model_fields}
     must_be_new(file)
     mission, remarks = _start(source, stated)
     write_text(file, template(mission, file.stem, remarks))
@@ -75,10 +65,10 @@ def new(
 
 
 def _start(source: str, stated: dict[str, Any]) -> tuple[Mission, tuple[str, ...]]:
-    """The mission to start from, and what its file says of where it came from."""
+    """The mission to start from, and remarks on its source for its file."""
     if source == REGIMES:
         if sys.stdin.isatty() and Datasheet.faults(stated):
-            stated = _asked(stated)
+            stated = _prompted(stated)
         sheet = Datasheet.of(stated)
         return sheet.mission(), sheet.remarks()
     faults = [
@@ -91,8 +81,8 @@ def _start(source: str, stated: dict[str, Any]) -> tuple[Mission, tuple[str, ...
     return load(source), ()
 
 
-def _asked(stated: dict[str, Any]) -> dict[str, Any]:
-    """The numbers that were stated, and the others from the person at the terminal."""
+def _prompted(stated: dict[str, Any]) -> dict[str, Any]:
+    """The stated numbers; a person at the terminal gives the others."""
     answers = dict(stated)
     for name, field in Datasheet.model_fields.items():
         if answers[name] is None:
@@ -106,7 +96,7 @@ def _asked(stated: dict[str, Any]) -> dict[str, Any]:
 
 
 def _answer(name: str, text: Any) -> float:
-    """A number that the datasheet takes; anything else is asked for again."""
+    """A number that the datasheet takes; the prompt repeats after anything else."""
     try:
         number = float(text)
     except ValueError:

@@ -1,16 +1,19 @@
-"""Options and arguments that mean the same in every command."""
+"""Options and arguments that mean the same in every command, and what they state."""
 
 from __future__ import annotations
 
 import tomllib
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 from optuav.errors import Fault, InputError
 from optuav.mission import Mission, load
+
+if TYPE_CHECKING:
+    from formulations.formulation import Formulation
 
 MissionArgument = Annotated[
     str, typer.Argument(metavar="MISSION", help="Name of a shipped mission, or a mission file.")
@@ -28,6 +31,10 @@ JsonOption = Annotated[bool, typer.Option("--json", help="Print JSON instead of 
 SaveOption = Annotated[
     Path | None, typer.Option("--save", metavar="FILE", help="Write the plan as JSON.")
 ]
+SaveTableOption = Annotated[
+    Path | None,
+    typer.Option("--save", metavar="FILE", help="Write every detail, as .csv or .json."),
+]
 PlotOption = Annotated[
     Path | None,
     typer.Option(
@@ -35,12 +42,8 @@ PlotOption = Annotated[
     ),
 ]
 
-SaveTableOption = Annotated[
-    Path | None,
-    typer.Option("--save", metavar="FILE", help="Write every detail, as .csv or .json."),
-]
-
-# What is asked: the same words where it may be left out and where it has a default.
+# Options of a question: some commands have defaults where others leave them out. Unknown words are
+# refused by the library, which names every fault at once, and not by the parser of the options.
 PROBLEM = typer.Option(help="P1, P2, P2-tight, P3 or P4.", show_default="P1")
 TRAJECTORY = typer.Option(help="For P1 and P2: optimal, direct, traj1 or traj2.")
 BUILDING = typer.Option(help="For P4: where to rest.")
@@ -48,6 +51,8 @@ ORDER = typer.Option(help="rest-first or hover-first; by default the better of b
 PERSPECTIVE = typer.Option(
     help="available, battery, energy, adjusted or wells: how charge counts.",
     show_default="available",
+    parser=str,
+    metavar="<str>",
 )
 SLOT = typer.Option("--slot-s", help="Length of time slots in seconds; continuous by default.")
 ENGINE = typer.Option(
@@ -89,10 +94,39 @@ def mission_of(source: str, settings: Sequence[str] | None) -> Mission:
 
 
 def _value(text: str) -> Any:
-    """A value as TOML writes it; nothing removes the key, anything else is a string."""
+    """The value that TOML reads, else the text itself; None, which removes a key, for no text."""
     if not text:
         return None
     try:
         return tomllib.loads(f"value = {text}")["value"]
     except (tomllib.TOMLDecodeError, RecursionError):
         return text
+
+
+def problem_of(
+    mission: Mission,
+    name: str,
+    fields: Mapping[str, Any],
+    *,
+    perspective: str,
+    slot_s: float | None,
+    engine: str = "auto",
+    time_limit_s: float | None = None,
+) -> Formulation:
+    """The problem of a name with its fields; None for a field that is not stated.
+
+    Raises
+    ------
+    InputError
+        If there is no such problem; with everything that is wrong with the other options as well.
+    """
+    from optuav.solving import question
+
+    try:
+        return question.problem_of(name, **fields)
+    except InputError as error:
+        try:
+            question.checked_question(mission, "P1", perspective, slot_s, engine, time_limit_s)
+        except InputError as others:
+            raise InputError([*error.faults, *others.faults]) from None
+        raise

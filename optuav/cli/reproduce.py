@@ -8,9 +8,7 @@ from typing import Annotated
 import typer
 from rich.console import Console
 
-from optuav.cli.progress import progress
-
-NO = 1
+from optuav.cli.output import NO, check_places, progress
 
 
 def reproduce(
@@ -38,16 +36,15 @@ def reproduce(
 
     Exit code 1 if the mission has no plan.
     """
-    from optuav import plots
     from optuav.mission import load
     from optuav.paper import report
     from optuav.paper.curves import solve
     from optuav.paper.figures import why
 
-    _ = plots.curves  # refused here where matplotlib is missing
+    check_places(None, out)
     own = None if mission is None else load(mission)
-    with progress() as advance:
-        written = report.reproduce(out, only=only or (), mission=own, progress=advance)
+    with progress() as bar:
+        written = report.reproduce(out, only=only or (), mission=own, progress=bar)
     screen = Console(highlight=False, soft_wrap=True)
     screen.print(f"wrote {len(written)} files, among them {out / 'report.html'}", markup=False)
     if own is not None and not (plan := solve(own)):

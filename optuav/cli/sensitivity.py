@@ -3,26 +3,17 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated, cast
+from typing import Annotated
 
 import typer
 
-from optuav.cli.compare import deliver, make_ready
-from optuav.cli.options import (
-    JsonOption,
-    MissionArgument,
-    PlotOption,
-    SaveTableOption,
-    SetOption,
-    mission_of,
-)
+from optuav.cli import options
+from optuav.cli.output import NO, check_places, deliver_results
 from optuav.options import Perspective
-
-NO = 1
 
 
 def sensitivity(
-    mission: MissionArgument,
+    mission: options.MissionArgument,
     uncertainty: Annotated[
         Path | None,
         typer.Option(
@@ -31,7 +22,12 @@ def sensitivity(
         ),
     ] = None,
     perspective: Annotated[
-        str, typer.Option(help="available, battery, energy or adjusted: how charge counts.")
+        Perspective,
+        typer.Option(
+            parser=str,
+            metavar="<str>",
+            help="available, battery, energy or adjusted: how charge counts.",
+        ),
     ] = "available",
     plan: Annotated[
         Path | None,
@@ -41,27 +37,27 @@ def sensitivity(
     ] = None,
     samples: Annotated[int, typer.Option(help="How many samples to draw.")] = 10_000,
     seed: Annotated[int, typer.Option(help="Seed of the samples.")] = 0,
-    settings: SetOption = None,
-    as_json: JsonOption = False,
-    save: SaveTableOption = None,
-    plot: PlotOption = None,
+    settings: options.SetOption = None,
+    as_json: options.JsonOption = False,
+    save: options.SaveTableOption = None,
+    plot: options.PlotOption = None,
 ) -> None:
     """Find which numbers matter most, and what their uncertainty means for the hover time.
 
     Exit code 1 if the mission has no plan.
     """
-    make_ready(save, plot)
+    check_places(save, plot, ".csv", ".json")
     from optuav.plan import load_plan
     from optuav.studies import sensitivity as studies
 
     found = studies.sensitivity(
-        mission_of(mission, settings),
+        options.mission_of(mission, settings),
         uncertainty,
-        perspective=cast(Perspective, perspective),
+        perspective=perspective,
         plan=None if plan is None else load_plan(plan),
         samples=samples,
         seed=seed,
     )
-    deliver(found, save, plot, as_json=as_json)
+    deliver_results(found, save, plot, as_json=as_json)
     if not found.facts["hover_time_s"]:
         raise typer.Exit(NO)

@@ -2,25 +2,27 @@
 
 from __future__ import annotations
 
-import json
+import re
 from collections.abc import Iterable, Iterator
 from dataclasses import asdict
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import typer
 from pydantic import BaseModel
-from rich.console import Console
+from rich.console import RenderableType
 from rich.table import Table
 from rich.text import Text
 
 from optuav.cli.options import JsonOption, MissionArgument, PlotOption, SetOption, mission_of
-from optuav.cli.output import deliver
+from optuav.cli.output import NO, check_places, deliver
 from optuav.errors import Fault, InputError
 from optuav.mission import Mission
-from optuav.network.derived import BuildingFigures, Figure, building_figures, derived
-from optuav.plan import load_plan
 
-NO = 1
+if TYPE_CHECKING:
+    from optuav.network.derived import BuildingFigures, Figure
+
+UNIT = re.compile(r"\[([^]]+)\]")
 
 
 def show(
@@ -33,101 +35,70 @@ def show(
 
     Exit code 1 if the saved answer is that there is no feasible plan.
     """
+    check_places(None, plot)
     if Path(mission).suffix == ".json":
-        if settings:
-            raise InputError([Fault("--set", "", "goes with a mission, not with a saved plan")])
-        plan = load_plan(mission)
-        deliver(plan, as_json=as_json, save=None, plot=plot)
-        if not plan:
-            raise typer.Exit(NO)
+        _show_plan(mission, settings, as_json=as_json, plot=plot)
         return
+    from optuav.network.derived import building_figures, derived
+
     shown = mission_of(mission, settings)
-    figures = derived(shown)
-    if as_json:
-        values = {each.name: {"value": each.value, "unit": each.unit} for each in figures}
-        buildings = [asdict(each) for each in building_figures(shown)]
-        answer = {"mission": shown.to_dict(), "derived": values, "buildings": buildings}
-        typer.echo(json.dumps(answer, indent=2, ensure_ascii=False))
-    else:
-        _print(shown, figures)
+    figures, buildings = derived(shown), building_figures(shown)
+    written = []
     if plot is not None:
         from optuav.plots import save_pictures
 
-        for path in save_pictures(shown, plot):
-            typer.echo(f"wrote {path}", err=as_json)
+        written = save_pictures(shown, plot)
+    deliver(
+        lambda: {
+            "mission": shown.to_dict(),
+            "derived": {each.name: {"value": each.value, "unit": each.unit} for each in figures},
+            "buildings": [asdict(each) for each in buildings],
+        },
+        lambda _: _pieces(shown, figures, buildings),
+        as_json=as_json,
+        written=written,
+    )
 
 
-def _print(mission: Mission, figures: tuple[Figure, ...]) -> None:
-    screen = Console(highlight=False, soft_wrap=True)
-    screen.print(f"{mission.name}  {mission.description}".rstrip(), markup=False, soft_wrap=False)
+def _show_plan(file: str, settings: list[str] | None, *, as_json: bool, plot: Path | None) -> None:
+    if settings:
+        raise InputError([Fault("--set", "", "goes with a mission, not with a saved plan")])
+    from optuav.plan import load_plan
+
+    plan = load_plan(file)
+    written = []
+    if plot is not None:
+        from optuav.plots import save_pictures
+
+        written = save_pictures(plan, plot)
+    deliver(plan.to_dict, plan.summary(), as_json=as_json, written=written)
+    if not plan:
+        raise typer.Exit(NO)
+
+
+def _pieces(
+    mission: Mission, figures: Iterable[Figure], buildings: Iterable[BuildingFigures]
+) -> Iterator[RenderableType]:
+    """The mission's tables, and what follows from them."""
+    yield Text(f"{mission.name}  {mission.description}".rstrip())
     for name in type(mission).model_fields:
         section = getattr(mission, name)
         if isinstance(section, BaseModel):
-            screen.print(f"\n[{name}]", style="bold", markup=False)
-            screen.print(_grid(_settings(section)))
-    screen.print("\nderived", style="bold")
-    screen.print(_grid((each.name, each.text, each.unit) for each in figures))
+            yield Text(f"\n[{name}]", style="bold")
+            yield _lines(_settings(section))
+    yield Text("\nderived", style="bold")
+    yield _lines((each.name, each.text, each.unit) for each in figures)
     if mission.buildings:
-        screen.print("\n[[buildings]]", style="bold", markup=False)
-        screen.print(_buildings(building_figures(mission)))
-
-
-def _buildings(figures: Iterable[BuildingFigures]) -> Table:
-    table = Table(box=None, pad_edge=False, header_style="")
-    for heading in ("name", "position m", "footprint m", "received W"):
-        table.add_column(heading, justify="right" if heading == "received W" else "left")
-    for heading in ("T_fl s rest first", "hover first"):
-        table.add_column(heading, justify="right")
-    for each in figures:
-        size = each.footprint_m
-        corners = size is not None and isinstance(size[0], tuple)
-        table.add_row(
-            Text(each.name),
-            " ".join(f"{x:g}" for x in each.position_m),
-            "" if size is None else f"{len(size)} corners" if corners else _sides(size),
-            f"{each.received_power_W:.1f}" if each.laser_sight else "no sight",
-            *("-" if s is None else f"{s:.2f}" for s in (each.rest_first_s, each.hover_first_s)),
-        )
-    return table
-
-
-def _sides(size: Iterable[object]) -> str:
-    return " × ".join(_text(side) for side in size)
+        yield Text("\n[[buildings]]", style="bold")
+        yield _buildings(buildings)
 
 
 def _settings(section: BaseModel) -> Iterator[tuple[str, str, str]]:
+    """Key, value and unit; descriptions of keys have units and names of tables in brackets."""
     for key, value in section.model_dump(exclude_none=True).items():
-        name, unit = _named(key)
-        yield name, _text(value), unit
-
-
-UNITS = {
-    "As": "A s",
-    "rad_s": "rad/s",
-    "m_s": "m/s",
-    "m_s2": "m/s²",
-    "kg_m2": "kg m²",
-    "per_s": "1/s",
-    "per_km": "1/km",
-    "rpm_V": "rpm/V",
-    "Nm": "N m",
-    "Nm_s_rad": "N m s/rad",
-    "N_s2_rad2": "N s²/rad²",
-    "Nm_s2_rad2": "N m s²/rad²",
-    "ohm": "Ω",
-    **{unit: unit for unit in ("s", "m", "V", "A", "W", "J", "N", "kg", "km", "nm", "dB")},
-}
-"""Suffixes of keys, and how a reader writes the unit."""
-
-
-def _named(key: str) -> tuple[str, str]:
-    """A key and its unit, from the longest suffix that is one."""
-    parts = key.split("_")
-    for first in range(1, len(parts)):
-        suffix = "_".join(parts[first:])
-        if suffix in UNITS:
-            return key, UNITS[suffix]
-    return key, ""
+        named = UNIT.findall(type(section).model_fields[key].description or "")
+        units = [each for each in named if each != "-" and each not in Mission.model_fields]
+        yield key, _text(value), units[0] if units else ""
 
 
 def _text(value: object) -> str:
@@ -140,7 +111,8 @@ def _text(value: object) -> str:
     return str(value)
 
 
-def _grid(rows: Iterable[tuple[str, str, str]]) -> Table:
+def _lines(rows: Iterable[tuple[str, str, str]]) -> Table:
+    """Name, value and unit, a line each."""
     table = Table(box=None, show_header=False, pad_edge=False, padding=(0, 2, 0, 0))
     table.add_column(min_width=30, overflow="fold")
     table.add_column(overflow="fold")
@@ -148,3 +120,27 @@ def _grid(rows: Iterable[tuple[str, str, str]]) -> Table:
     for row in rows:
         table.add_row(*(Text(cell) for cell in row))
     return table
+
+
+def _buildings(figures: Iterable[BuildingFigures]) -> Table:
+    table = Table(box=None, pad_edge=False, header_style="")
+    for heading in ("name", "position m", "footprint m"):
+        table.add_column(heading)
+    for heading in ("received W", "T_fl s rest first", "hover first"):
+        table.add_column(heading, justify="right")
+    for each in figures:
+        table.add_row(
+            Text(each.name),
+            " ".join(f"{x:g}" for x in each.position_m),
+            _footprint(each.footprint_m),
+            f"{each.received_power_W:.1f}" if each.laser_sight else "no sight",
+            *("-" if s is None else f"{s:.2f}" for s in (each.rest_first_s, each.hover_first_s)),
+        )
+    return table
+
+
+def _footprint(size: tuple[object, ...] | None) -> str:
+    """The sides of a rectangle, or how many corners a polygon has."""
+    if size is None:
+        return ""
+    return f"{len(size)} corners" if isinstance(size[0], tuple) else " × ".join(map(_text, size))

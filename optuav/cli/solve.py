@@ -3,68 +3,50 @@
 from __future__ import annotations
 
 import shlex
-from collections.abc import Callable, Iterator
 from contextlib import nullcontext
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, cast
+from typing import TYPE_CHECKING, Annotated
 
 import typer
+from rich.text import Text
 
 import optuav
-from optuav.cli.options import (
-    BUILDING,
-    ENGINE,
-    HOVER_POINT,
-    HOVERS,
-    ORDER,
-    PERSPECTIVE,
-    PROBLEM,
-    SLOT,
-    STOPS,
-    TIME_LIMIT,
-    TRAJECTORY,
-    JsonOption,
-    MissionArgument,
-    PlotOption,
-    SaveOption,
-    SetOption,
-    mission_of,
-)
-from optuav.cli.progress import progress
+from optuav.cli import options
+from optuav.cli.output import FAILED, NO, Progress, check_places, deliver, progress
 from optuav.errors import Fault, InputError
 from optuav.options import Perspective
-from optuav.plan import Plan
 from optuav.status import Status
 
 if TYPE_CHECKING:
+    from formulations.formulation import Formulation
     from optuav.engines.registry import Engine
+    from optuav.plan import Plan
 
-NO, NOT_PROVED = 1, 3
-OTHER = {"battery": "available", "available": "battery"}
-"""What counts charge only, and what keeps the battery from running dry."""
+COMPARED: dict[str, Perspective] = {"battery": "available", "available": "battery"}
+"""The perspective whose plan pictures show beside: one counts charge only, one both wells."""
 
 
 def solve(
-    mission: MissionArgument,
-    problem: Annotated[str, PROBLEM] = "P1",
-    trajectory: Annotated[str | None, TRAJECTORY] = None,
-    building: Annotated[str | None, BUILDING] = None,
-    order: Annotated[str | None, ORDER] = None,
-    perspective: Annotated[str, PERSPECTIVE] = "available",
-    slot_s: Annotated[float | None, SLOT] = None,
-    engine: Annotated[str, ENGINE] = "auto",
+    mission: options.MissionArgument,
+    problem: Annotated[str, options.PROBLEM] = "P1",
+    trajectory: Annotated[str | None, options.TRAJECTORY] = None,
+    building: Annotated[str | None, options.BUILDING] = None,
+    order: Annotated[str | None, options.ORDER] = None,
+    perspective: Annotated[Perspective, options.PERSPECTIVE] = "available",
+    slot_s: Annotated[float | None, options.SLOT] = None,
+    engine: Annotated[str, options.ENGINE] = "auto",
     solver: Annotated[
         str | None, typer.Option(help="Solver behind cvxpy, by its name; HIGHS by default.")
     ] = None,
-    time_limit_s: Annotated[float | None, TIME_LIMIT] = None,
-    hover_point: Annotated[str | None, HOVER_POINT] = None,
-    stops: Annotated[int | None, STOPS] = None,
-    hovers: Annotated[int | None, HOVERS] = None,
-    settings: SetOption = None,
-    as_json: JsonOption = False,
-    save: SaveOption = None,
-    plot: PlotOption = None,
+    time_limit_s: Annotated[float | None, options.TIME_LIMIT] = None,
+    hover_point: Annotated[str | None, options.HOVER_POINT] = None,
+    stops: Annotated[int | None, options.STOPS] = None,
+    hovers: Annotated[int | None, options.HOVERS] = None,
+    settings: options.SetOption = None,
+    as_json: options.JsonOption = False,
+    save: options.SaveOption = None,
+    plot: options.PlotOption = None,
     animate: Annotated[
         Path | None,
         typer.Option(
@@ -73,44 +55,58 @@ def solve(
     ] = None,
 ) -> None:
     """Find the longest hover for a mission, and show the plan."""
-    asked = mission_of(mission, settings)
-    from optuav.solving.question import problem_of
-
-    stated = problem_of(
+    stated = options.mission_of(mission, settings)
+    fields: dict[str, str | int | None] = {"trajectory": trajectory, "building": building}
+    fields |= {"order": order, "hover_point": hover_point, "stops": stops, "hovers": hovers}
+    asked = options.problem_of(
+        stated,
         problem,
-        trajectory=trajectory,
-        building=building,
-        order=order,
-        hover_point=hover_point,
-        stops=stops,
-        hovers=hovers,
+        fields,
+        perspective=perspective,
+        slot_s=slot_s,
+        engine=engine,
+        time_limit_s=time_limit_s,
     )
+    check_places(save, plot)
     if animate is not None:
         from optuav.plots import gif_file
 
         gif_file(animate)
-    several = {stops, hovers} - {None, 1}
-    with progress() if several else nullcontext() as tell:
+    one_stop = not {stops, hovers} - {None, 1}
+    with nullcontext() if one_stop else progress() as bar:
         plan = optuav.solve(
-            asked,
             stated,
-            perspective=cast(Perspective, perspective),
+            asked,
+            perspective=perspective,
             slot_s=slot_s,
             engine=_engine(engine, solver),
             time_limit_s=time_limit_s,
-            progress=tell and partial(_tell_boxes, tell),
+            progress=None if bar is None else partial(_show_search, bar),
         )
-    from optuav.cli.output import deliver
+    written = []
+    if save is not None:
+        plan.save(save)
+        written.append(save)
+    explained = one_stop and hover_point in (None, "w_U")
+    if plot is not None:
+        from optuav.plots import save_pictures
 
-    alike = not several and hover_point in (None, "w_U")
-    beside = list(_by_the_other_perspective(plan)) if plot and alike else []
-    deliver(plan, as_json=as_json, save=save, plot=plot, beside=beside, animate=animate)
-    if plan.status is Status.INFEASIBLE and alike and not as_json:
-        typer.echo(f"optuav explain {shlex.quote(mission)} … tells what would repair it")
+        written += save_pictures(plan, plot, _beside(plan, asked) if explained else ())
+    if animate is not None and plan:
+        from optuav.judge import replay
+        from optuav.plots import save_animation
+
+        written.append(save_animation(replay(plan), animate))
+    elif animate is not None:
+        typer.echo(f"{animate} is not written: there is no plan to show", err=True)
+    notes = []
+    if plan.status is Status.INFEASIBLE and explained:
+        notes.append(Text(f"optuav explain {shlex.quote(mission)} … tells what would repair it"))
+    deliver(plan.to_dict, plan.summary(), as_json=as_json, notes=notes, written=written)
     if not plan:
         raise typer.Exit(NO)
     if plan.status is Status.FEASIBLE:
-        raise typer.Exit(NOT_PROVED)
+        raise typer.Exit(FAILED)
 
 
 def _engine(name: str, solver: str | None) -> str | Engine:
@@ -124,27 +120,15 @@ def _engine(name: str, solver: str | None) -> str | Engine:
     return Cvxpy(solver=solver)
 
 
-def _tell_boxes(
-    tell: Callable[[int, int | None, str], None], best_s: float, examined: int, left: int
-) -> None:
-    """How far a search over several stops is."""
-    tell(examined, None, f"hover {best_s:.3f} s so far, {examined} boxes looked at, {left} open")
+def _show_search(bar: Progress, best_s: float, examined: int, left: int) -> None:
+    """Show how far a search over several stops is."""
+    bar(examined, None, f"hover {best_s:.3f} s so far, {examined} boxes examined, {left} open")
 
 
-def _by_the_other_perspective(plan: Plan) -> Iterator[Plan]:
-    """What the same question gives where charge alone counts, or where the battery has to last."""
-    if not plan or plan.perspective not in OTHER or plan.mission.battery.takes_turns:
-        return
-    from optuav.solving.question import problem_of
-
-    problem = problem_of(
-        plan.problem, trajectory=plan.trajectory, building=plan.building, order=plan.order
-    )
-    other = optuav.solve(
-        plan.mission,
-        problem,
-        perspective=cast(Perspective, OTHER[plan.perspective]),
-        slot_s=plan.slot_s,
-    )
-    if other:
-        yield other
+def _beside(plan: Plan, problem: Formulation) -> list[Plan]:
+    """The plan of the same problem in the perspective that pictures compare with; or none."""
+    if not plan or plan.perspective not in COMPARED or plan.mission.battery.takes_turns:
+        return []
+    perspective = COMPARED[plan.perspective]
+    other = optuav.solve(plan.mission, problem, perspective=perspective, slot_s=plan.slot_s)
+    return [other] if other else []

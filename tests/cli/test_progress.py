@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from optuav.cli import progress as bar
+from optuav.cli import output as bar
 
 
 @pytest.mark.parametrize(("terminal", "kind"), [(True, "xterm"), (True, "dumb"), (False, "xterm")])
