@@ -43,7 +43,7 @@ def run() -> list[Row]:
         return 1.0 - (flight_As + hover_A * hover_s - rest_A * rest_s) / battery_As
 
     def vectorised() -> tuple[float, float]:
-        solution = grid.solve(part.model, 1, 1.0)
+        solution = grid.solve(part.model, 1, slot_s=1.0)
         return solution.values["hover_time_s"][0], solution.values["rest_time_s"][0]
 
     grid_s = median_s(vectorised, 15)

@@ -44,51 +44,35 @@ ROUNDING = 1e-11
 """By how much a constraint must be missed to fail, relative to max(1, |right side|)."""
 
 
+@dataclass(frozen=True)
 class Tapered:
-    """The constraints that charging with a taper changes, and the rows of the others.
+    """The constraints that charging with a taper changes, and the rows of the `others`.
 
-    Parameters
-    ----------
-    constraints
-        Those that hold a `Bounded` function.
-    values
-        Values of all parameters, by name.
-    names
-        Of the objective x and of the other time y, if there is one.
-    others
-        Rows of the other constraints.
-    x_top, y_top
-        Beyond these the rows do not hold [s], one a programme.
+    Values of all parameters by name; names of the objective x and of the other time y, if there is
+    one. Beyond the tops [s], one a programme, the rows do not hold.
     """
 
-    def __init__(
-        self,
-        constraints: Sequence[Constraint],
-        values: Values,
-        names: Sequence[str],
-        others: Rows,
-        x_top: Floats,
-        y_top: Floats,
-    ) -> None:
-        self.constraints, self.values, self.names = constraints, values, names
-        self.others, self.x_top, self.y_top = others, x_top, y_top
+    constraints: Sequence[Constraint]
+    values: Values
+    names: Sequence[str]
+    others: Rows
+    x_top: Floats
+    y_top: Floats
 
     def best(self, relaxed: Rows, never_full: Rows) -> Interval:
         """The best point known, with the smallest y that was found for it, and the bound above.
 
-        Parameters
-        ----------
-        relaxed
-            All rows, at constant current.
-        never_full
-            The same, and that the available well is never past full.
+        `relaxed` are all rows, at constant current; `never_full` say, besides, that the available
+        well is never past full.
         """
         bound = largest(relaxed, self.x_top, self.y_top)
         x, y = np.full_like(bound.x, np.nan), np.full_like(bound.x, np.nan)
-        tried = [bound, largest(never_full, self.x_top, self.y_top)]
-        tried.insert(1, self._along_largest(bound.x))
-        rows = [relaxed, relaxed, never_full]
-        for each, its_rows in zip(tried, rows, strict=True):
+        tried = (
+            (bound, relaxed),
+            (self._along_largest(bound.x), relaxed),
+            (largest(never_full, self.x_top, self.y_top), never_full),
+        )
+        for each, its_rows in tried:
             better = ~np.isnan(each.x) & ~(each.x <= x)
             better &= self._margin(each.x, each.y, np.arange(len(x))) >= 0.0
             shorter = self._shortest(each, shortest(its_rows, each, self.y_top))
@@ -166,22 +150,19 @@ STATUSES = np.array(
 OPTIMAL, FEASIBLE, INFEASIBLE, ERROR = range(4)
 
 
-def solve(model: Model, programmes: int, values: Values | None = None) -> Solution:
-    """Bracket the longest time of every programme.
+def solve(
+    model: Model,
+    programmes: int,
+    values: Values | None = None,
+    *,
+    slot_s: float | None = None,
+    time_limit_s: float | None = None,
+) -> Solution:
+    """Bracket the longest time of every programme; arguments as of `registry.Engine.solve`.
 
-    Parameters
-    ----------
-    model
-        The objective is one unknown, to be maximised; at most one other; both from 0.
-    programmes
-        Number of entries of those parameters that are arrays, at least 1.
-    values
-        Values of parameters that differ from the model's, by name.
-
-    Returns
-    -------
-    A `Solution` whose `beyond` is what no answer exceeds. Status feasible where that is farther
-    than `bracketing.WIDTH_S` from the answer; error where not even that is known, or a number is
+    The objective is one unknown, to be maximised; there is at most one other; both are from 0. The
+    solution's `beyond` is what no answer exceeds: the status is feasible where that is farther than
+    `bracketing.WIDTH_S` from the answer, and error where not even that is known, or a number is
     NaN.
 
     Raises
@@ -335,15 +316,4 @@ class Bracket(Direct):
 
     name: ClassVar[str] = NAME
     takes: ClassVar[Capability] = capability(NAME)
-
-    def solve(
-        self,
-        model: Model,
-        programmes: int,
-        values: Values | None = None,
-        *,
-        slot_s: float | None = None,
-        time_limit_s: float | None = None,
-    ) -> Solution:
-        """Solve a model for every entry of its parameters; see `registry.Engine`."""
-        return solve(model, programmes, values)
+    solve = staticmethod(solve)

@@ -25,12 +25,8 @@ from optuav.engines.rows import Margin, Rows, Section, Selection, close_in, fall
 class Interval(NamedTuple):
     """What is known of the largest x, one entry a programme.
 
-    Parameters
-    ----------
-    x, y
-        A point at which all rows hold; NaN without one.
-    beyond
-        No point has a larger x than this [s]; −inf where there is none at all.
+    A point (x, y) at which all rows hold, NaN without one; and what no point has a larger x than
+    [s], −inf where there is no point.
     """
 
     x: Floats
@@ -47,17 +43,9 @@ class Interval(NamedTuple):
 def largest(rows: Rows, x_top: Floats, y_top: Floats, *, any_point: bool = False) -> Interval:
     """Bracket the largest x of every programme.
 
-    Where y is 0 and trends do not tell, the points where a row ceases to hold are all found, and
-    tried from the largest.
-
-    Parameters
-    ----------
-    rows
-        Rows that have to hold.
-    x_top, y_top
-        Beyond these the rows do not hold [s], one a programme.
-    any_point
-        Whether to leave it at any point where looking for the largest x takes long.
+    Beyond the tops [s], one a programme, the rows do not hold. Where y is 0 and trends do not tell,
+    the points where a row ceases to hold are all found, and tried from the largest. With
+    `any_point`, any point will do where looking for the largest x takes long.
     """
     if not y_top.any():
         return _alone(rows, x_top)
@@ -177,18 +165,8 @@ def sweep(
 ) -> tuple[Floats, Floats, Floats]:
     """Lower x from its upper bound until a point is found; returns x, y and the upper bound.
 
-    The boxes double as long as they can be dropped, and halve when they cannot.
-
-    Parameters
-    ----------
-    rows
-        Rows that have to hold.
-    x_top, y_top
-        Beyond these the rows do not hold [s], one a programme.
-    beyond
-        No point has a larger x than this [s].
-    any_point
-        Whether to leave it at any point, not the one with the largest x.
+    The boxes double as long as they can be dropped, and halve when they cannot. The arguments are
+    those of `largest`, and what no x is beyond [s].
     """
     beyond = beyond.copy()
     _, rising, sinking = falling(rows, x_top, y_top)

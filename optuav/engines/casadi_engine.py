@@ -17,7 +17,7 @@ import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
-from typing import Any, ClassVar
+from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
 
@@ -26,8 +26,8 @@ from optuav.engines.ranges import implied_upper_bounds, lower_bounds, own_upper_
 from optuav.engines.registry import Capability, OneByOne, Single, capability
 from optuav.engines.solution import Solution, unanswered
 from optuav.errors import InputError, SolverError
-from optuav.modelling.check import evaluated, holding
-from optuav.modelling.expression import Operand, Relation
+from optuav.modelling.check import checked, evaluated
+from optuav.modelling.expression import Operand
 from optuav.modelling.model import Model
 from optuav.modelling.traversal import evaluate, fold, has_unknowns
 from optuav.status import Status
@@ -85,21 +85,11 @@ NAME = "casadi"
 class CasadiForm:
     """Programmes over scaled unknowns, with the parameters of a model as parameters.
 
-    Attributes
-    ----------
-    names, given
-        Names of the unknowns and of the parameters, in order.
-    constraints
-        Those with unknowns; a row without leaves IPOPT no interior to walk in.
-    settled
-        The others.
-    programmes
-        For the objective, divided by its steepness, and then for every preference, what
-        `casadi.nlpsol` takes. Their parameters are those of the model, the scales of the unknowns,
-        the steepness, and limits that keep the earlier goals as good as they were; the rows are the
-        constraints and those limits.
-    slope
-        (scaled unknowns, parameters and scales) → gradient of what is minimised.
+    `programmes` holds what `casadi.nlpsol` takes, for the objective over its steepness and then for
+    every preference. Their parameters are those of the model, the scales of the unknowns, the
+    steepness, and limits that keep the earlier goals as good as they were; their rows are the
+    `constraints`, and those limits. The `settled` constraints hold no unknown: a row without one
+    leaves IPOPT no interior to walk in. `slope` is the gradient of what is minimised.
 
     Raises
     ------
@@ -208,20 +198,10 @@ STEEP = 100.0
 """Largest slope of an objective as the solver sees it; its tolerances are absolute."""
 
 
-@dataclass(frozen=True)
-class ScaledProgramme:
-    """One programme: a model with numbers for its parameters.
+class ScaledProgramme(NamedTuple):
+    """One programme: a model with numbers for its parameters, and points to start from, scaled.
 
-    Parameters
-    ----------
-    names
-        Of the unknowns.
-    parameters, numbers
-        Values of the parameters by name, and in the order in which the solver takes them.
-    lower, upper, scale
-        Bounds of the unknowns, and their sizes; the solver sees an unknown over its size.
-    starts
-        Points to start from, scaled.
+    The solver sees an unknown over its scale.
     """
 
     names: Sequence[str]
@@ -250,10 +230,6 @@ class ScaledProgramme:
             "lbg": np.append(low, np.full(kept, -math.inf)),
             "ubg": np.append(high, np.zeros(kept)),
         }
-
-    def scaled(self, point: Mapping[str, float]) -> Floats:
-        """A point as the solver sees it."""
-        return np.array([point[name] for name in self.names]) / self.scale
 
     def point(self, answer: Any) -> dict[str, float]:
         """The point of an answer by name, moved onto bounds that it nearly reaches."""
@@ -316,18 +292,7 @@ ITERATIONS = 3000
 
 
 class CasadiProgramme:
-    """A model handed to CasADi once, to be solved with changing parameters.
-
-    Parameters
-    ----------
-    model
-        Any smooth model with continuous unknowns.
-    time_limit_s
-        Longest that one solve may take [s]; no limit by default.
-    accuracy
-        What IPOPT asks of optimality, scaled.
-    iterations
-        Most that IPOPT may take from a start.
+    """A smooth model handed to CasADi once, to be solved with changing parameters; see `Casadi`.
 
     Raises
     ------
@@ -372,7 +337,8 @@ class CasadiProgramme:
             return unanswered(
                 self.model, NAME, "bounds contradict", Status.INFEASIBLE, "not handed to IPOPT"
             )
-        broken = [each.label for each in self.form.settled if not _holds(each.relation, parameters)]
+        settled = checked(self.form.settled, parameters)
+        broken = [row.label for row in settled if not row.satisfied]
         if broken:
             words = f"does not hold whatever the unknowns: {', '.join(broken)}"
             return unanswered(self.model, NAME, "evaluated", Status.INFEASIBLE, words)
@@ -382,8 +348,8 @@ class CasadiProgramme:
         if best is None and UNBOUNDED in said:
             somewhere, said_of_it = self._best(scaled, math.inf)  # the objective made level
             if somewhere is not None:
-                proof, words = "local: the iterates diverge", ", ".join(dict.fromkeys(said))
-                return unanswered(self.model, NAME, proof, Status.UNBOUNDED, words)
+                proof = "local: the iterates diverge"
+                return unanswered(self.model, NAME, proof, Status.UNBOUNDED, _words(said))
             said = said_of_it
         if best is None:
             return self._nothing(said)
@@ -429,7 +395,7 @@ class CasadiProgramme:
             kept = float(evaluate(goals[number], {**scaled.parameters, **point}))
             kept = kept if number else -self.model.towards * kept
             floors.append(kept + EQUAL * max(1.0, abs(kept)))
-            start = scaled.scaled(point)
+            start = np.array([point[name] for name in scaled.names]) / scaled.scale
             more = [steepness, floors[0] / steepness, *floors[1:]]
             answer, word = run(programme, scaled.arguments(self.senses, start, more))
             found = scaled.point(answer)
@@ -438,7 +404,7 @@ class CasadiProgramme:
         return point
 
     def _nothing(self, said: Sequence[str]) -> Solution:
-        words = ", ".join(dict.fromkeys(said))
+        words = _words(said)
         if all(word == UNUSABLE for word in said):
             status, proof = Status.ERROR, "none"
         elif NO_WAY_IN in said:
@@ -471,15 +437,14 @@ class CasadiProgramme:
             values={name: np.array([value]) for name, value in point.items()},
             tight=None,
             duals={label: np.array([weight]) for label, weight in multipliers.items()},
-            words=[", ".join(dict.fromkeys(said))],
+            words=[_words(said)],
             model=self.model,
             given={name: np.array([value]) for name, value in parameters.items()},
         )
 
 
-def _holds(relation: Relation, values: Values) -> bool:
-    sides = (evaluate(side, values) for side in relation.sides)
-    return bool(holding(relation.sense, *sides))
+def _words(said: Sequence[str]) -> str:
+    return ", ".join(dict.fromkeys(said))
 
 
 @dataclass(frozen=True)

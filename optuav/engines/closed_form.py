@@ -42,21 +42,18 @@ OPTIMAL, INFEASIBLE, UNBOUNDED, ERROR = range(4)
 
 
 @np.errstate(divide="ignore", invalid="ignore", over="ignore")
-def solve(model: Model, programmes: int, values: Values | None = None) -> Solution:
-    """Solve a declared linear programme for every entry of its parameters.
+def solve(
+    model: Model,
+    programmes: int,
+    values: Values | None = None,
+    *,
+    slot_s: float | None = None,
+    time_limit_s: float | None = None,
+) -> Solution:
+    """Exact answers to a linear programme for every entry of its parameters.
 
-    Parameters
-    ----------
-    model
-        One or two variables, each with a finite lower bound; everything affine in them.
-    programmes
-        Number of entries of those parameters that are arrays, at least 1.
-    values
-        Values of parameters that differ from the model's, by name.
-
-    Returns
-    -------
-    A `Solution` with exact values; a programme with a NaN among its numbers has status error.
+    Arguments as of `registry.Engine.solve`; a programme with a NaN among its numbers has status
+    error.
 
     Raises
     ------
@@ -76,13 +73,9 @@ def solve(model: Model, programmes: int, values: Values | None = None) -> Soluti
     meeting = np.flatnonzero((form.normals != 0.0).any(axis=(1, 2)))
     bases = _bases(meeting.tolist(), unknowns)
     chunk = 1 + NUMBERS_AT_ONCE // (len(bases) * len(form.labels))
+    figures = form.normals, form.limits, form.directions
     parts = [
-        _solve_vertices(
-            bases,
-            form.normals[..., first : first + chunk],
-            form.limits[..., first : first + chunk],
-            form.directions[..., first : first + chunk],
-        )
+        _solve_vertices(bases, *(each[..., first : first + chunk] for each in figures))
         for first in range(0, programmes, chunk)
     ]
     codes = np.where(form.usable, np.concatenate([part.codes for part in parts]), ERROR)
@@ -216,15 +209,4 @@ class ClosedForm(Direct):
 
     name: ClassVar[str] = NAME
     takes: ClassVar[Capability] = capability(NAME)
-
-    def solve(
-        self,
-        model: Model,
-        programmes: int,
-        values: Values | None = None,
-        *,
-        slot_s: float | None = None,
-        time_limit_s: float | None = None,
-    ) -> Solution:
-        """Solve a model for every entry of its parameters; see `registry.Engine`."""
-        return solve(model, programmes, values)
+    solve = staticmethod(solve)

@@ -63,16 +63,9 @@ OUT_OF_TIME = ("user_limit", "user_limit_inaccurate")
 
 
 class Solver:
-    """An installed solver with its options.
+    """An installed solver with its options, by name as CVXPY calls it; None for HiGHS.
 
-    Parameters
-    ----------
-    name
-        As CVXPY calls it, in letters of any case; None for HiGHS.
-    whole
-        Whether some unknowns take whole numbers only.
-    time_limit_s
-        Longest that one solve may take [s]; None for no limit.
+    `whole` says whether some unknowns take whole numbers only.
 
     Raises
     ------
@@ -154,18 +147,7 @@ GAP = 1e-7
 
 
 class CvxpyProgramme:
-    """A model handed to CVXPY once, to be solved with changing parameters.
-
-    Parameters
-    ----------
-    model
-        Any linear model; binary unknowns allowed.
-    slot_s
-        Length of the slots in which the times are counted [s]; None for continuous times.
-    time_limit_s
-        Longest that one solve may take [s]; no limit by default.
-    solver
-        Name of an installed CVXPY solver; None for HiGHS.
+    """A linear model handed to CVXPY once, to be solved with changing parameters; see `Cvxpy`.
 
     Raises
     ------

@@ -49,32 +49,27 @@ EQUAL = 1e-9
 def solve(
     model: Model,
     programmes: int,
-    slot_s: float,
-    time_limit_s: float | None = None,
     values: Values | None = None,
+    *,
+    slot_s: float | None = None,
+    time_limit_s: float | None = None,
 ) -> Solution:
-    """Search every cell of every programme.
+    """Search every cell of every programme, with slots of a length > 0 [s].
 
-    Parameters
-    ----------
-    model
-        One or two variables in seconds, bounded by themselves or by a linear constraint.
-    programmes
-        Number of entries of those parameters that are arrays, at least 1.
-    slot_s
-        Length of a slot [s], > 0.
-    time_limit_s
-        Longest the search may take [s]; no limit by default.
-    values
-        Values of parameters that differ from the model's, by name.
+    The model has one or two variables in seconds, bounded by themselves or by a linear constraint;
+    the other arguments are those of `registry.Engine.solve`.
 
     Raises
     ------
+    InputError
+        If there is no length of a slot.
     SolverError
         If the time limit passes before every cell was seen.
     ValueError
         If the model has no or more than two variables, or an unknown without bound.
     """
+    if slot_s is None:
+        raise InputError(f"engine {NAME} needs the length of a slot")
     names = [variable.name for variable in model.variables]
     if not 1 <= len(names) <= MOST_UNKNOWNS:
         raise ValueError(f"{NAME} takes one or two unknowns, the model has {len(names)}")
@@ -292,17 +287,4 @@ class Grid(Direct):
 
     name: ClassVar[str] = NAME
     takes: ClassVar[Capability] = capability(NAME)
-
-    def solve(
-        self,
-        model: Model,
-        programmes: int,
-        values: Values | None = None,
-        *,
-        slot_s: float | None = None,
-        time_limit_s: float | None = None,
-    ) -> Solution:
-        """Solve a model for every entry of its parameters; see `registry.Engine`."""
-        if slot_s is None:
-            raise InputError(f"engine {NAME} needs the length of a slot")
-        return solve(model, programmes, slot_s, time_limit_s, values)
+    solve = staticmethod(solve)

@@ -20,7 +20,6 @@ from __future__ import annotations
 import itertools
 import math
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
 from typing import NamedTuple, TypeAlias
 
 import numpy as np
@@ -32,7 +31,7 @@ from optuav.engines.rows import Section, rows_of, stated_forms
 from optuav.modelling.affine import NotAffineError
 from optuav.modelling.check import Checks, evaluated, relations
 from optuav.modelling.derivatives import Slope, slope
-from optuav.modelling.expression import Operand, Variable
+from optuav.modelling.expression import Operand, Relation, Variable
 from optuav.modelling.kibam_form import NotExponentialError
 from optuav.modelling.model import Model
 from optuav.modelling.traversal import evaluate, has_unknowns
@@ -46,16 +45,10 @@ NEGLIGIBLE = 1e-7
 """Multipliers and residuals of stationarity below this share of the largest are zero."""
 
 
-@dataclass(frozen=True)
-class Active:
-    """Slopes at a point: of the objective, and of the rows g ≤ 0 that hold with equality there.
+class Active(NamedTuple):
+    """Slopes at a point: of the objective as stated, and of the rows g ≤ 0 that are met there.
 
-    Parameters
-    ----------
-    objective
-        As it is stated, whether it is maximised or minimised.
-    rows
-        By number of the constraint among `relations` and by sign: an equality gives two rows.
+    Rows by number of the constraint among `relations` and by sign: an equality gives two.
     """
 
     objective: Slope
@@ -69,18 +62,22 @@ def active(model: Model, values: Point) -> Active:
     done: dict[int, Operand] = {}
     stated = list(relations(model))  # kept, so that no two nodes share an identity
     for number, constraint in enumerate(stated):
-        relation = constraint.relation
-        left, right = (slope(side, values, done) for side in relation.sides)
-        if not np.all(nearly(left.value, right.value)):
-            continue
-        for turn in {"<=": (1.0,), ">=": (-1.0,), "==": (1.0, -1.0)}[relation.sense]:
-            by = {
-                name: turn * (left.by.get(name, 0.0) - right.by.get(name, 0.0))
-                for name in {**left.by, **right.by}
-            }
-            if unknowns & by.keys():
-                rows[number, turn] = Slope(turn * (left.value - right.value), by)
+        gap, met = _gap(constraint.relation, values, done)
+        if np.all(met) and unknowns & gap.by.keys():
+            for sign in constraint.relation.signs:
+                by = {name: sign * rate for name, rate in gap.by.items()}
+                rows[number, sign] = Slope(sign * gap.value, by)
     return Active(slope(model.objective, values), rows)
+
+
+def _gap(
+    relation: Relation, values: Point, done: dict[int, Operand] | None = None
+) -> tuple[Slope, Operand]:
+    """Left side less right side, and whether they count as equal."""
+    left, right = (slope(side, values, done) for side in relation.sides)
+    names = {**left.by, **right.by}
+    by = {name: left.by.get(name, 0.0) - right.by.get(name, 0.0) for name in names}
+    return Slope(left.value - right.value, by), nearly(left.value, right.value)
 
 
 def nearly(left: Operand, right: Operand) -> Operand:
@@ -173,15 +170,6 @@ APART_S = 1e-3
 def optimal_points(model: Model, parameters: Point, point: Point) -> list[Point]:
     """Optimal points of one programme, with an answer among them.
 
-    Parameters
-    ----------
-    model, parameters
-        The programme.
-    point
-        The answer.
-
-    Returns
-    -------
     Of a linear model all optimal vertices, exact where the answer is one; of the longest of two
     times through both wells the answer, and the one with the longest other time, if that is
     another; else the answer alone.
@@ -240,9 +228,8 @@ class ShadowPrice(NamedTuple):
     Parameters
     ----------
     less, more
-        One-sided derivatives: per unit that is taken away, and per unit that is added. They are
-        equal but at a kink, as where another constraint takes over; infinite where that side is
-        infeasible.
+        Per unit that is taken away, and per unit that is added. They differ at a kink, as where
+        another constraint takes over; infinite where that side is infeasible.
     """
 
     less: float
@@ -259,16 +246,7 @@ def prices_of(
 ) -> dict[str, Price]:
     """Both sides of the price of every parameter where point and multipliers are unique.
 
-    Parameters
-    ----------
-    model
-        The declaration.
-    parameters
-        Values by name of those that differ from the model's.
-    point
-        Values of the unknowns by name.
-    multipliers
-        Of the constraints, by label; like the others numbers, or arrays over programmes.
+    Values by name, multipliers by label; numbers, or arrays over programmes.
     """
     rates = _rates(model, {**parameters, **point}, multipliers)
     return _with_edges(model, parameters, {name: (rate, rate) for name, rate in rates.items()})
@@ -293,10 +271,9 @@ def _with_edges(model: Model, parameters: Point, prices: dict[str, Price]) -> di
         relation = constraint.relation
         if has_unknowns(*relation.sides):
             continue
-        left, right = slope(relation.left, parameters), slope(relation.right, parameters)
-        met = nearly(left.value, right.value)
-        for name in prices.keys() & {**left.by, **right.by}.keys():
-            growth = met * (left.by.get(name, 0.0) - right.by.get(name, 0.0))
+        gap, met = _gap(relation, parameters)
+        for name in prices.keys() & gap.by.keys():
+            growth = met * gap.by[name]
             up, down = growth > 0.0, growth < 0.0
             blocked = {"<=": (down, up), ">=": (up, down), "==": (up | down, up | down)}
             no_less, no_more = blocked[relation.sense]
@@ -316,17 +293,11 @@ def _rates(model: Model, values: Point, multipliers: Values) -> dict[str, Operan
         weight = multipliers.get(constraint.label, 0.0)
         if not np.any(weight):
             continue
-        relation = constraint.relation
-        left, right = (slope(side, values, done) for side in relation.sides)
-        if not (left.by.keys() | right.by.keys()) & rates.keys():
-            continue
+        gap, met = _gap(constraint.relation, values, done)
         # Both bounds of an unknown share a label: the weight belongs to the one that is met.
-        weight = sign * np.where(nearly(left.value, right.value), weight, 0.0)
-        turn = -1.0 if relation.sense == ">=" else 1.0
-        for side, direction in ((left, turn), (right, -turn)):
-            for name, derivative in side.by.items():
-                if name in rates:
-                    rates[name] = rates[name] - weight * direction * derivative
+        weight = sign * constraint.relation.signs[0] * np.where(met, weight, 0.0)
+        for name in rates.keys() & gap.by.keys():
+            rates[name] = rates[name] - weight * gap.by[name]
     return rates
 
 
@@ -365,20 +336,10 @@ def _one_sided(model: Model, parameters: Point, points: list[Point]) -> dict[str
 class Residuals(NamedTuple):
     """By how much an answer misses the conditions of optimality; 0 where it meets them.
 
-    The last three are NaN from engines without multipliers, such as those that count in slots.
-
-    Parameters
-    ----------
-    violation
-        Largest violation of a constraint, relative to max(1, |right side|) [-].
-    sign
-        Largest amount by which the multiplier of an inequality is below 0, in units of the
-        objective per unit of the constraint.
-    complementarity
-        Largest product of a multiplier and the slack of its constraint, in units of the objective.
-    stationarity
-        Largest slope of the Lagrangian along an unknown, in units of the objective per unit of the
-        unknown.
+    The violation is relative to max(1, |right side|). The last three are NaN from engines without
+    multipliers: the most negative multiplier of an inequality; the largest product of a multiplier
+    and its slack; and the largest slope of the Lagrangian along an unknown, in units of the
+    objective per unit of the unknown.
     """
 
     violation: float
@@ -390,14 +351,7 @@ class Residuals(NamedTuple):
 def residuals(model: Model, values: Values, multipliers: Mapping[str, float]) -> Residuals:
     """By how much a point and its multipliers miss the conditions of optimality.
 
-    Parameters
-    ----------
-    model
-        The declaration.
-    values
-        Of the unknowns and the parameters, by name.
-    multipliers
-        Of the constraints, by label, of equalities signed; empty if there are none.
+    Values of unknowns and parameters by name, multipliers by label, of equalities signed.
     """
     rows = evaluated(model, values)
     if not multipliers or any(map(math.isnan, multipliers.values())):
@@ -409,10 +363,9 @@ def residuals(model: Model, values: Values, multipliers: Mapping[str, float]) ->
         weight, relation = multipliers.get(constraint.label, 0.0), constraint.relation
         products.append(abs(weight * row.slack))
         negative.append(0.0 if relation.sense == "==" else -weight)
-        turned = -weight if relation.sense == ">=" else weight
-        for side, factor in ((relation.left, -turned), (relation.right, turned)):
-            for name, rate in slope(side, values, done).by.items():
-                steepness[name] = steepness.get(name, 0.0) + factor * rate
+        gap, _ = _gap(relation, values, done)
+        for name, rate in gap.by.items():
+            steepness[name] = steepness.get(name, 0.0) - weight * relation.signs[0] * rate
     for variable in model.variables:
         weight, x = multipliers.get(variable.label, 0.0), values[variable.name]
         below, above = (

@@ -23,7 +23,6 @@ from optuav.modelling.expression import Operand
 from optuav.modelling.kibam_form import (
     CONSTANT,
     Exponential,
-    Factor,
     Monomial,
     NotExponentialError,
     Relaxation,
@@ -48,17 +47,9 @@ MOST_STEPS = 200
 def close_in(margins: Margins, holds: Ends, fails: Ends, width: float) -> tuple[Floats, Floats]:
     """Neighbours at most a width apart, of which one holds (margin ≥ 0) and the other does not.
 
-    Inverse quadratic interpolation where three points allow it, else halving: [1]_. What is found
-    of an interval does not depend on the others.
-
-    Parameters
-    ----------
-    margins
-        Change sign between the two ends of every interval.
-    holds, fails
-        The ends, in either order, with the margins there.
-    width
-        Largest distance of the ends that are returned.
+    The ends hold and fail, in either order, with the margins there. Inverse quadratic interpolation
+    where three points allow it, else halving: [1]_. What is found of an interval does not depend on
+    the others.
     """
     (x1, f1), (x2, f2) = holds, fails
     held, failed = x1.copy(), x2.copy()
@@ -98,12 +89,11 @@ def _store(
     failed: Floats,
     number: Integers,
     which: Booleans,
-    x1: Floats,
-    x2: Floats,
-    f1: Floats,
+    *ends: Floats,
 ) -> None:
     """Put the ends of some intervals where they belong."""
-    x1, x2, holds = x1[which], x2[which], f1[which] >= 0.0
+    x1, x2, f1 = (each[which] for each in ends)
+    holds = f1 >= 0.0
     held[number[which]] = np.where(holds, x1, x2)
     failed[number[which]] = np.where(holds, x2, x1)
 
@@ -132,14 +122,9 @@ WIDTH_S = 1e-11
 
 
 class Rows(NamedTuple):
-    """Coefficients of rows; all but the last two (row, programme).
+    """Coefficients (row, programme) of 1, x, V, y, W and V W; a holds the allowance for rounding.
 
-    Parameters
-    ----------
-    a, b, c, d, e, f
-        Of 1, x, V, y, W and V W; a holds the allowance for rounding.
-    rate_x_per_s, rate_y_per_s
-        k of the two times, one a programme, not 0 but `TINY` [1/s].
+    The rates of the two times [1/s], one a programme, are not 0 but `TINY`.
     """
 
     a: Floats
@@ -235,31 +220,27 @@ class Section(NamedTuple):
         It is 0 or a point at which some row begins to hold. All such points are found, on
         either side of the row's turning point, and tried.
         """
-        zero = np.zeros_like(top)
-        turn = self._turn_below(top)
-        points = [(np.arange(len(top)), zero)]
-        for low, high in ((zero + 0.0 * turn, turn), (turn, top + 0.0 * turn)):
-            at_low, at_high = self.at(low), self.at(high)
-            which = np.nonzero((at_low < 0.0) & (at_high >= 0.0))
-            points.append((which[1], self._edges(which, (high, at_high), (low, at_low))))
-        found = np.full(len(top), np.inf)
-        np.minimum.at(found, *self._holding(points))
-        return np.where(np.isfinite(found), found, np.nan)
+        return self._extreme(top, smallest=True)
 
     def largest(self, top: Floats) -> Floats:
         """Largest y from 0 to top at which all rows hold, one a programme; NaN if there is none.
 
         It is the top or a point at which some row ceases to hold.
         """
-        zero = np.zeros_like(top)
-        turn = self._turn_below(top)
-        points = [(np.arange(len(top)), top)]
+        return self._extreme(top, smallest=False)
+
+    def _extreme(self, top: Floats, *, smallest: bool) -> Floats:
+        zero, turn = np.zeros_like(top), self._turn_below(top)
+        points = [(np.arange(len(top)), zero if smallest else top)]
         for low, high in ((zero + 0.0 * turn, turn), (turn, top + 0.0 * turn)):
-            at_low, at_high = self.at(low), self.at(high)
-            which = np.nonzero((at_low >= 0.0) & (at_high < 0.0))
-            points.append((which[1], self._edges(which, (low, at_low), (high, at_high))))
-        found = np.full(len(top), -np.inf)
-        np.maximum.at(found, *self._holding(points))
+            holds, fails = (low, self.at(low)), (high, self.at(high))
+            if smallest:
+                holds, fails = fails, holds
+            which = np.nonzero((holds[1] >= 0.0) & (fails[1] < 0.0))
+            points.append((which[1], self._edges(which, holds, fails)))
+        found = np.full(len(top), np.inf if smallest else -np.inf)
+        pick = np.minimum if smallest else np.maximum
+        pick.at(found, *self._holding(points))
         return np.where(np.isfinite(found), found, np.nan)
 
     def _turn_below(self, top: Floats) -> Floats:
@@ -336,26 +317,17 @@ def rows_of(
     programmes: int,
     reach_s: float | Floats,
 ) -> Rows:
-    """Rows from forms in the unknowns x and y, which is None if there is none.
+    """Rows from forms that have to be ≥ 0, in the unknowns x and y; y is None if there is none.
 
-    Those that cannot fall below 0 for x and y up to their reach, as far as their terms tell one by
-    one, are left out; where other programmes need them, they are infinite.
-
-    Parameters
-    ----------
-    forms, sizes
-        What has to be ≥ 0, and the size of what they are a difference of.
-    x, y
-        Names of the unknowns.
-    programmes
-        Number of entries of coefficients that are arrays.
-    reach_s
-        Largest value of either unknown [s], to weigh terms by: a number or one a programme.
+    Those that cannot fall below 0 for x and y up to their reach [s], as far as their terms tell one
+    by one, are left out; where other programmes need them, they are infinite. The sizes are of what
+    the forms are a difference of: they and the reach, a number or one a programme, say how much
+    rounding there may be.
 
     Raises
     ------
     NotExponentialError
-        If a form holds another product than X Y.
+        If a form holds another product than V W.
     """
     rates: dict[str, Operand] = {}
     for form in forms:
@@ -366,10 +338,14 @@ def rows_of(
     )
     reach_s = np.asarray(reach_s)
     V, W = levelled(kx, reach_s), levelled(ky, reach_s)
-    most = {CONSTANT: 1.0, _monomial((x, "time")): reach_s, _monomial((x, "levelling")): V}
+    most: dict[Monomial, Operand] = {
+        CONSTANT: 1.0,
+        frozenset({(x, "time")}): reach_s,
+        frozenset({(x, "levelling")}): V,
+    }
     if y is not None:
-        most |= {_monomial((y, "time")): reach_s, _monomial((y, "levelling")): W}
-        most[_monomial((x, "levelling"), (y, "levelling"))] = V * W
+        most |= {frozenset({(y, "time")}): reach_s, frozenset({(y, "levelling")}): W}
+        most[frozenset({(x, "levelling"), (y, "levelling")})] = V * W
     kept = []
     for form, side in zip(forms, sizes, strict=True):
         highest = {each: c * most[each] for each, c in form.terms.items() if each in most}
@@ -404,23 +380,11 @@ def _refuse_others(
             raise NotExponentialError(f"it holds {words}")
 
 
-def _monomial(*factors: Factor) -> Monomial:
-    return frozenset(factors)
-
-
 class StatedForm(NamedTuple):
-    """What has to be ≥ 0.
+    """What has to be ≥ 0, and the size of the sides whose difference it is.
 
-    Parameters
-    ----------
-    form
-        The form.
-    size
-        Of the sides whose difference it is.
-    constraint
-        The constraint that states it; None for a limit up to which a relaxed form is exact.
-    relaxed
-        Whether it is an upper bound of what the constraint states.
+    The constraint that states it is None for a limit up to which a relaxed form, an upper bound of
+    what the constraint states, is exact.
     """
 
     form: Exponential
@@ -432,12 +396,7 @@ class StatedForm(NamedTuple):
 def stated_forms(model: Model, values: Values, *, relaxed: bool = False) -> list[StatedForm]:
     """Every constraint of a model as forms.
 
-    Parameters
-    ----------
-    model, values
-        The declaration, and values of its parameters by name.
-    relaxed
-        Whether to take the bounds of `Bounded` functions, and to add where these are exact.
+    With `relaxed`, the bounds of `Bounded` functions are taken, and where these are exact is added.
 
     Raises
     ------

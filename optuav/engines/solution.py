@@ -142,6 +142,10 @@ class Solution:
         return self.duals is None or bool(self.duals)
 
     @cached_property
+    def _labels(self) -> tuple[str, ...]:
+        return tuple(dict.fromkeys(each.label for each in relations(self.model)))
+
+    @cached_property
     def multipliers(self) -> Mapping[str, Floats]:
         """By label of a constraint, its multiplier, one a programme; NaN without an answer.
 
@@ -151,32 +155,28 @@ class Solution:
         """
         if self.duals is not None:
             return self.duals
-        found = {each.label: np.full(len(self.statuses), np.nan) for each in relations(self.model)}
-        for index, status in enumerate(self.statuses):
-            if status.has_answer:
-                weights = self.multipliers_at(index)
-                for label, values in found.items():
-                    values[index] = weights[label]
-        return found
+        found = [self.multipliers_at(index) for index in range(len(self.statuses))]
+        return {label: np.array([each[label] for each in found]) for label in self._labels}
 
     def multipliers_at(self, index: int) -> dict[str, float]:
         """Multipliers of the constraints in the answer to a programme; see `multipliers`."""
         if self.duals is not None:
             return {label: float(values[index]) for label, values in self.duals.items()}
         if not self.statuses[index].has_answer:
-            return {each.label: np.nan for each in relations(self.model)}
-        values = {**self.parameters_at(index), **self.point(index)}
-        found = dict.fromkeys((each.label for each in relations(self.model)), 0.0)
-        return found | local_multipliers(self.model, values)
+            return dict.fromkeys(self._labels, np.nan)
+        return dict.fromkeys(self._labels, 0.0) | local_multipliers(self.model, self._at(index))
+
+    def _at(self, index: int) -> dict[str, Operand]:
+        """Values of parameters and variables in a programme that has an answer."""
+        return {**self.parameters_at(index), **self.point(index)}
 
     @cached_property
     def binding(self) -> Mapping[str, Booleans]:
         """By label of a constraint, whether it holds with equality, one a programme."""
         if self.tight is not None:
             return self.tight
-        labels = [set(self.binding_labels(index)) for index in range(len(self.statuses))]
-        stated = dict.fromkeys(each.label for each in relations(self.model))
-        return {name: np.array([name in each for each in labels]) for name in stated}
+        labels = [self.binding_labels(index) for index in range(len(self.statuses))]
+        return {name: np.array([name in each for each in labels]) for name in self._labels}
 
     def binding_labels(self, index: int) -> tuple[str, ...]:
         """Labels of the constraints that hold with equality in the answer to a programme.
@@ -187,13 +187,12 @@ class Solution:
             return tuple(label for label, binds in self.tight.items() if binds[index])
         if not self.statuses[index].has_answer:
             return ()
-        rows = evaluated(self.model, {**self.parameters_at(index), **self.point(index)})
-        found = [
+        found = (
             row.label
-            for each, row in zip(relations(self.model), rows, strict=True)
+            for row in evaluated(self.model, self._at(index))
             if np.abs(row.slack) <= TIGHT * np.maximum(1.0, np.abs(row.right))
-            and has_unknowns(*each.relation.sides)
-        ]
+            and has_unknowns(*row.constraint.relation.sides)
+        )
         return tuple(dict.fromkeys(found))
 
     def verify(self, index: int = 0) -> None:
@@ -204,7 +203,7 @@ class Solution:
         SolverError
             If it violates a constraint, or there is none.
         """
-        rows = evaluated(self.model, {**self.parameters_at(index), **self.point(index)})
+        rows = evaluated(self.model, self._at(index))
         broken = [f"{row.label} by {-row.slack:.3g}" for row in rows if not row.satisfied]
         if broken:
             raise SolverError(f"{self.engine} returned a point that violates {', '.join(broken)}")
@@ -233,8 +232,7 @@ class Solution:
         SolverError
             If that programme has no answer.
         """
-        values = {**self.parameters_at(index), **self.point(index)}
-        return residuals(self.model, values, self.multipliers_at(index))
+        return residuals(self.model, self._at(index), self.multipliers_at(index))
 
     def shadow_prices(self, index: int = 0) -> dict[str, ShadowPrice]:
         """Shadow price of every parameter in a programme, by name; see `ShadowPrice`.
@@ -292,38 +290,30 @@ class Solution:
 def unanswered(model: Model, engine: str, proof: str, status: Status, words: str) -> Solution:
     """A solution to one programme that has no values."""
     nothing = np.array([np.nan])
-    return Solution(
-        engine,
-        proof,
-        model,
-        [status],
-        nothing,
-        {variable.name: nothing for variable in model.variables},
-        {},
-        words=[words],
-    )
+    values = {variable.name: nothing for variable in model.variables}
+    return Solution(engine, proof, model, [status], nothing, values, {}, words=[words])
 
 
 def stacked(solutions: Sequence[Solution]) -> Solution:
     """Solutions to single programmes of one model as one, with the proof of those that answer."""
-    no, none = np.array([False]), np.array([np.nan])
     first = next((each for each in solutions if each.status.has_answer), solutions[0])
-    marks = [each.tight or {} for each in solutions]
-    labels = dict.fromkeys(label for each in marks for label in each)
-    tight = {k: np.concatenate([each.get(k, no) for each in marks]) for k in labels}
-    known = [each.duals or {} for each in solutions]
-    priced = dict.fromkeys(label for duals in known for label in duals)
-    weights = {k: np.concatenate([each.get(k, none) for each in known]) for k in priced}
-    stated = dict.fromkeys(name for each in solutions for name in each.given)
-    return Solution(
-        first.engine,
-        first.proof,
-        first.model,
-        [status for each in solutions for status in each.statuses],
-        np.concatenate([each.objective for each in solutions]),
-        {name: np.concatenate([each.values[name] for each in solutions]) for name in first.values},
-        None if any(each.tight is None for each in solutions) else tight,
-        None if any(each.duals is None for each in solutions) else weights,
+    return replace(
+        first,
+        statuses=[each.status for each in solutions],
+        objective=np.concatenate([each.objective for each in solutions]),
+        values=_joined([each.values for each in solutions]),
+        tight=_joined([each.tight for each in solutions], False),
+        duals=_joined([each.duals for each in solutions]),
+        regular=None,
+        beyond=None,
         words=[words for each in solutions for words in each.words],
-        given={k: np.concatenate([each.given.get(k, none) for each in solutions]) for k in stated},
+        given=_joined([each.given for each in solutions]),
     )
+
+
+def _joined(columns: Sequence[Operand], missing: float = np.nan) -> Operand:
+    """Arrays by name end to end; None where one of the columns is."""
+    if any(each is None for each in columns):
+        return None
+    names = dict.fromkeys(name for each in columns for name in each)
+    return {k: np.concatenate([each.get(k, [missing]) for each in columns]) for k in names}

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -184,22 +184,17 @@ def evaluated(model: Model, point: Mapping[str, Operand]) -> Checks:
     KeyError
         If a variable has no value.
     """
-    rows = []
-    done: dict[int, Operand] = {}
-    stated = list(relations(model))  # kept, so that no two nodes share an identity
-    for constraint in stated:
-        left = evaluate(constraint.relation.left, point, done)
-        right = evaluate(constraint.relation.right, point, done)
-        sense = constraint.relation.sense
-        rows.append(
-            Check(
-                constraint,
-                left,
-                right,
-                slack(sense, left, right),
-                holding(sense, left, right),
-            )
-        )
+    return checked(list(relations(model)), point)
+
+
+def checked(constraints: Sequence[Constraint], point: Mapping[str, Operand]) -> Checks:
+    """Some constraints at a point, see `evaluated`."""
+    rows, done = [], dict[int, Operand]()
+    for each in constraints:
+        sense = each.relation.sense
+        left, right = (evaluate(side, point, done) for side in each.relation.sides)
+        compared = slack(sense, left, right), holding(sense, left, right)
+        rows.append(Check(each, left, right, *compared))
     return Checks(rows)
 
 
@@ -247,13 +242,6 @@ def _number(value: Operand) -> Operand:
 def refuse_misfits(model: Model, programmes: int) -> None:
     """Refuse arrays with neither one entry nor one a programme.
 
-    Parameters
-    ----------
-    model
-        The declaration.
-    programmes
-        How many programmes it declares as one.
-
     Raises
     ------
     InputError
@@ -286,15 +274,7 @@ def _shapes(trees: Iterable[Operand]) -> set[tuple[int, ...]]:
 
 @np.errstate(all="ignore")
 def unusable(model: Model, values: Mapping[str, Operand]) -> str:
-    """Where the numbers of a programme are no numbers: parameters, else labels of constraints.
-
-    Parameters
-    ----------
-    model
-        The declaration.
-    values
-        Values of its parameters for that programme, by name.
-    """
+    """Where the numbers of a programme are no numbers: parameters, else labels of constraints."""
     parameters = [
         f"{name} = {values[name]:g}" for name in model.given if not np.isfinite(values[name])
     ]

@@ -87,7 +87,7 @@ def compare_slots(given: Quantities, slot_s: float, tally: Tally) -> None:
         for perspective in LINEAR:
             model = formulation.model(given, perspective)
             searched, branched = (
-                grid.solve(model, 1, slot_s),
+                grid.solve(model, 1, slot_s=slot_s),
                 Cvxpy().solve(model, 1, slot_s=slot_s),
             )
             tally.compared["slots"] += 1

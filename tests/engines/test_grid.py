@@ -77,7 +77,7 @@ def test_every_cell_is_that_of_algorithm_1(
     kept = grid.cells(grid.tests(model, parameters), points)
     np.testing.assert_allclose(np.where(kept, hover_s, 0.0), tables[0], rtol=1e-15)
     np.testing.assert_allclose(np.where(kept, rest_s[:, None], 0.0), tables[1], rtol=1e-15)
-    found, pair = grid.solve(model, 1, slot_s), best_pair(tables)
+    found, pair = grid.solve(model, 1, slot_s=slot_s), best_pair(tables)
     if pair is None:
         assert found.statuses == [Status.INFEASIBLE]
     else:
@@ -98,7 +98,9 @@ def test_tables_are_not_all_or_nothing() -> None:
 def test_direct_flight_of_table_ii(deadline_s: float, hover_s: float) -> None:
     """The paper's 740.65 s keeps the fraction of the horizon; its 950 s is whole slots."""
     model = P3().model(quantities(TABLE_II, deadline_s=deadline_s))
-    assert grid.solve(model, 1, 1.0).values["hover_time_s"][0] == pytest.approx(hover_s, abs=1e-9)
+    assert grid.solve(model, 1, slot_s=1.0).values["hover_time_s"][0] == pytest.approx(
+        hover_s, abs=1e-9
+    )
 
 
 @pytest.mark.parametrize(
@@ -122,7 +124,7 @@ def test_direct_flight_takes_whole_slots_of_charge(
     horizon_s: float, charge_s: float, expected_s: float
 ) -> None:
     """min(T_max − T_fl, ⌊charge limit⌋), the charge limit before, in and after the last slot."""
-    found = grid.solve(P3().model(hovering(horizon_s, charge_s)), 1, 1.0)
+    found = grid.solve(P3().model(hovering(horizon_s, charge_s)), 1, slot_s=1.0)
     assert found.values["hover_time_s"][0] == pytest.approx(expected_s, abs=1e-9)
 
 
@@ -139,7 +141,7 @@ def hovering(horizon_s: float, charge_s: float) -> Quantities:
 @pytest.mark.parametrize(("horizon_s", "charge_s"), [(-0.5, 100.0), (100.0, -0.5)])
 def test_direct_flight_without_time_or_charge(horizon_s: float, charge_s: float) -> None:
     """Half a second short of a flight without hovering is infeasible, not Δ = 0."""
-    found = grid.solve(P3().model(hovering(horizon_s, charge_s)), 1, 1.0)
+    found = grid.solve(P3().model(hovering(horizon_s, charge_s)), 1, slot_s=1.0)
     assert found.statuses == [Status.INFEASIBLE]
     assert np.isnan(found.values["hover_time_s"][0])
 
@@ -147,30 +149,32 @@ def test_direct_flight_without_time_or_charge(horizon_s: float, charge_s: float)
 def test_shortest_rest_of_the_longest_hover() -> None:
     """Of 150 s, at 10 A from 800 A s and 5 A for each second of rest, 103.3 s can be hovered;
     103 s need 46 s of rest, although 47 s are left."""
-    found = grid.solve(P4("b1").model(quantities()), 1, 1.0)
+    found = grid.solve(P4("b1").model(quantities()), 1, slot_s=1.0)
     assert found.point(0) == {"hover_time_s": 103.0, "rest_time_s": 46.0}
 
 
 def test_binding_constraints_are_those_that_a_slot_more_or_less_would_break() -> None:
     """Another second of hover lacks charge; with charge in plenty it lacks time."""
-    labels = grid.solve(P4("b1").model(quantities()), 1, 1.0).binding_labels(0)
+    labels = grid.solve(P4("b1").model(quantities()), 1, slot_s=1.0).binding_labels(0)
     assert labels == ("P4.a state of charge",)
-    labels = grid.solve(P4("b1").model(quantities(capacity_As=5000.0)), 1, 1.0).binding_labels(0)
+    labels = grid.solve(
+        P4("b1").model(quantities(capacity_As=5000.0)), 1, slot_s=1.0
+    ).binding_labels(0)
     assert labels == ("P4.b deadline",)
     model = Model("test")
     x = model.variable("x", "x", unit="s", upper=9.0)
     model.minimise(x)
     model.subject_to("least", x >= 3.5)
-    found = grid.solve(model, 1, 1.0)
+    found = grid.solve(model, 1, slot_s=1.0)
     assert (found.point(0), found.binding_labels(0)) == ({"x": 4.0}, ("least",))
 
 
 def test_several_programmes_are_solved_one_by_one() -> None:
     """Feasible and infeasible ones side by side, each as it would be alone."""
     deadlines = np.array([200.0, 51.5, 120.0, 10.0])
-    found = grid.solve(P4("b1").model(quantities(deadline_s=deadlines)), 4, 1.0)
+    found = grid.solve(P4("b1").model(quantities(deadline_s=deadlines)), 4, slot_s=1.0)
     for k, deadline in enumerate(deadlines):
-        alone = grid.solve(P4("b1").model(quantities(deadline_s=float(deadline))), 1, 1.0)
+        alone = grid.solve(P4("b1").model(quantities(deadline_s=float(deadline))), 1, slot_s=1.0)
         assert found.statuses[k] == alone.statuses[0]
         for name, values in alone.values.items():
             np.testing.assert_array_equal(found.values[name][k], values[0])
@@ -181,7 +185,7 @@ def test_missing_number_spoils_its_own_programme_only() -> None:
     """A leg that cannot be flown has no time: an error there, not a search without deadline."""
     times = np.array([50.0, math.nan])
     for formulation in (P3(), P4("b1")):
-        found = grid.solve(formulation.model(quantities(flight_time_s=times)), 2, 1.0)
+        found = grid.solve(formulation.model(quantities(flight_time_s=times)), 2, slot_s=1.0)
         assert found.statuses == [Status.OPTIMAL, Status.ERROR]
         assert np.isnan(found.objective[1])
 
@@ -199,9 +203,9 @@ def test_answer_does_not_depend_on_the_size_of_blocks(
         {"capacity_As": 5000.0},
     )
     models = [formulation.model(quantities(**each)) for each in changes]
-    whole = [grid.solve(model, 1, 1.0).point(0) for model in models]
+    whole = [grid.solve(model, 1, slot_s=1.0).point(0) for model in models]
     monkeypatch.setattr(grid, "CELLS_AT_ONCE", cells)
-    assert [grid.solve(model, 1, 1.0).point(0) for model in models] == whole
+    assert [grid.solve(model, 1, slot_s=1.0).point(0) for model in models] == whole
 
 
 def test_no_block_is_larger_than_allowed() -> None:
@@ -223,7 +227,7 @@ def test_no_block_is_larger_than_allowed() -> None:
 def test_passed_time_limit_is_an_error() -> None:
     """What was not searched to its end has no answer."""
     with pytest.raises(SolverError, match="time limit"):
-        grid.solve(P4("b1").model(quantities()), 1, 1.0, time_limit_s=1e-9)
+        grid.solve(P4("b1").model(quantities()), 1, slot_s=1.0, time_limit_s=1e-9)
 
 
 def curved(lower: float = 0.0) -> Model:
@@ -251,7 +255,7 @@ def test_nonlinear_programme_is_searched_as_well(lower: float, slot_s: float) ->
         if math.exp(0.1 * x) + math.exp(0.2 * y) <= 9.0 and x - 2.0 * y >= -14.5
     ]
     value, total, x = max(feasible)
-    found = grid.solve(curved(lower), 1, slot_s)
+    found = grid.solve(curved(lower), 1, slot_s=slot_s)
     assert found.objective[0] == value
     assert found.point(0) == {"x": -x, "y": x - total}
 
@@ -262,7 +266,7 @@ def test_slots_below_a_lower_bound_are_not_searched() -> None:
         model = Model("test")
         x = model.variable("x", "x", unit="s", lower=lower, upper=20.0, first_slot=-9)
         model.minimise(x)
-        found = grid.solve(model, 1, 1.0)
+        found = grid.solve(model, 1, slot_s=1.0)
         assert found.point(0) == {"x": expected}
 
 
@@ -277,7 +281,7 @@ def test_equations_bound_the_search(turned: bool) -> None:
     else:
         model.subject_to("sum", x + y == 12.0)
     model.subject_to("share", 2.0 * y >= x)
-    assert grid.solve(model, 1, 1.0).point(0) == {"x": 8.0, "y": 4.0}
+    assert grid.solve(model, 1, slot_s=1.0).point(0) == {"x": 8.0, "y": 4.0}
 
 
 def test_cells_without_a_value_are_passed_over() -> None:
@@ -285,9 +289,9 @@ def test_cells_without_a_value_are_passed_over() -> None:
     model = Model("test")
     x = model.variable("x", "x", unit="s", upper=9.0)
     model.maximise(np.sqrt(5.0 - x) + 2.0 * x)
-    assert grid.solve(model, 1, 1.0).point(0) == {"x": 5.0}
+    assert grid.solve(model, 1, slot_s=1.0).point(0) == {"x": 5.0}
     model.maximise(np.sqrt(-1.0 - x))
-    assert grid.solve(model, 1, 1.0).statuses == [Status.INFEASIBLE]
+    assert grid.solve(model, 1, slot_s=1.0).statuses == [Status.INFEASIBLE]
 
 
 def test_what_it_does_not_take_is_refused_in_words() -> None:
@@ -297,12 +301,12 @@ def test_what_it_does_not_take_is_refused_in_words() -> None:
     model.maximise(x)
     model.subject_to("sum", x + y + z <= 9.0)
     with pytest.raises(ValueError, match="one or two unknowns, the model has 3"):
-        grid.solve(model, 1, 1.0)
+        grid.solve(model, 1, slot_s=1.0)
     model = Model("test")
     model.maximise(model.variable("x", "x'", unit="s"))
     with pytest.raises(ValueError, match="upper bound on x'"):
-        grid.solve(model, 1, 1.0)
+        grid.solve(model, 1, slot_s=1.0)
     model = Model("test")
     model.maximise(model.variable("x", "x'", unit="s", lower=-math.inf, upper=0.0))
     with pytest.raises(ValueError, match="lower bound on x'"):
-        grid.solve(model, 1, 1.0)
+        grid.solve(model, 1, slot_s=1.0)

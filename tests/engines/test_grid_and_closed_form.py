@@ -64,7 +64,7 @@ def hover_s(solution: Solution) -> float | None:
 
 def both(model: Model, slot_s: float) -> tuple[float | None, float | None]:
     """Δ [s] on the continuum and on the grid, each a point that passes the check."""
-    solutions = closed_form.solve(model, 1), grid.solve(model, 1, slot_s)
+    solutions = closed_form.solve(model, 1), grid.solve(model, 1, slot_s=slot_s)
     for solution in solutions:
         if solution.statuses[0].has_answer:
             solution.verify()

@@ -261,7 +261,7 @@ def test_no_prices_without_an_answer_or_multipliers() -> None:
     infeasible = closed_form.solve(P3().model(quantities(deadline_s=0.0)), 1)
     assert infeasible.shadow_prices() == {}
     assert closed_form.solve(P3().model(quantities(deadline_s=math.nan)), 1).shadow_prices() == {}
-    in_slots = grid.solve(P4("b1").model(quantities()), 1, 1.0)
+    in_slots = grid.solve(P4("b1").model(quantities()), 1, slot_s=1.0)
     assert in_slots.shadow_prices() == {}
     assert in_slots.all_shadow_prices() == {}
 

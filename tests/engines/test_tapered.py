@@ -142,7 +142,7 @@ def programme(changes: dict[str, Any], problem: str, order: str | None) -> Model
 def test_whole_slots_agree(asked: tuple[dict[str, Any], str, str | None]) -> None:
     """The grid, which evaluates the taper in every cell, comes within a slot of the answer."""
     model, slot_s = programme(*asked), 10.0
-    found, searched = bracket.solve(model, 1), grid.solve(model, 1, slot_s)
+    found, searched = bracket.solve(model, 1), grid.solve(model, 1, slot_s=slot_s)
     assert found.status is (Status.FEASIBLE if asked[2] == "rest-first" else Status.OPTIMAL)
     assert found.beyond[0] - found.objective[0] < 0.5
     short_s = float(found.beyond[0] - searched.objective[0])

@@ -68,7 +68,7 @@ def answered(model: Model, engine: str, slot_s: float = 5.0) -> Solution:
     if engine == "closed-form":
         return closed_form.solve(model, 1)
     if engine == "grid":
-        return grid.solve(model, 1, slot_s)
+        return grid.solve(model, 1, slot_s=slot_s)
     return Cvxpy().solve(model, 1) if engine == "cvxpy" else Casadi().solve(model, 1)
 
 
