@@ -1,29 +1,90 @@
-"""(P1) with the hover point free: where to hover as well as where to rest and how long."""
+"""(P1) with the hover point free: where to hover as well as where to rest and how long.
+
+A turn of a leg costs time that has a cusp where the turn vanishes, charging stops where a building
+hides the laser, and no leg may cross a building. So no derivatives are used: all routes are
+evaluated at points all over the region, with the real geometry, and from the best of these points
+ever smaller steps are tried.
+"""
 
 from __future__ import annotations
 
+import math
+import time
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
-from typing import NoReturn
+from typing import NamedTuple, NoReturn
 
 import numpy as np
 
+from formulations.free_hover import FreeHover
 from formulations.p1 import P1
+from formulations.parameters import QUANTITIES
+from formulations.soc import AVAILABLE
+from optuav.arrays import Booleans, Floats, Integers
 from optuav.engines.prices import ShadowPrice
 from optuav.engines.registry import Engine
-from optuav.errors import InputError
+from optuav.errors import InputError, SolverError
 from optuav.mission import Mission
 from optuav.network import vehicle
-from optuav.network.network import build_network
-from optuav.physics.quantity import Vector
+from optuav.network.network import Network, build_network, nearest_building
+from optuav.network.obstacles import CLEAR, crossed, prisms
+from optuav.network.places import FIRST_BUILDING, HOVER
+from optuav.network.routes import NO_LEG
+from optuav.physics.quantity import TINY, Vector
 from optuav.plan import Plan
+from optuav.solving.assemble import quantities
+from optuav.solving.batch import delivered
 from optuav.solving.declare import declared_program
-from optuav.solving.hover_search import OpenRoutes, Region, best_points, open_routes
 from optuav.solving.plans import Part, best
 from optuav.solving.program import Program
 from optuav.solving.question import AUTO, Question
 from optuav.status import Status
 
 PROOF = "local: points all over the region, the best of them refined by ever smaller steps"
+WITHIN = 1.0 - 1e-12
+"""Share of the coverage radius that is used, for rounding."""
+SAMPLES = (60, 12, 4)
+"""Angles, radii and heights of the points that are tried."""
+NEAR, REACH = (7, 24, 9), 0.2
+"""Distances, angles and slopes of the points around places; the largest distance as a share of the
+coverage radius."""
+PROMISING_S = 2.0
+"""Starts that are worse than the best by more than this are left [s]."""
+MOST_ROUTES, MOST_STARTS, STARTS_OF_A_KIND = 6, 20, 2
+"""Routes refined, starts in all, and starts of one route in sight of the laser or not."""
+APART = 0.1
+"""Distance between such starts, as a share of the coverage radius."""
+AROUND, ALONG = 120, 20
+"""Points a round of refinement: all around, and along the way to each place before and after."""
+FIRST_M, LAST_M, SHRINK = 20.0, 1e-7, 0.6
+"""First and last length of steps [m], factor after a round without a better point."""
+AGAIN, AGAIN_M = 6, 1.0
+"""Further refinements from near the best point, and how near [m]: greedy steps may be caught by a
+ridge that leads to no top."""
+CLOSE_S = 1e-3
+"""Points that are worse than the best by more than this are left after refinement [s]."""
+LASER = -1
+"""Stands for the laser where a place is named by its number."""
+
+
+def free_program(question: Question, mission: Mission) -> FreeProgram:
+    """Declare (P1) with the hover point free: the direct route apart from those with a rest."""
+    own = declared_program(_at_one_point(question), build_network(mission))
+    region = Region.of(mission)
+    groups = list[Integers]()
+    if region.low_m <= region.high_m and not np.isnan(vehicle.hover_load(mission).current_A):
+        groups = _groups(question, own.network)
+    parts = tuple(
+        Part(_opened(own.network, which)[1].model(question.perspective), which) for which in groups
+    )
+    return FreeProgram(question, own.network, parts, () if parts else own.reasons, own)
+
+
+def _at_one_point(question: Question) -> Question:
+    """The same question with the hover point where the mission has it."""
+    assert isinstance(question.problem, P1)
+    problem = replace(question.problem, hover_point="w_U")
+    return replace(question, problem=problem, engine=AUTO, time_limit_s=None)
 
 
 @dataclass(frozen=True)
@@ -34,12 +95,9 @@ class FreeProgram(Program):
     ----------
     own
         The program with the hover point of the mission itself.
-    routes
-        The itineraries with their hover point open, one entry a part.
     """
 
     own: Program
-    routes: tuple[OpenRoutes, ...]
 
     def solve(self) -> Plan:
         """The best plan found; locally optimal, and never worse than hovering at w_U.
@@ -52,17 +110,16 @@ class FreeProgram(Program):
         own = self.own.solve()
         if not self.parts:
             return own
-        found = best_points(self.routes, self.question, self.network, Region.of(own.mission))
-        points_m = [(each.routes.index[each.entry], each.point_m) for each in found]
-        points_m.sort(key=lambda each: int(each[0]))
-        plans = [own, *(self._plan_at(tuple(point_m.tolist())) for _, point_m in points_m)]
+        numbers = np.concatenate([part.routes for part in self.parts])
+        found = _Search(self.question, self.network).best(numbers)
+        found.sort(key=lambda each: each.route.number)
+        plans = [own, *(self._plan_at(tuple(each.point_m.tolist())) for each in found)]
         if own.mission.route.hover_m is not None:
             plans.append(self._plan_at(None))
         plans = [plan for plan in plans if plan]
         if not plans:
-            return own.model_copy(
-                update={"reasons": ("no hover point was found that has a plan", *own.reasons)}
-            )
+            reasons = ("no hover point was found that has a plan", *own.reasons)
+            return own.model_copy(update={"reasons": reasons})
         chosen = best(
             [plan.hover_time_s for plan in plans],
             [plan.mission_time_s for plan in plans],
@@ -77,7 +134,7 @@ class FreeProgram(Program):
     def _plan_at(self, hover_m: Vector | None) -> Plan:
         """The best plan with a given hover point; None for w_U."""
         mission = self.network.mission.replace({"route.hover_m": hover_m})
-        return declared_program(_held(self.question), build_network(mission)).solve()
+        return declared_program(_at_one_point(self.question), build_network(mission)).solve()
 
     def shadow_prices(self) -> dict[str, ShadowPrice]:
         """Refused: a free hover point has no prices of its own.
@@ -90,7 +147,7 @@ class FreeProgram(Program):
         self._refuse("shadow prices")
 
     def compile(self, engine: str | Engine | None = None) -> NoReturn:
-        """Refused: what is in sight of the hover point is no part of the models.
+        """Refused: the models do not know which buildings are in the way.
 
         Raises
         ------
@@ -107,7 +164,7 @@ class FreeProgram(Program):
 
 
 def _gain(plan: Plan, own: Plan) -> str:
-    """By how much a plan is better than that of the mission's own hover point, in words."""
+    """A note on how much longer a plan hovers than that of the mission's own hover point."""
     hover_m = plan.mission.route.hover_m
     name = "w_U" if own.mission.route.hover_m is None else "route.hover_m"
     if plan is own:
@@ -119,20 +176,279 @@ def _gain(plan: Plan, own: Plan) -> str:
     return f"hover point free: {point} gives {more_s:.4f} s more than {name}"
 
 
-def _held(asked: Question) -> Question:
-    """The same question with the hover point where the mission has it."""
-    assert isinstance(asked.problem, P1)
-    problem = replace(asked.problem, hover_point="w_U")
-    return replace(asked, problem=problem, engine=AUTO, time_limit_s=None)
+def _groups(question: Question, network: Network) -> list[Integers]:
+    """Numbers of the routes that some hover point may make flyable, by the order of their stays."""
+    routes, table = network.routes, network.legs
+    by_way = routes.building >= 0
+    touches = (table.end[routes.legs] == HOVER) | (table.start[routes.legs] == HOVER)
+    usable = ((routes.legs == NO_LEG) | touches | table.flyable[routes.legs]).all(axis=1)
+    if question.trajectory == "direct":
+        usable &= ~by_way
+    elif question.trajectory == "traj1":
+        usable &= by_way & (routes.building == nearest_building(network))
+    if question.order is not None:
+        usable &= ~by_way | (routes.rest_first == (question.order == "rest-first"))
+    groups = [usable & ~by_way, usable & by_way]
+    if question.perspective == AVAILABLE:  # the steps differ with the order of the stays
+        groups[1:] = [groups[1] & routes.rest_first, groups[1] & ~routes.rest_first]
+    return [np.flatnonzero(group) for group in groups if group.any()]
 
 
-def free_program(asked: Question, mission: Mission) -> FreeProgram:
-    """Declare (P1) with the hover point free: a part for the direct route, one with a rest."""
-    own = declared_program(_held(asked), build_network(mission))
-    region = Region.of(mission)
-    if region.low_m > region.high_m or np.isnan(vehicle.hover_load(mission).current_A):
-        return FreeProgram(asked, own.network, (), own.reasons, own, ())
-    routes = open_routes(asked, own.network)
-    parts = tuple(Part(each.free.model(asked.perspective), each.index) for each in routes)
-    reasons = own.reasons if not parts else ()
-    return FreeProgram(asked, own.network, parts, reasons, own, routes)
+def _opened(network: Network, which: Integers) -> tuple[Integers, FreeHover]:
+    """Places before and after the hover point (route, 2), and quantities by hover point, of routes.
+
+    The routes are all direct, or all by way of a building.
+    """
+    mission, table = network.mission, network.legs
+    legs = network.routes.legs[which]
+    flown = legs != NO_LEG
+    to_hover, from_hover = (flown & (ends[legs] == HOVER) for ends in (table.end, table.start))
+    apart = flown & ~to_hover & ~from_hover
+    around = np.stack([table.start[legs[to_hover]], table.end[legs[from_hover]]], axis=1)
+    rests = bool(network.routes.building[which[0]] >= 0)
+    before_m, after_m = (tuple(network.places.position_m[place].T) for place in around.T)
+    given = replace(
+        quantities(network, which, rests=rests, hover_open=True),
+        flight_time_s=np.where(apart, table.duration_s[legs], 0.0).sum(axis=1),
+        flight_charge_As=np.where(apart, table.charge_As[legs], 0.0).sum(axis=1),
+        flight_energy_J=np.where(apart, table.energy_J[legs], 0.0).sum(axis=1),
+        hover_current_A=float(vehicle.hover_load(mission).current_A),
+        hover_received_W=0.0,
+    )
+    return around, FreeHover(
+        rest_of_route=given,
+        before_m=before_m,
+        after_m=after_m,
+        device_m=mission.link.device_m,
+        laser_m=None if mission.laser is None else mission.laser.position_m,
+        leg=lambda way_m: vehicle.leg_loads(mission, way_m)[0],
+        charging=lambda distance_m: vehicle.charging(mission, distance_m),
+    )
+
+
+@dataclass(frozen=True)
+class Region:
+    """Where a UAV may hover: a ball around the device, cut by the altitude band.
+
+    Parameters
+    ----------
+    centre_m, radius_m
+        Device and d_max [m].
+    low_m, high_m
+        Least and largest altitude in the ball and in the band [m]; low > high where there is none.
+    """
+
+    centre_m: Floats
+    radius_m: float
+    low_m: float
+    high_m: float
+
+    @classmethod
+    def of(cls, mission: Mission) -> Region:
+        """The region of a mission."""
+        radius_m, limits = WITHIN * vehicle.coverage_radius_m(mission), mission.limits
+        device_m = np.array(mission.link.device_m)
+        low_m = max(limits.min_altitude_m, float(device_m[2]) - radius_m)
+        high_m = min(limits.max_altitude_m, float(device_m[2]) + radius_m)
+        return cls(device_m, radius_m, low_m, high_m)
+
+    def inside(self, points_m: Floats) -> Floats:
+        """Points (…, 3) [m] moved into the region: up or down, then level to the device."""
+        z = np.clip(points_m[..., 2:], self.low_m, self.high_m)
+        way_m = points_m[..., :2] - self.centre_m[:2]
+        share = self._level_m(z) / np.maximum(np.linalg.norm(way_m, axis=-1, keepdims=True), TINY)
+        return np.concatenate([self.centre_m[:2] + np.minimum(1.0, share) * way_m, z], axis=-1)
+
+    def spread(self) -> Floats:
+        """Points (point, 3) [m] all over the region, its rim, floor and ceiling included."""
+        φ = np.linspace(0.0, 2.0 * np.pi, SAMPLES[0], endpoint=False)
+        share = np.sqrt(np.linspace(1.0, 0.0, SAMPLES[1], endpoint=False))
+        z = np.linspace(self.low_m, self.high_m, SAMPLES[2])
+        φ, share, z = (each.ravel() for each in np.meshgrid(φ, share, z))
+        way_m = (share * self._level_m(z))[:, None] * np.column_stack([np.cos(φ), np.sin(φ)])
+        return np.column_stack([self.centre_m[:2] + way_m, z])
+
+    def near(self, place_m: Floats) -> Floats:
+        """Points (point, 3) [m] around a place, ever closer, as far as they are in the region."""
+        reach_m = REACH * self.radius_m * 0.5 ** np.arange(NEAR[0])
+        angles = np.linspace(0.0, 2.0 * np.pi, NEAR[1], endpoint=False)
+        slopes = np.linspace(-0.5 * np.pi, 0.5 * np.pi, NEAR[2])
+        r, φ, θ = (each.ravel() for each in np.meshgrid(reach_m, angles, slopes))
+        way_m = np.column_stack([np.cos(θ) * np.cos(φ), np.cos(θ) * np.sin(φ), np.sin(θ)])
+        return self.kept(place_m + r[:, None] * way_m)
+
+    def kept(self, points_m: Floats) -> Floats:
+        """Those of some points (point, 3) [m] that are in the region, but for rounding."""
+        known_m = points_m[np.isfinite(points_m).all(axis=1)]
+        inside_m = self.inside(known_m)
+        found: Floats = inside_m[np.abs(inside_m - known_m).max(axis=1, initial=0.0) < 1e-7]
+        return found
+
+    def _level_m(self, altitude_m: Floats) -> Floats:
+        """Radius of the disc at an altitude [m]."""
+        height_m = altitude_m - self.centre_m[2]
+        return np.asarray(np.sqrt(np.maximum(self.radius_m**2 - height_m**2, 0.0)))
+
+
+class _OpenRoute(NamedTuple):
+    """A route by its number, with the places before and after its free hover point."""
+
+    number: int
+    around: tuple[int, int]
+    free: FreeHover
+
+
+class _HoverSpot(NamedTuple):
+    """A hover point (3,) [m] of a route, and the hover time Δ [s] there."""
+
+    route: _OpenRoute
+    point_m: Floats
+    hover_s: float
+
+
+class _Sights:
+    """What buildings hide from points (point, 3) [m], each found once."""
+
+    def __init__(self, search: _Search, points_m: Floats) -> None:
+        self.search, self.points_m = search, points_m
+        self.known: dict[int, Booleans] = {}
+
+    def hidden(self, place: int) -> Booleans:
+        """Whether a building other than that of the place is between it and each point."""
+        if place not in self.known:
+            mission, obstacles = self.search.network.mission, self.search.obstacles
+            if place == LASER:
+                if mission.laser is None:
+                    return np.ones(len(self.points_m), bool)
+                from_m, own = np.array(mission.laser.position_m), CLEAR
+            else:
+                from_m, own = self.search.places_m[place], place - FIRST_BUILDING
+            lines_m = np.broadcast_to(from_m, self.points_m.shape)
+            exempt = np.full((len(self.points_m), 1), own)
+            self.known[place] = crossed(obstacles, lines_m, self.points_m, exempt) != CLEAR
+        return self.known[place]
+
+
+class _Search:
+    """The search for the best hover points, with the battery charged at constant current."""
+
+    def __init__(self, question: Question, network: Network) -> None:
+        self.question, self.network = question, network
+        self.places_m, self.obstacles = network.places.position_m, prisms(network.mission)
+        self.region = Region.of(network.mission)
+        self.latest = time.monotonic() + (question.time_limit_s or math.inf)
+
+    def best(self, numbers: Integers) -> list[_HoverSpot]:
+        """The best points found for some routes, the best first, with those nearly as good.
+
+        Raises
+        ------
+        SolverError
+            If the time limit passes.
+        """
+        starts = self._starts([self._open(number) for number in numbers.tolist()])
+        found = [self._refined(each, 0, FIRST_M) for each in starts]
+        found.sort(key=lambda each: -each.hover_s)
+        for seed in range(1, AGAIN + 1):
+            found[:1] = [self._again(each, seed) for each in found[:1]]
+        return [each for each in found if each.hover_s >= found[0].hover_s - CLOSE_S]
+
+    def _again(self, found: _HoverSpot, seed: int) -> _HoverSpot:
+        """The better of a point and what refinement from near it leads to."""
+        step_m = AGAIN_M * np.random.default_rng(seed).normal(size=3)
+        point_m = self.region.inside(found.point_m + step_m)
+        start = _HoverSpot(found.route, point_m, -math.inf)
+        again = self._refined(start, seed, AGAIN_M)
+        return max(found, again, key=lambda each: each.hover_s)
+
+    def hover_s(self, route: _OpenRoute, sights: _Sights, least_s: float = -math.inf) -> Floats:
+        """Δ [s] of a route at points; −∞ where there is no plan, which matters above `least_s`."""
+        if time.monotonic() > self.latest:
+            raise SolverError("the search for a hover point did not end within the time limit")
+        sight = np.where(sights.hidden(LASER), 0.0, 1.0)
+        given = replace(route.free, laser_sight=sight).at(tuple(sights.points_m.T))
+        if self.question.perspective == AVAILABLE:
+            times = delivered(given, len(sight))
+        else:
+            from optuav.engines import closed_form
+
+            model = P1().model(given, self.question.perspective)
+            times = closed_form.solve(model, len(sight)).values
+        found = np.nan_to_num(times["hover_time_s"], nan=-np.inf)
+        if not self.network.mission.flight.through_buildings:
+            for place in route.around:
+                if found.max() > least_s:
+                    found[sights.hidden(place)] = -np.inf
+        return found
+
+    def _open(self, number: int) -> _OpenRoute:
+        (around,), free = _opened(self.network, np.array([number]))
+        given = free.rest_of_route
+        arrays = {each.name: getattr(given, each.name) for each in QUANTITIES}
+        numbers = {name: value.item() for name, value in arrays.items() if np.ndim(value)}
+        given = replace(given, **numbers, tapers=False)
+        return _OpenRoute(number, tuple(around.tolist()), replace(free, rest_of_route=given))
+
+    def _starts(self, routes: list[_OpenRoute]) -> list[_HoverSpot]:
+        """The points from which to refine, the best first."""
+        region, mission = self.region, self.network.mission
+        w_U_m = vehicle.hover_point_m(mission.replace({"route.hover_m": None}))
+        known_m = region.kept(np.vstack([w_U_m, self.places_m]))
+        near_m = [region.near(place_m) for place_m in self.places_m]
+        points_m = np.concatenate([known_m, region.spread(), *near_m])
+        sights = _Sights(self, points_m)
+        sampled = [(self.hover_s(route, sights), route) for route in routes]
+        sampled.sort(key=lambda each: -each[0].max())
+        least_s, found = sampled[0][0].max() - PROMISING_S, list[_HoverSpot]()
+        for hover_s, route in sampled[:MOST_ROUTES]:
+            for hidden in (False, True):
+                usable = (sights.hidden(LASER) == hidden) & (hover_s > least_s)
+                row_s = np.where(usable, hover_s, -np.inf)
+                for k in _apart(points_m, row_s, APART * region.radius_m):
+                    found.append(_HoverSpot(route, points_m[k], float(row_s[k])))
+        return sorted(found, key=lambda each: -each.hover_s)[:MOST_STARTS]
+
+    def _refined(self, found: _HoverSpot, seed: int, reach_m: float) -> _HoverSpot:
+        """The best point that ever smaller random steps lead to, from a first length [m] on.
+
+        Hover times have ridges where a turn of a leg vanishes: straight lines through the place
+        before or after, in the plane of its x or its y where there is no wind. A step that leaves a
+        ridge loses, so some steps keep to such lines and planes.
+        """
+        random = np.random.default_rng(seed)
+        around_m = self.places_m[list(found.route.around)]
+        while reach_m > LAST_M:
+            ways_m = found.point_m - around_m
+            apart_m = np.linalg.norm(ways_m, axis=1)[:, None]
+            steps_m = reach_m * random.normal(size=(AROUND, 3))
+            steps_m[AROUND // 2 :] *= min(1.0, float(apart_m.min()) / reach_m)
+            for axis in range(3):
+                steps_m[axis::4, axis] = 0.0
+            points_m = found.point_m + steps_m
+            for number, place_m in enumerate(around_m):
+                for axis in range(2):
+                    points_m[2 * number + axis :: 8, axis] = place_m[axis]
+            share = np.minimum(reach_m / np.maximum(apart_m, LAST_M), 1.0)
+            share = share * random.normal(size=(2, ALONG))
+            along_m = found.point_m + share[:, :, None] * ways_m[:, None]
+            level_m = along_m.copy()
+            level_m[..., 2] = found.point_m[2]
+            points_m = self.region.inside(np.concatenate([points_m, *along_m, *level_m]))
+            hover_s = self.hover_s(found.route, _Sights(self, points_m), found.hover_s)
+            top = int(hover_s.argmax())
+            if hover_s[top] > found.hover_s:
+                found = found._replace(point_m=points_m[top], hover_s=float(hover_s[top]))
+            else:
+                reach_m *= SHRINK
+        return found
+
+
+def _apart(points_m: Floats, hover_s: Floats, apart_m: float) -> Iterator[int]:
+    """Numbers of the best few points that are apart from each other."""
+    left_s = hover_s.copy()
+    for _ in range(STARTS_OF_A_KIND):
+        k = int(left_s.argmax())
+        if not np.isfinite(left_s[k]):
+            return
+        yield k
+        left_s[np.linalg.norm(points_m - points_m[k], axis=1) <= apart_m] = -np.inf
