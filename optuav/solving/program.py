@@ -13,7 +13,7 @@ from formulations.p3 import P3
 from formulations.p4 import P4
 from formulations.soc import AVAILABLE
 from optuav.engines.prices import ShadowPrice
-from optuav.engines.registry import Engine, names, takers
+from optuav.engines.registry import Engine, engine, names, takers
 from optuav.engines.solution import Solution
 from optuav.errors import SolverError
 from optuav.modelling import Checks, Model
@@ -324,7 +324,8 @@ def with_promise(program: Program, plan: Plan) -> Plan:
         given = quantities(network, part.routes, rests=part.rests)
         parts.append(Part(question.problem.model(given, "battery"), part.routes))
     promised = replace(program, question=charge, parts=tuple(parts))
-    solutions = [answer(part.model, len(part.routes), charge) for part in parts]
+    closed_form = engine("closed-form")
+    solutions = [closed_form.solve(part.model, len(part.routes)) for part in parts]
     number, entry = promised.best(solutions) or (0, 0)
     times = {name: solutions[number].point(entry).get(name, 0.0) for name in TIMES}
     if times["hover_time_s"] <= plan.hover_time_s:
