@@ -175,12 +175,11 @@ def _base(files: Sequence[_File]) -> _File:
 
 
 def _read(source: str | Path, directory: Path) -> _File:
-    if source in shipped():
-        path, name = _SHIPPED / f"{source}.toml", str(source)
-    else:
+    path, name, hint = _SHIPPED / f"{source}.toml", str(source), ""
+    if source not in shipped():
         path = directory / source
-        name = label(path)
-    hint = nearest(Path(source).name, shipped()) or f"; shipped missions are {', '.join(shipped())}"
+        name, others = label(path), ", ".join(shipped())
+        hint = nearest(path.name, shipped()) or f"; shipped missions are {others}"
     document = parse(read_text(path, LARGEST_FILE, hint=hint), path)
     faults = StatedMission(document, {(): name}).faults(format_breaches(document))
     document.pop("schema", None)

@@ -6,7 +6,7 @@ import datetime
 import difflib
 import reprlib
 from collections import Counter
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from decimal import Decimal
 from functools import cache, cached_property, lru_cache
 from typing import Any, NamedTuple, TypeAlias, get_args
@@ -167,6 +167,11 @@ def nearest(key: str, known: Iterable[str]) -> str:
     elsewhere = [each for each, own in names.items() if own == each != table]
     like = difflib.get_close_matches(key, elsewhere, n=1)
     return f"; did you mean '{like[0]}'?" if like else ""
+
+
+def listed(names: Sequence[str]) -> str:
+    """The first ten names."""
+    return ", ".join(names[:10]) + (", …" if len(names) > 10 else "")
 
 
 def printable(text: str) -> str:

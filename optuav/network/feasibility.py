@@ -7,6 +7,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from optuav.mission import Mission
+from optuav.mission.messages import listed
 from optuav.network import vehicle
 from optuav.network.network import Network, build_network
 from optuav.network.places import HOVER
@@ -139,5 +140,4 @@ def _dark(network: Network) -> Iterator[str]:
     dark = places.exists & ~places.laser_sight
     names = [places.names[place] for place in (HOVER, *places.buildings) if dark[place]]
     if names:
-        shown = ", ".join(names[:10]) + (", …" if len(names) > 10 else "")
-        yield f"the laser does not see {shown}: no charging there"
+        yield f"the laser does not see {listed(names)}: no charging there"

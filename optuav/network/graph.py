@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
-from dataclasses import replace
+from dataclasses import fields, replace
 from numbers import Real
 from typing import TYPE_CHECKING
 
@@ -230,11 +230,9 @@ def edited_legs(
     A leg without an edge is forbidden if it is `needed` (leg,), as all are by default; the others
     stay as computed.
     """
-    distance_m, peak_speed_m_s = legs.distance_m.copy(), legs.peak_speed_m_s.copy()
-    durations_s, currents_A = legs.durations_s.copy(), legs.currents_A.copy()
-    powers_W = legs.powers_W.copy()
-    flyable, edited = legs.flyable.copy(), np.zeros_like(legs.edited)
-    flyable[slice(None) if needed is None else needed] = False
+    table = {each.name: getattr(legs, each.name).copy() for each in fields(legs)}
+    table["flyable"][slice(None) if needed is None else needed] = False
+    table["edited"][:] = False
     figures = np.stack([getattr(legs, name) for name in EDGE_FIGURES], axis=1)
     number = {way: leg for leg, way in enumerate(zip(legs.start, legs.end, strict=True))}
     place = {name: k for k, name in enumerate(names)}
@@ -242,26 +240,19 @@ def edited_legs(
         leg = number.get((place[start], place[end]))
         if leg is None:
             continue
-        flyable[leg] = True
+        table["flyable"][leg] = True
         stated = [float(data[name]) for name in EDGE_FIGURES]
         if legs.flyable[leg] and (figures[leg] == stated).all():
             continue
-        edited[leg] = True
-        duration_s, charge_As, energy_J, distance_m[leg], peak_speed_m_s[leg] = stated
-        durations_s[:, leg] = 0.0
-        durations_s[0, leg] = duration_s
-        currents_A[:, leg] = charge_As / duration_s if duration_s > 0.0 else 0.0
-        powers_W[:, leg] = energy_J / duration_s if duration_s > 0.0 else 0.0
-    return replace(
-        legs,
-        distance_m=distance_m,
-        peak_speed_m_s=peak_speed_m_s,
-        durations_s=durations_s,
-        currents_A=currents_A,
-        powers_W=powers_W,
-        flyable=flyable,
-        edited=edited,
-    )
+        table["edited"][leg] = True
+        duration_s, charge_As, energy_J, table["distance_m"][leg], table["peak_speed_m_s"][leg] = (
+            stated
+        )
+        table["durations_s"][:, leg] = 0.0
+        table["durations_s"][0, leg] = duration_s
+        for name, drawn in (("currents_A", charge_As), ("powers_W", energy_J)):
+            table[name][:, leg] = drawn / duration_s if duration_s > 0.0 else 0.0
+    return Legs(**table)
 
 
 def _foreign_nodes(places: Places, view: Graph) -> Iterator[Fault]:

@@ -8,6 +8,7 @@ import numpy as np
 
 from optuav.arrays import Booleans, Floats, Integers
 from optuav.mission import Mission
+from optuav.mission.messages import listed
 from optuav.network import vehicle
 from optuav.network.obstacles import CLEAR, Prisms, clear_lines
 from optuav.physics.quantity import Quantity, Vector, norm
@@ -112,8 +113,7 @@ class ChargingCap:
     everywhere: bool  # Whether those are all places in sight of the laser
 
     def __str__(self) -> str:
-        names = ", ".join(self.places[:10]) + (", …" if len(self.places) > 10 else "")
-        at = "wherever the laser is in sight" if self.everywhere else f"at {names}"
+        at = "wherever the laser is in sight" if self.everywhere else f"at {listed(self.places)}"
         return (
             f"{self.key} = {self.current_A:g} A caps the charging current {at}: a stronger laser "
             "changes nothing there"
