@@ -109,14 +109,22 @@ def leg_loads(
     return vehicle.leg_loads(mission, (x, y, z))
 
 
+def shared_lines(start: Integers, end: Integers) -> tuple[Integers, Integers]:
+    """The lines between places (line, 2) that legs fly along, and the number of each leg's line.
+
+    One line serves both directions, so that rounding cannot tell them apart.
+    """
+    low, high = np.minimum(start, end), np.maximum(start, end)
+    count = 1 + int(high.max(initial=0))
+    numbers, line = np.unique(low * count + high, return_inverse=True)
+    return np.stack(np.divmod(numbers, count), axis=1), line
+
+
 def _blockers(places: Places, obstacles: Prisms, start: Integers, end: Integers) -> Integers:
     """A building in the way of each leg, the same there and back; −1 where an end is not known."""
-    found = np.full(len(start), CLEAR, dtype=np.intp)
-    known = np.flatnonzero(places.exists[start] & places.exists[end])
-    low, high = np.minimum(start[known], end[known]), np.maximum(start[known], end[known])
-    # One line serves both directions, so that rounding cannot tell them apart.
-    numbers, line = np.unique(low * len(places.names) + high, return_inverse=True)
-    lines = np.stack(np.divmod(numbers, len(places.names)), axis=1)
-    low_m, high_m = np.moveaxis(places.position_m[lines], 1, 0)
-    found[known] = crossed(obstacles, low_m, high_m, lines - FIRST_BUILDING)[line]
-    return found
+    lines, line = shared_lines(start, end)
+    found = np.full(len(lines), CLEAR, dtype=np.intp)
+    known = places.exists[lines].all(axis=1)
+    low_m, high_m = np.moveaxis(places.position_m[lines[known]], 1, 0)
+    found[known] = crossed(obstacles, low_m, high_m, lines[known] - FIRST_BUILDING)
+    return found[line]

@@ -17,7 +17,7 @@ import numpy as np
 from optuav.arrays import Booleans, Floats, Integers
 from optuav.mission import Mission
 from optuav.network import vehicle
-from optuav.network.legs import leg_loads
+from optuav.network.legs import leg_loads, shared_lines
 from optuav.network.network import Network, build_network
 from optuav.network.obstacles import Prisms, clear_lines, prisms
 from optuav.network.places import (
@@ -130,8 +130,7 @@ class Variants:
         able = np.isfinite(as_table(self.loads.duration_s))
         if not self.mission.flight.through_buildings:
             legs = self.base.network.legs
-            ends = np.sort(np.stack([legs.start, legs.end], axis=1), axis=1)
-            lines, line = np.unique(ends, axis=0, return_inverse=True)
+            lines, line = shared_lines(legs.start, legs.end)
             free = clear_lines(self.base.obstacles, self.position_m, lines, lines - FIRST_BUILDING)
             able = able & free[:, line]
         able = np.concatenate([able, np.ones((len(able), 1), bool)], axis=1)  # for NO_LEG
