@@ -130,7 +130,7 @@ def times(engine: Capability, models: Sequence[Traits] = ()) -> str:
 PURPOSES = {
     "closed-form": "everyday answers, over thousands of routes",
     "cvxpy": "a second opinion, binary choices, slots, a solver of your choice",
-    "casadi": "what is not linear, as the charge step by step through both wells",
+    "casadi": "problems that are not linear, such as problems of your own",
     "grid": "the paper's Algorithm 1, and checking the others",
     "bracket": "plans that can be flown: the available well never runs dry",
 }
@@ -145,21 +145,18 @@ def models(engine: Capability) -> str:
 
 def purposes() -> Iterator[Row]:
     """What each engine is for, short enough for a first page."""
-    yield ("engine", "use it for", "takes", "its answer")
+    yield ("engine", "use it for", "its answer")
     for each in CAPABILITIES:
-        kind = models(each)
-        most = f", at most {each.most_unknowns} unknowns" if each.most_unknowns else ""
-        taken = f"{kind} models{most}; {times(each)}"
-        yield (f"`{each.name}`", PURPOSES[each.name], taken, each.gives)
+        yield (f"`{each.name}`", PURPOSES[each.name], each.gives)
 
 
 def capabilities() -> Iterator[Row]:
-    """What each engine takes and gives."""
-    yield ("engine", "models", "unknowns", "binary", "times", "gives")
+    """What each engine takes."""
+    yield ("engine", "models", "unknowns", "binary", "times")
     for each in CAPABILITIES:
         most = "any number" if each.most_unknowns is None else f"at most {each.most_unknowns}"
         binary = "yes" if each.integer else NONE
-        yield (f"`{each.name}`", models(each), most, binary, times(each), each.gives)
+        yield (f"`{each.name}`", models(each), most, binary, times(each))
 
 
 # What the program can do
