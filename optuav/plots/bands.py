@@ -11,7 +11,7 @@ from matplotlib.patches import Patch
 
 from optuav.errors import InputError
 from optuav.plan import Plan
-from optuav.plots.style import KINDS, TIME, group_thousands, page, printed, root, settle
+from optuav.plots.style import KINDS, TIME, page, printed, root
 
 TINT = 0.15
 NAMES_PT = 16.0
@@ -81,29 +81,6 @@ def swatch(colour: str, label: str) -> Patch:
 def swatches(kinds: Iterable[str]) -> list[Patch]:
     """The entries of the kinds of phases that occur."""
     return [swatch(KINDS[kind], kind) for kind in dict.fromkeys(map(str, kinds))]
-
-
-def finish(
-    axes: Sequence[Axes],
-    end_s: float,
-    bands: Sequence[Band],
-    handles: Sequence[Artist],
-    distance: float,
-) -> None:
-    """Give panels over time their limits, labels, bands, and a legend under the last.
-
-    The distance of the legend is a share of the last panel's height.
-    """
-    for ax in axes:
-        ax.set_xlim(0.0, end_s or 1.0)
-    group_thousands(*axes)
-    axes[-1].set_xlabel(TIME)
-    corner = (0.5, -distance)
-    axes[-1].legend(
-        handles=handles, loc="upper center", bbox_to_anchor=corner, ncols=6, columnspacing=1.4
-    )
-    settle(axes[0])
-    draw_bands(axes, bands)
 
 
 def panels(plans: Sequence[Plan], height_in: float) -> Sequence[Axes]:

@@ -49,18 +49,10 @@ ROOM_ABOVE = 0.14
 
 
 class Bar(NamedTuple):
-    """A value of a plan.
+    """A value of a plan, None without one, by its group below the axis and its name in the legend.
 
-    Parameters
-    ----------
-    group
-        Name below the axis; the paper's name for a perspective.
-    name
-        Name in the legend: a perspective, a trajectory, a problem, or nothing.
-    value
-        In the unit of the axis; None without a plan.
-    flyable
-        Whether the plan can be flown; bars of those that cannot are hatched.
+    A name is a perspective, a trajectory, a problem, or nothing. Bars of plans that cannot be flown
+    are hatched.
     """
 
     group: str

@@ -300,22 +300,15 @@ def _shifts(ways: Sequence[Way]) -> list[list[float]]:
 
 def _draw_leg(ax: Axes, start: Point, end: Point, shift: float, look: Look) -> None:
     """Draw a leg on the map, moved aside to its left or right as seen from its lesser end."""
-    length = math.dist(start[:2], end[:2])
+    ends = np.array([start[:2], end[:2]])
+    (x, y), length = np.subtract(*sorted(ends.tolist(), reverse=True)), math.dist(*ends)
     if length == 0.0:
         return
-    low, high = sorted((start[:2], end[:2]))
-    normal = (low[1] - high[1]) / length, (high[0] - low[0]) / length
-    inches = shift * SHIFT / POINTS_PER_INCH
-    moved = ScaledTranslation(
-        normal[0] * inches, normal[1] * inches, style.root(ax).dpi_scale_trans
-    )
-    transform = ax.transData + moved
-    ax.plot(*zip(start[:2], end[:2], strict=True), transform=transform, zorder=3, **look)
+    aside = np.array([-y, x]) / length * shift * SHIFT / POINTS_PER_INCH
+    transform = ax.transData + ScaledTranslation(aside[0], aside[1], style.root(ax).dpi_scale_trans)
+    ax.plot(*ends.T, transform=transform, zorder=3, **look)
     at = ARROW_AT + ARROW_STEP * shift
-    tail, head = (
-        (start[0] + share * (end[0] - start[0]), start[1] + share * (end[1] - start[1]))
-        for share in (at - 0.02, at)
-    )
+    tail, head = (ends[0] + share * (ends[1] - ends[0]) for share in (at - 0.02, at))
     arrow = {"arrowstyle": "-|>", "color": look["color"], "linewidth": 0.0, "mutation_scale": 12.0}
     arrow |= {"shrinkA": 0.0, "shrinkB": 0.0}
     ax.annotate("", head, tail, xycoords=transform, textcoords=transform, arrowprops=arrow)

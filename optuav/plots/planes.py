@@ -158,14 +158,9 @@ def _worth_seeing(
     """The grid as far as it is feasible and somewhat farther, where that is much less than all."""
     counted = grid.axes(model, parameters, slot_s)
     y, x = (np.linspace(0.0, values_s.max(initial=0.0), SAMPLES) for values_s in counted)
-    feasible = np.broadcast_to(
-        _all(
-            excess >= 0.0
-            for each, excess in _excesses(model, parameters, x, y)
-            if each.relation.sense != "=="
-        ),
-        (SAMPLES, SAMPLES),
-    )
+    excesses = _excesses(model, parameters, x, y)
+    holds = _all(excess >= 0.0 for each, excess in excesses if each.relation.sense != "==")
+    feasible = np.broadcast_to(holds, (SAMPLES, SAMPLES))
     reached = (y[feasible.any(axis=1)], 1), (x[feasible.any(axis=0)], 0)
     seen = []
     for values_s, (inside, number) in zip(counted, reached, strict=True):
@@ -184,13 +179,9 @@ def _draw_grid(
     y, x = (each.ravel() for each in np.meshgrid(upward, across))
     names = [variable.name for variable in model.variables]
     values = {**parameters, **dict(zip(names, (y, x), strict=True))}
-    feasible = np.broadcast_to(
-        _all(
-            holding(each.sense, *(evaluate(side, values) for side in each.sides))
-            for each in (constraint.relation for constraint in model.constraints)
-        ),
-        y.shape,
-    )
+    stated = (constraint.relation for constraint in model.constraints)
+    sides = ((each.sense, *(evaluate(side, values) for side in each.sides)) for each in stated)
+    feasible = np.broadcast_to(_all(holding(*each) for each in sides), y.shape)
     fewer = f", one of {every[0] * every[1]} shown" if max(every) > 1 else ""
     slots = f"(slots of {slot_s:g} s{fewer})"
     for which, marker, size, colour, words in (
@@ -283,15 +274,8 @@ def _draw_optimum(
     ax: Axes, plan: Plan, point: tuple[float, float], symbols: tuple[str, str]
 ) -> None:
     times = ", ".join(f"{s} = {t:.2f} s" for s, t in zip(symbols, point, strict=True))
-    continuous = plan.slot_s is None
-    words = "optimum" if continuous else f"optimum in slots of {plan.slot_s:g} s"
-    ax.plot(
-        *point,
-        "*" if continuous else "s",
-        markersize=11.0 if continuous else 9.0,
-        markerfacecolor=style.YELLOW if continuous else "none",
-        markeredgecolor=BLACK,
-        markeredgewidth=0.9,
-        zorder=6,
-        label=f"{words}\n{times}",
-    )
+    marker, size, colour, words = ("*", 11.0, style.YELLOW, "optimum")
+    if plan.slot_s is not None:
+        marker, size, colour, words = "s", 9.0, "none", f"optimum in slots of {plan.slot_s:g} s"
+    (star,) = ax.plot(*point, marker, markersize=size, markerfacecolor=colour, zorder=6)
+    star.set(markeredgecolor=BLACK, markeredgewidth=0.9, label=f"{words}\n{times}")

@@ -11,7 +11,7 @@ from matplotlib.axes import Axes
 from optuav.mission import Mission
 from optuav.plan.trace import Event, Trace
 from optuav.plots import style
-from optuav.plots.bands import NAMES_PT, Band, finish, phase_band, swatches
+from optuav.plots.bands import NAMES_PT, Band, draw_bands, phase_band, swatches
 from optuav.plots.labels import mark
 from optuav.plots.style import BLACK, GREY, ORANGE
 
@@ -87,7 +87,14 @@ def profile(replayed: Replayed) -> ProfileAxes:
         style.entry("altitudes for hovering", GREY, 0.8, "--"),
         *swatches(trace.kind),
     ]
-    finish(axes, float(trace.time_s[-1]), list(trace_bands(trace)), entries, 0.42)
+    axes.power.set(xlim=(0.0, trace.time_s[-1] or 1.0), xlabel=style.TIME)
+    style.group_thousands(*axes)
+    at = (0.5, -0.42)
+    axes.power.legend(
+        handles=entries, loc="upper center", bbox_to_anchor=at, ncols=6, columnspacing=1.4
+    )
+    style.settle(axes.altitude)
+    draw_bands(axes, list(trace_bands(trace)))
     height_m = trace.position_m[:, 2]
     events = [
         (f"{each.kind} at {each.time_s:.1f} s", each.time_s, height)

@@ -81,7 +81,7 @@ def test_the_line_of_means_breaks_between_phases() -> None:
     "found",
     [
         fit(named((1.0, 1e6), (2.0, 1e6))),
-        fit(named((59.35,), (59.35,))),
+        pytest.param(fit(named((59.35,), (59.35,))), marks=pytest.mark.soak),
         fit(named(tuple(np.linspace(5.0, 50.0, 30)), tuple(np.linspace(5.0, 52.0, 30)))),
         fit(named((-12.79, 5.01), (-0.27, 5.01)), named((0.0,), (0.0,))),
     ],
@@ -94,7 +94,10 @@ def test_no_text_on_text(found: Fit, overlaps: Overlaps) -> None:
 
 @pytest.mark.parametrize(
     ("calibrate", "name"),
-    [(optuav.fit_regimes, "flight_log.csv"), (optuav.fit_rotor, "bench.csv")],
+    [
+        pytest.param(optuav.fit_regimes, "flight_log.csv", marks=pytest.mark.soak),
+        (optuav.fit_rotor, "bench.csv"),
+    ],
 )
 def test_examples_have_no_text_on_text(
     calibrate: Callable[[list[Path]], Fit], name: str, overlaps: Overlaps

@@ -69,7 +69,7 @@ ODD = {
 }
 
 
-RARE = ("round trip", "out of reach", "wide, without footprints")
+RARE = ("round trip", "out of reach", "wide, without footprints", "all at one point")
 """Cases that are drawn in `make soak` alone, as the others draw most of what they do."""
 
 

@@ -108,7 +108,7 @@ def test_constraints_are_named_as_declared(drawn: Drawn, overlaps: Overlaps) -> 
 @pytest.mark.parametrize(
     ("name", "values", "slot_s"),
     [
-        ("paper-table2", {}, 20.0),
+        pytest.param("paper-table2", {}, 20.0, marks=pytest.mark.soak),
         ("paper", {"limits.deadline_s": 800}, 60.0),
         pytest.param("paper", {"laser": None}, 7.0, marks=pytest.mark.soak),
         pytest.param("paper", {"limits.deadline_s": 60}, 1.0, marks=pytest.mark.soak),

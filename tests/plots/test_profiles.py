@@ -55,9 +55,12 @@ def test_violations_are_marked(paper: optuav.Plan, overlaps: Overlaps) -> None:
 @pytest.mark.parametrize(
     "stops",
     [
-        (),
+        pytest.param((), marks=pytest.mark.soak),
         (Stop("b1", "hover", 0.0),),
-        tuple(Stop(f"b{1 + k % 10}", "rest", 20.0) for k in range(12)),
+        pytest.param(
+            tuple(Stop(f"b{1 + k % 10}", "rest", 20.0) for k in range(12)),
+            marks=pytest.mark.soak,
+        ),
         (Stop("b9", "rest", 1e7), Stop("b10", "hover", 1e7)),
     ],
     ids=["a flight", "passing by", "many stops", "much too long"],

@@ -81,12 +81,6 @@ def test_the_moment_it_runs_dry_is_marked(drawn: Sequence[Axes]) -> None:
     assert thickness(drawn[0], BLUE, 660.26) < 200.0
 
 
-def test_what_is_driven_past_full_is_marked() -> None:
-    rested = optuav.solve("paper", perspective="battery")
-    (ax,) = plots.wells([rested])
-    assert "driven past full at 157.0 s" in [text.get_text() for text in ax.texts]
-
-
 def test_titles_say_which_can_be_flown(drawn: Sequence[Axes]) -> None:
     by_charge, lasting = (ax.get_title(loc="left") for ax in drawn)
     assert by_charge.endswith("perspective battery: hover $Δ$ = 688.85 s, cannot be flown")
@@ -157,17 +151,12 @@ def test_the_course_is_exact_within_the_hover(paper: optuav.Plan) -> None:
 
 def test_moments_are_marked_where_the_available_well_is_full_and_empty(paper: optuav.Plan) -> None:
     (ax,) = plots.wells([paper])
-    words = [text.get_text().partition("\n")[0] for text in ax.texts]
-    assert {"dry at 1095.5 s", "driven past full at 157.0 s"} <= set(words)
+    words = {text.get_text().partition("\n")[0] for text in ax.texts}
+    assert {"dry at 1095.5 s", "driven past full at 157.0 s", "rest, b1", "hover"} <= words
     time_s, available, _ = course(vehicle.pool(paper.mission), paper)
     for moment_s, level_As in ((paper.runs_dry_s, 0.0), (paper.overfull_s, SHARE * CAPACITY_AS)):
         assert moment_s is not None
         assert np.interp(moment_s, time_s, available) == pytest.approx(level_As, abs=1.0)
-
-
-def test_phases_are_named_above(paper: optuav.Plan) -> None:
-    (ax,) = plots.wells([paper])
-    assert {"rest, b1", "hover"} <= {text.get_text() for text in ax.texts}
 
 
 ODD: dict[str, tuple[dict[str, Any], dict[str, Any]]] = {
