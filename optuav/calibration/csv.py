@@ -194,27 +194,20 @@ def read_all(files: Iterable[str | Path], one: Callable[[Path], Read]) -> list[R
     return found
 
 
-class UsualRange(NamedTuple):
-    """Least and most that UAVs show, in SI units, and the column from which it comes."""
-
-    least: float
-    most: float
-    unit: str
-    column: Column
-
-
-USUAL = {
-    "current": UsualRange(0.01, 2e3, "A", Column("current", "current")),
-    "voltage": UsualRange(1.0, 2e3, "V", Column("voltage", "voltage")),
-    "speed": UsualRange(0.0, 300.0, "m/s", Column("speed", "speed")),
-    "rotor speed": UsualRange(10.0, 5e3, "rad/s", Column("speed", "rotor speed")),
-    "thrust per power": UsualRange(0.003, 0.5, "N/W", Column("thrust", "force")),
-    "radius": UsualRange(0.005, 3.0, "m", Column("radius", "length")),
-    "air density": UsualRange(0.1, 3.0, "kg/m3", Column("air_density", "density")),
-    "resistance": UsualRange(1e-3, 20.0, "ohm", Column("resistance", "resistance")),
-    "lifetime": UsualRange(60.0, 1e6, "s", Column("lifetime", "time")),
+USUAL: Mapping[str, tuple[float, float, str, str]] = {
+    "current": (0.01, 2e3, "A", "current"),
+    "voltage": (1.0, 2e3, "V", "voltage"),
+    "speed": (0.0, 300.0, "m/s", "speed"),
+    "rotor speed": (10.0, 5e3, "rad/s", "speed"),
+    "thrust per power": (0.003, 0.5, "N/W", "thrust"),
+    "radius": (0.005, 3.0, "m", "radius"),
+    "air density": (0.1, 3.0, "kg/m3", "air_density"),
+    "resistance": (1e-3, 20.0, "ohm", "resistance"),
+    "lifetime": (60.0, 1e6, "s", "lifetime"),
 }
-"""From UAVs of some grams to those that carry people."""
+"""Least and most that UAVs show, from some grams to those that carry people; unit and column."""
+KINDS = {"thrust per power": "force", "radius": "length", "air density": "density"}
+KINDS |= {"lifetime": "time"}  # of the other quantities the kind has the same name
 
 
 def unit_doubts(when: str, sizes: Mapping[str, float]) -> Iterator[str]:
@@ -224,18 +217,19 @@ def unit_doubts(when: str, sizes: Mapping[str, float]) -> Iterator[str]:
     which the number would be usual.
     """
     for quantity, size in sizes.items():
-        least, most, unit, column = USUAL[quantity]
-        if not least <= size <= most:
-            units, heading = UNITS[column.kind], next(iter(column.headings))
-            *others, last = [
-                name for name, worth in units.items() if least <= size * worth <= most
-            ] or [""]
-            meant = f"{', '.join(others)} or {last}" if others else last
-            yield (
-                f"the {quantity} {when} is {size:.5g} {unit}, where that of a UAV is "
-                f"{short(least)} to {short(most)} {unit}: look at the units in the names of the "
-                f"columns{f'; under {heading} it may be {meant} that is meant' if meant else ''}"
-            )
+        least, most, unit, name = USUAL[quantity]
+        if least <= size <= most:
+            continue
+        units = UNITS[KINDS.get(quantity, quantity)]
+        meant = [each for each, worth in units.items() if least <= size * worth <= most]
+        words = " or ".join(filter(None, [", ".join(meant[:-1]), *meant[-1:]]))
+        hint = (
+            f"; under {name}_{next(iter(units))} it may be {words} that is meant" if meant else ""
+        )
+        yield (
+            f"the {quantity} {when} is {size:.5g} {unit}, where that of a UAV is {short(least)} to "
+            f"{short(most)} {unit}: look at the units in the names of the columns{hint}"
+        )
 
 
 def _rows(path: Path) -> list[tuple[int, list[str]]]:
@@ -306,12 +300,8 @@ def _fault(source: str, key: str, allowed: str, wrong: Sequence[tuple[int, str]]
     values = list(dict.fromkeys(value for _, value in wrong))
     if len(values) > MOST_VALUES:
         values = [values[0], "…", values[-1]]
-    runs: list[list[int]] = []
-    for line, _ in wrong:
-        if runs and line == runs[-1][-1] + 1:
-            runs[-1].append(line)
-        else:
-            runs.append([line])
+    numbers = np.array([line for line, _ in wrong])
+    runs = np.split(numbers, np.flatnonzero(np.diff(numbers) > 1) + 1)
     named = [f"{run[0]} to {run[-1]}" if len(run) > 2 else ", ".join(map(str, run)) for run in runs]
     more = sum(map(len, runs[MOST_RUNS:]))
     lines = f"{', '.join(named[:MOST_RUNS])}{f' and {more} more' if more else ''}"

@@ -29,20 +29,9 @@ FINEST = 1e-9  # least relative distance of an end from its value that decides o
 
 @dataclass(frozen=True)
 class Value:
-    """A value for a key of the mission.
+    """A value for a dotted key of the mission, in its unit, and where it comes from.
 
-    Parameters
-    ----------
-    key
-        Dotted key of the mission.
-    value
-        In the unit of the key.
-    origin
-        Where it comes from, in a few words.
-    interval
-        Where it lies at a confidence of 95 %, by the Jacobian; None if unknown.
-    determined
-        Whether the data determine it.
+    The interval holds it at a confidence of 95 %; None if unknown.
     """
 
     key: str
@@ -79,23 +68,10 @@ class Value:
 
 @dataclass(frozen=True)
 class Panel:
-    """Observed and fitted values of one quantity.
+    """Observed and fitted values of one quantity, one an observation.
 
-    Parameters
-    ----------
-    quantity, unit
-        What was observed.
-    observed, fitted
-        One an observation; in the unit.
-    names
-        Names of the observations; or empty, and then `at` tells them apart.
-    at, at_words
-        Where on the axis an observation lies, and what that axis is.
-    roles
-        Whether an observation is fitted, repeats a fitted one, or is predicted; empty if all are
-        fitted.
-    groups
-        The kind of each observation, for its colour; or empty.
+    Observations have names, or places `at` on an axis that `at_words` describes. Where roles are
+    stated, one may also repeat a fitted one, or be predicted; groups stand for colours.
     """
 
     quantity: str
