@@ -1,7 +1,8 @@
 """Pictures of missions and plans; they need matplotlib (``pip install "optuav[plot]"``).
 
-Every function takes its data and the axes to draw on, and returns them. Without axes it makes a
-figure of its own that belongs to no window: ``wells([plan])[0].figure.savefig("wells.pdf")``.
+Every function takes its data and returns the axes; a picture of one axes may be drawn on given
+ones. By default it has a figure of its own that belongs to no window:
+``wells([plan])[0].figure.savefig("wells.pdf")``.
 """
 
 from __future__ import annotations
