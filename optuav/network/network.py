@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, fields, replace
 
 import numpy as np
 
@@ -33,6 +33,15 @@ class Network:
         flown = [int(leg) for leg in self.routes.legs[route] if leg != NO_LEG]
         names = self.places.names
         return (names[self.legs.start[flown[0]]], *(names[self.legs.end[leg]] for leg in flown))
+
+    def only(self, route: int) -> Network:
+        """The same network with a single route, number 0, and the legs that it uses."""
+        routes, table = self.routes.take([route]), self.legs
+        flown = routes.legs != NO_LEG
+        used = routes.legs[flown]
+        legs = Legs(*(getattr(table, each.name)[..., used] for each in fields(table)))
+        routes = replace(routes, legs=np.where(flown, np.cumsum(flown) - 1, NO_LEG))
+        return replace(self, legs=legs, routes=routes)
 
 
 def build_network(mission: Mission) -> Network:

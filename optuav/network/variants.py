@@ -8,9 +8,8 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass
 from functools import cached_property
-from typing import Self
 
 import numpy as np
 
@@ -18,7 +17,7 @@ from optuav.arrays import Booleans, Floats, Integers
 from optuav.mission import Mission
 from optuav.network import vehicle
 from optuav.network.legs import leg_loads, shared_lines
-from optuav.network.network import Network, build_network
+from optuav.network.network import Network
 from optuav.network.obstacles import Prisms, clear_lines, prisms
 from optuav.network.places import (
     FIRST_BUILDING,
@@ -26,7 +25,6 @@ from optuav.network.places import (
     position_table,
     received_table,
 )
-from optuav.network.routes import NO_LEG
 from optuav.physics.flight import Loads
 from optuav.physics.quantity import Quantity
 
@@ -66,34 +64,10 @@ def with_columns(mission: Mission, columns: Columns) -> Mission:
 
 
 @dataclass(frozen=True)
-class Base:
-    """The mission that varies, with what is the same in all its variants."""
-
-    network: Network
-    obstacles: Prisms
-
-    @classmethod
-    def of(cls, mission: Mission) -> Self:
-        """A mission with all its routes."""
-        return cls(build_network(mission), prisms(mission))
-
-    def only(self, route: int) -> Self:
-        """The same with a single route, number 0, and the legs that it uses."""
-        routes, table = self.network.routes.take([route]), self.network.legs
-        flown = routes.legs != NO_LEG
-        used = routes.legs[flown]
-        legs = replace(
-            table, **{each.name: getattr(table, each.name)[..., used] for each in fields(table)}
-        )
-        routes = replace(routes, legs=np.where(flown, np.cumsum(flown) - 1, NO_LEG))
-        return replace(self, network=replace(self.network, legs=legs, routes=routes))
-
-
-@dataclass(frozen=True)
 class Variants:
     """Variants of a mission."""
 
-    base: Base
+    network: Network
     columns: Columns
     known_radius_m: Quantity = None  # Their coverage radius (variant, 1) [m] if it is known
 
@@ -105,7 +79,12 @@ class Variants:
     @cached_property
     def mission(self) -> Mission:
         """The mission with columns in place of numbers."""
-        return with_columns(self.base.network.mission, self.columns)
+        return with_columns(self.network.mission, self.columns)
+
+    @cached_property
+    def obstacles(self) -> Prisms:
+        """The buildings, which are the same in all variants."""
+        return prisms(self.network.mission)
 
     @cached_property
     def coverage_radius_m(self) -> Quantity:
@@ -116,25 +95,25 @@ class Variants:
     @cached_property
     def position_m(self) -> Floats:
         """Places (variant or 1, place, 3) [m]; NaN for a hover point out of reach."""
-        roofs_m = self.base.network.places.position_m[FIRST_BUILDING:]
+        roofs_m = self.network.places.position_m[FIRST_BUILDING:]
         return position_table(self.mission, roofs_m, self.coverage_radius_m)
 
     @cached_property
     def received(self) -> vehicle.Flow:
         """Current [A] and power [W] from the laser by place (variant or 1, place)."""
-        return received_table(self.mission, self.position_m, self.base.obstacles)[1]
+        return received_table(self.mission, self.position_m, self.obstacles)[1]
 
     @cached_property
     def flyable(self) -> Booleans:
         """Whether all legs of a route can be flown and cross no building."""
         able = np.isfinite(as_table(self.loads.duration_s))
         if not self.mission.flight.through_buildings:
-            legs = self.base.network.legs
+            legs = self.network.legs
             lines, line = shared_lines(legs.start, legs.end)
-            free = clear_lines(self.base.obstacles, self.position_m, lines, lines - FIRST_BUILDING)
+            free = clear_lines(self.obstacles, self.position_m, lines, lines - FIRST_BUILDING)
             able = able & free[:, line]
         able = np.concatenate([able, np.ones((len(able), 1), bool)], axis=1)  # for NO_LEG
-        return np.asarray(able[:, self.base.network.routes.legs].all(axis=2))
+        return np.asarray(able[:, self.network.routes.legs].all(axis=2))
 
     @cached_property
     def able(self) -> Booleans:
@@ -164,7 +143,7 @@ class Variants:
     @cached_property
     def rest_load(self) -> vehicle.Flow:
         """Net current [A] and power [W] into the battery while resting, by route."""
-        building = self.base.network.routes.building
+        building = self.network.routes.building
         return vehicle.Flow(
             *(
                 np.where(building >= 0, received[:, FIRST_BUILDING + building] - drawn, 0.0)
@@ -177,7 +156,7 @@ class Variants:
     @cached_property
     def loads(self) -> Loads:
         """What the legs draw in their stages, each (variant or 1, leg) or a number."""
-        legs = self.base.network.legs
+        legs = self.network.legs
         return leg_loads(self.mission, self.position_m, legs.start, legs.end)[0]
 
     @property
@@ -189,7 +168,7 @@ class Variants:
         """Sums over the legs of routes."""
         table = as_table(per_leg)
         padded = np.concatenate([table, np.zeros((len(table), 1))], axis=1)
-        first, *others = (padded[:, legs] for legs in self.base.network.routes.legs.T)
+        first, *others = (padded[:, legs] for legs in self.network.routes.legs.T)
         return sum(others, first)
 
     def take(

@@ -61,7 +61,7 @@ def variant_quantities(
     steps
         Whether to include the steps on the way, which need all itineraries in one order.
     """
-    pairs = _Pairs(variants.base.network, variants, number, itineraries)
+    pairs = _Pairs(variants.network, variants, number, itineraries)
     return pairs.quantities(pairs.steps(rests=rests) if steps else (), end_gap_m=0.0, rests=rests)
 
 

@@ -19,7 +19,8 @@ from optuav.errors import Fault, InputError
 from optuav.mission import Mission, load
 from optuav.mission.messages import nearest, shown
 from optuav.mission.schema import Number
-from optuav.network.variants import Base, Variants
+from optuav.network.network import Network, build_network
+from optuav.network.variants import Variants
 from optuav.options import Perspective
 from optuav.plan import Plan
 from optuav.solving import solve
@@ -144,18 +145,18 @@ def sensitivity(
     flown = plan or best or None
     held = None if flown is None else FixedPlan.of(flown, studied)
     hover_s = best.hover_time_s if best else 0.0
-    base = Base.of(studied)
+    network = build_network(studied)
     found: Chances | None = None
     if uncertain:
         is_stated = stated is not None
-        found = chances(base, uncertain, perspective, held, samples, seed, stated=is_stated)
+        found = chances(network, uncertain, perspective, held, samples, seed, stated=is_stated)
     facts = {
         "perspective": perspective,
         "hover_time_s": hover_s,
         "plan_hover_time_s": None if held is None else held.hover_time_s,
         "chances": found,
     }
-    rows = effects(base, alone, perspective, hover_s)
+    rows = effects(network, alone, perspective, hover_s)
     return Results("optuav sensitivity", studied, facts, UNITS, rows, _tables, _figures)
 
 
@@ -177,12 +178,14 @@ def _refuse(perspective: Perspective, samples: int, seed: int) -> None:
 
 
 def effects(
-    base: Base, spreads: Sequence[Spread], perspective: Perspective, hover_time_s: float
+    network: Network, spreads: Sequence[Spread], perspective: Perspective, hover_time_s: float
 ) -> tuple[Row, ...]:
     """Return the effect of each key on the longest hover, the others held; the largest first."""
     ends = np.array([[each.low, each.high] for each in spreads]).reshape(-1)
-    hover_s = longest(_one_by_one(base, spreads, ends, 2), perspective).hover_time_s.reshape(-1, 2)
-    exact = _rates(base, spreads, perspective)
+    hover_s = longest(_one_by_one(network, spreads, ends, 2), perspective).hover_time_s.reshape(
+        -1, 2
+    )
+    exact = _rates(network, spreads, perspective)
     found = [
         _effect(spread, ends_s, hover_time_s, rates)
         for spread, ends_s, rates in zip(spreads, hover_s.tolist(), exact, strict=True)
@@ -221,7 +224,7 @@ def _has_kink(less: float | None, more: float | None) -> bool:
     return ShadowPrice(less, more).has_kink
 
 
-def _one_by_one(base: Base, spreads: Sequence[Spread], values: Floats, each: int) -> Variants:
+def _one_by_one(network: Network, spreads: Sequence[Spread], values: Floats, each: int) -> Variants:
     """Return variants in which one key alone differs, `each` of them a key."""
     columns: dict[str, Floats] = {}
     for number, spread in enumerate(spreads):
@@ -229,10 +232,12 @@ def _one_by_one(base: Base, spreads: Sequence[Spread], values: Floats, each: int
         now = {key.name: key.now for key in (spread.key, *spread.along)}
         for name, column in spread.columns(values[own]):
             columns.setdefault(name, np.full(len(values), now[name]))[own] = column
-    return Variants(base, columns)
+    return Variants(network, columns)
 
 
-def _rates(base: Base, spreads: Sequence[Spread], perspective: Perspective) -> list[ShadowPrice]:
+def _rates(
+    network: Network, spreads: Sequence[Spread], perspective: Perspective
+) -> list[ShadowPrice]:
     """Return the rates dΔ/dkey [s per unit] on both sides; NaN where there are none.
 
     Each of the itineraries that tie has its own: below the value the one with the lowest rate is
@@ -240,17 +245,17 @@ def _rates(base: Base, spreads: Sequence[Spread], perspective: Perspective) -> l
     """
     if not spreads:
         return []
-    itself = _one_by_one(base, spreads[:1], np.array([spreads[0].key.now]), 1)
+    itself = _one_by_one(network, spreads[:1], np.array([spreads[0].key.now]), 1)
     tied = best_itineraries(itself, perspective)
     if not len(tied):
         return [ShadowPrice(np.nan, np.nan)] * len(spreads)
-    sides = np.array([_rates_of(base, spreads, perspective, each) for each in tied.tolist()])
+    sides = np.array([_rates_of(network, spreads, perspective, each) for each in tied.tolist()])
     less, more = sides[:, 0].min(axis=0), sides[:, 1].max(axis=0)
     return [ShadowPrice(*each) for each in zip(less.tolist(), more.tolist(), strict=True)]
 
 
 def _rates_of(
-    base: Base, spreads: Sequence[Spread], perspective: Perspective, itinerary: int
+    network: Network, spreads: Sequence[Spread], perspective: Perspective, itinerary: int
 ) -> Floats:
     """Return dΔ/dkey of one itinerary below and above (2, key), by the chain rule.
 
@@ -261,7 +266,7 @@ def _rates_of(
     now = np.array([each.key.now for each in spreads])
     steps = np.array([STEP * (abs(each.key.now) or each.high - each.low) for each in spreads])
     values = (now[:, None] + steps[:, None] * [-1.0, 0.0, 1.0]).reshape(-1)
-    model = route_model(_one_by_one(base, spreads, values, 3), itinerary, perspective)
+    model = route_model(_one_by_one(network, spreads, values, 3), itinerary, perspective)
     engine = bracket if perspective == AVAILABLE else closed_form
     prices = engine.solve(model, 1, model.row(1)).shadow_prices()
     rates, kinks = np.zeros((2, len(spreads))), np.zeros(len(spreads))

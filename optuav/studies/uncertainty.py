@@ -25,8 +25,9 @@ from optuav.mission.messages import nearest, shown
 from optuav.mission.schema import SECTIONS
 from optuav.modelling.check import evaluated
 from optuav.network import vehicle
+from optuav.network.network import Network, build_network
 from optuav.network.places import ENDS
-from optuav.network.variants import KEY, Base, Variants
+from optuav.network.variants import KEY, Variants
 from optuav.options import Perspective
 from optuav.plan import Plan
 from optuav.solving.assemble import variant_quantities
@@ -270,7 +271,7 @@ class FixedPlan:
 
     Parameters
     ----------
-    base
+    network
         The mission with its hover point where the plan has it, and the plan's itinerary alone.
     itinerary
         Number of that itinerary among all of the mission.
@@ -278,7 +279,7 @@ class FixedPlan:
         Its times [s].
     """
 
-    base: Base
+    network: Network
     itinerary: int
     hover_time_s: float
     rest_time_s: float
@@ -298,18 +299,18 @@ class FixedPlan:
             words += f", not with another {' or '.join(moved)}"
             raise _refused("plan", " → ".join(plan.route), words)
         point_m = [float(each) for each in vehicle.hover_point_m(plan.mission)]
-        base = Base.of(mission.replace({"route.hover_m": point_m}))
-        for number in range(len(base.network.routes)):
-            if base.network.route_names(number) == plan.route:
-                return cls(base.only(number), number, plan.hover_time_s, plan.rest_time_s)
+        network = build_network(mission.replace({"route.hover_m": point_m}))
+        for number in range(len(network.routes)):
+            if network.route_names(number) == plan.route:
+                return cls(network.only(number), number, plan.hover_time_s, plan.rest_time_s)
         words += ", with one hover and at most one rest"
         raise _refused("plan", " → ".join(plan.route), words)
 
     def judged(self, variants: Variants, perspective: Perspective) -> Judged:
         """Return what the plan keeps in each variant of the mission."""
-        own = Variants(self.base, variants.columns, variants.coverage_radius_m)
+        own = Variants(self.network, variants.columns, variants.coverage_radius_m)
         every = np.arange(own.count)
-        rests = bool(self.base.network.routes.building[0] >= 0)
+        rests = bool(self.network.routes.building[0] >= 0)
         given = variant_quantities(own, every, np.zeros_like(every), rests=rests, steps=True)
         point = {"hover_time_s": self.hover_time_s}
         if rests:
@@ -382,7 +383,7 @@ class Chances:
 
 
 def chances(
-    base: Base,
+    network: Network,
     uncertain: Sequence[Spread],
     perspective: Perspective,
     plan: FixedPlan | None,
@@ -393,13 +394,13 @@ def chances(
     at_once: int = AT_ONCE,
 ) -> Chances:
     """Return what the samples say, computed `at_once` at a time; no result depends on that."""
-    routes, names = base.network.routes, base.network.places.names
+    routes, names = network.routes, network.places.names
     hover_s = np.empty(samples)
     wins = np.zeros(len(routes) + 1, dtype=np.intp)
     kept: Counter[str] = Counter()
     for first in range(0, samples, at_once):
         some = slice(first, min(first + at_once, samples))
-        variants = Variants(base, drawn(uncertain, seed, first, some.stop - first))
+        variants = Variants(network, drawn(uncertain, seed, first, some.stop - first))
         best_s, winner = longest(variants, perspective)
         if plan is not None:
             judged = plan.judged(variants, perspective)

@@ -59,7 +59,7 @@ def route_model(variants: Variants, itinerary: int, perspective: Perspective) ->
         variants,
         every,
         np.full_like(every, itinerary),
-        rests=bool(variants.base.network.routes.building[itinerary] >= 0),
+        rests=bool(variants.network.routes.building[itinerary] >= 0),
         steps=perspective == AVAILABLE,
     )
     return P1().model(replace(given, steps=steps_for(given.steps, varies=True)), perspective)
@@ -69,7 +69,7 @@ def _hover_times_s(
     variants: Variants, number: Integers, itineraries: Integers, perspective: Perspective
 ) -> Floats:
     """Return the longest hover of pairs of variant and itinerary [s], NaN without a plan."""
-    routes = variants.base.network.routes
+    routes = variants.network.routes
     by_way, first = routes.building[itineraries] >= 0, routes.rest_first[itineraries]
     groups = [~by_way, by_way]
     if perspective == AVAILABLE:  # which needs one order of the stays for all

@@ -9,7 +9,7 @@ import optuav
 from optuav.arrays import Floats
 from optuav.mission import Mission
 from optuav.network.network import build_network
-from optuav.network.variants import Base, Variants, with_columns
+from optuav.network.variants import Variants, with_columns
 
 COUNT = 25
 
@@ -48,7 +48,7 @@ def test_each_variant_has_the_places_and_routes_of_its_own_network(name: str) ->
     """Positions, light, flight figures, and which routes can be flown."""
     mission = optuav.load(name)
     columns = drawn(mission)
-    variants = Variants(Base.of(mission), columns)
+    variants = Variants(build_network(mission), columns)
     for number in range(COUNT):
         own = build_network(alone(mission, columns, number))
         row = [number if len(each) > 1 else 0 for each in (variants.position_m, variants.flyable)]
@@ -66,9 +66,9 @@ def test_each_variant_has_the_places_and_routes_of_its_own_network(name: str) ->
 def test_one_route_alone_has_the_same_figures() -> None:
     """The other routes and their legs are left out, which saves their work."""
     mission = optuav.load("paper")
-    base, columns = Base.of(mission), drawn(mission)
-    whole, single = Variants(base, columns), Variants(base.only(5), columns)
-    assert len(single.base.network.legs.start) == 3
+    network, columns = build_network(mission), drawn(mission)
+    whole, single = Variants(network, columns), Variants(network.only(5), columns)
+    assert len(single.network.legs.start) == 3
     assert single.flight_time_s[:, 0] == pytest.approx(whole.flight_time_s[:, 5])
     assert single.rest_load.current_A[:, 0] == pytest.approx(whole.rest_load.current_A[:, 5])
 

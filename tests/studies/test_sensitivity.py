@@ -14,7 +14,8 @@ from hypothesis import strategies as st
 
 import optuav
 from optuav.errors import InputError
-from optuav.network.variants import Base, Variants
+from optuav.network.network import build_network
+from optuav.network.variants import Variants
 from optuav.studies.results import Results, Row
 from optuav.studies.uncertainty import Chances, FixedPlan, chances, drawn, spreadable, spreads
 
@@ -132,8 +133,8 @@ def drawn_by(
     mission = optuav.load(name).replace(dict(changes))
     plan = FixedPlan.of(optuav.solve(mission, perspective=perspective), mission)
     spread = spreads(mission, wide(mission))
-    base = Base.of(mission)
-    return chances(base, spread, perspective, plan, count, 0, stated=True, at_once=at_once)
+    network = build_network(mission)
+    return chances(network, spread, perspective, plan, count, 0, stated=True, at_once=at_once)
 
 
 def test_the_same_seed_gives_the_same_result() -> None:
@@ -200,7 +201,7 @@ def test_a_plan_that_the_battery_cannot_deliver_is_never_flyable() -> None:
         mission = optuav.load(name)
         fixed = FixedPlan.of(optuav.solve(mission, perspective="battery"), mission)
         columns = {"battery.capacity_As": np.array([mission.battery.capacity_As])}
-        kept = fixed.judged(Variants(Base.of(mission), columns), "battery").kept
+        kept = fixed.judged(Variants(build_network(mission), columns), "battery").kept
         assert kept["never dry"][0] == expected
         assert kept["never past full"][0] == expected
         for condition in ("legs and thrust", "link", "charge left", "deadline"):
@@ -219,7 +220,7 @@ def test_a_fixed_plan_is_flyable_where_the_replay_says_so() -> None:
         "laser": {"visibility_km": {"percent": 30}},
     }
     columns = drawn(spreads(mission, stated), 5, 0, 40)
-    variants = Variants(Base.of(mission), columns)
+    variants = Variants(build_network(mission), columns)
     flyable = FixedPlan.of(plan, mission).judged(variants, "battery").flyable
     where = [float(each) for each in optuav.graph(mission).nodes["hover"]["position_m"]]
     for number in range(40):

@@ -10,7 +10,7 @@ import pytest
 import optuav
 from optuav.mission import Mission
 from optuav.network.network import build_network
-from optuav.network.variants import KEY, Base, Columns, Variants
+from optuav.network.variants import KEY, Columns, Variants
 from optuav.solving.assemble import quantities, variant_quantities
 from optuav.studies.variants import longest
 
@@ -60,7 +60,7 @@ def test_quantities_are_those_of_each_variant_alone(name: str) -> None:
     """Every quantity and every step on the way, and which itineraries can be flown."""
     mission = optuav.load(name)
     varied = columns(mission)
-    ensemble = Variants(Base.of(mission), varied)
+    ensemble = Variants(build_network(mission), varied)
     flyable = np.broadcast_to(ensemble.flyable, (COUNT, ensemble.flyable.shape[1]))
     for number in range(0, COUNT, 7):
         one = build_network(alone(mission, varied, number))
@@ -89,7 +89,7 @@ def test_the_longest_hover_is_that_of_each_variant_alone(name: str, perspective:
     """Solved by `optuav.solve`, which looks at every itinerary; some variants have no plan."""
     mission = optuav.load(name)
     varied = columns(mission, seed=4)
-    found = longest(Variants(Base.of(mission), varied), perspective)
+    found = longest(Variants(build_network(mission), varied), perspective)
     for number in range(0, COUNT, 12):
         plan = optuav.solve(alone(mission, varied, number), perspective=perspective)
         if plan:
