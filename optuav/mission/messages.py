@@ -169,6 +169,11 @@ def nearest(key: str, known: Iterable[str]) -> str:
     return f"; did you mean '{like[0]}'?" if like else ""
 
 
+def keys_of(table: object) -> Document:
+    """The keys of a table with their values; none of what is no table."""
+    return table if isinstance(table, dict) else {}
+
+
 def listed(names: Sequence[str]) -> str:
     """The first ten names."""
     return ", ".join(names[:10]) + (", …" if len(names) > 10 else "")

@@ -12,7 +12,7 @@ from collections.abc import Iterator, Mapping
 from pydantic import BaseModel
 
 from optuav.errors import Fault
-from optuav.mission.messages import Document, Key, StatedMission, nearest, shown
+from optuav.mission.messages import Document, Key, StatedMission, keys_of, nearest, shown
 from optuav.mission.schema import CONVERSIONS, REGIME_KEYS
 from optuav.mission.validation import KEYS
 
@@ -87,7 +87,7 @@ def revise(base: Document, values: Mapping[str, object]) -> tuple[StatedMission,
         elif key not in _KEYS:
             faults.append(Fault(key, shown(value), f"unknown key{nearest(key, _KEYS)}"))
         elif field:
-            stated[name] = {**_table(stated.get(name)), field: value}
+            stated[name] = {**keys_of(stated.get(name)), field: value}
         else:
             stated[name] = value
     document = overlay(base, stated)
@@ -121,16 +121,16 @@ def _revise_buildings(buildings: list[object], values: Document) -> Iterator[Fau
 
     Keys are ``buildings.b3``, ``buildings.b3.position_m`` or ``buildings[2].position_m``.
     """
-    numbers = {str(_table(building).get("name")): n for n, building in enumerate(buildings)}
+    numbers = {str(keys_of(building).get("name")): n for n, building in enumerate(buildings)}
     for key, value in values.items():
         number, field = _building(key, numbers)
         if number is None or number >= len(buildings):
             known = [f"buildings.{name}" for name in numbers]
             yield Fault(key, shown(value), f"unknown building{nearest(key, known)}")
         elif field:
-            buildings[number] = {**_table(buildings[number]), field: value}
+            buildings[number] = {**keys_of(buildings[number]), field: value}
         elif isinstance(value, dict):
-            buildings[number] = {**_table(buildings[number]), **value}
+            buildings[number] = {**keys_of(buildings[number]), **value}
         else:
             buildings[number] = value
 
@@ -142,10 +142,6 @@ def _building(key: str, numbers: Mapping[str, int]) -> tuple[int | None, str]:
     whole = key.removeprefix("buildings.")
     name, _, field = whole.rpartition(".")
     return (numbers[whole], "") if whole in numbers else (numbers.get(name), field)
-
-
-def _table(value: object) -> Document:
-    return value if isinstance(value, dict) else {}
 
 
 def _plain_items(values: Mapping[str, object]) -> Iterator[tuple[str, object]]:

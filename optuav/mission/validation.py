@@ -8,7 +8,16 @@ from typing import TypeVar
 from pydantic import BaseModel, ValidationError
 
 from optuav.errors import Fault, InputError
-from optuav.mission.messages import Breach, Document, Key, StatedMission, allowed, nearest, table
+from optuav.mission.messages import (
+    Breach,
+    Document,
+    Key,
+    StatedMission,
+    allowed,
+    keys_of,
+    nearest,
+    table,
+)
 from optuav.mission.schema import (
     RATE_PER_MINUTE,
     REGIME_KEYS,
@@ -143,22 +152,17 @@ def rules(stated: Document, valid: Document) -> Iterator[Breach]:
     The valid document lacks the values that are not allowed by themselves, and has every building;
     a rule is not judged where it needs a value that is missing there.
     """
-    limits = _table(valid, "limits")
+    limits = keys_of(valid.get("limits"))
     low, high = limits.get("min_altitude_m"), limits.get("max_altitude_m")
     if low is not None and high is not None and low > high:
         yield Breach(("limits", "max_altitude_m"), f"a number, x >= min_altitude_m = {low:g} [m]")
-    yield from _battery(_table(stated, "battery"), _table(valid, "battery"))
+    yield from _battery(keys_of(stated.get("battery")), keys_of(valid.get("battery")))
     if isinstance(stated.get("laser"), dict):
         yield from _laser(stated["laser"])
     if isinstance(stated.get("flight", {}), dict):
         yield from _flight(stated, valid)
     yield from _names(valid.get("buildings", ()))
     yield from _footprints(valid.get("buildings", ()))
-
-
-def _table(document: Document, name: str) -> Document:
-    section = document.get(name)
-    return section if isinstance(section, dict) else {}
 
 
 def _battery(stated: Document, valid: Document) -> Iterator[Breach]:
@@ -184,8 +188,8 @@ def _laser(laser: Document) -> Iterator[Breach]:
 
 
 def _flight(stated: Document, valid: Document) -> Iterator[Breach]:
-    flight = _table(stated, "flight")
-    model = _table(valid, "flight").get("model") if "model" in flight else "rotors"
+    flight = keys_of(stated.get("flight"))
+    model = keys_of(valid.get("flight")).get("model") if "model" in flight else "rotors"
     if model == "rotors":
         for name in ("rotor", "body"):
             if name not in stated:
@@ -199,7 +203,7 @@ def _flight(stated: Document, valid: Document) -> Iterator[Breach]:
         if charging and "laser" not in stated:
             words = f"{table('laser')}, needed by flight.{charging[0]}"
             yield Breach(("laser",), f"is missing; {words}")
-        if any(_table(valid, "wind").get("force_N", ())):
+        if any(keys_of(valid.get("wind")).get("force_N", ())):
             yield Breach(("wind", "force_N"), '[0, 0, 0] with flight.model = "regimes"')
 
 
