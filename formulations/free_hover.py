@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from typing import Any
 
 from formulations.given import Given
 from formulations.p1 import P1
@@ -13,12 +12,12 @@ from optuav.modelling import Model, Parameter
 from optuav.options import Perspective
 from optuav.physics.flight import Loads
 from optuav.physics.kibam import Stage
-from optuav.physics.quantity import Vector, norm
+from optuav.physics.quantity import Quantity, Vector, norm
 
 AXES = ("x", "y", "z")
 HOVER_POINT = tuple(f"hover_{axis}_m" for axis in AXES)
 """Names of the unknowns that make the hover point w."""
-WORDS = {
+DESCRIPTIONS = {
     "flight_time_s": "time of all legs, two of them to w and from w",
     "flight_charge_As": "charge drawn on all legs",
     "flight_energy_J": "energy drawn on all legs",
@@ -26,7 +25,7 @@ WORDS = {
     "hover_current_A": "current drawn at w, less what the laser gives there",
     "hover_received_W": "power received from the laser at w",
 }
-"""What is printed of quantities whose formula in w fills a page."""
+"""Printed in place of formulas in w that would fill a page."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -56,8 +55,8 @@ class FreeHover:
     device_m: Vector
     laser_m: Vector | None
     leg: Callable[[Vector], Loads]
-    charging: Callable[[Any], tuple[Any, Any]]
-    laser_sight: Any = 1.0
+    charging: Callable[[Quantity], tuple[Quantity, Quantity]]
+    laser_sight: Quantity = 1.0
 
     def at(self, w: Vector) -> Quantities:
         """The quantities with the hover point at w [m]: numbers, arrays or symbols."""
@@ -65,7 +64,7 @@ class FreeHover:
         legs = self.leg(_way(self.before_m, w)), self.leg(_way(w, self.after_m))
         charge_As = given.flight_charge_As + sum(leg.charge_As for leg in legs)
         energy_J = given.flight_energy_J + sum(leg.energy_J for leg in legs)
-        moved: dict[str, Any] = {
+        moved: dict[str, Quantity] = {
             "flight_time_s": given.flight_time_s + sum(leg.duration_s for leg in legs),
             "flight_charge_As": charge_As,
             "flight_energy_J": energy_J,
@@ -95,13 +94,13 @@ class FreeHover:
             laser_sight=Parameter("laser_sight", "s_w", "1", self.laser_sight),
         )
         at_w = symbols.at((x, y, z))
-        named: dict[str, Any] = {
+        named: dict[str, Quantity] = {
             each.name: model.let(
                 each.name,
                 value,
                 symbol=each.metadata["symbol"],
                 unit=each.metadata["unit"],
-                words=WORDS.get(each.name, ""),
+                words=DESCRIPTIONS.get(each.name, ""),
             )
             for each in QUANTITIES
             if (value := getattr(at_w, each.name)) is not getattr(given, each.name)
@@ -118,17 +117,19 @@ def _place(name: str, position_m: Vector) -> Vector:
     return x, y, z
 
 
-def _steps(steps: Sequence[Any], arriving: Loads, leaving: Loads) -> tuple[Any, ...]:
+def _steps(
+    steps: Sequence[Stage | str], arriving: Loads, leaving: Loads
+) -> tuple[Stage | str, ...]:
     """The steps of the itinerary with the stages of the legs to and from the hover point."""
-    legs = {TO_HOVER: _stages(arriving), FROM_HOVER: _stages(leaving)}
-    found: list[Any] = []
+    found = list[Stage | str]()
     for step in steps:
-        found += legs.get(step, [step]) if isinstance(step, str) else [step]
+        if step in (TO_HOVER, FROM_HOVER):
+            leg = arriving if step == TO_HOVER else leaving
+            drawn = zip(leg.currents_A, leg.durations_s, strict=True)
+            found += [Stage(-current_A, duration_s) for current_A, duration_s in drawn]
+        else:
+            found.append(step)
     return tuple(found)
-
-
-def _stages(leg: Loads) -> list[Stage]:
-    return [Stage(-drawn, t) for drawn, t in zip(leg.currents_A, leg.durations_s, strict=True)]
 
 
 def _way(start: Vector, end: Vector) -> Vector:

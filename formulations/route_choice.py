@@ -22,7 +22,7 @@ import math
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import reduce
-from typing import Any, Literal, NamedTuple, TypeAlias
+from typing import Literal, NamedTuple, TypeAlias
 
 import numpy as np
 
@@ -144,7 +144,7 @@ def _total(terms: Iterable[Operand]) -> Operand:
 
 def _symbols(routes: Sequence[Route]) -> list[Quantities]:
     """The quantities of every route as parameters, one for all where it has the same value."""
-    found: list[dict[str, Any]] = [{} for _ in routes]
+    found: list[dict[str, Operand]] = [{} for _ in routes]
     for each in QUANTITIES:
         values = [getattr(route.given, each.name) for route in routes]
         if each.name in RESTS:
@@ -190,7 +190,7 @@ def _rows(route: Route, given: Quantities, perspective: Perspective) -> Iterator
 
     def soc(hover: Operand, rest: Operand) -> Operand:
         still = [name for name, time in (("hover", hover), ("rest", rest)) if _is_zero(time)]
-        zeros: dict[str, Any] = {
+        zeros: dict[str, Operand] = {
             f"{stay}_{each}": 0.0 for stay in still for each in ("current_A", "received_W")
         }
         if "hover" in still:

@@ -58,9 +58,9 @@ AROUND, ALONG = 120, 20
 """Points a round of refinement: all around, and along the way to each place before and after."""
 FIRST_M, LAST_M, SHRINK = 20.0, 1e-7, 0.6
 """First and last length of steps [m], factor after a round without a better point."""
-AGAIN, AGAIN_M = 6, 1.0
-"""Further refinements from near the best point, and how near [m]: greedy steps may be caught by a
-ridge that leads to no top."""
+AGAIN, AGAIN_M, SAME_S = 8, 1.0, 1e-6
+"""Further refinements from near the best point, how near [m], and by how much two that agree may
+differ [s], which ends them: small steps may be caught by a ridge that leads to no top."""
 CLOSE_S = 1e-3
 """Points that are worse than the best by more than this are left after refinement [s]."""
 LASER = -1
@@ -349,17 +349,19 @@ class _Search:
         starts = self._starts([self._open(number) for number in numbers.tolist()])
         found = [self._refined(each, 0, FIRST_M) for each in starts]
         found.sort(key=lambda each: -each.hover_s)
-        for seed in range(1, AGAIN + 1):
-            found[:1] = [self._again(each, seed) for each in found[:1]]
+        for seed in range(1, AGAIN + 1) if found else ():
+            again = self._again(found[0], seed)
+            agrees = abs(again.hover_s - found[0].hover_s) <= SAME_S
+            found[0] = max(found[0], again, key=lambda each: each.hover_s)
+            if agrees:
+                break
         return [each for each in found if each.hover_s >= found[0].hover_s - CLOSE_S]
 
     def _again(self, found: _HoverSpot, seed: int) -> _HoverSpot:
-        """The better of a point and what refinement from near it leads to."""
+        """What refinement from near a point leads to."""
         step_m = AGAIN_M * np.random.default_rng(seed).normal(size=3)
         point_m = self.region.inside(found.point_m + step_m)
-        start = _HoverSpot(found.route, point_m, -math.inf)
-        again = self._refined(start, seed, AGAIN_M)
-        return max(found, again, key=lambda each: each.hover_s)
+        return self._refined(_HoverSpot(found.route, point_m, -math.inf), seed, AGAIN_M)
 
     def hover_s(self, route: _OpenRoute, sights: _Sights, least_s: float = -math.inf) -> Floats:
         """Δ [s] of a route at points; −∞ where there is no plan, which matters above `least_s`."""

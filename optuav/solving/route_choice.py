@@ -30,6 +30,7 @@ from optuav.solving.assemble import quantities
 from optuav.solving.dispatch import answer
 from optuav.solving.plans import Part, plan_of, plan_without, shortfalls
 from optuav.solving.program import Program
+from optuav.solving.question import Question
 from optuav.solving.solve import formulate
 from optuav.status import Status
 
@@ -37,7 +38,7 @@ if TYPE_CHECKING:
     from optuav.network.graph import Graph
 
 AGREES_S = 1e-5
-"""By how much the programme of the chosen route may differ from that of all routes [s]."""
+"""By how much the optimum of the chosen route may differ from that of all routes [s]."""
 
 
 @dataclass(frozen=True)
@@ -58,9 +59,9 @@ class RouteChoice:
     model
         The programme; None where nothing can be flown.
     proof
-        How the answer is known.
+        Why the answer is right.
     notes
-        What a reader should know: how tight the form is, and whether one stop is enough.
+        How tight the form is, and whether one stop is enough.
     shares
         λ of every route in the relaxation, by its name; empty without a plan.
     """
@@ -117,7 +118,8 @@ def route_choice(
 
     Returns
     -------
-    The same plan as Algorithm 2 of the paper and as the closed form, ties included, with the bound.
+    RouteChoice
+        The same plan as by Algorithm 2 of the paper, ties included, with the bound.
 
     Raises
     ------
@@ -125,8 +127,21 @@ def route_choice(
         If an option does not exist or contradicts another.
     SolverError
         If the solver fails or the time limit passes.
+
+    Examples
+    --------
+    >>> import optuav
+    >>> found = optuav.route_choice("paper", trajectory="direct")
+    >>> print(f"{found.plan.hover_time_s:.2f} s, relaxed {found.relaxation_s:.2f} s")
+    688.85 s, relaxed 688.85 s
     """
-    _refuse(form, perspective)
+    faults = []
+    if form not in FORMS:
+        faults.append(Fault("form", repr(form), f"one of {', '.join(FORMS)}"))
+    if perspective not in PAPER:
+        faults.append(Fault("perspective", repr(perspective), f"one of {', '.join(PAPER)}"))
+    if faults:
+        raise InputError(faults)
     from optuav.engines.cvxpy_engine import Cvxpy
 
     program = formulate(
@@ -138,74 +153,56 @@ def route_choice(
         graph=graph,
         time_limit_s=time_limit_s,
     )
-    enough = shortcuts_in_words(find_shortcuts(program.network))
+    question, network = program.question, program.network
+    enough = shortcuts_in_words(find_shortcuts(network))
     if not program.parts:
         return RouteChoice(program.solve(), form, None, None, None, "physics", (enough,))
     routes, parts = _routes(program)
     model = joined(routes, perspective, form)
-    if program.question.slot_s is not None:
-        _bound_slots(model, program.question.slot_s, program.network.mission)
-    solution = answer(model, 1, program.question)
-    if not solution.status.has_answer:
-        plan = _no_plan(program, solution)
+    if question.slot_s is not None:
+        # No time is longer than the deadline: up to it whole slots are counted.
+        most = last_slot(network.mission.limits.deadline_s, question.slot_s, begun=True) + 1
+        for each in model.variables:
+            each.upper = 1.0 if each.binary else question.slot_s * most
+    solution = answer(model, 1, question)
+    if solution.status is Status.INFEASIBLE:
+        why = shortfalls(question, network, program.parts)
+        plan = plan_without(question, network, solution.status, solution.proof, why)
         return RouteChoice(plan, form, None, None, model, solution.proof, (enough,))
-    part, times = _chosen(program, parts, solution)
+    if not solution.status.has_answer:
+        raise SolverError(f"{solution.engine} did not solve the choice: {solution.words[0]}")
+    part, times = _chosen(question, parts, solution)
+    hover_s = float(times.objective[0])
     relaxed = joined(routes, perspective, form, relaxed=True)
-    relaxation = answer(relaxed, 1, replace(program.question, slot_s=None))
+    relaxation = answer(relaxed, 1, replace(question, slot_s=None))
     relaxation_s = float(relaxation.objective[0])
-    gap_s = relaxation_s - float(times.objective[0])
-    proof = f"{solution.proof}; the LP relaxation leaves {max(gap_s, 0.0):.3g} s"
-    plan = plan_of(program.question, program.network, part, times, 0)
-    plan = plan.model_copy(update={"proof": proof})
+    proof = f"{solution.proof}; the LP relaxation leaves {max(relaxation_s - hover_s, 0.0):.3g} s"
+    plan = plan_of(question, network, part, times, 0).model_copy(update={"proof": proof})
     tight = f"the LP relaxation in the form {form} bounds the hover time by {relaxation_s:.3f} s"
     point = relaxation.point(0)
-    shares = {each.name: point[f"choice[{k}]"] for k, each in enumerate(routes, start=1)}
-    return RouteChoice(plan, form, relaxation_s, gap_s, model, proof, (tight, enough), shares)
+    return RouteChoice(
+        plan,
+        form,
+        relaxation_s,
+        relaxation_s - hover_s,
+        model,
+        proof,
+        (tight, enough),
+        {each.name: point[f"choice[{k}]"] for k, each in enumerate(routes, start=1)},
+    )
 
 
-def _refuse(form: str, perspective: str) -> None:
-    faults = []
-    if form not in FORMS:
-        faults.append(Fault("form", repr(form), f"one of {', '.join(FORMS)}"))
-    if perspective not in PAPER:
-        faults.append(Fault("perspective", repr(perspective), f"one of {', '.join(PAPER)}"))
-    if faults:
-        raise InputError(faults)
-
-
-def _bound_slots(model: Model, slot_s: float, mission: Mission) -> None:
-    """Bounds up to which whole slots are counted: no time is longer than the deadline."""
-    most = last_slot(mission.limits.deadline_s, slot_s, begun=True) + 1
-    for each in model.variables:
-        each.upper = 1.0 if each.binary else slot_s * most
-
-
-def _no_plan(program: Program, solution: Solution) -> Plan:
-    """The plan where the choice has no answer.
-
-    Raises
-    ------
-    SolverError
-        If that is not for sure.
-    """
-    if solution.status is not Status.INFEASIBLE:
-        raise SolverError(f"{solution.engine} did not solve the choice: {solution.words[0]}")
-    asked, network = program.question, program.network
-    why = shortfalls(asked, network, program.parts)
-    return plan_without(asked, network, solution.status, solution.proof, why)
-
-
-def _chosen(program: Program, parts: Sequence[Part], solution: Solution) -> tuple[Part, Solution]:
+def _chosen(question: Question, parts: Sequence[Part], solution: Solution) -> tuple[Part, Solution]:
     """The route that was chosen, and the answer of its own programme.
 
     Raises
     ------
     SolverError
-        If that is another than the one of all routes together.
+        If that differs from the answer of all routes together.
     """
     point = solution.point(0)
     part = parts[int(np.argmax([point[f"choice[{k}]"] for k in range(1, len(parts) + 1)]))]
-    times = answer(part.model, 1, program.question)
+    times = answer(part.model, 1, question)
     times.verify()
     hover_s, chosen_s = float(times.objective[0]), float(solution.objective[0])
     if abs(hover_s - chosen_s) > AGREES_S:
@@ -217,37 +214,31 @@ def _chosen(program: Program, parts: Sequence[Part], solution: Solution) -> tupl
 
 
 def _routes(program: Program) -> tuple[list[Route], list[Part]]:
-    """The routes that may be chosen, as ties are broken, and the own programme of each."""
-    network, asked = program.network, program.question
-    ways = network.routes
-    routes: list[Route] = []
-    parts: list[Part] = []
-    choices = [
-        (int(route), any(each.name == "rest_time_s" for each in part.model.variables))
-        for part in program.parts
-        for route in part.routes
-    ]
-    for number, rests in sorted(choices):
+    """The routes that may be chosen, in the order in which ties are broken, each with its part."""
+    network, question = program.network, program.question
+    routes, parts = list[Route](), list[Part]()
+    for number, rests in sorted(
+        (int(route), part.rests) for part in program.parts for route in part.routes
+    ):
         which = np.array([number])
         given = quantities(network, which, rests=rests)
-        model = asked.problem.model(given, asked.perspective)
-        building = int(ways.building[number])
-        name = "direct"
+        model = question.problem.model(given, question.perspective)
+        building, name = int(network.routes.building[number]), "direct"
         if building >= 0:
-            name = f"{network.mission.buildings[building].name} {ways.order(number)}"
+            name = f"{network.mission.buildings[building].name} {network.routes.order(number)}"
             name += "" if rests else ", passing by"
         whole = Route(name, given)
-        for each in [whole] if asked.slot_s is None else _in_slots(whole, model, asked.slot_s):
-            routes.append(each)
-            parts.append(Part(model, which))
+        slots = [whole] if question.slot_s is None else [*_in_slots(whole, model, question.slot_s)]
+        routes += slots
+        parts += [Part(model, which)] * len(slots)
     return routes, parts
 
 
 def _in_slots(route: Route, model: Model, slot_s: float) -> Iterator[Route]:
     """A route for times in whole slots.
 
-    The deadline as Δ's own bound may cut its last slot short, which whole slots cannot say: that is
-    one more choice, with Δ at the end of that slot and the objective less by the cut.
+    Where the deadline is Δ's own bound, it may cut the last slot short, which whole slots cannot
+    express: that is one more choice, with Δ at the end of that slot and the cut off the objective.
     """
     lower, upper = lower_bounds(model, model.row(0)), own_upper_bounds(model, model.row(0))
     first = {each.name: max(lower[each.name], each.first_slot * slot_s) for each in model.variables}
