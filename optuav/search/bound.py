@@ -36,15 +36,7 @@ from optuav.search.terrain import ROUNDING, Flown, Terrain
 
 @dataclass(frozen=True)
 class BoxBound:
-    """Rules that drop or cut boxes that hold no better plan.
-
-    Parameters
-    ----------
-    terrain
-        Legs and stays.
-    legs
-        Whole legs, each (start, end).
-    """
+    """Rules that drop or cut boxes that hold no better plan, with whole legs (start, end)."""
 
     terrain: Terrain
     legs: Flown
@@ -59,12 +51,7 @@ class BoxBound:
     def possible(self, boxes: Boxes, hover_s: Floats) -> Boxes:
         """The boxes that may hold plans that hover at least so long, each cut to where these are.
 
-        Parameters
-        ----------
-        boxes
-            Boxes of one pattern.
-        hover_s
-            Total hover time to reach (box,) [s].
+        The boxes are of one pattern, the total hover time to reach is (box,) [s].
         """
         way = boxes.places[:-1], boxes.places[1:]
         legs = Flown(*(table[way] for table in self.legs))

@@ -5,6 +5,7 @@ from __future__ import annotations
 import itertools
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, fields, replace
+from typing import Any
 
 import numpy as np
 
@@ -19,21 +20,11 @@ Pattern = tuple[bool, ...]
 class Boxes:
     """Boxes of one pattern, as arrays with one column a box.
 
-    Parameters
-    ----------
-    pattern
-        Kinds of the stops.
-    places
-        Numbers of the places, both ends included (stop + 2, box).
-    rank
-        Number of the sequence in the order in which ties are broken (box,).
-    low_s, high_s
-        Shortest and longest stay (stop, box) [s].
-    promise
-        How far the box is from being ruled out (box,) [A s].
-    pulled
-        Whether something pulls the stay from the corner of long rests and short hovers
-        (stop, box): the deadline, the hover time to reach, or a full battery.
+    Numbers of the places, both ends included (stop + 2, box); rank of the sequence in the order in
+    which ties are broken (box,); shortest and longest stays (stop, box) [s]; the promise, how far
+    the box is from being ruled out (box,) [A s]; and whether something pulls the stay from the
+    corner of long rests and short hovers (stop, box): the deadline, the hover time to reach, or a
+    full battery.
     """
 
     pattern: Pattern
@@ -59,15 +50,11 @@ class Boxes:
 
     def take(self, which: Booleans | Integers | slice) -> Boxes:
         """Some of the boxes."""
-        return replace(
-            self,
-            places=self.places[:, which],
-            rank=self.rank[which],
-            low_s=self.low_s[:, which],
-            high_s=self.high_s[:, which],
-            promise=self.promise[which],
-            pulled=self.pulled[:, which],
-        )
+        return Boxes(self.pattern, *(each[..., which] for each in self._columns))
+
+    @property
+    def _columns(self) -> list[Any]:
+        return [getattr(self, each.name) for each in fields(self)[1:]]
 
     def pieces(self, size: int) -> Iterator[Boxes]:
         """The boxes in groups of at most so many."""
@@ -93,12 +80,8 @@ class Boxes:
 
 def joined(groups: Sequence[Boxes]) -> Boxes:
     """Boxes of one pattern as one group; at least one group is needed."""
-    columns = {
-        each.name: np.concatenate([getattr(boxes, each.name) for boxes in groups], axis=-1)
-        for each in fields(Boxes)
-        if each.name != "pattern"
-    }
-    return Boxes(groups[0].pattern, **columns)
+    columns = zip(*(boxes._columns for boxes in groups), strict=True)
+    return Boxes(groups[0].pattern, *(np.concatenate(each, axis=-1) for each in columns))
 
 
 AT_ONCE = 1 << 16

@@ -5,7 +5,7 @@ from __future__ import annotations
 import time
 from collections import deque
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -18,24 +18,15 @@ from optuav.search.trial import Stops, Trial
 
 @dataclass
 class Incumbent:
-    """The best plan so far; of plans that tie, the one whose sequence ranks first.
+    """The best plan so far; of plans that tie [s], the one whose sequence ranks first.
 
-    Parameters
-    ----------
-    trial
-        What tries plans out.
-    tie_s
-        Hover times that differ by no more tie [s].
-    best
-        The plan; None before the first.
-    longest_s
-        Longest hover time met [s]; the plan's own is less by no more than a tie.
+    The longest hover time met exceeds the plan's own by no more than a tie.
     """
 
     trial: Trial
     tie_s: float
     best: Stops | None = None
-    longest_s: float = field(default=-np.inf)
+    longest_s: float = -np.inf
 
     def to_beat_s(self, boxes: Boxes) -> Floats:
         """Hover time that a plan in a box must reach [s]; a tie is enough if it ranks first."""
@@ -98,18 +89,10 @@ Progress = Callable[[float, int, int], None]
 
 @dataclass(frozen=True)
 class SearchResult:
-    """What a search found.
+    """What a search found, and how many boxes it looked at.
 
-    Parameters
-    ----------
-    stops
-        The best plan; None if there is none.
-    bound_s
-        No plan hovers longer [s]; −inf where it is proved that there is no plan.
-    examined
-        Boxes that were looked at.
-    ended
-        Why the search ended early; empty if it is complete.
+    No plan hovers longer than the bound [s], −inf where it is proved that there is no plan. `ended`
+    says why the search ended early; empty if it is complete.
     """
 
     stops: Stops | None

@@ -37,16 +37,8 @@ from optuav.search.terrain import ROUNDING, Flown, Terrain
 class Corner:
     """The corner of boxes of one pattern, followed leg by leg and stay by stay.
 
-    Arrays have one column a box. It begins at take-off; `past` counts the stays that are over.
-
-    Parameters
-    ----------
-    terrain
-        The mission.
-    boxes, legs
-        The boxes, and what their legs do to the wells.
-    low_s, high_s
-        Shortest and longest stays (stop, box) [s].
+    Arrays have one column a box, as shortest and longest stays (stop, box) [s]. It begins at
+    take-off; `past` counts the stays that are over.
     """
 
     def __init__(
@@ -211,16 +203,10 @@ def _farthest(
 
 
 class Limit(NamedTuple):
-    """A quantity that must not be negative, at the corner that is best for it, and its prices.
+    """A quantity that must not be negative, at the corner that is best for it (box,) [A s].
 
-    Parameters
-    ----------
-    value_As
-        At the corner (box,) [A s].
-    price_A
-        Least that it loses a second by which a stay leaves that corner (stop, box) [A].
-    full
-        Whether it keeps y1 ≤ ωB: then its corner is the one of short rests and long hovers.
+    A price is the least that it loses a second by which a stay leaves that corner (stop, box) [A].
+    If it is `full`, it keeps y1 ≤ ωB, and its corner is the one of short rests and long hovers.
     """
 
     value_As: Floats

@@ -33,18 +33,10 @@ class Flown(NamedTuple):
     tilt_As: Floats
 
 
-@dataclass(frozen=True)
-class LegMaps:
-    """What the stages of every leg do to the wells, counted from take-off to the end of each.
+class LegMaps(NamedTuple):
+    """What the stages of every leg do to the wells, from take-off to the end of each.
 
-    Parameters
-    ----------
-    charge_As
-        Q (stage, start, end) [A s].
-    remaining
-        e^(−k'T) (stage, start, end) [-].
-    tilt_As
-        Z (stage, start, end) [A s].
+    Arrays (stage, start, end): Q [A s], e^(−k'T) [-] and Z [A s].
     """
 
     charge_As: Floats

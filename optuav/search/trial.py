@@ -20,18 +20,9 @@ HALVINGS = 40
 
 @dataclass(frozen=True)
 class Stops:
-    """A plan: where it stops, and for how long.
+    """A plan: numbers of the places, both ends included (stop + 2,), and stays (stop,) [s].
 
-    Parameters
-    ----------
-    places
-        Numbers of the places, both ends included (stop + 2,).
-    stays_s
-        Durations of the stays (stop,) [s].
-    hover_s
-        Of them hovering [s].
-    rank
-        Number of its sequence in the order in which ties are broken.
+    With its hover time, and the rank of its sequence in the order in which ties are broken.
     """
 
     places: Integers
@@ -42,15 +33,7 @@ class Stops:
 
 @dataclass(frozen=True)
 class Trial:
-    """Plans over one terrain.
-
-    Parameters
-    ----------
-    terrain
-        Legs and stays.
-    maps
-        The legs, stage by stage.
-    """
+    """Plans over one terrain, with its legs stage by stage."""
 
     terrain: Terrain
     maps: LegMaps
@@ -65,14 +48,7 @@ class Trial:
 
         Every stage of constant current is looked at where it ends: y1 is least at an end while it
         drains and largest at an end while it charges, if it begins within the wells. Where charging
-        tapers, nothing passes full.
-
-        Parameters
-        ----------
-        places
-            Numbers of the places, both ends included (stop + 2, plan).
-        stays_s
-            Durations of the stays (stop, plan) [s].
+        tapers, nothing passes full. Places (stop + 2, plan), stays (stop, plan) [s].
         """
         battery = self.terrain.battery
         share, full_As = battery.available_fraction, battery.full.available_As
@@ -115,18 +91,8 @@ class Trial:
 
         Two ways lead through a box: the hovers grow from the shortest on, and the rests are as long
         as the deadline lets them be, or as short as they may. Along each, halving finds where the
-        wells set an end.
-
-        Parameters
-        ----------
-        boxes
-            Boxes of one pattern.
-        hover_s
-            Total hover time to reach (box,) [s].
-
-        Returns
-        -------
-        Whether one was found (box,), and the stays of those found (stop, found) [s].
+        wells set an end. Returns whether one was found (box,), and the stays of those found
+        (stop, found) [s].
         """
         hover = np.array(boxes.pattern)[:, None]
         short = replace(boxes, high_s=np.where(hover, boxes.high_s, boxes.low_s))
