@@ -262,26 +262,24 @@ def some_point(model: Model, programmes: int, values: Values | None = None) -> d
 
     What is sought does not matter, nor how the times compare with others.
     """
-    names, found, usable = _any_point(model, programmes, values)
+    found, usable = _any_point(model, programmes, values)
     times = (np.where(usable, each, np.nan) for each in (found.x, found.y))
-    return dict(zip(names, times, strict=False))
+    return dict(zip([each.name for each in model.variables], times, strict=False))
 
 
 def no_point(model: Model, programmes: int, values: Values | None = None) -> Booleans:
     """Where it is proved that no times satisfy all constraints; parameters as for `solve`."""
-    _, found, usable = _any_point(model, programmes, values)
+    found, usable = _any_point(model, programmes, values)
     return usable & np.isneginf(found.beyond)
 
 
-def _any_point(
-    model: Model, programmes: int, values: Values | None
-) -> tuple[list[str], Interval, Booleans]:
-    """Names of the times, what is known of them, and where the figures are numbers."""
+def _any_point(model: Model, programmes: int, values: Values | None) -> tuple[Interval, Booleans]:
+    """What is known of the times, and where the figures are numbers."""
     names = [each.name for each in model.variables]
     forms = stated_forms(model, values or {})
     tops, usable = _reaches(forms, names, programmes)
     rows = _rows(forms, names, tops)
-    return names, largest(rows, *tops, any_point=True), usable & rows.usable
+    return largest(rows, *tops, any_point=True), usable & rows.usable
 
 
 def _top(forms: Sequence[Exponential], name: str, programmes: int) -> Floats:

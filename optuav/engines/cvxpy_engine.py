@@ -78,6 +78,7 @@ class Solver:
     def __init__(self, name: str | None, whole: bool, time_limit_s: float | None) -> None:
         try:
             import cvxpy
+            from cvxpy.reductions.solvers.defines import INSTALLED_MI_SOLVERS
         except ImportError as error:
             raise SolverError(f"engine cvxpy needs the package cvxpy: {error}") from error
 
@@ -86,10 +87,10 @@ class Solver:
         name = str(wanted).upper()
         if name not in installed:
             raise InputError(f"CVXPY has no solver {wanted!r}; installed: {', '.join(installed)}")
-        if whole and name not in (able := _takers_of_whole_numbers()):
+        if whole and name not in INSTALLED_MI_SOLVERS:
+            able = ", ".join(INSTALLED_MI_SOLVERS)
             raise InputError(
-                f"the solver {name} takes no whole numbers; installed ones that do: "
-                f"{', '.join(able)}"
+                f"the solver {name} takes no whole numbers; installed ones that do: {able}"
             )
         self.name = name
         self.options: dict[str, Operand] = dict(SETTINGS.get(name, {}))
@@ -126,13 +127,6 @@ class Solver:
         if words not in STATUSES and words != UNDECIDED:
             raise SolverError(f"cvxpy with {self.name} is not sure: {words}")
         return STATUSES.get(words), words
-
-
-def _takers_of_whole_numbers() -> list[str]:
-    """Names of the installed solvers that take integers."""
-    from cvxpy.reductions.solvers.defines import INSTALLED_MI_SOLVERS
-
-    return list(INSTALLED_MI_SOLVERS)
 
 
 NAME = "cvxpy"

@@ -17,6 +17,7 @@ import math
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
 from typing import ClassVar
 
 import numpy as np
@@ -125,17 +126,12 @@ def tests(model: Model, parameters: Values) -> list[Test]:
 
 def _tests(model: Model, parameters: Values) -> tuple[list[Test], list[Test]]:
     """The tests of linear inequalities, and the tests of all other constraints."""
-
-    def test(relation: Relation) -> Test:
-        return lambda points, done: _holds(relation, {**parameters, **points}, done)
-
-    flat, curved = list[Test](), list[Test]()
-    for constraint in model.constraints:
-        if (straight := _flat(constraint.relation, parameters)) is not None:
-            flat.append(straight)
-        else:
-            curved.append(test(constraint.relation))
-    return flat, curved
+    relations = [each.relation for each in model.constraints]
+    straight = [_flat(each, parameters) for each in relations]
+    bent = (each for each, test in zip(relations, straight, strict=True) if test is None)
+    return [test for test in straight if test is not None], [
+        partial(_holds, each, parameters) for each in bent
+    ]
 
 
 def _flat(relation: Relation, parameters: Values) -> Test | None:
@@ -156,8 +152,10 @@ def _flat(relation: Relation, parameters: Values) -> Test | None:
     return compare
 
 
-def _holds(relation: Relation, values: Values, done: dict[int, Operand]) -> Operand:
-    sides = (evaluate(side, values, done) for side in relation.sides)
+def _holds(
+    relation: Relation, parameters: Values, points: Mapping[str, Floats], done: dict[int, Operand]
+) -> Operand:
+    sides = (evaluate(side, {**parameters, **points}, done) for side in relation.sides)
     return holding(relation.sense, *sides)
 
 

@@ -110,26 +110,17 @@ def local_multipliers(model: Model, values: Point) -> dict[str, float]:
 
 def basic_multipliers(normals: Floats, goal: Floats) -> Iterator[Floats]:
     """Basic solutions λ ≥ 0 of Σ λ a = c."""
-    count = len(normals)
     size = max(1.0, float(np.abs(goal).max(initial=0.0)))
-    lengths = np.linalg.norm(normals, axis=1)
     found: list[Floats] = []
-    for chosen in itertools.chain.from_iterable(
-        itertools.combinations(range(count), k) for k in range(len(goal) + 1)
-    ):
-        rows = list(chosen)
-        if (lengths[rows] == 0.0).any():
-            continue
-        unit = normals[rows] / lengths[rows, None]
+    for rows, unit, lengths in _combinations(normals, range(len(goal) + 1)):
         if rows and np.linalg.matrix_rank(unit, tol=1e-9) < len(rows):
             continue
         weights = np.linalg.lstsq(unit.T, goal, rcond=None)[0] if rows else np.empty(0)
-        if np.abs(unit.T @ weights - goal).max(initial=0.0) > NEGLIGIBLE * size:
+        missed = np.abs(unit.T @ weights - goal).max(initial=0.0)
+        if missed > NEGLIGIBLE * size or (weights < -NEGLIGIBLE * size).any():
             continue
-        if (weights < -NEGLIGIBLE * size).any():
-            continue
-        full = np.zeros(count)
-        full[rows] = np.maximum(weights, 0.0) / lengths[rows]
+        full = np.zeros(len(normals))
+        full[rows] = np.maximum(weights, 0.0) / lengths
         if not any(np.allclose(full, other, rtol=1e-9, atol=1e-12) for other in found):
             found.append(full)
             yield full
@@ -138,25 +129,27 @@ def basic_multipliers(normals: Floats, goal: Floats) -> Iterator[Floats]:
 def rays(normals: Floats) -> Iterator[Floats]:
     """Extreme rays of λ ≥ 0 with Σ λ a = 0: sums of rows that no step can lower."""
     count, size = normals.shape
-    lengths = np.linalg.norm(normals, axis=1)
-    for chosen in itertools.chain.from_iterable(
-        itertools.combinations(range(count), k) for k in range(1, size + 2)
-    ):
-        rows = list(chosen)
-        idle = lengths[rows] == 0.0
-        if idle.any():
-            if len(rows) == 1:
-                yield np.eye(count)[rows[0]]
-            continue
-        unit = normals[rows] / lengths[rows, None]
+    yield from np.eye(count)[~normals.any(axis=1)]
+    for rows, unit, lengths in _combinations(normals, range(1, size + 2)):
         if np.linalg.matrix_rank(unit, tol=1e-9) != len(rows) - 1:
             continue
         weights = np.linalg.svd(unit.T)[2][-1]
         weights = weights if weights.sum() > 0.0 else -weights
         if (weights > 1e-9).all():
             ray = np.zeros(count)
-            ray[rows] = weights / lengths[rows]
+            ray[rows] = weights / lengths
             yield ray / ray.max()
+
+
+def _combinations(
+    normals: Floats, sizes: Iterable[int]
+) -> Iterator[tuple[list[int], Floats, Floats]]:
+    """Numbers of rows that are not 0, as many as a size says, with unit normals and lengths."""
+    lengths = np.linalg.norm(normals, axis=1)
+    moving = np.flatnonzero(lengths).tolist()
+    for size in sizes:
+        for rows in map(list, itertools.combinations(moving, size)):
+            yield rows, normals[rows] / lengths[rows, None], lengths[rows]
 
 
 SAME = 1e-9

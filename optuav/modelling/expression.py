@@ -55,6 +55,10 @@ class Indexed(str):
         found.pattern, found.number = f"{start}{INDEX}", number
         return found
 
+    def __reduce__(self) -> tuple[type[Indexed], tuple[str, int]]:
+        """Copies and pickles are made from symbol and number."""
+        return Indexed, (self.pattern[: -len(f"_{INDEX}")], self.number)
+
 
 class Expression(NDArrayOperatorsMixin):
     """A node of the tree; it answers to Python's operators and to NumPy's ufuncs."""

@@ -72,8 +72,9 @@ def unknown(name: str) -> Exponential:
 
 def applied(ufunc: np.ufunc, operands: tuple[Operand, ...]) -> Operand:
     """A function of forms and numbers."""
-    if any(isinstance(each, Exponential) for each in operands):
-        return _apply(ufunc, operands)
+    for each in operands:
+        if isinstance(each, Exponential):
+            return _apply(ufunc, operands)
     return ufunc(*operands)
 
 

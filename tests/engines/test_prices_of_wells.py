@@ -157,4 +157,4 @@ def test_prices_of_the_paper(asked: Formulation) -> None:
         (part,) = program.parts
         for name, price in solved("casadi", part.model).shadow_prices().items():
             assert tuple(price) == pytest.approx(tuple(prices[name]), rel=1e-5, abs=1e-7), name
-        assert grid.solve(part.model, 1, 30.0).shadow_prices() == {}
+        assert grid.solve(part.model, 1, slot_s=30.0).shadow_prices() == {}

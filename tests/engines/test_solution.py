@@ -6,10 +6,12 @@ import copy
 import pickle
 from collections.abc import Callable
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
 
+from optuav import formulate
 from optuav.engines import prices
 from optuav.engines.solution import Solution, stacked, unanswered
 from optuav.errors import SolverError
@@ -187,3 +189,23 @@ def test_a_programme_without_an_answer_has_no_multipliers() -> None:
     found = replace(two_answers(3.0), duals=None)
     assert np.isnan(list(found.multipliers_at(1).values())).all()
     assert np.isnan(found.multipliers["limit"][1])
+
+
+@pytest.mark.parametrize(
+    "again", [lambda found: pickle.loads(pickle.dumps(found)), copy.deepcopy, copy.copy]
+)
+@pytest.mark.parametrize(
+    "asked",
+    [{}, {"perspective": "battery"}, {"perspective": "battery", "engine": "casadi"}],
+    ids=str,
+)
+def test_a_program_and_its_solution_survive_a_copy(asked: Any, again: Callable[[Any], Any]) -> None:
+    """Whatever was found of the trees before: same plan, prices, multipliers and page."""
+    program = formulate("paper", "P3", **asked)
+    plan, solution = program.solve(), program.solution()
+    later, found = again(program), again(solution)
+    assert later.solve() == plan
+    assert later.shadow_prices() == program.shadow_prices()
+    assert [str(part.model) for part in later.parts] == [str(part.model) for part in program.parts]
+    assert str(found) == str(solution)
+    assert found.shadow_prices() == solution.shadow_prices()

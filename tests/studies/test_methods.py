@@ -253,7 +253,7 @@ def test_a_grid_beyond_the_bound_is_found_out(
     monkeypatch: pytest.MonkeyPatch, by_s: float, agrees: bool
 ) -> None:
     """P3 of `paper` loses 8.848 s to slots of 10 s; the bound is one slot more than is lost."""
-    monkeypatch.setattr(grid, "solve", later(grid.solve, by_s))
+    monkeypatch.setattr(grid.Grid, "solve", staticmethod(later(grid.solve, by_s)))
     found = optuav.compare(p3_alone(), slots_s=(20.0,), engines=("grid",))
     assert cell(found, "P3", "grid 20 s")["gap_s"] == pytest.approx(8.848 - by_s, abs=1e-3)
     assert cell(found, "P3", "grid 20 s")["largest_gap_s"] == 20.0
@@ -262,7 +262,7 @@ def test_a_grid_beyond_the_bound_is_found_out(
 
 def test_slots_that_beat_continuous_times_are_found_out(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(Solution, "verify", lambda *_: None)
-    monkeypatch.setattr(grid, "solve", later(grid.solve, 10.0))
+    monkeypatch.setattr(grid.Grid, "solve", staticmethod(later(grid.solve, 10.0)))
     found = optuav.compare(p3_alone(), slots_s=(10.0,), engines=("grid",))
     assert not found.facts["agrees"]
     assert cell(found, "P3", "grid 10 s")["gap_s"] == pytest.approx(-1.152, abs=1e-3)
@@ -273,7 +273,7 @@ def test_an_integer_programme_that_is_not_the_grid_is_found_out(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     """Even where both are within the bound."""
-    monkeypatch.setattr(grid, "solve", later(grid.solve, -1.0))
+    monkeypatch.setattr(grid.Grid, "solve", staticmethod(later(grid.solve, -1.0)))
     found = optuav.compare(p3_alone(), slots_s=(10.0,), engines=("grid", "cvxpy"))
     assert found.facts["disagreements"][0] == "P3, MILP 10 s: grid 10 s finds Δ = 679.000000 s"
 
