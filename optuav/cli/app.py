@@ -17,18 +17,15 @@ from rich.console import Console
 
 from optuav.cli.audit import audit
 from optuav.cli.calibrate import calibrate
-from optuav.cli.compare import compare
 from optuav.cli.explain import explain
 from optuav.cli.formulate import formulate
-from optuav.cli.ledger import ledger
-from optuav.cli.missions import missions
+from optuav.cli.missions import missions, validate
 from optuav.cli.new import new
 from optuav.cli.output import BAD_INPUT, FAILED
-from optuav.cli.reproduce import reproduce
-from optuav.cli.sensitivity import sensitivity
+from optuav.cli.paper import ledger, reproduce
 from optuav.cli.show import show
 from optuav.cli.solve import solve
-from optuav.cli.validate import validate
+from optuav.cli.studies import compare, sensitivity
 from optuav.errors import InputError, SolverError
 
 COMMANDS = (

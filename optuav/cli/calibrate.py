@@ -4,10 +4,9 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from enum import StrEnum
 from itertools import islice
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 from rich.console import RenderableType
@@ -25,14 +24,7 @@ if TYPE_CHECKING:
 MOST_ROWS = 40
 """Observations that the table lists one by one."""
 
-
-class Kind(StrEnum):
-    """What is to be found."""
-
-    kibam = "kibam"
-    regimes = "regimes"
-    rotor = "rotor"
-    table = "table"
+Kind = Literal["kibam", "regimes", "rotor", "table"]
 
 
 def calibrate(
@@ -70,13 +62,7 @@ def calibrate(
         must_be_new(save)
     from optuav import calibration
 
-    fits = {
-        Kind.kibam: calibration.fit_kibam,
-        Kind.regimes: calibration.fit_regimes,
-        Kind.rotor: calibration.fit_rotor,
-        Kind.table: calibration.fit_table,
-    }
-    found = fits[kind](files)
+    found: Fit = getattr(calibration, f"fit_{kind}")(files)
     found = found.beside(base or load(found.extends))
     written = []
     if save is not None:

@@ -2,32 +2,15 @@
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
-from typing import Annotated, cast
+from typing import Annotated
 
 import typer
 
-from optuav.cli.options import (
-    BUILDING,
-    ENGINE,
-    HOVER_POINT,
-    HOVERS,
-    ORDER,
-    PERSPECTIVE,
-    PROBLEM,
-    SLOT,
-    STOPS,
-    TIME_LIMIT,
-    TRAJECTORY,
-    JsonOption,
-    SetOption,
-    mission_of,
-)
+from optuav.cli import options
+from optuav.cli.output import NO, deliver
 from optuav.errors import Fault, InputError
 from optuav.options import Perspective
-
-NO = 1
 
 
 def explain(
@@ -38,37 +21,34 @@ def explain(
             help="Name of a shipped mission, a mission file, or a saved plan (a .json file).",
         ),
     ],
-    problem: Annotated[str | None, PROBLEM] = None,
-    trajectory: Annotated[str | None, TRAJECTORY] = None,
-    building: Annotated[str | None, BUILDING] = None,
-    order: Annotated[str | None, ORDER] = None,
-    perspective: Annotated[str | None, PERSPECTIVE] = None,
-    slot_s: Annotated[float | None, SLOT] = None,
-    engine: Annotated[str | None, ENGINE] = None,
-    time_limit_s: Annotated[float | None, TIME_LIMIT] = None,
-    hover_point: Annotated[str | None, HOVER_POINT] = None,
-    stops: Annotated[int | None, STOPS] = None,
-    hovers: Annotated[int | None, HOVERS] = None,
-    settings: SetOption = None,
-    as_json: JsonOption = False,
+    problem: Annotated[str | None, options.PROBLEM] = None,
+    trajectory: Annotated[str | None, options.TRAJECTORY] = None,
+    building: Annotated[str | None, options.BUILDING] = None,
+    order: Annotated[str | None, options.ORDER] = None,
+    perspective: Annotated[Perspective | None, options.PERSPECTIVE] = None,
+    slot_s: Annotated[float | None, options.SLOT] = None,
+    engine: Annotated[str | None, options.ENGINE] = None,
+    time_limit_s: Annotated[float | None, options.TIME_LIMIT] = None,
+    hover_point: Annotated[str | None, options.HOVER_POINT] = None,
+    stops: Annotated[int | None, options.STOPS] = None,
+    hovers: Annotated[int | None, options.HOVERS] = None,
+    settings: options.SetOption = None,
+    as_json: options.JsonOption = False,
 ) -> None:
     """Say why a plan is the best one, or why there is none and which changes would help.
 
     With --stops or --hovers, search for more stops and say what they bring, for a minute unless
     --time-limit-s says otherwise. Exit code 1 if there is no feasible plan.
     """
-    of_mission = {
+    fields = {"trajectory": trajectory, "building": building, "order": order}
+    fields |= {"hover_point": hover_point}
+    of_mission: dict[str, object] = {
         "problem": problem,
-        "trajectory": trajectory,
-        "building": building,
-        "order": order,
-        "hover_point": hover_point,
+        **fields,
         "perspective": perspective,
         "slot_s": slot_s,
-        "engine": engine,
-        "time_limit_s": time_limit_s,
-        "set": settings,
     }
+    of_mission |= {"engine": engine, "time_limit_s": time_limit_s, "set": settings}
     from optuav.diagnosis import explain as explain_subject
 
     if Path(mission).suffix == ".json":
@@ -82,27 +62,26 @@ def explain(
 
         explained = explain_subject(load_plan(mission), stops=stops, hovers=hovers)
     else:
-        from optuav.solving.question import problem_of
-
+        stated = options.mission_of(mission, settings)
+        asked = options.problem_of(
+            stated,
+            problem or "P1",
+            fields,
+            perspective=perspective or "available",
+            slot_s=slot_s,
+            engine=engine or "auto",
+            time_limit_s=time_limit_s,
+        )
         explained = explain_subject(
-            mission_of(mission, settings),
-            problem_of(
-                problem or "P1",
-                trajectory=trajectory,
-                building=building,
-                order=order,
-                hover_point=hover_point,
-            ),
-            perspective=cast(Perspective | None, perspective),
+            stated,
+            asked,
+            perspective=perspective,
             slot_s=slot_s,
             engine=engine,
             time_limit_s=time_limit_s,
             stops=stops,
             hovers=hovers,
         )
-    if as_json:
-        typer.echo(json.dumps(explained.to_dict(), indent=2, ensure_ascii=False))
-    else:
-        typer.echo(str(explained))
+    deliver(explained.to_dict, str(explained), as_json=as_json)
     if not explained:
         raise typer.Exit(NO)

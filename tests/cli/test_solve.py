@@ -138,6 +138,10 @@ def test_all_faults_are_listed_at_once() -> None:
     found = refused("solve", "paper", "--trajectory", "x", "--order", "up", "--slot-s", "0")
     assert found.startswith("error: order")
     assert [line[:7] for line in found.splitlines()[1:]] == ["       "] * 2
+    found = refused("solve", "paper", "--problem", "P9", "--perspective", "x", "--slot-s", "0")
+    assert [line.split()[0] for line in found.removeprefix("error:").splitlines()] == [
+        *("problem", "perspective", "slot_s")
+    ]
 
 
 @pytest.mark.parametrize("engine", ["grid", "casadi"])
