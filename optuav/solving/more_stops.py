@@ -38,7 +38,7 @@ def more_stops_may_help(network: Network, plan: Plan, graph: Graph | None = None
     - In a linear perspective the legs obey the triangle inequality: no leg between origin, hover
       point, building and destination takes more time, charge or energy than a way around. Any plan
       may then leave out all stops but one hover and the rest where charging is best, and lose
-      nothing (SPEC, section 3).
+      nothing.
     - Under ``available`` the legs obey it too, and the plan hovers as long as the balance of charge
       and the deadline admit on any route with one rest. Both limits hold for every plan, so the
       same argument bounds plans with more stops.

@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from formulations.formulation import Formulation
+from formulations.p1 import P1
 from optuav.engines.registry import Engine
 from optuav.errors import Fault, InputError
 from optuav.mission import Mission, load
@@ -14,7 +15,7 @@ from optuav.options import Perspective, ProblemName
 from optuav.plan import Plan
 from optuav.solving.declare import declared_program, work_out
 from optuav.solving.program import Program
-from optuav.solving.question import checked_question
+from optuav.solving.question import Question, checked_question
 
 if TYPE_CHECKING:
     from optuav.network.graph import Graph
@@ -151,7 +152,25 @@ def solve(
         from optuav.solving.several_stops import several_stops
 
         return several_stops(program, stated.stops, stated.hovers, graph, progress)
-    return program.solve()
+    plan = program.solve()
+    if _among_all_routes(stated) and not program.network.mission.battery.takes_turns:
+        from optuav.solving.more_stops import more_stops_may_help
+
+        if more_stops_may_help(program.network, plan, graph):
+            note = "more stops are not excluded: --stops 2 --hovers 2, or P1(stops=2, hovers=2)"
+            return plan.model_copy(update={"notes": (*plan.notes, note)})
+    return plan
+
+
+def _among_all_routes(question: Question) -> bool:
+    """Whether a question is one of which several stops may be a better answer."""
+    problem = question.problem
+    return (
+        isinstance(problem, P1)
+        and (problem.trajectory, problem.order, problem.hover_point) == ("optimal", None, "w_U")
+        and question.slot_s is None
+        and question.perspective != "wells"
+    )
 
 
 def _program(
