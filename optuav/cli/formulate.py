@@ -53,7 +53,7 @@ def formulate(
     if not program.parts:
         typer.echo(textwrap.fill(str(program), WIDTH, subsequent_indent="  "))
         raise typer.Exit(NO)
-    from optuav.studies.statement import statement
+    from optuav.solving.statement import statement
 
     text = statement(program, *forms).rstrip("\n")
     if save is None:

@@ -238,7 +238,7 @@ def _side_by_side(
 # The printed text
 
 
-def _tables(found: Results, _: int) -> Iterator[RenderableType]:
+def _tables(found: Results) -> Iterator[RenderableType]:
     """Yield one line a plan with whether it can be flown, and how each is known."""
     by_schedule = "schedule" in found.units
     subject = "schedule of the packs" if by_schedule else " and ".join(found.facts["by"])

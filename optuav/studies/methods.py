@@ -6,7 +6,7 @@ import time
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from importlib import import_module
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from rich.console import RenderableType
 from rich.table import Table
@@ -17,16 +17,17 @@ from formulations.p1 import P1
 from formulations.p3 import P3
 from formulations.p4 import P4
 from optuav.engines import closed_form
+from optuav.engines.ranges import TOLERANCE as SLOT_TOLERANCE
 from optuav.errors import SolverError
 from optuav.mission import Mission
 from optuav.modelling import Model, evaluate
+from optuav.modelling.affine import excess
 from optuav.modelling.check import TOLERANCE
 from optuav.options import ORDERS, Perspective
 from optuav.plan import Plan
 from optuav.solving import Program, formulate, solve
 from optuav.solving.route_choice import route_choice
 from optuav.status import Status
-from optuav.studies.bound import bound
 from optuav.studies.results import LONGEST_NAME, NONE, Results, Row, fixed, plain_table
 
 if TYPE_CHECKING:
@@ -41,8 +42,6 @@ UNITS = {
     **{"slot_s": "s", "status": "", "hover_time_s": "s", "rest_time_s": "s"},
     **{"gap_s": "s", "largest_gap_s": "s", "agrees": "", "words": "", "proof": ""},
 }
-WIDE = 120
-"""Columns of a screen that has room for each gap beside its bound."""
 SLOTS_ABREAST = 5
 MOST_LINES = 12
 MOST_REASONS = 3
@@ -252,17 +251,74 @@ def _mismatch(row: Row, other: Row) -> dict[str, Any]:
     return {} if same else {"agrees": False, "words": f"{other['method']} finds {found}"}
 
 
+# What whole slots may cost
+
+HOVER, REST = "hover_time_s", "rest_time_s"
+
+
+class SlotBound(NamedTuple):
+    """What the theory says about a length of slot.
+
+    Parameters
+    ----------
+    slots
+        Δ in continuous times less Δ in slots is between 0 and so many slots; None if the theory
+        only says that it is at least 0.
+    words
+        Why, for a reader.
+    """
+
+    slots: int | None
+    words: str
+
+
+def bound(model: Model, parameters: Row, slot_s: float) -> SlotBound:
+    """Return the bound for a linear model that maximises the hover time.
+
+    Let (Δ, T') be the optimum in continuous times, and H the horizon that the deadline leaves. If
+    neither a shorter hover nor a longer rest can break any other constraint, ⌊Δ⌋ slots of hover and
+    the remaining slots of rest are feasible as well: at most one slot is lost, or less than two if
+    H is not a whole number of slots. Without a rest less than one slot is lost.
+
+    Parameters
+    ----------
+    model
+        A model with the unknown ``hover_time_s`` and, if there is a rest, ``rest_time_s``.
+    parameters
+        Values of its parameters for one itinerary.
+    slot_s
+        Length of a slot [s], > 0.
+    """
+    rests = any(variable.name == REST for variable in model.variables)
+    slots, words = 1, "whole slots" if rests else "no rest"
+    for constraint in model.constraints:
+        relation = constraint.relation
+        form = excess(relation, parameters)[0].times(relation.signs[0])
+        by_hover, by_rest = (float(form.coefficients.get(name, 0.0)) for name in (HOVER, REST))
+        if relation.sense == "==":
+            return SlotBound(None, f"{constraint.label} is an equality")
+        if by_hover >= 0.0 >= by_rest:
+            continue
+        if by_hover != by_rest or by_hover < 0.0:
+            what = "a shorter hover" if by_hover < 0.0 else "a longer rest"
+            return SlotBound(None, f"{what} can break {constraint.label}")
+        horizon_slots = -float(form.constant) / by_hover / slot_s
+        if abs(horizon_slots - round(horizon_slots)) > SLOT_TOLERANCE * max(1.0, horizon_slots):
+            slots, words = 2, "the horizon is not a whole number of slots"
+    return SlotBound(slots, words)
+
+
 # The printed text
 
 
-def _tables(found: Results, width: int) -> Iterator[RenderableType]:
+def _tables(found: Results) -> Iterator[RenderableType]:
     """Yield gaps by problem, what each method is worth, how it knows, and the verdict."""
     title = f"{found.mission.name}: longest hover Δ, {found.facts['perspective']}, by every method"
     yield Text(title, style="bold")
     yield ""
     feasible = any(row["hover_time_s"] is not None for row in found.rows)
     if feasible:
-        for piece in (*_gap_tables(found, wide=width >= WIDE), _worth(found), _proofs(found)):
+        for piece in (*_gap_tables(found), _worth(found), _proofs(found)):
             yield piece
             if isinstance(piece, Table):
                 yield ""
@@ -283,25 +339,21 @@ def _unbounded(row: Row) -> bool:
     return bool(row["slot_s"] and row["gap_s"] is not None and row["largest_gap_s"] is None)
 
 
-def _gap_tables(found: Results, *, wide: bool) -> Iterator[RenderableType]:
-    """Yield the gaps, five lengths of slots abreast: each beside its bound, or the bounds last."""
-    slots_s = {row["method"]: row["slot_s"] for row in found.rows}
+def _gap_tables(found: Results) -> Iterator[RenderableType]:
+    """Yield the gaps, five lengths of slots abreast, and their bound in slots."""
+    slots_s = {row["method"]: row["slot_s"] for row in found.rows if row["slot_s"] is not None}
     first_of: dict[float, str] = {}
     for name, slot_s in slots_s.items():
-        if slot_s is not None:
-            first_of.setdefault(slot_s, name)
-    others = [name for name, s in slots_s.items() if s is None and name != REFERENCE and wide]
+        first_of.setdefault(slot_s, name)
     cells = {(_name(row), row["method"]): row for row in found.rows}
     for first in range(0, max(1, len(first_of)), SLOTS_ABREAST):
         names = list(first_of.values())[first : first + SLOTS_ABREAST]
-        if names:
-            lost = "≤ its bound [s]" if wide else "[s]"
-            yield Text(f"Δ in continuous times, and what is lost of it {lost} in slots of")
-        table = plain_table("Δ [s]", *others, words=["problem"], gap=2 if wide else 1)
+        table = plain_table("Δ [s]", words=["problem"], gap=1)
         table.columns[0].max_width = LONGEST_NAME
         for name in names:
             table.add_column(Text(f"{slots_s[name]:g} s"), justify="right", min_width=5)
-        if names and not wide:
+        if names:
+            yield Text("Δ in continuous times, and what is lost of it [s] in slots of")
             table.add_column("bound", justify="right", no_wrap=True)
         table.add_column("agree", justify="right")
         for problem in found.facts["reasons"]:
@@ -310,26 +362,20 @@ def _gap_tables(found: Results, *, wide: bool) -> Iterator[RenderableType]:
             table.add_row(
                 Text(problem),
                 fixed(best["hover_time_s"], 3) if best else NONE,
-                *(_gap(cells.get((problem, name))) for name in others),
-                *(_gap(cell, with_bound=wide) for cell in shown),
-                *([_slots_lost(filter(None, shown))] if names and not wide else []),
+                *map(_gap, shown),
+                *([_slots_lost(filter(None, shown))] if names else []),
                 _agreement({row["agrees"] for row in found.rows if _name(row) == problem}),
             )
         yield table
 
 
-def _gap(cell: Row | None, *, with_bound: bool = False) -> Text:
+def _gap(cell: Row | None) -> Text:
     if cell is None:
         return Text("–")
-    gap_s = cell["gap_s"]
     if cell["agrees"] is None:
         return Text("failed", style="bold red")
-    if gap_s is None:
-        text = NONE
-    else:
-        text = f"{round(gap_s, 2) + 0.0:.2f}" if cell["slot_s"] else _short(abs(gap_s))
-    if with_bound and gap_s is not None:
-        text += f" ≤ {_allowed(cell)}"
+    gap_s = cell["gap_s"]
+    text = NONE if gap_s is None else f"{round(gap_s, 2) + 0.0:.2f}"
     return Text(text) if cell["agrees"] else Text(f"{text}!", style="bold red")
 
 

@@ -26,7 +26,7 @@ LONGEST_NAME = 24
 NONE = "none"
 
 Row: TypeAlias = Mapping[str, Any]
-Show: TypeAlias = Callable[["Results", int], Iterable[RenderableType]]
+Show: TypeAlias = Callable[["Results"], Iterable[RenderableType]]
 Draw: TypeAlias = Callable[["Results"], Iterable[tuple[str, "Figure | None"]]]
 
 
@@ -50,7 +50,7 @@ class Results:
         The rows, each a mapping with an entry a column; None where there is no value. A row may
         have further entries, which `to_dict` shows.
     show
-        Makes the printed text: a function of the table and a width in columns.
+        Makes the printed text: a function of the table.
     draw
         Makes the pictures: a function of the table that yields names and figures.
 
@@ -58,8 +58,6 @@ class Results:
     --------
     >>> import optuav
     >>> found = optuav.compare("paper", by="trajectory", perspective="battery")
-    >>> [(row["trajectory"], round(row["hover_time_s"], 2)) for row in found.rows]
-    [('direct', 688.85), ('traj1', 715.05), ('traj2', 719.54), ('optimal', 719.54)]
     >>> found.units["hover_time_s"], found.facts["by"]
     ('s', ('trajectory',))
     """
@@ -75,9 +73,9 @@ class Results:
     def __str__(self) -> str:
         return as_text(self.tables())
 
-    def tables(self, width: int = WIDTH) -> Iterator[RenderableType]:
-        """Yield the pieces of the printed text, for a screen of so many columns."""
-        yield from self.show(self, width)
+    def tables(self) -> Iterator[RenderableType]:
+        """Yield the pieces of the printed text, for a screen of 80 columns."""
+        yield from self.show(self)
 
     def records(self) -> list[dict[str, Any]]:
         """Return the rows as flat records with an entry a column; places of a route as text."""

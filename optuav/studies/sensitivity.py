@@ -285,7 +285,7 @@ def _rates_of(
 # The printed text and the pictures
 
 
-def _tables(found: Results, _: int) -> Iterator[RenderableType]:
+def _tables(found: Results) -> Iterator[RenderableType]:
     """Yield the effects of single keys, then what the samples say."""
     hover_s = found.facts["hover_time_s"]
     title = f"{found.mission.name}: what matters most, {found.facts['perspective']}"

@@ -246,14 +246,9 @@ def _refused(name: str, value: str, words: str) -> InputError:
 
 
 class Judged(NamedTuple):
-    """A fixed plan in many variants of its mission; all arrays have one entry a variant.
+    """Where a fixed plan keeps each condition, and where it meets (P1) in a perspective.
 
-    Parameters
-    ----------
-    kept
-        Where each condition is kept, by its name.
-    feasible
-        Where the plan meets (P1) in the perspective of the study.
+    All arrays have one entry a variant of its mission.
     """
 
     kept: dict[str, Booleans]

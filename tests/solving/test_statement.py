@@ -10,7 +10,7 @@ import pytest
 import optuav
 from optuav.errors import InputError, NoPlanError
 from optuav.solving.question import problem_of
-from optuav.studies.statement import statement
+from optuav.solving.statement import statement
 
 
 def optimum(text: str, path: Path) -> float:
