@@ -123,26 +123,17 @@ def _name(row: Row) -> str:
 
 @dataclass(frozen=True)
 class _Reference:
-    """A declared problem and its optimum in continuous times, by closed form.
-
-    Parameters
-    ----------
-    program, through_wells
-        The problem; CasADi solves `through_wells`.
-    hover_time_s
-        Longest hover Δ [s]; None if there is none.
-    model, parameters
-        Declaration and figures of the best itinerary.
-    rounding_s
-        Seconds of hover by which the tolerance of the constraints may move an answer.
-    """
+    """A declared problem and its optimum in continuous times, by closed form."""
 
     program: Program
     through_wells: Program
+    """What CasADi solves."""
     hover_time_s: float | None = None
     model: Model | None = None
     parameters: Row = field(default_factory=dict)
+    """Figures of the best itinerary."""
     rounding_s: float = 0.0
+    """Seconds of hover by which the tolerance of the constraints may move an answer."""
 
     @classmethod
     def of(
@@ -257,18 +248,10 @@ HOVER, REST = "hover_time_s", "rest_time_s"
 
 
 class SlotBound(NamedTuple):
-    """What the theory says about a length of slot.
-
-    Parameters
-    ----------
-    slots
-        Δ in continuous times less Δ in slots is between 0 and so many slots; None if the theory
-        only says that it is at least 0.
-    words
-        Why, for a reader.
-    """
+    """What the theory says about a length of slot, and why."""
 
     slots: int | None
+    """Δ in continuous times less Δ in slots is from 0 to so many slots; None for no such bound."""
     words: str
 
 

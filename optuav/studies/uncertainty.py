@@ -61,29 +61,17 @@ CONDITIONS = {
 
 @dataclass(frozen=True)
 class Spread:
-    """The distribution of a key.
-
-    Parameters
-    ----------
-    key
-        The key with its range; its name may be that of a component.
-    low, high
-        Ends of its range.
-    likely
-        Most likely value of a triangular distribution; None for another one.
-    deviation
-        Standard deviation of a normal distribution about the mission's value, cut off at the range
-        of the key; None for another one. With neither, the distribution is uniform.
-    along
-        Keys that change by the same factor.
-    """
+    """The distribution of a key: triangular, normal, or else uniform from `low` to `high`."""
 
     key: Key
     low: float
     high: float
     likely: float | None = None
+    """Most likely value of a triangular distribution."""
     deviation: float | None = None
+    """Of a normal distribution about the mission's value, cut off at the range of the key."""
     along: tuple[Key, ...] = ()
+    """Keys that change by the same factor."""
 
     def at(self, share: Floats) -> Floats:
         """Return the quantiles of the distribution for shares between 0 and 1."""
@@ -262,20 +250,12 @@ class Judged(NamedTuple):
 
 @dataclass(frozen=True)
 class FixedPlan:
-    """A plan whose route, hover point and times stay as they were planned.
-
-    Parameters
-    ----------
-    network
-        The mission with its hover point where the plan has it, and the plan's itinerary alone.
-    itinerary
-        Number of that itinerary among all of the mission.
-    hover_time_s, rest_time_s
-        Its times [s].
-    """
+    """A plan whose route, hover point and times [s] stay as they were planned."""
 
     network: Network
+    """The mission with its hover point where the plan has it, and the plan's itinerary alone."""
     itinerary: int
+    """Number of that itinerary among all of the mission."""
     hover_time_s: float
     rest_time_s: float
 
@@ -337,44 +317,27 @@ def _scene(mission: Mission) -> dict[str, object]:
 
 @dataclass(frozen=True)
 class Chances:
-    """What follows from everything that is uncertain, over all samples.
-
-    Parameters
-    ----------
-    samples, seed
-        Number of samples, and the seed that they are drawn from.
-    uncertain
-        Keys that vary.
-    stated
-        Whether their spread was stated; else all are within 10 % of their values.
-    mean_s
-        Mean of the longest hover [s].
-    quantiles_s
-        Hover times [s] that so large a share of the samples does not reach.
-    no_plan
-        Share of samples without a plan.
-    routes
-        Share of samples by the route of the best plan; the most frequent first.
-    kept
-        Share of samples in which the fixed plan keeps each condition; None without a plan.
-    flyable
-        Share of samples in which it keeps all of them; None without a plan.
-    hover_times_s
-        Longest hover of each sample [s], at least the fixed plan's if that is feasible; 0 without
-        a plan.
-    """
+    """What follows from everything that is uncertain, over all samples."""
 
     samples: int
     seed: int
     uncertain: tuple[str, ...]
+    """Keys that vary."""
     stated: bool
+    """Whether their spread was stated; else all are within 10 % of their values."""
     mean_s: float
     quantiles_s: Mapping[float, float]
+    """Hover times [s] that so large a share of the samples does not reach."""
     no_plan: float
+    """Share of samples without a plan."""
     routes: Mapping[str, float]
+    """Share of samples by the route of the best plan; the most frequent first."""
     kept: Mapping[str, float] | None
+    """Share of samples in which the fixed plan keeps each condition; None without a plan."""
     flyable: float | None
+    """Share of samples in which it keeps all of them; None without a plan."""
     hover_times_s: Floats = field(repr=False, compare=False)
+    """Longest hover of each sample, at least the fixed plan's if that is feasible; 0 without."""
 
 
 def chances(
