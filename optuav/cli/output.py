@@ -95,7 +95,7 @@ def deliver_results(found: Results, save: Path | None, plot: Path | None, *, as_
         written.append(save)
     if plot is not None:
         written += found.save_pictures(plot)
-    deliver(found.to_dict, found.tables, as_json=as_json, written=written)
+    deliver(found.to_dict, lambda _: found.tables(), as_json=as_json, written=written)
 
 
 def warning(words: str) -> Text:
