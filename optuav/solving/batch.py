@@ -203,6 +203,7 @@ def _bracketed(given: Quantities, count: int, shortest_rest: bool) -> Floats:
     hover, rest = unknown("hover"), unknown("rest") if given.rests else None
     stated = [PERSPECTIVES[AVAILABLE](given, hover, 0.0 if rest is None else rest) - given.min_soc]
     for limit in well_limits(given, hover, rest):
+        # Infinite where it is not needed, so that no answer depends on the others.
         if np.any(needed := _needed(given, limit)):
             left, right = limit.relation.sides
             margin = left - right if limit.kind == "dry" else right - left
@@ -242,7 +243,7 @@ def _quantities(
     steps: list[Stage | str] = list(first)
     for number, leg in enumerate(others):
         steps += [*stays[number : number + 1], *leg]
-    stages = [each for each in steps if isinstance(each, Stage)]
+    stages = [stage for leg in flown for stage in leg]
     stated: dict[str, Any] = {**figures, **dict.fromkeys(UNUSED, np.nan)}
     return Quantities(
         packs=1.0,
