@@ -2,13 +2,13 @@
 # # A first mission
 #
 # A drone flies from an origin to a destination. On its way it hovers within reach of a device on
-# the ground, as long as it can, and it may rest once on a roof, where a laser charges it.
+# the ground for as long as it can, and it may rest once on a roof, where a laser charges it.
 #
 # **Learning intentions.** After this page you can
 #
 # - load a mission and look up what it states;
 # - solve it and read the plan: where, when, for how long, and which limits bind;
-# - tell an optimal plan from a plan that can be flown;
+# - distinguish an optimal plan from a plan that can be flown;
 # - change a value and say why the answer changes.
 
 # %%
@@ -44,8 +44,8 @@ assert math.isclose(plan.rest_time_s, 392.1438, abs_tol=1e-4)
 # %% [markdown]
 # ## Check it by hand
 #
-# Two limits bind, and both can be recounted from the phases. Currents are counted into the
-# battery: hovering has a negative one, resting in sight of the laser a positive one.
+# Two limits bind, and both can be checked from the phases. Currents are counted into the battery:
+# negative while hovering, positive while resting in sight of the laser.
 
 # %%
 capacity_As = mission.battery.packs * mission.battery.capacity_As
@@ -61,7 +61,7 @@ assert math.isclose(plan.mission_time_s, mission.limits.deadline_s)
 #
 # The state of charge counts all charge in the battery. But a battery that is drained fast leaves
 # part of its charge bound, and stops when the *available* well is empty, here before the landing.
-# The problem as the paper states it does not see this; the plan does, and warns.
+# The paper's problem does not include this limit; the plan checks it and warns.
 
 # %%
 for warning in plan.warnings:
@@ -94,7 +94,7 @@ assert math.isclose(hurried.hover_time_s, 688.848, abs_tol=1e-3)
 # %% [markdown]
 # ## Keep the plan
 #
-# The file holds the mission as well, and reading it gives the same plan, to the last digit.
+# The file contains the mission as well, and reading it gives the same plan, to the last digit.
 
 # %%
 with tempfile.TemporaryDirectory() as directory:

@@ -6,9 +6,9 @@
 #
 # **Learning intentions.** After this page you can
 #
-# - name the six stages of a leg, and say which of them cost time and which charge;
+# - name the six stages of a leg, and say which of them cost time and which cost charge;
 # - check the balance of forces that fixes acceleration and attitude;
-# - say what wind does to a leg, and from which wind on there is none.
+# - say what wind does to a leg, and at which wind no leg is possible.
 
 # %%
 import math
@@ -31,7 +31,7 @@ leg = flight.leg(airframe, motor, tuple(way_m))
 # ## The stages from the origin to the hover point
 #
 # Four rotors run at full speed while the UAV moves. While it turns, one runs at full speed, two at
-# 1/√2 of it and one stands still: that is less charge per second, and little time.
+# 1/√2 of it, and one stands still. That draws less current, and takes little time.
 
 # %%
 print(f"{'stage':<12}{'s':>8}{'A':>9}{'A s':>9}")
@@ -50,13 +50,13 @@ assert math.isclose(leg.loads.energy_J, 63_533, abs_tol=0.5)
 assert math.isclose(leg.peak_speed_m_s, 154.89, abs_tol=0.005)
 
 # %% [markdown]
-# 155 m/s is no speed of a small quadrotor: the model has no drag. Where that matters, state
+# No small quadrotor flies at 155 m/s: the model has no drag. Where that matters, state
 # `flight.max_speed_m_s` with `flight.model = "regimes"`.
 #
 # ## The balance of forces
 #
-# Full thrust F points along f. Together with gravity it must give mass times acceleration, along
-# the path and nowhere else. The attitude follows: nose down to speed up, nose up to brake.
+# Full thrust F points along f. Together with gravity it must equal mass times acceleration, along
+# the path. The attitude follows: nose down to speed up, nose up to brake.
 
 # %%
 thrust_N = rotor.full_thrust(motor)
@@ -77,8 +77,8 @@ for name, attitude, acceleration in (
 # %% [markdown]
 # ## Wind
 #
-# A steady wind pushes with a constant force. It helps one half of the leg and hinders the other,
-# so head wind and tail wind of the same strength cost the same time.
+# A steady wind pushes with a constant force. It helps in one half of the leg and hinders in the
+# other, so head wind and tail wind of the same strength take the same time.
 
 # %%
 winds_N = np.linspace(-9.0, 9.0, 7)
@@ -92,8 +92,8 @@ assert np.allclose(windy.loads.duration_s, windy.loads.duration_s[::-1])
 assert (np.diff(windy.loads.duration_s[3:]) > 0).all()
 
 # %% [markdown]
-# The thrust has to carry weight and wind. Beyond the largest wind there is no leg: every time is
-# NaN, and `impossible` says why.
+# The thrust has to balance weight and wind. Above the largest wind no leg is possible: every time
+# is NaN, and `impossible` says why.
 
 # %%
 limit_N = rotor.largest_wind(motor, airframe.weight_N, tuple(along))

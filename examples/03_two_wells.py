@@ -1,13 +1,13 @@
 # %% [markdown]
 # # Two wells: the kinetic battery model
 #
-# A battery holds its charge in two wells. Only the available one feeds the load; the bound one
-# seeps into it, the faster the more their levels differ.
+# A battery holds its charge in two wells. Only the available one feeds the load. Charge flows into
+# it from the bound one, and the larger the difference of their levels, the faster it flows.
 #
 # **Learning intentions.** After this page you can
 #
 # - explain why a battery stops with charge left in it (the rate-capacity effect);
-# - explain why a pause brings it back to life (the recovery effect);
+# - explain why it can be used again after a pause (the recovery effect);
 # - predict lifetimes under a load that comes and goes.
 
 # %%
@@ -74,7 +74,7 @@ def lifetime_min(battery: Battery, load: list[tuple[float, float]]) -> float:
             return (passed_s + empty_s) / MINUTE_S
         wells = step(battery, wells, Stage(-current_A, duration_s))
         passed_s += duration_s
-    raise AssertionError("a load drains the battery some day")
+    raise AssertionError("a load drains the battery in the end")
 
 
 on, off = [(0.25, 1.0), (0.5, 1.0)], (0.0, 1.0)
@@ -96,10 +96,10 @@ for name, (load, small_min, large_min) in loads.items():
     assert math.isclose(found_min[1], large_min, abs_tol=0.0051)
 
 # %% [markdown]
-# Twice the capacity lives more than twice as long.
+# With twice the capacity, the battery lasts more than twice as long.
 #
-# A state of charge counts both wells, and so says little of the one that feeds the load: after ten
-# minutes of hovering the drone of the mission `paper` has most of what is left in the wrong one.
+# A state of charge counts both wells, and so says little about the one that feeds the load: after
+# ten minutes of hovering the drone of the mission `paper` has most of the charge in the bound well.
 
 # %%
 drone = Battery(72_000.0, 0.8, 4.5e-5)

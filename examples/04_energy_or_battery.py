@@ -6,7 +6,7 @@
 #
 # **Learning intentions.** After this page you can
 #
-# - tell the perspectives `battery`, `energy` and `adjusted` apart;
+# - say how the perspectives `battery`, `energy` and `adjusted` differ;
 # - reproduce Table II, and find the cells in which it contradicts itself;
 # - explain why counting energy at the nominal voltage is too careful.
 
@@ -70,8 +70,8 @@ assert math.isclose(percent[697.0][1] + slope * (740.65 - 697.0), -0.27, abs_tol
 # %% [markdown]
 # ## Why the energy perspective is too careful
 #
-# It sets E_0 = B e_nom against joules that were drawn at a higher voltage: a coulomb of hovering
-# is counted as if it were more than one, in the ratio of the hover voltage to the nominal one.
+# It compares E_0 = B e_nom with joules that were drawn at a higher voltage: a coulomb of hovering
+# counts as more than one, by the ratio of the hover voltage to the nominal one.
 
 # %%
 given, loads = mission.battery, mission.flight
@@ -90,12 +90,13 @@ assert math.isclose(flight_V, 15.41, abs_tol=5e-3)
 assert short.soc["battery"] > mission.limits.min_soc
 
 # %% [markdown]
-# ## The cure
+# ## The correction
 #
 # `adjusted` measures flight and hover against E_1 and E_2, the energies that the battery holds at
-# the voltages of flight and of hover. With exact voltages it *is* the battery perspective. The
-# paper's E_1 is rounded to 15.4 V; left out of the mission, E_1 and E_2 are derived from the loads,
-# and what remains is that the laser charges at a little more than the nominal voltage.
+# the voltages of flight and of hover. With exact voltages it equals the battery perspective. The
+# paper's E_1 uses a rounded 15.4 V. If the mission leaves out E_1 and E_2, they are derived from
+# the loads, and the only difference left is that the laser charges slightly above the nominal
+# voltage.
 
 # %%
 exact = mission.replace({"battery.flight_energy_J": None, "battery.hover_energy_J": None})

@@ -1,14 +1,14 @@
 # %% [markdown]
 # # Declare a problem
 #
-# An optimisation problem is a statement: unknowns, what is sought, constraints. Here it is written
-# once, in symbols. Printing it, checking a point and solving it all read the same statement.
+# An optimisation problem is a statement: unknowns, an objective, constraints. Here it is written
+# once, in symbols. Printing it, checking a point and solving it all use the same statement.
 #
 # **Learning intentions.** After this page you can
 #
 # - declare a problem with unknowns, parameters and labelled constraints, and read it printed;
-# - check any point, wherever it comes from, and say which constraint it violates by how much;
-# - tell linear from smooth, and say which engines take what.
+# - check any point, and say which constraint it violates and by how much;
+# - say whether a problem is linear or smooth, and which engines take it.
 
 # %%
 import math
@@ -26,8 +26,8 @@ from optuav.physics import kibam
 # ## Symbols
 #
 # A drone hovers for Δ and rests for T'. `+` and `/` on symbols do not compute: they build a tree,
-# to be walked later with numbers, as text, or with the symbols of a solver. `>=` builds a
-# constraint, which is a statement too: neither true nor false before the unknowns have values.
+# which is evaluated later with numbers, as text, or with the symbols of a solver. `>=` builds a
+# constraint, which is neither true nor false before the unknowns have values.
 
 # %%
 model = Model("Longest hover with a rest")
@@ -53,8 +53,8 @@ assert evaluate(left, ten_minutes) == 1.0 - 90 * 600 / 60_000
 # %% [markdown]
 # ## The statement
 #
-# Every constraint has a label and a unit. `let` named an intermediate quantity, so that the
-# printed programme stays short: it appears by its symbol, and is spelt out once.
+# Every constraint has a label and a unit. `let` names an intermediate quantity, so that the printed
+# programme stays short: it appears by its symbol, and is written out once.
 
 # %%
 model.maximise(hover)
@@ -70,8 +70,8 @@ assert list(model.parameters) == ["hover_current_A", "rest_current_A", "capacity
 # %% [markdown]
 # ## Is a point feasible?
 #
-# `check` evaluates both sides of every constraint in NumPy, apart from any solver. It tells the
-# slack, and the line of the source that declared the constraint.
+# `check` evaluates both sides of every constraint in NumPy, independently of any solver. It gives
+# the slack, and the line of the source that declared the constraint.
 
 # %%
 guess = {"hover_time_s": 650.0, "rest_time_s": 200.0}
@@ -91,11 +91,11 @@ assert math.isclose(solution.point(0)["hover_time_s"], 630.0)  # 90 Δ - 10 (900
 assert all(row.satisfied for row in check(model, solution.point(0)))
 
 # %% [markdown]
-# ## What it is, and who takes it
+# ## What it is, and which engines take it
 #
-# Nobody declares a model linear: that is found from its trees. The physics functions were written
-# for numbers and take symbols unchanged. With the two wells of the battery in it, the same problem
-# is no longer linear, and says where.
+# A model is not declared linear: that is found from its trees. The physics functions take numbers
+# and symbols alike. With the two wells of the battery, the same problem is no longer linear, and
+# the model says which constraint is not.
 
 # %%
 print(traits(model), "->", ", ".join(takers(traits(model), slots=False)))
@@ -112,8 +112,8 @@ assert (traits(model).linear, traits(wells).linear, traits(wells).smooth) == (Tr
 assert takers(traits(wells), slots=False) == ("bracket", "casadi", "grid")
 
 # %% [markdown]
-# The problems of the paper are declared in the same way: `formulations/p4.py` is (P4) and nothing
-# else. `formulate` fills in the numbers of a mission.
+# The problems of the paper are declared in the same way: `formulations/p4.py` contains only (P4).
+# `formulate` fills in the numbers of a mission.
 
 # %%
 print(optuav.formulate("paper", optuav.P4("b1", order="rest-first"), perspective="battery"))

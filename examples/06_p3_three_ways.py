@@ -2,13 +2,13 @@
 # # (P3), three ways and a fourth
 #
 # Without a rest there is one unknown: how long to hover. The answer is a division. That makes (P3)
-# a good place to see what engines do, what each of them knows about its answer, and what it costs.
+# a good example to see what engines do, and what each of them knows about its answer.
 #
 # **Learning intentions.** After this page you can
 #
-# - hand one declaration to four engines and compare their answers and their proofs;
+# - give one declaration to four engines and compare their answers and proofs;
 # - explain why the paper's two wells, though nonlinear, lead to the same hover time;
-# - refuse to believe an engine that you cannot check.
+# - check the answer of an engine independently.
 
 # %%
 import math
@@ -23,8 +23,8 @@ print(program)
 # %% [markdown]
 # ## By hand
 #
-# All charge down to η0 may be drawn; the legs take their share, and what is left lasts as long as
-# the hover current allows. The deadline of 1200 s is far away.
+# All charge down to η0 may be drawn. The legs take their share, and the rest lasts as long as the
+# hover current allows. The deadline of 1200 s does not matter here.
 
 # %%
 numbers = program.parts[0].model.row(0)
@@ -40,8 +40,8 @@ assert math.isclose(by_hand_s, 688.848, abs_tol=1e-3)
 # %% [markdown]
 # ## Three engines
 #
-# `closed-form` visits the vertices of a linear programme, `cvxpy` hands it to a simplex code, and
-# `grid` tries every whole slot of a second, as the paper does. Each says how it knows.
+# `closed-form` visits the vertices of a linear programme, `cvxpy` passes it to a simplex code, and
+# `grid` tries every whole slot of a second, as the paper does. Each states its proof.
 
 # %%
 plans = {
@@ -60,8 +60,8 @@ assert plans["grid"].hover_time_s == math.floor(by_hand_s)  # whole slots of a s
 #
 # The perspective `wells` follows the paper's equations of the kinetic battery, stage by stage:
 # charge flows between two wells, and the exponential of the hover time appears. That is no longer
-# linear, and the engines for linear models decline. CasADi takes it; what it finds is a *local*
-# optimum, and it says so.
+# linear, and the engines for linear models refuse it. CasADi takes it; it finds a *local* optimum,
+# and says so.
 
 # %%
 wells = optuav.formulate(mission, "P3", perspective="wells", engine="casadi")
@@ -80,9 +80,9 @@ assert fourth.status == "locally_optimal"
 assert math.isclose(fourth.hover_time_s, by_hand_s, abs_tol=1e-6)
 
 # %% [markdown]
-# The same to a microsecond, and it has to be. What leaves one well for the other enters it:
-# dy1/dt + dy2/dt = I. The sum counts coulombs and forgets the wells, for any rate of flow between
-# them. So nothing is local about this optimum; but it takes a thought to know that, not a solver.
+# The answers agree to a microsecond, and they must. What leaves one well enters the other:
+# dy1/dt + dy2/dt = I. The sum counts coulombs and does not depend on the flow between the wells. So
+# this optimum is global; but the argument shows that, and not the solver.
 
 # %%
 for rate_per_s in (0.0, 4.5e-5, 1e-2):
@@ -94,8 +94,8 @@ for rate_per_s in (0.0, 4.5e-5, 1e-2):
 # %% [markdown]
 # ## Check the answer, not the engine
 #
-# All four answers go through the same statement once more, in NumPy. A millisecond more than the
-# optimum is too much, and the statement says by how much.
+# All four answers are evaluated in the same statement again, by NumPy. A millisecond more than the
+# optimum is too much, and the check shows by how much.
 
 # %%
 for plan in (*plans.values(), fourth):

@@ -9,7 +9,7 @@
 # - find the optimum of (P4) as a corner of the (Δ, T') plane;
 # - prove it with two multipliers, by adding two inequalities;
 # - read shadow prices with their sign and unit, and verify them by solving again;
-# - say where a price has two sides, and what to do with it there.
+# - say where a price has two sides, and how to use it there.
 
 # %%
 import math
@@ -49,8 +49,8 @@ assert best.binding_labels(0) == ("P4.a state of charge", "P4.b deadline")
 # %% [markdown]
 # ## The proof
 #
-# Take the charge line y1 times and the deadline y2 times, so that the sum reads Δ ≤ something. No
-# feasible point can beat it, and the corner attains it: that is all of linear programming duality.
+# Multiply the charge line by y1 and the deadline by y2, so that the sum reads Δ ≤ a number. No
+# feasible point can exceed it, and the corner attains it: that is linear programming duality.
 
 # %%
 y1, y2 = np.linalg.solve(lines.T, [1.0, 0.0])
@@ -67,10 +67,10 @@ assert math.isclose(weights["P4.a state of charge"], y1 * battery_As)  # (P4.a) 
 # %% [markdown]
 # ## Shadow prices
 #
-# What one more unit of a number brings, in seconds of hover: a price per second of deadline, per
-# ampere of charge current. Its sign is that of the change: more hover current is bad. The test of
-# a price is to change the number a little and to solve again, from both sides. Packs come whole:
-# one more and one less will do, for the price stays as long as the same two lines meet.
+# A shadow price is what one more unit of a number brings, in seconds of hover: per second of
+# deadline, per ampere of charge current. Its sign is that of the change: more hover current costs
+# hover. To test a price, change the number a little and solve again, on both sides. Packs are
+# whole: take one more and one less, as the price is the same as long as the same two lines meet.
 
 # %%
 prices = best.shadow_prices()
@@ -90,9 +90,9 @@ assert math.isclose(compiled.solve(deadline_s=1800).objective[0], best.objective
 # %% [markdown]
 # ## A kink
 #
-# Shorten the deadline until nothing is left for resting. There three lines meet: charge, deadline,
+# Shorten the deadline until no time is left for a rest. There three lines meet: charge, deadline,
 # and T' ≥ 0. A second less costs a whole second of hover; a second more brings only a tenth of one,
-# for it must be rested for. Such a price has two sides, and asking for "the" multiplier is wrong.
+# because most of it is needed to rest. Such a price has two sides, and no single multiplier.
 
 # %%
 kink_s = given["flight_time_s"] + usable_As / given["hover_current_A"]

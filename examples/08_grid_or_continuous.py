@@ -49,12 +49,13 @@ for slot_s in SLOTS_S:
 # ## Why less than one slot
 #
 # Let h slots fill the time that is left, without remainder. Round the best Δ down to whole slots,
-# and rest all the other slots. That is no less rest than before, since h minus a smaller number is
-# larger; hovering less and resting more leaves more charge; and it is a cell of the grid. So the
-# grid's best is at least the best Δ rounded down.
+# and rest in all the other slots. The rest is no shorter than before, since h minus a smaller
+# number is larger; hovering less and resting more leaves more charge; and it is a cell of the grid.
+# So the grid's best is at least the best Δ rounded down.
 #
-# It fails where resting discharges, and where a part of a slot is left over at the end. That part
-# is lost for resting, and if Δ has hardly anything to give away by rounding, it gives a whole slot.
+# The argument fails where resting discharges, and where part of a slot is left over at the end.
+# That part is lost for resting; if rounding shortens Δ by little, a whole slot more has to be given
+# up.
 
 # %%
 SLOT_S = 50.0
@@ -92,10 +93,9 @@ assert math.isclose(by_slots.hover_time_s, exact.hover_time_s)
 # %% [markdown]
 # ## Branch and bound instead of all cells
 #
-# To count slots is to ask for whole numbers. `cvxpy` hands that to a mixed-integer solver: it first
+# Counting slots means whole numbers. `cvxpy` passes the problem to a mixed-integer solver: it first
 # solves the problem with continuous times, its *relaxation*, whose optimum is a bound, and then
-# looks only where a cell could still be better. It finds the same Δ; only the paper's way of
-# searching needs every cell.
+# searches only where a cell could still be better. It finds the same Δ without visiting every cell.
 
 # %%
 for slot_s in (10.0, 60.0):

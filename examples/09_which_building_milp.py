@@ -1,16 +1,16 @@
 # %% [markdown]
 # # Which building? One mixed-integer programme
 #
-# Algorithm 2 solves (P3) and every (P4) one by one and takes the best. A modeller would rather ask
-# once: a binary λ a route, exactly one of them 1, and let the solver choose. There are two ways to
-# write that, both correct. One of them tells the solver almost nothing.
+# Algorithm 2 solves (P3) and every (P4) one by one and takes the best. One programme can do the
+# same: it has a binary λ for each route, exactly one of them 1, and the solver chooses. There are
+# two ways to write that. Both are correct, but one gives the solver a bound that is hardly of use.
 #
 # **Learning intentions.** After this page you can
 #
 # - join alternatives into one programme with a binary choice;
 # - state it with a big M and as a convex hull, and compare their relaxations;
 # - read a bound and a gap as a proof;
-# - say on which inequality it rests that one stop is enough.
+# - name the inequality from which it follows that one stop is enough.
 
 # %%
 import math
@@ -44,9 +44,9 @@ assert big.plan.route[1] == "b1"
 # %% [markdown]
 # ## The relaxation
 #
-# Branch and bound starts from the programme with 0 ≤ λ ≤ 1. Its optimum bounds every choice. But a
-# third of each route slackens the constraints of all: the bound is far away, the λ mean nothing,
-# and the solver is left to try.
+# Branch and bound starts from the programme with 0 ≤ λ ≤ 1. Its optimum bounds every choice. But
+# with a third of each route, the constraints of all are relaxed: the bound is far away, the λ mean
+# nothing, and the solver has to try the routes.
 
 # %%
 shares = {name: round(share, 3) for name, share in big.shares.items()}
@@ -60,9 +60,9 @@ assert all(0.1 < share < 0.9 for share in big.shares.values())
 # ## Convex hull
 #
 # Now every route has a Δ and a T' of its own, and its constraints are multiplied by its λ instead:
-# a·x ≤ b becomes a·x_r ≤ b λ_r. With λ = 0 nothing is left to hover. More unknowns, but a
-# relaxation as good as the best route: half of one and half of another is no better than the
-# better of them.
+# a·x ≤ b becomes a·x_r ≤ b λ_r. With λ = 0 the route has no hover. There are more unknowns, but the
+# relaxation is as good as the best route: half of one route and half of another is no better than
+# the better of the two.
 
 # %%
 hull = optuav.route_choice(few, form="hull", order="rest-first")
@@ -76,8 +76,8 @@ assert len(hull.model.variables) > len(big.model.variables)
 # %% [markdown]
 # ## All routes
 #
-# `route_choice` asks over every building and both orders. What it finds must be what Algorithm 2
-# finds, ties included; the gap between bound and answer is the proof that nothing is better.
+# `route_choice` chooses among every building and both orders. It must find what Algorithm 2 finds,
+# ties included; the gap between bound and answer proves that nothing is better.
 
 # %%
 best = optuav.solve(mission, perspective="battery")
@@ -92,8 +92,8 @@ assert choices["big-M"].gap_s > 400.0
 # %% [markdown]
 # ## Why one stop
 #
-# A second rest would only pay if a detour were shorter than the leg it replaces. Legs of the flight
-# model obey the triangle inequality, measured ones may not. Edit one, and the note changes.
+# A second rest pays only if a detour is shorter than the leg that it replaces. Legs of the flight
+# model obey the triangle inequality; measured ones may not. Edit one, and the note changes.
 
 # %%
 graph = optuav.graph(mission)

@@ -1,13 +1,13 @@
 # %% [markdown]
 # # Why infeasible?
 #
-# "Infeasible" is the least helpful word that a solver knows. It is right, and tells nothing: which
-# constraints conflict, how would I know that they do, and what should I change?
+# "Infeasible" alone is a correct answer of little help. Which constraints conflict, how can I check
+# that they do, and what should I change?
 #
 # **Learning intentions.** After this page you can
 #
 # - read a certificate of infeasibility, and check it with pencil and paper;
-# - tell the constraints that conflict from those that are only violated somewhere;
+# - distinguish constraints that conflict from those that are only violated somewhere;
 # - choose among the smallest changes that repair a mission, and verify one.
 
 # %%
@@ -31,10 +31,10 @@ assert not plan
 assert plan.status == "infeasible"
 
 # %% [markdown]
-# ## No constraint is to blame alone
+# ## No single constraint is the reason
 #
-# Without resting the charge is short. With enough rest the deadline is missed. Each constraint can
-# be satisfied; both together cannot, and trying points will never prove that.
+# Without a rest there is too little charge. With enough rest the deadline is missed. Each
+# constraint can be satisfied, but not both together, and trying points can never prove that.
 
 # %%
 program = optuav.formulate(mission, problem, perspective="battery")
@@ -47,9 +47,9 @@ for rest_s in (0.0, 60.0, 120.0, 180.0):
 # %% [markdown]
 # ## The certificate
 #
-# Farkas' lemma: constraints conflict exactly if some combination of them, each taken a number of
-# times ≥ 0, adds up to something false. `explain` finds the numbers, and uses no constraint that it
-# could spare.
+# Farkas' lemma: linear constraints conflict exactly if some combination of them, each multiplied by
+# a number ≥ 0, adds up to something false. `explain` finds the numbers, and uses only constraints
+# that are needed.
 
 # %%
 explanation = optuav.explain(program)
@@ -60,9 +60,9 @@ print(explanation)
 assert certificate.labels == ("P4.a state of charge", "P4.b deadline", "bounds of Δ")
 
 # %% [markdown]
-# Check it. The rows read Σ coefficient · unknown ≤ limit, and their numbers are exact fractions, so
-# nothing can hide in a rounding error. Every coefficient of the sum must vanish, its limit must be
-# negative: 0 ≤ something negative.
+# Check it. The rows read Σ coefficient · unknown ≤ limit, with exact fractions, so that there is no
+# rounding error. Every coefficient of the sum must be 0 and its limit negative, which says that
+# 0 ≤ a negative number.
 
 # %%
 total = {"Δ": Fraction(0), "T'": Fraction(0)}
@@ -89,21 +89,21 @@ for row, declared in zip(certificate.rows, stated, strict=False):
 # %% [markdown]
 # ## Repairs
 #
-# Each changes one number of the mission, by as little as possible, and was solved again before it
-# was offered. Which of them is cheap, a solver cannot know: more battery, or 5.5 s of patience?
+# Each repair changes one number of the mission as little as possible, and was verified by solving
+# again. Which of them is cheap, a solver cannot know: a larger battery, or 5.5 s more time?
 
 # %%
-patience = next(each for each in explanation.repairs if each.key == "limits.deadline_s")
-for value in (patience.value, patience.value - patience.resolution):
-    changed = mission.replace({patience.key: value})
+extension = next(each for each in explanation.repairs if each.key == "limits.deadline_s")
+for value in (extension.value, extension.value - extension.resolution):
+    changed = mission.replace({extension.key: value})
     repaired = optuav.solve(changed, problem, perspective="battery")
-    print(f"{patience.key} = {value:g}: {repaired.status.value}")
-    assert bool(repaired) == (value == patience.value)
+    print(f"{extension.key} = {value:g}: {repaired.status.value}")
+    assert bool(repaired) == (value == extension.value)
 
 # %% [markdown]
 # ## Physics first
 #
-# Where nothing can fly, there is no programme to blame; the words and the repairs remain.
+# If the UAV cannot fly at all, no programme is declared; there are still a reason and repairs.
 
 # %%
 heavy = optuav.explain(optuav.load("paper").replace({"body.mass_kg": 5}))

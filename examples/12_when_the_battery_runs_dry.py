@@ -1,14 +1,14 @@
 # %% [markdown]
 # # When the battery runs dry
 #
-# The paper's best plan keeps 5 % of the battery to the end, and falls out of the sky. The charge is
-# there, but in the well that the rotors cannot reach.
+# The paper's best plan keeps 5 % of the charge to the end, and yet cannot be flown: the charge is
+# in the well that the rotors cannot draw from.
 #
 # **Learning intentions.** After this page you can
 #
 # - say when and why a plan with charge left cannot be flown;
-# - find the longest hover that a battery can deliver, and what it costs against the promised one;
-# - tell from shadow prices which battery would help.
+# - find the longest hover that a battery can deliver, and compare it with the promised one;
+# - read from shadow prices which battery would help.
 
 # %%
 import math
@@ -32,8 +32,8 @@ assert math.isclose(promised["P1"].hover_time_s, 719.54, abs_tol=5e-3)
 # %% [markdown]
 # ## Dry, with charge left
 #
-# All that feeds the rotors is the available well. Simulate the direct plan, and look into both
-# wells at the moment at which it is empty.
+# Only the available well feeds the rotors. Simulate the direct plan, and look at both wells at the
+# moment when it is empty.
 
 # %%
 falls = optuav.replay(promised["P3"])
@@ -49,8 +49,8 @@ assert round(bound_As) == 13_366
 # %% [markdown]
 # ## Why does it not flow over?
 #
-# It does, but no faster than k_F · B, which is what flows from a full well into an empty one. The
-# hover takes many times that. So the bound well lags behind, and only rest would let it catch up.
+# It does, but no faster than k_F · B, the flow from a full well into an empty one. The hover takes
+# many times that. So charge stays in the bound well, and would flow over only during a rest.
 
 # %%
 battery = mission.battery
@@ -63,8 +63,8 @@ assert hover_A > 20.0 * most_A
 # %% [markdown]
 # ## Overfull as well
 #
-# A rest does not make it right. The best one comes first, on b1, where the well is nearly full
-# still: the plan counts on charge that the well has no room for. And it runs dry all the same.
+# A rest does not help. The best one comes first, on b1, when the well is still nearly full: the
+# plan relies on charge that does not fit into the well, and it runs dry as well.
 
 # %%
 faults = {each.kind: each for each in optuav.replay(promised["P1"]).violations}
@@ -76,8 +76,8 @@ assert math.isclose(faults["empty"].time_s, 1095.5, abs_tol=5e-3)
 # %% [markdown]
 # ## What can be flown
 #
-# Perspective `available` adds 0 ≤ y1 ≤ ωB at every moment. The direct hover loses two minutes, and
-# another rest wins: after the hover, where it refills the well for the flight home.
+# The perspective `available` adds 0 ≤ y1 ≤ ωB at every moment. The direct hover loses two minutes,
+# and another rest is best: after the hover, when it refills the well for the flight home.
 
 # %%
 flown = {each: optuav.solve(mission, each, perspective="available") for each in ("P3", "P1")}
@@ -94,9 +94,9 @@ assert flown["P1"].route == ("origin", "hover", "b10", "destination")
 # %% [markdown]
 # ## Which battery would help?
 #
-# Shadow prices, per one percent of each number. Time and the charge to be kept are worth nothing:
-# neither limit is reached. What counts is the size of the available well; what flows into it within
-# ten minutes is little.
+# These are shadow prices per one percent of each number. Time and the charge to be kept have the
+# price 0, because neither limit is reached. The size of the available well matters most; little
+# flows into it within ten minutes.
 
 # %%
 program = optuav.formulate(mission, "P1", perspective="available")

@@ -1,13 +1,13 @@
 # %% [markdown]
 # # A bracket, or a solver?
 #
-# Under `available` the problem is truly nonlinear. A solver finds a plan, and believes that none is
-# better. Engine `bracket` proves it: between its two ends there is nothing left to find.
+# Under `available` the problem is nonlinear. A local solver finds a plan, but does not know whether
+# another one is better. The engine `bracket` proves it: no longer hover is feasible.
 #
 # **Learning intentions.** After this page you can
 #
 # - say what the answers of `bracket`, `casadi` (IPOPT) and `grid` are worth;
-# - give a mission in which a longer hover is possible and a shorter one is not, and say why;
+# - give a mission in which a longer hover is feasible and a shorter one is not, and say why;
 # - find the longest hovers of thousands of itineraries at once, from arrays.
 
 # %%
@@ -34,11 +34,12 @@ assert math.isclose(bracketed.hover_time_s, local.hover_time_s, abs_tol=1e-6)
 assert 0.0 <= bracketed.hover_time_s - cells.hover_time_s < 2.0
 
 # %% [markdown]
-# ## When less is too much
+# ## When a shorter hover is infeasible
 #
-# On `paper`, what can hover long can hover shorter. Then halving an interval finds the longest. But
-# let the laser carry most of the hover, and the available well be small: the hover draws so little
-# that the bound well refills the available one. A short hover leaves too little for the way home.
+# On `paper`, every hover shorter than a feasible one is feasible, and halving an interval finds the
+# longest. But if the laser supplies most of the hover, and the available well is small, the hover
+# draws so little that charge flows into the available well. A short hover leaves too little in it
+# for the way home.
 
 
 # %%
@@ -58,8 +59,8 @@ assert [flyable(island, each) for each in (0.0, 300.0, 350.0, 650.0)] == [False,
 assert not flyable(island, longest + 1.0)
 
 # %% [markdown]
-# Full can be the limit too, at both ends: with a charge to be kept of 90 %, a short hover does not
-# bring enough, and a long one brings more than there is room for.
+# A full well can be the limit too: if 90 % of the charge must be kept, a short hover does not
+# charge enough, and a long one charges more than fits.
 
 # %%
 full = mission.replace(strong | {"battery.charge_current_A": 120.0, "limits.min_soc": 0.9})
@@ -72,8 +73,8 @@ assert [flyable(full, each) for each in (20.0, 40.0, 160.0, 180.0)] == [False, T
 # %% [markdown]
 # ## When rest harms
 #
-# Where the hover charges too, the shortest rest before it is best. "Rest as long as you may" is no
-# rule either; `bracket` divides the plane into boxes until none is left that may hold better.
+# If the hover charges too, the shortest rest before it is best, so the longest rest is not always
+# good. `bracket` divides the plane into boxes until none is left that may contain a better plan.
 
 # %%
 bright = mission.replace({"battery.charge_current_A": 150.0, "laser.power_W": 15_000.0})
@@ -91,8 +92,8 @@ assert list(by_rest.values()) == [106, 77, 48, None]
 # %% [markdown]
 # ## Many itineraries at once
 #
-# The direct legs of `paper` with ten thousand batteries, every answer with its proof. With hardly
-# any bound charge the hover is what the paper promises: only the charge to be kept ends it.
+# Here are the direct legs of `paper` with ten thousand batteries, every answer with its proof. With
+# hardly any bound charge, the hover is what the paper promises: only the charge to be kept ends it.
 
 # %%
 out, _, home = optuav.solve(mission, "P3", perspective="available").phases

@@ -6,9 +6,9 @@
 #
 # **Learning intentions.** After this page you can
 #
-# - say which schedules there are, and compute how long packs last under each;
-# - explain why frequent turns are nearly as good as pooling, and one after the other is worse;
-# - find the longest hover under a schedule, and say how well that is known.
+# - name the schedules, and compute how long packs last under each;
+# - explain why frequent turns are nearly as good as pooling, and one pack after the other is worse;
+# - find the longest hover under a schedule, and say how certain that answer is.
 
 # %%
 import math
@@ -25,7 +25,7 @@ cell = {"capacity_As": 7200.0, "available_fraction": 0.625, "flow_rate_per_s": 4
 # ## Lifetimes
 #
 # One minute of work and one minute of idling, repeated. Here a positive current *discharges*.
-# Pooled packs share every job; in sequence the second waits, full, and has nothing to recover from.
+# Pooled packs share every job; in sequence the second pack waits while full, and cannot recover.
 
 # %%
 load = [(8.0, 60.0), (0.0, 60.0)]
@@ -48,8 +48,8 @@ assert life_s["sequential"] < 2 * lifetime(load, **cell) + 120.0
 assert math.isclose(lifetime([(3.0, 1.0)], **cell), time_to_empty(alone, alone.full, -3.0))
 
 # %% [markdown]
-# A pack that is seen empty is not used again; the other takes over in the middle of the job. And a
-# load that charges what it draws goes on: `horizon_s` states how long to follow it.
+# An empty pack is not used again; the other takes over in the middle of the job. A load that
+# charges what it draws may last for ever: `horizon_s` states how long to follow it.
 
 # %%
 assert lifetime([(1.0, 60.0), (-1.0, 60.0)], **cell, horizon_s=86_400.0) == math.inf
@@ -58,7 +58,7 @@ assert lifetime([(1.0, 60.0), (-0.5, 60.0)], **cell) < math.inf
 # %% [markdown]
 # ## Turns as short as you like
 #
-# Under a constant load, quick turns halve the load of each pack on average: that is pooling.
+# Under a constant load, quick turns halve the mean load of each pack, as pooling does.
 
 # %%
 pooled_s = lifetime([(8.0, 1.0)], packs=2, **cell)
@@ -73,7 +73,7 @@ assert abs(turns_s - pooled_s) < 1.0
 # ## In a mission
 #
 # A job is a phase: a leg, a hover, a rest. While it hovers, the pack that flies gives the whole
-# current and the laser charges the other one, until that is full; what it refuses is lost.
+# current and the laser charges the other one until it is full; after that the light is lost.
 
 # %%
 paper = optuav.load("paper")
@@ -97,7 +97,7 @@ assert "not proved" in direct["sequential"].proof
 # %% [markdown]
 # ## Who flew when
 #
-# The plan's phases again, followed pack by pack: in sequence one pack takes over in the air.
+# Follow the plan's phases pack by pack: in sequence, the second pack takes over in the air.
 
 # %%
 mission = direct["sequential"].mission

@@ -1,14 +1,14 @@
 # %% [markdown]
 # # Audit somebody else's plan
 #
-# A plan arrives: where to rest, where to hover, for how long. Can the battery deliver it? A judge
-# must not trust the plan's figures, nor share the code that found them. So it simulates anew.
+# A plan states where to rest, where to hover, and for how long. Can the battery deliver it? A judge
+# must neither trust the plan's figures nor use the code that found them, so it simulates the plan.
 #
 # **Learning intentions.** After this page you can
 #
 # - audit an itinerary, and read a violated limit: when, by how much, against what;
 # - check the judge itself, by a second method;
-# - say why an empty battery may still hold charge, and find a figure that was changed.
+# - say why an empty battery may still contain charge, and find a figure that was changed.
 
 # %%
 import json
@@ -36,7 +36,7 @@ stops = [
 # %% [markdown]
 # ## The verdict
 #
-# `optuav audit theirs.toml` prints the same. The legs between the stops follow.
+# `optuav audit theirs.toml` prints the same. The legs follow from the stops.
 
 # %%
 verdict = optuav.audit(theirs)
@@ -49,8 +49,8 @@ assert late.value > late.limit == verdict.subject.mission.limits.deadline_s
 # %% [markdown]
 # ## Who judges the judge?
 #
-# The simulation uses the closed form of the battery model. SciPy's `solve_ivp` with an event knows
-# nothing of closed forms. Both should tell the same moment.
+# The simulation uses the closed form of the battery model. SciPy's `solve_ivp` integrates the
+# model's equations instead, with an event. Both should find the same moment.
 
 # %%
 exact = optuav.replay(verdict.subject)
@@ -64,8 +64,8 @@ assert dry.time_s == moments_s[0]
 # %% [markdown]
 # ## Empty, with charge left
 #
-# Coulomb counting still sees the bound charge; by nominal energy the battery was empty long before.
-# Neither knows the well that feeds the rotors. `exact.to_frame()` gives the whole table to pandas.
+# Counting coulombs includes the bound charge; by nominal energy the battery was empty long before.
+# Neither describes the well that feeds the rotors. `exact.to_frame()` gives the table to pandas.
 
 # %%
 trace = exact.trace
@@ -78,7 +78,7 @@ assert at_dry["energy"] < 0.0
 # %% [markdown]
 # ## What could be flown
 #
-# Keep the rests and shorten the hover, until the judge agrees. Each question is one simulation.
+# Keep the rests and shorten the hover until the audit passes. Each try is one simulation.
 
 # %%
 before, hover, after = verdict.subject.stops
@@ -101,7 +101,7 @@ assert 605.0 < short_s < 606.0
 # ## A figure that was changed
 #
 # A saved plan states many figures, and each is compared with the simulation. `optuav.load_plan`
-# refuses a file that contradicts itself; the audit reads it, and says where.
+# refuses a file that contradicts itself; the audit reads it and says where.
 
 # %%
 saved = Path(folder.name, "plan.json")

@@ -1,13 +1,13 @@
 # %% [markdown]
 # # Reproduce a table
 #
-# A paper prints a table and the parameters behind it, and the two do not fit. What then? Read the
-# loads out of the table itself, and see what they predict. Here it is Table II of the paper, the
-# direct path by perspective.
+# A paper prints a table and the parameters behind it, and the two do not agree. Then the loads can
+# be recovered from the table itself, and tested by what they predict. Here it is Table II of the
+# paper, the direct path by perspective.
 #
 # **Learning intentions.** After this page you can
 #
-# - recover loads from results, and tell what was fitted from what follows;
+# - recover loads from results, and distinguish what was fitted from what was predicted;
 # - show that a printed number cannot be right, whatever the loads;
 # - say what a match is worth: to the printed digits, by construction, or by the fit.
 
@@ -26,7 +26,7 @@ energy, battery = printed[1200, "energy"], printed[1200, "battery"]
 # %% [markdown]
 # ## The printed parameters do not give it
 #
-# Same path, same deadline, slots of a second as in the paper: a shorter hover and a longer flight.
+# With the same path, deadline and slots as in the paper, the hover is shorter, the flight longer.
 
 # %%
 plan = optuav.solve(paper, "P3", slot_s=1.0, perspective="battery")
@@ -71,9 +71,9 @@ assert math.isclose(power_W, ours.hover_power_W - ours.charge_power_W, rel_tol=1
 # %% [markdown]
 # ## What follows from them
 #
-# That the hover ends after 697 and 950 s, and not a slot later, was not used. It comes out, and so
-# does the charge left at 741 s, the whole slots of the first row. It is no hard test: all three lie
-# between or beside the two rows.
+# The fit did not use that the hover ends after 697 and 950 s, and not a slot later. It follows, and
+# so does the charge left at 741 s, the whole slots of the first row. The test is not a hard one:
+# all three lie between or beside the two rows.
 
 # %%
 for (deadline_s, perspective), row in printed.items():
@@ -89,9 +89,9 @@ assert math.isclose(left, 24.27, abs_tol=0.005)
 # %% [markdown]
 # ## What cannot be
 #
-# The same line says where η2 must be at 740.65 s. And one flight cannot end with two values of η3.
-# Rounding is no way out: over all loads that show the other cells, a linear programme finds the
-# least and the largest value of a cell.
+# The same line gives η2 at 740.65 s. And one flight cannot end with two values of η3. Rounding does
+# not explain it: over all loads that give the other cells, a linear programme finds the least and
+# the largest value of a cell.
 
 # %%
 low, high = admitted(2, 740.65)
@@ -106,9 +106,9 @@ for cell in ((2, 740.65, "-12.79"), (3, 950.0, "11.71"), (3, 697.0, "33.17")):
 # %% [markdown]
 # ## What a match is worth
 #
-# The ledger has the numbers of the paper. Of Table II it says what was used in the fit, what
-# follows from it, and what contradicts the rest. η3 nearly is η1 by construction: E_1 and E_2 are
-# the capacity at the voltages of the same loads, so its cells test little.
+# The ledger has the numbers of the paper. For Table II it says what was used in the fit, what
+# follows from it, and what contradicts the rest. η3 is nearly η1 by construction, since E_1 and E_2
+# are the capacity at the voltages of the same loads, so its cells test little.
 
 # %%
 found = optuav.ledger(["table2"])

@@ -3,14 +3,14 @@
 #
 # The kinetic model of a battery has three numbers: its capacity, the share ω of it that is
 # available, and the rate k_F at which bound charge follows. No data sheet states the last two. They
-# show in how long the battery lasts: under a large load less charge comes out, and in a pause some
-# comes back.
+# determine how long the battery lasts: a large load gets less charge out of it, and in a pause some
+# becomes available again.
 #
 # **Learning intentions.** After this page you can
 #
-# - fit the three numbers to lifetimes, and say how sure they are;
-# - tell data that determine a parameter from data that only look like many;
-# - plan the next measurement by what it would tell;
+# - fit the three numbers to lifetimes, and say how certain they are;
+# - recognise data that do not determine a parameter, however many they are;
+# - choose the next measurement by what it would show;
 # - use the fit in a mission.
 
 # %%
@@ -31,7 +31,7 @@ for name, observed_s, fitted_s in zip(
 assert all(abs(a / b - 1) < 2e-3 for a, b in zip(lifetimes.fitted, lifetimes.observed, strict=True))
 
 # %% [markdown]
-# ## How sure?
+# ## How certain?
 #
 # An interval that is meant to hold the truth 95 times in 100, by the curvature of the sum of
 # squares at its optimum. Here the truth is known: 660 A s, ω = 0.166, k' = 0.122/min.
@@ -45,10 +45,10 @@ for value, true in zip(fit.values, truth, strict=True):
     assert value.interval.low < true < value.interval.high
 
 # %% [markdown]
-# ## Many numbers, little news
+# ## Many numbers, little information
 #
-# Ten more discharges at the same current make the mean better known, and nothing else: a large
-# battery that gives a small share and a small one that gives a large share last as long. The fit
+# Ten more discharges at the same current make only the mean more certain: a large battery that
+# gives a small share of its charge lasts as long as a small one that gives a large share. The fit
 # says so, and states no value.
 
 # %%
@@ -64,7 +64,7 @@ assert not any(value.determined for value in blind.values)
 assert blind.changes == {}
 
 # %% [markdown]
-# Two batteries that cannot be told apart by that load differ under a load with pauses. That is the
+# Two batteries that last equally long under that load differ under a load with pauses. That is the
 # measurement to make next.
 
 # %%

@@ -1,16 +1,16 @@
 # %% [markdown]
 # # Your own drone
 #
-# A datasheet tells a mass, a battery and a flight time. That is enough for a mission: what empties
-# a battery in a known time is a current. This page goes from ten numbers to a plan, and asks
-# whether a laser would be worth the weight of its receiver.
+# A datasheet states a mass, a battery and a flight time. That is enough for a mission, because
+# capacity over time is a current. This page goes from ten numbers to a plan, and asks whether a
+# laser is worth the weight of its receiver.
 #
 # **Learning intentions.** After this page you can
 #
 # - turn a flight time into a current and a power, and scale both with the payload;
-# - tell which numbers of a mission come from the datasheet, and which were assumed;
-# - weigh a receiver against what its laser brings;
-# - say from which received power on a drone stays up for ever.
+# - say which numbers of a mission come from the datasheet, and which are assumed;
+# - compare the weight of a receiver with what its laser brings;
+# - say how much received power keeps a drone in the air for ever.
 
 # %%
 import math
@@ -36,7 +36,7 @@ print(plan.summary())
 assert plan
 
 # %% [markdown]
-# ## What a flight time tells
+# ## What a flight time says
 #
 # Two packs of 5.88 Ah in 36 minutes are 19.6 A, without payload. Rotors push air down: lifting a
 # weight W takes a power proportional to W^1.5, so the payload counts more than its mass.
@@ -51,7 +51,7 @@ assert math.isclose(mission.flight.hover_current_A, loaded_A, rel_tol=1e-4)
 assert math.isclose(sheet.load_factor, loaded_A / bare_A)
 
 # %% [markdown]
-# The datasheet knows nothing of the rest. Places, link, wells of the battery and acceleration are
+# The datasheet says nothing about the rest. Places, link, wells of the battery and acceleration are
 # those of the shipped mission; `optuav new FILE --from regimes` writes a file in which each can be
 # replaced, with the assumptions at its head.
 
@@ -70,8 +70,8 @@ assert mission.battery.available_fraction == shipped.battery.available_fraction
 # %% [markdown]
 # ## Is the laser worth its receiver?
 #
-# Compare with the drone that leaves both at home. A light receiver pays at once; a heavy one first
-# has to lift itself. Somewhere between is the mass that the laser just carries.
+# Compare with the drone without laser and receiver. A light receiver pays; a heavy one costs more
+# than the laser brings. In between is the mass at which the two are equal.
 
 
 # %%
@@ -96,9 +96,9 @@ assert math.isclose(hover_s(low_kg, 5000), without_s, rel_tol=1e-4)
 # %% [markdown]
 # ## For ever
 #
-# Net of what it receives, the hover current falls to nothing where the received power is that of
-# the hover. From there on only the deadline ends the flight. The receiver has to feed the motors
-# then: what it may deliver is no longer what the packs may be charged with.
+# If the received power equals the power of the hover, the net hover current is 0, and only the
+# deadline ends the flight. The receiver then has to feed the motors directly: it delivers more than
+# the packs may be charged with.
 
 # %%
 direct = mission.replace({"battery.charge_current_A": 30, "limits.deadline_s": 1e6})

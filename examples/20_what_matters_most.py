@@ -1,16 +1,16 @@
 # %% [markdown]
 # # What matters most?
 #
-# Every number of a mission is known to some digits only. Which of them are worth measuring better?
-# And what becomes of a plan when all of them are a little wrong at once? The ranges are from the
-# comments of `matrice350`, most of them assumed; the current is 969 to 1150 W over 44.76 V.
+# No number of a mission is known exactly. Which of them are worth measuring better? And what
+# happens to a plan when all of them are a little wrong at once? The ranges are from the comments of
+# `matrice350`, most of them assumed; the current is 969 to 1150 W over 44.76 V.
 #
 # **Learning intentions.** After this page you can
 #
 # - read an elasticity, and get it from a shadow price with pencil and paper;
-# - tell what a tornado chart shows from what it hides;
+# - say what a tornado chart shows and what it hides;
 # - draw samples from stated uncertainties, and read quantiles of the hover time;
-# - give a plan the margin that it needs to be flown.
+# - give a plan the margin that it needs.
 
 # %%
 import math
@@ -49,8 +49,8 @@ print(f"{price:.5f} s per As, {by_hand:.4f} % by %; the table has {exact:.4f}")
 assert math.isclose(by_hand, exact, rel_tol=1e-6)
 
 # %% [markdown]
-# Where a key is a factor of another, their elasticities are the same: what the laser draws, what of
-# it becomes light, and what of that becomes electricity. Their ranges need not be.
+# Keys that are factors of one product have the same elasticity: the power that the laser draws, the
+# share that becomes light, and the share of that which becomes electricity. Ranges may differ.
 
 # %%
 factors = [by_key[f"laser.{name}"] for name in ("power_W", "emitter_slope", "receiver_slope")]
@@ -64,10 +64,10 @@ assert factors[2]["swing_s"] > factors[0]["swing_s"]
 # %% [markdown]
 # ## What the tornado hides
 #
-# An exact rate holds for a small step only. The share of the charge that is available at once has
-# rate 0, as charge and time end this hover and not the wells; a tenth less, and the wells do. A key
-# without effect in its whole range may have one farther away, as the flow between the wells: where
-# that is slow, it decides whether a plan that counts charge alone can be flown.
+# An exact rate holds for small steps only. The share of the charge that is available at once has
+# rate 0, because charge and time end this hover and not the wells; with a tenth less, the wells do.
+# A key without effect in its whole range may have one outside it, such as the flow between the
+# wells: a slow flow decides whether a plan that counts charge alone can be flown.
 
 # %%
 share = by_key["battery.available_fraction"]
@@ -87,8 +87,8 @@ assert optuav.solve(slow).hover_time_s < plan.hover_time_s
 # %% [markdown]
 # ## Everything at once
 #
-# Ranges that are lopsided move the median away from the hover of the mission as it stands. And the
-# best plan, which spends the last coulomb, is lost in about half of the samples.
+# Asymmetric ranges move the median away from the hover of the mission itself. And the best plan,
+# which uses all the charge that it may, can be flown in about half of the samples only.
 
 # %%
 chances = found.facts["chances"]
@@ -103,7 +103,7 @@ assert chances.flyable <= min(chances.kept.values())
 # %% [markdown]
 # ## A margin
 #
-# Plan for more charge left than is asked, and count on what is asked. How much hover is it worth?
+# Plan to keep more charge than is required. How much hover does that cost?
 
 # %%
 flyable = []
