@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 import re
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, TypeAlias
+from functools import partial
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
 
@@ -30,7 +32,7 @@ from optuav.plan import Plan
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-Record: TypeAlias = Mapping[str, object]
+Record: TypeAlias = Mapping[str, Any]
 
 COUNTED: tuple[Perspective, ...] = ("battery", OURS)
 """Perspectives of the figures that the paper makes in one."""
@@ -39,6 +41,7 @@ PACKS = {"battery": 61, OURS: 25}
 SOURCES_W = (100.0, 250.0, 500.0, 1000.0)
 """Source powers in Fig. 10; the paper does not print its own."""
 DISTANCES_M, NEAR_M = np.linspace(0.0, 5000.0, 101), 1000.0
+NO_SPEED = "loads by regime"
 WAYS = {"one rest, one hover": (1, 1), "two rests": (2, 1), "two hovers": (1, 2)}
 """Most rests and most hovers."""
 LATER = (1.0, 2.0)
@@ -183,9 +186,12 @@ def _stays(plan: Plan) -> list[str]:
     ]
 
 
-def _columns(names: Sequence[str], *values: Sequence[object]) -> list[Record]:
-    """Rows of a CSV file from the values of its columns."""
-    return [dict(zip(names, row, strict=True)) for row in zip(*values, strict=True)]
+def _columns(**values: object) -> list[Record]:
+    """Rows of a CSV file from its columns; a value that is no list or array stands in each row."""
+    lists = {n: v.tolist() if isinstance(v, np.ndarray) else v for n, v in values.items()}
+    count = max(len(v) for v in lists.values() if isinstance(v, list))
+    filled = (v if isinstance(v, list) else [v] * count for v in lists.values())
+    return [dict(zip(lists, row, strict=True)) for row in zip(*filled, strict=True)]
 
 
 def _details(mission: Mission, *perspective: Perspective) -> list[str]:
@@ -202,13 +208,22 @@ def _titled(mission: Mission, words: str) -> str:
 def _curves(
     mission: Mission,
     file: str,
-    lines: Sequence[plots.Line],
+    records: Sequence[Record],
     marks: Sequence[plots.Mark] = (),
-    part: str = "",
+    **words: object,
 ) -> Axes:
+    """Columns of the records as curves, by what the statements' file says of this exhibit."""
+    stated = data()["exhibit"][file]
     title, x_label, y_label = (
-        data()["exhibit"][file][key].format(part=part) for key in ("title", "x_label", "y_label")
+        stated[key].format(**words) for key in ("title", "x_label", "y_label")
     )
+    x_unit, y_unit = stated.get("units", (1.0, 1.0))
+    lines = []
+    for column, label in stated["lines"].items():
+        named = partial(_line_name, label, words)
+        for name, rows in itertools.groupby(records, named):
+            x, y = np.array([(row[stated["x"]], row[column]) for row in rows], dtype=float).T
+            lines.append(plots.Line(name, x / x_unit, y / y_unit, stated.get("marker", "")))
     return plots.curves(
         lines,
         title=_titled(mission, title),
@@ -217,6 +232,11 @@ def _curves(
         marks=marks,
         y_from_zero=file.startswith("harvest"),
     )
+
+
+def _line_name(label: str, words: Mapping[str, object], row: Record) -> str:
+    """The name of the curve that a record belongs to."""
+    return NO_SPEED if row.get("max_speed_rad_s", 0.0) is None else label.format(**row, **words)
 
 
 def _bars(plans: Mapping[str, Plan], mission: Mission, words: str) -> Axes:
@@ -262,14 +282,16 @@ def wells(mission: Mission, perspective: Perspective) -> Exhibit:
         [100.0, *(100.0 * sum(end) / float(size) for end in well)]
         for well, size in zip(zip(*ends, strict=True), full, strict=True)
     ]
-    columns = ("moment", "available_percent_of_full", "bound_percent_of_full")
+    available, bound = percents
     findings = [
-        f"The available well ends at {number(percents[0][-1], 1)} % of its full charge, the bound "
-        f"well at {number(percents[1][-1], 1)} %.",
+        f"The available well ends at {number(available[-1], 1)} % of its full charge, the bound "
+        f"well at {number(bound[-1], 1)} %.",
         *(f"{each[:1].upper()}{each[1:].removesuffix('.')}." for each in plan.warnings),
     ]
     axes, details = plots.wells([plan])[0], _details(mission, perspective)
-    records = _columns(columns, words, *percents)
+    records = _columns(
+        moment=words, available_percent_of_full=available, bound_percent_of_full=bound
+    )
     return Exhibit(mission, "wells", records, axes, (), perspective, details, findings)
 
 
@@ -314,8 +336,8 @@ def _beside_the_paper(mission: Mission) -> Exhibit:
         ):
             own = cells[5 * count : 5 * count + 5]
             rows.append((name, *(cell.replace("-", MINUS) for cell in own)))
-    columns = ("cell", "paper", "ours", "shows_the_printed_digits")
-    records = _columns(columns, [each.statement.name for each in entries], stated, ours, same)
+    names = [each.statement.name for each in entries]
+    records = _columns(cell=names, paper=stated, ours=ours, shows_the_printed_digits=same)
     notes = ("† contradicts other cells of the table; * other digits than the paper's.",)
     return Exhibit(mission, "table2", records, rows=rows, findings=notes)
 
@@ -389,25 +411,26 @@ def least_charge(mission: Mission, perspective: Perspective) -> Exhibit:
         own_speed = mission.rotor.max_speed_rad_s
         speeds = [share * own_speed for share in curves.SPEED_SHARES]
     else:
-        details.insert(0, "loads by regime, without v_max")
-    percents, lines, records, plans = [100.0 * soc for soc in least], [], [], []
+        details.insert(0, f"{NO_SPEED}, without v_max")
+    percents, records, plans = [100.0 * soc for soc in least], [], []
     for speed in speeds:
         change = {} if speed is None else {"rotor.max_speed_rad_s": speed}
         changed = (mission.replace({**change, "limits.min_soc": soc}) for soc in least)
         own_plans = [solve(each, perspective=perspective) for each in changed]
         hovers_s = [plan.hover_time_s if plan else math.nan for plan in own_plans]
-        label = "loads by regime" if speed is None else f"$v_{{max}}$ = {speed:g} rad/s"
-        lines.append(plots.Line(label, percents, hovers_s, "o"))
-        routes = [" > ".join(plan.route) if plan else "" for plan in own_plans]
-        columns = ("max_speed_rad_s", "min_soc_percent", "hover_time_s", "route")
-        records += _columns(columns, [speed] * len(least), percents, hovers_s, routes)
+        records += _columns(
+            max_speed_rad_s=speed,
+            min_soc_percent=percents,
+            hover_time_s=hovers_s,
+            route=[" > ".join(plan.route) if plan else "" for plan in own_plans],
+        )
         plans += own_plans
         if speed == own_speed:
             where = "" if speed is None else " at the mission's own v_max"
             findings = [*_falls(percents, hovers_s, where)]
     if not any(plans):
         _plan(mission, perspective=perspective)
-    axes = _curves(mission, "least-charge", lines, part=perspective)
+    axes = _curves(mission, "least-charge", records, part=perspective)
     return Exhibit(mission, "least-charge", records, axes, (), perspective, details, findings)
 
 
@@ -450,16 +473,13 @@ def battery_size(mission: Mission, perspective: Perspective) -> Exhibit:
     bends = [*(mark.at for mark in marks), curves.saturation(mission, perspective) or 0.0]
     inner = [each for each in bends if first_As < each < last_As]
     packs_As = np.union1d(np.linspace(first_As, last_As, PACKS[perspective]), inner).tolist()
-    series = {
-        "optimum_with_laser_and_own_pack_s": [best_s] * len(packs_As),
-        "direct_without_laser_s": [_direct_s(dark, each, perspective) for each in packs_As],
-        "direct_with_laser_s": [_direct_s(mission, each, perspective) for each in packs_As],
-    }
-    labels = (f"optimal, laser, $B_i$ = {own_As:g} A s", "direct, no laser", "direct, laser")
-    rows = zip(labels, series.values(), strict=True)
-    lines = [plots.Line(label, packs_As, hovers_s) for label, hovers_s in rows]
-    axes = _curves(mission, "battery-size", lines, marks, perspective)
-    records = _columns(("pack_As", *series), packs_As, *series.values())
+    records = _columns(
+        pack_As=packs_As,
+        optimum_with_laser_and_own_pack_s=best_s,
+        direct_without_laser_s=[_direct_s(dark, each, perspective) for each in packs_As],
+        direct_with_laser_s=[_direct_s(mission, each, perspective) for each in packs_As],
+    )
+    axes = _curves(mission, "battery-size", records, marks, part=perspective, own_As=own_As)
     details = _details(mission, perspective)
     return Exhibit(mission, "battery-size", records, axes, (), perspective, details, findings)
 
@@ -476,12 +496,10 @@ def wind(mission: Mission) -> Iterator[Exhibit]:
     """Energy of a hover by the wind along x, y and z."""
     if not has_rotors(mission):
         raise NotShownError("loads that are stated by regime know no wind")
-    lines, records = [], []
+    records: list[Record] = []
     for axis, direction in curves.AXES.items():
         force_N, energy_J = curves.hover_energy(mission, direction)
-        lines.append(plots.Line(f"wind along ${axis}$", force_N, energy_J / 1000.0))
-        values = (force_N.tolist(), energy_J.tolist())
-        records += _columns(("axis", "wind_N", "energy_J"), [axis] * len(force_N), *values)
+        records += _columns(axis=axis, wind_N=force_N, energy_J=energy_J)
     level, up = (curves.wind_limits_N(mission, curves.AXES[axis]) for axis in ("x", "z"))
     ends = [("x, y", level[0]), ("z", up[0]), ("x, y", level[1]), ("z", up[1])]
     marks = [plots.Mark(at, f"${axis}$: {number(at, 2)} N") for axis, at in ends]
@@ -491,7 +509,7 @@ def wind(mission: Mission) -> Iterator[Exhibit]:
         f"{up[1]:.4f} N; the energy is least at {calm:g} N level and at {calm_up:g} N upwards, "
         "where the wind carries the weight."
     )
-    axes = _curves(mission, "wind", lines, marks)
+    axes = _curves(mission, "wind", records, marks)
     yield Exhibit(mission, "wind", records, axes, findings=(finding,))
 
 
@@ -501,22 +519,22 @@ def charging(mission: Mission) -> Iterator[Exhibit]:
         raise NotShownError("the mission has no laser")
     if mission.flight.model == "regimes" and mission.flight.charge_power_W is not None:
         raise NotShownError("the mission states with what it charges, whatever the distance")
-    columns = ("source_power_W", "distance_m", "harvested_J", "efficiency_percent")
-    records, spans, km = [], [], DISTANCES_M / 1000.0
-    lines: dict[str, list[plots.Line]] = {"harvested-energy": [], "harvest-efficiency": []}
+    records, spans = list[Record](), list[str]()
     for power_W in sorted({*SOURCES_W, mission.laser.power_W}):
         energy_J, efficiency = curves.harvest(mission, power_W, DISTANCES_M)
-        percent, label = 100.0 * efficiency, f"$P_s$ = {power_W:g} W"
-        values = (each.tolist() for each in (DISTANCES_M, energy_J, percent))
-        records += _columns(columns, [power_W] * len(percent), *values)
-        lines["harvested-energy"].append(plots.Line(label, km, energy_J / 1000.0))
-        lines["harvest-efficiency"].append(plots.Line(label, km, percent))
+        percent = 100.0 * efficiency
+        records += _columns(
+            source_power_W=power_W,
+            distance_m=DISTANCES_M,
+            harvested_J=energy_J,
+            efficiency_percent=percent,
+        )
         near = percent[DISTANCES_M <= NEAR_M]
         spans.append(f"{power_W:g} W {near.min():.1f} to {near.max():.1f} %")
     near_by = f"Efficiency below 1 km by source: {'; '.join(spans)}."
     findings = (f"{near_by} No limit of the battery is applied.",)
-    for file, shown in lines.items():
-        axes = _curves(mission, file, shown)
+    for file in ("harvested-energy", "harvest-efficiency"):
+        axes = _curves(mission, file, records)
         yield Exhibit(mission, file, records, axes, findings=findings)
 
 
@@ -531,11 +549,6 @@ def runs_dry(mission: Mission) -> Iterator[Exhibit]:
     findings = [
         f"η1 = {eta(plan, 'battery'):.2f} % is left, but the available well ends at "
         f"{number(level, 1)} % of the capacity.",
-        *(
-            []
-            if dry_s is None
-            else [f"It is empty at {dry_s:.2f} s of {plan.mission_time_s:.2f} s."]
-        ),
         f"With a well that lasts {lasting if kept else f'there is no plan: {why(kept)}'}.",
     ]
     if dry_s is not None:
@@ -565,8 +578,8 @@ def overcharges(mission: Mission) -> Iterator[Exhibit]:
 def _wells_over(plan: Plan, file: str, details: Sequence[str], findings: Sequence[str]) -> Exhibit:
     from optuav.plots.charge import course
 
-    values = [each.tolist() for each in course(vehicle.pool(plan.mission), plan)]
-    records = _columns(("time_s", "available_As", "bound_As"), *values)
+    time_s, available_As, bound_As = course(vehicle.pool(plan.mission), plan)
+    records = _columns(time_s=time_s, available_As=available_As, bound_As=bound_As)
     axes = plots.wells([plan])[0]
     return Exhibit(plan.mission, file, records, axes, details=details, findings=findings)
 
@@ -656,16 +669,14 @@ def misprints(mission: Mission) -> Iterator[Exhibit]:
         c6, c9 = (float(rotor.power_coefficients(motor)[each]) for each in (5, 8))
         wrong_c9 = motor.torque_constant_Nm_A / motor.friction_torque_Nm * c6
         wrong = right + 1000.0 * x * (wrong_c9 - c9)
-        file, columns = "c9", ("change_rad_s2", "power_kW", "power_as_printed_kW")
+        file = "c9"
+        records = _columns(change_rad_s2=x, power_kW=right, power_as_printed_kW=wrong)
         finding = f"As printed c_9 is {wrong_c9 / c9:.3g} times what e·i needs, in every turn."
     else:
         x = np.linspace(0.0, 1000.0, 101)
         right = np.array([table2.charge_left(mission, 3, hover_s) for hover_s in x])
         wrong = 2.0 * right[0] - right
-        file, columns = "signs", ("hover_time_s", "eta3_percent", "eta3_as_printed_percent")
+        file = "signs"
+        records = _columns(hover_time_s=x, eta3_percent=right, eta3_as_printed_percent=wrong)
         finding = "As printed the battery would gain charge from hovering."
-    axes = _curves(
-        mission, file, [plots.Line("right", x, right), plots.Line("as printed", x, wrong)]
-    )
-    records = _columns(columns, *(each.tolist() for each in (x, right, wrong)))
-    yield Exhibit(mission, file, records, axes, findings=(finding,))
+    yield Exhibit(mission, file, records, _curves(mission, file, records), findings=(finding,))

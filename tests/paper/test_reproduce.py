@@ -420,6 +420,7 @@ def test_left_out_has_its_numbers() -> None:
     """Check numbers of the model: empty wells, overcharging, and 154.89 m/s."""
     (dry,) = exhibits("runs-dry", "paper").values()
     assert "It is empty at 660.2" in dry.findings[1]
+    assert len(dry.findings) == len(set(dry.findings)) == 3
     (over,) = exhibits("overcharges", "paper").values()
     assert "104.3 %" in over.findings[0]
     (fast,) = exhibits("peak-speed", "paper").values()
