@@ -102,10 +102,10 @@ def reproduce(
     Examples
     --------
     >>> import optuav
-    >>> optuav.reproduce("out", only=["fig99"])
+    >>> optuav.reproduce("out", only=["fig99"])  # doctest: +ELLIPSIS
     Traceback (most recent call last):
     ...
-    optuav.errors.InputError: only: got 'fig99', ...
+    optuav.errors.InputError: only = 'fig99': one of system, wells, ...
     """
     own = load(mission) if isinstance(mission, str | Path) else mission
     missions = papers() if own is None else (own,)

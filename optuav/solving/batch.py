@@ -128,7 +128,7 @@ def longest_hovers(
     --------
     >>> import numpy as np
     >>> import optuav
-    >>> from optuav.physics.kibam import Stage, falls_throughout
+    >>> from optuav.physics.kibam import Stage
     >>> flight = [Stage(-90.0, 60.0)]
     >>> found = optuav.longest_hovers(
     ...     [flight, flight],
@@ -140,7 +140,7 @@ def longest_hovers(
     ...     hover_current_A=88.0,
     ... )
     >>> found.hover_time_s.round(2).tolist(), found.proved.tolist()
-    ([441.27, 553.86], [True, True])
+    ([430.88, 543.51], [True, True])
     """
     figures, flown, order = _read(
         {
