@@ -12,13 +12,13 @@ from optuav.modelling.display import table
 from optuav.modelling.expression import Call, Expression, Operand, Parameter, Sense
 from optuav.modelling.model import Constraint, Model
 from optuav.modelling.traversal import evaluate, has_unknowns, nodes
+from optuav.modelling.writer import Text
 
 TOLERANCE = 1e-9
 """A constraint holds if it is short by no more than this, relative to max(1, |right side|)."""
 MOST_NAMED = 10
 """Of the points at which a constraint is violated, how many are named."""
 OBJECTIVE = "objective"
-SIGNS: Mapping[Sense, str] = {"<=": "≤", ">=": "≥", "==": "="}
 
 
 @dataclass(frozen=True)
@@ -79,7 +79,7 @@ class Check:
         if np.ndim(self.satisfied):
             points = self.points or f"at {np.size(self.satisfied)} points"
             return self.label, points, self._verdict_at_points(unit), self.declared_at
-        sides = f"{self.left:.6g} {SIGNS[self.sense]} {self.right:.6g}{unit}"
+        sides = f"{self.left:.6g} {Text.senses[self.sense]} {self.right:.6g}{unit}"
         verdict = f"holds, slack {abs(self.slack):.6g}{unit}"
         if not self.satisfied:
             verdict = f"VIOLATED by {-self.slack:.6g}{unit}"

@@ -91,15 +91,8 @@ def slope(
 ) -> Slope:
     """Value of an expression and its derivatives with respect to every leaf in it.
 
-    Parameters
-    ----------
-    expression
-        The tree.
-    values
-        Values of the variables by name, and of parameters that differ from their own; numbers or
-        arrays that broadcast.
-    done
-        As of `fold`, for trees that share nodes.
+    Values of the variables by name, and of parameters that differ from their own: numbers or arrays
+    that broadcast; `done` as of `fold`.
 
     Raises
     ------

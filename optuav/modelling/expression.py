@@ -36,16 +36,10 @@ DIVISIONS = (np.divide, np.floor_divide, np.remainder, np.fmod)
 class Indexed(str):
     """A symbol with a number, as Δ_3: a page writes lines that differ in it alone as one.
 
-    Parameters
-    ----------
-    symbol
-        The symbol without the number.
-    number
-        The number.
+    Its pattern has `INDEX` in place of the number.
     """
 
     pattern: str
-    """The symbol with `INDEX` in place of its number."""
     number: int
 
     def __new__(cls, symbol: str, number: int) -> Indexed:

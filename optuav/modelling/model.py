@@ -223,15 +223,7 @@ class Model:
         return trees
 
     def remembered(self, name: str, find: Callable[[Model], Found]) -> Found:
-        """What a function finds in this model; from memory while the model stays the same.
-
-        Parameters
-        ----------
-        name
-            Under which it is kept.
-        find
-            The function.
-        """
+        """What a function finds in this model, kept under a name while the model stays the same."""
         trees = self.expressions
         state = [*trees, self.sense, *(each.binary for each in self.variables)]
         if len(state) != len(self._walked) or any(map(operator.is_not, state, self._walked)):

@@ -18,20 +18,12 @@ def fold(
     let: Callable[[Let, Result], Result] | None = None,
     done: dict[int, Result] | None = None,
 ) -> Any:
-    """Walk a tree bottom-up, every node once.
+    """What a tree becomes, from the bottom up, every node once; a bare number is returned as it is.
 
-    Parameters
-    ----------
-    expression
-        The tree; a bare number or array is returned as it is.
-    leaf, call
-        What a variable or parameter, and what a ufunc on folded arguments, becomes. Numbers and
-        arrays among the arguments stay as they are.
-    let
-        What a named quantity becomes; by default what it stands for.
-    done
-        What nodes became, by identity: hand the same one to the walks of trees that share nodes,
-        and keep these trees as long.
+    `leaf` and `call` say what a variable or parameter, and what a ufunc on folded arguments,
+    becomes (numbers among the arguments stay as they are), and `let` what a named quantity does: by
+    default what it stands for. `done` holds what nodes became, by identity: hand the same one to
+    the walks of trees that share nodes, and keep these trees as long.
     """
     if not isinstance(expression, Expression):
         return expression

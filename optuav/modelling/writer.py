@@ -103,15 +103,7 @@ class Text:
     def write(
         self, expression: Operand | Relation, called: Callable[[str], str] = lambda symbol: symbol
     ) -> str:
-        """An expression, a number, an array of numbers or a relation.
-
-        Parameters
-        ----------
-        expression
-            What is to be written.
-        called
-            What the symbols in it become.
-        """
+        """An expression, a number, an array of numbers or a relation; `called` renames symbols."""
         if isinstance(expression, Relation):
             left, right = (self.write(each, called) for each in expression.sides)
             return f"{left} {self.senses[expression.sense]}{self.after}{right}"
@@ -228,11 +220,10 @@ class Text:
         return Written(f"{self.minus}{self._at_least(PRODUCT, written)}", SIGN, written)
 
     def _product(self, left: Written, right: Written) -> Written:
-        for factor, other in ((left, right), (right, left)):
-            if factor.level == SIGN and factor.negative is not None:
-                positive = factor.negative
-                turned = (positive, other) if factor is left else (other, positive)
-                return self._negative(self._product(*turned))
+        if left.level == SIGN and left.negative is not None:
+            return self._negative(self._product(left.negative, right))
+        if right.level == SIGN and right.negative is not None:
+            return self._negative(self._product(left, right.negative))
         factors = self._at_least(PRODUCT, left), self._at_least(PRODUCT, right)
         return Written(self._times(*factors), PRODUCT)
 

@@ -116,7 +116,7 @@ def with_whole_horizon(given: Quantities, slot_s: float) -> Quantities:
 
 
 @pytest.mark.parametrize(
-    ("engine", "programmes"), [("closed-form", 25), ("cvxpy", 5), ("casadi", 2)]
+    ("engine", "programmes"), [("closed-form", 25), ("cvxpy", 2), ("casadi", 1)]
 )
 def test_engine_gives_the_exact_answer(engine: str, programmes: int) -> None:
     """Δ, T' and infeasibility of random P3 and P4; wells as charge balance."""
@@ -129,7 +129,7 @@ def test_engine_gives_the_exact_answer(engine: str, programmes: int) -> None:
 def test_branch_and_bound_finds_what_the_grid_finds() -> None:
     """Cell for cell, within one or two slots of the continuum."""
     rng, tally = np.random.default_rng(5), Tally()
-    for number in range(5):
+    for number in range(2):
         slot_s = SLOTS_S[number % len(SLOTS_S)]
         drawn = random_quantities(rng)
         compare_slots(drawn if number % 2 else with_whole_horizon(drawn, slot_s), slot_s, tally)

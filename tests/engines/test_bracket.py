@@ -20,6 +20,7 @@ from optuav.engines.rows import Rows
 from optuav.modelling import check
 from optuav.physics.kibam import Stage
 from optuav.solving.batch import Hovers, longest_hovers
+from tests.examples import few
 from tests.formulations.given import quantities
 from tests.kibam import Floats, Kibam
 
@@ -195,7 +196,7 @@ def agree(case: dict[str, Any]) -> bool:
     return not math.isnan(hover_s)
 
 
-@settings(suppress_health_check=[HealthCheck.too_slow])
+@settings(few(10), suppress_health_check=[HealthCheck.too_slow])
 @pytest.mark.campaign
 @given(seed=st.integers(0, 2**32 - 1))
 def test_both_ends_of_the_bracket(seed: int) -> None:
@@ -204,8 +205,8 @@ def test_both_ends_of_the_bracket(seed: int) -> None:
 
 
 def test_cases_are_neither_all_hopeless_nor_all_easy() -> None:
-    """Of 80 random itineraries a third at least have an answer, a tenth have none; all proved."""
-    cases = [figures(np.random.default_rng(seed)) for seed in range(80)]
+    """Of 40 random itineraries a third at least have an answer, a tenth have none; all proved."""
+    cases = [figures(np.random.default_rng(seed)) for seed in range(40)]
     found = [longest(case) for case in cases]
     answered = np.array([not math.isnan(each.hover_time_s) for each in found])
     assert 0.33 < answered.mean() < 0.9

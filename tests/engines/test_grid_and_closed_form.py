@@ -17,6 +17,7 @@ from optuav.engines import closed_form, grid
 from optuav.engines.solution import Solution
 from optuav.modelling import Model
 from optuav.status import Status
+from tests.examples import few
 from tests.formulations.given import LINEAR
 
 ROUNDING_S = 1e-6
@@ -89,6 +90,7 @@ def test_grid_of_p4_is_within_its_bound(whole: bool, data: st.DataObject, perspe
         assert -ROUNDING_S <= continuous_s - grid_s <= bound_s
 
 
+@few(20)
 @pytest.mark.campaign
 @given(missions(whole=False), PERSPECTIVE)
 def test_grid_of_p3_loses_less_than_a_slot(
