@@ -111,7 +111,7 @@ class FreeProgram(Program):
         if not self.parts:
             return own
         numbers = np.concatenate([part.routes for part in self.parts])
-        found = _Search(self.question, self.network).best(numbers)
+        found = _PointSearch(self.question, self.network).best(numbers)
         found.sort(key=lambda each: each.route.number)
         plans = [own, *(self._plan_at(tuple(each.point_m.tolist())) for each in found)]
         if own.mission.route.hover_m is not None:
@@ -309,7 +309,7 @@ class _HoverSpot(NamedTuple):
 class _Sights:
     """What buildings hide from points (point, 3) [m], each found once."""
 
-    def __init__(self, search: _Search, points_m: Floats) -> None:
+    def __init__(self, search: _PointSearch, points_m: Floats) -> None:
         self.search, self.points_m = search, points_m
         self.known: dict[int, Booleans] = {}
 
@@ -329,7 +329,7 @@ class _Sights:
         return self.known[place]
 
 
-class _Search:
+class _PointSearch:
     """The search for the best hover points, with the battery charged at constant current."""
 
     def __init__(self, question: Question, network: Network) -> None:
