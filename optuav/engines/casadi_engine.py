@@ -254,7 +254,7 @@ def scaled_programme(
     lower: Mapping[str, float],
     upper: Mapping[str, float],
 ) -> ScaledProgramme:
-    """A programme with sizes and starts that its bounds and constraints suggest."""
+    """A programme with scales and starts that its bounds and constraints suggest."""
     names = [variable.name for variable in model.variables]
     implied = implied_upper_bounds(model, parameters, lower)
     spans = [_span(lower[name], min(implied[name], upper[name]), upper[name]) for name in names]

@@ -163,6 +163,7 @@ class CvxpyProgramme:
         self.model, self.slot_s = model, slot_s
         self.binary = [variable.binary for variable in model.variables]
         self.counted = [slot_s is not None and not binary for binary in self.binary]
+        self.integer = any(self.binary) or any(self.counted)
         self.solver = Solver(solver, self.integer, time_limit_s)
         import cvxpy
 
@@ -186,11 +187,6 @@ class CvxpyProgramme:
             keep = self.kept @ self.x >= self.floors
             self.problems.append(cvxpy.Problem(goal, [self.rows, keep]))
 
-    @property
-    def integer(self) -> bool:
-        """Whether some unknown takes whole numbers only."""
-        return any(self.binary) or any(self.counted)
-
     @np.errstate(divide="ignore", invalid="ignore", over="ignore")
     def solve(self, values: Mapping[str, float]) -> Solution:
         """Solve with values of parameters that differ from the model's, by name.
@@ -203,14 +199,15 @@ class CvxpyProgramme:
         values = {**self.base, **values}
         form = linear_form(self.model, values)
         if not form.usable.all():
-            return self._unanswered(Status.ERROR, "a parameter is no number")
+            return unanswered(self.model, NAME, DUALITY, Status.ERROR, "a parameter is no number")
         a, b, c = form.normals[..., 0], form.limits[..., 0], form.directions[..., 0]
         if self.slot_s is not None:
             a, b = self._in_slots(form, values, a, b)
             c = c * np.where(self.counted, self.slot_s, 1.0)
         for label, limit in zip(form.labels, b, strict=True):
             if limit == -np.inf:
-                return self._unanswered(Status.INFEASIBLE, f"{label} can never hold")
+                words = f"{label} can never hold"
+                return unanswered(self.model, NAME, DUALITY, Status.INFEASIBLE, words)
         finite = np.isfinite(b)
         # Solvers' tolerances are absolute: rows and goals of size 1 put them in seconds.
         size, worth = _sizes(a), _sizes(c)
@@ -222,7 +219,7 @@ class CvxpyProgramme:
         _set(self.c, c[0])
         status = self._run(0)
         if not status.has_answer:
-            return self._unanswered(status, self.words)
+            return unanswered(self.model, NAME, DUALITY, status, self.words)
         x, weights = np.asarray(self.x.value, dtype=float), None
         if not self.integer:
             weights = np.maximum(np.asarray(self.rows.dual_value, dtype=float), 0.0)
@@ -336,9 +333,6 @@ class CvxpyProgramme:
                 moved[k] = bound
         allowance = np.maximum(TOLERANCE * np.maximum(1.0, np.abs(limits)), normals @ x - limits)
         return (moved if (normals @ moved - limits <= allowance).all() else x) + 0.0
-
-    def _unanswered(self, status: Status, words: str) -> Solution:
-        return unanswered(self.model, NAME, DUALITY, status, words)
 
 
 def _set(parameter: Any, values: Floats) -> None:

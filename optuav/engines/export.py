@@ -56,19 +56,10 @@ def to_file(
     form: str,
     remarks: Iterable[str] = (),
 ) -> str:
-    """The text of a file that holds a linear programme.
+    """The text of a file that holds a linear programme: ``"lp"`` for CPLEX LP, ``"mps"`` for MPS.
 
-    Parameters
-    ----------
-    model
-        A linear model; binary unknowns allowed.
-    values
-        Values of its parameters for one programme, as ``model.row(index)`` gives them; other
-        parameters keep their own.
-    form
-        ``"lp"`` for CPLEX LP, ``"mps"`` for free MPS.
-    remarks
-        Lines for the comment at the top.
+    Values of the parameters are those of one programme, as ``model.row(index)`` gives them; others
+    keep their own. Remarks are lines for the comment at the top.
 
     Raises
     ------

@@ -128,14 +128,14 @@ def search(
     progress
         Called with the state of the search; see `Progress`.
     """
-    return _Search(terrain, rests, hovers, time_limit_s, progress).run()
+    return _BranchAndBound(terrain, rests, hovers, time_limit_s, progress).run()
 
 
 class _EarlyEnd(Exception):  # noqa: N818
     """The search ends early, for the reason given as text."""
 
 
-class _Search:
+class _BranchAndBound:
     def __init__(
         self,
         terrain: Terrain,
