@@ -288,7 +288,7 @@ def test_itineraries_that_stay_in_different_orders() -> None:
 
     One that only hovers has no rest, even where the others are charged while they do.
     """
-    assert disagreements(0, 100) == []
+    assert disagreements(0, 40) == []
 
 
 @pytest.mark.soak
