@@ -1,6 +1,6 @@
 """Draw the pictures of the pages from the package itself: ``python docs/make_pictures.py``.
 
-They are drawn anew after a change of the plots; matplotlib is needed.
+Draw them again after a change of the plots; matplotlib is needed.
 """
 
 from __future__ import annotations

@@ -32,7 +32,7 @@ Row = tuple[str, ...]
 
 
 class Own(optuav.Formulation):
-    """The least that a formulation of one's own can be."""
+    """A small formulation from outside the package."""
 
     def declare(self, model: Model, given: Given) -> None:
         """State the longest hover, with or without a rest."""
@@ -205,7 +205,7 @@ def paper() -> Iterator[Row]:
 
 
 def merged(rows: Iterable[Row], column: int) -> Iterator[Row]:
-    """Rows that differ in one column only as one row, the entries of that column in a list."""
+    """Rows, where those that differ in one column only become one with a list in that column."""
     entries: dict[Row, list[str]] = {}
     for row in rows:
         entries.setdefault(row[:column] + row[column + 1 :], []).append(row[column])

@@ -1,8 +1,7 @@
 """Bring the pages up to date: ``python docs/refresh.py``.
 
-Every block of a page is run, in order, in a folder of its own, and what it prints is written in
-place; the tables that are made from the code are written anew. The pictures have a script of their
-own.
+Every block of a page is run, in order, in a temporary folder, and what it prints is written into
+the page; tables that are made from the code are written too. ``make_pictures.py`` draws pictures.
 """
 
 from __future__ import annotations
@@ -30,7 +29,7 @@ COMMAND = re.compile(r"^\$ (.*\n)((?:(?!\$ ).*\n)*)", re.MULTILINE)
 
 
 class Reader:
-    """Somebody who follows a page: what they have run, and what they have seen.
+    """Runs the blocks of a page in order, and keeps what they printed until it is shown.
 
     A block in ``toml`` or ``csv`` is a file, its name in the first line; ``python`` and ``text``
     are a script and what it prints; ``console`` has commands with what they print; ``sh`` commands
