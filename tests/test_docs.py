@@ -64,8 +64,16 @@ def script(name: str) -> ModuleType:
 # What the pages run and show
 
 
+LONG = ("options.md", "packs.md", "sensitivity.md")
+"""Pages whose examples take more than five seconds."""
+
+
 @pytest.mark.slow
-@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
+@pytest.mark.parametrize(
+    "page",
+    [pytest.param(each, marks=[pytest.mark.soak] * (each.name in LONG)) for each in PAGES],
+    ids=lambda page: page.name,
+)
 def test_page_shows_what_it_prints(page: Path) -> None:
     """``python docs/refresh.py``, which runs every block, has nothing to change."""
     assert script("refresh").refreshed(page) == page.read_text("utf-8")
@@ -290,7 +298,7 @@ def test_units_and_symbols_agree_with_the_mission_file(row: Row) -> None:
 # Pictures
 
 
-@pytest.mark.slow
+@pytest.mark.soak
 def test_pictures_are_those_that_the_script_draws(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

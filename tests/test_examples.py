@@ -5,8 +5,10 @@ from __future__ import annotations
 import ast
 import os
 import re
+import runpy
 import subprocess
 import sys
+import warnings
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -25,8 +27,26 @@ def tree(example: Path) -> ast.Module:
 
 
 @pytest.mark.slow
-def test_runs_without_warnings(example: Path, tmp_path: Path) -> None:
+def test_runs_without_warnings(
+    example: Path,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
     """In a folder of its own, in which it leaves nothing behind."""
+    monkeypatch.chdir(tmp_path)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        runpy.run_path(str(example), run_name="__main__")
+    printed, complaints = capsys.readouterr()
+    assert complaints == ""
+    assert len(printed.splitlines()) >= 5
+    assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.soak
+def test_runs_in_a_process_of_its_own(example: Path, tmp_path: Path) -> None:
+    """Nothing that another example loaded or set is needed, and no warning comes at the start."""
     done = subprocess.run(
         [sys.executable, "-W", "error", str(example)],
         cwd=tmp_path,
@@ -37,8 +57,6 @@ def test_runs_without_warnings(example: Path, tmp_path: Path) -> None:
         check=False,
     )
     assert (done.returncode, done.stderr) == (0, "")
-    assert len(done.stdout.splitlines()) >= 5
-    assert list(tmp_path.iterdir()) == []
 
 
 def test_is_short_and_in_cells(example: Path) -> None:

@@ -25,14 +25,14 @@ def tolerance_s(case: dict[str, Any]) -> float:
 
 
 def parameters() -> list[Any]:
-    """All cases; those that cost CasADi's time are soak tests, but for a few."""
+    """All cases; many of CasADi, cvxpy and the grid are soak tests."""
     found = []
     for each in FROZEN:
         case = each["case"]
         quick = case["mission"] == "paper" and (case["problem"], case["perspective"]) in QUICK
         engine = case.get("engine")
         slow = engine == "casadi" and not quick
-        slow |= engine in ("cvxpy", "grid") and case["mission"] != "paper"
+        slow |= engine in ("cvxpy", "grid") and case["perspective"] != "battery"
         marks = [pytest.mark.soak] if slow else []
         found.append(pytest.param(case, each["answer"], id=name(case), marks=marks))
     return found

@@ -180,7 +180,7 @@ def unrendered(monkeypatch: pytest.MonkeyPatch) -> None:
         monkeypatch.setattr(f"optuav.paper.report.{form}", lambda figure: b"")
 
 
-@pytest.mark.slow
+@pytest.mark.soak
 @pytest.mark.usefixtures("coarse", "unrendered")
 def test_a_mission_of_ones_own(tmp_path: Path) -> None:
     """All studies, without the paper's numbers and figures."""
@@ -191,6 +191,7 @@ def test_a_mission_of_ones_own(tmp_path: Path) -> None:
     assert "of the paper" not in (tmp_path / "report.md").read_text("utf-8").partition("##")[2]
 
 
+@pytest.mark.soak
 @pytest.mark.usefixtures("unrendered")
 def test_a_mission_without_laser_wind_or_roofs(tmp_path: Path) -> None:
     """Regime loads know no wind, and without laser there is no charging to draw."""
@@ -201,6 +202,7 @@ def test_a_mission_without_laser_wind_or_roofs(tmp_path: Path) -> None:
     assert any(name.startswith("hover-time") for name in names)
 
 
+@pytest.mark.soak
 @pytest.mark.usefixtures("coarse", "unrendered")
 def test_a_mission_that_cannot_be_flown_gets_a_report(tmp_path: Path) -> None:
     """The reason comes first, and every section that is not there is named with it."""
@@ -217,7 +219,7 @@ def test_a_mission_that_cannot_be_flown_gets_a_report(tmp_path: Path) -> None:
     assert not re.search(r"\bnan\b", text)
 
 
-@pytest.mark.slow
+@pytest.mark.soak
 @pytest.mark.usefixtures("coarse", "unrendered")
 def test_where_one_trajectory_has_no_plan_it_is_said_with_the_reason(tmp_path: Path) -> None:
     """Straight on 89 % would be left, with a rest more."""
@@ -366,6 +368,7 @@ def test_bars_stand_for_the_plans() -> None:
     assert shown.axes.get_ylabel() == "hover time Δ [s]"
 
 
+@pytest.mark.soak
 @pytest.mark.usefixtures("few_points")
 def test_curves_of_battery_size_cross_at_the_marks() -> None:
     """39 162 and 46 194 A s: where the direct path is as good, and where the deadline ends it."""
@@ -415,7 +418,7 @@ def test_harvest_by_hand() -> None:
     assert efficiency == pytest.approx([power_W / 1000.0])
 
 
-@pytest.mark.slow
+@pytest.mark.soak
 def test_left_out_has_its_numbers() -> None:
     """Check numbers of the model: empty wells, overcharging, and 154.89 m/s."""
     (dry,) = exhibits("runs-dry", "paper").values()
