@@ -1,6 +1,6 @@
 """The application: its commands, and how errors become exit codes.
 
-Exit codes: 0 yes; 1 an honest no (there is no feasible plan, or it cannot be flown); 2 bad input;
+Exit codes: 0 yes; 1 no (there is no feasible plan, or the plan cannot be flown); 2 bad input;
 3 an engine failed or did not prove its answer in time.
 """
 

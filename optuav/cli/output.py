@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from optuav.studies.results import Results
 
 NO, BAD_INPUT, FAILED = 1, 2, 3
-"""Exit codes: an honest no; bad input; an engine failed or did not prove its answer in time."""
+"""Exit codes: no feasible or flyable plan; bad input; an engine that failed or proved nothing."""
 STYLES = {
     **dict.fromkeys(("Hover", "Answer", "Violated", "Contradicted", "To"), "bold"),
     **dict.fromkeys(("Because", "NOT"), "bold red"),

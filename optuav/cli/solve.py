@@ -101,7 +101,9 @@ def solve(
         typer.echo(f"{animate} is not written: there is no plan to show", err=True)
     notes = []
     if plan.status is Status.INFEASIBLE and explained:
-        notes.append(Text(f"optuav explain {shlex.quote(mission)} … tells what would repair it"))
+        notes.append(
+            Text(f"optuav explain {shlex.quote(mission)} … shows what would make it feasible")
+        )
     deliver(plan.to_dict, plan.summary(), as_json=as_json, notes=notes, written=written)
     if not plan:
         raise typer.Exit(NO)

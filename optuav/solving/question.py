@@ -157,7 +157,7 @@ def problem_of(
 
 
 def _taker(field: str) -> str:
-    """Which problems take an option, in words."""
+    """A sentence on which problems take an option."""
     takers = [each.__name__ for each in PAPER_PROBLEMS if field in _options(each)]
     return f", {' and '.join(takers)} {'does' if len(takers) == 1 else 'do'}"
 

@@ -96,7 +96,7 @@ def test_an_infeasible_mission_leads_to_its_explanation() -> None:
     """In text only: what reads JSON gets nothing else, and a plan needs no repair."""
     asked = ("solve", "paper", "--perspective", "battery")
     deadline = ("--set", "limits.deadline_s=70")
-    hint = "optuav explain paper … tells what would repair it"
+    hint = "optuav explain paper … shows what would make it feasible"
     assert run(*asked, *deadline).out.splitlines()[-1] == hint
     assert "explain" not in run(*asked, *deadline, "--json").out
     assert "explain" not in run(*asked).out
