@@ -18,7 +18,6 @@ References
 
 from __future__ import annotations
 
-import itertools
 import math
 from dataclasses import dataclass
 
@@ -138,16 +137,6 @@ class Leg:
     def peak_speed_m_s(self) -> Quantity:
         """Speed a2 t2 at the end of stage 2 [m/s]."""
         return self.acceleration_m_s2 * self.loads.durations_s[1]
-
-    @property
-    def turns_rad(self) -> tuple[Quantity, ...]:
-        """Angles of the six turning movements [rad], signed: pitch and roll of stages 1, 3, 5."""
-        attitudes = itertools.pairwise((LEVEL, self.cruise, self.brake, LEVEL))
-        return tuple(
-            angle
-            for start, end in attitudes
-            for angle in (end.pitch_rad - start.pitch_rad, end.roll_rad - start.roll_rad)
-        )
 
     @property
     def switching_times_s(self) -> tuple[Quantity, ...]:

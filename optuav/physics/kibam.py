@@ -120,19 +120,6 @@ def transition(battery: Battery, stage: Stage) -> Transition:
     return Transition(current_A * duration_s, remaining, tilt_As)
 
 
-def compose(battery: Battery, stages: Stage) -> Transition:
-    """The transition of several stages, one after another: arrays (stage, …), at least one."""
-    current_A, duration_s = np.asarray(stages.current_A), np.asarray(stages.duration_s)
-    left_s = np.cumsum(duration_s[::-1], axis=0)[::-1]
-    remaining, integral_s = levelling(battery, left_s)
-    integral_s[:-1] -= integral_s[1:]
-    return Transition(
-        (current_A * duration_s).sum(axis=0),
-        remaining[0],
-        (1.0 - battery.available_fraction) * (current_A * integral_s).sum(axis=0),
-    )
-
-
 def along(battery: Battery, wells: Wells | Tilted, transition: Transition) -> Tilted:
     """Wells [A s] after a transition, the same as after its stages one by one."""
     share = battery.available_fraction
