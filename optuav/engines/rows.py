@@ -13,6 +13,7 @@ References
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from itertools import zip_longest
 from typing import NamedTuple, TypeAlias
 
 import numpy as np
@@ -407,9 +408,10 @@ def stated_forms(model: Model, values: Values, *, relaxed: bool = False) -> list
     bounded: list[Constraint] = []
     done: dict[int, Operand] = {}
     stated = list(relations(model))  # kept, so that no two nodes share an identity
-    for each in stated:
+    known = [] if values else model.side_forms
+    for each, sides in zip_longest(stated, known):
         try:
-            found += _forms(each, values, done)
+            found += _forms(each, values, done, sides=sides)
         except NotExponentialError as error:
             if not relaxed:
                 raise NotExponentialError(f"{each.label!r}: {error}") from error
@@ -436,10 +438,14 @@ def _forms(
     values: Values,
     done: dict[int, Operand],
     relaxed: Relaxation | None = None,
+    sides: tuple[Exponential, Exponential] | None = None,
 ) -> Iterator[StatedForm]:
-    """What has to be ≥ 0 for a constraint to hold; two forms for an equation."""
+    """What has to be ≥ 0 for a constraint to hold; two forms for an equation.
+
+    The sides are the forms of both, where they are known.
+    """
     call, relation = relaxed or applied, constraint.relation
-    left, right = (exponential(side, values, done, call) for side in relation.sides)
+    left, right = sides or (exponential(side, values, done, call) for side in relation.sides)
     margin, size = right - left, np.abs(right.terms.get(CONSTANT, 0.0))
     for sign in relation.signs[::-1]:
         yield StatedForm(margin * sign, size, constraint, relaxed is not None)

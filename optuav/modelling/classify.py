@@ -117,7 +117,9 @@ def _longest(model: Model) -> bool:
 
 def _first_unlevelled(model: Model) -> Flaw | None:
     done, relaxed = dict[int, Operand](), Relaxation()
-    for constraint in model.constraints:
+    for constraint, known in zip(model.constraints, model.side_forms, strict=True):
+        if known:
+            continue
         for side in constraint.relation.sides:
             try:
                 exponential(side, {}, done, relaxed)

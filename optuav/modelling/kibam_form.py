@@ -9,13 +9,13 @@ to the physics instead of a number; coefficients may be arrays over programmes. 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from typing import Literal, TypeAlias
 
 import numpy as np
 from numpy.lib.mixins import NDArrayOperatorsMixin
 
-from optuav.modelling.expression import Bounded, Leaf, Operand, Parameter
+from optuav.modelling.expression import Bounded, Leaf, Operand, Parameter, Relation
 from optuav.modelling.traversal import fold
 
 Factor: TypeAlias = tuple[str, Literal["time", "levelling"]]
@@ -123,6 +123,19 @@ def exponential(
         return unknown(node.name)
 
     return _form(fold(expression, leaf, call, done=done))
+
+
+def side_forms(relations: Iterable[Relation]) -> list[tuple[Exponential, Exponential] | None]:
+    """Forms of both sides of each relation, by the values of the parameters; None without one."""
+    done = dict[int, Operand]()
+    found: list[tuple[Exponential, Exponential] | None] = []
+    for relation in relations:
+        try:
+            left, right = (exponential(side, {}, done) for side in relation.sides)
+            found.append((left, right))
+        except NotExponentialError:
+            found.append(None)
+    return found
 
 
 def _form(operand: Operand) -> Exponential:

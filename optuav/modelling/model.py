@@ -14,6 +14,7 @@ from typing import Any, Literal, TypeVar
 
 from optuav.modelling.display import latex, text
 from optuav.modelling.expression import Let, Operand, Parameter, Relation, Variable
+from optuav.modelling.kibam_form import Exponential, side_forms
 from optuav.modelling.traversal import leaves
 
 Found = TypeVar("Found")
@@ -232,6 +233,13 @@ class Model:
             self._found[name] = find(self)
         found: Found = self._found[name]
         return found
+
+    @property
+    def side_forms(self) -> list[tuple[Exponential, Exponential] | None]:
+        """Forms of both sides of each constraint, as of `optuav.modelling.kibam_form`."""
+        return self.remembered(
+            "side forms", lambda model: side_forms(each.relation for each in model.constraints)
+        )
 
     @property
     def given(self) -> dict[str, Parameter]:
