@@ -142,6 +142,8 @@ def sensitivity(
         measured = (each for each in alone if each.key.name.partition(".")[0] in WORLD)
         uncertain = tuple(each for each in measured if "[" not in each.key.name)
     best = solve(studied, perspective=perspective)
+    if plan is not None and not plan:
+        raise InputError([Fault("plan", plan.status.value, "a plan that can be flown on a route")])
     flown = plan or best or None
     held = None if flown is None else FixedPlan.of(flown, studied)
     hover_s = best.hover_time_s if best else 0.0

@@ -338,3 +338,9 @@ def test_gaps_are_drawn_as_shares_of_a_slot_below_their_bound(by_method: Results
     assert p3 == pytest.approx([84.8, 88.48, 100.0 * 28.848 / 60.0], abs=0.01)
     levels = sorted({line.get_ydata()[0] for line in ax.lines})
     assert levels == [0.0, pytest.approx(200.0)]
+
+
+def test_an_engine_that_is_not_compared_is_refused() -> None:
+    """The bracket is for what is not linear: it is not left out in silence."""
+    with pytest.raises(InputError, match="engines = 'bracket': some of closed-form, cvxpy"):
+        optuav.compare("paper", engines=["bracket"], slots_s=[60.0])

@@ -463,3 +463,10 @@ def test_without_a_tie_both_sides_are_the_same(
     ]
     rate = (hover_s[1] - hover_s[0]) * device_m[0] / found.facts["hover_time_s"]
     assert each["exact_elasticity"] == pytest.approx(rate, rel=1e-3, abs=1e-6)
+
+
+def test_a_plan_without_an_answer_is_refused() -> None:
+    """It is not replaced by the mission's own best plan."""
+    none = optuav.solve(optuav.load("paper").replace({"limits.deadline_s": 20}))
+    with pytest.raises(InputError, match="plan = infeasible"):
+        optuav.sensitivity("paper", plan=none, samples=10)
