@@ -7,6 +7,8 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any, Self
 
+import numpy as np
+
 from formulations.parameters import QUANTITIES, Quantities, steps_for, symbol_for
 from formulations.soc import AVAILABLE, PERSPECTIVES
 from formulations.wells import LABELS, well_limits
@@ -62,23 +64,23 @@ class Given(Quantities):
         Without a rest the time left becomes the upper bound of Δ itself, so that the last slot of
         Δ may be cut short.
         """
-        bounded = isinstance(hover.upper, float) and math.isinf(hover.upper)
-        if isinstance(rest, Expression) or not bounded or has_unknowns(self.time_left):
-            stay = hover + rest if isinstance(rest, Expression) else hover
+        open_above = isinstance(hover.upper, float) and math.isinf(hover.upper)
+        if _lasts(rest) or not open_above or has_unknowns(self.time_left):
+            stay = hover + rest if _lasts(rest) else hover
             model.subject_to(label, stay <= self.time_left, unit="s", kind="deadline")
         else:
             hover.upper, hover.label, hover.kind = self.time_left, label, "deadline"
 
     def soc_end(self, hover: Operand, rest: Operand = 0.0) -> Operand:
         """State of charge at the end [-] after hovering and resting [s], by the perspective."""
-        given = self if isinstance(rest, Expression) else self._without_rest
+        given = self if _lasts(rest) else self._without_rest
         return PERSPECTIVES[self.perspective](given, hover, rest)
 
     def keep_wells(self, model: Model, label: str, hover: Operand, rest: Operand = 0.0) -> None:
         """State that the battery never runs dry nor is overcharged; in `available` only."""
         if self.perspective != AVAILABLE:
             return
-        given = self if isinstance(rest, Expression) else self._without_rest
+        given = self if _lasts(rest) else self._without_rest
         for kind, step, moment, relation in well_limits(given, hover, rest):
             name = f"{label} {LABELS[kind]}"
             model.subject_to(name, relation, kind=kind, step=step, moment=moment)
@@ -88,3 +90,8 @@ class Given(Quantities):
         if not self.rests:
             return self
         return replace(self, rest_current_A=0.0, rest_received_W=0.0)
+
+
+def _lasts(rest: Operand) -> bool:
+    """Whether a rest is an unknown, or a number other than 0."""
+    return isinstance(rest, Expression) or bool(np.any(rest))

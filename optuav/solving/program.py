@@ -326,7 +326,10 @@ def with_promise(program: Program, plan: Plan) -> Plan:
     promised = replace(program, question=charge, parts=tuple(parts))
     closed_form = engine("closed-form")
     solutions = [closed_form.solve(part.model, len(part.routes)) for part in parts]
-    number, entry = promised.best(solutions) or (0, 0)
+    chosen = promised.best(solutions)
+    if chosen is None:
+        return plan
+    number, entry = chosen
     times = {name: solutions[number].point(entry).get(name, 0.0) for name in TIMES}
     if times["hover_time_s"] <= plan.hover_time_s:
         return plan
