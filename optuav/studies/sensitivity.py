@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -11,6 +12,8 @@ import numpy as np
 from rich.console import RenderableType
 from rich.text import Text
 
+from formulations.p1 import P1
+from formulations.parameters import steps_for
 from formulations.soc import AVAILABLE, PAPER
 from optuav.arrays import Floats
 from optuav.engines import bracket, closed_form
@@ -24,6 +27,8 @@ from optuav.network.variants import Variants
 from optuav.options import Perspective
 from optuav.plan import Plan
 from optuav.solving import solve
+from optuav.solving.assemble import variant_quantities
+from optuav.solving.plans import SAME_S
 from optuav.studies.results import Results, Row, fixed, plain_table
 from optuav.studies.uncertainty import (
     Chances,
@@ -31,10 +36,10 @@ from optuav.studies.uncertainty import (
     Spread,
     around,
     chances,
+    hover_times_s,
     spreadable,
     spreads,
 )
-from optuav.studies.variants import best_itineraries, longest, route_model
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -130,7 +135,19 @@ def sensitivity(
     >>> round(capacity["exact_elasticity"], 3)
     0.971
     """
-    _refuse(perspective, samples, seed)
+    faults = [
+        Fault(name, shown(value), number.words)
+        for name, value, number in (("samples", samples, SAMPLES), ("seed", seed, SEED))
+        if not isinstance(value, int) or not number.accepts(value)
+    ]
+    if perspective not in (known := (*PAPER, AVAILABLE)):
+        words = f"one of {', '.join(known)}{nearest(str(perspective), known)}"
+        faults.append(Fault("perspective", shown(perspective), words))
+    if plan is not None and not plan:
+        words = "a plan that can be flown on a route"
+        faults.append(Fault("plan", plan.status.value, words))
+    if faults:
+        raise InputError(faults)
     studied = mission if isinstance(mission, Mission) else load(mission)
     stated = None if uncertainty is None else spreads(studied, uncertainty)
     default = [each for key in spreadable(studied).values() if (each := around(key)) is not None]
@@ -142,13 +159,10 @@ def sensitivity(
         measured = (each for each in alone if each.key.name.partition(".")[0] in WORLD)
         uncertain = tuple(each for each in measured if "[" not in each.key.name)
     best = solve(studied, perspective=perspective)
-    if plan is not None and not plan:
-        raise InputError([Fault("plan", plan.status.value, "a plan that can be flown on a route")])
     flown = plan or best or None
     held = None if flown is None else FixedPlan.of(flown, studied)
-    hover_s = best.hover_time_s if best else 0.0
-    network = build_network(studied)
-    found: Chances | None = None
+    hover_s, network = best.hover_time_s if best else 0.0, build_network(studied)
+    found = None
     if uncertain:
         is_stated = stated is not None
         found = chances(network, uncertain, perspective, held, samples, seed, stated=is_stated)
@@ -162,20 +176,6 @@ def sensitivity(
     return Results("optuav sensitivity", studied, facts, UNITS, rows, _tables, _figures)
 
 
-def _refuse(perspective: Perspective, samples: int, seed: int) -> None:
-    faults = [
-        Fault(name, shown(value), number.words)
-        for name, value, number in (("samples", samples, SAMPLES), ("seed", seed, SEED))
-        if not isinstance(value, int) or not number.accepts(value)
-    ]
-    known = (*PAPER, AVAILABLE)
-    if perspective not in known:
-        words = f"one of {', '.join(known)}{nearest(str(perspective), known)}"
-        faults.append(Fault("perspective", shown(perspective), words))
-    if faults:
-        raise InputError(faults)
-
-
 # One key at a time
 
 
@@ -183,97 +183,86 @@ def effects(
     network: Network, spreads: Sequence[Spread], perspective: Perspective, hover_time_s: float
 ) -> tuple[Row, ...]:
     """Return the effect of each key on the longest hover, the others held; the largest first."""
-    ends = np.array([[each.low, each.high] for each in spreads]).reshape(-1)
-    hover_s = longest(_one_by_one(network, spreads, ends, 2), perspective).hover_time_s.reshape(
-        -1, 2
-    )
-    exact = _rates(network, spreads, perspective)
-    found = [
-        _effect(spread, ends_s, hover_time_s, rates)
-        for spread, ends_s, rates in zip(spreads, hover_s.tolist(), exact, strict=True)
-    ]
+    found, exact = list[Row](), _rates(network, spreads, perspective)
+    ends = _one_by_one(network, spreads, np.array([[each.low, each.high] for each in spreads]))
+    ends_s = np.fmax.reduce(hover_times_s(ends, perspective), axis=1).reshape(-1, 2).tolist()
+    for spread, (low_s, high_s), rates in zip(spreads, ends_s, exact.T.tolist(), strict=True):
+        key = spread.key
+        share = key.now / hover_time_s if hover_time_s > 0.0 else 0.0
+        slope = (high_s - low_s) / (spread.high - spread.low)
+        less, more = (rate * share if np.isfinite(rate) and share else None for rate in rates)
+        row = {
+            "key": key.name,
+            "unit": key.unit,
+            "now": key.now,
+            "low": spread.low,
+            "high": spread.high,
+            "hover_low_s": low_s if np.isfinite(low_s) else None,
+            "hover_high_s": high_s if np.isfinite(high_s) else None,
+            "elasticity": slope * share if np.isfinite(slope) and share else None,
+            "exact_less": less,
+            "exact_more": more,
+            "swing_s": max(abs(s - hover_time_s) for s in np.nan_to_num([low_s, high_s]).tolist()),
+            "along": tuple(other.name for other in spread.along),
+        }
+        found.append({**row, "exact_elasticity": None if _has_kink(row) else more})
     return tuple(sorted(found, key=lambda row: -row["swing_s"]))
 
 
-def _effect(
-    spread: Spread, ends_s: Sequence[float], hover_time_s: float, rates: ShadowPrice
-) -> dict[str, object]:
-    key, (low_s, high_s) = spread.key, ends_s
-    share = key.now / hover_time_s if hover_time_s > 0.0 else 0.0
-    slope = (high_s - low_s) / (spread.high - spread.low)
-    less, more = (rate * share if np.isfinite(rate) and share else None for rate in rates)
-    return {
-        "key": key.name,
-        "unit": key.unit,
-        "now": key.now,
-        "low": spread.low,
-        "high": spread.high,
-        "hover_low_s": low_s if np.isfinite(low_s) else None,
-        "hover_high_s": high_s if np.isfinite(high_s) else None,
-        "elasticity": slope * share if np.isfinite(slope) and share else None,
-        "exact_less": less,
-        "exact_more": more,
-        "exact_elasticity": None if less is None or _has_kink(less, more) else more,
-        "swing_s": max(abs(s - hover_time_s) for s in np.nan_to_num([low_s, high_s]).tolist()),
-        "along": tuple(other.name for other in spread.along),
-    }
-
-
-def _has_kink(less: float | None, more: float | None) -> bool:
+def _has_kink(row: Row) -> bool:
     """Return whether the exact elasticity below a value is another than above it."""
+    less, more = row["exact_less"], row["exact_more"]
     if less is None or more is None:
         return less is not more
     return ShadowPrice(less, more).has_kink
 
 
-def _one_by_one(network: Network, spreads: Sequence[Spread], values: Floats, each: int) -> Variants:
-    """Return variants in which one key alone differs, `each` of them a key."""
+def _one_by_one(network: Network, spreads: Sequence[Spread], values: Floats) -> Variants:
+    """Return variants in which one key alone differs, by its row of values (key, value)."""
+    count = values.shape[1]
     columns: dict[str, Floats] = {}
-    for number, spread in enumerate(spreads):
-        own = slice(each * number, each * (number + 1))
+    for number, (spread, own) in enumerate(zip(spreads, values, strict=True)):
         now = {key.name: key.now for key in (spread.key, *spread.along)}
-        for name, column in spread.columns(values[own]):
-            columns.setdefault(name, np.full(len(values), now[name]))[own] = column
+        for name, column in spread.columns(own):
+            every = columns.setdefault(name, np.full(values.size, now[name]))
+            every[count * number : count * (number + 1)] = column
     return Variants(network, columns)
 
 
-def _rates(
-    network: Network, spreads: Sequence[Spread], perspective: Perspective
-) -> list[ShadowPrice]:
-    """Return the rates dΔ/dkey [s per unit] on both sides; NaN where there are none.
+def _rates(network: Network, spreads: Sequence[Spread], perspective: Perspective) -> Floats:
+    """Return the rates dΔ/dkey [s per unit] below and above (2, key); NaN where there are none.
 
     Each of the itineraries that tie has its own: below the value the one with the lowest rate is
     the best, above it the one with the highest.
     """
-    if not spreads:
-        return []
-    itself = _one_by_one(network, spreads[:1], np.array([spreads[0].key.now]), 1)
-    tied = best_itineraries(itself, perspective)
+    now = np.array([each.key.now for each in spreads])
+    here = _one_by_one(network, spreads[:1], now[:1, None])
+    here_s = hover_times_s(here, perspective)[0]
+    tied = np.flatnonzero(here_s >= np.fmax.reduce(here_s) - SAME_S)
     if not len(tied):
-        return [ShadowPrice(np.nan, np.nan)] * len(spreads)
-    sides = np.array([_rates_of(network, spreads, perspective, each) for each in tied.tolist()])
-    less, more = sides[:, 0].min(axis=0), sides[:, 1].max(axis=0)
-    return [ShadowPrice(*each) for each in zip(less.tolist(), more.tolist(), strict=True)]
+        return np.full((2, len(spreads)), np.nan)
+    steps = np.array([STEP * (abs(each.key.now) or each.high - each.low) for each in spreads])
+    near = _one_by_one(network, spreads, now[:, None] + steps[:, None] * [-1.0, 0.0, 1.0])
+    sides = np.array([_rates_of(near, each, steps, perspective) for each in tied.tolist()])
+    return np.array([sides[:, 0].min(axis=0), sides[:, 1].max(axis=0)])
 
 
-def _rates_of(
-    network: Network, spreads: Sequence[Spread], perspective: Perspective, itinerary: int
-) -> Floats:
+def _rates_of(near: Variants, itinerary: int, steps: Floats, perspective: Perspective) -> Floats:
     """Return dΔ/dkey of one itinerary below and above (2, key), by the chain rule.
 
     Each key has three variants: a step below its value, at it, and a step above. A parameter that
     the key moves may have another price on either side; where two have, their prices do not say
     what both together are worth, and the rate is NaN.
     """
-    now = np.array([each.key.now for each in spreads])
-    steps = np.array([STEP * (abs(each.key.now) or each.high - each.low) for each in spreads])
-    values = (now[:, None] + steps[:, None] * [-1.0, 0.0, 1.0]).reshape(-1)
-    model = route_model(_one_by_one(network, spreads, values, 3), itinerary, perspective)
-    engine = bracket if perspective == AVAILABLE else closed_form
+    every, rests = np.arange(near.count), bool(near.network.routes.building[itinerary] >= 0)
+    which, is_available = np.full_like(every, itinerary), perspective == AVAILABLE
+    given = variant_quantities(near, every, which, rests=rests, steps=is_available)
+    given = replace(given, steps=steps_for(given.steps, varies=True))
+    model, engine = P1().model(given, perspective), bracket if is_available else closed_form
     prices = engine.solve(model, 1, model.row(1)).shadow_prices()
-    rates, kinks = np.zeros((2, len(spreads))), np.zeros(len(spreads))
+    rates, kinks = np.zeros((2, len(steps))), np.zeros(len(steps))
     for name in (each for each in prices if each not in PLACE):
-        figure = np.broadcast_to(model.parameters[name].value, len(values))
+        figure = np.broadcast_to(model.parameters[name].value, near.count)
         below, _, above = figure.reshape(-1, 3).T
         slopes = (above - below) / (2.0 * steps)
         less, more = prices[name]
@@ -289,53 +278,41 @@ def _rates_of(
 
 def _tables(found: Results) -> Iterator[RenderableType]:
     """Yield the effects of single keys, then what the samples say."""
-    hover_s = found.facts["hover_time_s"]
-    title = f"{found.mission.name}: what matters most, {found.facts['perspective']}"
-    yield Text(title, style="bold")
+    facts, hover_s = found.facts, found.facts["hover_time_s"]
+    yield Text(f"{found.mission.name}: what matters most, {facts['perspective']}", style="bold")
     yield ""
     moving = [row for row in found.rows if row["swing_s"] > MOVES_S]
     rows = moving[:MOST_ROWS]
     itself = f"Longest hover {hover_s:.2f} s" if hover_s else "The mission has no plan"
     yield f"{itself}; one key at a time, everything else held:"
-    if moving:
-        yield _effect_table(rows)
-    else:
-        yield "no key within its range changes that; optuav explain shows what would"
-    if len(moving) > MOST_ROWS:
-        yield Text(f"and {len(moving) - MOST_ROWS} more with smaller effects")
-    sides = [(row["key"], row["exact_less"], row["exact_more"]) for row in rows]
-    kinks = [
-        f"{key} {_rate(less)} below, {_rate(more)} above"
-        for key, less, more in sides
-        if _has_kink(less, more)
-    ]
-    if kinks:
-        yield Text(f"Exact at a kink: {'; '.join(kinks)}")
-    if any(row["key"] == WAVELENGTH for row in rows):
-        yield Text(f"{WAVELENGTH} moves the attenuation alone: slopes and offsets are held")
-    idle = [row["key"] for row in found.rows if row["swing_s"] <= MOVES_S]
-    if moving and idle:
-        yield Text(f"Less than {MOVES_S:g} s: {', '.join(idle)}")
-    if found.facts["chances"] is not None:
-        yield ""
-        yield from _chances(found.facts["chances"], found.facts["plan_hover_time_s"])
-
-
-def _effect_table(rows: Sequence[Row]) -> RenderableType:
-    headings = ("range", "Δ low", "Δ high", "% by 1 %", "exact")
-    table = plain_table(*headings, words=["key"], gap=1)
+    table = plain_table("range", "Δ low", "Δ high", "% by 1 %", "exact", words=["key"], gap=1)
     table.columns[0].max_width = LONGEST_KEY
     for row in rows:
-        kink = _has_kink(row["exact_less"], row["exact_more"])
         table.add_row(
             Text(row["key"] + ("+" if row["along"] else "")),
             _range(row["now"], row["low"], row["high"]),
             fixed(row["hover_low_s"]),
             fixed(row["hover_high_s"]),
             _rate(row["elasticity"]),
-            "kink" if kink else _rate(row["exact_elasticity"]),
+            "kink" if _has_kink(row) else _rate(row["exact_elasticity"]),
         )
-    return table
+    yield table if rows else "no key within its range changes that; optuav explain shows what would"
+    if len(moving) > MOST_ROWS:
+        yield Text(f"and {len(moving) - MOST_ROWS} more with smaller effects")
+    if kinks := [row for row in rows if _has_kink(row)]:
+        sides = (
+            f"{row['key']} {_rate(row['exact_less'])} below, {_rate(row['exact_more'])} above"
+            for row in kinks
+        )
+        yield Text(f"Exact at a kink: {'; '.join(sides)}")
+    if any(row["key"] == WAVELENGTH for row in rows):
+        yield Text(f"{WAVELENGTH} moves the attenuation alone: slopes and offsets are held")
+    idle = [row["key"] for row in found.rows if row["swing_s"] <= MOVES_S]
+    if moving and idle:
+        yield Text(f"Less than {MOVES_S:g} s: {', '.join(idle)}")
+    if facts["chances"] is not None:
+        yield ""
+        yield from _chances(facts["chances"], facts["plan_hover_time_s"])
 
 
 def _rate(elasticity: float | None) -> str:

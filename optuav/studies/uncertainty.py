@@ -3,12 +3,10 @@
 from __future__ import annotations
 
 import math
-import tomllib
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import NamedTuple
 from zlib import crc32
 
 import numpy as np
@@ -18,9 +16,11 @@ from formulations.p1 import P1
 from formulations.soc import AVAILABLE
 from optuav.arrays import Booleans, Floats
 from optuav.diagnosis.keys import Key, keys
+from optuav.engines import closed_form
 from optuav.errors import Fault, InputError
 from optuav.mission import Mission
-from optuav.mission.files import label, read_text, refusal
+from optuav.mission.files import label, read_text
+from optuav.mission.load import parse
 from optuav.mission.messages import nearest, shown
 from optuav.mission.schema import SECTIONS
 from optuav.modelling.check import evaluated
@@ -31,8 +31,8 @@ from optuav.network.variants import KEY, Variants
 from optuav.options import Perspective
 from optuav.plan import Plan
 from optuav.solving.assemble import variant_quantities
+from optuav.solving.batch import delivered
 from optuav.solving.plans import SAME_S
-from optuav.studies.variants import longest
 
 SHARE = 0.1
 """Reach of a key to either side if nothing is stated, relative to its value."""
@@ -42,13 +42,14 @@ DEVIATIONS = 2.0
 """Half the range that a picture shows of a normal distribution."""
 AT_ONCE = 8192
 """Samples computed together: as many as fit the cache. No result depends on it."""
+NO_PLAN = -1
 QUANTILES = (0.05, 0.25, 0.5, 0.75, 0.95)
 FORMS = (
     "a table such as { percent = 5 }, { low = 1, high = 2 }, { low = 1, likely = 1.5, high = 2 } "
     'or { deviation = 0.1 }, each with or without along = ["table.key"]'
 )
 KINDS = ({"percent"}, {"low", "high"}, {"low", "likely", "high"}, {"deviation"})
-LEGS, FLYABLE = "legs and thrust", "flyable"
+LEGS, ALTITUDE = "legs and thrust", "altitude"
 CONDITIONS = {
     "outage": "link",
     "state of charge": "charge left",
@@ -56,7 +57,7 @@ CONDITIONS = {
     "past full": "never past full",
     "deadline": "deadline",
 }
-"""What a fixed plan has to keep beside its legs, by the kind of those constraints of (P1)."""
+"""What a fixed plan has to keep beside legs and altitude, by the kind of constraint of (P1)."""
 
 
 @dataclass(frozen=True)
@@ -127,24 +128,15 @@ def spreadable(mission: Mission) -> dict[str, Key]:
 
 
 def spreads(mission: Mission, stated: Mapping[str, object] | str | Path) -> tuple[Spread, ...]:
-    """Return the spreads that a TOML file or a mapping states for the keys of a mission.
+    """Return the spreads that a TOML file or a mapping states, or refuse it with all faults.
 
     A mapping has the form ``{"battery": {"capacity_As": {"percent": 5}}}``; other forms as in
     `optuav.sensitivity`.
-
-    Raises
-    ------
-    InputError
-        With all faults.
     """
     source = ""
     if not isinstance(stated, Mapping):
         path = Path(stated)
-        source = label(path)
-        try:
-            stated = tomllib.loads(read_text(path, LARGEST_FILE))
-        except tomllib.TOMLDecodeError as error:
-            raise refusal(path, f"is not TOML: {error}") from None
+        source, stated = label(path), parse(read_text(path, LARGEST_FILE), path)
     known = spreadable(mission)
     found, faults = [], []
     for table, content in stated.items():
@@ -153,9 +145,9 @@ def spreads(mission: Mission, stated: Mapping[str, object] | str | Path) -> tupl
                 found.append(_spread(known, table if name is None else f"{table}.{name}", form))
             except InputError as error:
                 faults += [replace(fault, source=source) for fault in error.faults]
-    names = [each.name for spread in found for each in (spread.key, *spread.along)]
-    for name in sorted({name for name in names if names.count(name) > 1}):
-        faults.append(Fault(name, "", "varies once, by itself or along another", source))
+    names = Counter(each.name for spread in found for each in (spread.key, *spread.along))
+    words = "varies once, by itself or along another"
+    faults += [Fault(name, "", words, source) for name in sorted(names) if names[name] > 1]
     if faults:
         raise InputError(faults)
     return tuple(found)
@@ -164,88 +156,87 @@ def spreads(mission: Mission, stated: Mapping[str, object] | str | Path) -> tupl
 def _spread(known: Mapping[str, Key], name: str, form: object) -> Spread:
     """Return the spread of one key, or refuse what is stated."""
     key = _key(known, name)
-    for fault in _faults(key, form):
-        raise InputError([fault])
-    assert isinstance(form, dict)
-    others = tuple(_key(known, each) for each in form.get("along", []))
-    if others and key.now == 0.0:
-        raise _refused(f"{name}.along", shown(form["along"]), "nothing goes along with 0")
-    return Spread(key, *_range(key, form), form.get("likely"), form.get("deviation"), others)
-
-
-def _range(key: Key, form: Mapping[str, float]) -> tuple[float, float]:
-    """Return the ends of a stated range; of a normal distribution those that a picture shows."""
-    if "low" in form:
-        return form["low"], form["high"]
-    share = abs(key.now) * form.get("percent", 0.0) / 100.0
-    reach = DEVIATIONS * form["deviation"] if "deviation" in form else share
-    return max(key.now - reach, key.low), min(key.now + reach, key.high)
-
-
-def _faults(key: Key, form: object) -> Iterator[Fault]:
-    """Yield what is wrong with a stated spread. Each check relies on those before it."""
-    name, within = key.name, f"within {key.low:g} to {key.high:g} [{key.unit}]"
-    parts = form if isinstance(form, dict) else {}
-    stated = ", ".join(f"{part} = {shown(value)}" for part, value in parts.items())
-    written = f"{{ {stated} }}" if isinstance(form, dict) else shown(form)
-    numbers = {part: value for part, value in parts.items() if part != "along"}
-    sound = all(
-        isinstance(value, int | float) and not isinstance(value, bool) and math.isfinite(value)
-        for value in numbers.values()
-    )
-    if numbers.keys() not in KINDS or not sound:
-        yield Fault(name, written, FORMS)
+    if not isinstance(form, dict):
+        raise refused(name, shown(form), FORMS)
+    parts = ", ".join(f"{part} = {shown(value)}" for part, value in form.items())
+    numbers = {part: value for part, value in form.items() if part != "along"}
+    if numbers.keys() not in KINDS or not all(map(_finite, numbers.values())):
+        raise refused(name, f"{{ {parts} }}", FORMS)
     if key.whole:
-        yield Fault(name, written, "a whole number cannot be spread")
-    along = parts.get("along", [])
+        raise refused(name, f"{{ {parts} }}", "a whole number cannot be spread")
+    along = form.get("along", [])
     if not isinstance(along, list) or not all(isinstance(each, str) for each in along):
-        yield Fault(f"{name}.along", shown(along), "a list of keys")
+        raise refused(f"{name}.along", shown(along), "a list of keys")
+    if along and key.now == 0.0:
+        raise refused(f"{name}.along", shown(along), "nothing goes along with 0")
+    within = f"within {key.low:g} to {key.high:g} [{key.unit}]"
     percent, deviation = numbers.get("percent"), numbers.get("deviation")
+    low, high = numbers.get("low"), numbers.get("high")
     if percent is not None:
         if key.now == 0.0:
             words = "no share of 0 is a range: low and high"
-            yield Fault(f"{name}.percent", shown(percent), words)
+            raise refused(f"{name}.percent", shown(percent), words)
         most = 100.0 * min(key.now - key.low, key.high - key.now) / abs(key.now)
         if not 0.0 < percent <= most:
             words = f"above 0, at most {most:.6g}: {within}"
-            yield Fault(f"{name}.percent", shown(percent), words)
+            raise refused(f"{name}.percent", shown(percent), words)
     if deviation is not None and not deviation > 0.0:
-        yield Fault(f"{name}.deviation", shown(deviation), "above 0")
-    low, high = _range(key, numbers)
+        raise refused(f"{name}.deviation", shown(deviation), "above 0")
+    if low is None or high is None:
+        share = abs(key.now) * (percent or 0.0) / 100.0
+        reach = share if deviation is None else DEVIATIONS * deviation
+        low, high = max(key.now - reach, key.low), min(key.now + reach, key.high)
     if not (key.low <= low < high <= key.high and low <= numbers.get("likely", low) <= high):
-        yield Fault(name, written, f"low < high, likely between, {within}")
+        raise refused(name, f"{{ {parts} }}", f"low < high, likely between, {within}")
+    others = tuple(_key(known, each) for each in along)
+    return Spread(key, low, high, numbers.get("likely"), deviation, others)
+
+
+def _finite(value: object) -> bool:
+    """Return whether a value is a finite number."""
+    if isinstance(value, bool) or not isinstance(value, int | float):
+        return False
+    return abs(value) < math.inf
 
 
 def _key(known: Mapping[str, Key], name: str) -> Key:
+    """Return a key that may vary, or refuse its name."""
     if name in known:
         return known[name]
     if name.startswith("buildings"):
-        raise _refused(name, "", "buildings stay where they are")
+        raise refused(name, "", "buildings stay where they are")
     found = KEY.fullmatch(name)
     if found is None or found[2] not in getattr(SECTIONS.get(found[1]), "model_fields", {}):
-        raise _refused(name, "", f"unknown key{nearest(name, known)}")
+        raise refused(name, "", f"unknown key{nearest(name, known)}")
     parts = [each for each in known if each.startswith(f"{name}[")]
     hint = f", but as {', '.join(parts)}" if parts else ""
-    raise _refused(name, "", f"the mission does not state it as a number{hint}")
+    raise refused(name, "", f"the mission does not state it as a number{hint}")
 
 
-def _refused(name: str, value: str, words: str) -> InputError:
+def refused(name: str, value: str, words: str) -> InputError:
+    """Return the refusal of an argument or key."""
     return InputError([Fault(name, value, words)])
 
 
-class Judged(NamedTuple):
-    """Where a fixed plan keeps each condition, and where it meets (P1) in a perspective.
-
-    All arrays have one entry a variant of its mission.
-    """
-
-    kept: dict[str, Booleans]
-    feasible: Booleans
-
-    @property
-    def flyable(self) -> Booleans:
-        """Where all conditions are kept."""
-        return np.asarray(np.logical_and.reduce([*self.kept.values()]))
+def hover_times_s(variants: Variants, perspective: Perspective) -> Floats:
+    """Return the longest hover by variant and itinerary [s], NaN without a plan."""
+    routes = variants.network.routes
+    found = np.full((variants.count, len(routes)), np.nan)
+    able = np.broadcast_to(variants.able, found.shape)
+    by_way, steps = routes.building >= 0, perspective == AVAILABLE
+    # The steps on the way need one order of the stays for all.
+    for group in (~by_way, by_way & routes.rest_first, by_way & ~routes.rest_first):
+        number, itineraries = np.nonzero(able & group)
+        if not len(number):
+            continue
+        rests = bool(by_way[itineraries[0]])
+        given = variant_quantities(variants, number, itineraries, rests=rests, steps=steps)
+        if steps:
+            hover_s = delivered(given, len(number))["hover_time_s"]
+        else:
+            hover_s = closed_form.solve(P1().model(given, perspective), len(number)).objective
+        found[number, itineraries] = hover_s
+    return found
 
 
 @dataclass(frozen=True)
@@ -261,28 +252,25 @@ class FixedPlan:
 
     @classmethod
     def of(cls, plan: Plan, mission: Mission) -> FixedPlan:
-        """Return the plan on a mission, which has the same places.
-
-        Raises
-        ------
-        InputError
-            If the plan was made for other places, or its route is none of the mission.
-        """
+        """Return the plan on a mission, or refuse one for other places or another route."""
         words = "a plan over the places of this mission"
-        made_for, here = _scene(plan.mission), _scene(mission)
-        if moved := [name for name in here if made_for[name] != here[name]]:
+        scenes = _scene(plan.mission), _scene(mission)
+        if moved := [name for name in scenes[0] if scenes[0][name] != scenes[1][name]]:
             words += f", not with another {' or '.join(moved)}"
-            raise _refused("plan", " → ".join(plan.route), words)
+            raise refused("plan", " → ".join(plan.route), words)
         point_m = [float(each) for each in vehicle.hover_point_m(plan.mission)]
         network = build_network(mission.replace({"route.hover_m": point_m}))
         for number in range(len(network.routes)):
             if network.route_names(number) == plan.route:
                 return cls(network.only(number), number, plan.hover_time_s, plan.rest_time_s)
         words += ", with one hover and at most one rest"
-        raise _refused("plan", " → ".join(plan.route), words)
+        raise refused("plan", " → ".join(plan.route), words)
 
-    def judged(self, variants: Variants, perspective: Perspective) -> Judged:
-        """Return what the plan keeps in each variant of the mission."""
+    def kept(self, variants: Variants, perspective: Perspective = AVAILABLE) -> dict[str, Booleans]:
+        """Return in which variants of the mission the plan keeps each condition.
+
+        Under ``"available"`` it can be flown where it keeps all of them.
+        """
         own = Variants(self.network, variants.columns, variants.coverage_radius_m)
         every = np.arange(own.count)
         rests = bool(self.network.routes.building[0] >= 0)
@@ -290,17 +278,12 @@ class FixedPlan:
         point = {"hover_time_s": self.hover_time_s}
         if rests:
             point["rest_time_s"] = self.rest_time_s
-        legs = np.broadcast_to(own.able[:, 0], own.count)
-        kept = {LEGS: legs} | dict.fromkeys(CONDITIONS.values(), np.ones(own.count, bool))
-        for check in evaluated(P1().model(given, AVAILABLE), point):
-            if (name := CONDITIONS.get(check.constraint.kind)) is not None:
-                kept[name] = kept[name] & check.satisfied
-        judged = Judged(kept, legs)
-        if perspective == AVAILABLE:
-            return judged._replace(feasible=judged.flyable)
+        found = {name: np.ones(own.count, bool) for name in (LEGS, *CONDITIONS.values(), ALTITUDE)}
+        found[LEGS] &= own.able[:, 0]
         for check in evaluated(P1().model(given, perspective), point):
-            judged = judged._replace(feasible=judged.feasible & check.satisfied)
-        return judged
+            # What has no kind bounds the altitude; or the ends, which all routes join.
+            found[CONDITIONS.get(check.constraint.kind, ALTITUDE)] &= check.satisfied
+        return found
 
 
 def _scene(mission: Mission) -> dict[str, object]:
@@ -351,31 +334,34 @@ def chances(
     stated: bool,
     at_once: int = AT_ONCE,
 ) -> Chances:
-    """Return what the samples say, computed `at_once` at a time; no result depends on that."""
-    routes, names = network.routes, network.places.names
-    hover_s = np.empty(samples)
-    wins = np.zeros(len(routes) + 1, dtype=np.intp)
-    kept: Counter[str] = Counter()
+    """Return what the samples say, computed `at_once` at a time."""
+    hover_s, winner = np.empty(samples), np.empty(samples, dtype=np.intp)
+    kept, flyable = Counter[str](), 0
     for first in range(0, samples, at_once):
         some = slice(first, min(first + at_once, samples))
         variants = Variants(network, drawn(uncertain, seed, first, some.stop - first))
-        best_s, winner = longest(variants, perspective)
+        times_s = hover_times_s(variants, perspective)
+        best_s = np.fmax.reduce(times_s, axis=1)
+        best = np.argmax(times_s >= best_s[:, None] - SAME_S, axis=1)
         if plan is not None:
-            judged = plan.judged(variants, perspective)
-            for name, where in {**judged.kept, FLYABLE: judged.flyable}.items():
-                kept[name] += int(where.sum())
+            conditions = plan.kept(variants)
+            kept.update({name: int(where.sum()) for name, where in conditions.items()})
+            flyable += int(np.logical_and.reduce([*conditions.values()]).sum())
+            if perspective != AVAILABLE:
+                conditions = plan.kept(variants, perspective)
             # The best plan's hover point moves with the reach of the radio, the fixed plan's stays:
             # where the best has no clear way or a longer one, the fixed plan may hover longer.
-            better = judged.feasible & ~(best_s >= plan.hover_time_s - SAME_S)
+            better = np.logical_and.reduce([*conditions.values()])
+            better &= ~(best_s >= plan.hover_time_s - SAME_S)
             best_s = np.where(better, plan.hover_time_s, best_s)
-            winner = np.where(better, plan.itinerary, winner)
+            best = np.where(better, plan.itinerary, best)
         hover_s[some] = np.nan_to_num(best_s, nan=0.0)
-        wins += np.bincount(winner + 1, minlength=len(wins))
-    by_route: Counter[str] = Counter()
-    for building, count in zip(routes.building.tolist(), wins[1:].tolist(), strict=True):
+        winner[some] = np.where(np.isnan(best_s), NO_PLAN, best)
+    found, names = Counter(winner.tolist()), network.places.names
+    no_plan, by_route = found.pop(NO_PLAN, 0), Counter[str]()
+    for itinerary, count in sorted(found.items()):
+        building = network.routes.building[itinerary]
         by_route["direct" if building < 0 else f"by way of {names[len(ENDS) + building]}"] += count
-    shares = {name: count / samples for name, count in kept.items()}
-    flyable = shares.pop(FLYABLE, None)
     quantiles_s = np.quantile(hover_s, QUANTILES).tolist()
     return Chances(
         samples=samples,
@@ -384,9 +370,9 @@ def chances(
         stated=stated,
         mean_s=float(np.mean(hover_s)),
         quantiles_s=dict(zip(QUANTILES, quantiles_s, strict=True)),
-        no_plan=int(wins[0]) / samples,
-        routes={name: count / samples for name, count in by_route.most_common() if count},
-        kept=shares or None,
-        flyable=flyable,
+        no_plan=no_plan / samples,
+        routes={name: count / samples for name, count in by_route.most_common()},
+        kept={name: count / samples for name, count in kept.items()} or None,
+        flyable=None if plan is None else flyable / samples,
         hover_times_s=hover_s,
     )

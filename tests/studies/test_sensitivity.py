@@ -201,7 +201,7 @@ def test_a_plan_that_the_battery_cannot_deliver_is_never_flyable() -> None:
         mission = optuav.load(name)
         fixed = FixedPlan.of(optuav.solve(mission, perspective="battery"), mission)
         columns = {"battery.capacity_As": np.array([mission.battery.capacity_As])}
-        kept = fixed.judged(Variants(build_network(mission), columns), "battery").kept
+        kept = fixed.kept(Variants(build_network(mission), columns))
         assert kept["never dry"][0] == expected
         assert kept["never past full"][0] == expected
         for condition in ("legs and thrust", "link", "charge left", "deadline"):
@@ -218,10 +218,11 @@ def test_a_fixed_plan_is_flyable_where_the_replay_says_so() -> None:
         "battery": {"capacity_As": {"percent": 6}, "flow_rate_per_s": {"percent": 50}},
         "flight": {"hover_current_A": {"percent": 3}, "max_speed_m_s": {"percent": 20}},
         "laser": {"visibility_km": {"percent": 30}},
+        "limits": {"min_altitude_m": {"low": 55, "high": 61}},
     }
     columns = drawn(spreads(mission, stated), 5, 0, 40)
     variants = Variants(build_network(mission), columns)
-    flyable = FixedPlan.of(plan, mission).judged(variants, "battery").flyable
+    flyable = np.logical_and.reduce([*FixedPlan.of(plan, mission).kept(variants).values()])
     where = [float(each) for each in optuav.graph(mission).nodes["hover"]["position_m"]]
     for number in range(40):
         values = {key: float(column[number]) for key, column in columns.items()}
