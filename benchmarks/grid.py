@@ -8,7 +8,7 @@ import numpy as np
 
 import optuav
 from benchmarks.timing import Row, median_s
-from formulations.algorithm1 import algorithm1, best_pair
+from formulations.algorithms import algorithm1, best_pair
 from optuav.engines import grid
 from optuav.mission import load
 from optuav.network import vehicle

@@ -13,7 +13,7 @@ from typing import Any
 from typer.core import TyperArgument
 
 import optuav
-from formulations.given import Given
+from formulations.formulation import Given
 from formulations.soc import PAPER, PERSPECTIVES
 from optuav.cli.app import program
 from optuav.engines.registry import CAPABILITIES, Capability

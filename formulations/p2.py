@@ -4,8 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
-from formulations.formulation import Formulation
-from formulations.given import Given
+from formulations.formulation import Formulation, Given
 from formulations.p1 import state_limits
 from optuav.modelling import Model
 from optuav.options import Trajectory

@@ -1,4 +1,7 @@
-"""The quantities that formulations speak of: name, symbol, unit and where each comes from."""
+"""The quantities that formulations speak of, with symbol, unit and key of the mission.
+
+The nomenclature in ``docs/`` says what each stands for.
+"""
 
 from __future__ import annotations
 
@@ -12,7 +15,7 @@ import numpy as np
 
 from optuav.modelling import Parameter
 from optuav.modelling.expression import Operand
-from optuav.physics.kibam import Stage
+from optuav.physics.kibam import Stage, Wells
 
 TO_HOVER, FROM_HOVER = "to hover", "from hover"
 """Among the steps of an itinerary, the legs whose figures depend on a free hover point."""
@@ -25,64 +28,27 @@ def _quantity(symbol: str, unit: str, key: str = "", *, default: Any = MISSING) 
 
 @dataclass(frozen=True, kw_only=True)
 class Quantities:
-    """Numbers of an itinerary, or arrays with one entry an itinerary, or symbols for them.
-
-    Parameters
-    ----------
-    deadline_s
-        T_max, longest mission [s].
-    min_soc
-        η0, least state of charge at the end [-].
-    packs, capacity_As
-        Number of packs and capacity of one [A s]; B is their product.
-    nominal_voltage_V
-        e_nom [V].
-    flight_time_s, flight_charge_As, flight_energy_J
-        T_fl [s], and charge [A s] and energy [J] drawn on all legs.
-    hover_current_A
-        Net current drawn while hovering: rotors and radio less the laser's [A].
-    hover_power_W, hover_received_W
-        Power drawn while hovering, radio included, and received meanwhile [W].
-    rest_current_A, rest_received_W
-        Net current [A] and power [W] that charge the battery while resting.
-    flight_voltage_V, hover_voltage_V
-        Mean voltages u_fl and u_hv [V], at which flight and hover draw their charge.
-    flight_battery_J, hover_battery_J
-        E_1 and E_2 [J], what the full battery holds in flight and in hover, where that is stated;
-        None for B u_fl and B u_hv.
-    available_fraction, flow_rate_per_s
-        ω [-] and k_F [1/s] of the two wells.
-    hover_distance_m, coverage_radius_m
-        From the hover point to the device, and d_max, at which P_out = ε [m].
-    hover_altitude_m, min_altitude_m, max_altitude_m
-        z of the hover point, z_min and z_max [m].
-    end_gap_m
-        By how much the route misses w_0 and w_F [m].
-    steps
-        What happens on the way: a `kibam.Stage` for every stage of a leg, or a `kibam.Transition`
-        for several, ``"hover"`` and ``"rest"`` for the stays. Read by the perspectives `wells` and
-        `available` alone.
-    tapers
-        Whether the charging current falls once y1 = ωB, instead of driving y1 past it.
-    rests
-        Whether the route goes by way of a building, so that there is a rest time.
-    """
+    """Numbers of an itinerary, or arrays with one entry an itinerary, or symbols for them."""
 
     deadline_s: Operand = _quantity("T_max", "s", "limits.deadline_s")
     min_soc: Operand = _quantity("η0", "1", "limits.min_soc")
     packs: Operand = _quantity("N", "1", "battery.packs")
     capacity_As: Operand = _quantity("B_i", "A s", "battery.capacity_As")
     nominal_voltage_V: Operand = _quantity("e_nom", "V", "battery.nominal_voltage_V")
+    # Totals of all legs.
     flight_time_s: Operand = _quantity("T_fl", "s")
     flight_charge_As: Operand = _quantity("Q_fl", "A s")
     flight_energy_J: Operand = _quantity("E_fl", "J")
+    # While hovering: net current drawn, power drawn with the radio's, and power received.
     hover_current_A: Operand = _quantity("I_hv", "A")
     hover_power_W: Operand = _quantity("P_hv", "W")
     hover_received_W: Operand = _quantity("P_0,hv", "W")
+    # While resting: net current and power that charge the battery.
     rest_current_A: Operand = _quantity("I_rest", "A")
     rest_received_W: Operand = _quantity("P_0,rest", "W")
     flight_voltage_V: Operand = _quantity("u_fl", "V", default=math.nan)
     hover_voltage_V: Operand = _quantity("u_hv", "V", default=math.nan)
+    # What the full battery holds, None where that is not stated.
     flight_battery_J: Operand = _quantity("E_1", "J", "battery.flight_energy_J", default=None)
     hover_battery_J: Operand = _quantity("E_2", "J", "battery.hover_energy_J", default=None)
     available_fraction: Operand = _quantity(
@@ -95,13 +61,15 @@ class Quantities:
     min_altitude_m: Operand = _quantity("z_min", "m", "limits.min_altitude_m", default=math.nan)
     max_altitude_m: Operand = _quantity("z_max", "m", "limits.max_altitude_m", default=math.nan)
     end_gap_m: Operand = _quantity("|w_1 − w_0| + |w_T − w_F|", "m", default=math.nan)
+    # What happens on the way: a `kibam.Stage` for every stage of a leg, or a `kibam.Transition` for
+    # several, "hover" and "rest" for the stays. For the perspectives `wells` and `available` alone.
     steps: Sequence[Any] = ()
-    tapers: bool = False
-    rests: bool = True
+    tapers: bool = False  # Whether the charging current falls once y1 = ωB, or drives y1 past it
+    rests: bool = True  # Whether the route goes by way of a building, so that there is a rest time
 
     @cached_property
-    def known_levels(self) -> list[tuple[Operand, Operand, Operand]]:
-        """Wells after every step, by Δ and T', as `formulations.wells.levels` has found them."""
+    def known_levels(self) -> list[tuple[Operand, Operand, list[Wells]]]:
+        """Wells after every step, by Δ and T', as `formulations.soc.levels` has found them."""
         return []
 
     @property
@@ -115,21 +83,12 @@ class Quantities:
         return self.battery_As * self.nominal_voltage_V
 
     @property
-    def battery_in_flight_J(self) -> Operand:
-        """E_1 as stated, or B u_fl [J]."""
-        stated_J = self.flight_battery_J
-        return self.battery_As * self.flight_voltage_V if stated_J is None else stated_J
-
-    @property
-    def battery_in_hover_J(self) -> Operand:
-        """E_2 as stated, or B u_hv [J]."""
-        stated_J = self.hover_battery_J
-        return self.battery_As * self.hover_voltage_V if stated_J is None else stated_J
-
-    @property
     def time_left(self) -> Operand:
         """T_max − T_fl, what the legs leave of the deadline [s]."""
         return self.deadline_s - self.flight_time_s
+
+
+QUANTITIES = tuple(each for each in fields(Quantities) if each.metadata)
 
 
 def symbol_for(quantity: Field[Any], value: Any) -> Parameter | None:
@@ -145,19 +104,17 @@ def steps_for(steps: Sequence[Any], *, varies: bool = False) -> tuple[Any, ...]:
 
     Parameters of the model, with shadow prices, where they vary.
     """
-
-    def figure(name: str, symbol: str, unit: str, value: Operand) -> Operand:
-        return Parameter(name, symbol, unit, value, varies=varies) if np.ndim(value) else value
-
+    words = (("current_A", "I", "A"), ("duration_s", "t", "s"))
     return tuple(
         step
         if isinstance(step, str)
         else Stage(
-            figure(f"step_{number}_current_A", f"I_{number}", "A", step.current_A),
-            figure(f"step_{number}_duration_s", f"t_{number}", "s", step.duration_s),
+            *(
+                Parameter(f"step_{number}_{name}", f"{symbol}_{number}", unit, value, varies=varies)
+                if np.ndim(value)
+                else value
+                for (name, symbol, unit), value in zip(words, step, strict=True)
+            )
         )
         for number, step in enumerate(steps, start=1)
     )
-
-
-QUANTITIES = tuple(each for each in fields(Quantities) if each.metadata)

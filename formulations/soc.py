@@ -1,19 +1,24 @@
-"""How the state of charge at the end of the mission is written: by name of the perspective.
+"""The state of charge at the end, by name of the perspective, and the limits of the available well.
 
-Each is a function of the quantities, the hover time Δ [s] and the rest time T' [s].
+By [1] eqs (11)-(16), y1 ≥ 0 and y1 ≤ ωB hold at every moment if they hold at the end of every stage
+of constant current: while a stage discharges, y1 is least at one of its ends and stays below ωB;
+while it charges, y1 stays above 0 and is largest at an end. Legs never charge. Where charging
+tapers, y1 never passes ωB.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
-from dataclasses import replace
-from typing import TypeAlias
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property, partial
+from typing import NamedTuple, TypeAlias
 
 from formulations.parameters import Quantities
-from formulations.wells import state_of_charge_of_wells
-from optuav.modelling import Expression, Let
-from optuav.modelling.expression import Operand
+from optuav.modelling import Expression, Let, Relation
+from optuav.modelling.expression import Bounded, Call, Indexed, Operand
 from optuav.options import Perspective
+from optuav.physics import charging, kibam
+from optuav.physics.kibam import Battery, Stage, Wells
 
 StateOfCharge: TypeAlias = Callable[[Quantities, Operand, Operand], Operand]
 
@@ -32,26 +37,35 @@ def energy(given: Quantities, hover: Operand, rest: Operand) -> Operand:
 
 
 def adjusted(given: Quantities, hover: Operand, rest: Operand) -> Operand:
-    """η3 = 1 − E_fl/E_1 − E_hv/E_2 + E_harv/E_0; the paper prints the last two signs flipped."""
+    """η3 = 1 − E_fl/E_1 − E_hv/E_2 + E_harv/E_0; the paper prints the last two signs flipped.
+
+    E_1 and E_2 are as the mission states them, or B u_fl and B u_hv.
+    """
     harvested = given.hover_received_W * hover + given.rest_received_W * rest
+    in_flight_J, in_hover_J = given.flight_battery_J, given.hover_battery_J
+    if in_flight_J is None:
+        in_flight_J = given.battery_As * given.flight_voltage_V
+    if in_hover_J is None:
+        in_hover_J = given.battery_As * given.hover_voltage_V
     return (
         1.0
-        - given.flight_energy_J / given.battery_in_flight_J
-        - given.hover_power_W * hover / given.battery_in_hover_J
+        - given.flight_energy_J / in_flight_J
+        - given.hover_power_W * hover / in_hover_J
         + harvested / given.nominal_battery_J
     )
 
 
 def stepwise(given: Quantities, hover: Operand, rest: Operand) -> Operand:
     """(y1 + y2)/B through both wells, which take all that they are given, as in `battery`."""
-    return state_of_charge_of_wells(replace(given, tapers=False), hover, rest)
+    given = replace(given, tapers=False)
+    return levels(given, hover, rest)[-1].total_As / given.battery_As
 
 
 def delivered(given: Quantities, hover: Operand, rest: Operand) -> Operand:
     """(y1 + y2)/B: charge balance, unless the battery takes less once it is full."""
     if not given.tapers:
         return battery(given, hover, rest)
-    end = state_of_charge_of_wells(given, hover, rest)
+    end = levels(given, hover, rest)[-1].total_As / given.battery_As
     return Let("state of charge at the end", "η", "1", end) if isinstance(end, Expression) else end
 
 
@@ -68,3 +82,134 @@ PERSPECTIVES: Mapping[Perspective, StateOfCharge] = {
     "wells": stepwise,
     AVAILABLE: delivered,
 }
+
+
+@dataclass(frozen=True)
+class _Pool(Battery):
+    """All packs as one battery, the rate at which its wells level out known by a name."""
+
+    @cached_property
+    def rate_per_s(self) -> Operand:
+        """k' [1/s]; a number stays one."""
+        rate = super().rate_per_s
+        return Let("levelling rate", "k'", "1/s", rate) if isinstance(rate, Expression) else rate
+
+
+def pool(given: Quantities) -> Battery:
+    """All packs of an itinerary as one battery."""
+    return _Pool(given.battery_As, given.available_fraction, given.flow_rate_per_s)
+
+
+def levels(given: Quantities, hover: Operand, rest: Operand) -> Sequence[Wells]:
+    """The wells after every step of the itinerary, from a full battery.
+
+    The same times give the same trees, so that several constraints share them. The wells have names
+    in a tree, else each step would multiply the printed problem.
+    """
+    for h, r, known in given.known_levels:
+        if h is hover and r is rest:
+            return known
+    whole, found = pool(given), list[Wells]()
+    stays = {
+        "hover": Stage(-given.hover_current_A, hover),
+        "rest": Stage(given.rest_current_A, rest),
+    }
+    level: Operand = whole.full
+    for number, step in enumerate(given.steps, start=1):
+        stay = isinstance(step, str)
+        stage, words = (stays[step], "") if stay else (step, "by eqs (15)-(16), a stage of flight")
+        if stay and given.tapers:
+            level = _tapered(whole, level, stage, step)
+            words = f"after the {step}, whose current tapers once y1 = ωB"
+        elif isinstance(stage, kibam.Transition):
+            level, words = kibam.along(whole, level, stage), ""
+        else:
+            level = kibam.along(whole, level, kibam.transition(whole, stage))
+        if isinstance(level.total_As, Expression):
+            y1, y2 = (Indexed(symbol, number) for symbol in ("y1", "y2"))
+            level = Wells(
+                Let(f"available after step {number}", y1, "A s", level.available_As, words),
+                Let(f"bound after step {number}", y2, "A s", level.bound_As, words),
+            )
+        found.append(level)
+    given.known_levels.append((hover, rest, found))
+    return found
+
+
+def _tapered(whole: Battery, level: Wells, stage: Stage, stay: str) -> Wells:
+    """Wells after a stay in which charging tapers, in numbers or symbols.
+
+    At constant current throughout, neither well would hold less (`optuav.physics.charging`), and
+    both would hold the same if y1 stayed below ωB. That, and what they hold when full, bounds what
+    a stay leaves in a form that engines take.
+    """
+    if not isinstance(stage.duration_s, Expression):
+        return charging.tapered(whole, level, stage)
+    constant, full = kibam.step(whole, level, stage), whole.full
+    battery = whole.capacity_As, whole.available_fraction, whole.flow_rate_per_s
+    operands = constant.available_As, full.available_As, *level, *stage, *battery
+    available, bound = (
+        Call(
+            Bounded(f"the {stay} that tapers", partial(_tapered_well, number)),
+            (constant[number], full[number], *operands),
+        )
+        for number in (0, 1)
+    )
+    return Wells(available, bound)
+
+
+def _tapered_well(
+    number: int, y1: Operand, y2: Operand, current: Operand, time: Operand, *battery: Operand
+) -> Operand:
+    """The available (0) or the bound well (1) after a stay in which charging tapers."""
+    return charging.tapered(Battery(*battery), Wells(y1, y2), Stage(current, time))[number]
+
+
+LABELS = {"dry": "not dry", "past full": "not past full"}
+"""What the limits of the available well are called, by kind."""
+
+
+class StepEnd(NamedTuple):
+    """The end of a step of an itinerary."""
+
+    flight: int  # Number of the flight, from 1; of the one before where the step is a stay
+    stage: int  # Number of the stage in its flight, from 1; 0 for a stay
+    stay: str  # "hover" or "rest"; empty for a stage of flight
+    lands: bool  # Whether a flight ends
+
+    def __str__(self) -> str:
+        if self.stay:
+            return f"after the {self.stay}"
+        return f"after stage {self.stage} of flight {self.flight}"
+
+
+class WellLimit(NamedTuple):
+    """A limit of the available well at the end of a step, see `Constraint` for its fields."""
+
+    kind: str
+    step: int
+    moment: StepEnd
+    relation: Relation
+
+
+def well_limits(given: Quantities, hover: Operand, rest: Operand) -> Iterator[WellLimit]:
+    """Limits that keep y1/B within 0 and ω after every step, in order.
+
+    Flights and the stages of each are counted from 1.
+    """
+    flight, stage, last = 1, 0, len(given.steps) - 1
+    for number, (step, level) in enumerate(
+        zip(given.steps, levels(given, hover, rest), strict=True)
+    ):
+        share = level.available_As / given.battery_As
+        if isinstance(step, str):
+            moment = StepEnd(flight, 0, step, lands=False)
+            flight, stage = flight + 1, 0
+        else:
+            stage += 1
+            lands = number == last or isinstance(given.steps[number + 1], str)
+            moment = StepEnd(flight, stage, "", lands)
+        yield WellLimit("dry", number, moment, Relation(share, ">=", 0.0))
+        if isinstance(step, str) and not given.tapers:
+            below = Relation(share, "<=", given.available_fraction)
+            yield WellLimit("past full", number, moment, below)

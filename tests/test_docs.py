@@ -226,7 +226,7 @@ def test_contract_of_the_graph_is_the_graph() -> None:
 # Nomenclature
 
 SYMBOLS = table(DOCS / "nomenclature.md", "symbol", "mission key")
-FORMULATIONS = ("p1", "p2", "p3", "p4", "soc", "algorithm1", "algorithm2")
+FORMULATIONS = ("p1", "p2", "p3", "p4", "soc", "algorithms")
 PHYSICS = ("rotor", "flight", "link", "laser", "kibam")
 MODULES = {
     **{name: f"optuav.physics.{name}" for name in PHYSICS},

@@ -11,8 +11,7 @@ import numpy as np
 
 from formulations.formulation import Formulation
 from formulations.p1 import P1
-from formulations.soc import AVAILABLE, PAPER
-from formulations.wells import StepEnd
+from formulations.soc import AVAILABLE, PAPER, StepEnd
 from optuav.diagnosis.certificate import bound
 from optuav.diagnosis.infeasibility import conflicts
 from optuav.diagnosis.prices import prices

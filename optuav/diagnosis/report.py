@@ -6,7 +6,7 @@ import math
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 
-from formulations.wells import LABELS
+from formulations.soc import LABELS
 from optuav.diagnosis.certificate import Bound
 from optuav.diagnosis.infeasibility import Clash, Conflict
 from optuav.diagnosis.prices import Price

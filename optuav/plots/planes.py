@@ -12,7 +12,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.patches import Rectangle
 
-from formulations.wells import StepEnd
+from formulations.soc import StepEnd
 from optuav.arrays import Booleans, Floats
 from optuav.engines import grid
 from optuav.errors import InputError

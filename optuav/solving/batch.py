@@ -10,8 +10,7 @@ import numpy.typing as npt
 
 from formulations.p1 import P1
 from formulations.parameters import Quantities
-from formulations.soc import AVAILABLE, PERSPECTIVES
-from formulations.wells import WellLimit, pool, well_limits
+from formulations.soc import AVAILABLE, PERSPECTIVES, WellLimit, pool, well_limits
 from optuav.arrays import Booleans, Floats
 from optuav.engines import bracket
 from optuav.engines.bracketing import WIDTH_S, largest, shortest

@@ -10,27 +10,32 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
+from itertools import chain
 from typing import NamedTuple, NoReturn
 
 import numpy as np
 
-from formulations.free_hover import FreeHover
+from formulations.formulation import Given
 from formulations.p1 import P1
-from formulations.parameters import QUANTITIES
+from formulations.parameters import FROM_HOVER, QUANTITIES, TO_HOVER, Quantities
 from formulations.soc import AVAILABLE
 from optuav.arrays import Booleans, Floats, Integers
 from optuav.engines.prices import ShadowPrice
 from optuav.engines.registry import Engine
 from optuav.errors import InputError, SolverError
 from optuav.mission import Mission
+from optuav.modelling import Model, Parameter
 from optuav.network import vehicle
 from optuav.network.network import Network, build_network, nearest_building
 from optuav.network.obstacles import CLEAR, crossed, prisms
 from optuav.network.places import FIRST_BUILDING, HOVER
 from optuav.network.routes import NO_LEG
-from optuav.physics.quantity import TINY, Vector
+from optuav.options import Perspective
+from optuav.physics.flight import Loads
+from optuav.physics.kibam import Stage
+from optuav.physics.quantity import TINY, Quantity, Vector, norm
 from optuav.plan import Plan
 from optuav.solving.assemble import quantities
 from optuav.solving.batch import delivered
@@ -454,3 +459,102 @@ def _apart(points_m: Floats, hover_s: Floats, apart_m: float) -> Iterator[int]:
             return
         yield k
         left_s[np.linalg.norm(points_m - points_m[k], axis=1) <= apart_m] = -np.inf
+
+
+DESCRIPTIONS = {
+    "flight_time_s": "time of all legs, two of them to w and from w",
+    "flight_charge_As": "charge drawn on all legs",
+    "flight_energy_J": "energy drawn on all legs",
+    "flight_voltage_V": "mean voltage on all legs",
+    "hover_current_A": "current drawn at w, less what the laser gives there",
+    "hover_received_W": "power received from the laser at w",
+}
+"""Printed in place of formulas in w that would fill a page."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class FreeHover:
+    """The quantities of itineraries as functions of their hover point w, in sight of the laser."""
+
+    # Without the legs to and from w, which the steps name `TO_HOVER` and `FROM_HOVER`; the hover
+    # current is what is drawn before anything is received.
+    rest_of_route: Quantities
+    # Places from which the UAV flies to w and to which it flies on, and positions [m].
+    before_m: Vector
+    after_m: Vector
+    device_m: Vector
+    laser_m: Vector | None
+    leg: Callable[[Vector], Loads]  # What a leg of a displacement [m] draws
+    # Current [A] and power [W] received at a distance from the laser [m].
+    charging: Callable[[Quantity], tuple[Quantity, Quantity]]
+    laser_sight: Quantity = 1.0
+
+    def at(self, w: Vector) -> Quantities:
+        """The quantities with the hover point at w [m]: numbers, arrays or symbols."""
+        given = self.rest_of_route
+        legs = self.leg(_way(self.before_m, w)), self.leg(_way(w, self.after_m))
+        charge_As = given.flight_charge_As + sum(leg.charge_As for leg in legs)
+        energy_J = given.flight_energy_J + sum(leg.energy_J for leg in legs)
+        stages: dict[str, list[Stage | str]] = {
+            name: [Stage(-i, t) for i, t in zip(leg.currents_A, leg.durations_s, strict=True)]
+            for name, leg in zip((TO_HOVER, FROM_HOVER), legs, strict=True)
+        }
+        moved: dict[str, Quantity] = {
+            "flight_time_s": given.flight_time_s + sum(leg.duration_s for leg in legs),
+            "flight_charge_As": charge_As,
+            "flight_energy_J": energy_J,
+            "flight_voltage_V": energy_J / charge_As,
+            "hover_distance_m": norm(_way(self.device_m, w)),
+            "hover_altitude_m": w[2],
+            "steps": [
+                *chain(*(stages.get(s, [s]) if isinstance(s, str) else [s] for s in given.steps))
+            ],
+        }
+        if self.laser_m is not None:
+            current_A, power_W = self.charging(norm(_way(self.laser_m, w)))
+            moved["hover_current_A"] = given.hover_current_A - self.laser_sight * current_A
+            moved["hover_received_W"] = self.laser_sight * power_W
+        return replace(given, **moved)
+
+    def model(self, perspective: Perspective) -> Model:
+        """(P1) over w, Δ and T', with the figures of the itineraries as parameters."""
+        model = Model("P1 with the hover point free: longest hover within reach of the device")
+        x, y, z = (
+            model.variable(f"hover_{axis}_m", f"{axis}_w", unit="m", lower=-float("inf"))
+            for axis in "xyz"
+        )
+        given = Given.of(self.rest_of_route, perspective)
+        symbols = replace(
+            self,
+            rest_of_route=given,
+            before_m=_place("before", self.before_m),
+            after_m=_place("after", self.after_m),
+        )
+        at_w = symbols.at((x, y, z))
+        named: dict[str, Quantity] = {
+            each.name: model.let(
+                each.name,
+                value,
+                symbol=each.metadata["symbol"],
+                unit=each.metadata["unit"],
+                words=DESCRIPTIONS.get(each.name, ""),
+            )
+            for each in QUANTITIES
+            if (value := getattr(at_w, each.name)) is not getattr(given, each.name)
+        }
+        P1().declare(model, replace(given, **named, steps=at_w.steps))
+        return model
+
+
+def _place(name: str, position_m: Vector) -> Vector:
+    """Symbols for the position of a place [m]."""
+    x, y, z = (
+        Parameter(f"{name}_{axis}_m", f"{axis}_{name[0]}", "m", value)
+        for axis, value in zip("xyz", position_m, strict=True)
+    )
+    return x, y, z
+
+
+def _way(start: Vector, end: Vector) -> Vector:
+    """The displacement from one point to another [m]."""
+    return (end[0] - start[0], end[1] - start[1], end[2] - start[2])

@@ -14,9 +14,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from formulations.milp import FORMS, Form, Route
+from formulations.milp import route_choice as joined
 from formulations.p1 import P1
-from formulations.route_choice import FORMS, Form, Route
-from formulations.route_choice import route_choice as joined
 from formulations.soc import PAPER
 from optuav.engines.ranges import last_slot, lower_bounds, own_upper_bounds
 from optuav.engines.solution import Solution
@@ -110,7 +110,7 @@ def route_choice(
     form
         How the choice is stated. ``"hull"``: unknowns and homogenised rows a route, the tightest
         there is; ``"big-M"``: shared unknowns, and rows that the deadline's slack switches off;
-        fewer unknowns, a looser relaxation. See `formulations.route_choice`.
+        fewer unknowns, a looser relaxation. See `formulations.milp`.
     trajectory, order, slot_s, graph, time_limit_s, solver
         As for `optuav.formulate`.
     perspective

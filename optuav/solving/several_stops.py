@@ -10,8 +10,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from formulations.soc import AVAILABLE
-from formulations.wells import LABELS
+from formulations.soc import AVAILABLE, LABELS
 from optuav.arrays import Floats, Integers
 from optuav.errors import Fault, InputError, SolverError
 from optuav.mission.messages import shown

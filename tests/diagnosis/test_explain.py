@@ -12,8 +12,7 @@ from typing import Any
 import pytest
 
 import optuav
-from formulations.formulation import Formulation
-from formulations.given import Given
+from formulations.formulation import Formulation, Given
 from optuav.diagnosis import Explanation, explain, repairs
 from optuav.diagnosis.prices import Price
 from optuav.errors import InputError

@@ -9,7 +9,7 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
-from formulations.algorithm1 import algorithm1, best_pair
+from formulations.algorithms import algorithm1, best_pair
 from formulations.p3 import P3
 from formulations.p4 import P4
 from formulations.parameters import Quantities

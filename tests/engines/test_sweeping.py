@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import optuav
-from formulations.wells import pool
+from formulations.soc import pool
 from optuav.engines import bracket
 from optuav.engines.bracketing import WIDTH_S
 from optuav.physics import kibam

@@ -14,8 +14,7 @@ import numpy as np
 import pytest
 
 import optuav
-from formulations.formulation import Formulation
-from formulations.given import Given
+from formulations.formulation import Formulation, Given
 from formulations.p3 import P3
 from formulations.p4 import P4
 from optuav.cli import main

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from formulations.given import Given
+from formulations.formulation import Given
 from optuav.modelling import Model, check
 from tests.formulations.given import quantities
 

@@ -14,7 +14,7 @@ from matplotlib.contour import ContourSet
 from matplotlib.figure import Figure
 
 import optuav
-from formulations.wells import StepEnd
+from formulations.soc import StepEnd
 from optuav import plots
 from optuav.errors import InputError
 from optuav.modelling import Constraint, Relation

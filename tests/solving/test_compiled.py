@@ -10,8 +10,7 @@ import numpy as np
 import pytest
 
 import optuav
-from formulations.formulation import Formulation
-from formulations.given import Given
+from formulations.formulation import Formulation, Given
 from optuav.engines.registry import ENGINES
 from optuav.errors import InputError, SolverError
 from optuav.mission import Mission, load

@@ -7,8 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from formulations.formulation import Formulation
-from formulations.given import Given
+from formulations.formulation import Formulation, Given
 from optuav.engines.registry import CAPABILITIES, ENGINES, need, takers
 from optuav.errors import InputError
 from optuav.mission import load

@@ -5,14 +5,18 @@ from __future__ import annotations
 import pytest
 
 import optuav
-from formulations.wells import moments
+from formulations.soc import well_limits
 from optuav.physics.kibam import Stage
 from tests.asking import formulate, solve
+from tests.formulations.given import quantities
 
 
 def test_moments_count_flights_and_their_stages() -> None:
     flown = Stage(-100.0, 3.0)
-    assert [*map(str, moments([flown, "rest", flown, flown, "hover"]))] == [
+    wells = {"available_fraction": 0.5, "flow_rate_per_s": 1e-3}
+    given = quantities(**wells, steps=[flown, "rest", flown, flown, "hover"])
+    limits = [each for each in well_limits(given, 1.0, 1.0) if each.kind == "dry"]
+    assert [str(each.moment) for each in limits] == [
         "after stage 1 of flight 1",
         "after the rest",
         "after stage 1 of flight 2",

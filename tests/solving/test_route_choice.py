@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 import optuav
-from formulations.route_choice import FORMS, Form
+from formulations.milp import FORMS, Form
 from optuav.errors import InputError
 from optuav.mission import Mission
 from optuav.status import Status

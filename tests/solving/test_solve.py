@@ -16,8 +16,7 @@ from hypothesis import HealthCheck, assume, given, settings
 from hypothesis import strategies as st
 
 import optuav
-from formulations.formulation import Formulation
-from formulations.given import Given
+from formulations.formulation import Formulation, Given
 from optuav import InputError, Mission, Plan
 from optuav.modelling import Model
 from tests.asking import solve

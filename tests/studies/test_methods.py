@@ -14,7 +14,7 @@ import numpy as np
 import pytest
 
 import optuav
-from formulations.algorithm1 import algorithm1, best_pair
+from formulations.algorithms import algorithm1, best_pair
 from optuav.engines import grid
 from optuav.engines.casadi_engine import Casadi
 from optuav.engines.cvxpy_engine import Cvxpy

@@ -7,8 +7,8 @@ from collections.abc import Sequence
 import numpy as np
 import pytest
 
+from formulations.milp import FORMS, Form, Route, route_choice
 from formulations.parameters import Quantities
-from formulations.route_choice import FORMS, Form, Route, route_choice
 from optuav.engines.cvxpy_engine import Cvxpy, CvxpyProgramme
 from optuav.modelling import evaluate
 
