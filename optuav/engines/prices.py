@@ -27,7 +27,7 @@ import numpy as np
 from optuav.arrays import Floats, Values
 from optuav.engines.linear_form import LinearForm, linear_form
 from optuav.engines.ranges import implied_upper_bounds
-from optuav.engines.rows import Section, rows_of, stated_forms
+from optuav.engines.rows import rows_of, stated_forms
 from optuav.modelling.affine import NotAffineError
 from optuav.modelling.check import Checks, evaluated, relations
 from optuav.modelling.derivatives import Slope, slope
@@ -205,11 +205,10 @@ def _with_longest_other(model: Model, parameters: Point, point: Point) -> list[P
     (other,), goal = others, model.objective.name
     top = implied_upper_bounds(model, parameters, {**point, other: 0.0})[other]
     try:
-        forms, sizes, *_ = zip(*stated_forms(model, parameters), strict=True)
-        rows = rows_of(forms, sizes, goal, other, 1, max(top, point[goal]))
+        rows = rows_of(stated_forms(model, parameters), goal, other, 1, max(top, point[goal]))
     except NotExponentialError:
         return [point]
-    longest = Section.at_x(rows, np.array([point[goal]])).largest(np.array([top]))[0]
+    longest = rows.at_x(np.array([point[goal]])).end(np.array([top]))[0]
     if np.isnan(longest) or longest - point[other] < APART_S:
         return [point]
     return [point, {**point, other: float(longest)}]

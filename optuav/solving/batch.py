@@ -13,8 +13,8 @@ from formulations.parameters import Quantities
 from formulations.soc import AVAILABLE, PERSPECTIVES, WellLimit, pool, well_limits
 from optuav.arrays import Booleans, Floats
 from optuav.engines import bracket
-from optuav.engines.bracketing import WIDTH_S, largest, shortest
-from optuav.engines.rows import rows_of
+from optuav.engines.largest import WIDTH_S, largest, shortest
+from optuav.engines.rows import StatedForm, rows_of
 from optuav.errors import Fault, InputError
 from optuav.mission.schema import Number
 from optuav.modelling.kibam_form import CONSTANT, Exponential, unknown
@@ -210,10 +210,10 @@ def _bracketed(given: Quantities, count: int, shortest_rest: bool) -> Floats:
     left_s = given.time_left
     stated.append(left_s - (hover if rest is None else hover + rest))
     forms = [e if isinstance(e, Exponential) else Exponential({CONSTANT: e}) for e in stated]
-    sizes = [*np.ones(len(forms) - 1), left_s]
+    sized = [*(StatedForm(each, 1.0) for each in forms[:-1]), StatedForm(forms[-1], left_s)]
     x_top = np.broadcast_to(np.maximum(left_s, 0.0), count)
     y_top = x_top if given.rests else np.zeros(count)
-    rows = rows_of(forms, sizes, "hover", "rest" if given.rests else None, count, x_top)
+    rows = rows_of(sized, "hover", "rest" if given.rests else None, count, x_top)
     found = largest(rows, x_top, y_top)
     rest_s = shortest(rows, found, y_top) if shortest_rest else found.y
     return np.stack([found.x, rest_s, found.beyond])

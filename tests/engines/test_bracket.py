@@ -15,8 +15,7 @@ from scipy.integrate import solve_ivp
 import optuav
 from formulations.p4 import P4
 from optuav.engines import bracket
-from optuav.engines.bracketing import WIDTH_S
-from optuav.engines.rows import Rows
+from optuav.engines.largest import WIDTH_S
 from optuav.modelling import check
 from optuav.physics.kibam import Stage
 from optuav.solving.batch import Hovers, longest_hovers
@@ -387,21 +386,6 @@ def test_unknown_stays_and_legs_that_do_not_go_with_them(stays: Any, key: str) -
 def test_no_itineraries_have_no_answers() -> None:
     case = figures(np.random.default_rng(3)) | {"deadline_s": np.array([])}
     assert all(each.shape == (0,) for each in longest(case))
-
-
-def test_rows_that_the_next_implies_are_left_out_and_nothing_else_changes() -> None:
-    """What holds at 2 000 random points is the same; each programme keeps its last row."""
-    rng = np.random.default_rng(5)
-    shifts = np.cumsum(rng.exponential(3.0, (4, 3)), axis=0)[::-1]
-    rows = Rows(shifts, *rng.normal(size=(5, 4, 3)) / 4.0, *rng.uniform(0.01, 1.0, (2, 3)))
-    x_top, y_top = rng.uniform(1.0, 4.0, (2, 3))
-    kept = rows.without_implied(x_top, y_top)
-    assert np.isinf(kept.a).any() or len(kept.a) < len(rows.a)
-    assert np.isfinite(kept.a[-1]).all()
-    for share_x, share_y in rng.random((2000, 2)):
-        x, y = share_x * x_top, share_y * y_top
-        whole, left = ((each.at(x, y) >= 0.0).all(axis=0) for each in (rows, kept))
-        assert (whole == left).all()
 
 
 # What the constraints are reduced to
