@@ -25,9 +25,9 @@ import numpy as np
 from optuav.arrays import Values
 from optuav.diagnosis.words import columns, exact_text, number_text
 from optuav.engines.linear_form import linear_form
-from optuav.modelling.affine import NotAffineError, affine
 from optuav.modelling.check import relations
 from optuav.modelling.expression import Parameter
+from optuav.modelling.forms import NotAffineError, affine
 from optuav.modelling.model import Constraint, Model
 from optuav.modelling.traversal import leaves
 

@@ -16,9 +16,8 @@ from optuav.engines import bracket, closed_form, grid
 from optuav.engines.ranges import slot_ranges
 from optuav.errors import InputError, SolverError
 from optuav.modelling import Model, NotAffineError
-from optuav.modelling.affine import affine
 from optuav.modelling.check import evaluated, holding
-from optuav.modelling.kibam_form import NotExponentialError
+from optuav.modelling.forms import NotExponentialError, affine
 from optuav.network.feasibility import impossibilities
 from optuav.physics.kibam import Stage
 from optuav.solving.assemble import quantities

@@ -27,7 +27,7 @@ from optuav.errors import InputError
 from optuav.modelling import Model, Relation
 from optuav.modelling.check import evaluated
 from optuav.modelling.classify import traits
-from optuav.modelling.kibam_form import NotExponentialError
+from optuav.modelling.forms import NotExponentialError
 from optuav.modelling.model import Constraint
 from optuav.solving import Program
 from optuav.solving.plans import Part, moment_words, words

@@ -26,7 +26,7 @@ from optuav.engines.solution import Solution
 from optuav.errors import InputError
 from optuav.modelling.check import slack
 from optuav.modelling.expression import Operand
-from optuav.modelling.kibam_form import CONSTANT, Monomial
+from optuav.modelling.forms import CONSTANT, Monomial
 from optuav.modelling.model import Model
 from optuav.modelling.traversal import evaluate
 from optuav.status import Status

@@ -16,10 +16,10 @@ import numpy as np
 
 from optuav.arrays import Floats, Values
 from optuav.errors import InputError
-from optuav.modelling.affine import affine
 from optuav.modelling.check import holding
 from optuav.modelling.classify import traits
 from optuav.modelling.expression import Expression, Operand
+from optuav.modelling.forms import affine
 from optuav.modelling.model import Model
 from optuav.modelling.writer import Text
 

@@ -27,9 +27,9 @@ from optuav.engines.ranges import linear_excesses, lower_bounds, slot_ranges, up
 from optuav.engines.registry import Capability, Direct, capability
 from optuav.engines.solution import Solution
 from optuav.errors import InputError, SolverError
-from optuav.modelling.affine import NotAffineError, excess
 from optuav.modelling.check import TOLERANCE, evaluated, holding, relations
 from optuav.modelling.expression import Operand, Relation
+from optuav.modelling.forms import NotAffineError, excess
 from optuav.modelling.model import Model
 from optuav.modelling.traversal import evaluate
 from optuav.status import Status

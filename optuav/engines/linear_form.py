@@ -8,8 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from optuav.arrays import Booleans, Floats, Values
-from optuav.modelling.affine import Affine, affine, excess
 from optuav.modelling.check import TOLERANCE, relations
+from optuav.modelling.forms import Affine, affine, excess
 from optuav.modelling.model import Model
 
 

@@ -28,13 +28,11 @@ from optuav.arrays import Floats, Values
 from optuav.engines.linear_form import LinearForm, linear_form
 from optuav.engines.ranges import implied_upper_bounds
 from optuav.engines.rows import rows_of, stated_forms
-from optuav.modelling.affine import NotAffineError
 from optuav.modelling.check import Checks, evaluated, relations
-from optuav.modelling.derivatives import Slope, slope
 from optuav.modelling.expression import Operand, Relation, Variable
-from optuav.modelling.kibam_form import NotExponentialError
+from optuav.modelling.forms import NotAffineError, NotExponentialError
 from optuav.modelling.model import Model
-from optuav.modelling.traversal import evaluate, has_unknowns
+from optuav.modelling.traversal import Slope, evaluate, has_unknowns, slope
 
 Point: TypeAlias = Values
 Price: TypeAlias = tuple[Operand, Operand]

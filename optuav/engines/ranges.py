@@ -8,8 +8,8 @@ from contextlib import suppress
 
 from optuav.arrays import Values
 from optuav.errors import InputError
-from optuav.modelling.affine import Affine, NotAffineError, excess
 from optuav.modelling.expression import Operand
+from optuav.modelling.forms import Affine, NotAffineError, excess
 from optuav.modelling.model import Model
 from optuav.modelling.traversal import evaluate, leaves
 

@@ -21,7 +21,7 @@ import numpy as np
 from optuav.arrays import Booleans, Floats, Integers, Values
 from optuav.modelling.check import TOLERANCE, relations
 from optuav.modelling.expression import Operand
-from optuav.modelling.kibam_form import (
+from optuav.modelling.forms import (
     CONSTANT,
     Exponential,
     Monomial,

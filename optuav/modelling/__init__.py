@@ -1,8 +1,8 @@
 """Optimisation models as trees of NumPy ufuncs, declared once and read by every engine."""
 
-from optuav.modelling.affine import Affine, NotAffineError, affine
 from optuav.modelling.check import Check, Checks, check
 from optuav.modelling.expression import Expression, Let, Parameter, Relation, Variable
+from optuav.modelling.forms import Affine, NotAffineError, affine
 from optuav.modelling.model import Constraint, Model
 from optuav.modelling.traversal import evaluate
 

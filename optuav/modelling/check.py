@@ -248,28 +248,29 @@ def refuse_misfits(model: Model, programmes: int) -> None:
         Naming every constraint, or the objective, in which there is such an array.
     """
     allowed = {(), (1,), (programmes,)}
-    if _shapes(model.expressions) <= allowed:
+    if _shapes([*model.nodes, *model.expressions]) <= allowed:
         return
     words = f"arrays with one entry a programme, here {programmes}"
     raise InputError(
         [
             Fault(label, f"array of shape {each}", words)
             for label, sides in _stated(model).items()
-            for each in sorted(_shapes(sides) - allowed)
+            for each in sorted(_shapes([*nodes(*sides), *sides]) - allowed)
         ]
     )
 
 
-def _shapes(trees: Iterable[Operand]) -> set[tuple[int, ...]]:
-    """Shapes of the numbers and parameters in some trees."""
-    trees = list(trees)
-    found = {np.shape(each) for each in trees if not isinstance(each, Expression)}
-    for node in nodes(*trees):
+def _shapes(found: Iterable[Operand]) -> set[tuple[int, ...]]:
+    """Shapes of the numbers in some nodes."""
+    shapes = set()
+    for node in found:
         if isinstance(node, Parameter):
-            found.add(np.shape(node.value))
+            shapes.add(np.shape(node.value))
         elif isinstance(node, Call):
-            found |= {np.shape(each) for each in node.arguments if isinstance(each, np.ndarray)}
-    return found
+            shapes |= {np.shape(each) for each in node.arguments if isinstance(each, np.ndarray)}
+        elif not isinstance(node, Expression):
+            shapes.add(np.shape(node))
+    return shapes
 
 
 @np.errstate(all="ignore")

@@ -8,12 +8,18 @@ from typing import TypeAlias
 
 import numpy as np
 
-from optuav.modelling.affine import is_affine, not_affine
-from optuav.modelling.derivatives import DIFFERENTIABLE, SMOOTH
-from optuav.modelling.expression import Leaf, Operand, Variable
-from optuav.modelling.kibam_form import NotExponentialError, Relaxation, exponential
+from optuav.modelling.expression import Call, Operand
+from optuav.modelling.forms import (
+    NotAffineError,
+    NotExponentialError,
+    Relaxation,
+    affine,
+    excess,
+    exponential,
+    refuse_curved,
+)
 from optuav.modelling.model import Model
-from optuav.modelling.traversal import fold
+from optuav.modelling.traversal import KINKED, PARTIALS
 
 Flaw: TypeAlias = tuple[str, str]
 """Label of a constraint, or "objective", and what it is not and why."""
@@ -33,7 +39,7 @@ class Traits:
         Symbols of the variables without a lower bound.
     rough
         Name of the first function that is not known to have derivatives everywhere; empty if there
-        is none.
+        is none. Over parameters alone steps and kinks do no harm.
     nonlinear
         The first that is not affine in the variables; None if all are.
     longest
@@ -86,76 +92,67 @@ def traits(model: Model) -> Traits:
     return model.remembered("traits", _traits)
 
 
+@np.errstate(all="ignore")
 def _traits(model: Model) -> Traits:
-    nonlinear, rough = _first_faults(model)
-    longest = _longest(model)
+    """The kind of a model."""
+    unknowns = model.variables
+    others = [each for each in unknowns if each is not model.objective]
+    bounds = [each.lower if isinstance(each.lower, float) else math.nan for each in unknowns]
+    integer = any(each.binary for each in unknowns)
+    longest = (
+        model.sense == "maximise"
+        and len(others) < len(unknowns) <= 2
+        and all(any(each is other for other in others) for each in model.preferences)
+        and all(bound == 0.0 for bound in bounds)
+        and not integer
+    )
+    open_below = (
+        each.symbol for each, bound in zip(unknowns, bounds, strict=True) if bound == -math.inf
+    )
     return Traits(
-        len(model.variables),
-        any(each.binary for each in model.variables),
-        tuple(
-            each.symbol
-            for each in model.variables
-            if isinstance(each.lower, float) and each.lower == -math.inf
-        ),
-        rough,
-        nonlinear,
+        len(unknowns),
+        integer,
+        tuple(open_below),
+        _first_rough(model),
+        _first_nonlinear(model),
         longest,
         _first_unlevelled(model) if longest else None,
     )
 
 
-def _longest(model: Model) -> bool:
-    others = [each for each in model.variables if each is not model.objective]
-    return (
-        model.sense == "maximise"
-        and len(others) < len(model.variables) <= 2
-        and all(any(each is other for other in others) for each in model.preferences)
-        and all(isinstance(each.lower, float) and each.lower == 0.0 for each in model.variables)
-        and not any(each.binary for each in model.variables)
-    )
+def _first_rough(model: Model) -> str:
+    """Name of the first function that is not known to have derivatives everywhere."""
+    calls = (node for node in model.nodes if isinstance(node, Call) and node.ufunc not in PARTIALS)
+    rough = (node for node in calls if node.moves or node.ufunc not in KINKED)
+    return next((node.ufunc.__name__ for node in rough), "")
 
 
-def _first_unlevelled(model: Model) -> Flaw | None:
-    done, relaxed = dict[int, Operand](), Relaxation()
-    for constraint, known in zip(model.constraints, model.side_forms, strict=True):
-        if known:
-            continue
-        for side in constraint.relation.sides:
-            try:
-                exponential(side, {}, done, relaxed)
-            except NotExponentialError as error:
-                return constraint.label, str(error)
+def _first_nonlinear(model: Model) -> Flaw | None:
+    """The first that is not affine, with the function to blame."""
+    label = "objective"
+    try:
+        affine(model.objective, {})
+        label = "preference"
+        for each in model.preferences:
+            affine(each, {})
+        for constraint, known in zip(model.constraints, model.side_forms, strict=True):
+            label = constraint.label
+            if known is None:
+                excess(constraint.relation, {})
+            for form in known or ():
+                refuse_curved(form)
+    except NotAffineError as error:
+        return label, str(error)
     return None
 
 
-def _first_faults(model: Model) -> tuple[Flaw | None, str]:
-    """The first that is not affine, and the first function that is not known to be smooth.
-
-    Over parameters alone steps and kinks do no harm to smoothness, but a function whose derivative
-    is not known does.
-    """
-    rough: list[str] = []
-    done: dict[int, str | bool] = {}
-
-    def leaf(node: Leaf) -> bool:
-        return isinstance(node, Variable)
-
-    def call(ufunc: np.ufunc, arguments: tuple[str | bool, ...]) -> str | bool:
-        """Whether it varies with an unknown, or why it is not affine."""
-        moving = [each is True or isinstance(each, str) for each in arguments]
-        varies = any(moving)
-        if ufunc not in (SMOOTH if varies else DIFFERENTIABLE):
-            rough.append(ufunc.__name__)
-        if not varies:
-            return False
-        faults = [each for each in arguments if isinstance(each, str)]
-        return faults[0] if faults else is_affine(ufunc, moving) or not_affine(ufunc)
-
-    named = [("objective", model.objective)]
-    named += [("preference", each) for each in model.preferences]
-    named += [(each.label, side) for each in model.constraints for side in each.relation.sides]
-    found = [(label, fold(tree, leaf, call, done=done)) for label, tree in named]
-    for tree in model.expressions:  # bounds too
-        fold(tree, leaf, call, done=done)
-    nonlinear = next(((label, fault) for label, fault in found if type(fault) is str), None)
-    return nonlinear, rough[0] if rough else ""
+def _first_unlevelled(model: Model) -> Flaw | None:
+    """The first constraint that has no form, even with bounds of `Bounded` functions."""
+    done, relaxed = dict[int, Operand](), Relaxation()
+    for constraint, known in zip(model.constraints, model.side_forms, strict=True):
+        try:
+            for side in () if known else constraint.relation.sides:
+                exponential(side, {}, done, relaxed)
+        except NotExponentialError as error:
+            return constraint.label, str(error)
+    return None

@@ -12,7 +12,6 @@ from typing import TYPE_CHECKING, NamedTuple, TypeAlias
 
 import numpy as np
 
-from optuav.modelling.affine import NotAffineError, affine
 from optuav.modelling.expression import (
     INDEX,
     Indexed,
@@ -22,6 +21,7 @@ from optuav.modelling.expression import (
     Parameter,
     Variable,
 )
+from optuav.modelling.forms import NotAffineError, affine
 from optuav.modelling.traversal import nodes, outermost
 from optuav.modelling.writer import Latex, Text
 

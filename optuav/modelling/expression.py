@@ -60,10 +60,8 @@ class Expression(NDArrayOperatorsMixin):
     __hash__ = object.__hash__
     below: tuple[Expression, ...] = ()
     """The expressions among its operands."""
-    height = 0
-    """More than that of each of them."""
-    order: list[Expression] | None = None
-    """All nodes of the tree, each after its operands, once they were listed."""
+    moves = False
+    """Whether it holds a variable."""
 
     def __array_ufunc__(
         self, ufunc: np.ufunc, method: str, *inputs: Operand, **options: Operand
@@ -115,7 +113,7 @@ class Call(Expression):
 
     def __post_init__(self) -> None:
         self.below = tuple([each for each in self.arguments if isinstance(each, Expression)])
-        self.height = 1 + max([each.height for each in self.below], default=0)
+        self.moves = any(each.moves for each in self.below)
 
 
 @dataclass(eq=False, repr=False)
@@ -154,6 +152,7 @@ class Variable(Expression):
     binary: bool = False
     declared_at: str = ""
     kind: str = ""
+    moves = True
 
 
 @dataclass(eq=False, repr=False)
@@ -205,8 +204,7 @@ class Let(Expression):
 
     def __post_init__(self) -> None:
         if isinstance(self.expression, Expression):
-            self.below = (self.expression,)
-            self.height = 1 + self.expression.height
+            self.below, self.moves = (self.expression,), self.expression.moves
 
 
 Leaf: TypeAlias = Variable | Parameter

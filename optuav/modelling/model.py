@@ -13,9 +13,9 @@ from types import FrameType
 from typing import Any, Literal, TypeVar
 
 from optuav.modelling.display import latex, text
-from optuav.modelling.expression import Let, Operand, Parameter, Relation, Variable
-from optuav.modelling.kibam_form import Exponential, side_forms
-from optuav.modelling.traversal import leaves
+from optuav.modelling.expression import Expression, Let, Operand, Parameter, Relation, Variable
+from optuav.modelling.forms import Exponential, NotExponentialError, exponential
+from optuav.modelling.traversal import leaves, nodes
 
 Found = TypeVar("Found")
 
@@ -235,11 +235,14 @@ class Model:
         return found
 
     @property
+    def nodes(self) -> list[Expression]:
+        """Every node of its trees once, each after its operands."""
+        return self.remembered("nodes", lambda model: [*nodes(*model.expressions)])
+
+    @property
     def side_forms(self) -> list[tuple[Exponential, Exponential] | None]:
-        """Forms of both sides of each constraint, as of `optuav.modelling.kibam_form`."""
-        return self.remembered(
-            "side forms", lambda model: side_forms(each.relation for each in model.constraints)
-        )
+        """Forms of both sides of each constraint, by the parameters' values; None without one."""
+        return self.remembered("side forms", _side_forms)
 
     @property
     def given(self) -> dict[str, Parameter]:
@@ -267,8 +270,21 @@ class Model:
 
 
 def _given(model: Model) -> dict[str, Parameter]:
-    found = leaves(*model.expressions)
+    found = leaves(*model.nodes)
     return {leaf.name: leaf for leaf in found if isinstance(leaf, Parameter)}
+
+
+def _side_forms(model: Model) -> list[tuple[Exponential, Exponential] | None]:
+    """Forms of both sides of each constraint; None without one."""
+    done = dict[int, Operand]()
+    found: list[tuple[Exponential, Exponential] | None] = []
+    for each in model.constraints:
+        try:
+            left, right = (exponential(side, {}, done) for side in each.relation.sides)
+            found.append((left, right))
+        except NotExponentialError:
+            found.append(None)
+    return found
 
 
 def _place_of_caller() -> str:

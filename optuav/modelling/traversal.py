@@ -1,10 +1,12 @@
-"""Walks over trees of expressions: what they become, their values, and their variables."""
+"""Walks over trees of expressions: what they become, their values, slopes and leaves."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Container, Iterator, Mapping
-from operator import attrgetter
+from collections.abc import Callable, Iterator, Mapping, MutableMapping
+from dataclasses import dataclass
 from typing import Any, TypeVar
+
+import numpy as np
 
 from optuav.modelling.expression import Call, Expression, Leaf, Let, Operand, Parameter, Variable
 
@@ -25,11 +27,9 @@ def fold(
     default what it stands for. `done` holds what nodes became, by identity: hand the same one to
     the walks of trees that share nodes, and keep these trees as long.
     """
-    if not isinstance(expression, Expression):
-        return expression
     done = {} if done is None else done
     get: Callable[[int, Any], Any] = done.get
-    for node in _order(expression) if not done else _missing(expression, done):
+    for node in nodes(expression, done=done):
         if isinstance(node, Call):
             operands = [get(id(each), each) for each in node.arguments]
             done[id(node)] = call(node.ufunc, tuple(operands))
@@ -37,26 +37,31 @@ def fold(
             inner = get(id(node.expression), node.expression)
             done[id(node)] = inner if let is None else let(node, inner)
         else:
-            done[id(node)] = leaf(node)
-    return done[id(expression)]
+            done[id(node)] = leaf(node)  # type: ignore[arg-type]
+    return get(id(expression), expression)
 
 
-def nodes(*expressions: Operand) -> list[Expression]:
-    """Every node of some trees once, each after its operands, as a reader meets them."""
-    found: list[Expression] = []
-    seen: set[int] = set()
+def nodes(
+    *expressions: Operand, done: MutableMapping[int, Any] | None = None
+) -> Iterator[Expression]:
+    """Every node of some trees once, each after its operands, as a reader meets them.
+
+    Nodes that are `done`, by identity, are left out with what lies below them; the others join
+    them, unless the one who asks has put something else in their place.
+    """
+    done = {} if done is None else done
     waiting = [each for each in reversed(expressions) if isinstance(each, Expression)]
     while waiting:  # no recursion: a sum over a thousand phases is a deep tree
         node = waiting[-1]
-        below = [each for each in node.below if id(each) not in seen]
-        if below:
-            waiting += reversed(below)
+        if id(node) in done:
+            waiting.pop()
             continue
-        waiting.pop()
-        if id(node) not in seen:
-            seen.add(id(node))
-            found.append(node)
-    return found
+        for each in reversed(node.below):
+            if id(each) not in done:
+                waiting.append(each)
+        if waiting[-1] is node:
+            yield node
+            done.setdefault(id(node), node)
 
 
 def outermost(*expressions: Operand) -> Iterator[Leaf | Let]:
@@ -69,33 +74,28 @@ def outermost(*expressions: Operand) -> Iterator[Leaf | Let]:
         seen.add(id(node))
         if isinstance(node, Call):
             waiting += node.below
-        elif isinstance(node, Variable | Parameter | Let):
-            yield node
+        elif isinstance(node, Expression):
+            yield node  # type: ignore[misc]
 
 
-def _order(expression: Expression) -> list[Any]:
-    """Nodes of a tree, each after its operands; listed once, as a tree never changes."""
-    if expression.order is None:
-        expression.order = _missing(expression, ())
-    return expression.order
+def leaves(*expressions: Operand) -> list[Leaf]:
+    """Variables and parameters of some trees, in order of first appearance, each name once.
+
+    Raises
+    ------
+    ValueError
+        If two different ones have the same name.
+    """
+    found: dict[str, Leaf] = {}
+    for node in nodes(*expressions):
+        if isinstance(node, Variable | Parameter) and found.setdefault(node.name, node) is not node:
+            raise ValueError(f"two different symbols are called {node.name!r}")
+    return [*found.values()]
 
 
-def _missing(expression: Expression, done: Container[int]) -> list[Any]:
-    """Nodes of a tree that are not done, each after its operands."""
-    if id(expression) in done:
-        return []
-    found = [expression]
-    seen = {id(expression)}
-    for node in found:  # which grows meanwhile
-        for each in node.below:
-            if id(each) not in seen and id(each) not in done:
-                seen.add(id(each))
-                found.append(each)
-    found.sort(key=_height)
-    return found
-
-
-_height = attrgetter("height")
+def has_unknowns(*expressions: Operand) -> bool:
+    """Whether some trees hold a variable."""
+    return any(isinstance(each, Expression) and each.moves for each in expressions)
 
 
 def evaluate(
@@ -135,21 +135,93 @@ def evaluate(
     return fold(expression, leaf, lambda ufunc, arguments: ufunc(*arguments), done=done)
 
 
-def leaves(*expressions: Operand) -> Iterator[Leaf]:
-    """Variables and parameters of some trees, in order of first appearance, each name once.
+Partials = Callable[..., tuple[Operand, ...]]
+
+PARTIALS: Mapping[np.ufunc, Partials] = {
+    np.add: lambda value, a, b: (1.0, 1.0),
+    np.subtract: lambda value, a, b: (1.0, -1.0),
+    np.multiply: lambda value, a, b: (b, a),
+    np.divide: lambda value, a, b: (1.0 / b, -value / b),
+    np.power: lambda value, a, b: (b * a ** (b - 1.0), value * np.log(a)),
+    np.negative: lambda value, a: (-1.0,),
+    np.positive: lambda value, a: (1.0,),
+    np.square: lambda value, a: (2.0 * a,),
+    np.reciprocal: lambda value, a: (-value * value,),
+    np.sqrt: lambda value, a: (0.5 / value,),
+    np.cbrt: lambda value, a: (1.0 / (3.0 * value * value),),
+    np.exp: lambda value, a: (value,),
+    np.exp2: lambda value, a: (np.log(2.0) * value,),
+    np.expm1: lambda value, a: (value + 1.0,),
+    np.log: lambda value, a: (1.0 / a,),
+    np.log1p: lambda value, a: (1.0 / (1.0 + a),),
+    np.log2: lambda value, a: (1.0 / (np.log(2.0) * a),),
+    np.log10: lambda value, a: (1.0 / (np.log(10.0) * a),),
+    np.logaddexp: lambda value, a, b: (np.exp(a - value), np.exp(b - value)),
+    np.sin: lambda value, a: (np.cos(a),),
+    np.cos: lambda value, a: (-np.sin(a),),
+    np.tan: lambda value, a: (1.0 + value * value,),
+    np.sinh: lambda value, a: (np.cosh(a),),
+    np.cosh: lambda value, a: (np.sinh(a),),
+    np.tanh: lambda value, a: (1.0 - value * value,),
+    np.arcsin: lambda value, a: (1.0 / np.sqrt(1.0 - a * a),),
+    np.arccos: lambda value, a: (-1.0 / np.sqrt(1.0 - a * a),),
+    np.arctan: lambda value, a: (1.0 / (1.0 + a * a),),
+    np.arctan2: lambda value, a, b: (b / (a * a + b * b), -a / (a * a + b * b)),
+    np.arcsinh: lambda value, a: (1.0 / np.sqrt(a * a + 1.0),),
+    np.arccosh: lambda value, a: (1.0 / np.sqrt(a * a - 1.0),),
+    np.arctanh: lambda value, a: (1.0 / (1.0 - a * a),),
+    np.hypot: lambda value, a, b: (a / value, b / value),
+    **dict.fromkeys((np.deg2rad, np.radians), lambda value, a: (np.pi / 180.0,)),
+    **dict.fromkeys((np.rad2deg, np.degrees), lambda value, a: (180.0 / np.pi,)),
+}
+"""Partial derivatives of smooth functions by argument, from the value and the arguments."""
+
+KINKED: Mapping[np.ufunc, Partials] = {
+    **dict.fromkeys((np.absolute, np.fabs), lambda value, a: (np.sign(a),)),
+    **dict.fromkeys((np.floor, np.ceil, np.trunc, np.sign), lambda value, a: (0.0,)),
+    np.heaviside: lambda value, a, b: (0.0, np.where(a == 0.0, 1.0, 0.0)),
+    **dict.fromkeys((np.maximum, np.fmax), lambda value, a, b: (1.0 * (a >= b), 1.0 * (a < b))),
+    **dict.fromkeys((np.minimum, np.fmin), lambda value, a, b: (1.0 * (a <= b), 1.0 * (a > b))),
+}
+"""The same of functions with steps and kinks, beside these."""
+
+
+@dataclass(frozen=True)
+class Slope:
+    """Value of an expression and its derivatives by the names of its leaves."""
+
+    value: Operand
+    by: Mapping[str, Operand]
+
+
+@np.errstate(divide="ignore", invalid="ignore")  # the exponent of most powers is a number
+def slope(
+    expression: Operand, values: Mapping[str, Operand], done: dict[int, Operand] | None = None
+) -> Slope:
+    """Value of an expression and its derivatives with respect to every leaf in it.
+
+    Every node carries both (forward differentiation). Values as of `evaluate`, `done` as of `fold`.
 
     Raises
     ------
-    ValueError
-        If two different ones have the same name.
+    NotImplementedError
+        If the tree holds a function without a derivative here.
     """
-    found: dict[str, Leaf] = {}
-    for node in nodes(*expressions):
-        if isinstance(node, Variable | Parameter) and found.setdefault(node.name, node) is not node:
-            raise ValueError(f"two different symbols are called {node.name!r}")
-    yield from found.values()
 
+    def leaf(node: Leaf) -> Slope:
+        own = isinstance(node, Parameter) and node.name not in values
+        return Slope(node.value if own else values[node.name], {node.name: 1.0})  # type: ignore[union-attr]
 
-def has_unknowns(*expressions: Operand) -> bool:
-    """Whether some trees hold a variable."""
-    return any(isinstance(node, Variable) for node in nodes(*expressions))
+    def call(ufunc: np.ufunc, arguments: tuple[Operand, ...]) -> Slope:
+        partials = PARTIALS.get(ufunc) or KINKED.get(ufunc)
+        if partials is None:
+            raise NotImplementedError(f"{ufunc.__name__} has no derivative here")
+        numbers = [each.value if isinstance(each, Slope) else each for each in arguments]
+        value, by = ufunc(*numbers), dict[str, Operand]()
+        for argument, partial in zip(arguments, partials(value, *numbers), strict=True):
+            for name, inner in argument.by.items() if isinstance(argument, Slope) else ():
+                by[name] = by.get(name, 0.0) + partial * inner
+        return Slope(value, by)
+
+    found = fold(expression, leaf, call, done=done)
+    return found if isinstance(found, Slope) else Slope(found, {})

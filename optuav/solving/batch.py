@@ -17,7 +17,7 @@ from optuav.engines.largest import WIDTH_S, largest, shortest
 from optuav.engines.rows import StatedForm, rows_of
 from optuav.errors import Fault, InputError
 from optuav.mission.schema import Number
-from optuav.modelling.kibam_form import CONSTANT, Exponential, unknown
+from optuav.modelling.forms import CONSTANT, Exponential, unknown
 from optuav.physics.kibam import Stage, falls_throughout
 from optuav.solving.assemble import entries
 

@@ -21,8 +21,8 @@ from optuav.engines.ranges import TOLERANCE as SLOT_TOLERANCE
 from optuav.errors import SolverError
 from optuav.mission import Mission
 from optuav.modelling import Model, evaluate
-from optuav.modelling.affine import excess
 from optuav.modelling.check import TOLERANCE
+from optuav.modelling.forms import excess
 from optuav.options import ORDERS, Perspective
 from optuav.plan import Plan
 from optuav.solving import Program, formulate, solve

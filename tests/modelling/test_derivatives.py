@@ -13,7 +13,7 @@ from hypothesis import assume, given
 from hypothesis import strategies as st
 
 from optuav.modelling import Model, Parameter, Variable, evaluate
-from optuav.modelling.derivatives import PARTIALS, slope
+from optuav.modelling.traversal import KINKED, PARTIALS, slope
 from optuav.physics import flight, kibam, laser, rotor
 from tests.physics.reference import AIRFRAME, BATTERY, MOTOR
 
@@ -96,7 +96,7 @@ def test_slopes_are_complex_steps(tree: Any) -> None:
         assert found.by.get(name, 0.0) == pytest.approx(expected, rel=1e-9, abs=1e-9), name
 
 
-@pytest.mark.parametrize("ufunc", [*PARTIALS, np.power], ids=lambda ufunc: ufunc.__name__)
+@pytest.mark.parametrize("ufunc", [*PARTIALS, *KINKED], ids=lambda ufunc: ufunc.__name__)
 def test_every_function_has_its_slope(ufunc: np.ufunc) -> None:
     """At points of its domain, by differences; the arguments on either side of each other."""
     rng = np.random.default_rng(1)
@@ -110,7 +110,7 @@ def test_every_function_has_its_slope(ufunc: np.ufunc) -> None:
 
 
 def test_table_is_all_that_is_tested() -> None:
-    assert set(PARTIALS) | {np.power} == {*UNARY, *BINARY, *REAL_ONLY}
+    assert {*PARTIALS, *KINKED} == {*UNARY, *BINARY, *REAL_ONLY}
 
 
 @pytest.mark.parametrize("sign", [-1.0, 1.0])

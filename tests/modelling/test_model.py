@@ -139,7 +139,7 @@ def test_a_pickled_model_is_the_same_model() -> None:
         assert affine(one.relation.left, {}).coefficients == {"x": expected}
 
 
-@pytest.mark.parametrize("name", ["affine", "check", "classify", "model", "traversal"])
+@pytest.mark.parametrize("name", ["check", "classify", "forms", "model", "traversal"])
 def test_examples_run(name: str) -> None:
     tried = doctest.testmod(importlib.import_module(f"optuav.modelling.{name}"))
     assert (tried.failed, tried.attempted > 0) == (0, True)

@@ -1,0 +1,259 @@
+"""Forms of expressions: affine ones, and products of times and of what levels out with them.
+
+What phases of constant current do to the wells of a battery is a sum of products of 1, t and
+(1 − exp(−kt))/k in their durations t, each product with one factor a duration at most. It is found
+by walking a tree, or by handing `unknown` to the physics instead of a number; coefficients may be
+arrays over programmes. The integral (1 − exp(−kt))/k stands for the decay, as it keeps its digits
+where k is next to nothing.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping
+from typing import Literal, NamedTuple, TypeAlias
+
+import numpy as np
+from numpy.lib.mixins import NDArrayOperatorsMixin
+
+from optuav.modelling.expression import Bounded, Leaf, Operand, Parameter, Relation
+from optuav.modelling.traversal import fold
+
+Factor: TypeAlias = tuple[str, Literal["time", "levelling"]]
+Monomial: TypeAlias = frozenset[Factor]
+"""Factors t and (1 − exp(−kt))/k of different unknowns t."""
+
+CONSTANT: Monomial = frozenset()
+
+
+class NotExponentialError(ValueError):
+    """The expression is no form of times and levellings."""
+
+
+class NotAffineError(ValueError):
+    """The expression is not affine in the variables."""
+
+
+class Exponential(NDArrayOperatorsMixin):
+    """Σ coefficient · monomial, with k by name of an unknown that levels out [1/s].
+
+    It answers to Python's operators and to NumPy's ufuncs; figures are numbers or arrays over
+    programmes.
+    """
+
+    def __init__(
+        self, terms: Mapping[Monomial, Operand], rates_per_s: Mapping[str, Operand] | None = None
+    ) -> None:
+        self.terms = terms
+        self.rates_per_s = rates_per_s or {}
+
+    def __array_ufunc__(
+        self, ufunc: np.ufunc, method: str, *inputs: Operand, **options: Operand
+    ) -> Operand:
+        return NotImplemented if method != "__call__" or options else applied(ufunc, inputs)
+
+
+def unknown(name: str) -> Exponential:
+    """The form of an unknown itself."""
+    return Exponential({frozenset({(name, "time")}): 1.0})
+
+
+def applied(ufunc: np.ufunc, operands: tuple[Operand, ...]) -> Operand:
+    """A function of forms and numbers."""
+    moving = [isinstance(each, Exponential) for each in operands]
+    if not any(moving):
+        return ufunc(*operands)
+    if ufunc in (np.add, np.subtract):
+        return _sum(_form(operands[0]), _form(operands[1]), 1.0 if ufunc is np.add else -1.0)
+    if ufunc is np.multiply:
+        return _product(_form(operands[0]), _form(operands[1]))
+    if ufunc is np.divide and not moving[1]:
+        return _product(operands[0], _form(_reciprocal(operands[1])))
+    if ufunc is np.negative:
+        return _product(operands[0], _form(-1.0))
+    if ufunc is np.positive:
+        return operands[0]
+    if ufunc is np.expm1:
+        return _lost(operands[0])
+    if ufunc is np.exp:
+        return _sum(_form(1.0), _lost(operands[0]), 1.0)
+    raise NotExponentialError(f"{ufunc.__name__} of the unknowns is no levelling")
+
+
+def _form(operand: Operand) -> Exponential:
+    return operand if isinstance(operand, Exponential) else Exponential({CONSTANT: operand})
+
+
+def _reciprocal(divisor: Operand) -> Operand:
+    """1/divisor; infinite for 0, as in NumPy, so that an engine can say which constraint has it."""
+    try:
+        return 1.0 / divisor
+    except ZeroDivisionError:
+        return math.inf
+
+
+def _sum(left: Exponential, right: Exponential, factor: float) -> Exponential:
+    """left + factor · right."""
+    terms = dict(left.terms)
+    for monomial, coefficient in right.terms.items():
+        more = factor * coefficient
+        terms[monomial] = terms[monomial] + more if monomial in terms else more
+    return Exponential(terms, _rates(left, right))
+
+
+def _product(left: Exponential, right: Exponential) -> Exponential:
+    terms: dict[Monomial, Operand] = {}
+    for one, a in left.terms.items():
+        for other, b in right.terms.items():
+            if one and other and {name for name, _ in one} & {name for name, _ in other}:
+                raise NotExponentialError("an unknown multiplies itself")
+            both = one | other
+            terms[both] = terms[both] + a * b if both in terms else a * b
+    return Exponential(terms, _rates(left, right))
+
+
+def _lost(form: Exponential) -> Exponential:
+    """exp(−kt) − 1 for an unknown t."""
+    moving = {each: c for each, c in form.terms.items() if each != CONSTANT or np.any(c)}
+    if len(moving) != 1:
+        raise NotExponentialError("exp of a sum")
+    ((monomial, coefficient),) = moving.items()
+    ((name, kind), *others) = monomial
+    if others or kind != "time":
+        raise NotExponentialError("exp of a product of unknowns")
+    return Exponential({frozenset({(name, "levelling")}): coefficient}, {name: -coefficient})
+
+
+def _rates(left: Exponential, right: Exponential) -> Mapping[str, Operand]:
+    """Rates at which the unknowns of two forms level out: one for each."""
+    if not left.rates_per_s or left.rates_per_s is right.rates_per_s:
+        return right.rates_per_s
+    for name in left.rates_per_s.keys() & right.rates_per_s.keys():
+        one, other = left.rates_per_s[name], right.rates_per_s[name]
+        if one is not other and not np.array_equal(one, other):
+            raise NotExponentialError(f"{name} levels out at two rates")
+    return {**left.rates_per_s, **right.rates_per_s}
+
+
+class Relaxation:
+    """What functions of forms become, with bounds in place of `Bounded` functions.
+
+    Those named `at_ceiling` are at their ceilings, the others at their bounds. It collects their
+    names, and as limits what must be ≥ 0 for their bounds to be exact.
+    """
+
+    def __init__(self, at_ceiling: str = "") -> None:
+        self.at_ceiling = at_ceiling
+        self.names: dict[str, None] = {}
+        self.limits: list[Exponential] = []
+
+    def __call__(self, function: Operand, operands: tuple[Operand, ...]) -> Operand:
+        """What a function becomes."""
+        if not isinstance(function, Bounded):
+            return applied(function, operands)
+        bound, ceiling, level, limit, *_ = operands
+        self.names[function.name] = None
+        self.limits.append(limit - level)
+        return ceiling if function.name == self.at_ceiling else bound
+
+
+def exponential(
+    expression: Operand,
+    values: Mapping[str, Operand],
+    done: dict[int, Operand] | None = None,
+    call: Callable[[Operand, tuple[Operand, ...]], Operand] = applied,
+) -> Exponential:
+    """The form of a tree; values of parameters by name, `done` as of `fold`.
+
+    `call` says what a function of forms becomes.
+
+    Raises
+    ------
+    NotExponentialError
+        If it has none: an unknown multiplies itself, is in a divisor or in another function,
+        or levels out at two rates.
+    """
+
+    def leaf(node: Leaf) -> Operand:
+        if isinstance(node, Parameter):
+            return values.get(node.name, node.value)
+        return unknown(node.name)
+
+    return _form(fold(expression, leaf, call, done=done))
+
+
+class Affine(NamedTuple):
+    """constant + Σ coefficient · variable, each a number or an array over programmes."""
+
+    constant: Operand
+    coefficients: Mapping[str, Operand]
+
+    def times(self, factor: Operand) -> Affine:
+        """This form times a number or an array."""
+        return Affine(
+            self.constant * factor,
+            {name: coefficient * factor for name, coefficient in self.coefficients.items()},
+        )
+
+
+def affine(expression: Operand, values: Mapping[str, Operand]) -> Affine:
+    """Affine form of an expression.
+
+    Parameters
+    ----------
+    expression
+        The tree.
+    values
+        Values of parameters by name; one that is not named keeps its own.
+
+    Raises
+    ------
+    NotAffineError
+        If a variable is multiplied by another, is in a divisor or in a nonlinear function.
+
+    Examples
+    --------
+    >>> from optuav.modelling import Model, affine
+    >>> model = Model("an example")
+    >>> x, y = (model.variable(name, name, unit="s") for name in "xy")
+    >>> form = affine(3.0 * x - (y - 2.0) / 4.0, {})
+    >>> float(form.constant), form.coefficients
+    (0.5, {'x': 3.0, 'y': -0.25})
+    """
+    terms = exponential(expression, values, call=_linear).terms
+    coefficients = {name: c for each, c in terms.items() for name, _ in each}
+    return Affine(terms.get(CONSTANT, 0.0), coefficients)
+
+
+def excess(relation: Relation, values: Mapping[str, Operand]) -> tuple[Affine, Operand]:
+    """Left side less right side as an affine form, and the constant on the right; see `affine`."""
+    left, right = (affine(side, values) for side in relation.sides)
+    coefficients = dict(left.coefficients)
+    for name, coefficient in right.coefficients.items():
+        coefficients[name] = coefficients.get(name, 0.0) - coefficient
+    return Affine(left.constant - right.constant, coefficients), right.constant
+
+
+def _linear(ufunc: np.ufunc, operands: tuple[Operand, ...]) -> Operand:
+    """A function of affine forms and numbers; refused where the result is not affine."""
+    if ufunc not in (np.add, np.subtract, np.negative, np.positive):
+        moving = [isinstance(each, Exponential) for each in operands]
+        by_number = ufunc is np.multiply and not all(moving)
+        by_number |= ufunc is np.divide and not moving[-1]
+        if any(moving) and not by_number:
+            raise NotAffineError(f"{ufunc.__name__} of the unknowns is not linear")
+    return applied(ufunc, operands)
+
+
+def refuse_curved(form: Exponential) -> None:
+    """Refuse a form that is not affine.
+
+    Raises
+    ------
+    NotAffineError
+        Naming the function to blame.
+    """
+    for monomial in form.terms:
+        if len(monomial) > 1 or any(kind == "levelling" for _, kind in monomial):
+            name = "multiply" if len(monomial) > 1 else "exp"
+            raise NotAffineError(f"{name} of the unknowns is not linear")
