@@ -49,6 +49,7 @@ UNITS = {
     **{f"soc_{name}": "-" for name in PAPER},
     **{"route": "", "flyable": "", "runs_dry_s": "s", "overfull_s": "s", "proof": ""},
 }
+FOUND = ("hover_time_s", "rest_time_s", "mission_time_s", "runs_dry_s", "overfull_s")
 GROUNDED = {
     "dry": "cannot be flown, no available charge is left then",
     "full": "cannot be flown, charging would drive the available well past full",
@@ -129,9 +130,9 @@ def compare(
     """
     names = (by,) if isinstance(by, str) else tuple(by)
     slots = (slots_s,) if isinstance(slots_s, int | float) else slots_s
-    limits = None if time_limit_s is None else (time_limit_s,)
-    given: dict[str, Any] = {"slots_s": slots, "periods_s": periods_s, "time_limit_s": limits}
-    given |= {"engines": engines, "times": times or None}
+    given: dict[str, Any] = {"slots_s": slots, "periods_s": periods_s, "engines": engines}
+    given["time_limit_s"] = None if time_limit_s is None else (time_limit_s,)
+    given["times"] = times or None
     if faults := [*_faults(names, perspective, given)]:
         raise InputError(faults)
     studied = mission if isinstance(mission, Mission) else load(mission)
@@ -145,23 +146,54 @@ def compare(
             progress,
             times=times,
         )
-    settings: list[Row] = []
-    if names == ("schedule",):
-        own_s = studied.battery.period_s
-        periods = dict.fromkeys([*([] if own_s is None else [own_s]), *(periods_s or PERIODS_S)])
-        for name in SCHEDULES:
-            turns = map(float, periods) if name == "alternating" else (None,)
-            settings += [{"schedule": name, "period_s": period_s} for period_s in turns]
-    else:
-        alone = {"perspective": (perspective or AVAILABLE,), "trajectory": ("optimal",)}
-        axes = (AXES[name] if name in names else alone[name] for name in AXES)
-        settings += [dict(zip(AXES, pair, strict=True)) for pair in itertools.product(*axes)]
-    plans = []
+    by_schedule, slot_s = names == ("schedule",), slots[0] if slots else None
+    settings = [*_settings(studied, names, perspective or AVAILABLE, periods_s or PERIODS_S)]
+    rows, plans = list[Row](), list[Plan]()
     for number, setting in enumerate(settings):
         if progress is not None:
             progress(number, len(settings), " ".join(_label(setting)))
-        plans.append(_plan(studied, setting, slots[0] if slots else None))
-    return _side_by_side(studied, names, slots[0] if slots else None, settings, plans)
+        if by_schedule:
+            changes = {f"battery.{name}": value for name, value in setting.items() if value}
+            plan = solve(studied.replace(changes), perspective=AVAILABLE, slot_s=slot_s)
+        else:
+            problem = P1(trajectory=setting["trajectory"])
+            plan = solve(studied, problem, perspective=setting["perspective"], slot_s=slot_s)
+        plans.append(plan)
+        row = {
+            **setting,
+            **{name: getattr(plan, name) if plan else None for name in FOUND},
+            **{f"soc_{name}": (plan.soc or {}).get(name) for name in PAPER},
+            "status": plan.status.value,
+            "route": plan.route if plan else (),
+            "flyable": plan.flyable,
+            "proof": plan.proof,
+            "reasons": plan.reasons,
+        }
+        if by_schedule:
+            known = plan and plans[0]
+            row["brings_s"] = plan.hover_time_s - plans[0].hover_time_s if known else None
+        rows.append(row)
+    units = {name: "s" if name == "period_s" else "" for name in settings[0]} | UNITS
+    units |= {"brings_s": "s"} if by_schedule else {}
+    draw: Draw = partial(_packs, plans=plans) if by_schedule else _choices
+    facts = {"by": names, "slot_s": slot_s}
+    return Results("optuav comparison of plans", studied, facts, units, tuple(rows), _tables, draw)
+
+
+def _settings(
+    mission: Mission, by: tuple[str, ...], perspective: Perspective, periods_s: Sequence[float]
+) -> Iterator[Row]:
+    """Yield what to choose for each plan: a perspective and a trajectory, or a schedule."""
+    if by == ("schedule",):
+        own_s = mission.battery.period_s
+        periods = dict.fromkeys([*([] if own_s is None else [own_s]), *periods_s])
+        for name in SCHEDULES:
+            turns = map(float, periods) if name == "alternating" else (None,)
+            yield from ({"schedule": name, "period_s": period_s} for period_s in turns)
+        return
+    alone = {"perspective": (perspective,), "trajectory": ("optimal",)}
+    axes = (AXES[name] if name in by else alone[name] for name in AXES)
+    yield from (dict(zip(AXES, pair, strict=True)) for pair in itertools.product(*axes))
 
 
 def _faults(
@@ -193,47 +225,6 @@ def _faults(
         yield Fault("perspective", repr(perspective), "is compared by already")
     unknown = (each for each in given["engines"] or () if each not in COMPARED)
     yield from (Fault("engines", repr(each), f"some of {', '.join(COMPARED)}") for each in unknown)
-
-
-def _plan(mission: Mission, setting: Row, slot_s: float | None) -> Plan:
-    """Return the plan of a perspective and trajectory, or of a schedule of the packs."""
-    if "schedule" not in setting:
-        problem = P1(trajectory=setting["trajectory"])
-        return solve(mission, problem, perspective=setting["perspective"], slot_s=slot_s)
-    changes = {f"battery.{name}": value for name, value in setting.items() if value is not None}
-    return solve(mission.replace(changes), perspective=AVAILABLE, slot_s=slot_s)
-
-
-def _side_by_side(
-    mission: Mission,
-    by: tuple[str, ...],
-    slot_s: float | None,
-    settings: Sequence[Row],
-    plans: Sequence[Plan],
-) -> Results:
-    """Return plans as a table, one row each: what was chosen, and what comes of it."""
-    units = {name: "s" if name == "period_s" else "" for name in settings[0]} | UNITS
-    by_schedule, rows = by == ("schedule",), list[Row]()
-    for setting, plan in zip(settings, plans, strict=True):
-        times = ("hover_time_s", "rest_time_s", "mission_time_s")
-        moments = ("runs_dry_s", "overfull_s")
-        row: dict[str, Any] = {
-            **setting,
-            **{name: getattr(plan, name) if plan else None for name in (*times, *moments)},
-            **{f"soc_{name}": (plan.soc or {}).get(name) for name in PAPER},
-            "status": plan.status.value,
-            "route": plan.route if plan else (),
-            "flyable": plan.flyable,
-            "proof": plan.proof,
-            "reasons": plan.reasons,
-        }
-        if by_schedule:
-            known = plan and plans[0]
-            row["brings_s"] = plan.hover_time_s - plans[0].hover_time_s if known else None
-        rows.append(row)
-    draw: Draw = partial(_packs, plans=plans) if by_schedule else _choices
-    facts, units = {"by": by, "slot_s": slot_s}, units | ({"brings_s": "s"} if by_schedule else {})
-    return Results("optuav comparison of plans", mission, facts, units, tuple(rows), _tables, draw)
 
 
 # The printed text

@@ -167,17 +167,7 @@ def as_text(pieces: Iterable[RenderableType]) -> str:
 
 
 def plain_table(*figures: str, words: Iterable[str] = (), gap: int = 2) -> Table:
-    """Return a table without lines: columns of words, then columns of figures.
-
-    Parameters
-    ----------
-    figures
-        Headings of the columns of figures, aligned to the right.
-    words
-        Headings of the columns of words that come first.
-    gap
-        Blanks between columns.
-    """
+    """Return a table without lines: columns of words, then of figures, `gap` blanks apart."""
     table = Table(box=None, pad_edge=False, padding=(0, gap, 0, 0), header_style="")
     for name in words:
         table.add_column(name, no_wrap=True)

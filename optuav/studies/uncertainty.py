@@ -22,7 +22,7 @@ from optuav.mission import Mission
 from optuav.mission.files import label, read_text
 from optuav.mission.load import parse
 from optuav.mission.messages import nearest, shown
-from optuav.mission.schema import SECTIONS
+from optuav.mission.schema import SECTIONS, Number
 from optuav.modelling.check import evaluated
 from optuav.network import vehicle
 from optuav.network.network import Network, build_network
@@ -48,6 +48,7 @@ FORMS = (
     "a table such as { percent = 5 }, { low = 1, high = 2 }, { low = 1, likely = 1.5, high = 2 } "
     'or { deviation = 0.1 }, each with or without along = ["table.key"]'
 )
+FINITE = Number("-", gt=-math.inf, lt=math.inf)
 KINDS = ({"percent"}, {"low", "high"}, {"low", "likely", "high"}, {"deviation"})
 LEGS, ALTITUDE = "legs and thrust", "altitude"
 CONDITIONS = {
@@ -156,47 +157,30 @@ def spreads(mission: Mission, stated: Mapping[str, object] | str | Path) -> tupl
 def _spread(known: Mapping[str, Key], name: str, form: object) -> Spread:
     """Return the spread of one key, or refuse what is stated."""
     key = _key(known, name)
-    if not isinstance(form, dict):
-        raise refused(name, shown(form), FORMS)
-    parts = ", ".join(f"{part} = {shown(value)}" for part, value in form.items())
-    numbers = {part: value for part, value in form.items() if part != "along"}
-    if numbers.keys() not in KINDS or not all(map(_finite, numbers.values())):
-        raise refused(name, f"{{ {parts} }}", FORMS)
+    stated = form if isinstance(form, dict) else {}
+    parts = ", ".join(f"{part} = {shown(value)}" for part, value in stated.items())
+    written = f"{{ {parts} }}" if stated else shown(form)
+    numbers = {part: value for part, value in stated.items() if part != "along"}
+    if numbers.keys() not in KINDS or not all(map(FINITE.accepts, numbers.values())):
+        raise refused(name, written, FORMS)
     if key.whole:
-        raise refused(name, f"{{ {parts} }}", "a whole number cannot be spread")
-    along = form.get("along", [])
+        raise refused(name, written, "a whole number cannot be spread")
+    along = stated.get("along", [])
     if not isinstance(along, list) or not all(isinstance(each, str) for each in along):
         raise refused(f"{name}.along", shown(along), "a list of keys")
     if along and key.now == 0.0:
         raise refused(f"{name}.along", shown(along), "nothing goes along with 0")
-    within = f"within {key.low:g} to {key.high:g} [{key.unit}]"
-    percent, deviation = numbers.get("percent"), numbers.get("deviation")
-    low, high = numbers.get("low"), numbers.get("high")
-    if percent is not None:
-        if key.now == 0.0:
-            words = "no share of 0 is a range: low and high"
-            raise refused(f"{name}.percent", shown(percent), words)
-        most = 100.0 * min(key.now - key.low, key.high - key.now) / abs(key.now)
-        if not 0.0 < percent <= most:
-            words = f"above 0, at most {most:.6g}: {within}"
-            raise refused(f"{name}.percent", shown(percent), words)
-    if deviation is not None and not deviation > 0.0:
-        raise refused(f"{name}.deviation", shown(deviation), "above 0")
-    if low is None or high is None:
-        share = abs(key.now) * (percent or 0.0) / 100.0
-        reach = share if deviation is None else DEVIATIONS * deviation
+    likely, deviation = numbers.get("likely"), numbers.get("deviation")
+    if deviation is not None:
+        reach = DEVIATIONS * deviation
         low, high = max(key.now - reach, key.low), min(key.now + reach, key.high)
+    else:
+        reach = abs(key.now) * numbers.get("percent", 0.0) / 100.0
+        low, high = numbers.get("low", key.now - reach), numbers.get("high", key.now + reach)
     if not (key.low <= low < high <= key.high and low <= numbers.get("likely", low) <= high):
-        raise refused(name, f"{{ {parts} }}", f"low < high, likely between, {within}")
-    others = tuple(_key(known, each) for each in along)
-    return Spread(key, low, high, numbers.get("likely"), deviation, others)
-
-
-def _finite(value: object) -> bool:
-    """Return whether a value is a finite number."""
-    if isinstance(value, bool) or not isinstance(value, int | float):
-        return False
-    return abs(value) < math.inf
+        within = f"within {key.low:g} to {key.high:g} [{key.unit}]"
+        raise refused(name, written, f"low < high, likely between, {within}")
+    return Spread(key, low, high, likely, deviation, tuple(_key(known, each) for each in along))
 
 
 def _key(known: Mapping[str, Key], name: str) -> Key:
@@ -254,8 +238,15 @@ class FixedPlan:
     def of(cls, plan: Plan, mission: Mission) -> FixedPlan:
         """Return the plan on a mission, or refuse one for other places or another route."""
         words = "a plan over the places of this mission"
-        scenes = _scene(plan.mission), _scene(mission)
-        if moved := [name for name in scenes[0] if scenes[0][name] != scenes[1][name]]:
+        laser, before = mission.laser, plan.mission.laser
+        same = {
+            "origin": mission.route.origin_m == plan.mission.route.origin_m,
+            "destination": mission.route.destination_m == plan.mission.route.destination_m,
+            "device": mission.link.device_m == plan.mission.link.device_m,
+            "place of the laser": (laser and laser.position_m) == (before and before.position_m),
+            "set of buildings": mission.buildings == plan.mission.buildings,
+        }
+        if moved := [name for name, kept in same.items() if not kept]:
             words += f", not with another {' or '.join(moved)}"
             raise refused("plan", " → ".join(plan.route), words)
         point_m = [float(each) for each in vehicle.hover_point_m(plan.mission)]
@@ -284,18 +275,6 @@ class FixedPlan:
             # What has no kind bounds the altitude; or the ends, which all routes join.
             found[CONDITIONS.get(check.constraint.kind, ALTITUDE)] &= check.satisfied
         return found
-
-
-def _scene(mission: Mission) -> dict[str, object]:
-    """Return what a plan depends on when it is flown elsewhere, by its name in messages."""
-    laser = mission.laser
-    return {
-        "origin": mission.route.origin_m,
-        "destination": mission.route.destination_m,
-        "device": mission.link.device_m,
-        "place of the laser": laser and laser.position_m,
-        "set of buildings": mission.buildings,
-    }
 
 
 @dataclass(frozen=True)
