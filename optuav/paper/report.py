@@ -18,7 +18,7 @@ from optuav.paper.document import element, figure, listing, markdown, page, pros
 from optuav.paper.figures import COUNTED, MINUS, Exhibit, NotShownError, is_papers, why
 from optuav.paper.ledger import Ledger, Progress, ledger
 from optuav.paper.statement import Verdict, data
-from optuav.plots.files import png, svg
+from optuav.plots.files import image
 from optuav.studies.results import as_csv
 
 LEDGER = "ledger"
@@ -181,8 +181,8 @@ def _files(
 def _pictures(exhibit: Exhibit) -> Iterator[tuple[str, bytes]]:
     drawn = exhibit.axes.get_figure(root=True) if exhibit.axes else None
     if drawn is not None:
-        yield f"figures/{exhibit.name}.png", png(drawn)
-        yield f"figures/{exhibit.name}.svg", svg(drawn)
+        yield f"figures/{exhibit.name}.png", image(drawn, "png")
+        yield f"figures/{exhibit.name}.svg", image(drawn, "svg")
 
 
 def _report(

@@ -13,50 +13,42 @@ from typing import TYPE_CHECKING
 from optuav.errors import InputError
 
 if TYPE_CHECKING:
-    from optuav.plots.animation import gif_file as gif_file
-    from optuav.plots.animation import save_animation as save_animation
-    from optuav.plots.calibrations import FitAxes as FitAxes
-    from optuav.plots.calibrations import fit as fit
-    from optuav.plots.charge import wells as wells
-    from optuav.plots.charts import Bar as Bar
-    from optuav.plots.charts import Level as Level
-    from optuav.plots.charts import Line as Line
-    from optuav.plots.charts import Mark as Mark
-    from optuav.plots.charts import bars as bars
-    from optuav.plots.charts import curves as curves
-    from optuav.plots.files import save as save
-    from optuav.plots.files import save_figures as save_figures
-    from optuav.plots.files import save_pictures as save_pictures
-    from optuav.plots.legs import LegAxes as LegAxes
-    from optuav.plots.legs import leg as leg
-    from optuav.plots.map import MapAxes as MapAxes
-    from optuav.plots.map import mission_map as mission_map
-    from optuav.plots.map import trajectories as trajectories
-    from optuav.plots.planes import plane as plane
-    from optuav.plots.profiles import ProfileAxes as ProfileAxes
-    from optuav.plots.profiles import profile as profile
-    from optuav.plots.schedules import packs as packs
-    from optuav.plots.uncertainty import Swing as Swing
-    from optuav.plots.uncertainty import hover_times as hover_times
-    from optuav.plots.uncertainty import tornado as tornado
+    from optuav.plots.animation import gif_file, save_animation
+    from optuav.plots.calibrations import FitAxes, fit
+    from optuav.plots.charge import packs, wells
+    from optuav.plots.charts import (
+        Bar,
+        Level,
+        Line,
+        Mark,
+        Swing,
+        bars,
+        curves,
+        hover_times,
+        tornado,
+    )
+    from optuav.plots.files import save, save_figures, save_pictures
+    from optuav.plots.map import MapAxes, mission_map, trajectories
+    from optuav.plots.planes import plane
+    from optuav.plots.profiles import LegAxes, ProfileAxes, leg, profile
+
+__all__ = ["Bar", "FitAxes", "LegAxes", "Level", "Line", "MapAxes", "Mark", "ProfileAxes", "Swing"]
+__all__ += ["bars", "curves", "fit", "gif_file", "hover_times", "leg", "mission_map", "packs"]
+__all__ += ["plane", "profile", "save", "save_animation", "save_figures", "save_pictures"]
+__all__ += ["tornado", "trajectories", "wells"]
 
 NAMES = {
     "animation": "gif_file save_animation",
     "calibrations": "FitAxes fit",
-    "charge": "wells",
-    "charts": "Bar Level Line Mark bars curves",
+    "charge": "packs wells",
+    "charts": "Bar Level Line Mark Swing bars curves hover_times tornado",
     "files": "save save_figures save_pictures",
-    "legs": "LegAxes leg",
     "map": "MapAxes mission_map trajectories",
     "planes": "plane",
-    "profiles": "ProfileAxes profile",
-    "schedules": "packs",
-    "uncertainty": "Swing hover_times tornado",
+    "profiles": "LegAxes ProfileAxes leg profile",
 }
 """The public names of every module, which is imported on first use."""
-
 HOMES = {name: module for module, names in NAMES.items() for name in names.split()}
-__all__ = sorted(HOMES)  # noqa: PLE0605
 
 
 def __getattr__(name: str) -> object:

@@ -6,7 +6,7 @@ import io
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -20,31 +20,24 @@ from optuav.mission.files import write_bytes
 from optuav.mission.messages import shown
 from optuav.plan.trace import Trace
 from optuav.plots import style
-from optuav.plots.bands import NAMES_PT, draw_bands, swatches
 from optuav.plots.charge import Course, draw_wells
 from optuav.plots.labels import Label, place
-from optuav.plots.profiles import Replayed, timed, trace_bands
-from optuav.plots.scene import (
-    Scene,
-    draw_plan_view,
-    drawn_sight_lines,
-    scene,
-    scenery_labels,
-    stop_look,
-)
+from optuav.plots.profiles import timed, trace_bands
+from optuav.plots.scene import Scene, draw_plan_view, scene, scenery_labels, stop_look
 from optuav.plots.style import BLACK, BLUE, GREEN, GREY, ORANGE, PURPLE, SKY, VERMILLION
 
-FRAMES, FRAMES_PER_S = 120, 10
-"""Number of moments that are shown, evenly over the mission, and how many a second."""
-HELD = 20
-"""Frames for which the end is held."""
+if TYPE_CHECKING:
+    from optuav.judge import Replay
+
+FRAMES, FRAMES_PER_S, HELD = 120, 10, 20
+"""Moments that are shown, evenly over the mission; how many a second; how often the end is."""
 DOTS_PER_INCH = 100
 COLOURS = 256
 PALETTE = (BLACK, ORANGE, SKY, GREEN, BLUE, VERMILLION, PURPLE, GREY)
 """Colours that stay as they are in a GIF, however little of the picture they fill."""
 
 
-def save_animation(replayed: Replayed, path: str | Path) -> Path:
+def save_animation(replayed: Replay, path: str | Path) -> Path:
     """Write a simulated plan in motion as a GIF of a quarter of a minute: map and wells together.
 
     On the map the UAV flies its way, and is joined to the laser while that delivers power; beside
@@ -87,7 +80,7 @@ def gif_file(path: str | Path) -> Path:
     return file
 
 
-def frames(replayed: Replayed) -> Iterator[Image.Image]:
+def frames(replayed: Replay) -> Iterator[Image.Image]:
     """The pictures of an animation: moments evenly over the mission, and the end for a while."""
     with style.applied():
         still = _still(replayed)
@@ -112,7 +105,7 @@ def _over(figure: Figure, ax: Axes) -> Axes:
     return over
 
 
-def _still(replayed: Replayed) -> Figure:
+def _still(replayed: Replay) -> Figure:
     """All that does not move: the map on the left, the wells over the mission on the right."""
     trace = replayed.trace
     figure = style.page(3.8, 7.6)
@@ -121,35 +114,30 @@ def _still(replayed: Replayed) -> Figure:
     lived = Course(trace.time_s, trace.available_As.sum(axis=1), trace.bound_As.sum(axis=1))
     draw_wells(right, replayed.mission, lived)
     right.set(xlim=(0.0, trace.time_s[-1] or 1.0), xlabel=style.TIME)
-    right.set_title(" ", pad=NAMES_PT)
+    right.set_title(" ", pad=style.NAMES_PT)
     left.set_title(" ")
     view = scene(replayed.mission)
-    _draw_map(left, view, trace)
+    draw_plan_view(left, view)
+    x, y, _ = trace.position_m.T
+    left.plot(x, y, color=GREY, linewidth=0.8, linestyle=style.DASHED, zorder=3)
+    for number in np.unique(trace.phase):
+        first = int(np.argmax(trace.phase == number))
+        if trace.kind[first] != "flight":
+            left.plot(x[first], y[first], zorder=4, **stop_look(str(trace.kind[first]), True))
+    left.plot(x[[0, -1]], y[[0, -1]], "D", color=BLACK, markersize=4, zorder=4)
     style.group_thousands(left, right)
     entries = [
         style.entry("power from the laser", ORANGE, 1.6),
         Patch(color=BLUE, linewidth=0.0, label="available $y_1$"),
         Patch(color=SKY, linewidth=0.0, label="bound $y_2$"),
-        *swatches(trace.kind),
+        *style.swatches(trace.kind),
     ]
     figure.legend(handles=entries, loc="outside lower center", ncols=7)
     style.settle(left)
     _name_places(left, view, trace)
-    draw_bands([right], list(trace_bands(trace)))
+    style.draw_bands([right], list(trace_bands(trace)))
     figure.set_layout_engine("none")
     return figure
-
-
-def _draw_map(ax: Axes, view: Scene, trace: Trace) -> None:
-    draw_plan_view(ax, view)
-    x, y, _ = trace.position_m.T
-    ax.plot(x, y, color=GREY, linewidth=0.8, linestyle=style.DASHED, zorder=3)
-    for number in np.unique(trace.phase):
-        first = int(np.argmax(trace.phase == number))
-        if trace.kind[first] != "flight":
-            ax.plot(x[first], y[first], zorder=4, **stop_look(str(trace.kind[first]), True))
-    for end in (0, -1):
-        ax.plot(x[end], y[end], "D", color=BLACK, markersize=4, zorder=4)
 
 
 def _name_places(ax: Axes, view: Scene, trace: Trace) -> None:
@@ -166,10 +154,10 @@ def _name_places(ax: Axes, view: Scene, trace: Trace) -> None:
         for label in scenery_labels(view)
         if tuple(label.at) not in written
     ]
-    place(ax, labels, [np.stack([x, y], axis=1)], drawn_sight_lines(ax))
+    place(ax, labels, [np.stack([x, y], axis=1)], view.sight_lines[0])
 
 
-def _moving(left: Axes, right: Axes, replayed: Replayed) -> Callable[[float], None]:
+def _moving(left: Axes, right: Axes, replayed: Replay) -> Callable[[float], None]:
     """A function that draws a moment [s]."""
     trace, laser = replayed.trace, replayed.mission.laser
     end_s = float(trace.time_s[-1])
@@ -179,7 +167,7 @@ def _moving(left: Axes, right: Axes, replayed: Replayed) -> Callable[[float], No
     veil = right.axvspan(0.0, end_s, color="white", alpha=0.85, linewidth=0.0)
     (now,) = right.plot([], [], color=BLACK, linewidth=0.8)
     clock = left.set_title("", y=1.0)
-    verdict = right.set_title("", y=1.0, pad=NAMES_PT, color=VERMILLION)
+    verdict = right.set_title("", y=1.0, pad=style.NAMES_PT, color=VERMILLION)
     events, name = timed(replayed), style.printed(replayed.mission.name)
 
     def show(moment_s: float) -> None:

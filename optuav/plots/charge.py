@@ -1,4 +1,4 @@
-"""The wells of the battery over plans."""
+"""The wells of the battery over plans: pooled as bands, or pack by pack where packs take turns."""
 
 from __future__ import annotations
 
@@ -6,32 +6,38 @@ from collections.abc import Iterator, Sequence
 from typing import NamedTuple
 
 import numpy as np
+from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.patches import Patch
 
 from optuav.arrays import Floats
+from optuav.errors import InputError
 from optuav.mission import Mission
 from optuav.network import vehicle
+from optuav.network.timeline import carry, full_packs
 from optuav.physics.charging import STEPS
-from optuav.physics.kibam import Battery, Stage, Wells
+from optuav.physics.kibam import Battery, Stage, Wells, step
+from optuav.physics.packs import NOBODY, Stretch
 from optuav.plan import Plan
 from optuav.plots import style
-from optuav.plots.bands import (
-    NAMES_PT,
-    draw_bands,
-    legend_below,
-    panels,
-    plan_bands,
-)
 from optuav.plots.labels import mark
-from optuav.plots.style import BLACK, BLUE, GREY, SKY, VERMILLION
+from optuav.plots.style import BLACK, BLUE, GREY, KINDS, PURPLE, SKY, VERMILLION
 
-POINTS_PER_STAGE = 65
+POINTS = 65
+"""Points of a curve within a stage or a stretch."""
 FADED = 0.6
 """Share of white over what follows the moment at which the battery is empty."""
 FILLS, FADE = 1.5, 2.0
 """Heights of layers, above the bands of the phases."""
 HATCH = "//////"
+MOST = 7
+"""Largest number of entries side by side in a legend."""
+CLOSE = 0.05
+"""Distance of two levels of charge that share a line of words, as a share of the axis."""
+COLOURS = (BLUE, VERMILLION, PURPLE, SKY)
+"""Colours of the packs by number, repeated."""
+FLIES, CHARGED = (-24.0, -12.0), (-38.0, -26.0)
+"""Where the strips lie that show which pack flies and which is charged [%]."""
 
 
 class Course(NamedTuple):
@@ -51,16 +57,14 @@ def course(pool: Battery, plan: Plan) -> Course:
     """Charge in the wells over time, exact at every point, both ends of every stage included."""
     charged = STEPS[plan.mission.battery.charging]
     wells, start_s = pool.full, 0.0
-    times, available, bound = [], [], []
+    points = []
     for stage in (stage for phase in plan.phases for stage in phase.stages):
-        passed_s = np.linspace(0.0, stage.duration_s, POINTS_PER_STAGE)
+        passed_s = np.linspace(0.0, stage.duration_s, POINTS)
         within = charged(pool, wells, Stage(stage.current_A, passed_s))
-        times.append(start_s + passed_s)
-        available.append(within.available_As)
-        bound.append(within.bound_As)
+        points.append((start_s + passed_s, *within))
         wells = Wells(float(within.available_As[-1]), float(within.bound_As[-1]))
         start_s += stage.duration_s
-    return Course(*map(np.concatenate, (times, available, bound)))
+    return Course(*map(np.concatenate, zip(*points, strict=True)))
 
 
 @style.applied()
@@ -94,11 +98,11 @@ def wells(plans: Sequence[Plan]) -> Sequence[Axes]:
     >>> ax.get_title(loc="left")
     'paper, perspective battery: hover $Δ$ = 688.85 s, cannot be flown'
     """
-    axes = panels(plans, 2.0)
+    axes = _panels(plans, 2.0)
     courses = [course(vehicle.pool(plan.mission), plan) for plan in plans]
     for ax, plan, lived in zip(axes, plans, courses, strict=True):
         draw_wells(ax, plan.mission, lived)
-        ax.set_title(_title(plan), pad=NAMES_PT)
+        ax.set_title(_title(plan), pad=style.NAMES_PT)
     style.group_thousands(*axes)
     entries = [
         style.entry("total $y_1 + y_2$", BLACK, 0.9),
@@ -106,10 +110,11 @@ def wells(plans: Sequence[Plan]) -> Sequence[Axes]:
         Patch(color=SKY, linewidth=0.0, label="bound $y_2$"),
         Patch(fc="none", ec=VERMILLION, hatch=HATCH, linewidth=0.0, label="not there"),
     ]
-    legend_below(axes[-1], entries, plans)
-    style.settle(axes[0])
+    _legend_below(axes, entries, plans)
     for ax, plan, lived in zip(axes, plans, courses, strict=True):
-        draw_bands([ax], plan_bands(plan))
+        lasting = (phase for phase in plan.phases if phase.duration_s > 0.0)
+        bands = [style.phase_band(p.kind, p.end_place, p.start_s, p.end_s) for p in lasting]
+        style.draw_bands([ax], bands)
         if plan.runs_dry_s is not None:
             ax.axvline(plan.runs_dry_s, color=VERMILLION, linewidth=0.9, zorder=FADE + 0.2)
             rest = (plan.runs_dry_s, lived.time_s[-1])
@@ -123,31 +128,30 @@ def wells(plans: Sequence[Plan]) -> Sequence[Axes]:
 
 def draw_wells(ax: Axes, mission: Mission, lived: Course) -> None:
     """Draw both wells as bands, the available one on the bound one, with the levels of charge."""
-    pool = vehicle.pool(mission)
     time_s, bound_As, total_As = lived.time_s, lived.bound_As, lived.total_As
+    top_As, there_As = np.maximum(total_As, bound_As), np.minimum(total_As, bound_As)
     ax.fill_between(time_s, 0.0, bound_As, color=SKY, linewidth=0.0, zorder=FILLS)
-    top_As = np.maximum(total_As, bound_As)
     ax.fill_between(time_s, bound_As, top_As, color=BLUE, linewidth=0.0, zorder=FILLS)
-    ax.fill_between(
-        time_s,
-        np.minimum(total_As, bound_As),
-        bound_As,
-        facecolor="none",
-        edgecolor=VERMILLION,
-        hatch=HATCH,
-        linewidth=0.0,
-        zorder=FADE + 0.1,
-    )
+    lost = ax.fill_between(time_s, there_As, bound_As, facecolor="none", zorder=FADE + 0.1)
+    lost.set(edgecolor=VERMILLION, hatch=HATCH, linewidth=0.0)
     ax.plot(time_s, total_As, color=BLACK, linewidth=0.9, zorder=FADE + 0.2)
-    least_As = mission.limits.min_soc * pool.capacity_As
-    for level_As in (pool.capacity_As, least_As):
+    full_As = float(vehicle.pool(mission).capacity_As)
+    least_As = mission.limits.min_soc * full_As
+    for level_As in (full_As, least_As):
         ax.axhline(level_As, color=GREY, linewidth=0.8, linestyle=style.DASHED)
-    _, high = style.margins([0.0, *total_As, pool.capacity_As], 0.16, 0.0)
-    ax.set(ylim=(min(0.0, *total_As), high), ylabel="charge [A s]")
-    style.name_levels(ax, [(pool.capacity_As, "full: $B$"), (least_As, "to be kept: $η_0 B$")])
+    low, (_, high) = min(0.0, *total_As), style.margins([0.0, *total_As, full_As], 0.16, 0.0)
+    ax.set(ylim=(low, high), ylabel="charge [A s]")
+    levels = {least_As: "to be kept: $η_0 B$", full_As: "full: $B$"}
+    if full_As - least_As < CLOSE * (high - low):
+        levels = {least_As: ", ".join(levels.values())}
+    side = ax.secondary_yaxis("right")
+    side.set_yticks([*levels], [*levels.values()])
+    side.tick_params(length=0.0)
+    side.spines["right"].set_visible(False)
 
 
 def _title(plan: Plan) -> str:
+    """The times of a plan, and whether its available well runs dry."""
     times = f"hover $Δ$ = {plan.hover_time_s:.2f} s"
     if plan.rest_time_s > 0.0:
         times += f", rest $T'$ = {plan.rest_time_s:.2f} s"
@@ -166,3 +170,115 @@ def _events(plan: Plan, lived: Course) -> Iterator[tuple[str, float, float]]:
             left = f"{level_As:,.0f}".replace(",", "\N{THIN SPACE}")
             text += f"\n{left} A s still bound"
         yield text, moment_s, level_As
+
+
+def _panels(plans: Sequence[Plan], height_in: float) -> Sequence[Axes]:
+    """Axes of a height [inch] for each plan, over the time of the longest; at least one plan."""
+    if not plans:
+        raise InputError("there is no plan to draw")
+    grid = style.page(0.7 + height_in * len(plans)).subplots(
+        len(plans), 1, sharex=True, squeeze=False
+    )
+    end_s = max(plan.mission_time_s for plan in plans)
+    grid[-1, 0].set(xlim=(0.0, end_s or 1.0), xlabel=style.TIME)
+    return list(grid[:, 0])
+
+
+def _legend_below(axes: Sequence[Axes], handles: Sequence[Artist], plans: Sequence[Plan]) -> None:
+    """Put a legend below all panels, of what is drawn and the kinds of phases; settle them."""
+    entries = [*handles, *style.swatches(phase.kind for plan in plans for phase in plan.phases)]
+    columns = min(len(entries), MOST)
+    style.root(axes[0]).legend(handles=entries, loc="outside lower center", ncols=columns)
+    style.settle(axes[0])
+
+
+@style.applied()
+def packs(plans: Sequence[Plan]) -> Sequence[Axes]:
+    """Draw the available wells of all packs over time, one panel a plan.
+
+    Levels are shares of a full available well, so that pooled packs stand beside single ones; the
+    bound wells are thin lines. Strips below show which pack flies, and which the laser charges; a
+    dot marks a pack that is empty and taken out of service.
+
+    Parameters
+    ----------
+    plans
+        Plans that exist, usually of one mission under several schedules.
+
+    Returns
+    -------
+    The axes, with levels in % over time in s.
+
+    Raises
+    ------
+    InputError
+        If there is no plan to draw.
+    NoPlanError
+        If one of the plans does not exist.
+
+    Examples
+    --------
+    >>> import optuav
+    >>> mission = optuav.load("paper").replace({"battery.schedule": "sequential"})
+    >>> (ax,) = optuav.plots.packs([optuav.solve(mission, "P3", slot_s=50.0)])
+    >>> ax.get_title(loc="left")
+    'sequential: hovers $Δ$ = 500.00 s'
+    """
+    axes = _panels(plans, 1.35)
+    for ax, plan in zip(axes, plans, strict=True):
+        _draw_packs(ax, plan)
+    for ax in axes[:-1]:
+        ax.tick_params(bottom=False)
+    most = max(len(plan.phases[0].available_As) for plan in plans)
+    lines = [style.entry(f"pack {pack + 1}", _colour(pack)) for pack in range(most)]
+    _legend_below(axes, [*lines, style.entry("bound well $y_2/(1-ω)B$", BLACK, 0.5)], plans)
+    return axes
+
+
+def _draw_packs(ax: Axes, plan: Plan) -> None:
+    """Draw the packs of a plan over its phases."""
+    given, carried = plan.mission.battery, full_packs(plan.mission)
+    for phase in plan.phases:
+        ax.axvspan(phase.start_s, phase.end_s, color=KINDS[phase.kind], alpha=0.13, linewidth=0.0)
+    wells = Wells(*(np.full(carried.count, float(well)) for well in carried.pack.full))
+    for stretches in carry(plan.mission, plan.phases).stretches:
+        for stretch in stretches:
+            _draw_stretch(ax, carried.pack, wells, stretch)
+            wells = Wells(*(well[0] for well in stretch.wells))
+    ax.axhline(0.0, color=BLACK, linewidth=0.6)
+    ax.set(ylim=(CHARGED[0] - 2.0, 106.0), yticks=(0, 50, 100), ylabel="$y_1/ωB$ [%]")
+    beside: style.Look = {"transform": ax.get_yaxis_transform(), "ha": "right", "va": "center"}
+    for strip, words in ((FLIES, "flies"), (CHARGED, "charged")):
+        ax.text(-0.008, 0.5 * sum(strip), words, fontsize=6.0, **beside)
+    turn = f", every {given.period_s:g} s" if given.period_s else ""
+    ax.set_title(f"{given.schedule}{turn}: hovers $Δ$ = {plan.hover_time_s:.2f} s")
+
+
+def _draw_stretch(ax: Axes, pack: Battery, wells: Wells, stretch: Stretch) -> None:
+    """Draw both wells of every pack within a stretch, and who flies and takes charge in it."""
+    duration_s, carrier, served = (
+        float(each[0]) for each in (stretch.duration_s, stretch.carrier, stretch.served)
+    )
+    passed_s, start_s = np.linspace(0.0, duration_s, POINTS), float(stretch.start_s[0])
+    for number, current_A in enumerate(stretch.currents_A[0]):
+        start = Wells(*(well[number] for well in wells))
+        lived = step(pack, start, Stage(current_A, passed_s))
+        for well, full, width in zip(lived, pack.full, (1.4, 0.5), strict=True):
+            level = 100.0 * well / full
+            ax.plot(start_s + passed_s, level, color=_colour(number), linewidth=width)
+    if stretch.emptied[0]:
+        dot: style.Look = {"markersize": 4.0, "clip_on": False, "zorder": 5}
+        ax.plot(start_s + duration_s, 0.0, "o", color=_colour(int(carrier)), **dot)
+    charges = served != NOBODY and stretch.currents_A[0, int(served)] > 1e-9
+    for number, (low, high), works in (
+        (int(carrier), FLIES, carrier != NOBODY),
+        (int(served), CHARGED, charges),
+    ):
+        if works:
+            place = (low, high - low)
+            ax.broken_barh([(start_s, duration_s)], place, color=_colour(number), linewidth=0.0)
+
+
+def _colour(number: int) -> str:
+    """The colour of a pack."""
+    return COLOURS[number % len(COLOURS)]

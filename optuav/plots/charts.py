@@ -1,4 +1,4 @@
-"""Bars by group, and curves over one quantity."""
+"""Bars by group, curves over one quantity, swings of single keys, and spreads of hover times."""
 
 from __future__ import annotations
 
@@ -12,6 +12,7 @@ from matplotlib.axes import Axes
 from matplotlib.patches import Patch
 from matplotlib.typing import LineStyleType
 
+from optuav.arrays import Floats
 from optuav.plots import style
 from optuav.plots.style import BLACK, BLUE, GREEN, GREY, ORANGE, PURPLE, SKY, VERMILLION
 
@@ -33,7 +34,6 @@ LONG = 1000.0
 GROUP = 0.8
 """Share of the way to the next group that the bars of one take up."""
 HATCH = "/////"
-
 LINES: tuple[tuple[str, LineStyleType], ...] = (
     (BLUE, "-"),
     (ORANGE, (0.0, (5.0, 1.5))),
@@ -46,6 +46,12 @@ LINES: tuple[tuple[str, LineStyleType], ...] = (
 COLUMNS = 3
 ROOM_ABOVE = 0.14
 """Share of the height that is left above the curves for the words of the marks."""
+MOST_KEYS, LONGEST_KEY = 20, 40
+KEY_IN, AROUND_IN = 0.24, 1.5
+"""Height of a key in a tornado, and of what surrounds them [inch]."""
+MOVES_S = 5e-3
+"""Least swing that has a bar [s]."""
+BINS = 60
 
 
 class Bar(NamedTuple):
@@ -84,6 +90,21 @@ class Mark(NamedTuple):
     words: str
 
 
+class Swing(NamedTuple):
+    """A key, the ends of its range, and the longest hover at each [s]; None without a plan."""
+
+    key: str
+    low: float
+    high: float
+    hover_low_s: float | None
+    hover_high_s: float | None
+
+    def largest_s(self, hover_time_s: float) -> float:
+        """Largest change of a hover time [s]; all of it where an end has no plan."""
+        ends_s = (self.hover_low_s or 0.0, self.hover_high_s or 0.0)
+        return max(abs(each - hover_time_s) for each in ends_s)
+
+
 @style.applied()
 def bars(
     shown: Sequence[Bar],
@@ -115,24 +136,13 @@ def bars(
     ['577.5', '597.3']
     """
     ax = ax or style.page(3.4 if any(each.name for each in shown) else 3.0).subplots()
-    ax.set_ylabel(y_label)
-    handles = _draw_groups(ax, shown, level)
-    ax.set_title(title, pad=style.LEGEND_PT if handles else None)
-    if handles:
-        style.legend_above(ax, len(handles), handles)
-    style.settle(ax)
-    return ax
-
-
-def _draw_groups(ax: Axes, bars: Sequence[Bar], level: Level | None = None) -> list[Artist]:
-    """Draw bars in groups with their numbers, and a level; entries of the legend."""
-    groups = list(dict.fromkeys(each.group for each in bars))
-    used = [name for name in COLOURS if any(each.name == name for each in bars)]
+    groups = list(dict.fromkeys(each.group for each in shown))
+    used = [name for name in COLOURS if any(each.name == name for each in shown)]
     floor, width = level.value if level else 0.0, GROUP / max(2, len(used))
-    known = [each.value for each in bars if each.value is not None]
+    known = [each.value for each in shown if each.value is not None]
     low, high = style.margins([0.0, floor, *known], 0.14)
-    ax.set_ylim(low if min(known, default=0.0) < 0.0 else 0.0, high)
-    for group, name, value, flyable in bars:
+    ax.set(ylabel=y_label, ylim=(low if min(known, default=0.0) < 0.0 else 0.0, high))
+    for group, name, value, flyable in shown:
         middle = used.index(name) - 0.5 * (len(used) - 1)
         at, end = groups.index(group) + width * middle, value or 0.0
         (bar,) = ax.bar(at, end, 0.92 * width, color=COLOURS[name])
@@ -151,10 +161,14 @@ def _draw_groups(ax: Axes, bars: Sequence[Bar], level: Level | None = None) -> l
     ]
     if level:
         handles.append(ax.axhline(floor, color=VERMILLION, linewidth=1.0, label=level.words))
-    if not all(each.flyable for each in bars):
-        looks = {"fc": GREY, "ec": "white", "hatch": HATCH, "linewidth": 0.0}
-        handles.append(Patch(label="cannot be flown", **looks))  # type: ignore[arg-type]
-    return handles
+    if not all(each.flyable for each in shown):
+        looks: style.Look = {"fc": GREY, "ec": "white", "hatch": HATCH, "linewidth": 0.0}
+        handles.append(Patch(label="cannot be flown", **looks))
+    ax.set_title(title, pad=style.LEGEND_PT if handles else None)
+    if handles:
+        style.legend_above(ax, len(handles), handles)
+    style.settle(ax)
+    return ax
 
 
 @style.applied()
@@ -208,18 +222,12 @@ def curves(
     for mark in marks:
         ax.axvline(mark.at, color=VERMILLION, linewidth=0.9, linestyle=style.DOTTED)
     style.settle(ax)
-    _name_marks(ax, marks)
-    return ax
-
-
-def _name_marks(ax: Axes, marks: Sequence[Mark]) -> None:
-    """Write the words of marks on the side with more room, in two rows."""
-    low, high = ax.get_xlim()
-    for number, mark in enumerate(marks):
-        to_left = mark.at - low > high - mark.at
+    left, right = ax.get_xlim()
+    for number, (at, words) in enumerate(marks):  # on the side with more room, in two rows
+        to_left = at - left > right - at
         ax.annotate(
-            mark.words,
-            (mark.at, 1.0),
+            words,
+            (at, 1.0),
             (-3.0 if to_left else 3.0, -3.0 - 9.0 * (number % 2)),
             xycoords=("data", "axes fraction"),
             textcoords="offset points",
@@ -228,3 +236,136 @@ def _name_marks(ax: Axes, marks: Sequence[Mark]) -> None:
             fontsize=7.0,
             color=VERMILLION,
         )
+    return ax
+
+
+@style.applied()
+def tornado(
+    swings: Sequence[Swing], hover_time_s: float, mission: str, *, ax: Axes | None = None
+) -> Axes:
+    """Draw a bar for each of the largest swings, and say how many more there are.
+
+    Parameters
+    ----------
+    swings
+        The largest first.
+    hover_time_s
+        Longest hover of the mission with its own values [s].
+    mission
+        Name of the mission.
+    ax
+        Where to draw; on a page of its own by default.
+
+    Examples
+    --------
+    >>> import optuav
+    >>> swing = optuav.plots.Swing("laser.power_W", 800.0, 1200.0, 560.0, 630.0)
+    >>> ax = optuav.plots.tornado([swing], 597.3, "paper")
+    >>> [text.get_text() for text in ax.texts]
+    ['800', '1200']
+    """
+    moving = [each for each in swings if each.largest_s(hover_time_s) > MOVES_S]
+    shown = moving[:MOST_KEYS]
+    ends_s = [s for each in shown for s in each[3:] if s is not None]
+    ax = ax or style.page(AROUND_IN + KEY_IN * max(1, len(shown))).subplots()
+    limits = style.margins([hover_time_s, *ends_s], 0.12)
+    ax.set(xlim=limits, ylim=(len(shown) - 0.4, -0.6))
+    for row, each in enumerate(shown):
+        _draw_swing(ax, row, hover_time_s, each)
+    ax.axvline(hover_time_s, color=BLACK, linewidth=0.8)
+    keys = (each.key for each in shown)
+    short = [key if len(key) <= LONGEST_KEY else f"{key[: LONGEST_KEY - 1]}…" for key in keys]
+    ax.set_yticks(range(len(shown)), short)
+    ax.tick_params(axis="y", length=0.0)
+    more = f"; {len(moving) - len(shown)} more keys move it less" if moving != shown else ""
+    ax.set_xlabel(f"longest hover Δ [s]{more}")
+    ax.set_title(f"{style.printed(mission)}: one key at a time, at the values beside the bars")
+    ends = (("key at its low end", ORANGE), ("key at its high end", BLUE))
+    handles = [Patch(label=words, color=colour, linewidth=0.0) for words, colour in ends]
+    ax.legend(handles=handles, loc="lower right")
+    ax.xaxis.grid(True, linewidth=0.3, color=GREY)
+    ax.set_axisbelow(True)
+    style.settle(ax)
+    return ax
+
+
+def _draw_swing(ax: Axes, row: int, hover_time_s: float, swing: Swing) -> None:
+    """Draw both ends of a key, the shorter bar before the longer, with the values at their tips.
+
+    An end without a plan is an empty bar to the edge of the picture.
+    """
+    edge_s = ax.get_xlim()[0]
+    own: style.Look = {"left": hover_time_s, "height": 0.7, "linewidth": 0.0}
+    ends = [
+        # In four digits, without an exponent where it is short enough.
+        (end_s, style.minus(f"{at:.0f}" if 1e4 <= abs(at) < 1e6 else f"{at:.4g}"), colour)
+        for end_s, at, colour in (
+            (swing.hover_low_s, swing.low, ORANGE),
+            (swing.hover_high_s, swing.high, BLUE),
+        )
+    ]
+    for end_s, words, colour in sorted(
+        ends, key=lambda end: -abs((edge_s if end[0] is None else end[0]) - hover_time_s)
+    ):
+        if end_s is not None:
+            ax.barh(row, end_s - hover_time_s, color=colour, **own)
+            continue
+        (bar,) = ax.barh(row, edge_s - hover_time_s, fill=False, hatch="////", **own)
+        bar.set(edgecolor=colour, linewidth=0.5)
+        backing = {"facecolor": "white", "edgecolor": "none", "pad": 0.5}
+        shown: style.Look = {"va": "center", "fontsize": 6.5, "bbox": backing}
+        ax.annotate(f" {words}: no plan", (edge_s, row), **shown)
+    for towards in (-1.0, 1.0):
+        beyond = {
+            words: end_s
+            for end_s, words, _ in ends
+            if end_s is not None and towards * (end_s - hover_time_s) > MOVES_S
+        }
+        if beyond:
+            farthest_s = max(beyond.values(), key=lambda end_s: towards * end_s)
+            style.beside(ax, " and ".join(beyond), (farthest_s, float(row)), (2.0 * towards, 0.0))
+
+
+@style.applied()
+def hover_times(
+    times_s: Floats, mission: str, *, fixed_s: float | None = None, ax: Axes | None = None
+) -> Axes:
+    """Draw the distribution of the longest hover, with its median and the middle 90 %.
+
+    Parameters
+    ----------
+    times_s
+        Longest hover of every sample [s]; 0 where there is no plan.
+    mission
+        Name of the mission.
+    fixed_s
+        Hover of the plan that is held fixed [s].
+    ax
+        Where to draw; on a page of its own by default.
+
+    Examples
+    --------
+    >>> import numpy, optuav
+    >>> times_s = numpy.array([0.0, 590.0, 600.0, 610.0])
+    >>> optuav.plots.hover_times(times_s, "paper").get_ylabel()
+    'share of samples [%]'
+    """
+    planned = times_s[times_s > 0.0]
+    low_s, middle_s, high_s = np.quantile(times_s, (0.05, 0.5, 0.95)).tolist()
+    ax = ax or style.page(3.4).subplots()
+    values = planned if len(planned) else np.zeros(1)
+    weights = np.full(len(values), 100.0 / len(times_s))
+    ax.hist(values, bins=BINS, weights=weights, color=GREEN, linewidth=0.0)
+    ax.axvspan(low_s, high_s, color=GREEN, alpha=0.15, linewidth=0.0)
+    ax.axvline(middle_s, color=BLACK, linewidth=1.0)
+    words = [f"median {middle_s:.0f} s", f"90 % within {low_s:.0f} to {high_s:.0f} s"]
+    if fixed_s is not None:
+        ax.axvline(fixed_s, color=VERMILLION, linewidth=1.2, linestyle="--")
+        words.append(f"fixed plan {fixed_s:.0f} s (dashed)")
+    if len(planned) < len(times_s):
+        words.append(f"no plan in {1.0 - len(planned) / len(times_s):.1%}")
+    ax.set(xlabel="longest hover Δ [s]", ylabel="share of samples [%]")
+    ax.set_title(f"{style.printed(mission)}: {', '.join(words)}")
+    style.group_thousands(ax)
+    style.settle(ax)
+    return ax

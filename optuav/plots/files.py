@@ -5,7 +5,7 @@ from __future__ import annotations
 import io
 from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Literal
 
 from optuav import plots
 from optuav.mission import Mission
@@ -53,7 +53,27 @@ def save_pictures(
     ...     [path.name for path in optuav.plots.save_pictures(optuav.solve(late), folder)]
     ['map.png']
     """
-    return save_figures(_figures(subject, beside), Path(directory))
+    drawn = _pictures(subject, beside)
+    return save_figures(((name, ax.get_figure(root=True)) for name, ax in drawn), Path(directory))
+
+
+def _pictures(subject: Plan | Mission, beside: Sequence[Plan]) -> Iterator[tuple[str, Axes]]:
+    """Yield the name of each picture, and one of its axes."""
+    yield "map.png", plots.mission_map(subject).plan
+    if isinstance(subject, Mission) or not subject:
+        return
+    if subject.mission.battery.takes_turns:
+        yield "packs.png", plots.packs([subject])[0]
+    else:
+        yield "wells.png", plots.wells([subject, *beside])[0]
+    if first := modelled_leg(subject):
+        yield "leg.png", plots.leg(subject.mission, first.start_place, first.end_place).speed
+
+
+def modelled_leg(plan: Plan) -> Phase | None:
+    """The first leg that takes time and has its figures from the flight model, if there is one."""
+    legs = (each for each in plan.phases if each.kind == "flight")
+    return next((each for each in legs if each.duration_s > 0.0 and not each.edited), None)
 
 
 def save(drawn: Axes | tuple[Axes | None, ...], path: str | Path) -> Path:
@@ -81,56 +101,26 @@ def save(drawn: Axes | tuple[Axes | None, ...], path: str | Path) -> Path:
     """
     ax = drawn[0] if isinstance(drawn, tuple) else drawn
     assert ax is not None
-    write_bytes(Path(path), png(ax.get_figure(root=True)))
+    write_bytes(Path(path), image(ax.get_figure(root=True)))
     return Path(path)
 
 
 def save_figures(figures: Iterable[tuple[str, Figure | None]], folder: Path) -> list[Path]:
     """Write figures under the given names, all drawn before the first is written."""
     make_directory(folder)
-    pictures = {name: png(figure) for name, figure in figures}
+    pictures = {name: image(figure) for name, figure in figures}
     for name, content in pictures.items():
         write_bytes(folder / name, content)
     return [folder / name for name in pictures]
 
 
-def _figures(
-    subject: Plan | Mission, beside: Sequence[Plan]
-) -> Iterator[tuple[str, Figure | None]]:
-    yield "map.png", plots.mission_map(subject).plan.get_figure(root=True)
-    if isinstance(subject, Mission) or not subject:
-        return
-    if subject.mission.battery.takes_turns:
-        yield "packs.png", plots.packs([subject])[0].get_figure(root=True)
-    else:
-        yield "wells.png", plots.wells([subject, *beside])[0].get_figure(root=True)
-    if first := modelled_leg(subject):
-        drawn = plots.leg(subject.mission, first.start_place, first.end_place)
-        yield "leg.png", drawn.speed.get_figure(root=True)
-
-
-def modelled_leg(plan: Plan) -> Phase | None:
-    """The first leg that takes time and has its figures from the flight model, if there is one."""
-    legs = (each for each in plan.phases if each.kind == "flight")
-    return next((each for each in legs if each.duration_s > 0.0 and not each.edited), None)
-
-
-def png(figure: Figure | None) -> bytes:
-    """A figure as PNG; the same figure gives the same bytes."""
-    return _file(figure, "png", {"Software": None})
-
-
-def svg(figure: Figure | None) -> bytes:
-    """A figure as SVG; the same figure gives the same bytes."""
-    return _file(figure, "svg", {"Date": None, "Creator": None})
-
-
-def _file(figure: Figure | None, form: str, metadata: dict[str, None]) -> bytes:
-    """A file without the version of matplotlib and the date, which it has by default."""
+def image(figure: Figure | None, form: Literal["png", "svg"] = "png") -> bytes:
+    """A figure as a file, without the date and the version of matplotlib that it has by default."""
     from optuav.plots import style
 
     assert figure is not None
     content = io.BytesIO()
+    metadata = {"Software": None} if form == "png" else {"Date": None, "Creator": None}
     figure.set_layout_engine("none")  # the picture is laid out already
     with style.applied():
         figure.savefig(content, format=form, dpi=figure.dpi, metadata=metadata)

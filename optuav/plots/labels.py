@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
@@ -26,22 +27,20 @@ CLEARANCE = 1.5
 """Least distance between two labels [pt]."""
 STRONG, FAINT = 1.0, 4.0
 """Distance of the dots that stand for a line [pt]."""
-MOST_DOTS = 2000
-"""Most dots along a straight part of a line."""
+MOST_DOTS = 4000
+"""Most dots along a line."""
 OUTSIDE, PER_POINT = 1000.0, 0.5
 """Costs of leaving the axes, and of each point of distance; a covered dot costs 1."""
 MOST_COVERED = 2
 """Most dots that a label covers which is not needed."""
 LEADER = {"arrowstyle": "-", "linewidth": 0.4, "color": GREY, "shrinkA": 0.0, "shrinkB": 2.0}
-BACKING = {"facecolor": "white", "alpha": 0.8, "edgecolor": "none", "pad": 0.3}
-"""Box that sets a label apart from the points behind it."""
 
 
 @dataclass(frozen=True)
 class Label:
     """A text [pt] that belongs to a point in the data's coordinates.
 
-    One that is not needed is left out where there is little room; `backed` is on a pale box.
+    One that is not needed is left out where there is little room.
     """
 
     text: str
@@ -49,8 +48,6 @@ class Label:
     needed: bool = True
     colour: str = "black"
     size: float = 7.5
-    upright: bool = False
-    backed: bool = False
 
 
 class Spot(NamedTuple):
@@ -74,28 +71,27 @@ def place(
     """
     pixels = root(ax).dpi / POINTS_PER_INCH
     points = [[label.at] for label in labels]
+    spaced = ((lines, STRONG * pixels), ([*faint, *points], FAINT * pixels))
     dots = np.concatenate(
-        [_dots(ax, lines, STRONG * pixels), _dots(ax, [*faint, *points], FAINT * pixels)]
+        [np.empty((0, 2)), *(_dots(ax, line, gap) for found, gap in spaced for line in found)]
     )
-    frame, taken = ax.get_window_extent(), list[Bbox]()
+    taken: list[Bbox] = []
     for label in sorted(labels, key=lambda each: not each.needed):
         text = _write(ax, label, (0.0, 0.0), far=False)
         size = text.get_window_extent()
         text.remove()
-        anchor = ax.transData.transform(label.at)
-        spots = list(_spots(label, anchor, size, pixels, taken, frame))
-        near = _inside(Bbox.union([spot.box for spot in spots]), dots) if spots else dots
-        found = [
-            spot._replace(cost=spot.cost + covered)
-            for spot in spots
-            if (covered := len(_inside(spot.box, near))) <= MOST_COVERED or label.needed
-        ]
-        if not found:
-            continue
-        spot = min(found, key=lambda each: each.cost)
-        offset = ((spot.box.x0 - size.x0) / pixels, (spot.box.y0 - size.y0) / pixels)
-        _write(ax, label, offset, far=spot.far)
-        taken.append(spot.box)
+        spots = []
+        for spot in _spots(ax, label, size, pixels):
+            padded = spot.box.padded(CLEARANCE * pixels)
+            if not any(padded.overlaps(other) for other in taken):
+                covered = int(((dots >= spot.box.min) & (dots <= spot.box.max)).all(axis=1).sum())
+                if covered <= MOST_COVERED or label.needed:
+                    spots.append(spot._replace(cost=spot.cost + covered))
+        if spots:
+            box, far, _ = min(spots, key=lambda each: each.cost)
+            offset_pt = ((box.x0 - size.x0) / pixels, (box.y0 - size.y0) / pixels)
+            _write(ax, label, offset_pt, far=far)
+            taken.append(box)
 
 
 def mark(
@@ -112,6 +108,7 @@ def mark(
 
 
 def _write(ax: Axes, label: Label, offset_pt: tuple[float, float], *, far: bool) -> Annotation:
+    """Write a label at an offset, with a line to its point if it is far."""
     text = ax.annotate(
         label.text,
         label.at,
@@ -124,8 +121,6 @@ def _write(ax: Axes, label: Label, offset_pt: tuple[float, float], *, far: bool)
         va="bottom",
         color=label.colour,
         fontsize=label.size,
-        rotation=90.0 if label.upright else 0.0,
-        bbox=BACKING if label.backed else None,
         linespacing=1.1,
         path_effects=[withStroke(linewidth=2.0, foreground="white")],
     )
@@ -133,37 +128,25 @@ def _write(ax: Axes, label: Label, offset_pt: tuple[float, float], *, far: bool)
     return text
 
 
-def _spots(
-    label: Label, anchor: Floats, size: Bbox, pixels: float, taken: Sequence[Bbox], frame: Bbox
-) -> Iterator[Spot]:
-    """Places that are free of other labels, and inside the axes unless the label is needed."""
-    for ring in (*NEAR, *FAR) if label.needed else NEAR:
-        for x, y in DIRECTIONS:
-            reach = ring * pixels / math.hypot(x, y)
-            left = anchor[0] + x * reach + (x - 1) * size.width / 2
-            low = anchor[1] + y * reach + (y - 1) * size.height / 2
+def _spots(ax: Axes, label: Label, size: Bbox, pixels: float) -> Iterator[Spot]:
+    """Places around the point of a label, inside the axes unless the label is needed."""
+    frame, anchor = ax.get_window_extent(), ax.transData.transform(label.at)
+    for ring, (x, y) in itertools.product((*NEAR, *FAR) if label.needed else NEAR, DIRECTIONS):
+        reach = ring * pixels / math.hypot(x, y)
+        left = anchor[0] + x * reach + (x - 1) * size.width / 2
+        low = anchor[1] + y * reach + (y - 1) * size.height / 2
+        inside = frame.x0 <= left <= frame.x1 - size.width and (
+            frame.y0 <= low <= frame.y1 - size.height
+        )
+        if inside or label.needed:
             box = Bbox.from_bounds(left, low, size.width, size.height)
-            inside = frame.x0 <= left <= frame.x1 - size.width and (
-                frame.y0 <= low <= frame.y1 - size.height
-            )
-            padded = box.padded(CLEARANCE * pixels)
-            if (inside or label.needed) and not any(padded.overlaps(other) for other in taken):
-                yield Spot(box, ring in FAR, PER_POINT * ring + OUTSIDE * (not inside))
+            yield Spot(box, ring in FAR, PER_POINT * ring + OUTSIDE * (not inside))
 
 
-def _inside(box: Bbox, dots: Floats) -> Floats:
-    return dots[((dots >= (box.x0, box.y0)) & (dots <= (box.x1, box.y1))).all(axis=1)]
-
-
-def _dots(ax: Axes, lines: Iterable[npt.ArrayLike], spacing: float) -> Floats:
-    """Dots [px] along lines, at most a spacing apart."""
-    found = [np.empty((0, 2))]
-    for line in lines:
-        corners = ax.transData.transform(np.asarray(line, dtype=float))
-        ways = np.diff(corners, axis=0)
-        parts = np.minimum(MOST_DOTS, np.hypot(*ways.T) / spacing).astype(int)
-        segment = np.repeat(np.arange(len(ways)), parts + 1)
-        number = np.arange(len(segment)) - np.searchsorted(segment, segment)
-        share = number / np.maximum(1, parts[segment])
-        found += [corners, corners[segment] + share[:, None] * ways[segment]]
-    return np.concatenate(found)
+def _dots(ax: Axes, line: npt.ArrayLike, spacing: float) -> Floats:
+    """Dots [px] along a line, its corners among them, about a spacing apart."""
+    corners = ax.transData.transform(np.asarray(line, dtype=float))
+    along = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(corners, axis=0).T))])
+    count = min(MOST_DOTS, int(along[-1] / spacing))
+    at = np.union1d(np.linspace(0.0, along[-1], count + 1), along)
+    return np.stack([np.interp(at, along, each) for each in corners.T], axis=1)

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-import itertools
 import math
 import textwrap
-from collections import defaultdict
+from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping, Sequence
+from itertools import chain, cycle, pairwise
 from typing import NamedTuple
 
 import numpy as np
@@ -14,23 +14,16 @@ from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.lines import Line2D
 from matplotlib.patches import Rectangle
-from matplotlib.transforms import ScaledTranslation
+from matplotlib.transforms import offset_copy
 
 from optuav.arrays import Floats
 from optuav.errors import InputError
 from optuav.mission import Mission
+from optuav.network.places import DESTINATION, HOVER, ORIGIN
 from optuav.plan import Plan, Stop
 from optuav.plots import style
-from optuav.plots.labels import POINTS_PER_INCH, Label, place
-from optuav.plots.scene import (
-    Point,
-    Scene,
-    draw_plan_view,
-    drawn_sight_lines,
-    scene,
-    scenery_labels,
-    stop_look,
-)
+from optuav.plots.labels import Label, place
+from optuav.plots.scene import Scene, draw_plan_view, scene, scenery_labels, stop_look
 from optuav.plots.style import BLACK, BLUE, GREEN, GREY, ORANGE, SKY, VERMILLION, Look, printed
 
 SYMBOLS = {
@@ -61,19 +54,23 @@ class MapAxes(NamedTuple):
 
 
 class Way(NamedTuple):
-    """A route as it is drawn."""
+    """A route as it is drawn: its places by name and position (place, 3) [m], stops and look."""
 
     names: tuple[str, ...]
-    points: list[Point]
+    points: Floats
     stops: tuple[Stop, ...]
     look: Look
 
     @property
     def side(self) -> Floats:
         """Corners from the side (corner, 2): distance over ground and height [m]."""
-        corners = np.array(self.points)
-        steps = np.hypot(*np.diff(corners[:, :2], axis=0).T)
-        return np.stack([np.concatenate([[0.0], np.cumsum(steps)]), corners[:, 2]], axis=1)
+        steps = np.hypot(*np.diff(self.points[:, :2], axis=0).T)
+        return np.stack([np.concatenate([[0.0], np.cumsum(steps)]), self.points[:, 2]], axis=1)
+
+    @property
+    def legs(self) -> list[frozenset[tuple[float, ...]]]:
+        """Both ends of every leg on the map [m], whichever way it is flown."""
+        return [frozenset(map(tuple, ends)) for ends in pairwise(self.points[:, :2].tolist())]
 
 
 def mission_map(subject: Plan | Mission) -> MapAxes:
@@ -101,7 +98,8 @@ def mission_map(subject: Plan | Mission) -> MapAxes:
     mission = subject if isinstance(subject, Mission) else subject.mission
     plan = subject if isinstance(subject, Plan) and subject else None
     shown = scene(mission)
-    names = plan.route if plan else shown.direct
+    ends = [k for k in (ORIGIN, HOVER, DESTINATION) if shown.places.exists[k]]
+    names = plan.route if plan else tuple(shown.places.names[k] for k in ends)
     look: Look = {"color": BLUE} if plan else {"color": GREY, "linestyle": style.DASHED}
     way = Way(names, shown.positions(names), plan.stops if plan else (), look)
     reasons = subject.reasons[:3] if isinstance(subject, Plan) else ()
@@ -142,7 +140,7 @@ def trajectories(plans: Mapping[str, Plan]) -> MapAxes:
     if len({_site(plan.mission) for plan in plans.values()}) > 1:
         raise InputError("the plans of one map have the same places: route, buildings, laser, link")
     shown = scene(next(iter(plans.values())).mission)
-    looks = dict(zip(plans, itertools.cycle(LOOKS), strict=False))
+    looks = dict(zip(plans, cycle(LOOKS), strict=False))
     ways = [
         Way(plan.route, shown.positions(plan.route), plan.stops, looks[name])
         for name, plan in plans.items()
@@ -177,21 +175,13 @@ def _draw(
     _draw_from_above(axes.plan, shown, ways)
     handles.append(_draw_from_side(axes.height, shown, ways))
     axes.plan.set_title(title)
-    legend.legend(
-        handles=handles,
-        title=heading,
-        title_fontsize=7.5,
-        alignment="left",
-        loc="upper left",
-        ncols=3 if legend.get_position().width > 0.6 else 1,
-        labelspacing=0.6,
-        columnspacing=1.4,
-    )
+    columns = 3 if legend.get_position().width > 0.6 else 1
+    room: Look = {"labelspacing": 0.6, "columnspacing": 1.4, "loc": "upper left", "ncols": columns}
+    legend.legend(handles=handles, title=heading, title_fontsize=7.5, alignment="left", **room)
     style.group_thousands(*axes)
     style.settle(axes.plan)
-    flat = [np.array(way.points)[:, :2] for way in ways]
-    labels = _plan_labels(shown, ways, times=times)
-    place(axes.plan, labels, flat, drawn_sight_lines(axes.plan))
+    flat = [way.points[:, :2] for way in ways]
+    place(axes.plan, _plan_labels(shown, ways, times=times), flat, shown.sight_lines[0])
     place(axes.height, _height_labels(ways), [way.side for way in ways])
     return axes
 
@@ -252,7 +242,7 @@ def _plan_labels(shown: Scene, ways: Sequence[Way], *, times: bool) -> list[Labe
     names += [name for name in ("origin", "destination") if name not in names]
     stops = [stop for way in ways for stop in way.stops] if times else []
     labels = []
-    for name, (x, y, _) in zip(names, shown.positions(names), strict=True):
+    for name, (x, y, _) in zip(names, shown.positions(names).tolist(), strict=True):
         lines = [SYMBOLS.get(name) or printed(name)]
         for stop in (each for each in stops if each.at == name):
             stay = f"{stop.kind} {stop.duration_s:.1f} s\nfrom {stop.start_s:.1f} s"
@@ -275,43 +265,31 @@ def _height_labels(ways: Sequence[Way]) -> list[Label]:
 
 def _draw_from_above(ax: Axes, shown: Scene, ways: Sequence[Way]) -> None:
     """Draw ways on the map, legs that several of them share side by side, and their stops."""
-    for way, legs_aside in zip(ways, _shifts(ways), strict=True):
-        for (start, end), shift in zip(itertools.pairwise(way.points), legs_aside, strict=True):
-            _draw_leg(ax, start, end, shift, way.look)
+    users, before = Counter(chain.from_iterable(way.legs for way in ways)), Counter[object]()
+    for way in ways:
+        for leg, ends in zip(way.legs, pairwise(way.points[:, :2]), strict=True):
+            _draw_leg(ax, np.array(ends), before[leg] - (users[leg] - 1) / 2, way.look)
+            before[leg] += 1
         for stop in way.stops:
-            ((x, y, _),) = shown.positions([stop.at])
+            x, y, _ = shown.positions([stop.at])[0]
             ax.plot(x, y, zorder=6, **stop_look(stop.kind, stop.duration_s > 0.0))
     for x, y, _ in shown.positions(["origin", "destination"]):
         ax.plot(x, y, "D", color=BLACK, markersize=4, zorder=6)
 
 
-def _shifts(ways: Sequence[Way]) -> list[list[float]]:
-    """By how many line widths every leg of every way moves aside, so that none hides another."""
-    users = defaultdict[frozenset[tuple[float, ...]], list[tuple[int, int]]](list)
-    for number, way in enumerate(ways):
-        for leg, (start, end) in enumerate(itertools.pairwise(way.points)):
-            users[frozenset((start[:2], end[:2]))].append((number, leg))
-    aside = [[0.0] * (len(way.points) - 1) for way in ways]
-    for legs in users.values():
-        for rank, (number, leg) in enumerate(legs):
-            aside[number][leg] = rank - (len(legs) - 1) / 2
-    return aside
-
-
-def _draw_leg(ax: Axes, start: Point, end: Point, shift: float, look: Look) -> None:
+def _draw_leg(ax: Axes, ends: Floats, shift: float, look: Look) -> None:
     """Draw a leg on the map, moved aside to its left or right as seen from its lesser end."""
-    ends = np.array([start[:2], end[:2]])
     (x, y), length = np.subtract(*sorted(ends.tolist(), reverse=True)), math.dist(*ends)
     if length == 0.0:
         return
-    aside = np.array([-y, x]) / length * shift * SHIFT / POINTS_PER_INCH
-    transform = ax.transData + ScaledTranslation(aside[0], aside[1], style.root(ax).dpi_scale_trans)
-    ax.plot(*ends.T, transform=transform, zorder=3, **look)
+    aside = SHIFT * shift / length
+    moved = offset_copy(ax.transData, style.root(ax), -y * aside, x * aside, units="points")
+    ax.plot(*ends.T, transform=moved, zorder=3, **look)
     at = ARROW_AT + ARROW_STEP * shift
     tail, head = (ends[0] + share * (ends[1] - ends[0]) for share in (at - 0.02, at))
     arrow = {"arrowstyle": "-|>", "color": look["color"], "linewidth": 0.0, "mutation_scale": 12.0}
     arrow |= {"shrinkA": 0.0, "shrinkB": 0.0}
-    ax.annotate("", head, tail, xycoords=transform, textcoords=transform, arrowprops=arrow)
+    ax.annotate("", head, tail, xycoords=moved, textcoords=moved, arrowprops=arrow)
 
 
 def _draw_from_side(ax: Axes, shown: Scene, ways: Sequence[Way]) -> Artist:
@@ -321,8 +299,8 @@ def _draw_from_side(ax: Axes, shown: Scene, ways: Sequence[Way]) -> Artist:
     lowest_m = farthest_m = 0.0
     for rank, way in enumerate(ways):
         along_m, z = way.side.T
-        raised_in = (rank - (len(ways) - 1) / 2) * SHIFT / POINTS_PER_INCH
-        raised = ax.transData + ScaledTranslation(0.0, raised_in, style.root(ax).dpi_scale_trans)
+        above = SHIFT * (rank - (len(ways) - 1) / 2)
+        raised = offset_copy(ax.transData, style.root(ax), 0.0, above, units="points")
         ax.plot(along_m, z, transform=raised, zorder=3, **way.look)
         for name, *at in zip(way.names, along_m, z, strict=True):
             for stop in (each for each in way.stops if each.at == name):
@@ -353,12 +331,12 @@ def _buildings_along(shown: Scene, way: Way) -> Iterator[tuple[float, float, flo
     import shapely
 
     tree, roofs_m = shown.obstacles.tree, shown.obstacles.roof_m
-    for (start, end), begin_m in zip(itertools.pairwise(way.points), way.side[:, 0], strict=False):
-        if start[:2] == end[:2]:
+    for (start, end), begin_m in zip(pairwise(way.points[:, :2]), way.side[:, 0], strict=False):
+        if (start == end).all():
             continue
-        line = shapely.LineString([start[:2], end[:2]])
+        line = shapely.LineString([start, end])
         for number in np.sort(tree.query(line, predicate="intersects")):
             common = shapely.intersection(line, tree.geometries[number])
             for part in shapely.get_parts(common):
-                along = [begin_m + math.dist(start[:2], point) for point in part.coords]
+                along = [begin_m + math.dist(start, point) for point in part.coords]
                 yield float(min(along)), float(max(along)), float(roofs_m[number])

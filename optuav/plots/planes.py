@@ -4,13 +4,15 @@ from __future__ import annotations
 
 import functools
 import math
+import textwrap
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from itertools import cycle
 from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
+from matplotlib.artist import Artist
 from matplotlib.axes import Axes
-from matplotlib.patches import Rectangle
+from matplotlib.patches import Patch
 
 from formulations.soc import StepEnd
 from optuav.arrays import Booleans, Floats
@@ -20,22 +22,21 @@ from optuav.modelling import Constraint, Model, Variable, evaluate
 from optuav.modelling.check import holding, relations
 from optuav.plan import Plan
 from optuav.plots import style
-from optuav.plots.labels import Label, place
 from optuav.plots.style import BLACK, printed
 
 COLOURS = (style.VERMILLION, style.BLUE, style.GREEN, style.PURPLE, style.ORANGE, style.SKY)
 REACHED = {"dry": "empty", "past full": "full"}
 """What the available well is where one of its limits binds, by the kind of the constraint."""
-STEEP = 4.0
-"""Slope on the page from which a label runs along its line."""
 MOST_POINTS = 40
 """Most points of the grid that are shown along an axis."""
-SAMPLES = 241
+SAMPLES = 401
 """Points along an axis at which the constraints are evaluated."""
 BEYOND = 1.5
 """How far the grid is shown, as a multiple of how far it is feasible."""
 MARGIN = 0.07
 """Share of the plane that is shown beyond the grid."""
+LETTERS = 30
+"""Longest line of the legend."""
 
 Values: TypeAlias = Mapping[str, object]
 
@@ -105,13 +106,15 @@ def plane(
     ax.set_title("\n".join([model.title, *[" → ".join(map(printed, route))] * bool(route)]))
     ax.set(xlabel=_axis_label(across), ylabel=_axis_label(upward))
     style.group_thousands(ax)
-    cells = _draw_grid(ax, model, parameters, counted, slot_s)
-    labels, lines = _draw_constraints(ax, model, parameters, route)
+    handles = [
+        *_draw_constraints(ax, model, parameters, route),
+        *_draw_grid(ax, model, parameters, counted, slot_s),
+    ]
     for plan, point in marked:
-        _draw_optimum(ax, plan, point, (across.symbol, upward.symbol))
-    ax.legend(loc="upper left", bbox_to_anchor=(1.01, 1.0), labelspacing=0.9)
+        handles.append(_draw_optimum(ax, plan, point, (across.symbol, upward.symbol)))
+    corner = (1.01, 1.0)
+    ax.legend(handles=handles, loc="upper left", bbox_to_anchor=corner, labelspacing=0.9)
     style.settle(ax)
-    place(ax, labels, lines, [[point] for point in cells])
     return ax
 
 
@@ -130,6 +133,7 @@ def constraint_name(constraint: Constraint, route: Sequence[str]) -> str:
 
 
 def _axis_label(variable: Variable) -> str:
+    """Words, symbol and unit of an unknown."""
     words = variable.name.removesuffix(f"_{variable.unit}").replace("_", " ")
     return f"{words} {variable.symbol} [{variable.unit}]"
 
@@ -172,8 +176,8 @@ def _worth_seeing(
 
 def _draw_grid(
     ax: Axes, model: Model, parameters: Values, counted: Sequence[Floats], slot_s: float
-) -> Floats:
-    """Draw the grid, dots where it is feasible and crosses elsewhere; the points (n, 2) shown."""
+) -> Iterator[Artist]:
+    """Draw the grid, dots where it is feasible and crosses elsewhere; entries of the legend."""
     every = [max(1, math.ceil(len(values) / MOST_POINTS)) for values in counted]
     upward, across = (values[::n] for values, n in zip(counted, every, strict=True))
     y, x = (each.ravel() for each in np.meshgrid(upward, across))
@@ -191,7 +195,7 @@ def _draw_grid(
         if which.any():
             (dots,) = ax.plot(x[which], y[which], marker, markersize=size, color=colour)
             dots.set(markeredgewidth=0.5, label=f"{words}\n{slots}")
-    return np.stack([x, y], axis=1)
+            yield dots
 
 
 class Cut(NamedTuple):
@@ -220,62 +224,34 @@ def _cuts(sampled: Sequence[tuple[Constraint, Floats]]) -> Iterator[Cut]:
 
 def _draw_constraints(
     ax: Axes, model: Model, parameters: Values, route: Sequence[str]
-) -> tuple[list[Label], list[Floats]]:
-    """Draw the boundaries that cut, with their forbidden sides; their labels and lines."""
+) -> Iterator[Artist]:
+    """Draw the boundaries that cut, with their forbidden sides; entries of the legend."""
     x, y = (np.linspace(*limits, SAMPLES) for limits in (ax.get_xlim(), ax.get_ylim()))
-    labels, lines = list[Label](), list[Floats]()
     cuts = _cuts(list(_excesses(model, parameters, x, y)))
     for (constraint, excess, others_hold), colour in zip(cuts, cycle(COLOURS), strict=False):
-        name = constraint_name(constraint, route)
+        name = textwrap.fill(constraint_name(constraint, route), LETTERS)
         low, high = float(excess.min()), float(excess.max())
         if constraint.relation.sense != "==" and low < 0.0:
             levels = [low, min(0.0, high)]
             ax.contourf(x, y, excess, levels=levels, colors=[colour], alpha=0.1, zorder=0.5)
         if high < 0.0:
-            words = f"{name}\n(holds nowhere here)"
-            ax.add_patch(Rectangle((0.0, 0.0), 0.0, 0.0, color=colour, alpha=0.2, label=words))
-        if not low < 0.0 < high:
-            continue
-        drawn = ax.contour(x, y, excess, levels=[0.0], colors=[colour], linewidths=0.8, zorder=3)
-        found = [np.asarray(line) for line in drawn.allsegs[0]]
-        lines += map(np.asarray, drawn.get_paths()[0].to_polygons(closed_only=False))
-        edges = [edge for line in found for edge in _edges(line, (x, y), others_hold)]
-        for edge in edges:
-            ax.plot(*edge.T, color=colour, linewidth=2.0, zorder=3, solid_capstyle="round")
-        middle, upright = _middle(ax, max(edges or found, key=len))
-        labels.append(Label(name, middle, colour=colour, upright=upright, backed=True))
-    return labels, lines
-
-
-def _edges(line: Floats, sampled: tuple[Floats, Floats], others_hold: Booleans) -> list[Floats]:
-    """The parts of a line along which its constraint alone parts feasible from not."""
-    column, row = (
-        np.clip(np.rint((at - axis[0]) / (axis[1] - axis[0])), 0, SAMPLES - 1).astype(int)
-        for at, axis in zip(line.T, sampled, strict=True)
-    )
-    alone = others_hold[row, column]
-    changes = np.flatnonzero(np.diff(alone)) + 1
-    parts = np.split(line, changes), np.split(alone, changes)
-    return [part for part, here in zip(*parts, strict=True) if here[0] and len(part) > 1]
-
-
-def _middle(ax: Axes, line: Floats) -> tuple[tuple[float, float], bool]:
-    """The point half-way along a line as it is seen, and whether the line is steep there."""
-    seen = ax.transAxes.inverted().transform(ax.transData.transform(line))
-    steps = np.diff(seen, axis=0)
-    along = np.concatenate([[0.0], np.cumsum(np.hypot(*steps.T))])
-    half = 0.5 * along[-1]
-    x, y = (float(np.interp(half, along, each)) for each in line.T)
-    across, upward = np.abs(steps[min(np.searchsorted(along, half), len(steps)) - 1])
-    return (x, y), bool(upward > STEEP * across)
+            yield Patch(color=colour, alpha=0.2, label=f"{name}\n(holds nowhere here)")
+        if low < 0.0 < high:
+            where = np.ma.masked_array(excess, ~others_hold)
+            for shown, width in ((excess, 0.8), (where, 2.0)):
+                if shown.min() < 0.0 < shown.max():
+                    ax.contour(x, y, shown, [0.0], colors=[colour], linewidths=width, zorder=3)
+            yield style.entry(name, colour, 2.0)
 
 
 def _draw_optimum(
     ax: Axes, plan: Plan, point: tuple[float, float], symbols: tuple[str, str]
-) -> None:
+) -> Artist:
+    """Draw the times of a plan; its entry of the legend."""
     times = ", ".join(f"{s} = {t:.2f} s" for s, t in zip(symbols, point, strict=True))
     marker, size, colour, words = ("*", 11.0, style.YELLOW, "optimum")
     if plan.slot_s is not None:
         marker, size, colour, words = "s", 9.0, "none", f"optimum in slots of {plan.slot_s:g} s"
     (star,) = ax.plot(*point, marker, markersize=size, markerfacecolor=colour, zorder=6)
     star.set(markeredgecolor=BLACK, markeredgewidth=0.9, label=f"{words}\n{times}")
+    return star

@@ -5,26 +5,22 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from typing import TypeAlias
 
 import numpy as np
 from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.collections import LineCollection, PolyCollection
-from matplotlib.lines import Line2D
 from matplotlib.patches import Circle
 from matplotlib.typing import LineStyleType
 
-from optuav.arrays import Floats
+from optuav.arrays import Booleans, Floats
 from optuav.mission import Mission
 from optuav.network import vehicle
 from optuav.network.obstacles import Prisms, outline_m, prisms
-from optuav.network.places import DESTINATION, HOVER, ORIGIN, Places, build_places
+from optuav.network.places import HOVER, Places, build_places
 from optuav.plots import style
 from optuav.plots.labels import Label
 from optuav.plots.style import GREEN, GREY, PURPLE, VERMILLION, Look
-
-Point: TypeAlias = tuple[float, float, float]
 
 MARKERS = {"hover": "o", "rest": "s"}
 COVERAGE_SHARE = 0.4
@@ -43,17 +39,9 @@ class Scene:
     places: Places
     obstacles: Prisms
 
-    def positions(self, names: Sequence[str]) -> list[Point]:
-        """Positions of places [m] by their names."""
-        known = dict(zip(self.places.names, self.places.position_m.tolist(), strict=True))
-        return [(x, y, z) for x, y, z in (known[name] for name in names)]
-
-    @property
-    def direct(self) -> tuple[str, ...]:
-        """Places of the direct route; without the hover point where it does not exist."""
-        names = self.places.names
-        reached = np.isfinite(self.places.position_m[HOVER]).all()
-        return (names[ORIGIN], *([names[HOVER]] if reached else []), names[DESTINATION])
+    def positions(self, names: Sequence[str]) -> Floats:
+        """Positions of places (place, 3) [m] by their names."""
+        return self.places.position_m[[self.places.names.index(name) for name in names]]
 
     @property
     def disc_radius_m(self) -> float:
@@ -70,9 +58,8 @@ class Scene:
 
         It holds all places, and the coverage as far as it does not dwarf them.
         """
-        mission, position_m = self.mission, self.places.position_m
-        device = np.array(mission.link.device_m[:2])
-        seen = [device, *position_m[np.isfinite(position_m).all(axis=1), :2]]
+        mission, device = self.mission, np.array(self.mission.link.device_m[:2])
+        seen = [device, *self.places.position_m[self.places.exists, :2]]
         seen += [np.array(mission.laser.position_m[:2])] if mission.laser else []
         seen += [np.array(at) for each in mission.buildings for at in outline_m(each) or ()]
         low, high = np.min(seen, axis=0), np.max(seen, axis=0)
@@ -83,6 +70,17 @@ class Scene:
                 np.maximum(high, np.minimum(device + radius_m, high + room)),
             )
         return np.stack([low, high])
+
+    @property
+    def sight_lines(self) -> tuple[Floats, Booleans]:
+        """Lines (line, 2, 2) on the map from the laser to where it may charge [m]; if clear."""
+        if self.mission.laser is None:
+            return np.empty((0, 2, 2)), np.empty(0, dtype=bool)
+        charging = np.concatenate([[HOVER], self.places.buildings])
+        charging = charging[self.places.exists[charging]]
+        ends_m = self.places.position_m[charging, :2]
+        source_m = np.broadcast_to(self.mission.laser.position_m[:2], ends_m.shape)
+        return np.stack([source_m, ends_m], axis=1), self.places.laser_sight[charging]
 
 
 def scene(mission: Mission) -> Scene:
@@ -103,16 +101,10 @@ def draw_plan_view(ax: Axes, shown: Scene) -> list[Artist]:
         disc.set_label("coverage at the hover altitude")
         ax.add_artist(disc)  # unlike a patch, it leaves the limits alone
         entries.append(disc)
-    entries += _sight_lines(ax, shown)
-    rings = [outline_m(building) for building in mission.buildings]
-    footprints = PolyCollection(
-        [ring for ring in rings if ring is not None],
-        facecolor=style.PALE,
-        edgecolor=GREY,
-        linewidth=0.6,
-        zorder=2,
-        label="building",
-    )
+    entries += _draw_sight_lines(ax, shown)
+    rings = [ring for building in mission.buildings if (ring := outline_m(building)) is not None]
+    walls: Look = {"facecolor": style.PALE, "edgecolor": GREY, "linewidth": 0.6, "zorder": 2}
+    footprints = PolyCollection(rings, label="building", **walls)
     ax.add_collection(footprints, autolim=False)
     roofs = shown.places.position_m[shown.places.buildings]
     ax.plot(*roofs[:, :2].T, ".", color=GREY, markersize=2.5, zorder=2.1)
@@ -125,37 +117,20 @@ def draw_plan_view(ax: Axes, shown: Scene) -> list[Artist]:
     return entries
 
 
-def _sight_lines(ax: Axes, shown: Scene) -> Iterator[Artist]:
-    if shown.mission.laser is None:
-        return
-    source, position_m = shown.mission.laser.position_m[:2], shown.places.position_m
-    charging = np.concatenate([[HOVER], shown.places.buildings])
-    charging = charging[np.isfinite(position_m[charging]).all(axis=1)]
-    sight = shown.places.laser_sight[charging]
-    strength = 1.0 if len(charging) <= FEW else 0.5
+def _draw_sight_lines(ax: Axes, shown: Scene) -> Iterator[Artist]:
+    """Draw the sight lines of the laser; entries of the legend."""
+    lines, sight = shown.sight_lines
+    strength = 1.0 if len(lines) <= FEW else 0.5
     looks: tuple[tuple[bool, str, LineStyleType, str], ...] = (
         (False, VERMILLION, (0.0, (2.0, 2.0)), "blocked sight line"),
         (True, PURPLE, "-", "clear sight line of the laser"),
     )
     for clear, colour, dashes, words in looks:
-        ends = position_m[charging[sight == clear], :2].tolist()
-        if ends:
-            lines = LineCollection(
-                [[source, end] for end in ends],
-                colors=colour,
-                linestyles=[dashes],
-                linewidths=0.6 * strength,
-                alpha=0.5 + 0.3 * strength,
-                zorder=1.5,
-            )
-            ax.add_collection(lines, autolim=False)
-            yield Line2D([], [], color=colour, linestyle=dashes, linewidth=0.9, label=words)
-
-
-def drawn_sight_lines(ax: Axes) -> list[Floats]:
-    """Corners of the sight lines on a map."""
-    bundles = [each for each in ax.collections if isinstance(each, LineCollection)]
-    return [np.asarray(path.vertices) for bundle in bundles for path in bundle.get_paths()]
+        if (sight == clear).any():
+            look: Look = {"colors": colour, "linestyles": [dashes], "linewidths": 0.6 * strength}
+            look |= {"alpha": 0.5 + 0.3 * strength, "zorder": 1.5}
+            ax.add_collection(LineCollection([*lines[sight == clear]], **look), autolim=False)
+            yield style.entry(words, colour, 0.9, dashes)
 
 
 def scenery_labels(shown: Scene) -> list[Label]:
@@ -173,10 +148,6 @@ def scenery_labels(shown: Scene) -> list[Label]:
 def stop_look(kind: str, stays: bool) -> Look:
     """The marker of a stop; hollow where the UAV passes by."""
     colour = style.KINDS[kind]
-    return {
-        "marker": MARKERS[kind],
-        "markersize": 6.0,
-        "markerfacecolor": colour if stays else "white",
-        "markeredgecolor": "white" if stays else colour,
-        "markeredgewidth": 0.8,
-    }
+    fill, edge = (colour, "white") if stays else ("white", colour)
+    look: Look = {"marker": MARKERS[kind], "markersize": 6.0, "markeredgewidth": 0.8}
+    return {**look, "markerfacecolor": fill, "markeredgecolor": edge}

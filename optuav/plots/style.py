@@ -1,10 +1,10 @@
-"""What all pictures share: colours, fonts, pages, legends, and names made fit to print."""
+"""What all pictures share: colours, fonts, pages, legends, bands, and names made fit to print."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from functools import cache, partial
-from typing import Any, TypedDict
+from typing import Any, NamedTuple, TypeAlias
 
 import matplotlib.style
 import numpy as np
@@ -13,30 +13,22 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.font_manager import FontProperties, findfont, get_font
 from matplotlib.lines import Line2D
+from matplotlib.patches import Patch
 from matplotlib.ticker import FuncFormatter
 from matplotlib.typing import LineStyleType
 
-BLACK = "#000000"
-ORANGE = "#E69F00"
-SKY = "#56B4E9"
-GREEN = "#009E73"
-YELLOW = "#F0E442"
-BLUE = "#0072B2"
-VERMILLION = "#D55E00"
-PURPLE = "#CC79A7"
-GREY = "#7F7F7F"
-PALE = "#D9D9D9"
 # The palette of Okabe and Ito, which colour-blind readers can tell apart, and two greys.
+BLACK, GREY, PALE = "#000000", "#7F7F7F", "#D9D9D9"
+ORANGE, SKY, GREEN, YELLOW = "#E69F00", "#56B4E9", "#009E73", "#F0E442"
+BLUE, VERMILLION, PURPLE = "#0072B2", "#D55E00", "#CC79A7"
 
 KINDS = {"flight": BLUE, "hover": GREEN, "rest": ORANGE}
 """Colour of every kind of phase."""
-
 WORDS = {"direct": "Direct path", "traj1": "Traj. 1", "traj2": "Traj. 2", "optimal": "Optimal"}
 """Names of the trajectories as the paper prints them."""
 
 DASHED: LineStyleType = (0.0, (4.0, 2.0))
 DOTTED: LineStyleType = (0.0, (1.0, 1.0))
-
 FONT = "DejaVu Sans"
 RC: dict[str, Any] = {
     "font.family": FONT,
@@ -58,28 +50,16 @@ RC: dict[str, Any] = {
     "hatch.linewidth": 0.5,
     "svg.hashsalt": "optuav",
 }
-
 WIDTH_IN = 7.2
 DOTS_PER_INCH = 200
-LEGEND_PT = 20.0
-"""Room for one line of a legend between axes and title [pt]."""
+LEGEND_PT, NAMES_PT = 20.0, 16.0
+"""Room for one line of a legend, or for names, between axes and title [pt]."""
 LONGEST_NAME = 24
+TINT = 0.15
 TIME = "time since take-off $t$ [s]"
 
-
-class Look(TypedDict, total=False):
-    """Properties of a line or marker, by matplotlib's names."""
-
-    color: str
-    linestyle: LineStyleType
-    linewidth: float
-    marker: str
-    markersize: float
-    markerfacecolor: str
-    markeredgecolor: str
-    markeredgewidth: float
-
-
+Look: TypeAlias = dict[str, Any]
+"""Properties of a line or marker, by matplotlib's names."""
 applied = partial(matplotlib.style.context, ["default", RC])
 """The look of the pictures, for a block or a function; the user's settings come back after it."""
 
@@ -98,19 +78,20 @@ def printed(name: str) -> str:
 
 @cache
 def _letters() -> frozenset[int]:
+    """The letters of the font by their codes."""
     return frozenset(get_font(findfont(FontProperties(family=FONT))).get_charmap())
 
 
 def group_thousands(*axes: Axes) -> None:
     """Set the thousands of long tick labels apart, on both axes."""
+
+    def grouped(value: float, _position: float | None) -> str:
+        separator = "," if abs(value) >= 1e4 else ""
+        return minus(f"{value:{separator}.10g}").replace(",", "\N{THIN SPACE}")
+
     for ax in axes:
-        ax.xaxis.set_major_formatter(FuncFormatter(_grouped))
-        ax.yaxis.set_major_formatter(FuncFormatter(_grouped))
-
-
-def _grouped(value: float, _position: float | None) -> str:
-    separator = "," if abs(value) >= 1e4 else ""
-    return minus(f"{value:{separator}.10g}").replace(",", "\N{THIN SPACE}")
+        for axis in (ax.xaxis, ax.yaxis):
+            axis.set_major_formatter(FuncFormatter(grouped))
 
 
 def minus(text: str) -> str:
@@ -127,28 +108,11 @@ def margins(
     return low - room, high + room
 
 
-def legend_above(ax: Axes, columns: int, handles: Sequence[Artist] | None = None) -> None:
+def legend_above(ax: Axes, columns: int, handles: Sequence[Artist] = ()) -> None:
     """Put a legend between axes and title; of all labelled artists unless handles are given."""
-    shown = ax.get_legend_handles_labels()[0] if handles is None else handles
-    corner = (0.0, 1.0)
-    ax.legend(
-        handles=shown, loc="lower left", bbox_to_anchor=corner, borderaxespad=0.2, ncols=columns
-    )
-
-
-def name_levels(ax: Axes, levels: Iterable[tuple[float, str]], colour: str = "black") -> None:
-    """Name levels at the right side; those too close for two lines share one."""
-    low, high = ax.get_ylim()
-    groups: list[tuple[float, str]] = []
-    for level, words in sorted(levels):
-        if groups and level - groups[-1][0] < 0.05 * (high - low):
-            groups[-1] = (groups[-1][0], f"{groups[-1][1]}, {words}")
-        else:
-            groups.append((level, words))
-    side = ax.secondary_yaxis("right")
-    side.set_yticks([level for level, _ in groups], [words for _, words in groups])
-    side.tick_params(length=0.0, labelcolor=colour)
-    side.spines["right"].set_visible(False)
+    shown = handles or ax.get_legend_handles_labels()[0]
+    above: Look = {"loc": "lower left", "bbox_to_anchor": (0.0, 1.0), "borderaxespad": 0.2}
+    ax.legend(handles=shown, ncols=columns, **above)
 
 
 def entry(
@@ -168,8 +132,7 @@ def root(ax: Axes) -> Figure:
 def settle(ax: Axes) -> None:
     """Give all axes of the figure their final place, which labels depend on."""
     figure = root(ax)
-    engine = figure.get_layout_engine()
-    if engine is not None:
+    if engine := figure.get_layout_engine():
         engine.execute(figure)
     for each in figure.axes:
         each.apply_aspect()
@@ -181,3 +144,55 @@ def beside(ax: Axes, words: str, at: tuple[float, float], offset_pt: tuple[float
     side, edge = ("center", "left", "right")[x], ("center", "bottom", "top")[y]
     size, unit = 6.5 if x else 7.0, "offset points"
     ax.annotate(words, at, offset_pt, textcoords=unit, ha=side, va=edge, fontsize=size)
+
+
+class Band(NamedTuple):
+    """A stretch of time [s], and names for it, of which the first that fits is written."""
+
+    begin_s: float
+    end_s: float
+    colour: str
+    names: tuple[str, ...]
+
+
+def phase_band(kind: str, place: str, begin_s: float, end_s: float) -> Band:
+    """The band of a phase; that of a rest names its place where there is room."""
+    names = (f"rest, {printed(place)}", kind) if kind == "rest" else (kind,)
+    return Band(begin_s, end_s, KINDS[kind], names)
+
+
+def draw_bands(axes: Sequence[Axes], bands: Sequence[Band]) -> None:
+    """Draw bands on axes that share their time, with names above the first.
+
+    The limits of the axes are final, and their place is settled.
+    """
+    top = axes[0]
+    for begin_s, end_s, colour, names in bands:
+        for ax in axes:
+            ax.axvspan(begin_s, end_s, color=colour, alpha=TINT, linewidth=0.0)
+        left, right = top.transData.transform([(begin_s, 0.0), (end_s, 0.0)])[:, 0]
+        for name in names:
+            text = top.annotate(
+                name,
+                (0.5 * (begin_s + end_s), 1.0),
+                (0.0, 3.0),
+                xycoords=("data", "axes fraction"),
+                textcoords="offset points",
+                ha="center",
+                va="bottom",
+                fontsize=7.5,
+            )
+            text.set_in_layout(False)
+            if text.get_window_extent().width <= right - left:
+                break
+            text.remove()
+
+
+def swatch(colour: str, label: str) -> Patch:
+    """The entry of a band in a legend."""
+    return Patch(color=colour, alpha=2.0 * TINT, linewidth=0.0, label=label)
+
+
+def swatches(kinds: Iterable[str]) -> list[Patch]:
+    """The entries of the kinds of phases that occur."""
+    return [swatch(KINDS[kind], kind) for kind in dict.fromkeys(map(str, kinds))]

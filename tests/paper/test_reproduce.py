@@ -176,8 +176,7 @@ def coarse(monkeypatch: pytest.MonkeyPatch, few_points: None) -> None:
 @pytest.fixture
 def unrendered(monkeypatch: pytest.MonkeyPatch) -> None:
     """Pictures are drawn but not rendered, where their names and the texts are the matter."""
-    for form in ("png", "svg"):
-        monkeypatch.setattr(f"optuav.paper.report.{form}", lambda figure: b"")
+    monkeypatch.setattr("optuav.paper.report.image", lambda figure, form: b"")
 
 
 @pytest.mark.soak
@@ -275,10 +274,10 @@ def test_many_plans_of_packs_that_take_turns_are_left_out_with_words() -> None:
 def test_nothing_is_written_where_a_study_fails(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    def fails(_: object) -> None:
+    def fails(*_: object) -> None:
         raise ZeroDivisionError
 
-    monkeypatch.setattr("optuav.paper.report.svg", fails)
+    monkeypatch.setattr("optuav.paper.report.image", fails)
     with pytest.raises(ZeroDivisionError):
         optuav.reproduce(tmp_path / "out", only=("wind",))
     assert not (tmp_path / "out").exists()

@@ -36,7 +36,7 @@ def settings() -> dict[str, object]:
 def names_only(monkeypatch: pytest.MonkeyPatch) -> None:
     """Pictures are named and neither drawn nor written, apart from packs."""
     empty = Figure().subplots()
-    monkeypatch.setattr(files, "png", lambda figure: PNG)
+    monkeypatch.setattr(files, "image", lambda figure: PNG)
     for name in ("mission_map", "leg", "wells"):
         axes = SimpleNamespace(plan=empty, wells=empty, speed=empty)
         drawn = [empty] if name == "wells" else axes
