@@ -5,24 +5,19 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from dataclasses import asdict, dataclass
 from pathlib import Path
-from typing import Annotated, Literal, TypeGuard
-
-from annotated_types import Len
-from pydantic import Strict, ValidationError
+from typing import TypeGuard
 
 from optuav.errors import Fault, InputError
-from optuav.judge.limits import MISMATCH, same
-from optuav.judge.replay import Replay, replay
-from optuav.judge.timeline import Itinerary, Stop
-from optuav.judge.wells import TOLERANCE
-from optuav.mission import Mission, load, shipped
+from optuav.judge.course import TOLERANCE
+from optuav.judge.replay import MISMATCH, Replay, replay, same
+from optuav.judge.timeline import STOP, Itinerary, Stop, stop_breaches
+from optuav.mission import load, shipped
 from optuav.mission.files import label, read_text
 from optuav.mission.load import LARGEST_FILE, parse
-from optuav.mission.messages import Breach, StatedMission, allowed, nearest, printable, shown
-from optuav.mission.schema import LARGEST, Allowed, MissionSection, Number
+from optuav.mission.messages import Breach, Document, StatedMission, nearest, printable, shown
+from optuav.mission.schema import LARGEST
 from optuav.mission.validation import format_breaches
 from optuav.network import vehicle
-from optuav.network.places import ENDS
 from optuav.plan import Plan
 from optuav.plan.file import LARGEST_BYTES, parse_plan
 from optuav.plan.plan import DERIVED
@@ -33,6 +28,12 @@ MOST_SHOWN = 20
 
 MOST_STOPS = 10_000
 """Largest number of stops of an itinerary."""
+
+KEYS = {
+    "mission": "the name of a shipped mission, or a path relative to this file",
+    "stops": f"tables [[stops]], each {STOP}; at most {MOST_STOPS}, or stops = []",
+}
+"""What the file of an itinerary states beside its schema."""
 
 
 @dataclass(frozen=True)
@@ -79,8 +80,8 @@ class Audit:
             "mission": self.subject.mission.name,
             "flyable": self.flyable,
             "tolerance": TOLERANCE,
-            "route": _route(self.replay),
-            **{f"{name}_time_s": time_s for name, time_s in _times(self.replay)},
+            "route": self.replay.route if self.replay else [],
+            **(self.replay.times_s if self.replay else {}),
             "soc": dict(self.replay.soc) if self.replay else {},
             "events": [asdict(event) for event in self.events],
         }
@@ -121,7 +122,7 @@ def audit(plan: Plan | Itinerary | str | Path) -> Audit:
     """
     if isinstance(plan, Plan | Itinerary):
         return _judged(printable(plan.mission.name), plan, {})
-    return _judged(label(Path(plan)), *read(plan))
+    return _judged(label(Path(plan)), *_read(Path(plan)))
 
 
 def _judged(source: str, subject: Plan | Itinerary, data: Mapping[str, object]) -> Audit:
@@ -161,27 +162,14 @@ def _is_number(value: object) -> TypeGuard[float]:
     return isinstance(value, int | float) and not isinstance(value, bool) and abs(value) <= LARGEST
 
 
-def _route(replayed: Replay | None) -> list[str]:
-    if replayed is None or not replayed.phases:
-        return []
-    flights = [phase for phase in replayed.phases if phase.kind == "flight"]
-    return [replayed.phases[0].start.name, *(phase.end.name for phase in flights)]
-
-
-def _times(replayed: Replay | None) -> Iterator[tuple[str, float]]:
-    if replayed is not None and replayed.phases:
-        yield "mission", replayed.mission_time_s
-        for kind in ("hover", "rest", "flight"):
-            yield kind, replayed.time_s(kind)
-
-
 def _lines(judged: Audit) -> Iterator[str]:
     mission = judged.subject.mission
     yield f"{'FLYABLE' if judged else 'NOT FLYABLE'}: {judged.source}"
     if judged.replay is not None and judged.replay.phases:
-        times = ", ".join(f"{name} {time_s:.2f} s" for name, time_s in _times(judged.replay))
+        times_s = judged.replay.times_s.items()
+        times = ", ".join(f"{name.split('_')[0]} {time_s:.2f} s" for name, time_s in times_s)
         soc = ", ".join(f"{name} {100 * level:.2f} %" for name, level in judged.replay.soc.items())
-        yield f"Route      {printable(' → '.join(_route(judged.replay)))}"
+        yield f"Route      {printable(' → '.join(judged.replay.route))}"
         yield f"Times      {times}"
         yield f"Charge     {soc} left"
     for heading, events in (
@@ -201,106 +189,46 @@ def _lines(judged: Audit) -> Iterator[str]:
     yield f"Tolerance  {share}, of a limit, or of a figure"
 
 
-class StopTable(MissionSection):
-    """A table [[stops]] of an itinerary's file."""
-
-    at: Annotated[str, Strict(), Allowed("the name of a place")]
-    kind: Annotated[Literal["rest", "hover"], Allowed('"rest" or "hover"')]
-    duration_s: Annotated[float, Number("s", ge=0, le=1e7)]
-
-
-STOP = f"a table with {', '.join(StopTable.model_fields)}"
-
-
-class ItineraryFile(MissionSection):
-    """An itinerary as its file states it."""
-
-    mission: Annotated[
-        str,
-        Strict(),
-        Len(1),
-        Allowed("the name of a shipped mission, or a path relative to this file"),
-    ]
-    stops: Annotated[
-        tuple[StopTable, ...],
-        Len(0, MOST_STOPS),
-        Allowed(f"tables [[stops]], each {STOP}; at most {MOST_STOPS}, or stops = []"),
-    ]
-
-
-def read(path: str | Path) -> tuple[Plan | Itinerary, dict[str, object]]:
+def _read(file: Path) -> tuple[Plan | Itinerary, dict[str, object]]:
     """A saved plan (JSON) with the data of its file, which repeat figures, or an itinerary (TOML).
 
     A name in ``.json`` or a first letter ``{`` makes it a plan. Raises `InputError`.
     """
-    text = read_text(Path(path), LARGEST_BYTES)
-    if Path(path).suffix == ".json" or text.lstrip().startswith("{"):
-        return parse_plan(text, label(Path(path)))
-    return read_itinerary(path), {}
+    text = read_text(file, LARGEST_BYTES)
+    if file.suffix == ".json" or text.lstrip().startswith("{"):
+        return parse_plan(text, label(file))
+    return _itinerary(parse(read_text(file, LARGEST_FILE), file), file), {}
 
 
-def read_itinerary(path: str | Path) -> Itinerary:
-    """The itinerary of a TOML file, or an `InputError` with all its faults and its mission's.
+def _itinerary(document: Document, file: Path) -> Itinerary:
+    """The itinerary that a file states, or an `InputError` with all its faults and its mission's.
 
     The file states ``schema``, ``mission`` (the name of a shipped one, or a path relative to the
     file) and a table ``[[stops]]`` for every stay, in order: ``at``, ``kind``, ``duration_s``.
     """
-    file = Path(path)
-    source = label(file)
-    document = parse(read_text(file, LARGEST_FILE), file)
-    statement = StatedMission(document, {(): source})
-    breaches = format_breaches(document)
-    stated = mission = None
-    try:
-        stated = ItineraryFile.model_validate({k: v for k, v in document.items() if k != "schema"})
-    except ValidationError as error:
-        breaches += _breaches(error, statement)
-    faults = statement.faults(breaches)
-    if not any(key == ("mission",) for key, _ in breaches):
+    name, stops, source = document.get("mission"), document.get("stops", ()), label(file)
+    faults, breaches, mission = list[Fault](), format_breaches(document), None
+    for key in {**KEYS, **document}:
+        if key not in ("schema", *KEYS):
+            breaches.append(Breach((key,), f"unknown key{nearest(key, KEYS)}"))
+        elif key in KEYS and key not in document:
+            breaches.append(Breach((key,), f"is missing; {KEYS[key]}"))
+    if isinstance(name, str) and name:
         try:
-            mission = _mission(document["mission"], file)
+            mission = load(name if name in shipped() else file.parent / name)
         except InputError as error:
-            faults += error.faults
-    if mission is not None:
-        faults += _unknown_places(mission, document.get("stops"), source)
-    if faults or stated is None or mission is None:
+            # That there is no such file is a fault of the key, what is wrong in it its own.
+            faults += (
+                each if each.key else Fault("mission", shown(name), each.allowed, source)
+                for each in error.faults
+            )
+    else:
+        breaches.append(Breach(("mission",), KEYS["mission"]))
+    if isinstance(stops, list) and len(stops) <= MOST_STOPS:
+        breaches += stop_breaches(stops, mission)
+    else:
+        breaches.append(Breach(("stops",), KEYS["stops"]))
+    faults = [*StatedMission(document, {(): source}).faults(breaches), *faults]
+    if faults or mission is None:
         raise InputError(faults)
-    return Itinerary(
-        mission, tuple(Stop(each.at, each.kind, each.duration_s) for each in stated.stops)
-    )
-
-
-def _breaches(error: ValidationError, statement: StatedMission) -> Iterator[Breach]:
-    """Pydantic's errors by key, each with what is allowed."""
-    for detail in error.errors(include_url=False, include_context=False, include_input=False):
-        key = detail["loc"]
-        name = str(key[-1])
-        model = StopTable if len(key) == 3 else ItineraryFile
-        if len(key) == 2:
-            yield Breach(key, STOP)
-        elif name not in model.model_fields:
-            yield Breach(key, f"unknown key{nearest(name, model.model_fields)}")
-        else:
-            missing = "" if statement.holds(key) else "is missing; "
-            yield Breach(key, f"{missing}{allowed(model, name)}")
-
-
-def _mission(name: str, file: Path) -> Mission:
-    """The mission of an itinerary; a file that cannot be read is a fault of its key."""
-    try:
-        return load(name if name in shipped() else file.parent / name)
-    except InputError as error:
-        raise InputError(
-            each if each.key else Fault("mission", shown(name), each.allowed, label(file))
-            for each in error.faults
-        ) from None
-
-
-def _unknown_places(mission: Mission, stops: object, source: str) -> Iterator[Fault]:
-    """Stops at places that the mission has not; other faults of stops are found elsewhere."""
-    known = (*ENDS, *(building.name for building in mission.buildings))
-    for number, stop in enumerate(stops if isinstance(stops, list) else ()):
-        at = stop.get("at") if isinstance(stop, dict) else None
-        if isinstance(at, str) and at not in known:
-            words = f"is no place of the mission {mission.name}{nearest(at, known)}"
-            yield Fault(f"stops.{number}.at", shown(at), words, source)
+    return Itinerary(mission, tuple(Stop(**each) for each in stops))

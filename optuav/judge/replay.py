@@ -1,31 +1,33 @@
-"""A plan simulated again from its mission: its events, its state of charge and its trace."""
+"""A plan simulated again from its mission: what happens, what is wrong, and its trace."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+import math
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from optuav.arrays import Floats
-from optuav.errors import Fault, InputError, NoPlanError
-from optuav.judge.limits import broken_limits, contradicted_verdict, impossible, mismatches
-from optuav.judge.timeline import Itinerary, Phase, Site, Stage, motion, moves, phases
-from optuav.judge.wells import METHODS, Course, Method, Stretch, pooled, scheduled, wells_at
+from optuav.errors import NoPlanError
+from optuav.judge.course import TOLERANCE, Course, Energies, pooled, scheduled, trace
+from optuav.judge.timeline import Itinerary, Phase, Place, moves, phases, places
 from optuav.mission import Mission
 from optuav.network import vehicle
-from optuav.physics.charging import holding_current
-from optuav.physics.kibam import Battery
+from optuav.network.obstacles import CLEAR
+from optuav.physics import flight, link
 from optuav.plan import Plan
 from optuav.plan.trace import Event, Trace
 
 if TYPE_CHECKING:
     import pandas
 
-POINTS = 65
-"""Moments of a stretch in a trace, its ends among them."""
+MISMATCH = "mismatch"
+"""Kind of the event that a figure is not what it should be."""
+
+IN_SLOTS = ("P1", "P2", "P2-tight", "P3", "P4")
+"""Problems whose stays are whole slots; a user's own may bound them otherwise."""
 
 
 @dataclass(frozen=True)
@@ -36,8 +38,6 @@ class Replay:
     ----------
     subject
         What was simulated.
-    method
-        How the wells were followed.
     phases
         The phases, computed again; empty where the mission cannot be flown at all.
     course
@@ -49,7 +49,6 @@ class Replay:
     """
 
     subject: Plan | Itinerary
-    method: Method
     phases: tuple[Phase, ...]
     course: Course | None
     soc: Mapping[str, float]
@@ -68,12 +67,26 @@ class Replay:
     @property
     def flyable(self) -> bool:
         """Whether the plan keeps every limit at every moment, and its figures are right."""
-        return not self.violations
+        return not any(event.violation for event in self.events)
 
     @property
     def mission_time_s(self) -> float:
         """T [s]; 0 where the mission cannot be flown at all."""
         return self.phases[-1].end_s if self.phases else 0.0
+
+    @property
+    def route(self) -> list[str]:
+        """Names of the places between which it flies; empty where the mission cannot be flown."""
+        flights = (phase.end.name for phase in self.phases if phase.kind == "flight")
+        return [*(phase.start.name for phase in self.phases[:1]), *flights]
+
+    @property
+    def times_s(self) -> dict[str, float]:
+        """Durations of the mission and by kind [s]; empty where the mission cannot be flown."""
+        if not self.phases:
+            return {}
+        kinds = {f"{kind}_time_s": self.time_s(kind) for kind in ("hover", "rest", "flight")}
+        return {"mission_time_s": self.mission_time_s, **kinds}
 
     def time_s(self, kind: str) -> float:
         """Total duration [s] of the phases of a kind: ``"flight"``, ``"hover"`` or ``"rest"``."""
@@ -94,15 +107,15 @@ class Replay:
         """
         if self.course is None or not any(phase.duration_s for phase in self.phases):
             raise NoPlanError("there is no table: nothing is flown")
-        return _trace(self.mission, self.phases, self.course, self.method)
+        return trace(self.mission, self.phases, self.course)
 
     def to_frame(self) -> pandas.DataFrame:
         """The mission over time, one row per moment; needs pandas."""
         return self.trace.to_frame()
 
 
-def replay(plan: Plan | Itinerary, *, method: Method = "exact") -> Replay:
-    """Simulate a plan from its mission.
+def replay(plan: Plan | Itinerary) -> Replay:
+    """Simulate a plan from its mission, by the closed form of the battery model.
 
     Of the plan only the places, their order and the times of the stays are read, and what the user
     stated in a graph: figures of legs, and power at places. Everything else is computed again, and
@@ -112,9 +125,6 @@ def replay(plan: Plan | Itinerary, *, method: Method = "exact") -> Replay:
     ----------
     plan
         A plan, or an itinerary.
-    method
-        ``"exact"``, the closed form of the battery model; or ``"solve_ivp"``, its differential
-        equations integrated by SciPy (packs used as one only).
 
     Returns
     -------
@@ -124,8 +134,6 @@ def replay(plan: Plan | Itinerary, *, method: Method = "exact") -> Replay:
 
     Raises
     ------
-    InputError
-        If there is no such method, or it does not suit the schedule of the packs.
     NoPlanError
         If there is no plan to simulate.
 
@@ -141,156 +149,175 @@ def replay(plan: Plan | Itinerary, *, method: Method = "exact") -> Replay:
     >>> print(found.violations[0])
         660.26 s  the available well runs dry: -9425.68, at least 0 A s
     """
-    if method not in METHODS:
-        raise InputError([Fault("method", repr(method), f"one of {', '.join(METHODS)}")])
     if isinstance(plan, Plan):
         plan.route  # noqa: B018  (raises where there is no plan)
-    mission, site, planned = plan.mission, Site(plan.mission), tuple(moves(plan))
-    events = list(impossible(site, planned))
+    mission, planned = plan.mission, tuple(moves(plan))
+    at = places(mission, planned)
+    events = list(_impossible(mission, at))
     if events:
-        return Replay(plan, method, (), None, {}, tuple(events))
-    flown = phases(site, planned)
-    if not mission.battery.takes_turns:
-        course = pooled(mission, flown, method)
-    elif method == "exact":
-        course = scheduled(mission, flown)
-    else:
-        words = f'exact: {method} goes with battery.schedule = "pooled" only'
-        raise InputError([Fault("method", repr(method), words)])
-    drawn = energies(mission, flown)
+        return Replay(plan, (), None, {}, tuple(events))
+    flown = phases(mission, at, planned)
+    course = (scheduled if mission.battery.takes_turns else pooled)(mission, flown)
     left_As = sum(float(pack.total_As) for pack in course.ends[-1])
     share = np.array([left_As / float(vehicle.pool(mission).capacity_As)])
-    levels = drawn.states_of_charge(drawn.starts_J[-1:], share)
+    levels = Energies(mission, flown).soc(-1, np.zeros(1), share)
     soc = {name: float(level[0]) for name, level in levels.items()}
-    events = [*course.events, *broken_limits(mission, flown, soc["battery"])]
+    events = [*course.events, *_broken_limits(mission, flown, soc["battery"])]
     if isinstance(plan, Plan):
-        events += mismatches(plan, flown, course.ends, soc)
-        events += contradicted_verdict(plan, events)
+        figures, broken = _figures(plan, flown, course, soc), any(e.violation for e in events)
+        events += _mismatches(plan, figures, broken)
     events.sort(key=lambda event: event.time_s)
-    return Replay(plan, method, flown, course, soc, tuple(events))
+    return Replay(plan, flown, course, soc, tuple(events))
 
 
-class Energies(NamedTuple):
-    """Power drawn in flight, drawn in hover, and gained otherwise (stage, 3), and its integrals.
+def _impossible(mission: Mission, at: Mapping[str, Place]) -> Iterator[Event]:
+    """Why moves between places cannot be simulated at all."""
+    if mission.flight.model == "rotors":
+        airframe, motor = vehicle.airframe(mission), vehicle.motor(mission)
+        why = flight.impossible(airframe, motor, mission.wind.force_N)
+        if why is not None:
+            yield Event("impossible", 0.0, f"the UAV cannot fly: {why}")
+    for name, place in at.items():
+        if math.isnan(place.position_m[0]):
+            words = f"there is no place {name}: the device is out of reach at limits.min_altitude_m"
+            yield Event("impossible", 0.0, words)
 
-    Gained is what is received in hover, and net at rest. The integrals (stage + 1, 3) begin every
-    stage and end the last. The full battery has E_1, E_2 and E_0 [J] at the voltages of flight, of
-    hover, and nominally.
+
+def _broken_limits(mission: Mission, flown: Sequence[Phase], soc: float) -> Iterator[Event]:
+    """What breaks a limit of the mission other than those of the wells, and what to know.
+
+    The state of charge at the end is that of the packs [-].
     """
-
-    gains_W: Floats
-    starts_J: Floats
-    batteries_J: tuple[float, float, float]
-
-    def states_of_charge(self, energies_J: Floats, share: Floats) -> dict[str, Floats]:
-        """State of charge by perspective [-].
-
-        Of (moment, 3) integrals of `gains_W` [J], and the share (y1 + y2)/B over all packs [-].
-        """
-        flight_J, hover_J, gained_J = np.moveaxis(energies_J, -1, 0)
-        E_1, E_2, E_0 = self.batteries_J
-        return {
-            "battery": share,
-            "energy": 1.0 - (flight_J + hover_J - gained_J) / E_0,
-            "adjusted": 1.0 - flight_J / E_1 - hover_J / E_2 + gained_J / E_0,
-        }
-
-
-def energies(mission: Mission, flown: Sequence[Phase]) -> Energies:
-    """Energies over the phases of a plan."""
-    stages = [(phase.kind, stage) for phase in flown for stage in phase.stages]
-    gains_W = np.array(
-        [_gains_W(kind, stage.drawn[1], stage.received[1]) for kind, stage in stages]
-    )
-    durations_s = np.array([stage.duration_s for _, stage in stages])
-    starts_J = np.concatenate([np.zeros((1, 3)), np.cumsum(durations_s[:, None] * gains_W, axis=0)])
-    flown_As = sum(
-        stage.duration_s * stage.drawn.current_A for kind, stage in stages if kind == "flight"
-    )
-    hover, given = vehicle.hover_load(mission), mission.battery
-    B = float(vehicle.pool(mission).capacity_As)
-    E_0 = B * given.nominal_voltage_V
-    E_1 = given.flight_energy_J or (B * starts_J[-1, 0] / flown_As if flown_As else E_0)
-    E_2 = given.hover_energy_J or (B * hover.power_W / hover.current_A if hover.current_A else E_0)
-    return Energies(gains_W, starts_J, (float(E_1), float(E_2), E_0))
+    end_s, deadline_s = flown[-1].end_s, mission.limits.deadline_s
+    for place, due, time_s, verb in (
+        (flown[0].start, "origin", 0.0, "begins"),
+        (flown[-1].end, "destination", end_s, "ends"),
+    ):
+        if place.name != due:
+            yield Event("ends", time_s, f"the mission {verb} at {place.name}, not at the {due}")
+    for phase in flown:
+        if phase.stated:
+            where = "to" if phase.kind == "flight" else "at"
+            words = f"the {phase.kind} {where} {phase.end.name} has figures that the user stated"
+            yield Event("stated", phase.start_s, words, violation=False)
+        if phase.crosses != CLEAR:
+            way = f"{phase.start.name} → {phase.end.name}"
+            words = f"the leg {way} runs through building {mission.buildings[phase.crosses].name}"
+            yield Event("building", phase.start_s, words)
+        if phase.kind != "flight" and phase.duration_s > 0.0:
+            yield from _stay(mission, phase)
+    yield from _fastest(mission, [phase for phase in flown if phase.kind == "flight"])
+    if end_s > deadline_s * (1.0 + TOLERANCE):
+        words = "the deadline passes before the mission ends"
+        yield Event("deadline", deadline_s, words, end_s, deadline_s, "s")
+    least = mission.limits.min_soc
+    if soc < least - TOLERANCE:
+        words = "too little charge is left at the end"
+        yield Event("state of charge", end_s, words, soc, least)
 
 
-def _gains_W(kind: str, drawn_W: float, received_W: float) -> tuple[float, float, float]:
-    if kind == "flight":
-        return drawn_W, 0.0, received_W
-    return (0.0, drawn_W, received_W) if kind == "hover" else (0.0, 0.0, received_W - drawn_W)
+def _stay(mission: Mission, phase: Phase) -> Iterator[Event]:
+    """What breaks a limit at the place of a stay, and whether the laser is out of sight there."""
+    place, start_s, limits = phase.end, phase.start_s, mission.limits
+    z, low, high = place.position_m[2], limits.min_altitude_m, limits.max_altitude_m
+    if phase.kind == "hover":
+        if not low * (1.0 - TOLERANCE) <= z <= high * (1.0 + TOLERANCE):
+            words = f"hovering at {place.name} leaves the altitude band"
+            yield Event("altitude", start_s, words, z, low if z < low else high, "m")
+        distance_m = math.dist(place.position_m, mission.link.device_m)
+        radius_m = vehicle.coverage_radius_m(mission)
+        if distance_m > radius_m * (1.0 + TOLERANCE):
+            outage = float(link.outage_probability(vehicle.channel(mission), distance_m))
+            why = f"out of coverage of the device (outage {outage:.3g})"
+            words = f"hovering at {place.name} is {why}"
+            yield Event("coverage", start_s, words, distance_m, radius_m, "m")
+    elif place.building == CLEAR and z > 0.0:
+        words = f"nothing to rest on at {place.name}: no roof, and the ground is {z:g} m below"
+        yield Event("no roof", start_s, words)
+    if mission.laser is not None and not place.sight and not phase.stated:
+        words = f"no sight of the laser at {place.name}: nothing charges the battery there"
+        yield Event("no sight", start_s, words, violation=False)
 
 
-def _trace(mission: Mission, flown: Sequence[Phase], course: Course, method: Method) -> Trace:
-    drawn = energies(mission, flown)
-    stages = [stage for phase in flown for stage in phase.stages]
-    pieces = [
-        _piece(mission, flown[each.phase], stages[each.stage], each, course.pack, drawn, method)
-        for each in course.stretches
-        if each.duration_s > 0.0
-    ]
-    columns = {name: np.concatenate([getattr(each, name) for each in pieces]) for name in COLUMNS}
-    soc = {name: np.concatenate([each.soc[name] for each in pieces]) for name in pieces[0].soc}
-    return Trace(**columns, soc=soc)
+def _fastest(mission: Mission, legs: Sequence[Phase]) -> Iterator[Event]:
+    """The peak speed and when it is reached, with a warning where drag would matter."""
+    if not legs:
+        return
+    leg = max(legs, key=lambda each: each.peak_speed_m_s)
+    speed_m_s, peak_s = leg.peak_speed_m_s, leg.start_s
+    if not leg.stated and mission.flight.model == "regimes":
+        peak_s += speed_m_s / mission.flight.acceleration_m_s2
+    elif not leg.stated:
+        peak_s += sum(stage.duration_s for stage in leg.stages[:2])
+    words = f"the peak speed is reached on the leg {leg.start.name} → {leg.end.name}"
+    yield Event("peak speed", peak_s, words, speed_m_s, None, "m/s", violation=False)
+    warning = flight.speed_warning(speed_m_s)
+    if warning is not None:
+        yield Event("no drag", peak_s, warning, violation=False)
 
 
-COLUMNS = tuple(name for name in Trace.__dataclass_fields__ if name != "soc")
+def same(stated: float, found: float, scale: float = 0.0) -> bool:
+    """Whether two figures differ by no more than the tolerance, of the scale or of the figure."""
+    return abs(stated - found) <= TOLERANCE * max(scale, abs(found))
 
 
-def _piece(
-    mission: Mission,
-    phase: Phase,
-    stage: Stage,
-    stretch: Stretch,
-    pack: Battery,
-    drawn: Energies,
-    method: Method,
-) -> Trace:
-    """The rows of a stretch."""
-    passed_s = np.linspace(0.0, stretch.duration_s, POINTS)
-    followed = [None if stretch.held else current_A for current_A in stretch.currents_A]
-    wells = [
-        wells_at(method, pack, before, current_A, passed_s)
-        for before, current_A in zip(stretch.before, followed, strict=True)
-    ]
-    currents_A = [
-        np.asarray(holding_current(pack, each)) if current_A is None else np.full(POINTS, current_A)
-        for each, current_A in zip(wells, followed, strict=True)
-    ]
-    available_As = np.stack([each.available_As for each in wells], axis=1)
-    bound_As = np.stack([each.bound_As for each in wells], axis=1)
-    share = (available_As + bound_As).sum(axis=1) / (len(wells) * pack.capacity_As)
-    since_stage_s = stretch.start_s - stage.start_s + passed_s
-    energies_J = (
-        drawn.starts_J[stretch.stage] + since_stage_s[:, None] * drawn.gains_W[stretch.stage]
-    )
-    drawn_A, drawn_W = stage.drawn
-    voltage_V = drawn_W / drawn_A if drawn_A else mission.battery.nominal_voltage_V
-    return Trace(
-        time_s=stretch.start_s + passed_s,
-        **motion(mission, phase, _since_phase(phase, stage, stretch))._asdict(),
-        kind=np.full(POINTS, phase.kind),
-        stage=np.full(POINTS, stage.name),
-        phase=np.full(POINTS, stretch.phase),
-        start_place=np.full(POINTS, phase.start.name),
-        end_place=np.full(POINTS, phase.end.name),
-        current_A=sum(currents_A, np.zeros(POINTS)),
-        power_W=np.full(POINTS, stage.power_W),
-        received_power_W=np.full(POINTS, float(stage.received.power_W)),
-        voltage_V=np.full(POINTS, voltage_V),
-        available_As=available_As,
-        bound_As=bound_As,
-        soc=drawn.states_of_charge(energies_J, share),
-    )
+Figure = tuple[float, str, float, float, float, str]
+"""Moment of a figure, its name, stated and simulated value, scale of its tolerance, and unit."""
 
 
-def _since_phase(phase: Phase, stage: Stage, stretch: Stretch) -> Floats:
-    """Moments of a stretch since its phase began [s]: at the end of a stage the next one begins."""
-    begun_s = 0.0
-    for each in phase.stages:
-        if each is stage:
-            break
-        begun_s += each.duration_s
-    last_s = np.nextafter(begun_s + stage.duration_s, 0.0)
-    start_s = begun_s + (stretch.start_s - stage.start_s)
-    return np.clip(start_s + np.linspace(0.0, stretch.duration_s, POINTS), begun_s, last_s)
+def _figures(
+    plan: Plan, flown: Sequence[Phase], course: Course, soc: Mapping[str, float]
+) -> Iterator[Figure]:
+    """The figures that a plan and its simulation state."""
+    capacity_As = float(vehicle.pool(plan.mission).capacity_As)
+    for number, (stated, found, wells) in enumerate(
+        zip(plan.phases, flown, course.ends, strict=True)
+    ):
+        here, time_s = f"phases[{number}]", found.start_s
+        for name, unit in (("start_s", "s"), ("distance_m", "m"), ("peak_speed_m_s", "m/s")):
+            yield time_s, f"{here}.{name}", getattr(stated, name), getattr(found, name), 1.0, unit
+        for k, (mine, own) in enumerate(zip(stated.stages, found.stages, strict=False)):
+            stage, (net_A, net_W) = f"{here}.stages[{k}]", own.net
+            # Drawn and received cancel in part.
+            A, W = (sum(pair) for pair in zip(own.drawn, own.received, strict=True))
+            yield time_s, f"{stage}.duration_s", mine.duration_s, own.duration_s, 1.0, "s"
+            yield time_s, f"{stage}.current_A", mine.current_A, net_A, A, "A"
+            yield time_s, f"{stage}.power_W", mine.power_W, net_W, W, "W"
+        for name in ("available_As", "bound_As"):
+            for pack, (level, well) in enumerate(zip(getattr(stated, name), wells, strict=False)):
+                own_As = float(getattr(well, name))
+                yield time_s, f"{here}.{name}[{pack}]", level, own_As, capacity_As, "A s"
+        for name, few in (("stages", len(found.stages)), ("available_As", len(wells))):
+            yield time_s, f"number of {here}.{name}", len(getattr(stated, name)), few, 0.0, ""
+    for name in soc.keys() & (plan.soc or {}).keys():
+        yield flown[-1].end_s, f"soc.{name}", (plan.soc or {})[name], soc[name], 1.0, ""
+
+
+def _mismatches(plan: Plan, figures: Iterator[Figure], broken: bool) -> list[Event]:
+    """Where a plan contradicts its simulation, which breaks a limit or not.
+
+    Compared are figures, whole slots, and the verdict that the plan states.
+    """
+    found = list[Event]()
+    for time_s, name, stated, simulated, scale, unit in figures:
+        if not same(stated, simulated, scale):
+            words = f"{name}: the plan says {stated:.10g}, it is {simulated:.10g} {unit}"
+            found.append(Event(MISMATCH, time_s, words.rstrip(), stated, simulated, unit))
+    slot_s = plan.slot_s if plan.problem in IN_SLOTS else None
+    at_deadline = same(plan.mission_time_s, plan.mission.limits.deadline_s)
+    for number, stay in enumerate(plan.phases if slot_s else ()):
+        slots = stay.duration_s / (slot_s or 1.0)
+        # The deadline may cut a hover short.
+        exempt = stay.kind == "flight" or (stay.kind == "hover" and at_deadline)
+        if not exempt and not same(round(slots) * (slot_s or 1.0), stay.duration_s):
+            why = f"phases[{number}] is {slots:.10g} slots"
+            words = f"slot_s: the plan says {slot_s:.10g} s, but {why}"
+            found.append(Event(MISMATCH, stay.start_s, words, slot_s, None, "s"))
+    for says, wrong, words in (
+        (True, broken, "can be flown, it cannot"),
+        (False, not broken and not found, "cannot be flown, it can"),
+    ):
+        if plan.flyable is says and wrong:
+            contradiction = f"flyable: the plan says that it {words}"
+            found.append(Event(MISMATCH, plan.mission_time_s, contradiction))
+    return found

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Literal, NamedTuple
@@ -11,7 +11,10 @@ from typing import Literal, NamedTuple
 import numpy as np
 
 from optuav.arrays import Floats
+from optuav.errors import InputError
 from optuav.mission import Mission
+from optuav.mission.messages import Breach, StatedMission, nearest
+from optuav.mission.schema import Number
 from optuav.network import vehicle
 from optuav.network.obstacles import CLEAR, Prisms, crossed, prisms
 from optuav.network.places import ENDS
@@ -24,6 +27,7 @@ from optuav.plan import Plan
 Kind = Literal["flight", "hover", "rest"]
 NOTHING = Flow(0.0, 0.0)
 Point = tuple[float, float, float]
+DURATION = Number("s", ge=0, le=1e7)
 
 
 @dataclass(frozen=True)
@@ -37,7 +41,7 @@ class Stop:
     kind
         ``"rest"`` or ``"hover"``.
     duration_s
-        For how long [s], ≥ 0.
+        For how long [s], 0 to 1e7.
     """
 
     at: str
@@ -56,6 +60,11 @@ class Itinerary:
     stops
         Any number, in order; a building may be visited again.
 
+    Raises
+    ------
+    InputError
+        If a stop is at no place of the mission, of no kind that there is, or of no duration.
+
     Examples
     --------
     >>> import optuav
@@ -68,6 +77,41 @@ class Itinerary:
 
     mission: Mission
     stops: tuple[Stop, ...]
+
+    def __post_init__(self) -> None:
+        stated = [vars(stop) for stop in self.stops]
+        faults = StatedMission({"stops": stated}).faults(stop_breaches(stated, self.mission))
+        if faults:
+            raise InputError(faults)
+
+
+ALLOWED: Mapping[str, tuple[str, Callable[[object], bool]]] = {
+    "at": ("the name of a place", lambda value: isinstance(value, str)),
+    "kind": ('"rest" or "hover"', lambda value: value in ("rest", "hover")),
+    "duration_s": (DURATION.words, DURATION.accepts),
+}
+"""The keys of a stop: what a value may be in words, and whether it is."""
+STOP = f"a table with {', '.join(ALLOWED)}"
+
+
+def stop_breaches(stops: Sequence[object], mission: Mission | None) -> Iterator[Breach]:
+    """What is wrong with stops as they are stated; places are judged if the mission is known."""
+    known = (*ENDS, *(each.name for each in mission.buildings)) if mission else ()
+    for number, stop in enumerate(stops):
+        if not isinstance(stop, dict):
+            yield Breach(("stops", number), STOP)
+            continue
+        for name in {**ALLOWED, **stop}:
+            key, (words, fits) = ("stops", number, name), ALLOWED.get(name, ("", bool))
+            if not words:
+                yield Breach(key, f"unknown key{nearest(name, ALLOWED)}")
+            elif name not in stop:
+                yield Breach(key, f"is missing; {words}")
+            elif not fits(stop[name]):
+                yield Breach(key, words)
+            elif mission and name == "at" and stop[name] not in known:
+                hint = nearest(stop[name], known)
+                yield Breach(key, f"is no place of the mission {mission.name}{hint}")
 
 
 class Move(NamedTuple):
@@ -97,8 +141,7 @@ def moves(subject: Plan | Itinerary) -> Iterator[Move]:
         yield Move("flight", here, "destination")
 
 
-@dataclass(frozen=True)
-class Place:
+class Place(NamedTuple):
     """A place, with the number of its building (−1 if none) and what the laser gives there.
 
     The position (x, y, z) [m] is NaN for a hover point that does not exist.
@@ -109,11 +152,6 @@ class Place:
     position_m: Point
     sight: bool
     received: Flow
-
-    def way_to(self, end: Place) -> Point:
-        """Displacement to another place [m]."""
-        x, y, z = (b - a for a, b in zip(self.position_m, end.position_m, strict=True))
-        return x, y, z
 
 
 @dataclass(frozen=True)
@@ -131,182 +169,139 @@ class Stage:
     received: Flow
 
     @property
-    def current_A(self) -> float:
-        """Net, into the battery [A]."""
-        return float(self.received.current_A - self.drawn.current_A)
-
-    @property
-    def power_W(self) -> float:
-        """Net, into the battery [W]."""
-        return float(self.received.power_W - self.drawn.power_W)
+    def net(self) -> Flow:
+        """Current [A] and power [W] into the battery."""
+        (drawn_A, drawn_W), (received_A, received_W) = self.drawn, self.received
+        return Flow(float(received_A - drawn_A), float(received_W - drawn_W))
 
 
 @dataclass(frozen=True)
 class Phase:
     """A leg, a hover or a rest, with its stages in order, at least one.
 
-    A leg has a length, a peak speed, and the number of a building in the way, −1 if there is none.
-    The figures of a stated phase are the user's.
+    A leg has a displacement, a length, a peak speed, and the number of a building in the way, −1 if
+    there is none. The figures of a stated phase are the user's.
     """
 
     kind: Kind
     start: Place
     end: Place
+    # Counted from take-off [s].
+    start_s: float
+    end_s: float
     stages: tuple[Stage, ...]
-    distance_m: float = 0.0
-    peak_speed_m_s: float = 0.0
-    crosses: int = CLEAR
-    stated: bool = False
-
-    @property
-    def start_s(self) -> float:
-        """Start, counted from take-off [s]."""
-        return self.stages[0].start_s
+    way_m: Point
+    distance_m: float
+    peak_speed_m_s: float
+    crosses: int
+    stated: bool
 
     @cached_property
     def duration_s(self) -> float:
         """Duration [s]."""
         return sum(stage.duration_s for stage in self.stages)
 
-    @property
-    def end_s(self) -> float:
-        """End, counted from take-off [s]."""
-        return self.stages[-1].start_s + self.stages[-1].duration_s
+
+def places(mission: Mission, planned: Sequence[Move]) -> dict[str, Place]:
+    """The places of some moves by name, and what the laser gives there."""
+    route, laser, obstacles = mission.route, mission.laser, prisms(mission)
+    ends_m = (route.origin_m, vehicle.hover_point_m(mission), route.destination_m)
+    positions_m = dict(zip(ENDS, ends_m, strict=True))
+    numbers = {each.name: number for number, each in enumerate(mission.buildings)}
+    found = {}
+    for name in dict.fromkeys(end for move in planned for end in move[1:3]):
+        number = numbers.get(name, CLEAR)
+        point_m = positions_m[name] if number == CLEAR else mission.buildings[number].position_m
+        x, y, z = map(float, point_m)
+        sight, received = False, NOTHING
+        if laser is not None and not math.isnan(x):
+            sight = _crossed(obstacles, laser.position_m, (x, y, z), number) == CLEAR
+        if laser is not None and sight:
+            received = vehicle.charging(mission, math.dist(laser.position_m, (x, y, z)))
+        found[name] = Place(name, number, (x, y, z), sight, received)
+    return found
 
 
-class Site:
-    """The places of a mission, the laser's reach there, and the buildings between them."""
-
-    def __init__(self, mission: Mission) -> None:
-        self.mission = mission
-        self._numbers = {building.name: k for k, building in enumerate(mission.buildings)}
-        self._places: dict[str, Place] = {}
-
-    @cached_property
-    def _obstacles(self) -> Prisms:
-        return prisms(self.mission)
-
-    def place(self, name: str) -> Place:
-        """A place by its name."""
-        if name not in self._places:
-            number = self._numbers.get(name, CLEAR)
-            position_m, laser = self._position_m(name, number), self.mission.laser
-            sight, received = False, NOTHING
-            if laser is not None and not math.isnan(position_m[0]):
-                sight = self._between(laser.position_m, position_m, (number,)) == CLEAR
-                if sight:
-                    distance_m = math.dist(laser.position_m, position_m)
-                    received = vehicle.charging(self.mission, distance_m)
-            self._places[name] = Place(name, number, position_m, sight, received)
-        return self._places[name]
-
-    def crossed(self, start: Place, end: Place) -> int:
-        """Number of a building through which the straight line between two places runs, or −1."""
-        if self.mission.flight.through_buildings:
-            return CLEAR
-        return self._between(start.position_m, end.position_m, (start.building, end.building))
-
-    def _position_m(self, name: str, number: int) -> Point:
-        route = self.mission.route
-        if number != CLEAR:
-            return self.mission.buildings[number].position_m
-        origin, hover, _ = ENDS
-        if name == hover:
-            x, y, z = map(float, vehicle.hover_point_m(self.mission))
-            return x, y, z
-        return route.origin_m if name == origin else route.destination_m
-
-    def _between(self, start_m: Point, end_m: Point, exempt: tuple[int, ...]) -> int:
-        start, end = np.array([start_m], dtype=float), np.array([end_m], dtype=float)
-        return int(crossed(self._obstacles, start, end, np.array([exempt], dtype=np.intp))[0])
+def _crossed(obstacles: Prisms, start_m: Point, end_m: Point, *exempt: int) -> int:
+    """Number of a building, not exempt, through which a straight line runs; −1 if there is none."""
+    start, end = np.array([[start_m], [end_m]], dtype=float)
+    return int(crossed(obstacles, start, end, np.array([exempt], dtype=np.intp))[0])
 
 
-def phases(site: Site, planned: Sequence[Move]) -> tuple[Phase, ...]:
-    """The phases of some moves; durations are NaN where the UAV cannot fly."""
-    found: list[Phase] = []
-    start_s = 0.0
+def phases(mission: Mission, at: Mapping[str, Place], planned: Sequence[Move]) -> tuple[Phase, ...]:
+    """The phases of some moves between places that are known."""
+    loads = {"hover": vehicle.hover_load(mission), "rest": vehicle.rest_load(mission)}
+    found, start_s = list[Phase](), 0.0
     for move in planned:
-        found.append(_phase(site, move, start_s))
-        start_s = found[-1].end_s
+        start, end, stated = at[move.start_place], at[move.end_place], move.stated
+        dx, dy, dz = (b - a for a, b in zip(start.position_m, end.position_m, strict=True))
+        length_m, peak_m_s, crosses = math.hypot(dx, dy, dz), 0.0, CLEAR
+        rows = list[tuple[str, float, Flow, Flow]]()
+        if stated is not None:  # what a stay draws is computed all the same
+            length_m, peak_m_s = stated.distance_m, stated.peak_speed_m_s
+            for each in stated.stages:
+                drawn = loads.get(move.kind, Flow(-each.current_A, -each.power_W))
+                received = each.current_A + drawn.current_A, each.power_W + drawn.power_W
+                rows.append((move.kind, each.duration_s, drawn, Flow(*received)))
+        elif move.kind != "flight":
+            rows.append((move.kind, move.duration_s, loads[move.kind], end.received))
+        else:
+            flown, peak = vehicle.leg_loads(mission, (dx, dy, dz))
+            peak_m_s = float(peak)
+            names = flight.STAGES if len(flown.durations_s) > 1 else (move.kind,)
+            flows = map(Flow, flown.currents_A, flown.powers_W)
+            rows += [(*each, NOTHING) for each in zip(names, flown.durations_s, flows, strict=True)]
+            if not mission.flight.through_buildings:
+                ends_m = start.position_m, end.position_m
+                crosses = _crossed(prisms(mission), *ends_m, start.building, end.building)
+        stages, begun_s = list[Stage](), start_s
+        for name, duration_s, drawn, received in rows:
+            stages.append(Stage(name, start_s, float(duration_s), drawn, received))
+            start_s += stages[-1].duration_s
+        found.append(
+            Phase(
+                kind=move.kind,
+                start=start,
+                end=end,
+                start_s=begun_s,
+                end_s=start_s,
+                stages=tuple(stages),
+                way_m=(dx, dy, dz),
+                distance_m=length_m,
+                peak_speed_m_s=peak_m_s,
+                crosses=crosses,
+                stated=stated is not None,
+            )
+        )
     return tuple(found)
 
 
-def _phase(site: Site, move: Move, start_s: float) -> Phase:
-    start, end = site.place(move.start_place), site.place(move.end_place)
-    if move.stated is not None:
-        stages = tuple(_stated(site.mission, move.stated, start_s))
-        speed_m_s = move.stated.peak_speed_m_s
-        return Phase(move.kind, start, end, stages, move.stated.distance_m, speed_m_s, stated=True)
-    if move.kind != "flight":
-        drawn = _drawn(site.mission, move.kind)
-        stay = Stage(move.kind, start_s, move.duration_s, drawn, end.received)
-        return Phase(move.kind, start, end, (stay,))
-    way_m = start.way_to(end)
-    loads, peak = vehicle.leg_loads(site.mission, way_m)
-    stages = tuple(_flown(loads, start_s))
-    crosses = site.crossed(start, end)
-    return Phase("flight", start, end, stages, math.hypot(*way_m), float(peak), crosses)
-
-
-def _drawn(mission: Mission, kind: Kind) -> Flow:
-    return (vehicle.hover_load if kind == "hover" else vehicle.rest_load)(mission)
-
-
-def _stated(mission: Mission, phase: Planned, start_s: float) -> Iterator[Stage]:
-    """Stages as the user stated them; what a stay draws is computed all the same."""
-    drawn = _drawn(mission, phase.kind)
-    for stage in phase.stages:
-        if phase.kind == "flight":
-            drawn, received = Flow(-stage.current_A, -stage.power_W), NOTHING
-        else:
-            received = Flow(stage.current_A + drawn.current_A, stage.power_W + drawn.power_W)
-        yield Stage(phase.kind, start_s, stage.duration_s, drawn, received)
-        start_s += stage.duration_s
-
-
-def _flown(loads: flight.Loads, start_s: float) -> Iterator[Stage]:
-    names = flight.STAGES if len(loads.durations_s) > 1 else ("flight",)
-    columns = (loads.durations_s, loads.currents_A, loads.powers_W)
-    for name, duration_s, *drawn in zip(names, *columns, strict=True):
-        yield Stage(name, start_s, float(duration_s), Flow(*map(float, drawn)), NOTHING)
-        start_s += float(duration_s)
-
-
-class Motion(NamedTuple):
-    """Position (moment, 3) [m], speed along the path [m/s], pitch and roll [rad]."""
-
-    position_m: Floats
-    speed_m_s: Floats
-    pitch_rad: Floats
-    roll_rad: Floats
-
-
-def motion(mission: Mission, phase: Phase, passed_s: Floats) -> Motion:
-    """Motion at moments since a phase began [s].
+def motion(mission: Mission, phase: Phase, passed_s: Floats) -> dict[str, Floats]:
+    """Motion at moments since a phase began [s], as columns of a `Trace`.
 
     A leg with stated figures is flown at constant speed; its attitude is unknown (NaN), as that of
     a leg of constant load.
     """
-    start_m = np.array(phase.start.position_m)
-    still, unknown = np.zeros_like(passed_s), np.full_like(passed_s, np.nan)
-    if phase.kind != "flight":
-        return Motion(np.tile(start_m, (len(passed_s), 1)), still, still, still)
-    way_m = phase.start.way_to(phase.end)
-    length_m, given = math.hypot(*way_m), mission.flight
-    if phase.stated:
-        share = passed_s / phase.duration_s
+    moved_m, speed_m_s = np.zeros((len(passed_s), 3)), np.zeros_like(passed_s)
+    pitch_rad = roll_rad = np.full_like(passed_s, np.nan if phase.kind == "flight" else 0.0)
+    given, way_m = mission.flight, np.array(phase.way_m)
+    if phase.stated and phase.kind == "flight":
+        moved_m = (passed_s / phase.duration_s)[:, None] * way_m
         speed_m_s = np.full_like(passed_s, phase.distance_m / phase.duration_s)
-    elif given.model == "regimes":
-        travelled_m, speed_m_s = regime_motion(
-            length_m, given.acceleration_m_s2, phase.peak_speed_m_s, passed_s
-        )
-        share = travelled_m / length_m
-    else:
+    elif phase.kind == "flight" and given.model == "regimes":
+        length_m, peak_m_s = phase.distance_m, phase.peak_speed_m_s
+        along_m, speed_m_s = regime_motion(length_m, given.acceleration_m_s2, peak_m_s, passed_s)
+        moved_m = (along_m / length_m)[:, None] * way_m
+    elif phase.kind == "flight":
         airframe, motor = vehicle.airframe(mission), vehicle.motor(mission)
         wind_N = mission.wind.force_N
-        leg = flight.leg(airframe, motor, way_m, wind_N)
+        leg = flight.leg(airframe, motor, phase.way_m, wind_N)
         state = state_at(motor, airframe.external_force_N(wind_N), leg, passed_s)
-        position_m = start_m + np.stack(state.position_m, axis=1)
-        attitude = state.attitude
-        return Motion(position_m, state.speed_m_s, attitude.pitch_rad, attitude.roll_rad)
-    return Motion(start_m + share[:, None] * np.array(way_m), speed_m_s, unknown, unknown)
+        moved_m, speed_m_s = np.stack(state.position_m, axis=1), state.speed_m_s
+        pitch_rad, roll_rad = state.attitude.pitch_rad, state.attitude.roll_rad
+    return {
+        "position_m": np.array(phase.start.position_m) + moved_m,
+        "speed_m_s": speed_m_s,
+        "pitch_rad": pitch_rad,
+        "roll_rad": roll_rad,
+    }

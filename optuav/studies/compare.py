@@ -14,7 +14,7 @@ from rich.text import Text
 from formulations.p1 import P1
 from formulations.soc import AVAILABLE, PAPER
 from optuav.errors import Fault, InputError
-from optuav.judge.wells import TOLERANCE
+from optuav.judge.course import TOLERANCE
 from optuav.mission import Mission, load
 from optuav.mission.messages import counted_in, shown
 from optuav.mission.schema import SLOT, Number
