@@ -10,12 +10,18 @@ from collections.abc import Iterable, Iterator
 from pathlib import Path
 from typing import Any
 
-from pydantic import BaseModel
 from pydantic.fields import FieldInfo
 
 from optuav.mission import Mission
 from optuav.mission.messages import allowed
-from optuav.mission.schema import CONVERSIONS, RATE_PER_MINUTE, REGIME_KEYS, SECTIONS, RotorFlight
+from optuav.mission.schema import (
+    CONVERSIONS,
+    RATE_PER_MINUTE,
+    REGIME_KEYS,
+    SECTIONS,
+    MissionSection,
+    RotorFlight,
+)
 
 PAGE = Path(__file__).parent / "missions.md"
 START, END = "<!-- keys: written by make_mission_keys.py -->\n", "<!-- end of keys -->\n"
@@ -39,14 +45,14 @@ PER_MINUTE = (
 Row = tuple[str, str, str, str]
 
 
-def rows(model: type[BaseModel], keys: Iterable[str]) -> Iterator[Row]:
+def rows(model: type[MissionSection], keys: Iterable[str]) -> Iterator[Row]:
     """Key, meaning, range and default of some fields."""
     for key in keys:
         field = model.model_fields[key]
         default = INSTEAD.get(key) or left_out(field)
         if model is Mission and key == "name":
             default = "the file's name"
-        yield key, field.description or "", allowed(model, key), default
+        yield key, model.descriptions()[key], allowed(model, key), default
 
 
 def left_out(field: FieldInfo) -> str:
@@ -61,7 +67,7 @@ def plain(value: Any) -> Any:
     return list(value) if isinstance(value, tuple) else value
 
 
-def summary(model: type[BaseModel]) -> str:
+def summary(model: type[MissionSection]) -> str:
     """What a table is for, in a line; [flight] has two forms."""
     if model is SECTIONS["flight"]:
         return "How legs are flown, and what flying draws."

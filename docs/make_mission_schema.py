@@ -12,7 +12,14 @@ from typing import Any
 from pydantic import BaseModel
 
 from optuav.mission import Mission
-from optuav.mission.schema import CONVERSIONS, RATE_PER_MINUTE, SCHEMA, SECTIONS, RegimeFlight
+from optuav.mission.schema import (
+    CONVERSIONS,
+    RATE_PER_MINUTE,
+    SCHEMA,
+    SECTIONS,
+    RegimeFlight,
+    RotorFlight,
+)
 
 FILE = Path(__file__).parents[1] / "optuav" / "mission" / "mission.schema.json"
 
@@ -28,6 +35,10 @@ def json_schema() -> dict[str, Any]:
     """The schema that `optuav.json_schema` describes."""
     generated = _plain(Mission.model_json_schema(ref_template="#/definitions/{model}"))
     definitions: dict[str, Any] = generated["$defs"]
+    for model in (Mission, RotorFlight, *SECTIONS.values()):
+        properties = (generated if model is Mission else definitions[model.__name__])["properties"]
+        for key, words in model.descriptions().items():
+            properties[key] = {"description": words, **properties[key]}
     for name, definition in definitions.items():
         if name != "Building":
             definition.pop("required", None)

@@ -286,7 +286,7 @@ def test_nomenclature_has_every_key_of_a_mission_once() -> None:
 def test_units_and_symbols_agree_with_the_mission_file(row: Row) -> None:
     """As the comment says that ``optuav new`` writes over the key."""
     name, _, key = row["mission key"].partition(".")
-    comment = SECTIONS[name].model_fields[key].description or ""
+    comment = SECTIONS[name].descriptions()[key]
     units = [unit for unit in re.findall(r"\[([^]]+)\]", comment) if unit not in ("rotor", "body")]
     assert {"1": "-"}.get(row["unit"], row["unit"]) == (units[-1] if units else "–")
     words = re.split(r"[^\w']+", comment)

@@ -10,64 +10,54 @@ import signal
 import sys
 from collections.abc import Sequence
 from functools import cache
+from importlib import import_module
 from typing import Annotated, Any
 
 import typer
-from rich.console import Console
 
-from optuav.cli.audit import audit
-from optuav.cli.calibrate import calibrate
-from optuav.cli.explain import explain
-from optuav.cli.formulate import formulate
-from optuav.cli.missions import missions, validate
-from optuav.cli.new import new
-from optuav.cli.output import BAD_INPUT, FAILED
-from optuav.cli.paper import ledger, reproduce
-from optuav.cli.show import show
-from optuav.cli.solve import solve
-from optuav.cli.studies import compare, sensitivity
+from optuav.cli.output import BAD_INPUT, FAILED, styled
 from optuav.errors import InputError, SolverError
 
-COMMANDS = (
-    *(solve, explain, audit, compare, reproduce, sensitivity, ledger, formulate, calibrate),
-    *(show, validate, new, missions),
-)
+COMMANDS = {
+    **dict.fromkeys(("solve", "explain", "audit"), "solve"),
+    **{"compare": "studies", "reproduce": "paper", "sensitivity": "studies", "ledger": "paper"},
+    **{"formulate": "solve", "calibrate": "calibrate"},
+    **dict.fromkeys(("show", "validate", "new", "missions"), "missions"),
+}
+"""Every command, in the order of the help, with the module that has its function."""
 
-app = typer.Typer(
-    name="optuav",
-    help="Missions of laser-charged drones: modelled, solved with proof, and checked.",
-    epilog="Exit codes: 0 yes, 1 there is no feasible plan or it cannot be flown, 2 bad input, "
-    "3 an engine failed or did not prove its answer in time.",
-    no_args_is_help=True,
-    add_completion=False,
-    pretty_exceptions_enable=False,
-    context_settings={"help_option_names": ["-h", "--help"]},
-)
-for command in COMMANDS:
-    app.command()(command)
+VERSION = "--version"
 
 
-def _print_version(wanted: bool) -> None:
-    if wanted:
+def _options(
+    version: Annotated[bool, typer.Option(VERSION, help="Show the version.")] = False,
+) -> None:
+    """Take the options before the command."""
+    if version:
         import optuav
 
         typer.echo(f"optuav {optuav.__version__}")
         raise typer.Exit
 
 
-@app.callback()
-def _options(
-    version: Annotated[
-        bool,
-        typer.Option("--version", help="Show the version.", is_eager=True, callback=_print_version),
-    ] = False,
-) -> None:
-    """Take the options before the command."""
-
-
 @cache
-def program() -> Any:
-    """All commands as one, put together at the first call."""
+def program(first: str | None = None) -> Any:
+    """All commands as one; where the first argument names one, that one alone is loaded."""
+    app = typer.Typer(
+        name="optuav",
+        help="Missions of laser-charged drones: modelled, solved with proof, and checked.",
+        epilog="Exit codes: 0 yes, 1 there is no feasible plan or it cannot be flown, 2 bad input, "
+        "3 an engine failed or did not prove its answer in time.",
+        no_args_is_help=True,
+        invoke_without_command=first == VERSION,
+        add_completion=False,
+        pretty_exceptions_enable=False,
+        context_settings={"help_option_names": ["-h", "--help"]},
+    )
+    app.callback()(_options)
+    wanted = COMMANDS if first not in COMMANDS else [first]
+    for name in () if first == VERSION else wanted:
+        app.command(name)(getattr(import_module(f"optuav.cli.{COMMANDS[name]}"), name))
     return typer.main.get_command(app)
 
 
@@ -79,11 +69,10 @@ def main(arguments: Sequence[str] | None = None) -> None:
     for stream in (sys.stdout, sys.stderr):
         if hasattr(stream, "reconfigure"):
             stream.reconfigure(errors="replace")
+    given = sys.argv[1:] if arguments is None else list(arguments)
     try:
-        program()(args=None if arguments is None else list(arguments))
+        program(*given[:1])(args=given)
     except (InputError, SolverError) as error:
-        screen = Console(stderr=True, highlight=False, soft_wrap=True)
-        screen.print("error:", style="bold red", end=" ")
         indented = str(error).replace("\n", "\n       ")
-        screen.print(indented, markup=False)
+        typer.echo(f"{styled('error:', 'bold red')} {indented}", err=True)
         sys.exit(BAD_INPUT if isinstance(error, InputError) else FAILED)

@@ -75,9 +75,8 @@ def calibrate(
     notes = [warning(each) for each in found.warnings]
     if found.changes:
         settings = (f"--set {key}={value}" for key, value in found.changes.items())
-        notes.append(Text(f"\noptuav solve MISSION {' '.join(settings)}"))
-    pieces = _pieces(found)
-    deliver(found.to_dict, lambda _: pieces, as_json=as_json, notes=notes, written=written)
+        notes.append(f"\noptuav solve MISSION {' '.join(settings)}")
+    deliver(found.to_dict, _pieces(found), as_json=as_json, notes=notes, written=written)
 
 
 def _pieces(found: Fit) -> Iterator[RenderableType]:

@@ -1,24 +1,163 @@
-"""``optuav missions`` and ``optuav validate``: shipped missions, and whether a file is in order."""
+"""``optuav show``, ``validate``, ``new`` and ``missions``: missions listed, checked and begun."""
 
 from __future__ import annotations
 
-from rich.table import Table
-from rich.text import Text
+import math
+import re
+import sys
+import textwrap
+from collections.abc import Iterable, Iterator
+from dataclasses import asdict
+from functools import partial
+from inspect import Parameter
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
 
-from optuav.cli.options import JsonOption, MissionArgument, SetOption, mission_of
-from optuav.cli.output import deliver, warning
+import typer
+
+from optuav.cli.options import (
+    JsonOption,
+    MissionArgument,
+    PlotOption,
+    SetOption,
+    mission_of,
+    refuse_beside_plan,
+    taking,
+)
+from optuav.cli.output import NO, WIDTH, check_places, deliver, warning
+from optuav.errors import Fault, InputError
 from optuav.mission import load, shipped
+from optuav.mission.files import must_be_new, write_text
+from optuav.mission.schema import MissionSection
+from optuav.mission.template import Datasheet, template
+
+if TYPE_CHECKING:
+    from rich.console import RenderableType
+    from rich.table import Table
+
+    from optuav.mission import Mission
+    from optuav.network.derived import BuildingFigures, Figure
+
+UNIT = re.compile(r"\[([^]]+)\]")
+REGIMES = "regimes"
 
 
-def missions(as_json: JsonOption = False) -> None:
-    """List the shipped missions."""
-    rows = [{"name": each.name, "description": each.description} for each in map(load, shipped())]
-    table = Table(box=None, pad_edge=False)
-    table.add_column("mission", no_wrap=True)
-    table.add_column("what it is")
+def show(
+    mission: MissionArgument,
+    settings: SetOption = None,
+    as_json: JsonOption = False,
+    plot: PlotOption = None,
+) -> None:
+    """Show a mission with units and derived values, or a saved plan (a .json file).
+
+    Exit code 1 if the saved answer is that there is no feasible plan.
+    """
+    check_places(None, plot)
+    shown: Any
+    if is_plan := Path(mission).suffix == ".json":
+        from optuav.plan import load_plan
+
+        refuse_beside_plan({"set": settings})
+        shown = load_plan(mission)
+    else:
+        shown = mission_of(mission, settings)
+    written = []
+    if plot is not None:
+        from optuav.plots import save_pictures
+
+        written = save_pictures(shown, plot)
+    if is_plan:
+        deliver(shown.to_dict, shown.summary(), as_json=as_json, written=written)
+        if not shown:
+            raise typer.Exit(NO)
+        return
+    from optuav.network.derived import building_figures, derived
+
+    figures, buildings = derived(shown), building_figures(shown)
+    data = {
+        "mission": shown.to_dict(),
+        "derived": {each.name: {"value": each.value, "unit": each.unit} for each in figures},
+        "buildings": [asdict(each) for each in buildings],
+    }
+    pieces = _pieces(shown, figures, buildings)
+    deliver(lambda: data, pieces, as_json=as_json, written=written)
+
+
+def _pieces(
+    mission: Mission, figures: Iterable[Figure], buildings: Iterable[BuildingFigures]
+) -> Iterator[RenderableType]:
+    """The mission's tables, and what follows from them."""
+    from rich.text import Text
+
+    yield Text(f"{mission.name}  {mission.description}".rstrip())
+    for name, section in vars(mission).items():
+        if isinstance(section, MissionSection):
+            yield Text(f"\n[{name}]", style="bold")
+            yield _lines(_settings(section))
+    yield Text("\nderived", style="bold")
+    yield _lines((each.name, each.text, each.unit) for each in figures)
+    if mission.buildings:
+        yield Text("\n[[buildings]]", style="bold")
+        yield _buildings(buildings)
+
+
+def _settings(section: MissionSection) -> Iterator[tuple[str, str, str]]:
+    """Key, value and unit; descriptions of keys have units and names of tables in brackets."""
+    for key, value in section.model_dump(exclude_none=True).items():
+        units = UNIT.findall(section.descriptions()[key])
+        yield key, _text(value), next((unit for unit in units if unit not in _NO_UNITS), "")
+
+
+_NO_UNITS = ("-", "rotor", "body")
+
+
+def _text(value: object) -> str:
+    if isinstance(value, bool):
+        return str(value).lower()
+    if isinstance(value, tuple):
+        return "(" + ", ".join(_text(each) for each in value) + ")"
+    return f"{value:.6g}" if isinstance(value, float) else str(value)
+
+
+def _lines(rows: Iterable[tuple[str, str, str]]) -> Table:
+    """Name, value and unit, a line each."""
+    from rich.table import Table
+    from rich.text import Text
+
+    table = Table(box=None, show_header=False, pad_edge=False, padding=(0, 2, 0, 0))
+    table.add_column(min_width=30, overflow="fold")
+    table.add_column(overflow="fold")
+    table.add_column(no_wrap=True)
     for row in rows:
-        table.add_row(*row.values())
-    deliver(lambda: rows, lambda _: [table], as_json=as_json)
+        table.add_row(*map(Text, row))
+    return table
+
+
+def _buildings(figures: Iterable[BuildingFigures]) -> Table:
+    from rich.table import Table
+    from rich.text import Text
+
+    table = Table(box=None, pad_edge=False, header_style="")
+    for heading in ("name", "position m", "footprint m"):
+        table.add_column(heading)
+    for heading in ("received W", "T_fl s rest first", "hover first"):
+        table.add_column(heading, justify="right")
+    for each in figures:
+        table.add_row(
+            Text(each.name),
+            " ".join(f"{x:g}" for x in each.position_m),
+            _footprint(each.footprint_m),
+            f"{each.received_power_W:.1f}" if each.laser_sight else "no sight",
+            *("-" if s is None else f"{s:.2f}" for s in (each.rest_first_s, each.hover_first_s)),
+        )
+    return table
+
+
+def _footprint(size: tuple[object, ...] | None) -> str:
+    """The sides of a rectangle, or how many corners a polygon has."""
+    if size is None:
+        return ""
+    return f"{len(size)} corners" if isinstance(size[0], tuple) else " × ".join(map(_text, size))
 
 
 def validate(
@@ -29,9 +168,96 @@ def validate(
 
     checked = mission_of(mission, settings)
     warnings = list(advice(checked))
-    lines = [Text(f"{checked.name}: every key of the mission is in order")]
     deliver(
         lambda: {"mission": checked.name, "valid": True, "warnings": warnings},
-        lambda _: [*lines, *map(warning, warnings)],
+        f"{checked.name}: every key of the mission is in order",
         as_json=as_json,
+        notes=map(warning, warnings),
     )
+
+
+def missions(as_json: JsonOption = False) -> None:
+    """List the shipped missions."""
+    rows = [{"name": each.name, "description": each.description} for each in map(load, shipped())]
+    width = max(len(row["name"]) for row in rows) + 2
+    lines = [("mission", "what it is"), *(row.values() for row in rows)]
+    shown = (
+        textwrap.fill(f"{name:<{width}}{words}", WIDTH, subsequent_indent=" " * width)
+        for name, words in lines
+    )
+    deliver(lambda: rows, "\n".join(shown), as_json=as_json)
+
+
+def _number(key: str) -> Parameter:
+    """The option that states a number of the datasheet."""
+    field = Datasheet.model_fields[key]
+    known = not field.is_required() and field.default is not None
+    default = f" {field.default:g} if left out." if known else ""
+    option = typer.Option(
+        f"--{key.replace('_', '-')}",
+        help=(Datasheet.descriptions()[key] + default).replace("[", r"\["),
+        rich_help_panel=f"With --from {REGIMES}; what is missing is asked for on a terminal",
+    )
+    kind = int if field.annotation is int else float
+    return Parameter(
+        key, Parameter.KEYWORD_ONLY, default=None, annotation=Annotated[kind | None, option]
+    )
+
+
+@taking(dict, [_number(key) for key in Datasheet.model_fields])
+def new(
+    file: Annotated[Path, typer.Argument(metavar="FILE", help="The file to write.")],
+    source: Annotated[
+        str,
+        typer.Option(
+            "--from",
+            metavar="MISSION",
+            help=f"Whose values to start from; {REGIMES} for your own drone's datasheet.",
+        ),
+    ] = "paper",
+    *,
+    asked: dict[str, Any],
+) -> None:
+    """Write a mission file in which every key is explained."""
+    must_be_new(file)
+    if source == REGIMES:
+        missing = sys.stdin.isatty() and Datasheet.faults(asked)
+        sheet = Datasheet.of(_prompted(asked) if missing else asked)
+        mission, remarks = sheet.mission(), sheet.remarks()
+    elif faults := [
+        Fault(name, f"{value:g}", f"goes with --from {REGIMES}")
+        for name, value in asked.items()
+        if value is not None
+    ]:
+        raise InputError(faults)
+    else:
+        mission, remarks = load(source), ()
+    write_text(file, template(mission, file.stem, remarks))
+    typer.echo(f"wrote {file}; next: optuav validate {file}")
+
+
+def _prompted(stated: dict[str, Any]) -> dict[str, Any]:
+    """The stated numbers; a person at the terminal gives the others."""
+    answers = dict(stated)
+    for name, field in Datasheet.model_fields.items():
+        if answers[name] is None:
+            default = answers["hover_min"] if name == "cruise_min" else field.get_default()
+            answers[name] = typer.prompt(
+                Datasheet.descriptions()[name].rstrip("."),
+                default=None if field.is_required() else default,
+                value_proc=partial(_answer, name),
+            )
+    return answers
+
+
+def _answer(name: str, text: Any) -> float:
+    """A number that the datasheet takes; the prompt repeats after anything else."""
+    try:
+        number = float(text)
+    except ValueError:
+        number = math.nan
+    value = int(number) if number.is_integer() else number
+    for fault in Datasheet.faults({name: value}):
+        if fault.key == name:
+            raise typer.BadParameter(fault.allowed)
+    return value

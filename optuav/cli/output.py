@@ -3,21 +3,24 @@
 from __future__ import annotations
 
 import json
+import os
+import sys
+import textwrap
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, TypeAlias
 
 import typer
-from rich.console import Console, RenderableType
-from rich.text import Text
 
 from optuav.errors import Fault, InputError
-from optuav.mission.files import label, make_directory, refusal, write_text
 
 if TYPE_CHECKING:
+    from rich.console import RenderableType
+
     from optuav.studies.results import Results
 
+WIDTH = 80
 NO, BAD_INPUT, FAILED = 1, 2, 3
 """Exit codes: no feasible or flyable plan; bad input; an engine that failed or proved nothing."""
 STYLES = {
@@ -29,12 +32,13 @@ STYLES = {
 """Styles of lines by their first word."""
 
 Progress: TypeAlias = Callable[[int, int | None, str], None]
-Shown: TypeAlias = str | Callable[[int], Iterable[RenderableType]]
 
 
 def check_places(save: Path | None, plot: Path | None, *endings: str) -> None:
     """Refuse files and directories that cannot be written to, before the work begins."""
     if save is not None:
+        from optuav.mission.files import label, refusal
+
         if endings and save.suffix not in endings:
             words = f"a name that ends in {' or '.join(endings)}"
             raise InputError([Fault("--save", repr(str(save)), words)])
@@ -42,65 +46,81 @@ def check_places(save: Path | None, plot: Path | None, *endings: str) -> None:
             raise refusal(save, f"there is no directory {label(save.parent)}")
     if plot is not None:
         from optuav import plots
+        from optuav.mission.files import make_directory
 
         _ = plots.curves  # refused here where matplotlib is missing
         make_directory(plot)
 
 
+def styled(text: str, style: str) -> str:
+    """Text in a style, if it goes to a terminal that has some."""
+    if not sys.stdout.isatty() or os.environ.get("NO_COLOR") or os.environ.get("TERM") == "dumb":
+        return text
+    weight, _, colour = style.partition(" ")
+    return typer.style(text, fg=colour or None, **{weight: True})
+
+
+def warning(words: str) -> str:
+    """A paragraph that warns."""
+    lines = textwrap.fill(f"warning: {words}", WIDTH)
+    return lines.replace("warning:", styled("warning:", "bold yellow"), 1)
+
+
 def deliver(
     data: Callable[[], object],
-    shown: Shown,
+    shown: str | Iterable[RenderableType],
     *,
     as_json: bool,
-    notes: Iterable[Text] = (),
+    notes: Iterable[str] = (),
     written: Iterable[Path] = (),
 ) -> None:
-    """Print an answer as JSON; or as text, with notes and the names of the files written.
+    """Print an answer as JSON; or as text or tables, with notes and the names of files written.
 
-    Parameters
-    ----------
-    data
-        Returns what JSON shows.
-    shown
-        Text whose lines are no longer than 80 columns, or a function that returns pieces of text
-        and tables for a screen of so many columns.
+    Where JSON is asked for, nothing is taken from `shown`.
     """
     if as_json:
         typer.echo(json.dumps(data(), indent=2, ensure_ascii=False))
         return
-    screen = Console(highlight=False)
+    # `typer.echo` would write UTF-8 where the console says that it reads ASCII.
+    write = typer.echo if sys.stdout.isatty() else print
     if isinstance(shown, str):
         for line in shown.splitlines():
-            style = STYLES.get(line.partition(" ")[0], "")
-            screen.print(Text(line, style=style), soft_wrap=True)
-    elif screen.is_terminal:
-        for piece in shown(screen.width):
-            screen.print(piece)
+            style = STYLES.get(line.partition(" ")[0])
+            write(styled(line, style) if style else line)
     else:
-        from optuav.studies.results import WIDTH, as_text
-
-        typer.echo(as_text(shown(WIDTH)))
+        _print_pieces(shown)
     for note in notes:
-        screen.print(note, soft_wrap=True)
+        write(note)
     for path in written:
-        screen.print(f"wrote {path}", style="dim", markup=False, soft_wrap=True)
+        write(styled(f"wrote {path}", "dim"))
+
+
+def _print_pieces(pieces: Iterable[RenderableType]) -> None:
+    """Print text and tables: as wide as the terminal, or as in a file."""
+    from rich.console import Console
+
+    from optuav.studies.results import as_text
+
+    screen = Console(highlight=False)
+    if not screen.is_terminal:
+        typer.echo(as_text(pieces))
+        return
+    for piece in pieces:
+        screen.print(piece)
 
 
 def deliver_results(found: Results, save: Path | None, plot: Path | None, *, as_json: bool) -> None:
     """Write the files that were asked for of a table of results, and print it."""
     written = []
     if save is not None:
+        from optuav.mission.files import write_text
+
         text = json.dumps(found.to_dict(), indent=2, ensure_ascii=False)
         write_text(save, found.to_csv() if save.suffix == ".csv" else f"{text}\n")
         written.append(save)
     if plot is not None:
         written += found.save_pictures(plot)
-    deliver(found.to_dict, lambda _: found.tables(), as_json=as_json, written=written)
-
-
-def warning(words: str) -> Text:
-    """A line that warns."""
-    return Text.assemble(("warning: ", "bold yellow"), words)
+    deliver(found.to_dict, found.tables(), as_json=as_json, written=written)
 
 
 @contextmanager
@@ -110,6 +130,8 @@ def progress() -> Iterator[Progress | None]:
     The function takes the number of steps done, that of all steps where it is known, and the name
     of the next one. The bar disappears when the work is done.
     """
+    from rich.console import Console
+
     screen = Console(stderr=True)
     if not screen.is_terminal or screen.is_dumb_terminal:
         yield None

@@ -6,7 +6,6 @@ from pathlib import Path
 from typing import Annotated
 
 import typer
-from rich.console import Console
 
 from optuav.cli.options import JsonOption
 from optuav.cli.output import NO, check_places, deliver, progress
@@ -47,10 +46,9 @@ def reproduce(
     own = None if mission is None else load(mission)
     with progress() as bar:
         written = report.reproduce(out, only=only or (), mission=own, progress=bar)
-    screen = Console(highlight=False, soft_wrap=True)
-    screen.print(f"wrote {len(written)} files, among them {out / 'report.html'}", markup=False)
+    typer.echo(f"wrote {len(written)} files, among them {out / 'report.html'}")
     if own is not None and not (plan := solve(own)):
-        screen.print(f"{own.name} has no plan: {why(plan)}", markup=False)
+        typer.echo(f"{own.name} has no plan: {why(plan)}")
         raise typer.Exit(NO)
 
 

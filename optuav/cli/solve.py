@@ -1,52 +1,53 @@
-"""``optuav solve``: the best plan for a mission."""
+"""``optuav solve``, ``explain``, ``audit`` and ``formulate``: one problem and its answer."""
 
 from __future__ import annotations
 
 import shlex
+import textwrap
 from contextlib import nullcontext
-from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
-from rich.text import Text
 
 import optuav
-from optuav.cli import options
-from optuav.cli.output import FAILED, NO, Progress, check_places, deliver, progress
+from optuav.cli.options import (
+    JsonOption,
+    MissionArgument,
+    PlotOption,
+    Programme,
+    Question,
+    SetOption,
+    mission_of,
+    refuse_beside_plan,
+    taking,
+)
+from optuav.cli.output import FAILED, NO, WIDTH, check_places, deliver, progress
 from optuav.errors import Fault, InputError
 from optuav.options import Perspective
 from optuav.status import Status
 
 if TYPE_CHECKING:
     from formulations.formulation import Formulation
-    from optuav.engines.registry import Engine
     from optuav.plan import Plan
 
 COMPARED: dict[str, Perspective] = {"battery": "available", "available": "battery"}
 """The perspective whose plan pictures show beside: one counts charge only, one both wells."""
 
 
+@taking(Question)
 def solve(
-    mission: options.MissionArgument,
-    problem: Annotated[str, options.PROBLEM] = "P1",
-    trajectory: Annotated[str | None, options.TRAJECTORY] = None,
-    building: Annotated[str | None, options.BUILDING] = None,
-    order: Annotated[str | None, options.ORDER] = None,
-    perspective: Annotated[Perspective, options.PERSPECTIVE] = "available",
-    slot_s: Annotated[float | None, options.SLOT] = None,
-    engine: Annotated[str, options.ENGINE] = "auto",
+    mission: MissionArgument,
+    asked: Question,
     solver: Annotated[
         str | None, typer.Option(help="Solver behind cvxpy, by its name; HIGHS by default.")
     ] = None,
-    time_limit_s: Annotated[float | None, options.TIME_LIMIT] = None,
-    hover_point: Annotated[str | None, options.HOVER_POINT] = None,
-    stops: Annotated[int | None, options.STOPS] = None,
-    hovers: Annotated[int | None, options.HOVERS] = None,
-    settings: options.SetOption = None,
-    as_json: options.JsonOption = False,
-    save: options.SaveOption = None,
-    plot: options.PlotOption = None,
+    settings: SetOption = None,
+    as_json: JsonOption = False,
+    save: Annotated[
+        Path | None, typer.Option("--save", metavar="FILE", help="Write the plan as JSON.")
+    ] = None,
+    plot: PlotOption = None,
     animate: Annotated[
         Path | None,
         typer.Option(
@@ -55,76 +56,49 @@ def solve(
     ] = None,
 ) -> None:
     """Find the longest hover for a mission, and show the plan."""
-    stated = options.mission_of(mission, settings)
-    fields: dict[str, str | int | None] = {"trajectory": trajectory, "building": building}
-    fields |= {"order": order, "hover_point": hover_point, "stops": stops, "hovers": hovers}
-    asked = options.problem_of(
-        stated,
-        problem,
-        fields,
-        perspective=perspective,
-        slot_s=slot_s,
-        engine=engine,
-        time_limit_s=time_limit_s,
-    )
+    stated = mission_of(mission, settings)
+    problem = asked.problem_for(stated, stops=asked.stops, hovers=asked.hovers)
+    options = asked.options
+    if solver is not None and asked.engine != "cvxpy":
+        raise InputError([Fault("--solver", repr(solver), "goes with --engine cvxpy")])
+    if solver is not None:
+        options["engine"] = optuav.Cvxpy(solver=solver)
     check_places(save, plot)
     if animate is not None:
         from optuav.plots import gif_file
 
         gif_file(animate)
-    one_stop = not {stops, hovers} - {None, 1}
+    one_stop = not {asked.stops, asked.hovers} - {None, 1}
     with nullcontext() if one_stop else progress() as bar:
-        plan = optuav.solve(
-            stated,
-            asked,
-            perspective=perspective,
-            slot_s=slot_s,
-            engine=_engine(engine, solver),
-            time_limit_s=time_limit_s,
-            progress=None if bar is None else partial(_show_search, bar),
-        )
-    written = []
+        if bar is not None:
+            options["progress"] = lambda best_s, examined, left: bar(
+                examined,
+                None,
+                f"hover {best_s:.3f} s so far, {examined} boxes examined, {left} open",
+            )
+        plan = optuav.solve(stated, problem, **options)
+    written, notes = [], []
     if save is not None:
         plan.save(save)
         written.append(save)
-    explained = one_stop and hover_point in (None, "w_U")
+    explained = one_stop and asked.hover_point in (None, "w_U")
     if plot is not None:
         from optuav.plots import save_pictures
 
-        written += save_pictures(plan, plot, _beside(plan, asked) if explained else ())
+        written += save_pictures(plan, plot, _beside(plan, problem) if explained else ())
     if animate is not None and plan:
-        from optuav.judge import replay
         from optuav.plots import save_animation
 
-        written.append(save_animation(replay(plan), animate))
+        written.append(save_animation(optuav.replay(plan), animate))
     elif animate is not None:
         typer.echo(f"{animate} is not written: there is no plan to show", err=True)
-    notes = []
     if plan.status is Status.INFEASIBLE and explained:
-        notes.append(
-            Text(f"optuav explain {shlex.quote(mission)} … shows what would make it feasible")
-        )
+        notes = [f"optuav explain {shlex.quote(mission)} … shows what would make it feasible"]
     deliver(plan.to_dict, plan.summary(), as_json=as_json, notes=notes, written=written)
     if not plan:
         raise typer.Exit(NO)
     if plan.status is Status.FEASIBLE:
         raise typer.Exit(FAILED)
-
-
-def _engine(name: str, solver: str | None) -> str | Engine:
-    """The engine of a name, with the solver behind it if one is stated."""
-    if solver is None:
-        return name
-    if name != "cvxpy":
-        raise InputError([Fault("--solver", repr(solver), "goes with --engine cvxpy")])
-    from optuav.engines.cvxpy_engine import Cvxpy
-
-    return Cvxpy(solver=solver)
-
-
-def _show_search(bar: Progress, best_s: float, examined: int, left: int) -> None:
-    """Show how far a search over several stops is."""
-    bar(examined, None, f"hover {best_s:.3f} s so far, {examined} boxes examined, {left} open")
 
 
 def _beside(plan: Plan, problem: Formulation) -> list[Plan]:
@@ -134,3 +108,108 @@ def _beside(plan: Plan, problem: Formulation) -> list[Plan]:
     perspective = COMPARED[plan.perspective]
     other = optuav.solve(plan.mission, problem, perspective=perspective, slot_s=plan.slot_s)
     return [other] if other else []
+
+
+@taking(Question)
+def explain(
+    mission: Annotated[
+        str,
+        typer.Argument(
+            metavar="MISSION|PLAN",
+            help="Name of a shipped mission, a mission file, or a saved plan (a .json file).",
+        ),
+    ],
+    asked: Question,
+    settings: SetOption = None,
+    as_json: JsonOption = False,
+) -> None:
+    """Say why a plan is the best one, or why there is none and which changes would help.
+
+    With --stops or --hovers, search for more stops and say what they bring, for a minute unless
+    --time-limit-s says otherwise. Exit code 1 if there is no feasible plan.
+    """
+    more: dict[str, Any] = {"stops": asked.stops, "hovers": asked.hovers}
+    if Path(mission).suffix == ".json":
+        others = {name: value for name, value in vars(asked).items() if name not in more}
+        refuse_beside_plan(others | {"set": settings})
+        explained = optuav.explain(optuav.load_plan(mission), **more)
+    else:
+        stated = mission_of(mission, settings)
+        problem = asked.problem_for(stated)
+        explained = optuav.explain(stated, problem, **asked.options, **more)
+    deliver(explained.to_dict, str(explained), as_json=as_json)
+    if not explained:
+        raise typer.Exit(NO)
+
+
+def audit(
+    plan: Annotated[
+        str,
+        typer.Argument(
+            metavar="FILE",
+            help="A saved plan (.json), or an itinerary (.toml): schema, mission and tables "
+            'stops with at, kind = "rest" or "hover", and duration_s.',
+        ),
+    ],
+    as_json: JsonOption = False,
+    plot: Annotated[
+        Path | None,
+        typer.Option(
+            "--plot",
+            metavar="FILE",
+            help="Write altitude, speed and power over time as PNG (needs matplotlib).",
+        ),
+    ] = None,
+) -> None:
+    """Simulate a plan from its mission, and say whether it can be flown.
+
+    Exit code 1 if it cannot, 2 if the file cannot be read.
+    """
+    judged = optuav.audit(plan)
+    written = []
+    if plot is not None and judged.replay is not None and judged.replay.phases:
+        from optuav import plots
+
+        written.append(plots.save(plots.profile(judged.replay), plot))
+    deliver(judged.to_dict, str(judged), as_json=as_json, written=written)
+    if not judged:
+        raise typer.Exit(NO)
+
+
+@taking(Programme)
+def formulate(
+    mission: MissionArgument,
+    asked: Programme,
+    settings: SetOption = None,
+    latex: Annotated[bool, typer.Option("--latex", help="Print LaTeX (package amsmath).")] = False,
+    lp: Annotated[bool, typer.Option("--lp", help="Print a file in CPLEX LP format.")] = False,
+    mps: Annotated[bool, typer.Option("--mps", help="Print a file in free MPS format.")] = False,
+    save: Annotated[
+        Path | None, typer.Option("--save", metavar="FILE", help="Write to a file instead.")
+    ] = None,
+) -> None:
+    """Print a problem as it is solved, with its parameters.
+
+    --lp and --mps hold one linear programme with numbers, its times continuous:
+    of several routes the one that solve takes. Exit code 1 if nothing can fly.
+    """
+    forms = [name for name, wanted in (("latex", latex), ("lp", lp), ("mps", mps)) if wanted]
+    if len(forms) > 1:
+        given = ", ".join(f"--{name}" for name in forms)
+        raise InputError([Fault(given, "", "one of --latex, --lp, --mps")])
+    check_places(save, None)
+    stated = mission_of(mission, settings)
+    program = optuav.formulate(stated, asked.problem_for(stated), **asked.options)
+    if not program.parts:
+        typer.echo(textwrap.fill(str(program), WIDTH, subsequent_indent="  "))
+        raise typer.Exit(NO)
+    from optuav.solving.statement import statement
+
+    text = statement(program, *forms).rstrip("\n")
+    if save is None:
+        typer.echo(text)
+    else:
+        from optuav.mission.files import write_text
+
+        write_text(save, f"{text}\n")
+        typer.echo(f"wrote {save}")

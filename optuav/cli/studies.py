@@ -7,14 +7,22 @@ from typing import Annotated
 
 import typer
 
-from optuav.cli import options
+from optuav.cli.options import (
+    JsonOption,
+    MissionArgument,
+    PlotOption,
+    SaveTableOption,
+    SetOption,
+    mission_of,
+    perspectives,
+)
 from optuav.cli.output import FAILED, NO, check_places, deliver_results, progress
 from optuav.errors import Fault, InputError
 from optuav.options import Perspective
 
 
 def compare(
-    mission: options.MissionArgument,
+    mission: MissionArgument,
     slots: Annotated[
         str | None,
         typer.Option(
@@ -25,11 +33,9 @@ def compare(
     ] = None,
     perspective: Annotated[
         Perspective | None,
-        typer.Option(
-            parser=str,
-            metavar="<str>",
-            help="How charge is counted: battery (the default), energy or adjusted; "
-            "with --by also available (the default there).",
+        perspectives(
+            "How charge is counted: battery (the default), energy or adjusted; with --by also "
+            "available (the default there)."
         ),
     ] = None,
     engines: Annotated[
@@ -40,7 +46,7 @@ def compare(
     ] = None,
     time_limit_s: Annotated[
         float | None,
-        typer.Option("--time-limit-s", help="Longest search for one programme in seconds."),
+        typer.Option(help="Longest search for one programme in seconds."),
     ] = None,
     by: Annotated[
         str | None,
@@ -53,10 +59,10 @@ def compare(
     times: Annotated[
         bool, typer.Option("--times", help="Show the times taken, which differ from run to run.")
     ] = False,
-    settings: options.SetOption = None,
-    as_json: options.JsonOption = False,
-    save: options.SaveTableOption = None,
-    plot: options.PlotOption = None,
+    settings: SetOption = None,
+    as_json: JsonOption = False,
+    save: SaveTableOption = None,
+    plot: PlotOption = None,
 ) -> None:
     """Compare answers in slots and in continuous times, by all engines, or plans.
 
@@ -67,7 +73,7 @@ def compare(
 
     with progress() as bar:
         found = studies.compare(
-            options.mission_of(mission, settings),
+            mission_of(mission, settings),
             by=_names(by) or "method",
             perspective=perspective,
             slots_s=_lengths(slots),
@@ -85,7 +91,7 @@ def compare(
 
 
 def sensitivity(
-    mission: options.MissionArgument,
+    mission: MissionArgument,
     uncertainty: Annotated[
         Path | None,
         typer.Option(
@@ -94,12 +100,7 @@ def sensitivity(
         ),
     ] = None,
     perspective: Annotated[
-        Perspective,
-        typer.Option(
-            parser=str,
-            metavar="<str>",
-            help="available, battery, energy or adjusted: how charge counts.",
-        ),
+        Perspective, perspectives("available, battery, energy or adjusted: how charge counts.")
     ] = "available",
     plan: Annotated[
         Path | None,
@@ -109,10 +110,10 @@ def sensitivity(
     ] = None,
     samples: Annotated[int, typer.Option(help="How many samples to draw.")] = 10_000,
     seed: Annotated[int, typer.Option(help="Seed of the samples.")] = 0,
-    settings: options.SetOption = None,
-    as_json: options.JsonOption = False,
-    save: options.SaveTableOption = None,
-    plot: options.PlotOption = None,
+    settings: SetOption = None,
+    as_json: JsonOption = False,
+    save: SaveTableOption = None,
+    plot: PlotOption = None,
 ) -> None:
     """Find which numbers matter most, and what their uncertainty means for the hover time.
 
@@ -123,7 +124,7 @@ def sensitivity(
     from optuav.studies import sensitivity as studies
 
     found = studies.sensitivity(
-        options.mission_of(mission, settings),
+        mission_of(mission, settings),
         uncertainty,
         perspective=perspective,
         plan=None if plan is None else load_plan(plan),

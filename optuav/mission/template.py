@@ -7,7 +7,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from typing import Annotated, Any, Self
 
 import tomli_w
-from pydantic import BaseModel, ValidationError
+from pydantic import ValidationError
 
 from optuav.errors import Fault, InputError
 from optuav.mission.load import load
@@ -46,19 +46,18 @@ def template(mission: Mission, name: str, remarks: Sequence[str] = ()) -> str:
     ]
     for key in Mission.model_fields:
         table = getattr(mission, key)
-        if isinstance(table, BaseModel):
+        if isinstance(table, MissionSection):
             lines += ["", f"[{key}]", *_entries(table, explained=True)]
     for number, building in enumerate(mission.buildings):
         lines += ["", "[[buildings]]", *_entries(building, explained=number == 0)]
     return "\n".join(lines) + "\n"
 
 
-def _entries(table: BaseModel, *, explained: bool) -> Iterator[str]:
+def _entries(table: MissionSection, *, explained: bool) -> Iterator[str]:
     """Lines of a table; explained, each key has a comment, and those not set stand there too."""
     for key, value in table.model_dump(mode="json").items():
         if explained:
-            description = type(table).model_fields[key].description or ""
-            yield from (f"# {line}" for line in description.splitlines())
+            yield from (f"# {line}" for line in table.descriptions()[key].splitlines())
         if value is not None:
             yield f"{key} = {_text(value)}"
         elif explained:

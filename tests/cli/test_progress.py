@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import pytest
+from rich.console import Console
 
 from optuav.cli import output as bar
 
@@ -12,7 +13,7 @@ def test_a_terminal_sees_progress_and_a_pipe_does_not(
     terminal: bool, kind: str, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     monkeypatch.setenv("TERM", kind)
-    monkeypatch.setattr(bar.Console, "is_terminal", terminal)
+    monkeypatch.setattr(Console, "is_terminal", terminal)
     shows = terminal and kind != "dumb"
     with bar.progress() as progress:
         assert (progress is not None) is shows

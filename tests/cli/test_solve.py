@@ -173,7 +173,7 @@ def test_pictures_go_into_a_new_directory(tmp_path: Path, monkeypatch: pytest.Mo
     assert sorted(path.name for path in folder.iterdir()) == ["leg.png", "map.png", "wells.png"]
     assert found.out.count("wrote ") == 3
     counts: list[int] = []
-    monkeypatch.setattr(files, "png", lambda figure: counts.append(len(figure.axes)) or b"")
+    monkeypatch.setattr(files, "image", lambda figure: counts.append(len(figure.axes)) or b"")
     for perspective in ("battery", "available"):
         assert run(*asked, "--perspective", perspective).out.count("wrote ") == 3
     assert counts[1] == counts[4] >= 2  # the plan and the one in the other perspective

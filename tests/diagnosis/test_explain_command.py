@@ -10,7 +10,7 @@ import typer
 from typer.testing import CliRunner, Result
 
 import optuav
-from optuav.cli.explain import explain
+from optuav.cli.solve import explain
 from optuav.errors import InputError
 from tests.diagnosis.missions import SMALL
 

@@ -44,10 +44,9 @@ def test_every_key_is_explained(name: str) -> None:
     lines = text.splitlines()
     tables = [getattr(mission, key) for key in Mission.model_fields]
     for table in (each for each in tables if isinstance(each, BaseModel)):
-        for key, field in type(table).model_fields.items():
+        for key in type(table).model_fields:
             stated = f"{key} = " if getattr(table, key) is not None else f"# {key} ="
-            assert field.description
-            wanted = f"# {field.description.splitlines()[-1]}"
+            wanted = f"# {table.descriptions()[key].splitlines()[-1]}"
             assert any(
                 above == wanted and below.startswith(stated)
                 for above, below in itertools.pairwise(lines)
