@@ -9,9 +9,8 @@ import numpy as np
 from optuav.mission import Mission
 from optuav.mission.messages import listed
 from optuav.network import vehicle
-from optuav.network.network import Network, build_network
+from optuav.network.network import NO_LEG, Network, build_network
 from optuav.network.places import HOVER
-from optuav.network.routes import NO_LEG
 from optuav.physics import flight, link
 
 TOLERANCE = 1e-9

@@ -15,10 +15,8 @@ from optuav.errors import Fault, InputError
 from optuav.mission import Mission
 from optuav.mission.messages import shown
 from optuav.mission.schema import LARGEST
-from optuav.network.legs import Legs
-from optuav.network.network import Network, build_network
+from optuav.network.network import Legs, Network, build_network, build_routes
 from optuav.network.places import DESTINATION, ENDS, HOVER, ORIGIN, Places
-from optuav.network.routes import build_routes
 
 if TYPE_CHECKING:
     import networkx
@@ -219,7 +217,7 @@ def edited_network(mission: Mission, view: Graph) -> Network:
         raise InputError(faults)
     places = _edited_places(computed, view)
     legs = edited_legs(computed.legs, places.names, view)
-    return Network(mission, places, legs, build_routes(legs, places))
+    return Network(mission, places, legs, build_routes(legs))
 
 
 def edited_legs(

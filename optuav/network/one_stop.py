@@ -11,28 +11,21 @@ buildings in the way of a leg, may not.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
-from typing import TYPE_CHECKING, NamedTuple
+from collections.abc import Sequence
+from typing import NamedTuple
 
 import numpy as np
 
-from optuav.arrays import Booleans, Floats, Integers
 from optuav.network.network import Network
-from optuav.network.places import DESTINATION, ENDS, FIRST_BUILDING, HOVER, ORIGIN
-from optuav.network.routes import NO_LEG
-
-if TYPE_CHECKING:
-    from optuav.network.graph import Graph
+from optuav.network.places import ENDS, FIRST_BUILDING
 
 FIGURES = ("duration_s", "charge_As", "energy_J")
-UNITS = {"duration_s": "s", "charge_As": "A s", "energy_J": "J"}
+UNITS = ("s", "A s", "J")
 TOLERANCE = 1e-9
 """Relative; a detour that is shorter by rounding alone is none."""
 
 
-@dataclass(frozen=True)
-class Shortcut:
+class Shortcut(NamedTuple):
     """Two legs that together take less than the leg from the first place to the last."""
 
     places: tuple[str, str, str]  # Names of the three places
@@ -43,108 +36,40 @@ class Shortcut:
     by_way: float
 
     def __str__(self) -> str:
-        way, unit = " → ".join(self.places), UNITS[self.figure]
+        first, _, last = self.places
+        way, unit = " → ".join(self.places), UNITS[FIGURES.index(self.figure)]
         if math.isinf(self.direct):
-            return f"{way} can be flown, {self.places[0]} → {self.places[2]} cannot"
+            return f"{way} can be flown, {first} → {last} cannot"
         return (
-            f"{way} takes {self.by_way:.6g} {unit}, "
-            f"{self.places[0]} → {self.places[2]} takes {self.direct:.6g} {unit}"
+            f"{way} takes {self.by_way:.6g} {unit}, {first} → {last} takes {self.direct:.6g} {unit}"
         )
 
 
-class _FlyableLegs(NamedTuple):
-    """The legs that may be flown: names of places, starts and ends of legs, `FIGURES` (leg, 3)."""
-
-    names: Sequence[str]
-    start: Integers
-    end: Integers
-    figures: Floats
-
-    def between(self, start: Integers, end: Integers) -> Integers:
-        """Numbers of the legs between places; −1 where there is none."""
-        ends, wanted = self.start * len(self.names) + self.end, start * len(self.names) + end
-        order = np.argsort(ends)
-        at = np.minimum(np.searchsorted(ends, wanted, sorter=order), len(order) - 1)
-        return np.where(ends[order[at]] == wanted, order[at], NO_LEG)
-
-    def followed(self, legs: Integers) -> tuple[Integers, Integers]:
-        """Pairs of each of some legs with each leg that begins where it ends."""
-        order = np.argsort(self.start, kind="stable")
-        low, high = (
-            np.searchsorted(self.start, self.end[legs], side, sorter=order)
-            for side in ("left", "right")
-        )
-        count = high - low
-        number = np.arange(count.sum()) - np.repeat(np.cumsum(count) - count, count)
-        return np.repeat(legs, count), order[np.repeat(low, count) + number]
-
-    def shorter(self, first: Integers, second: Integers) -> Booleans:
-        """In which figures two legs together take less than the direct one (pair, 3).
-
-        In the first alone where there is no direct one; in none where one of the two is missing.
-        """
-        by_way = self.figures[first] + self.figures[second]
-        direct = self.between(self.start[first], self.end[second])
-        missing = direct == NO_LEG
-        straight = np.where(missing[:, None], np.inf, self.figures[direct])
-        less: Booleans = straight > by_way * (1.0 + TOLERANCE)
-        less[missing, 1:] = False
-        less[(first == NO_LEG) | (second == NO_LEG)] = False
-        return less
-
-    def shortcuts(self, first: int, second: int) -> Iterator[Shortcut]:
-        """The shortcuts that two legs are, figure by figure."""
-        start, stop, end = self.start[first], self.start[second], self.end[second]
-        direct = int(self.between(start, end))
-        for number in np.flatnonzero(self.shorter(np.array([first]), np.array([second]))[0]):
-            yield Shortcut(
-                (self.names[start], self.names[stop], self.names[end]),
-                FIGURES[number],
-                math.inf if direct == NO_LEG else float(self.figures[direct, number]),
-                float(self.figures[first, number] + self.figures[second, number]),
-            )
-
-
-def _flyable_legs(network: Network | Graph) -> _FlyableLegs:
-    """The legs of a network or a graph that may be flown."""
-    if isinstance(network, Network):
-        legs, flyable = network.legs, np.flatnonzero(network.legs.flyable)
-        figures = np.stack([getattr(legs, figure)[flyable] for figure in FIGURES], axis=1)
-        return _FlyableLegs(network.places.names, legs.start[flyable], legs.end[flyable], figures)
-    names = [*ENDS, *(name for name in network if name not in ENDS)]
-    numbers = {name: number for number, name in enumerate(names)}
-    start, end = (np.array([numbers[each[k]] for each in network.edges], int) for k in (0, 1))
-    figures = np.array([[data[each] for each in FIGURES] for *_, data in network.edges(data=True)])
-    return _FlyableLegs(names, start, end, figures.reshape(-1, len(FIGURES)))
-
-
-def find_shortcuts(network: Network | Graph) -> tuple[Shortcut, ...]:
+def find_shortcuts(network: Network) -> tuple[Shortcut, ...]:
     """Where routes with more than one stop could pay in the linear perspectives.
 
     Empty if one stop is enough; two legs with no direct leg in their place count once.
     """
-    legs = _flyable_legs(network)
-    if not len(legs.start):
-        return ()
-    to_stop = np.flatnonzero((legs.end >= FIRST_BUILDING) & (legs.start != DESTINATION))
-    first, second = legs.followed(to_stop)
-    start, end = legs.start[first], legs.end[second]
-    around = (start == HOVER) & (end == HOVER)
-    by_way = ~around & (start != end) & (end != ORIGIN)
-    by_way &= (start != ORIGIN) | (end != DESTINATION)
-    by_way[by_way] = legs.shorter(first[by_way], second[by_way]).any(axis=1)
-    found = [(leg, leg, after) for leg, after in zip(first[by_way], second[by_way], strict=True)]
-    there, back = first[around], second[around]
-    arriving, leaving = (
-        int(legs.between(np.array(start), np.array(end)))
-        for start, end in ((ORIGIN, HOVER), (HOVER, DESTINATION))
-    )
-    before = legs.shorter(np.full_like(there, arriving), there).any(axis=1)
-    behind = legs.shorter(back, np.full_like(back, leaving)).any(axis=1)
-    for leg, after in zip(there[before & behind], back[before & behind], strict=True):
-        found += [(leg, arriving, leg), (leg, after, leaving)]
-    found.sort(key=lambda each: each[0])
-    return tuple(each for _, leg, after in found for each in legs.shortcuts(leg, after))
+    legs, names = network.legs, network.places.names[FIRST_BUILDING:]
+    figures = np.stack([getattr(legs, each) for each in FIGURES], axis=1)
+    figures[~legs.flyable] = np.inf
+    arriving, leaving = figures[:2]
+    there, to_hover, back, onward = np.moveaxis(figures[2:].reshape(-1, 4, 3), 1, 0)
+    direct = np.stack(np.broadcast_arrays(arriving, leaving, there, onward))
+    by_way = np.stack([there + to_hover, back + onward, arriving + back, to_hover + leaving])
+    less = direct > by_way * (1.0 + TOLERANCE)
+    less[..., 1:] &= np.isfinite(direct[..., 1:])
+    both = less[2:].any(axis=2).all(axis=0)  # pieces of a hover around a rest
+    less[2:] &= np.asarray(both)[:, None]
+    origin, hover, destination = ENDS
+    found = []
+    for number, k, figure in np.argwhere(less.swapaxes(0, 1)).tolist():
+        name = names[number]
+        ways = (origin, name, hover), (hover, name, destination)
+        places = (*ways, (origin, hover, name), (name, hover, destination))[k]
+        numbers = float(direct[k, number, figure]), float(by_way[k, number, figure])
+        found.append(Shortcut(places, FIGURES[figure], *numbers))
+    return tuple(found)
 
 
 def shortcuts_in_words(shortcuts: Sequence[Shortcut]) -> str:

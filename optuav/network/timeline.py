@@ -14,9 +14,8 @@ from pydantic import ConfigDict, Strict
 from optuav.mission import Mission
 from optuav.mission.schema import LARGEST, Number
 from optuav.network import vehicle
-from optuav.network.network import Network
+from optuav.network.network import NO_LEG, Network
 from optuav.network.places import FIRST_BUILDING, HOVER
-from optuav.network.routes import NO_LEG
 from optuav.physics.charging import STEPS
 from optuav.physics.kibam import Battery, Stage, Wells
 from optuav.physics.packs import JobStage, Packs, Stretch

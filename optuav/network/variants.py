@@ -16,8 +16,7 @@ import numpy as np
 from optuav.arrays import Booleans, Floats, Integers
 from optuav.mission import Mission
 from optuav.network import vehicle
-from optuav.network.legs import leg_loads, shared_lines
-from optuav.network.network import Network
+from optuav.network.network import Network, leg_loads, shared_lines
 from optuav.network.obstacles import Prisms, clear_lines, prisms
 from optuav.network.places import (
     FIRST_BUILDING,

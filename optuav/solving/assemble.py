@@ -11,10 +11,8 @@ from formulations.parameters import FROM_HOVER, QUANTITIES, TO_HOVER, Quantities
 from optuav.arrays import Floats, Integers
 from optuav.mission import Mission
 from optuav.network import vehicle
-from optuav.network.legs import Legs
-from optuav.network.network import Network
+from optuav.network.network import NO_LEG, Legs, Network
 from optuav.network.places import FIRST_BUILDING, HOVER, as_points, as_table
-from optuav.network.routes import NO_LEG
 from optuav.network.variants import Variants
 from optuav.physics.flight import STAGES
 from optuav.physics.kibam import Stage

@@ -28,10 +28,9 @@ from optuav.errors import InputError, SolverError
 from optuav.mission import Mission
 from optuav.modelling import Model, Parameter
 from optuav.network import vehicle
-from optuav.network.network import Network, build_network, nearest_building
+from optuav.network.network import NO_LEG, Network, build_network, nearest_building
 from optuav.network.obstacles import CLEAR, crossed, prisms
 from optuav.network.places import FIRST_BUILDING, HOVER
-from optuav.network.routes import NO_LEG
 from optuav.options import Perspective
 from optuav.physics.flight import Loads
 from optuav.physics.kibam import Stage

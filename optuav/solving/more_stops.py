@@ -11,8 +11,7 @@ from formulations.soc import AVAILABLE
 from optuav.arrays import Booleans
 from optuav.network.feasibility import never_flyable
 from optuav.network.graph import edited_legs
-from optuav.network.legs import Legs, all_pairs, build_legs
-from optuav.network.network import Network
+from optuav.network.network import Legs, Network, build_legs
 from optuav.network.obstacles import prisms
 from optuav.network.one_stop import FIGURES, TOLERANCE
 from optuav.network.places import DESTINATION, FIRST_BUILDING, HOVER, ORIGIN
@@ -103,7 +102,7 @@ def all_legs(network: Network, graph: Graph | None = None) -> Legs:
     are forbidden; legs between other places are as computed, unless it states them too.
     """
     places = network.places
-    start, end = all_pairs(len(places.names))
+    start, end = np.nonzero(~np.eye(len(places.names), dtype=bool))
     table = build_legs(network.mission, places, prisms(network.mission), start, end)
     if graph is None:
         return table

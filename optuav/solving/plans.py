@@ -23,10 +23,9 @@ from optuav.modelling import Constraint, Model, evaluate
 from optuav.modelling.check import evaluated, relations
 from optuav.modelling.classify import traits
 from optuav.modelling.traversal import has_unknowns
-from optuav.network.network import Network
+from optuav.network.network import NO_LEG, Network
 from optuav.network.one_stop import find_shortcuts, shortcuts_in_words
 from optuav.network.places import charging_cap
-from optuav.network.routes import NO_LEG
 from optuav.network.timeline import route_phases, simulated
 from optuav.physics.flight import speed_warning
 from optuav.plan import Phase, Plan

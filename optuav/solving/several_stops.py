@@ -16,9 +16,8 @@ from optuav.errors import Fault, InputError, SolverError
 from optuav.mission.messages import shown
 from optuav.network import vehicle
 from optuav.network.feasibility import never_flyable
-from optuav.network.network import Network
+from optuav.network.network import NO_LEG, Network, Routes
 from optuav.network.places import FIRST_BUILDING, HOVER
-from optuav.network.routes import NO_LEG, Routes
 from optuav.network.timeline import hover_net, phases_along, rest_net, simulated
 from optuav.physics.quantity import TINY
 from optuav.plan import Plan

@@ -9,7 +9,7 @@ import numpy as np
 from optuav.engines.export import FILES, need_linear, to_file
 from optuav.errors import Fault, InputError, NoPlanError
 from optuav.mission.messages import printable, shown
-from optuav.network.routes import NO_LEG
+from optuav.network.network import NO_LEG
 from optuav.solving import Program
 from optuav.solving.dispatch import answer
 

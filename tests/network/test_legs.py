@@ -11,10 +11,9 @@ from hypothesis import given
 import optuav
 from optuav.mission import Mission
 from optuav.network import vehicle
-from optuav.network.legs import Legs, all_pairs, build_legs, one_stop_legs
-from optuav.network.network import build_network
+from optuav.network.network import Legs, build_legs, build_network
 from optuav.network.obstacles import prisms
-from optuav.network.places import DESTINATION, HOVER, ORIGIN
+from optuav.network.places import DESTINATION, HOVER, ORIGIN, Places
 from optuav.physics import flight
 from tests.examples import few
 from tests.mission.strategies import missions
@@ -26,20 +25,23 @@ def table_of(mission: Mission) -> Legs:
 
 def test_legs_are_numbered_as_documented() -> None:
     """0 and 1 are direct; 2 + 4 b to 5 + 4 b belong to building b."""
-    start, end = one_stop_legs(2)
+    mission = optuav.load("paper")
+    two = table_of(mission.replace({"buildings": mission.to_dict()["buildings"][:2]}))
     b1, b2 = 3, 4
-    assert list(zip(start, end, strict=True)) == [
+    assert list(zip(two.start, two.end, strict=True)) == [
         *((ORIGIN, HOVER), (HOVER, DESTINATION)),
         *((ORIGIN, b1), (b1, HOVER), (HOVER, b1), (b1, DESTINATION)),
         *((ORIGIN, b2), (b2, HOVER), (HOVER, b2), (b2, DESTINATION)),
     ]
-    assert [list(each) for each in one_stop_legs(0)] == [[ORIGIN, HOVER], [HOVER, DESTINATION]]
+    none = table_of(mission.replace({"buildings": []}))
+    assert [none.start.tolist(), none.end.tolist()] == [[ORIGIN, HOVER], [HOVER, DESTINATION]]
 
 
-def test_all_pairs_lead_from_everywhere_to_everywhere_else() -> None:
-    """Ordered by start and end, no leg from a place to itself."""
-    start, end = all_pairs(3)
-    assert list(zip(start, end, strict=True)) == [(0, 1), (0, 2), (1, 0), (1, 2), (2, 0), (2, 1)]
+def all_pairs(mission: Mission) -> tuple[Places, Legs]:
+    """The places, and the legs between any two of them, both ways."""
+    places = build_network(mission).places
+    start, end = np.nonzero(~np.eye(len(places.names), dtype=bool))
+    return places, build_legs(mission, places, prisms(mission), start, end)
 
 
 @pytest.mark.campaign
@@ -48,8 +50,7 @@ def test_all_pairs_lead_from_everywhere_to_everywhere_else() -> None:
 def test_the_table_of_all_pairs_holds_the_one_stop_legs(mission: Mission) -> None:
     """The same figures, sight included, wherever both tables have a leg."""
     network = build_network(mission)
-    where, some = network.places, network.legs
-    every = build_legs(mission, where, prisms(mission), *all_pairs(len(where.names)))
+    some, (_, every) = network.legs, all_pairs(mission)
     number = {pair: k for k, pair in enumerate(zip(every.start, every.end, strict=True))}
     for leg, pair in enumerate(zip(some.start, some.end, strict=True)):
         same = number[pair]
@@ -67,8 +68,7 @@ def test_a_building_between_two_others_blocks_their_leg() -> None:
     ]
     rows[1]["position_m"] = [100.0, 500.0, 90.0]
     mission = optuav.load("paper").replace({"buildings": rows})
-    where = build_network(mission).places
-    table = build_legs(mission, where, prisms(mission), *all_pairs(len(where.names)))
+    where, table = all_pairs(mission)
     flyable = {
         (where.names[a], where.names[b]): bool(free)
         for a, b, free in zip(table.start, table.end, table.flyable, strict=True)

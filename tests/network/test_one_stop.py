@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import itertools
 import math
 
 import networkx
@@ -10,21 +9,24 @@ import numpy as np
 import pytest
 
 import optuav
+from optuav.network.graph import edited_network
 from optuav.network.network import build_network
 from optuav.network.one_stop import FIGURES, find_shortcuts
 
+PAPER = optuav.load("paper")
 BUILDINGS = ("b1", "b2", "b3")
-PLACES = ("origin", "hover", "destination", *BUILDINGS)
+FEW = PAPER.replace({"buildings": PAPER.to_dict()["buildings"][:3]})
 
 
 def random_legs(seed: int) -> networkx.DiGraph:
-    """Some of the legs between six places, with figures that obey no inequality."""
+    """Some of the legs of a mission, with figures that obey no inequality."""
     random = np.random.default_rng(seed)
-    legs = networkx.DiGraph()
-    legs.add_nodes_from(PLACES)
-    for start, end in itertools.permutations(PLACES, 2):
-        if random.random() < 0.7:
-            legs.add_edge(start, end, **{each: random.uniform(1.0, 2.5) for each in FIGURES})
+    legs = optuav.graph(FEW)
+    for start, end in [*legs.edges]:
+        if random.random() < 0.2:
+            legs.remove_edge(start, end)
+        else:
+            legs.edges[start, end].update({each: random.uniform(1.0, 2.5) for each in FIGURES})
     return legs
 
 
@@ -47,17 +49,14 @@ def test_shortcuts_are_those_of_plain_loops(seed: int) -> None:
     """Detours by way of a building, and moving either piece of a hover around a rest."""
     legs = random_legs(seed)
     expected: set[tuple[tuple[str, ...], str]] = set()
-    for first, stop, last in itertools.product(PLACES, BUILDINGS, PLACES):
-        if first == "destination" or last in ("origin", first):
-            continue
-        if (first, last) != ("origin", "destination"):
-            expected |= shorter(legs, (first, stop, last))
     for stop in BUILDINGS:
+        expected |= shorter(legs, ("origin", stop, "hover"))
+        expected |= shorter(legs, ("hover", stop, "destination"))
         before = shorter(legs, ("origin", "hover", stop))
         behind = shorter(legs, (stop, "hover", "destination"))
         if legs.has_edge("hover", stop) and legs.has_edge(stop, "hover") and before and behind:
             expected |= before | behind
-    found = find_shortcuts(legs)
+    found = find_shortcuts(edited_network(FEW, legs))
     assert {(each.places, each.figure) for each in found} == expected
     for each in found:
         start, stop, end = each.places
@@ -67,19 +66,17 @@ def test_shortcuts_are_those_of_plain_loops(seed: int) -> None:
 
 
 def test_flight_models_obey_the_triangle_inequality() -> None:
-    """Of the shipped mission, worked out and as its graph; a graph without legs has no detours."""
-    mission = optuav.load("paper")
-    assert find_shortcuts(build_network(mission)) == ()
-    legs = optuav.graph(mission)
-    assert find_shortcuts(legs) == ()
+    """Of the shipped mission; a graph without legs has no detours."""
+    assert find_shortcuts(build_network(PAPER)) == ()
+    legs = optuav.graph(PAPER)
     legs.remove_edges_from(list(legs.edges))
-    assert find_shortcuts(legs) == ()
+    assert find_shortcuts(edited_network(PAPER, legs)) == ()
 
 
 def test_an_edited_leg_is_told_in_words() -> None:
     """A direct leg that takes longer than by way of a building."""
-    legs = optuav.graph(optuav.load("paper"))
+    legs = optuav.graph(PAPER)
     legs.edges["origin", "hover"]["duration_s"] = 500.0
-    first = str(find_shortcuts(legs)[0])
+    first = str(find_shortcuts(edited_network(PAPER, legs))[0])
     assert first.startswith("origin → b")
     assert first.endswith("→ hover takes 500 s")
