@@ -121,10 +121,8 @@ def levels(given: Quantities, hover: Operand, rest: Operand) -> Sequence[Wells]:
         if stay and given.tapers:
             level = _tapered(whole, level, stage, step)
             words = f"after the {step}, whose current tapers once y1 = ωB"
-        elif isinstance(stage, kibam.Transition):
-            level, words = kibam.along(whole, level, stage), ""
         else:
-            level = kibam.along(whole, level, kibam.transition(whole, stage))
+            level = kibam.step(whole, level, stage)
         if isinstance(level.total_As, Expression):
             y1, y2 = (Indexed(symbol, number) for symbol in ("y1", "y2"))
             level = Wells(

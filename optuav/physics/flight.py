@@ -70,7 +70,8 @@ class Airframe:
 
     def external_force_N(self, wind_N: Vector) -> Vector:
         """F_e [N]: gravity and a wind force, components (x, y, z)."""
-        return (wind_N[0], wind_N[1], wind_N[2] - self.weight_N)
+        x, y, z = wind_N
+        return x, y, z - self.weight_N
 
 
 @dataclass(frozen=True)
@@ -157,19 +158,6 @@ class Leg:
         return tuple(times)
 
 
-def thrust_reserve(external_force_N: Vector, thrust_N: Quantity) -> Quantity:
-    """F² − |F_e|² = A(u) A(−u) [N²]; NaN where F ≤ |F_e|, that is, where no leg can be flown."""
-    external_N = norm(external_force_N)
-    margin_N = thrust_N - external_N
-    return one_where_positive(margin_N) * margin_N * (thrust_N + external_N)
-
-
-def net_force_along(direction: Vector, external_force_N: Vector, thrust_N: Quantity) -> Quantity:
-    """A(u) = p + sqrt(p² − |F_e|² + F²) [N] along a unit vector; NaN where F ≤ |F_e|."""
-    along = dot(external_force_N, direction)
-    return along + np.sqrt(along**2 + thrust_reserve(external_force_N, thrust_N))
-
-
 def thrust_attitude(
     direction: Vector, net_force_N: Quantity, external_force_N: Vector, thrust_N: Quantity
 ) -> Attitude:
@@ -197,24 +185,6 @@ def turn_times(
     )
 
 
-def turning_load(motor: rotor.Motor) -> tuple[Quantity, Quantity]:
-    """Current [A] and power [W] of all rotors while turning: one at v_max, two at v_max/√2."""
-    speeds = [share * motor.max_speed_rad_s for share in TURNING_SPEEDS]
-    return (
-        sum(rotor.current(motor, v) for v in speeds),
-        sum(rotor.power(motor, v) for v in speeds),
-    )
-
-
-def full_speed_load(motor: rotor.Motor) -> tuple[Quantity, Quantity]:
-    """Current [A] and power [W] of the four rotors at v_max."""
-    v_max = motor.max_speed_rad_s
-    return (
-        rotor.ROTORS * rotor.current(motor, v_max),
-        rotor.ROTORS * rotor.power(motor, v_max),
-    )
-
-
 def leg(
     airframe: Airframe, motor: rotor.Motor, displacement_m: Vector, wind_N: Vector = (0.0, 0.0, 0.0)
 ) -> Leg:
@@ -224,48 +194,36 @@ def leg(
     legs. Accelerations, attitudes and times are NaN where the thrust cannot carry weight and wind
     (`impossible` says why); a leg of no length takes no time.
     """
-    force_N = airframe.external_force_N(wind_N)
-    thrust_N = rotor.full_thrust(motor)
+    force_N, thrust_N = airframe.external_force_N(wind_N), rotor.full_thrust(motor)
     distance = norm(displacement_m)
-    moving = np.sign(distance)
-    divisor = np.maximum(distance, TINY)
-    x, y, z = (component / divisor for component in displacement_m)
+    x, y, z = (component / np.maximum(distance, TINY) for component in displacement_m)
     forward, backward = (x, y, z), (-x, -y, -z)
-    forward_N = net_force_along(forward, force_N, thrust_N)
-    backward_N = net_force_along(backward, force_N, thrust_N)
+    # A(u) = p + sqrt(p² + F² − |F_e|²); the reserve F² − |F_e|² is A(u) A(−u).
+    external_N, along_N = norm(force_N), dot(force_N, forward)
+    margin_N = thrust_N - external_N
+    reserve = one_where_positive(margin_N) * margin_N * (thrust_N + external_N)
+    root_N = np.sqrt(along_N**2 + reserve)
+    forward_N, backward_N = along_N + root_N, root_N - along_N
     cruise = thrust_attitude(forward, forward_N, force_N, thrust_N)
     brake = thrust_attitude(backward, backward_N, force_N, thrust_N)
     a2, a4 = forward_N / airframe.mass_kg, backward_N / airframe.mass_kg
     # sqrt(2 d (1/a2 + 1/a4)): the product a2 a4 is known better than its factors.
-    a2_a4 = thrust_reserve(force_N, thrust_N) / airframe.mass_kg**2
+    a2_a4 = reserve / airframe.mass_kg**2
     displacement_time = np.sqrt(2.0 * distance * (a2 + a4) / a2_a4)
     t2 = displacement_time * a4 / (a2 + a4)
     turns = tuple(
-        moving * time
+        np.sign(distance) * time
         for start, end in ((LEVEL, cruise), (cruise, brake), (brake, LEVEL))
         for time in turn_times(airframe, motor, start, end)
     )
-    turning_A, turning_W = turning_load(motor)
-    full_A, full_W = full_speed_load(motor)
-    return Leg(
-        displacement_m,
-        a2,
-        a4,
-        cruise,
-        brake,
-        turns,
-        Loads(
-            durations_s=(
-                turns[0] + turns[1],
-                t2,
-                turns[2] + turns[3],
-                displacement_time - t2,
-                turns[4] + turns[5],
-            ),
-            currents_A=(turning_A, full_A, turning_A, full_A, turning_A),
-            powers_W=(turning_W, full_W, turning_W, full_W, turning_W),
-        ),
-    )
+    # While turning, one rotor is at v_max and two at v_max/√2; else all are at v_max.
+    v_max, draws = motor.max_speed_rad_s, (rotor.current, rotor.power)
+    turning = [sum(draw(motor, share * v_max) for share in TURNING_SPEEDS) for draw in draws]
+    full = [rotor.ROTORS * draw(motor, v_max) for draw in draws]
+    currents_A, powers_W = ((t, f, t, f, t) for t, f in zip(turning, full, strict=True))
+    t1, t3, t5 = (turns[k] + turns[k + 1] for k in (0, 2, 4))
+    loads = Loads((t1, t2, t3, displacement_time - t2, t5), currents_A, powers_W)
+    return Leg(displacement_m, a2, a4, cruise, brake, turns, loads)
 
 
 def impossible(airframe: Airframe, motor: rotor.Motor, wind_N: Vector) -> str | None:

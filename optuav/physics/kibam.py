@@ -66,29 +66,6 @@ class Wells(NamedTuple):
         """y = y1 + y2 [A s]."""
         return self.available_As + self.bound_As
 
-    def tilted(self, available_fraction: Quantity) -> Tilted:
-        """The same charge as `Tilted` wells."""
-        total = self.total_As
-        return Tilted(available_fraction, total, self.available_As - available_fraction * total)
-
-
-class Tilted(NamedTuple):
-    """Both wells by ω [-], their total y and the tilt z = y1 − ωy [A s]."""
-
-    available_fraction: Quantity
-    total_As: Quantity
-    tilt_As: Quantity
-
-    @property
-    def available_As(self) -> Quantity:
-        """y1 [A s]."""
-        return self.available_fraction * self.total_As + self.tilt_As
-
-    @property
-    def bound_As(self) -> Quantity:
-        """y2 [A s]."""
-        return (1.0 - self.available_fraction) * self.total_As - self.tilt_As
-
 
 class Stage(NamedTuple):
     """A stage of constant current: I [A], > 0 while charging, for a duration [s], ≥ 0."""
@@ -97,36 +74,10 @@ class Stage(NamedTuple):
     duration_s: Quantity
 
 
-class Transition(NamedTuple):
-    """What stages do to the wells: y becomes y + charge, z becomes z · remaining + tilt."""
-
-    # What is added to y and to z [A s].
-    charge_As: Quantity
-    remaining: Quantity  # Share of z that is left [-]
-    tilt_As: Quantity
-
-
 def levelling(battery: Battery, duration_s: Quantity) -> tuple[Quantity, Quantity]:
     """exp(−k't) [-] and its integral (1 − exp(−k't))/k' [s], accurate for small and large k't."""
     rate = np.maximum(battery.rate_per_s, TINY)
     return np.exp(-rate * duration_s), -np.expm1(-rate * duration_s) / rate
-
-
-def transition(battery: Battery, stage: Stage) -> Transition:
-    """The transition of one stage."""
-    current_A, duration_s = stage
-    remaining, integral_s = levelling(battery, duration_s)
-    tilt_As = (1.0 - battery.available_fraction) * current_A * integral_s
-    return Transition(current_A * duration_s, remaining, tilt_As)
-
-
-def along(battery: Battery, wells: Wells | Tilted, transition: Transition) -> Tilted:
-    """Wells [A s] after a transition, the same as after its stages one by one."""
-    share = battery.available_fraction
-    _, total, tilt = wells if isinstance(wells, Tilted) else wells.tilted(share)
-    return Tilted(
-        share, total + transition.charge_As, tilt * transition.remaining + transition.tilt_As
-    )
 
 
 def step(battery: Battery, wells: Wells, stage: Stage) -> Wells:
@@ -148,8 +99,13 @@ def step(battery: Battery, wells: Wells, stage: Stage) -> Wells:
     >>> print(f"{available_As:.3f} A s available, {bound_As:.3f} A s bound")
     5696.064 A s available, 13557.936 A s bound
     """
-    end = along(battery, wells, transition(battery, stage))
-    return Wells(end.available_As, end.bound_As)
+    share, (current_A, duration_s) = battery.available_fraction, stage
+    remaining, integral_s = levelling(battery, duration_s)
+    total_As = wells.total_As
+    tilt_As = (wells.available_As - share * total_As) * remaining
+    tilt_As = tilt_As + (1.0 - share) * current_A * integral_s
+    total_As = total_As + current_A * duration_s
+    return Wells(share * total_As + tilt_As, (1.0 - share) * total_As - tilt_As)
 
 
 def after(battery: Battery, wells: Wells, stages: Iterable[Stage]) -> Wells:

@@ -48,23 +48,26 @@ class Channel:
     path_loss_exponent: Quantity  # β [-], > 0
 
     @property
-    def snr_threshold(self) -> Quantity:
-        """γ_th as a ratio [-]."""
-        return 10.0 ** (self.snr_threshold_dB / 10.0)
+    def squared_argument_at_1_m(self) -> Quantity:
+        """2 γ_th (1+K) N0/P_u, the second argument of Q1, squared, at d = 1 m; γ_th as a ratio."""
+        threshold = 10.0 ** (self.snr_threshold_dB / 10.0)
+        return (
+            2.0 * threshold * (1.0 + self.rice_factor) * self.noise_power_W / self.transmit_power_W
+        )
 
 
 def outage_probability(channel: Channel, distance_m: Quantity) -> Quantity:
     """P_out [-] at a distance d from the device [m], ≥ 0; floats and arrays. [1]_ eq (17)."""
     path_loss = np.asarray(distance_m, dtype=float) ** channel.path_loss_exponent
-    level = np.sqrt(0.5 * _squared_argument_at_1_m(channel) * path_loss)
+    level = np.sqrt(0.5 * channel.squared_argument_at_1_m * path_loss)
     return _amplitude_probability(level, np.sqrt(channel.rice_factor))[()]
 
 
 def coverage_radius(channel: Channel, outage_limit: Quantity) -> Quantity:
     """Largest distance d_max [m] at which P_out ≤ ε; ε in (0, 1) [-]; floats and arrays."""
     level = _amplitude_quantile(outage_limit, np.sqrt(channel.rice_factor))
-    largest = 2.0 * level**2
-    return (largest / _squared_argument_at_1_m(channel))[()] ** (1.0 / channel.path_loss_exponent)
+    path_loss = 2.0 * level**2 / channel.squared_argument_at_1_m
+    return path_loss[()] ** (1.0 / channel.path_loss_exponent)
 
 
 @cache
@@ -113,17 +116,6 @@ def _amplitude_quantile(probability: Quantity, direct: Quantity) -> Quantity:
     return level
 
 
-def _squared_argument_at_1_m(channel: Channel) -> Quantity:
-    """2 γ_th (1+K) N0/P_u, the second argument of Q1, squared, at d = 1 m."""
-    return (
-        2.0
-        * channel.snr_threshold
-        * (1.0 + channel.rice_factor)
-        * channel.noise_power_W
-        / channel.transmit_power_W
-    )
-
-
 def hover_point(
     origin_m: Vector,
     destination_m: Vector,
@@ -170,7 +162,9 @@ def hover_point(
     low = np.where(heights_m > 0.0, single, start)
     high = np.where(heights_m > 0.0, single, end)
     covered, first, last = _covered_stretch(low, high, centre, disc_radius_m)
-    point = _nearest_on_segment(first, last, preferred)
+    along = last - first
+    share = _dot(preferred - first, along) / np.where(along != 0.0, _dot(along, along), 1.0)
+    point = first + np.clip(share, 0.0, 1.0) * along
     if not np.all(covered):
         ends = ((start, start_height_m), (end, end_height_m))
         rim = _nearest_on_rim(ends, low, centre, disc_radius_m)
@@ -199,14 +193,6 @@ def _covered_stretch(
     leave = np.minimum(1.0, (-b + half) / divisor)
     covered = np.where(a > 0.0, (squared_half >= 0.0) & (entry <= leave), c <= 0.0)
     return covered, low + entry * along, low + leave * along
-
-
-def _nearest_on_segment(low: Quantity, high: Quantity, point: Quantity) -> Quantity:
-    """Point of a segment nearest to another point."""
-    along = high - low
-    squared_length = _dot(along, along)
-    share = _dot(point - low, along) / np.where(squared_length > 0.0, squared_length, 1.0)
-    return low + np.clip(share, 0.0, 1.0) * along
 
 
 def _nearest_on_rim(

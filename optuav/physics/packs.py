@@ -295,7 +295,7 @@ def lifetime(
         ``"most-available"``, see `Packs`. A pack seen empty is not used again; another takes over
         in the middle of the job.
     period_s
-        Of ``"alternating"``, and of no other schedule [s], ≥ 1e-3.
+        Of ``"alternating"`` and of no other schedule [s], ≥ 1e-3.
     horizon_s
         How long the load is followed [s], > 0; without end by default. A load that recharges what
         it draws needs one.
@@ -314,10 +314,6 @@ def lifetime(
         stretch ends where a job or a turn by the clock does, or where a pack is empty or full.
         Rounds in which no pack is emptied are skipped where nothing charges and the schedule is
         ``"pooled"``, ``"sequential"`` or ``"round-robin"``.
-
-    Notes
-    -----
-    [1]_ has the test loads.
 
     Examples
     --------
@@ -419,13 +415,13 @@ def _skip(packs: Packs, jobs: Sequence[JobStage]) -> None:
     pack, share = packs.pack, packs.pack.available_fraction
     nothing = Wells(np.zeros(packs.count), np.zeros(packs.count))
     ends = list(accumulate(stages, lambda wells, each: step(pack, wells, each), initial=nothing))
-    changes = [wells.tilted(share) for wells in ends[1:]]
-    total_As = np.array([each.total_As for each in changes])
-    tilt_As = np.array([each.tilt_As for each in changes])
+    total_As = np.array([each.total_As for each in ends[1:]])
+    tilt_As = np.array([each.available_As for each in ends[1:]]) - share * total_As
     ends_s = np.cumsum([stage.duration_s for stage in stages])
     remaining = np.exp(-pack.rate_per_s * ends_s)
     exponent = max(float(pack.rate_per_s * ends_s[-1]), TINY)
-    _, start_As, tilted_As = Wells(*(well[0] for well in packs.wells)).tilted(share)
+    start_As = packs.wells.total_As[0]
+    tilted_As = packs.wells.available_As[0] - share * start_As
 
     def after(rounds: int) -> tuple[Floats, Floats]:
         """y and z [A s] of every pack after some rounds."""

@@ -67,9 +67,8 @@ def voltage(motor: Motor, speed_rad_s: Quantity, acceleration_rad_s2: Quantity =
 
 def power(motor: Motor, speed_rad_s: Quantity, acceleration_rad_s2: Quantity = 0.0) -> Quantity:
     """Electrical power of one rotor [W], voltage times current; arguments as in `current`."""
-    return voltage(motor, speed_rad_s, acceleration_rad_s2) * current(
-        motor, speed_rad_s, acceleration_rad_s2
-    )
+    current_A = current(motor, speed_rad_s, acceleration_rad_s2)
+    return (motor.resistance_ohm * current_A + motor.torque_constant_Nm_A * speed_rad_s) * current_A
 
 
 def power_coefficients(motor: Motor) -> tuple[Quantity, ...]:

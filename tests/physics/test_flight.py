@@ -136,12 +136,12 @@ def test_both_legs_of_the_direct_route_are_alike() -> None:
 
 def test_turning_and_full_speed_loads_of_the_paper() -> None:
     """Current and power of all rotors together."""
-    current_A, power_W = flight.turning_load(MOTOR)
-    assert current_A == printed("65.7454")
-    assert power_W == printed("892.664")
-    current_A, power_W = flight.full_speed_load(MOTOR)
-    assert current_A / 4 == printed("26.7158")
-    assert power_W == printed("1746.744")
+    turning_A, full_A, *_ = PAPER.loads.currents_A
+    turning_W, full_W, *_ = PAPER.loads.powers_W
+    assert turning_A == printed("65.7454")
+    assert turning_W == printed("892.664")
+    assert full_A / 4 == printed("26.7158")
+    assert full_W == printed("1746.744")
 
 
 def test_energy_is_the_papers_polynomial() -> None:

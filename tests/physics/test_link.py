@@ -86,7 +86,7 @@ def test_outage_is_the_integral_of_the_rice_density(channel: link.Channel, limit
 def test_outage_is_a_noncentral_chi_squared_distribution(rice_factor: float) -> None:
     """Probability and coverage against SciPy's, with noncentrality 2K, over the ranges allowed."""
     channel = replace(CHANNEL, rice_factor=rice_factor)
-    at_1_m = 2.0 * channel.snr_threshold * (1.0 + rice_factor)
+    at_1_m = 2.0 * 10.0 ** (channel.snr_threshold_dB / 10.0) * (1.0 + rice_factor)
     at_1_m *= channel.noise_power_W / channel.transmit_power_W
     limits = np.array([1e-12, 1e-6, 1e-4, 0.01, 0.5, 0.9, 0.99])
     radii_m = link.coverage_radius(channel, limits)
@@ -132,7 +132,9 @@ def test_outage_from_beside_the_device_to_far_away() -> None:
 
 @pytest.mark.parametrize(("decibel", "ratio"), [(-10.0, 0.1), (0.0, 1.0), (20.0, 100.0)])
 def test_threshold_is_in_decibel(decibel: float, ratio: float) -> None:
-    assert replace(CHANNEL, snr_threshold_dB=decibel).snr_threshold == pytest.approx(ratio)
+    found, at_0_dB = (replace(CHANNEL, snr_threshold_dB=each) for each in (decibel, 0.0))
+    expected = ratio * at_0_dB.squared_argument_at_1_m
+    assert found.squared_argument_at_1_m == pytest.approx(expected)
 
 
 # Hover point
