@@ -15,7 +15,7 @@ from formulations.parameters import Quantities
 from optuav.engines.casadi_engine import Casadi
 from optuav.mission import Mission, load
 from optuav.network.network import build_network
-from optuav.physics.kibam import Stage
+from optuav.physics.kibam import Battery, Stage
 from optuav.solving import formulate, solve
 from optuav.solving.assemble import quantities
 from optuav.solving.batch import STAYS, Hovers, longest_hovers
@@ -88,10 +88,11 @@ def _batch(given: Quantities) -> Batch:
         else:
             legs[-1].append(step)
     stays = tuple(step for step in given.steps if isinstance(step, str))
-    names = ("deadline_s", "min_soc", "available_fraction", "flow_rate_per_s", "hover_current_A")
-    figures = {name: getattr(given, name) for name in (*names, "rest_current_A")}
+    names = ("deadline_s", "min_soc", "hover_current_A", "rest_current_A")
+    figures = {name: getattr(given, name) for name in names}
+    cells = Battery(given.battery_As, given.available_fraction, given.flow_rate_per_s)
     (order,) = (name for name in STAYS if STAYS[name] == stays)
-    return Batch(legs, order, {**figures, "capacity_As": given.battery_As})
+    return Batch(legs, order, {**figures, "battery": cells})
 
 
 def _together(batches: Sequence[Batch]) -> Batch:
@@ -115,14 +116,16 @@ def _together(batches: Sequence[Batch]) -> Batch:
 
 def _missions(batch: Batch, count: int) -> Batch:
     """As many itineraries, the given ones in turn, over batteries and deadlines at random."""
-    chance = np.random.default_rng(2)
+    chance, cells = np.random.default_rng(2), batch.figures["battery"]
     legs = [[Stage(*(np.resize(f, count) for f in phase)) for phase in leg] for leg in batch.legs]
     figures = batch.figures | {
         "rest_current_A": np.resize(batch.figures["rest_current_A"], count),
         "deadline_s": chance.uniform(600.0, 2000.0, count),
-        "capacity_As": batch.figures["capacity_As"] * chance.uniform(0.8, 1.2, count),
-        "available_fraction": chance.uniform(0.5, 0.95, count),
-        "flow_rate_per_s": batch.figures["flow_rate_per_s"] * chance.uniform(0.3, 3.0, count),
+        "battery": Battery(
+            cells.capacity_As * chance.uniform(0.8, 1.2, count),
+            chance.uniform(0.5, 0.95, count),
+            cells.flow_rate_per_s * chance.uniform(0.3, 3.0, count),
+        ),
     }
     return replace(batch, legs=legs, figures=figures)
 

@@ -20,7 +20,7 @@ import numpy as np
 
 import optuav
 from optuav.judge import Stop
-from optuav.physics.kibam import Stage
+from optuav.physics.kibam import Battery, Stage
 
 mission = optuav.load("paper")
 problem = optuav.P4("b10", order="hover-first")
@@ -101,8 +101,7 @@ legs = [[Stage(each.current_A, each.duration_s) for each in leg.stages] for leg 
 figures = optuav.formulate(mission, "P3", perspective="available").parts[0].model.row(0)
 given = {name: figures[name] for name in ("deadline_s", "min_soc", "hover_current_A")}
 shares = np.linspace(0.3, 0.99, 10_000)
-cell = {"capacity_As": 72_000.0, "available_fraction": shares, "flow_rate_per_s": 4.5e-5}
-found = optuav.longest_hovers(legs, **given, **cell)
+found = optuav.longest_hovers(legs, battery=Battery(72_000.0, shares, 4.5e-5), **given)
 for share in (0.4, 0.6, 0.8, 0.99):
     print(f"ω = {share:.2f}: {np.interp(share, shares, found.hover_time_s):.2f} s")
 

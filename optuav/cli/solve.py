@@ -203,9 +203,10 @@ def formulate(
     if not program.parts:
         typer.echo(textwrap.fill(str(program), WIDTH, subsequent_indent="  "))
         raise typer.Exit(NO)
-    from optuav.solving.statement import statement
-
-    text = statement(program, *forms).rstrip("\n")
+    if lp or mps:
+        text = program.to_file(*forms).rstrip("\n")
+    else:
+        text = program.to_latex() if latex else str(program)
     if save is None:
         typer.echo(text)
     else:

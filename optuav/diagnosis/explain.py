@@ -36,9 +36,9 @@ from optuav.network.places import charging_cap
 from optuav.options import Perspective, ProblemName
 from optuav.plan import Plan
 from optuav.solving import Program, solve
-from optuav.solving.dispatch import answer
 from optuav.solving.more_stops import more_stops_may_help
-from optuav.solving.plans import SAME_S, Part, words
+from optuav.solving.outcome import SAME_S, Part, words
+from optuav.solving.question import answer
 from optuav.status import Status
 
 if TYPE_CHECKING:
@@ -121,7 +121,7 @@ def explain(
             question = replace(question, stated=replace(question.stated, engine="auto"))
         return _with_more_stops(question)
     explained = _explained(question, subject if isinstance(subject, Plan) else None)
-    if explained.more_stops_open and question.stated.hover_point == "w_U":
+    if explained.more_stops_open and question.stated.p1.hover_point == "w_U":
         explained = replace(explained, notes=(*explained.notes, MORE_STOPS))
     return explained
 
@@ -132,7 +132,7 @@ def _explained(question: MissionQuestion, plan: Plan | None = None) -> Explanati
     program = question.program()
     if question.takes_turns:
         return Explanation(plan or program.solve(), notes=(TURNS,))
-    if question.stated.hover_point == "free":
+    if question.stated.p1.hover_point == "free":
         return _at_its_point(question, plan or program.solve())
     solutions: Sequence[Solution] | None = None
     if program.parts and program.question.slot_s is None:
@@ -176,7 +176,7 @@ def _with_more_stops(question: MissionQuestion) -> Explanation:
     """What more stops bring over one rest and one hover."""
     stated, one = question.stated, question.with_stops(1, 1)
     limit_s = SEARCH_S if stated.time_limit_s is None else stated.time_limit_s
-    asked_for = f"at most {_count(stated.stops, 'rest')} and {_count(stated.hovers, 'hover')}"
+    asked_for = f"at most {_count(stated.p1.stops, 'rest')} and {_count(stated.p1.hovers, 'hover')}"
     try:
         plan = solve(
             question.mission,

@@ -21,9 +21,8 @@ from optuav.modelling.forms import NotExponentialError, affine
 from optuav.network.feasibility import impossibilities
 from optuav.physics.kibam import Stage
 from optuav.solving.assemble import quantities
-from optuav.solving.declare import declared, groups
-from optuav.solving.dispatch import answer
-from optuav.solving.question import Question
+from optuav.solving.program import declared, groups
+from optuav.solving.question import Question, answer
 from optuav.status import Status
 
 AT_ONCE = 1 << 13

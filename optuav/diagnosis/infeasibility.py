@@ -30,7 +30,7 @@ from optuav.modelling.classify import traits
 from optuav.modelling.forms import NotExponentialError
 from optuav.modelling.model import Constraint
 from optuav.solving import Program
-from optuav.solving.plans import Part, moment_words, words
+from optuav.solving.outcome import Part, moments, words
 
 MOST_ROUTES = 100
 """Routes of a declaration whose conflicts are examined: those with the shortest flights."""
@@ -196,13 +196,14 @@ def _clash(program: Program, part: Part, entry: int, meeting: Sequence[Constrain
     """A clash with labels and moments by the places of the route."""
     network, model, row = program.network, part.model, part.model.row(entry)
     labels = tuple(words(network, part, entry, [each.label for each in meeting]))
-    moments = moment_words(network, part, entry, meeting)
+    known = moments(network, part, entry)
     no_stay = {each.name: 0.0 for each in model.variables}
     sides = evaluated(subset(model, meeting), {**row, **no_stay})
     broken = []
     # The bounds of the unknowns, which follow, are not among the constraints in conflict.
-    for label, moment, side in zip(labels, moments, sides, strict=False):
+    for label, side in zip(labels, sides, strict=False):
         if not side.satisfied:
+            moment = known.get(side.label)
             kind = BROKEN.get(side.constraint.kind) if moment else None
             broken.append(
                 f"the available well would be {kind} {moment}"

@@ -17,7 +17,7 @@ from optuav.modelling import Model, Parameter
 from optuav.modelling.expression import Operand
 from optuav.modelling.traversal import has_unknowns, leaves
 from optuav.solving import Program
-from optuav.solving.plans import Part
+from optuav.solving.outcome import Part
 from optuav.status import Status
 
 NEGLIGIBLE = 1e-7

@@ -18,10 +18,10 @@ from optuav.network.network import Network, build_network
 from optuav.options import Perspective, ProblemName
 from optuav.plan import Plan
 from optuav.solving import Program, formulate
-from optuav.solving.declare import work_out
 from optuav.solving.packs_by_schedule import ENGINE as SIMULATION
 from optuav.solving.question import PROBLEMS, Question, checked_question, problem_of
 from optuav.solving.several_stops import ENGINE as SEARCH
+from optuav.solving.solve import network_of
 
 if TYPE_CHECKING:
     from optuav.network.graph import Graph
@@ -55,7 +55,7 @@ class MissionQuestion:
     def case(self, mission: Mission | None = None) -> Case:
         """The question and the network, of this mission or of another, without declarations."""
         known = self.mission if mission is None else mission
-        return Case(checked_question(known, **vars(self.stated)), work_out(known, self.graph))
+        return Case(checked_question(known, **vars(self.stated)), network_of(known, self.graph))
 
     @property
     def takes_turns(self) -> bool:
@@ -65,7 +65,7 @@ class MissionQuestion:
     @property
     def several(self) -> bool:
         """Whether more than one rest or one hover in one piece is asked for."""
-        return (self.stated.stops, self.stated.hovers) != (1, 1)
+        return self.stated.several
 
     def with_stops(self, stops: int | None, hovers: int | None) -> MissionQuestion:
         """The question with so many rests and hovers; an `InputError` if the problem is not P1."""

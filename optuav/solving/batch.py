@@ -2,24 +2,24 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
+from dataclasses import fields, replace
 from typing import Any, Literal, NamedTuple, TypeAlias
 
 import numpy as np
 import numpy.typing as npt
 
 from formulations.p1 import P1
-from formulations.parameters import Quantities
+from formulations.parameters import QUANTITIES, Quantities
 from formulations.soc import AVAILABLE, PERSPECTIVES, WellLimit, pool, well_limits
-from optuav.arrays import Booleans, Floats
+from optuav.arrays import Booleans, Floats, Integers
 from optuav.engines import bracket
 from optuav.engines.largest import WIDTH_S, largest, shortest
 from optuav.engines.rows import StatedForm, rows_of
 from optuav.errors import Fault, InputError
 from optuav.mission.schema import Number
 from optuav.modelling.forms import CONSTANT, Exponential, unknown
-from optuav.physics.kibam import Stage, falls_throughout
-from optuav.solving.assemble import entries
+from optuav.physics.kibam import Battery, Stage, falls_throughout
 
 Leg: TypeAlias = Sequence[Stage]
 Stays: TypeAlias = Literal["hover", "rest-first", "hover-first"]
@@ -44,14 +44,6 @@ RANGES: Mapping[str, Number] = {
     "rest_current_A": CURRENT,
 }
 """Beyond these, which missions keep to as well, rounding may void what is proved."""
-UNUSED = (
-    "nominal_voltage_V",
-    "flight_energy_J",
-    "hover_power_W",
-    "hover_received_W",
-    "rest_received_W",
-)
-"""Quantities that this perspective does not speak of."""
 
 
 class Hovers(NamedTuple):
@@ -81,11 +73,9 @@ def longest_hovers(
     legs: Sequence[Leg],
     stays: Stays | Sequence[Stays] = "hover",
     *,
+    battery: Battery,
     deadline_s: npt.ArrayLike,
     min_soc: npt.ArrayLike,
-    capacity_As: npt.ArrayLike,
-    available_fraction: npt.ArrayLike,
-    flow_rate_per_s: npt.ArrayLike,
     hover_current_A: npt.ArrayLike,
     rest_current_A: npt.ArrayLike = 0.0,
     shortest_rest: bool = False,
@@ -107,11 +97,10 @@ def longest_hovers(
         ``"hover"``, ``"rest-first"`` or ``"hover-first"``, or one of these for each itinerary. Then
         there are three legs, of which one that only hovers flies the last two without a stop: the
         third may last 0 s.
+    battery
+        All packs together: B [A s], 1e-3 to 1e12, ω [-], 1e-6 to 0.999999, and k_F [1/s], 0 to 1e3.
     deadline_s, min_soc
         T_max [s], 0 to 1e7, and η0 [-], 0 to 1.
-    capacity_As, available_fraction, flow_rate_per_s
-        B of all packs together [A s], 1e-3 to 1e12, ω [-], 1e-6 to 0.999999, and k_F [1/s], 0 to
-        1e3.
     hover_current_A, rest_current_A
         Net current drawn while hovering, and that charges while resting [A], up to 1e6 either way.
     shortest_rest
@@ -127,60 +116,40 @@ def longest_hovers(
     --------
     >>> import numpy as np
     >>> import optuav
-    >>> from optuav.physics.kibam import Stage
-    >>> flight = [Stage(-90.0, 60.0)]
+    >>> from optuav.physics.kibam import Battery, Stage, falls_throughout
+    >>> flight, two = [Stage(-90.0, 60.0)], Battery(np.array([60_000.0, 72_000.0]), 0.8, 4.5e-5)
     >>> found = optuav.longest_hovers(
-    ...     [flight, flight],
-    ...     deadline_s=1200.0,
-    ...     min_soc=0.05,
-    ...     capacity_As=np.array([60_000.0, 72_000.0]),
-    ...     available_fraction=0.8,
-    ...     flow_rate_per_s=4.5e-5,
-    ...     hover_current_A=88.0,
+    ...     [flight, flight], battery=two, deadline_s=1200.0, min_soc=0.05, hover_current_A=88.0
     ... )
     >>> found.hover_time_s.round(2).tolist(), found.proved.tolist()
     ([430.88, 543.51], [True, True])
     """
-    figures, flown, order = _read(
-        {
-            "deadline_s": deadline_s,
-            "min_soc": min_soc,
-            "capacity_As": capacity_As,
-            "available_fraction": available_fraction,
-            "flow_rate_per_s": flow_rate_per_s,
-            "hover_current_A": hover_current_A,
-            "rest_current_A": rest_current_A,
-        },
-        legs,
-        stays,
-    )
+    given = {
+        "deadline_s": deadline_s,
+        "min_soc": min_soc,
+        **{each.name: getattr(battery, each.name) for each in fields(Battery)},
+        "hover_current_A": hover_current_A,
+        "rest_current_A": rest_current_A,
+    }
+    figures, flown, order = _read(given, legs, stays)
     _refuse(figures, flown, order)
     every = (order, *figures.values(), *(each for leg in flown for stage in leg for each in stage))
     shape = np.broadcast_shapes(*(each.shape for each in every))
     found = np.empty((3, int(np.prod(shape))))
-    for name, which in _groups(order):
-        given = _quantities(figures, flown, STAYS[name])
-        given = given if isinstance(which, slice) and len(shape) < 2 else entries(given, which)
-        found[:, which] = longest(given, len(found[0, which]), shortest_rest=shortest_rest)
+    for name in STAYS:
+        which = np.flatnonzero(np.broadcast_to(order == name, shape))
+        if len(which):
+            routes = _entries(_quantities(figures, flown, STAYS[name]), which)
+            found[:, which] = longest(routes, len(which), shortest_rest=shortest_rest)
     return Hovers(*found.reshape(3, *shape))
 
 
 def longest(given: Quantities, count: int, *, shortest_rest: bool = False) -> Hovers:
-    """Longest hovers of itineraries that stay in one order, at constant current.
-
-    Parameters
-    ----------
-    given
-        Their quantities, with their steps.
-    count
-        How many there are.
-    shortest_rest
-        Whether to find the shortest T' for each Δ.
-    """
+    """Longest hovers of itineraries that stay in one order, at constant current."""
     found = np.empty((3, count))
     for first in range(0, count, AT_ONCE):
         here = slice(first, min(first + AT_ONCE, count))
-        some = given if count <= AT_ONCE else entries(given, here)
+        some = given if count <= AT_ONCE else _entries(given, here)
         found[:, here] = _bracketed(some, here.stop - first, shortest_rest)
     return Hovers(*found)
 
@@ -197,7 +166,7 @@ def _bracketed(given: Quantities, count: int, shortest_rest: bool) -> Floats:
     """Δ, T' and what no Δ is beyond (3, itinerary) [s].
 
     The limits are those of (P1), handed to the physics as forms rather than declared as a model,
-    which would take longer than a few itineraries do.
+    which takes four times as long for a few itineraries.
     """
     hover, rest = unknown("hover"), unknown("rest") if given.rests else None
     stated = [PERSPECTIVES[AVAILABLE](given, hover, 0.0 if rest is None else rest) - given.min_soc]
@@ -220,7 +189,7 @@ def _bracketed(given: Quantities, count: int, shortest_rest: bool) -> Floats:
 
 
 def _needed(given: Quantities, limit: WellLimit) -> Booleans:
-    """Where a limit of the available well excludes what no other limit does.
+    """Where a limit of the available well excludes what no other does, which halves the time.
 
     A well that only drains does not pass full, and one that only charges does not run dry; where it
     falls all along the next step, the end of that tells more.
@@ -238,30 +207,29 @@ def _quantities(
     figures: Mapping[str, Floats], flown: Sequence[Leg], stays: Sequence[str]
 ) -> Quantities:
     """Quantities of itineraries with these stays; legs beyond those needed join the last."""
-    first, *others = flown
-    steps: list[Stage | str] = list(first)
-    for number, leg in enumerate(others):
+    steps: list[Stage | str] = list(flown[0])
+    for number, leg in enumerate(flown[1:]):
         steps += [*stays[number : number + 1], *leg]
     stages = [stage for leg in flown for stage in leg]
-    stated: dict[str, Any] = {**figures, **dict.fromkeys(UNUSED, np.nan)}
-    return Quantities(
-        packs=1.0,
-        flight_time_s=sum((each.duration_s for each in stages), 0.0),
-        flight_charge_As=-sum((each.current_A * each.duration_s for each in stages), 0.0),
-        rests="rest" in stays,
-        steps=tuple(steps),
-        **stated,
-    )
+    # The perspective speaks of no other quantity.
+    stated: dict[str, Any] = {each.name: np.nan for each in QUANTITIES} | {**figures}
+    stated |= {
+        "packs": 1.0,
+        "flight_time_s": sum((each.duration_s for each in stages), 0.0),
+        "flight_charge_As": -sum((each.current_A * each.duration_s for each in stages), 0.0),
+    }
+    return Quantities(**stated, rests="rest" in stays, steps=tuple(steps))
 
 
-def _groups(order: npt.NDArray[np.str_]) -> Iterator[tuple[str, Any]]:
-    """The itineraries by the order of their stays, as numbers or a slice."""
-    if not order.ndim:
-        yield str(order), slice(None)
-        return
-    for name in STAYS:
-        if len(which := np.flatnonzero(order == name)):
-            yield name, which
+def _entries(given: Quantities, which: Integers | slice) -> Quantities:
+    """Quantities of some of the itineraries, by their numbers or a slice."""
+
+    def taken(values: Any) -> Any:
+        return np.ravel(values)[which] if np.ndim(values) else values
+
+    figures = {each.name: taken(getattr(given, each.name)) for each in QUANTITIES}
+    steps = (s if isinstance(s, str) else Stage(*map(taken, s)) for s in given.steps)
+    return replace(given, **figures, steps=tuple(steps))
 
 
 def _read(

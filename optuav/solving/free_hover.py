@@ -38,9 +38,8 @@ from optuav.physics.quantity import TINY, Quantity, Vector, norm
 from optuav.plan import Plan
 from optuav.solving.assemble import quantities
 from optuav.solving.batch import delivered
-from optuav.solving.declare import declared_program
-from optuav.solving.plans import Part, best
-from optuav.solving.program import Program
+from optuav.solving.outcome import Part, best
+from optuav.solving.program import Program, declared_program
 from optuav.solving.question import AUTO, Question
 from optuav.status import Status
 
@@ -190,8 +189,8 @@ def _groups(question: Question, network: Network) -> list[Integers]:
         usable &= ~by_way
     elif question.trajectory == "traj1":
         usable &= by_way & (routes.building == nearest_building(network))
-    if question.order is not None:
-        usable &= ~by_way | (routes.rest_first == (question.order == "rest-first"))
+    if question.problem.order is not None:
+        usable &= ~by_way | (routes.rest_first == (question.problem.order == "rest-first"))
     groups = [usable & ~by_way, usable & by_way]
     if question.perspective == AVAILABLE:  # the steps differ with the order of the stays
         groups[1:] = [groups[1] & routes.rest_first, groups[1] & ~routes.rest_first]

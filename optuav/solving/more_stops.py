@@ -1,36 +1,42 @@
-"""The legs between any two places of a mission, and whether more stops may bring a longer hover."""
+"""What the balance of charge promises, and whether more stops may bring a longer hover."""
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 
+from formulations.formulation import Formulation
+from formulations.p1 import P1
+from formulations.p3 import P3
+from formulations.p4 import P4
 from formulations.soc import AVAILABLE
-from optuav.arrays import Booleans
+from optuav.arrays import Booleans, Floats, Integers
 from optuav.network.feasibility import never_flyable
 from optuav.network.graph import edited_legs
 from optuav.network.network import Legs, Network, build_legs
 from optuav.network.obstacles import prisms
 from optuav.network.one_stop import FIGURES, TOLERANCE
 from optuav.network.places import DESTINATION, FIRST_BUILDING, HOVER, ORIGIN
-from optuav.network.timeline import hover_net, rest_net
+from optuav.network.timeline import hover_net, rest_net, route_phases, simulated
+from optuav.plan import Plan
+from optuav.solving.outcome import SAME_S, Part, best
 
 if TYPE_CHECKING:
     from optuav.network.graph import Graph
-    from optuav.plan import Plan
 
 MOST_COMPARED = 60
 """Buildings of a mission whose legs are all compared with the ways around them."""
-SAME_S = 1e-6
-"""Hover times that differ by no more than this are equal [s]."""
 
 
 def more_stops_may_help(network: Network, plan: Plan, graph: Graph | None = None) -> bool:
     """Whether plans with more rests or hovers may hover longer, by arithmetic alone.
 
-    False is certain, True is not. False is returned for one of these reasons:
+    False is certain, True is not. The plan answers (P1) over all routes with at most one rest and
+    one hover in one piece; the graph is the edited one that the network was read from, and may
+    state legs between buildings. False is returned for one of these reasons:
 
     - No number of stops makes the mission flyable: the UAV is too heavy, or the device is out of
       reach.
@@ -41,58 +47,70 @@ def more_stops_may_help(network: Network, plan: Plan, graph: Graph | None = None
     - Under ``available`` the legs obey it too, and the plan hovers as long as the balance of charge
       and the deadline admit on any route with one rest. Both limits hold for every plan, so the
       same argument bounds plans with more stops.
-
-    Parameters
-    ----------
-    network
-        The network that the plan was found in.
-    plan
-        The answer to (P1) over all routes with at most one rest and one hover in one piece; it may
-        be a plan that says that there is none.
-    graph
-        The edited graph that the network was read from, if any: it may state legs between
-        buildings, which the network does not have.
-
-    Returns
-    -------
-    bool
-        True also where this is not known: with more than 60 buildings, and for an edited network
-        without its graph.
     """
     if never_flyable(network):
         return False
-    hover_s = plan.hover_time_s if plan else -np.inf
-    if plan.perspective == AVAILABLE and hover_s < _most_hover_s(network) - SAME_S:
-        return True
+    if plan.perspective == AVAILABLE:
+        hovers_s, _ = by_balance(network, np.flatnonzero(network.routes.flyable))
+        if (plan.hover_time_s if plan else -np.inf) < hovers_s.max(initial=-np.inf) - SAME_S:
+            return True
     if len(network.mission.buildings) > MOST_COMPARED:
         return True
     legs = all_legs(network, graph)
-    if graph is None and not _is_computed(network.legs, legs):
-        return True
+    if graph is None:
+        number = {way: k for k, way in enumerate(zip(legs.start, legs.end, strict=True))}
+        own = network.legs
+        same = [number[way] for way in zip(own.start, own.end, strict=True)]
+        if own.edited.any() or (own.flyable != legs.flyable[same]).any():
+            return True
     return bool(ways_around(replace(network, legs=legs)).any())
 
 
-def _most_hover_s(network: Network) -> float:
-    """What charge and deadline leave for the hover on any route with one rest [s]; −inf if none."""
+def by_balance(network: Network, which: Integers, rests: bool = True) -> tuple[Floats, Floats]:
+    """The longest Δ of routes, and the least T' for it [s], by charge and deadline; −∞ for none."""
     mission, routes = network.mission, network.routes
     capacity_As = mission.battery.packs * mission.battery.capacity_As
-    left_s = mission.limits.deadline_s - routes.flight_time_s
-    spare_As = (1.0 - mission.limits.min_soc) * capacity_As - routes.flight_charge_As
-    charging_A = np.maximum(rest_net(network, routes.building).current_A, 0.0)
-    gained_A = np.where(routes.building >= 0, charging_A, 0.0)
-    drawn_A = gained_A - hover_net(network).current_A
+    left_s = mission.limits.deadline_s - routes.flight_time_s[which]
+    spare_As = (1.0 - mission.limits.min_soc) * capacity_As - routes.flight_charge_As[which]
+    building, drawn_A = routes.building[which], -hover_net(network).current_A
+    charging_A = np.maximum(rest_net(network, building).current_A, 0.0)
+    gained_A = np.where(rests & (building >= 0), charging_A, 0.0)
     with np.errstate(divide="ignore", invalid="ignore"):
         # Resting for all the time that is left: I Δ − c (t − Δ) = Q.
-        longest_s = np.where(drawn_A > 0.0, (spare_As + gained_A * left_s) / drawn_A, np.inf)
-    longest_s = np.minimum(left_s, longest_s)
-    return float(np.max(longest_s, where=routes.flyable & (longest_s >= 0.0), initial=-np.inf))
+        most_s = (spare_As + gained_A * left_s) / (drawn_A + gained_A)
+        charges = np.where(spare_As >= drawn_A * left_s, np.inf, -np.inf)
+        hover_s = np.minimum(left_s, np.where(drawn_A + gained_A > 0.0, most_s, charges))
+        rest_s = np.maximum((drawn_A * hover_s - spare_As) / gained_A, 0.0)
+    return np.where(hover_s >= 0.0, hover_s, -np.inf), np.where(gained_A > 0.0, rest_s, 0.0)
 
 
-def _is_computed(stated: Legs, legs: Legs) -> bool:
-    """Whether a table of legs is as computed, and no edge of its graph was removed."""
-    number = {way: k for k, way in enumerate(zip(legs.start, legs.end, strict=True))}
-    same = [number[way] for way in zip(stated.start, stated.end, strict=True)]
-    return not stated.edited.any() and bool((stated.flyable == legs.flyable[same]).all())
+def promise(
+    problem: Formulation, network: Network, parts: Sequence[Part], plan: Plan
+) -> Iterator[str]:
+    """A note on what charge alone promises, where a battery that never runs dry gives less."""
+    if type(problem) not in (P1, P3, P4):
+        return
+    route = np.concatenate([part.routes for part in parts])
+    times = zip(*(by_balance(network, part.routes, part.rests) for part in parts), strict=True)
+    hover_s, rest_s = map(np.concatenate, times)
+    order = np.argsort(route, kind="stable")
+    route, hover_s, rest_s = route[order], hover_s[order], rest_s[order]
+    routes = network.routes
+    mission_s = routes.flight_time_s[route] + hover_s + rest_s
+    chosen = best(hover_s, mission_s, routes.building[route] >= 0)
+    if chosen is None or hover_s[chosen] <= plan.hover_time_s + SAME_S:
+        return
+    note = (
+        "perspective battery, which looks at the charge left at the end alone, "
+        f"promises {hover_s[chosen]:.2f} s of hover"
+    )
+    phases = route_phases(
+        network, int(route[chosen]), float(hover_s[chosen]), float(rest_s[chosen])
+    )
+    flown = plan.model_copy(update={"phases": simulated(network.mission, phases)})
+    if (dry_s := flown.runs_dry_s) is not None:
+        note += f"; that plan would run dry and fall at {dry_s:.2f} s"
+    yield note
 
 
 def all_legs(network: Network, graph: Graph | None = None) -> Legs:

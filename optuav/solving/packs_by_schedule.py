@@ -21,7 +21,7 @@ from optuav.network.network import Network
 from optuav.network.timeline import full_packs, pack_loads, route_phases
 from optuav.physics.packs import Packs
 from optuav.plan import Plan
-from optuav.solving.plans import Part, plan_for, plan_without, planned_phases, soc_at_end
+from optuav.solving.outcome import Part, plan_without, route_plan
 from optuav.solving.question import AUTO, Question
 from optuav.status import Status
 
@@ -93,16 +93,15 @@ def packs_by_schedule(question: Question, network: Network, parts: Sequence[Part
         notes.append(
             f"the search {clock.ended}; there may be a longer hover, not all pairs were tried"
         )
-    flown = planned_phases(network, route.number, hover_s, rest_s)
-    return plan_for(
+    return route_plan(
         question,
         network,
+        route.number,
+        (hover_s, rest_s),
         engine=ENGINE,
         proof=proof,
         status=Status.OPTIMAL if slot_s and not clock.ended else Status.FEASIBLE,
         notes=tuple(notes),
-        phases=flown,
-        soc=soc_at_end(network, route.number, flown, hover_s, rest_s),
     )
 
 
@@ -128,7 +127,7 @@ def _no_plan_in_time(
         covered = f"{searched} of {routes} routes were searched"
         if question.trajectory == "optimal":
             fewer = ", or one trajectory"
-        elif question.order is None:
+        elif question.problem.order is None:
             fewer = ", or one order"
     return (
         f"the search by battery.schedule = {schedule!r} {clock.ended}, the time limit, without a "

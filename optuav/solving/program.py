@@ -1,28 +1,35 @@
-"""A program: the declared models of a question, ready to be printed and solved."""
+"""A program: the declared models of a question, to be printed, checked, solved and compiled."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+import reprlib
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
-from formulations.p1 import P1
 from formulations.p3 import P3
 from formulations.p4 import P4
-from formulations.soc import AVAILABLE
+from formulations.parameters import Quantities
+from formulations.soc import AVAILABLE, PAPER
+from optuav.arrays import Integers
 from optuav.engines.prices import ShadowPrice
-from optuav.engines.registry import Engine, engine, names, takers
+from optuav.engines.ranges import cut_short
+from optuav.engines.registry import Engine, names, takers
 from optuav.engines.solution import Solution
-from optuav.errors import SolverError
-from optuav.modelling import Checks, Model
+from optuav.errors import Fault, InputError, NoPlanError, SolverError
+from optuav.mission.messages import nearest, number, printable, shown, written_out
+from optuav.modelling import Check, Checks, Model, check
+from optuav.modelling.check import refuse_misfits
 from optuav.modelling.classify import Traits, traits
-from optuav.network.network import Network
+from optuav.network.feasibility import blocked_legs, impossibilities
+from optuav.network.network import Network, nearest_building, trajectory_routes
 from optuav.plan import Plan
 from optuav.solving.assemble import quantities
-from optuav.solving.dispatch import answer
-from optuav.solving.plans import (
+from optuav.solving.more_stops import promise
+from optuav.solving.outcome import (
+    PROVED,
     SAME_S,
     TIMES,
     Part,
@@ -30,21 +37,90 @@ from optuav.solving.plans import (
     best,
     plan_of,
     plan_without,
-    planned_phases,
     replayed,
     shortfalls,
 )
-from optuav.solving.question import Question
+from optuav.solving.question import AUTO, Question, answer, chosen_engine, refuse_unfit
 from optuav.status import Status
 
-if TYPE_CHECKING:
-    from optuav.solving.compiled import CompiledProgram
-from collections.abc import Iterator
+MOST_REASONS = 10
+"""Blocked legs that are named one by one."""
 
-from optuav.engines.ranges import cut_short
-from optuav.errors import Fault, InputError
-from optuav.mission.messages import written_out
-from optuav.modelling import check
+
+def declared_program(question: Question, network: Network) -> Program:
+    """The question as a program; without parts, and with reasons, where nothing can be flown.
+
+    Raises
+    ------
+    InputError
+        If the engine that was asked for does not take the problem, or an array in it has neither
+        one entry nor one an itinerary.
+    """
+    parts, reasons = list[Part](), impossibilities(network)
+    for which, rests in () if reasons else groups(question, network):
+        model = declared(question, quantities(network, which, rests=rests))
+        if model is not None:
+            refuse_misfits(model, len(which))
+            if question.engine != AUTO:
+                refuse_unfit(model, question)
+            parts.append(Part(model, which))
+    if not parts and not reasons:
+        reasons = _no_route(question, network)
+    return Program(question, network, tuple(parts), reasons)
+
+
+def groups(question: Question, network: Network) -> list[tuple[Integers, bool]]:
+    """Routes that one declaration serves, and whether they may rest on the way."""
+    routes, problem = network.routes, question.problem
+    allowed = trajectory_routes(network, question.trajectory or "optimal", problem.order)
+    by_way = allowed[routes.building[allowed] >= 0]
+    direct = allowed[routes.building[allowed] < 0]
+    if problem.building is not None:
+        by_way = by_way[routes.building[by_way] == _number(network, problem.building)]
+        direct = direct[:0]
+    if question.slot_s is not None and question.trajectory in ("traj1", "traj2"):
+        # A rest takes at least one slot, so to pass a building by is a choice of its own.
+        direct = by_way
+    found = [] if isinstance(problem, P4) else [(direct, False)]
+    found += [] if isinstance(problem, P3) else [(by_way, True)]
+    if question.perspective not in PAPER:
+        # Through the wells, the order of the stays matters.
+        first = routes.rest_first
+        found = [(w[first[w] == each], rests) for w, rests in found for each in (True, False)]
+    return [(which, rests) for which, rests in found if len(which)]
+
+
+def declared(question: Question, given: Quantities) -> Model | None:
+    """The question declared of some itineraries; None where it has no use for their rests."""
+    model = question.problem.model(given, question.perspective)
+    has_rest = any(variable.name == "rest_time_s" for variable in model.variables)
+    return model if given.rests == has_rest else None
+
+
+def _number(network: Network, building: str) -> int:
+    """Number of a building by its name."""
+    return [each.name for each in network.mission.buildings].index(building)
+
+
+def _no_route(question: Question, network: Network) -> tuple[str, ...]:
+    """Why no itinerary of the question can be flown."""
+    routes, problem = network.routes, question.problem
+    direct = isinstance(problem, P3) or question.trajectory == "direct"
+    if not network.mission.buildings and not direct:
+        return ("the mission has no building to go by way of",)
+    wanted = (routes.building < 0) if direct else (routes.building >= 0)
+    if problem.building is not None:
+        wanted &= routes.building == _number(network, problem.building)
+    if question.trajectory == "traj1":
+        wanted &= routes.building == nearest_building(network)
+    if problem.order is not None:
+        wanted &= routes.rest_first == (problem.order == "rest-first")
+    found: dict[str, None] = {}
+    for index in np.flatnonzero(wanted & ~routes.flyable).tolist():
+        found.update(dict.fromkeys(blocked_legs(network, index)))
+        if len(found) > MOST_REASONS:
+            return (*tuple(found)[:MOST_REASONS], "and other legs are blocked as well")
+    return tuple(found) or (f"{problem.name} declares no rest_time_s by way of a building",)
 
 
 @dataclass(frozen=True)
@@ -54,7 +130,7 @@ class Program:
     Parameters
     ----------
     question
-        What was question.
+        What was asked.
     network
         The mission's places, legs and itineraries.
     parts
@@ -106,15 +182,68 @@ class Program:
 
     def _pages(self, write: Callable[[Model], str], mark: str = "") -> str:
         """The models in writing, each under a line on its slots; of several, also on its routes."""
-        pages = [write(part.model) for part in self.parts]
-        if (slot_s := self.question.slot_s) is not None:
-            slots = [mark + slots_of(part.model, slot_s) for part in self.parts]
-            pages = [f"{line}\n{page}" for line, page in zip(slots, pages, strict=True)]
-        if len(pages) > 1:
-            heads = (f"{mark}{k} of {len(pages)}: " for k in range(1, len(pages) + 1))
-            routes = (routes_of(self.network, part) for part in self.parts)
-            pages = [f"{h}{t}\n{page}" for h, t, page in zip(heads, routes, pages, strict=True)]
+        pages, slot_s = [], self.question.slot_s
+        for place, part in enumerate(self.parts, start=1):
+            lines = [write(part.model)]
+            if slot_s is not None:
+                lines.insert(0, mark + _slots_in_words(part.model, slot_s))
+            if len(self.parts) > 1:
+                routes = self._routes_in_words(part)
+                lines.insert(0, f"{mark}{place} of {len(self.parts)}: {routes}")
+            pages.append("\n".join(lines))
         return "\n\n".join(pages)
+
+    def _routes_in_words(self, part: Part) -> str:
+        """Which routes a model speaks of."""
+        orders = {self.network.routes.order(route) for route in part.routes}
+        order = orders.pop() if len(orders) == 1 else "with a rest"
+        words = order.replace("-", " ") if order and part.rests else "without a rest"
+        return words + (f", {len(part.routes)} routes" if len(part.routes) > 1 else "")
+
+    def to_file(self, form: str) -> str:
+        """One linear programme with numbers, as a file that other solvers read.
+
+        Of several routes it is the one that is best; comments at the top name it.
+
+        Parameters
+        ----------
+        form
+            ``"lp"`` for CPLEX LP, ``"mps"`` for free MPS.
+
+        Raises
+        ------
+        InputError
+            If there is no such form, a constraint is not linear, or times are in slots.
+        NoPlanError
+            If nothing can be flown.
+        """
+        from optuav.engines.export import FILES, need_linear, to_file
+
+        if form not in FILES:
+            raise InputError([Fault("form", repr(form), f"one of {', '.join(FILES)}")])
+        if not self.parts:
+            raise NoPlanError(str(self))
+        for part in self.parts:
+            need_linear(part.model)
+        if (slot_s := self.question.slot_s) is not None:
+            words = "LP and MPS files hold continuous times"
+            raise InputError([Fault("slot_s", shown(slot_s), words)])
+        chosen, said = self.best(self.answers()), "the best"
+        if chosen is None:
+            said = "no route has an answer; that of the shortest flight"
+            flight_s = [self.network.routes.flight_time_s[part.routes] for part in self.parts]
+            part_number = int(np.argmin([each.min() for each in flight_s]))
+            chosen = part_number, int(flight_s[part_number].argmin())
+        part, entry = self.parts[chosen[0]], chosen[1]
+        route = map(printable, self.network.route_names(int(part.routes[entry])))
+        mission = printable(self.network.mission.name)
+        remarks = [
+            f"mission {mission}, perspective {self.question.perspective}",
+            f"route {' -> '.join(route)}",
+        ]
+        if (count := sum(len(each.routes) for each in self.parts)) > 1:
+            remarks.append(f"{said} of {count} routes, each a programme of its own")
+        return to_file(part.model, part.model.row(entry), form, remarks)
 
     def check(self, point: Mapping[str, Any]) -> Checks:
         """Every constraint at a point, from wherever it comes, evaluated in NumPy.
@@ -137,7 +266,41 @@ class Program:
             If no model of the program has just these unknowns, or a name is neither one of
             them nor a parameter; also if it is a plan, which flies one of the routes.
         """
-        return checks(self.network, self.parts, point)
+        if not isinstance(point, Mapping):
+            words = "as {'hover_time_s': 10.0}; a plan's times are its hover_time_s and rest_time_s"
+            words = f"values of the unknowns by name, {words}"
+            raise InputError([Fault("point", repr(point), words)])
+        unknowns = [{each.name for each in part.model.variables} for part in self.parts]
+        stated = set[str]().union(*unknowns) & point.keys()
+        pairs = zip(self.parts, unknowns, strict=True)
+        matching = [part for part, own in pairs if own == stated]
+        if not matching:
+            known = " or ".join(dict.fromkeys(", ".join(sorted(each)) for each in unknowns))
+            raise InputError(f"a point of this program states {known or 'nothing'}")
+        given = stated.union(*(part.model.given for part in matching))
+        if strange := [name for name in point if name not in given]:
+            every = dict.fromkeys(name for part in matching for name in part.model.parameters)
+            words = f"is no parameter of the program; there are {', '.join(every)}"
+            raise InputError([Fault(name, repr(point[name]), words) for name in strange])
+        return Checks(row for part in matching for row in self._checks_of(part, point))
+
+    def _checks_of(self, part: Part, point: Mapping[str, Any]) -> Iterator[Check]:
+        """Every constraint of one model, its points called after its routes if it has several."""
+        model, count = part.model, len(part.routes)
+        known = {each.name for each in model.variables} | model.given.keys()
+        values = {name: value for name, value in point.items() if name in known}
+        if count == 1:
+            yield from check(model, {**model.row(0), **values})
+            return
+        ways = [self.network.route_names(int(route))[1:-1] for route in part.routes]
+        short = [[name for name in way if name != "hover"] for way in ways]
+        called = [tuple(" → ".join(way) or "direct" for way in each) for each in (short, ways)]
+        # With the hover point where the names are not clear without it.
+        named = called[0] if len(set(called[0])) == count else called[1]
+        for row in check(model, values):
+            routes = np.shape(row.satisfied) == (count,)
+            points = self._routes_in_words(part)
+            yield replace(row, points=points, names=named) if routes else row
 
     def solve(self) -> Plan:
         """The best plan over all itineraries, evaluated again outside the engine.
@@ -147,15 +310,24 @@ class Program:
         SolverError
             If the engine fails, runs out of time or returns a point that is not feasible.
         """
+        question, network = self.question, self.network
         if not self.parts:
-            return plan_without(
-                self.question, self.network, Status.INFEASIBLE, "physics", self.reasons
-            )
-        if self.question.perspective == AVAILABLE and self._takes_turns:
+            return plan_without(question, network, Status.INFEASIBLE, "physics", self.reasons)
+        if question.perspective == AVAILABLE and network.mission.battery.takes_turns:
             from optuav.solving.packs_by_schedule import packs_by_schedule
 
-            return replayed(packs_by_schedule(self.question, self.network, self.parts))
+            return replayed(packs_by_schedule(question, network, self.parts))
         return self.plan(self.answers())
+
+    def answers(self) -> list[Solution]:
+        """The engine's answers to all programmes, one `Solution` a part.
+
+        Raises
+        ------
+        SolverError
+            If the engine fails or runs out of time.
+        """
+        return [answer(part.model, len(part.routes), self.question) for part in self.parts]
 
     def plan(self, solutions: Sequence[Solution]) -> Plan:
         """The best plan by known answers to all parts, evaluated again outside the engine.
@@ -166,40 +338,56 @@ class Program:
             If the engine found neither a plan nor proof that there is none, or returned a point
             that is not feasible.
         """
-        question = replace(self.question, engine=solutions[0].engine)
+        question, network, proof = self.question, self.network, solutions[0].proof
+        engine = solutions[0].engine
+        asked = replace(question, engine=engine)
+        _refuse_errors(solutions)
         statuses = {status for solution in solutions for status in solution.statuses}
-        if Status.ERROR in statuses:
-            _refuse_errors(solutions)
         if Status.UNBOUNDED in statuses:
-            why = (
+            endless = (
                 "no constraint keeps the objective finite: "
-                "given.keep_deadline(model, label, hover, rest) states the deadline",
+                "given.keep_deadline(model, label, hover, rest) states the deadline"
             )
-            return plan_without(question, self.network, Status.UNBOUNDED, solutions[0].proof, why)
+            return plan_without(asked, network, Status.UNBOUNDED, proof, [endless])
         chosen = self.best(solutions)
         if chosen is None and Status.ERROR in statuses:
-            raise SolverError(
-                f"{question.engine} found neither a plan nor proof that there is none"
-            )
+            raise SolverError(f"{engine} found neither a plan nor proof that there is none")
         if chosen is None:
-            return plan_without(
-                question,
-                self.network,
-                Status.INFEASIBLE,
-                solutions[0].proof,
-                shortfalls(self.question, self.network, self.parts),
-            )
+            why = shortfalls(question, network, self.parts)
+            return plan_without(asked, network, Status.INFEASIBLE, proof, why)
         number, entry = chosen
-        part, solution = self.parts[number], solutions[number]
+        solution = solutions[number]
         solution.verify(entry)
-        plan = plan_of(self.question, self.network, part, solution, entry)
-        plan = against_p1(self.question, self.network, self.parts, plan)
-        open_s = _open_s(solutions, float(solution.objective[entry]))
-        if open_s > SAME_S:
-            more = f"not proved: up to {open_s:.6g} s more has not been ruled out"
-            update = {"notes": (*plan.notes, more), "status": Status.FEASIBLE}
-            plan = plan.model_copy(update=update)
-        return replayed(with_promise(self, plan))
+        plan = plan_of(question, network, self.parts[number], solution, entry)
+        if question.problem.name in PROVED:
+            plan = against_p1(question, network, self.parts, plan)
+        best_s = float(solution.objective[entry])
+        beyond_s = [np.nanmax(s.beyond, initial=best_s) for s in solutions if s.beyond is not None]
+        notes = list(plan.notes)
+        if (open_s := max(beyond_s, default=best_s) - best_s) > SAME_S:
+            notes.append(f"not proved: up to {open_s:.6g} s more has not been ruled out")
+            plan = plan.model_copy(update={"status": Status.FEASIBLE})
+        if question.perspective == AVAILABLE and engine == "bracket":
+            notes += promise(question.problem, network, self.parts, plan)
+        return replayed(plan.model_copy(update={"notes": tuple(notes)}))
+
+    def best(self, solutions: Sequence[Solution]) -> tuple[int, int] | None:
+        """Part and entry of the best answer by the tie rule; None without an answer."""
+        routes = self.network.routes
+        number = np.concatenate([np.full(len(p.routes), k) for k, p in enumerate(self.parts)])
+        entry = np.concatenate([np.arange(len(part.routes)) for part in self.parts])
+        route = np.concatenate([part.routes for part in self.parts])
+        score, stay_s = [], []
+        for part, solution in zip(self.parts, solutions, strict=True):
+            score.append(solution.objective * part.model.towards)
+            stays = [solution.values[name] for name in TIMES if name in solution.values]
+            stay_s.append(sum(stays, np.zeros(len(part.routes))))
+        order = np.argsort(route, kind="stable")
+        mission_s = routes.flight_time_s[route] + np.concatenate(stay_s)
+        winner = best(
+            np.concatenate(score)[order], mission_s[order], routes.building[route][order] >= 0
+        )
+        return None if winner is None else (int(number[order][winner]), int(entry[order][winner]))
 
     def solution(self) -> Solution:
         """The engine's whole answer for the best itinerary: status, proof, values, multipliers.
@@ -214,11 +402,6 @@ class Program:
             As `solve`.
         """
         return self.compile().solve()
-
-    @property
-    def _takes_turns(self) -> bool:
-        """Whether packs take turns, which a declared model knows nothing of."""
-        return self.network.mission.battery.takes_turns
 
     def shadow_prices(self) -> dict[str, ShadowPrice]:
         """What one more unit of every named parameter brings; empty where there is no answer.
@@ -259,16 +442,6 @@ class Program:
             )
         return found
 
-    def answers(self) -> list[Solution]:
-        """The engine's answers to all programmes, one `Solution` a part.
-
-        Raises
-        ------
-        SolverError
-            If the engine fails or runs out of time.
-        """
-        return [answer(part.model, len(part.routes), self.question) for part in self.parts]
-
     def compile(self, engine: str | Engine | None = None) -> CompiledProgram:
         """Hand the models to an engine once, to be solved often with changed parameters.
 
@@ -282,66 +455,7 @@ class Program:
         InputError
             If nothing can be flown, or the engine does not take the models.
         """
-        from optuav.solving.compiled import CompiledProgram
-
         return CompiledProgram(self, replace(self.question, engine=engine or self.question.engine))
-
-    def best(self, solutions: Sequence[Solution]) -> tuple[int, int] | None:
-        """Part and entry of the best answer by the tie rule; None without an answer."""
-        routes = self.network.routes
-        number = np.concatenate([np.full(len(p.routes), k) for k, p in enumerate(self.parts)])
-        entry = np.concatenate([np.arange(len(part.routes)) for part in self.parts])
-        route = np.concatenate([part.routes for part in self.parts])
-        score, stay_s = [], []
-        for part, solution in zip(self.parts, solutions, strict=True):
-            score.append(solution.objective * part.model.towards)
-            stays = [solution.values[name] for name in TIMES if name in solution.values]
-            stay_s.append(sum(stays, np.zeros(len(part.routes))))
-        order = np.argsort(route, kind="stable")
-        mission_s = routes.flight_time_s[route] + np.concatenate(stay_s)
-        winner = best(
-            np.concatenate(score)[order],
-            mission_s[order],
-            (routes.building[route] >= 0).astype(float)[order],
-        )
-        if winner is None:
-            return None
-        return int(number[order][winner]), int(entry[order][winner])
-
-
-def with_promise(program: Program, plan: Plan) -> Plan:
-    """The plan of a battery that never runs dry, with a note on what charge alone promises.
-
-    The same routes are solved in closed form in the perspective `battery`.
-    """
-    question, network = program.question, program.network
-    promising = isinstance(question.problem, P1 | P3 | P4)
-    if question.perspective != AVAILABLE or plan.engine != "bracket" or not promising:
-        return plan
-    charge = replace(question, perspective="battery", engine="closed-form")
-    parts = []
-    for part in program.parts:
-        given = quantities(network, part.routes, rests=part.rests)
-        parts.append(Part(question.problem.model(given, "battery"), part.routes))
-    promised = replace(program, question=charge, parts=tuple(parts))
-    closed_form = engine("closed-form")
-    solutions = [closed_form.solve(part.model, len(part.routes)) for part in parts]
-    chosen = promised.best(solutions)
-    if chosen is None:
-        return plan
-    number, entry = chosen
-    times = {name: solutions[number].point(entry).get(name, 0.0) for name in TIMES}
-    if times["hover_time_s"] <= plan.hover_time_s:
-        return plan
-    words = (
-        "perspective battery, which looks at the charge left at the end alone, "
-        f"promises {times['hover_time_s']:.2f} s of hover"
-    )
-    flown = planned_phases(network, int(parts[number].routes[entry]), **times)
-    dry_s = plan.model_copy(update={"phases": flown}).runs_dry_s
-    if dry_s is not None:
-        words += f"; that plan would run dry and fall at {dry_s:.2f} s"
-    return plan.model_copy(update={"notes": (*plan.notes, words)})
 
 
 def _refuse_errors(solutions: Sequence[Solution]) -> None:
@@ -353,89 +467,108 @@ def _refuse_errors(solutions: Sequence[Solution]) -> None:
                 raise SolverError(solution.refusal(index))
 
 
-def _open_s(solutions: Sequence[Solution], best_s: float) -> float:
-    """By how much longer a hover may be that engines have not ruled out [s]."""
-    beyond = [each.beyond for each in solutions if each.beyond is not None]
-    return max((float(np.nanmax(each, initial=best_s)) - best_s for each in beyond), default=0.0)
+def _slots_in_words(model: Model, slot_s: float) -> str:
+    """What slots ask of the unknowns, which the model does not state."""
+    found, cut = [f"in whole slots of {written_out(slot_s)} s"], cut_short(model)
+    for time in (each for each in model.variables if not each.binary):
+        if time.first_slot > 0:
+            found.append(f"{time.symbol} ≥ {written_out(time.first_slot * slot_s)} s")
+        if time.name in cut:
+            found.append(f"the last of {time.symbol} cut short by its bound")
+    return ", ".join(found)
 
 
-def checks(network: Network, parts: Sequence[Part], point: Mapping[str, Any]) -> Checks:
-    """Every constraint of the models that have just the unknowns of a point; see `Program.check`.
+class CompiledProgram:
+    """What `Program.compile` returns.
 
     Parameters
     ----------
-    network
-        The mission's places, legs and itineraries.
-    parts
+    program
         The declared models.
-    point
-        Values by name, of the unknowns and of parameters.
+    question
+        What was asked, with the engine to use.
 
     Raises
     ------
     InputError
-        As of `Program.check`.
+        If nothing can be flown, or the engine does not take the models.
     """
-    if not isinstance(point, Mapping):
-        words = "as {'hover_time_s': 10.0}; a plan's times are its hover_time_s and rest_time_s"
-        raise InputError([Fault("point", repr(point), f"values of the unknowns by name, {words}")])
-    unknowns = [{each.name for each in part.model.variables} for part in parts]
-    stated = {name for name in point if any(name in names for names in unknowns)}
-    matching = [part for part, names in zip(parts, unknowns, strict=True) if names == stated]
-    if not matching:
-        known = " or ".join(dict.fromkeys(", ".join(sorted(names)) for names in unknowns))
-        raise InputError(f"a point of this program states {known or 'nothing'}")
-    parameters = dict.fromkeys(name for part in matching for name in part.model.parameters)
-    given = stated.union(*(part.model.given for part in matching))
-    if strange := [name for name in point if name not in given]:
-        words = f"is no parameter of the program; there are {', '.join(parameters)}"
-        raise InputError([Fault(name, repr(point[name]), words) for name in strange])
-    return Checks(row for part in matching for row in _checks_of(network, part, stated, point))
 
+    def __init__(self, program: Program, question: Question) -> None:
+        if not program.parts:
+            raise InputError(f"nothing to compile: {'; '.join(program.reasons)}")
+        if question.engine_name == "grid" and question.slot_s is None:
+            question = replace(question, slot_s=program.network.mission.limits.slot_s)
+        self.program, self.question = program, question
+        limits = {"slot_s": question.slot_s, "time_limit_s": question.time_limit_s}
+        self._solves = [
+            chosen_engine(part.model, question).compile(part.model, len(part.routes), **limits)
+            for part in program.parts
+        ]
+        self._parameters = {
+            name: each for part in program.parts for name, each in part.model.parameters.items()
+        }
+        # Where the itineraries have several declarations, an array is of none of them.
+        self._most = len(program.parts[0].routes) if len(program.parts) == 1 else 1
 
-def _checks_of(network: Network, part: Part, stated: set[str], point: Mapping[str, Any]) -> Checks:
-    """Every constraint of one model, its points called after its routes if it has several."""
-    known = stated | part.model.given.keys()
-    values = {name: value for name, value in point.items() if name in known}
-    count = len(part.routes)
-    if count == 1:
-        return check(part.model, {**part.model.row(0), **values})
-    points, names = routes_of(network, part), _names(network, part)
-    return Checks(
-        replace(row, points=points, names=names) if np.shape(row.satisfied) == (count,) else row
-        for row in check(part.model, values)
-    )
+    @property
+    def parameters(self) -> tuple[str, ...]:
+        """Names of the parameters that `solve` may change."""
+        return tuple(self._parameters)
 
+    def solve(self, **values: Any) -> Solution:
+        """Solve again with other values of named parameters, the rest as in the mission.
 
-def _names(network: Network, part: Part) -> tuple[str, ...]:
-    """Names of the routes of a model: the places on the way, with hover where that is needed."""
-    ways = [network.route_names(int(route))[1:-1] for route in part.routes]
-    short = [[name for name in way if name != "hover"] for way in ways]
-    for named in (short, ways):
-        names = tuple(" → ".join(way) or "direct" for way in named)
-        if len(set(names)) == len(names):
-            break
-    return names
+        Parameters
+        ----------
+        values
+            For example ``deadline_s=900, min_soc=0.1``: numbers, or arrays with one entry an
+            itinerary where all of them belong to one declaration.
 
+        Returns
+        -------
+        The solution of the best itinerary alone; its fields have one entry.
 
-def routes_of(network: Network, part: Part) -> str:
-    """Which routes a model speaks of."""
-    orders = {network.routes.order(route) for route in part.routes}
-    order = orders.pop() if len(orders) == 1 else "with a rest"
-    words = order.replace("-", " ") if order and part.rests else "without a rest"
-    return words + (f", {len(part.routes)} routes" if len(part.routes) > 1 else "")
+        Raises
+        ------
+        InputError
+            Listing every name that is no parameter of the program, and every value that is no
+            finite number, or none that the key of the mission may have from which it comes.
+        SolverError
+            If the engine fails, or meets numbers that it cannot use.
+        """
+        objections = ((n, v, self._objection(n, v)) for n, v in values.items())
+        if faults := [Fault(n, reprlib.repr(v), words) for n, v, words in objections if words]:
+            raise InputError(faults)
+        numbers = {n: np.array(v, float) if np.ndim(v) else float(v) for n, v in values.items()}
+        solutions = [solve(numbers) for solve in self._solves]
+        for solution in solutions:
+            if Status.ERROR in solution.statuses:
+                raise SolverError(solution.refusal(solution.statuses.index(Status.ERROR)))
+            if Status.UNBOUNDED in solution.statuses:
+                return solution.only(solution.statuses.index(Status.UNBOUNDED))
+        chosen = self.program.best(solutions)
+        if chosen is None:
+            return solutions[0].only(0)
+        number, entry = chosen
+        solution = solutions[number]
+        solution.verify(entry)
+        return solution if len(solution.statuses) == 1 else solution.only(entry)
 
-
-def slots_of(model: Model, slot_s: float) -> str:
-    """What slots ask of the unknowns, which the model does not state."""
-    return ", ".join([f"in whole slots of {written_out(slot_s)} s", *_ends(model, slot_s)])
-
-
-def _ends(model: Model, slot_s: float) -> Iterator[str]:
-    """Where the slots of each unknown begin and end, if not where its bounds do."""
-    cut = cut_short(model)
-    for time in (each for each in model.variables if not each.binary):
-        if time.first_slot > 0:
-            yield f"{time.symbol} ≥ {written_out(time.first_slot * slot_s)} s"
-        if time.name in cut:
-            yield f"the last of {time.symbol} cut short by its bound"
+    def _objection(self, name: str, value: Any) -> str:
+        """What is wrong with a value of a parameter; empty if nothing is."""
+        if name not in self._parameters:
+            hint, known = nearest(name, self._parameters), ", ".join(self._parameters)
+            return f"is no parameter of the program{hint}; there are {known}"
+        try:
+            numbers = np.asarray(None if isinstance(value, bool) else value)
+        except ValueError:  # lists of different lengths
+            numbers = np.asarray(None)
+        fits = numbers.dtype.kind in "iuf" and numbers.shape in ((), (self._most,))
+        if not fits or not np.isfinite(numbers).all():
+            return "a finite number" + (f", or {self._most} of them" if self._most > 1 else "")
+        key = self._parameters[name].key
+        allowed = number(key)
+        if allowed is None or all(map(allowed.accepts, np.ravel(value).tolist())):
+            return ""
+        return f"{allowed.words}, as {key}"

@@ -1,9 +1,9 @@
-"""What is asked of a mission: a problem and how to solve it, checked and completed."""
+"""What is asked of a mission, checked and completed, and the engine that answers it."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 from typing import Any
 
 from formulations.formulation import Formulation
@@ -12,21 +12,15 @@ from formulations.p2 import P2
 from formulations.p3 import P3
 from formulations.p4 import P4
 from formulations.soc import AVAILABLE, PAPER, PERSPECTIVES
-from optuav.engines.registry import Engine, names
+from optuav.engines.registry import CAPABILITIES, Engine, capability, engine, names, need, takers
+from optuav.engines.solution import Solution
 from optuav.errors import Fault, InputError
 from optuav.mission import Mission
 from optuav.mission.messages import nearest, shown
 from optuav.mission.schema import SLOT, Number
-from optuav.options import (
-    HOVER_POINTS,
-    ORDERS,
-    TRAJECTORIES,
-    HoverPoint,
-    Order,
-    Perspective,
-    ProblemName,
-    Trajectory,
-)
+from optuav.modelling import Model
+from optuav.modelling.classify import traits
+from optuav.options import HOVER_POINTS, ORDERS, TRAJECTORIES, Perspective, ProblemName, Trajectory
 
 PROBLEMS: Mapping[str, Formulation] = {
     "P1": P1(),
@@ -37,7 +31,6 @@ PROBLEMS: Mapping[str, Formulation] = {
 """Names that stand for problems with their defaults."""
 PROBLEM_NAMES = (*PROBLEMS, "P4")
 """Names of all problems of the paper; P4 needs a building too."""
-PAPER_PROBLEMS = (P1, P2, P3, P4)
 AUTO = "auto"
 LIMIT = Number("s", gt=0.0, le=1e9)
 RESTS = Number("-", ge=0, le=10, whole=True)
@@ -47,21 +40,7 @@ MOST_NAMES = 12
 
 @dataclass(frozen=True)
 class Question:
-    """A problem with the options of `optuav.solve`.
-
-    Parameters
-    ----------
-    problem
-        The formulation.
-    perspective
-        How the state of charge is written.
-    slot_s
-        Length of the slots [s]; None for continuous times.
-    engine
-        Who answers.
-    time_limit_s
-        Longest that the engine may take [s]; None for no limit.
-    """
+    """A problem with the options of `optuav.solve`."""
 
     problem: Formulation
     perspective: Perspective
@@ -75,53 +54,29 @@ class Question:
         return self.engine if isinstance(self.engine, str) else self.engine.name
 
     @property
-    def building(self) -> str | None:
-        """Name of the building to go by way of; None for any."""
-        return self.problem.building
-
-    @property
-    def order(self) -> Order | None:
-        """Rest first or hover first; None for the better."""
-        return self.problem.order
-
-    @property
     def trajectory(self) -> Trajectory | None:
         """Routes that P1 and P2 may take; None for other problems."""
         return self.problem.trajectory if isinstance(self.problem, P1 | P2) else None
 
     @property
-    def hover_point(self) -> HoverPoint:
-        """Whether the UAV hovers at the mission's own point or wherever is best."""
-        return self.problem.hover_point if isinstance(self.problem, P1) else "w_U"
+    def p1(self) -> P1:
+        """The problem if it is P1; P1 with its defaults, one stop at w_U, for any other."""
+        return self.problem if isinstance(self.problem, P1) else P1()
 
     @property
-    def stops(self) -> int:
-        """Most rests."""
-        return self.problem.stops if isinstance(self.problem, P1) else 1
-
-    @property
-    def hovers(self) -> int:
-        """Most pieces in which the UAV hovers."""
-        return self.problem.hovers if isinstance(self.problem, P1) else 1
+    def several(self) -> bool:
+        """Whether more or fewer than one rest and one hover in one piece are asked for."""
+        return (self.p1.stops, self.p1.hovers) != (1, 1)
 
 
-def problem_of(
-    name: str,
-    *,
-    trajectory: str | None = None,
-    building: str | None = None,
-    order: str | None = None,
-    hover_point: str | None = None,
-    stops: int | None = None,
-    hovers: int | None = None,
-) -> Formulation:
+def problem_of(name: str, **stated: Any) -> Formulation:
     """The problem of a name with options by name, as files and the command line state them.
 
     Parameters
     ----------
     name
         ``"P1"``, ``"P2"``, ``"P2-tight"``, ``"P3"`` or ``"P4"``.
-    trajectory, building, order, hover_point, stops, hovers
+    stated
         Fields of the problem; None for its default.
 
     Raises
@@ -129,41 +84,25 @@ def problem_of(
     InputError
         If there is no such problem, or it has no such field; with all faults.
     """
-    stated = {
-        "trajectory": trajectory,
-        "building": building,
-        "order": order,
-        "hover_point": hover_point,
-        "stops": stops,
-        "hovers": hovers,
-    }
-    options: dict[str, Any] = {field: value for field, value in stated.items() if value is not None}
     if name not in PROBLEM_NAMES:
         raise InputError([_unknown("problem", name, PROBLEM_NAMES)])
+    options = {field: value for field, value in stated.items() if value is not None}
+    taken: dict[type[Formulation], set[str]] = {
+        kind: {each.name for each in fields(kind) if each.init} for kind in (P1, P2, P3, P4)
+    }
     kind = P4 if name == "P4" else type(PROBLEMS[name])
-    allowed = {each.name for each in fields(kind) if each.init}
-    faults = [
-        Fault(field, shown(value), f"problem {name} takes none{_taker(field)}")
-        for field, value in options.items()
-        if field not in allowed
-    ]
-    if name == "P4" and building is None:
+    faults = []
+    for field, value in options.items():
+        if field not in taken[kind]:
+            able = [each.__name__ for each in taken if field in taken[each]]
+            words = f"{' and '.join(able)} {'does' if len(able) == 1 else 'do'}"
+            faults.append(Fault(field, shown(value), f"problem {name} takes none, {words}"))
+    if name == "P4" and "building" not in options:
         faults.append(Fault("building", "", "problem P4 needs the name of a building"))
     if faults:
         raise InputError(faults)
-    if name == "P2-tight":
-        options["tight"] = True
+    options |= {"tight": True} if name == "P2-tight" else {}
     return kind(**options)
-
-
-def _taker(field: str) -> str:
-    """A sentence on which problems take an option."""
-    takers = [each.__name__ for each in PAPER_PROBLEMS if field in _options(each)]
-    return f", {' and '.join(takers)} {'does' if len(takers) == 1 else 'do'}"
-
-
-def _options(problem: type[Formulation]) -> set[str]:
-    return {each.name for each in fields(problem) if each.init}
 
 
 def checked_question(
@@ -181,24 +120,20 @@ def checked_question(
     InputError
         Listing every option that does not exist, and every pair that contradicts.
     """
-    faults = list(_faults(mission, problem, perspective, slot_s, engine, time_limit_s))
-    if faults:
+    chosen = PROBLEMS.get(problem, problem) if isinstance(problem, str) else problem
+    # What has another type is a fault.
+    stated: Any = (chosen, perspective, slot_s, engine, time_limit_s)
+    question = Question(*stated)
+    if faults := list(_faults(mission, question)):
         raise InputError(faults)
-    chosen = PROBLEMS[problem] if isinstance(problem, str) else problem
-    engine_name = engine if isinstance(engine, str) else engine.name
-    if engine_name == "grid" and slot_s is None:
-        slot_s = mission.limits.slot_s
-    return Question(chosen, perspective, slot_s, engine, time_limit_s)  # type: ignore[arg-type]
+    if question.engine_name == "grid" and slot_s is None:
+        return replace(question, slot_s=mission.limits.slot_s)
+    return question
 
 
-def _faults(
-    mission: Mission,
-    problem: object,
-    perspective: str,
-    slot_s: float | None,
-    engine: str | Engine,
-    time_limit_s: float | None,
-) -> Iterator[Fault]:
+def _faults(mission: Mission, question: Question) -> Iterator[Fault]:
+    """Everything that is wrong with the options."""
+    problem: object = question.problem
     if isinstance(problem, Formulation):
         yield from _of_problem(mission, problem)
     elif isinstance(problem, type) and issubclass(problem, Formulation):
@@ -206,31 +141,32 @@ def _faults(
         yield Fault("problem", name, f"an instance, as {name}(…), not the class")
     elif problem == "P4":
         yield Fault("problem", "'P4'", 'P4 with the name of a building, as P4("b1")')
-    elif not isinstance(problem, str) or problem not in PROBLEMS:
+    else:
         more = "or an instance of a Formulation"
         yield _unknown("problem", problem, (*PROBLEMS, "P4(building)"), more)
-    if perspective not in PERSPECTIVES:
-        yield _unknown("perspective", perspective, tuple(PERSPECTIVES))
-    engine_name = engine if isinstance(engine, str) else engine.name
-    if isinstance(engine, str) and engine not in (AUTO, *names()):
-        yield _unknown("engine", engine, (AUTO, *names()))
-    for option, value, number in (("slot_s", slot_s, SLOT), ("time_limit_s", time_limit_s, LIMIT)):
+    if question.perspective not in PERSPECTIVES:
+        yield _unknown("perspective", question.perspective, tuple(PERSPECTIVES))
+    if isinstance(question.engine, str) and question.engine not in (AUTO, *names()):
+        yield _unknown("engine", question.engine, (AUTO, *names()))
+    limits = ("slot_s", question.slot_s, SLOT), ("time_limit_s", question.time_limit_s, LIMIT)
+    for option, value, number in limits:
         if value is not None and not number.accepts(value):
             yield Fault(option, shown(value), f"{number.words}, or nothing")
-    if isinstance(problem, P1) and problem.hover_point == "free":
-        yield from _not_with(
-            "with hover_point = 'free'",
-            ("perspective", perspective, (AVAILABLE, *PAPER)),
-            ("slot_s", slot_s, (None,)),
-            ("engine", engine_name, (AUTO,)),
+    searched = (
+        ("perspective", question.perspective, (*PAPER, AVAILABLE)),
+        ("slot_s", question.slot_s, (None,)),
+        ("engine", question.engine_name, (AUTO,)),
+    )
+    if question.p1.hover_point == "free":
+        three = ("trajectory", question.trajectory, ("optimal", "direct", "traj1"))
+        yield from _not_with("with hover_point = 'free'", three, *searched)
+    if question.several:
+        alone = (
+            ("trajectory", question.trajectory, ("optimal",)),
+            ("order", question.p1.order, (None,)),
+            ("hover_point", question.p1.hover_point, ("w_U",)),
         )
-    if isinstance(problem, P1) and (problem.stops, problem.hovers) != (1, 1):
-        yield from _not_with(
-            "with several stops",
-            ("perspective", perspective, (*PAPER, AVAILABLE)),
-            ("slot_s", slot_s, (None,)),
-            ("engine", engine_name, (AUTO,)),
-        )
+        yield from _not_with("with several stops", *alone, *searched)
 
 
 def _of_problem(mission: Mission, problem: Formulation) -> Iterator[Fault]:
@@ -248,29 +184,16 @@ def _of_problem(mission: Mission, problem: Formulation) -> Iterator[Fault]:
         if problem.order is not None and problem.trajectory == "direct":
             yield Fault("order", repr(problem.order), "there is no rest on the direct route")
     if isinstance(problem, P1):
-        yield from _of_p1(problem)
-
-
-def _of_p1(problem: P1) -> Iterator[Fault]:
-    if problem.hover_point not in HOVER_POINTS:
-        yield _unknown("hover_point", problem.hover_point, HOVER_POINTS)
-    if problem.hover_point == "free":
-        three = ("optimal", "direct", "traj1")
-        yield from _not_with("with hover_point = 'free'", ("trajectory", problem.trajectory, three))
-    counts = (("stops", problem.stops, RESTS), ("hovers", problem.hovers, HOVERS))
-    for option, value, number in counts:
-        if not number.accepts(value) or not isinstance(value, int):
-            yield Fault(option, shown(value), number.words)
-    if (problem.stops, problem.hovers) != (1, 1):
-        yield from _not_with(
-            "with several stops",
-            ("trajectory", problem.trajectory, ("optimal",)),
-            ("order", problem.order, (None,)),
-            ("hover_point", problem.hover_point, ("w_U",)),
-        )
+        if problem.hover_point not in HOVER_POINTS:
+            yield _unknown("hover_point", problem.hover_point, HOVER_POINTS)
+        counts = (("stops", problem.stops, RESTS), ("hovers", problem.hovers, HOVERS))
+        for option, value, number in counts:
+            if not number.accepts(value) or not isinstance(value, int):
+                yield Fault(option, shown(value), number.words)
 
 
 def _not_with(words: str, *stated: tuple[str, object, tuple[object, ...]]) -> Iterator[Fault]:
+    """Options that do not go with another."""
     for option, value, choices in stated:
         if value not in choices:
             allowed = ", ".join(str(each) for each in choices if each is not None) or "none"
@@ -278,6 +201,63 @@ def _not_with(words: str, *stated: tuple[str, object, tuple[object, ...]]) -> It
 
 
 def _unknown(option: str, value: object, allowed: Sequence[str], more: str = "") -> Fault:
+    """A value that is none of those allowed, with the nearest of them."""
     words = ", ".join(allowed) + (f", {more}" if more else "")
     hint = nearest(value, allowed) if isinstance(value, str) else ""
     return Fault(option, repr(value), f"one of {words}{hint}")
+
+
+def chosen_engine(model: Model, question: Question) -> Engine:
+    """The engine that answers a question about a model.
+
+    Raises
+    ------
+    InputError
+        If the engine that was named does not take the model, or none does.
+    """
+    if question.engine != AUTO:
+        refuse_unfit(model, question)
+        return engine(question.engine)
+    found, slots = traits(model), question.slot_s is not None
+    able = takers(found, slots)
+    slots_only = [name for name in able if capability(name).slots is None]
+    others = [name for name in able if name not in slots_only]
+    if not (preferred := [*slots_only, *others] if slots else others):
+        more = f"; with slot_s, {slots_only[0]} does" if slots_only else ""
+        raise InputError(f"no engine takes this model: {found}{more}")
+    return engine(preferred[0])
+
+
+def refuse_unfit(model: Model, question: Question) -> None:
+    """Refuse the engine that was asked for if it does not take a model.
+
+    Raises
+    ------
+    InputError
+        With the engines that do.
+    """
+    found = traits(model)
+    try:
+        need(question.engine, found, question.slot_s is not None)
+    except InputError as error:
+        linear_only = [each.name for each in CAPABILITIES if not each.nonlinear]
+        beyond_it = question.engine_name in linear_only and not found.linear
+        if question.perspective != AVAILABLE or not beyond_it:
+            raise
+        words = "The perspectives of the paper are linear: perspective battery, for example"
+        raise InputError(f"{error}. {words}") from None
+
+
+def answer(model: Model, programmes: int, question: Question) -> Solution:
+    """Answers to all programmes of a model.
+
+    Raises
+    ------
+    InputError
+        If no engine takes the model.
+    SolverError
+        If the engine fails or the time limit passes.
+    """
+    return chosen_engine(model, question).solve(
+        model, programmes, slot_s=question.slot_s, time_limit_s=question.time_limit_s
+    )

@@ -27,10 +27,9 @@ from optuav.network.one_stop import find_shortcuts, shortcuts_in_words
 from optuav.options import Order, Perspective, Trajectory
 from optuav.plan import Plan
 from optuav.solving.assemble import quantities
-from optuav.solving.dispatch import answer
-from optuav.solving.plans import Part, plan_of, plan_without, shortfalls
+from optuav.solving.outcome import Part, plan_of, plan_without, shortfalls
 from optuav.solving.program import Program
-from optuav.solving.question import Question
+from optuav.solving.question import Question, answer
 from optuav.solving.solve import formulate
 from optuav.status import Status
 

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from formulations.parameters import Quantities
 from formulations.soc import AVAILABLE, LABELS
 from optuav.arrays import Floats, Integers
 from optuav.errors import Fault, InputError, SolverError
@@ -27,15 +28,7 @@ from optuav.search.terrain import Terrain
 from optuav.search.trial import Stops
 from optuav.solving.assemble import quantities
 from optuav.solving.more_stops import all_legs, ways_around
-from optuav.solving.plans import (
-    Part,
-    counted,
-    plan_for,
-    plan_without,
-    replayed,
-    shortfalls,
-    states_of_charge,
-)
+from optuav.solving.outcome import Part, plan_for, plan_without, replayed, shortfalls
 from optuav.solving.program import Program
 from optuav.status import Status
 
@@ -221,7 +214,7 @@ def _plan(program: Program, network: Network, found: SearchResult, most: str) ->
     none_longer = f"with {most} no plan hovers longer than {bound} s"
     proof, hover_s = f"branch and bound: {none_longer}", stops.hover_s if stops else -math.inf
     one = None
-    if question.stops and (not stops or found.ended or len(stops.stays_s) <= 2):
+    if question.p1.stops and (not stops or found.ended or len(stops.stays_s) <= 2):
         one = _with_one_stop(program)
     if one and one.hover_time_s >= hover_s - TIE_S:
         # Of equally good plans with one rest and one hover, its own engine finds the shortest.
@@ -247,12 +240,12 @@ def _plan(program: Program, network: Network, found: SearchResult, most: str) ->
     plan = plan_for(
         question,
         network,
+        flown,
+        *_stayed(network, stops),
         engine=ENGINE,
         proof=proof,
         status=status,
         notes=tuple(notes),
-        phases=flown,
-        soc=counted(network, flown, _states_of_charge(network, stops)),
     )
     return replayed(plan.model_copy(update={"binding": tuple(_binding(plan))}))
 
@@ -275,8 +268,8 @@ def _certainty(found: SearchResult, hover_s: float) -> tuple[Status, list[str]]:
     return Status.OPTIMAL if gap_s <= 3.0 * TIE_S else Status.FEASIBLE, notes
 
 
-def _states_of_charge(network: Network, stops: Stops) -> dict[str, float]:
-    """State of charge at the end [-] by perspective; rests count by their mean net current."""
+def _stayed(network: Network, stops: Stops) -> tuple[Quantities, tuple[float, float]]:
+    """The quantities of a route, rests by their mean net current, and its times of staying [s]."""
     rests = stops.places[1:-1] >= FIRST_BUILDING
     times_s = stops.stays_s[rests]
     net = rest_net(network, stops.places[1:-1][rests] - FIRST_BUILDING)
@@ -287,7 +280,7 @@ def _states_of_charge(network: Network, stops: Stops) -> dict[str, float]:
         rest_current_A=float((net.current_A * share).sum()),
         rest_received_W=float((net.power_W * share).sum()),
     )
-    return states_of_charge(given, stops.hover_s, rest_time_s)
+    return given, (stops.hover_s, rest_time_s)
 
 
 def _binding(plan: Plan) -> Iterator[str]:

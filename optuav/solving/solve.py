@@ -11,11 +11,13 @@ from optuav.engines.registry import Engine
 from optuav.errors import Fault, InputError
 from optuav.mission import Mission, load
 from optuav.mission.messages import shown
+from optuav.network.graph import edited_network
+from optuav.network.network import Network, build_network
 from optuav.options import Perspective, ProblemName
 from optuav.plan import Plan
-from optuav.solving.declare import declared_program, work_out
-from optuav.solving.program import Program
-from optuav.solving.question import Question, checked_question
+from optuav.solving.more_stops import more_stops_may_help
+from optuav.solving.program import Program, declared_program
+from optuav.solving.question import checked_question
 
 if TYPE_CHECKING:
     from optuav.network.graph import Graph
@@ -36,26 +38,8 @@ def formulate(
 
     Parameters
     ----------
-    mission
-        A mission, the name of a shipped one, or the path of a mission file.
-    problem
-        `P1` (longest hover over all routes of a trajectory), `P2` (shortest flight and rest), `P3`
-        (direct, no rest), `P4` (one rest on a building) or an instance of one's own `Formulation`.
-        ``"P1"``, ``"P2"``, ``"P2-tight"`` and ``"P3"`` stand for these with their defaults.
-    perspective
-        ``"available"``: the battery never runs dry nor is overcharged, and what it holds at the
-        end is counted in charge; ``"battery"``, ``"energy"`` or ``"adjusted"``: the paper's, which
-        look at the end alone; ``"wells"``: as ``"battery"``, but step by step through both wells.
-    slot_s
-        Length of the time slots [s], 0.001 to 1e7; None for continuous times.
-    engine
-        ``"closed-form"``, ``"cvxpy"``, ``"bracket"``, ``"casadi"``, ``"grid"`` (slots; without
-        `slot_s` the mission's ``limits.slot_s``) or ``"auto"``: the grid for slots, else the first
-        that takes the model; or an engine with options of its own, as ``Cvxpy(solver="clarabel")``.
-    graph
-        A graph from `optuav.graph` that was edited; its figures replace the computed ones.
-    time_limit_s
-        Longest that the engine may take [s], > 0 and at most 1e9; None for no limit.
+    mission, problem, perspective, slot_s, engine, graph, time_limit_s
+        As for `optuav.solve`; the problem has at most one rest and one hover in one piece.
 
     Returns
     -------
@@ -75,8 +59,7 @@ def formulate(
     <Program for 'paper': P4, perspective battery, 1 model>
     """
     program = _program(mission, problem, perspective, slot_s, engine, graph, time_limit_s)
-    stated = program.question
-    if (stated.stops, stated.hovers) != (1, 1):
+    if program.question.several:
         raise InputError(
             "several stops are searched for, no single programme declares them: "
             "formulate one rest and one hover, or solve"
@@ -114,7 +97,7 @@ def solve(
     engine
         ``"closed-form"``, ``"cvxpy"``, ``"bracket"``, ``"casadi"``, ``"grid"`` (slots; without
         `slot_s` the mission's ``limits.slot_s``) or ``"auto"``: the grid for slots, else the first
-        that takes the model.
+        that takes the model; or an engine with options of its own, as ``Cvxpy(solver="clarabel")``.
     graph
         A graph from `optuav.graph` that was edited; its figures replace the computed ones.
     time_limit_s
@@ -147,30 +130,18 @@ def solve(
     597.27 s, flyable: True
     """
     program = _program(mission, problem, perspective, slot_s, engine, graph, time_limit_s)
-    stated = program.question
-    if (stated.stops, stated.hovers) != (1, 1):
+    question, network, p1 = program.question, program.network, program.question.p1
+    if question.several:
         from optuav.solving.several_stops import several_stops
 
-        return several_stops(program, stated.stops, stated.hovers, graph, progress)
+        return several_stops(program, p1.stops, p1.hovers, graph, progress)
     plan = program.solve()
-    if _among_all_routes(stated) and not program.network.mission.battery.takes_turns:
-        from optuav.solving.more_stops import more_stops_may_help
-
-        if more_stops_may_help(program.network, plan, graph):
-            note = "more stops are not excluded: --stops 2 --hovers 2, or P1(stops=2, hovers=2)"
-            return plan.model_copy(update={"notes": (*plan.notes, note)})
+    every_route = question.problem == P1() and question.slot_s is None
+    pooled = not network.mission.battery.takes_turns and question.perspective != "wells"
+    if every_route and pooled and more_stops_may_help(network, plan, graph):
+        note = "more stops are not excluded: --stops 2 --hovers 2, or P1(stops=2, hovers=2)"
+        return plan.model_copy(update={"notes": (*plan.notes, note)})
     return plan
-
-
-def _among_all_routes(question: Question) -> bool:
-    """Whether a question is one of which several stops may be a better answer."""
-    problem = question.problem
-    return (
-        isinstance(problem, P1)
-        and (problem.trajectory, problem.order, problem.hover_point) == ("optimal", None, "w_U")
-        and question.slot_s is None
-        and question.perspective != "wells"
-    )
 
 
 def _program(
@@ -184,12 +155,17 @@ def _program(
 ) -> Program:
     """The problem declared, with one rest and one hover where it admits several."""
     known = mission if isinstance(mission, Mission) else load(mission)
-    stated = checked_question(known, problem, perspective, slot_s, engine, time_limit_s)
-    if stated.hover_point == "free":
-        from optuav.solving.free_hover import free_program
+    question = checked_question(known, problem, perspective, slot_s, engine, time_limit_s)
+    if question.p1.hover_point == "w_U":
+        return declared_program(question, network_of(known, graph))
+    from optuav.solving.free_hover import free_program
 
-        if graph is not None:
-            words = "none with hover_point = 'free': its legs lead to one hover point"
-            raise InputError([Fault("graph", shown(graph), words)])
-        return free_program(stated, known)
-    return declared_program(stated, work_out(known, graph))
+    if graph is not None:
+        words = "none with hover_point = 'free': its legs lead to one hover point"
+        raise InputError([Fault("graph", shown(graph), words)])
+    return free_program(question, known)
+
+
+def network_of(mission: Mission, graph: Graph | None = None) -> Network:
+    """Places, legs and itineraries of a mission, or of its graph that was edited."""
+    return build_network(mission) if graph is None else edited_network(mission, graph)

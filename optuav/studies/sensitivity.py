@@ -27,8 +27,8 @@ from optuav.network.variants import Variants
 from optuav.options import Perspective
 from optuav.plan import Plan
 from optuav.solving import solve
-from optuav.solving.assemble import variant_quantities
-from optuav.solving.plans import SAME_S
+from optuav.solving.assemble import quantities
+from optuav.solving.outcome import SAME_S
 from optuav.studies.results import Results, Row, fixed, plain_table
 from optuav.studies.uncertainty import (
     Chances,
@@ -256,7 +256,7 @@ def _rates_of(near: Variants, itinerary: int, steps: Floats, perspective: Perspe
     """
     every, rests = np.arange(near.count), bool(near.network.routes.building[itinerary] >= 0)
     which, is_available = np.full_like(every, itinerary), perspective == AVAILABLE
-    given = variant_quantities(near, every, which, rests=rests, steps=is_available)
+    given = quantities(near, which, every, rests=rests, steps=is_available)
     given = replace(given, steps=steps_for(given.steps, varies=True))
     model, engine = P1().model(given, perspective), bracket if is_available else closed_form
     prices = engine.solve(model, 1, model.row(1)).shadow_prices()

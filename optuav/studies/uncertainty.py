@@ -30,9 +30,9 @@ from optuav.network.places import ENDS
 from optuav.network.variants import KEY, Variants
 from optuav.options import Perspective
 from optuav.plan import Plan
-from optuav.solving.assemble import variant_quantities
+from optuav.solving.assemble import quantities
 from optuav.solving.batch import delivered
-from optuav.solving.plans import SAME_S
+from optuav.solving.outcome import SAME_S
 
 SHARE = 0.1
 """Reach of a key to either side if nothing is stated, relative to its value."""
@@ -214,7 +214,7 @@ def hover_times_s(variants: Variants, perspective: Perspective) -> Floats:
         if not len(number):
             continue
         rests = bool(by_way[itineraries[0]])
-        given = variant_quantities(variants, number, itineraries, rests=rests, steps=steps)
+        given = quantities(variants, itineraries, number, rests=rests, steps=steps)
         if steps:
             hover_s = delivered(given, len(number))["hover_time_s"]
         else:
@@ -265,7 +265,7 @@ class FixedPlan:
         own = Variants(self.network, variants.columns, variants.coverage_radius_m)
         every = np.arange(own.count)
         rests = bool(self.network.routes.building[0] >= 0)
-        given = variant_quantities(own, every, np.zeros_like(every), rests=rests, steps=True)
+        given = quantities(own, np.zeros_like(every), every, rests=rests)
         point = {"hover_time_s": self.hover_time_s}
         if rests:
             point["rest_time_s"] = self.rest_time_s

@@ -17,7 +17,7 @@ from formulations.p4 import P4
 from optuav.engines import bracket
 from optuav.engines.largest import WIDTH_S
 from optuav.modelling import check
-from optuav.physics.kibam import Stage
+from optuav.physics.kibam import Battery, Stage
 from optuav.solving.batch import Hovers, longest_hovers
 from tests.examples import few
 from tests.formulations.given import quantities
@@ -175,7 +175,10 @@ def delivered(case: dict[str, Any], hover_s: Floats, rest_s: Floats, looks: int 
 
 
 def longest(case: dict[str, Any]) -> Hovers:
-    return longest_hovers(**case, shortest_rest=True)
+    names = ("capacity_As", "available_fraction", "flow_rate_per_s")
+    others = {name: value for name, value in case.items() if name not in names}
+    battery = Battery(*(case[name] for name in names))
+    return longest_hovers(**others, battery=battery, shortest_rest=True)
 
 
 def agree(case: dict[str, Any]) -> bool:

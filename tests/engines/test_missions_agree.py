@@ -25,7 +25,7 @@ from optuav.mission import Mission
 from optuav.options import ORDERS
 from optuav.plan import Plan
 from optuav.solving import Program, formulate
-from optuav.solving.compiled import CompiledProgram
+from optuav.solving.program import CompiledProgram
 from optuav.status import Status
 from tests.engines.random_missions import Exact, exact
 from tests.examples import few

@@ -10,7 +10,6 @@ import pytest
 import optuav
 from optuav.errors import InputError, NoPlanError
 from optuav.solving.question import problem_of
-from optuav.solving.statement import statement
 
 
 def optimum(text: str, path: Path) -> float:
@@ -26,8 +25,7 @@ def optimum(text: str, path: Path) -> float:
 
 def test_text_and_latex_are_the_programs_own() -> None:
     program = optuav.formulate("paper", "P1", perspective="battery")
-    assert statement(program) == str(program)
-    latex = statement(program, "latex")
+    latex = program.to_latex()
     assert latex.count(r"\begin{align*}") == len(program.parts) == 2
 
 
@@ -57,7 +55,7 @@ def test_a_file_holds_the_route_that_solve_takes(
             "paper", problem_of(problem, building=building), perspective=perspective
         )
         plan = program.solve()
-        text = statement(program, form)
+        text = program.to_file(form)
         assert optimum(text, tmp_path / f"file.{form}") == pytest.approx(
             plan.hover_time_s, rel=1e-9
         )
@@ -73,7 +71,7 @@ def test_the_shortest_flight_and_rest(problem: str, tmp_path: Path) -> None:
     program = optuav.formulate(mission, problem, perspective="battery")
     plan = program.solve()
     shortest_s = plan.flight_time_s + plan.rest_time_s
-    found = optimum(statement(program, "lp"), tmp_path / "file.lp")
+    found = optimum(program.to_file("lp"), tmp_path / "file.lp")
     assert found == pytest.approx(shortest_s, rel=1e-9)
     if problem == "P2-tight":
         assert 800.0 - found == pytest.approx(678.69, abs=0.005)
@@ -81,14 +79,14 @@ def test_the_shortest_flight_and_rest(problem: str, tmp_path: Path) -> None:
 
 def test_where_no_route_has_an_answer_the_shortest_flight_is_told() -> None:
     mission = optuav.load("paper").replace({"limits.deadline_s": 60})
-    text = statement(optuav.formulate(mission, "P1", perspective="battery"), "lp")
+    text = optuav.formulate(mission, "P1", perspective="battery").to_file("lp")
     assert "route origin -> hover -> destination" in text
     assert "no route has an answer; that of the shortest flight of 21 routes" in text
 
 
 def test_what_is_not_linear_is_refused_before_anything_is_solved() -> None:
     with pytest.raises(InputError, match=r"'P1\.b state of charge' is not linear"):
-        statement(optuav.formulate("paper", "P1", perspective="wells"), "mps")
+        optuav.formulate("paper", "P1", perspective="wells").to_file("mps")
 
 
 def test_where_nothing_flies_there_is_nothing_to_state() -> None:
@@ -96,9 +94,9 @@ def test_where_nothing_flies_there_is_nothing_to_state() -> None:
         optuav.load("paper").replace({"body.mass_kg": 50}), "P1", perspective="battery"
     )
     with pytest.raises(NoPlanError, match="nothing can be flown: the UAV cannot fly"):
-        statement(program, "lp")
+        program.to_file("lp")
 
 
 def test_an_unknown_form_is_refused() -> None:
-    with pytest.raises(InputError, match="one of text, latex, lp, mps"):
-        statement(optuav.formulate("paper", "P3", perspective="battery"), "nl")
+    with pytest.raises(InputError, match="one of lp, mps"):
+        optuav.formulate("paper", "P3", perspective="battery").to_file("nl")

@@ -6,7 +6,7 @@ import math
 
 import pytest
 
-from optuav.solving.plans import best
+from optuav.solving.outcome import best
 
 NAN = math.nan
 

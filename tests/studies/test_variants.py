@@ -12,7 +12,7 @@ from formulations.soc import adjusted
 from optuav.mission import Mission
 from optuav.network.network import build_network
 from optuav.network.variants import KEY, Columns, Variants
-from optuav.solving.assemble import quantities, variant_quantities
+from optuav.solving.assemble import quantities
 from optuav.studies.uncertainty import hover_times_s
 
 COUNT = 60
@@ -70,7 +70,7 @@ def test_quantities_are_those_of_each_variant_alone(name: str) -> None:
             rests = bool(routes[0])
             expected = quantities(one, routes, rests=rests)
             variants = np.full(len(routes), number)
-            given = variant_quantities(ensemble, variants, routes, rests=rests, steps=True)
+            given = quantities(ensemble, routes, variants, rests=rests)
             apart = {"steps", "rests", "flight_battery_J", "hover_battery_J"}
             for field in expected.__dataclass_fields__.keys() - apart:
                 left, right = getattr(given, field), getattr(expected, field)

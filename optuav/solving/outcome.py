@@ -1,0 +1,335 @@
+"""What becomes of answers: the best plan, evaluated again, or the reasons why there is none."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from formulations.p1 import P1
+from formulations.p4 import P4
+from formulations.parameters import Quantities
+from formulations.soc import AVAILABLE, PAPER, PERSPECTIVES
+from optuav.arrays import Integers
+from optuav.engines.solution import Solution
+from optuav.errors import Fault, InputError, SolverError
+from optuav.judge.replay import replay
+from optuav.mission.messages import written_out
+from optuav.modelling import Model, evaluate
+from optuav.modelling.check import evaluated
+from optuav.modelling.classify import traits
+from optuav.modelling.traversal import has_unknowns
+from optuav.network.network import NO_LEG, Network
+from optuav.network.places import charging_cap
+from optuav.network.timeline import route_phases, simulated
+from optuav.physics.flight import speed_warning
+from optuav.plan import Phase, Plan
+from optuav.solving.assemble import quantities, step_ends
+from optuav.solving.question import AUTO, PROBLEM_NAMES, Question, answer
+from optuav.status import Status
+
+MOST_VIOLATED = 2
+"""Violated constraints that are stated in full."""
+ROUNDING = 1e-9
+"""Share of the capacity that rounding may take."""
+SAME_S = 1e-6
+"""Times that differ by no more than this are equal [s]."""
+TIMES = ("hover_time_s", "rest_time_s")
+"""Unknowns that make a plan; a formulation may have others."""
+WARNED_OF = ("empty", "full")
+"""Events of a simulation that `Plan.warnings` states already."""
+PROVED = {
+    "P2": "bounded: no flight and rest is shorter than the shortest flight",
+    "P2-tight": "bounded: no flight and rest is shorter, as the engine {} proves that no hover is "
+    "longer",
+}
+"""Why a local optimum is the global one, by problem."""
+
+
+@dataclass(frozen=True)
+class Part:
+    """One declaration that serves several itineraries.
+
+    Parameters
+    ----------
+    model
+        The declaration; its parameters are arrays with one entry an itinerary.
+    routes
+        Numbers of the itineraries.
+    """
+
+    model: Model
+    routes: Integers
+
+    @property
+    def rests(self) -> bool:
+        """Whether the declaration has a rest time."""
+        return any(each.name == "rest_time_s" for each in self.model.variables)
+
+
+def best(
+    hover_time_s: npt.ArrayLike, mission_time_s: npt.ArrayLike, stops: npt.ArrayLike
+) -> int | None:
+    """Number of the best plan, or None if there is none.
+
+    The longest hover wins; among equals (to 1e-6 s) the shortest mission, then the fewest stops,
+    then the earliest in the list. Times are Δ and T [s], NaN where there is no plan.
+    """
+    hover, mission = np.asarray(hover_time_s, float), np.asarray(mission_time_s, float)
+    if not np.isfinite(hover).any():
+        return None
+    tied = hover >= np.nanmax(hover) - SAME_S
+    tied &= mission <= np.min(mission, where=tied, initial=np.inf) + SAME_S
+    return int(np.argmin(np.where(tied, np.asarray(stops, float), np.inf)))
+
+
+def plan_for(
+    question: Question,
+    network: Network,
+    flown: Sequence[Phase] = (),
+    given: Quantities | None = None,
+    times_s: tuple[float, float] = (0.0, 0.0),
+    **found: Any,
+) -> Plan:
+    """A plan as an answer to a question: what was asked, and what was found.
+
+    With phases and quantities, also the state of charge at the end [-] by the perspectives of the
+    paper after hovering and resting for some times [s]; where packs may refuse charge, `battery`
+    counts what they accepted.
+    """
+    packs, notes = network.mission.battery, found.pop("notes", ())
+    if flown and given:
+        soc = {p: float(np.squeeze(PERSPECTIVES[p](given, *times_s))) for p in PAPER}
+        if packs.takes_turns or packs.charging != "constant":
+            capacity_As = packs.packs * packs.capacity_As
+            left_As = sum(flown[-1].available_As) + sum(flown[-1].bound_As)
+            soc["battery"] = left_As / capacity_As
+            refused_As = capacity_As + sum(each.charge_As for each in flown) - left_As
+            if refused_As > ROUNDING * capacity_As and not packs.takes_turns:
+                notes = (
+                    *notes,
+                    f"charging tapered: the {refused_As:.6g} A s that the full battery refused are "
+                    "lost, and only battery tells so, not energy and adjusted",
+                )
+        found |= {"phases": flown, "soc": soc}
+    return Plan(
+        mission=network.mission,
+        problem=question.problem.name,
+        trajectory=question.trajectory,
+        building=question.problem.building,
+        order=question.problem.order,
+        perspective=question.perspective,
+        slot_s=question.slot_s,
+        notes=notes,
+        **found,
+    )
+
+
+def route_plan(
+    question: Question, network: Network, route: int, times_s: tuple[float, float], **found: Any
+) -> Plan:
+    """The plan that flies a route, and hovers and rests there for some times [s]."""
+    flown = simulated(network.mission, route_phases(network, route, *times_s))
+    given = quantities(network, np.array([route]))
+    return plan_for(question, network, flown, given, times_s, **found)
+
+
+def plan_of(
+    question: Question, network: Network, part: Part, solution: Solution, entry: int
+) -> Plan:
+    """The plan that belongs to the answer to one entry of a part.
+
+    Raises
+    ------
+    InputError
+        If a formulation left a time free to be negative, and it is.
+    """
+    point, route = solution.point(entry), int(part.routes[entry])
+    hover_s, rest_s = (point.get(name, 0.0) for name in TIMES)
+    if min(hover_s, rest_s) < 0.0:
+        stated = "at least 0 s, or no plan is made of it: state lower=0.0"
+        times = zip(TIMES, (hover_s, rest_s), strict=True)
+        raise InputError([Fault(name, f"{t:g}", stated) for name, t in times if t < 0.0])
+    notes = list(_notes(network, route))
+    if part.rests and rest_s == 0.0:
+        approached = "; with T' > 0, as (P4) is printed, this limit is approached but not attained"
+        more = approached if isinstance(question.problem, P4) else ""
+        notes.insert(0, f"the optimum is at T' = 0: resting gains nothing here{more}")
+    return route_plan(
+        question,
+        network,
+        route,
+        (hover_s, rest_s),
+        engine=solution.engine,
+        proof=solution.proof,
+        status=solution.statuses[entry],
+        binding=tuple(words(network, part, entry, solution.binding_labels(entry))),
+        notes=tuple(notes),
+    )
+
+
+def _notes(network: Network, route: int) -> Iterator[str]:
+    """What to know of the legs and places of a route."""
+    legs = network.routes.legs[route]
+    flown = legs[legs != NO_LEG]
+    if network.legs.edited[flown].any():
+        yield "some legs have figures from the graph, not from the flight model"
+    if network.places.edited[network.legs.end[flown]].any():
+        yield "some places have sight or power of the laser from the graph, not from the mission"
+    if too_fast := speed_warning(float(network.legs.peak_speed_m_s[flown].max())):
+        yield too_fast
+    cap = charging_cap(network.mission, network.places)
+    if cap and any(network.places.names[place] in cap.places for place in network.legs.end[flown]):
+        yield str(cap)
+
+
+def moments(network: Network, part: Part, entry: int) -> dict[str, str]:
+    """By label of a constraint that has one, the moment at which it holds on a route, by places."""
+    stated = [each for each in part.model.constraints if each.step is not None]
+    ends = step_ends(network, part.routes, entry, rests=part.rests) if stated else []
+    return {each.label: ends[each.step] for each in stated if each.step is not None}
+
+
+def words(network: Network, part: Part, entry: int, labels: Sequence[str]) -> list[str]:
+    """Labels of constraints with their moments by the places of the route."""
+    known = moments(network, part, entry)
+    names = {each.label: each.name for each in part.model.constraints}
+    return [f"{names[each]} {known[each]}" if each in known else each for each in labels]
+
+
+def plan_without(
+    question: Question, network: Network, status: Status, proof: str, reasons: Sequence[str]
+) -> Plan:
+    """The plan that says why there is none."""
+    engine = "" if question.engine == AUTO else question.engine_name
+    return plan_for(
+        question, network, engine=engine, proof=proof, status=status, reasons=tuple(reasons)
+    )
+
+
+def shortfalls(question: Question, network: Network, parts: Sequence[Part]) -> tuple[str, ...]:
+    """Why no times are feasible, for the route with the shortest flight."""
+    flight_s = network.routes.flight_time_s
+    part = min(parts, key=lambda each: float(flight_s[each.routes].min()))
+    entry = int(flight_s[part.routes].argmin())
+    shortest_s, deadline_s = flight_s[part.routes[entry]], network.mission.limits.deadline_s
+    if shortest_s > deadline_s:
+        return (
+            f"the flight alone takes {shortest_s:.2f} s, "
+            f"longer than limits.deadline_s = {deadline_s:g} s",
+        )
+    model, parameters = part.model, part.model.row(entry)
+    if question.slot_s is not None and _feasible_without_slots(question, parts):
+        return tuple(_between_slots(question.slot_s, model, parameters))
+    least = {each.name: evaluate(each.lower, parameters) for each in model.variables}
+    times = ", ".join(f"{each.symbol} = {least[each.name]:g}" for each in model.variables)
+    broken = [row for row in evaluated(model, {**parameters, **least}) if not row.satisfied]
+    labels = words(network, part, entry, [row.label for row in broken])
+    violated = [
+        f"{label}: {row.left:.6g} {row.sense} {row.right:.6g} does not hold at {times}, "
+        "nor at any longer time that the other constraints admit"
+        for label, row in zip(labels, broken, strict=True)
+    ]
+    if (more := len(violated) - MOST_VIOLATED) > 0:
+        violated[MOST_VIOLATED:] = [f"nor do {more} other constraints hold there"]
+    return tuple(violated) or ("no times satisfy all constraints together",)
+
+
+def _feasible_without_slots(question: Question, parts: Sequence[Part]) -> bool:
+    """Whether there are feasible times without slots; known for linear models only."""
+    continuous = replace(question, slot_s=None, engine=AUTO)
+    return any(
+        status.has_answer
+        for part in parts
+        if traits(part.model).linear
+        for status in answer(part.model, len(part.routes), continuous).statuses
+    )
+
+
+def _between_slots(slot_s: float, model: Model, parameters: Mapping[str, float]) -> Iterator[str]:
+    """Sentences on a programme that has feasible times, but none in whole slots."""
+    yield (
+        f"no whole slots of {written_out(slot_s)} s satisfy all constraints together; without "
+        "slots there are times that do"
+    )
+    for constraint in model.constraints:
+        relation = constraint.relation
+        if relation.sense == "==" and not has_unknowns(relation.right):
+            right = float(evaluate(relation.right, parameters))
+            yield f"{constraint.label}: exactly {right:.6g} {constraint.unit} are asked for"
+
+
+def replayed(plan: Plan) -> Plan:
+    """The plan with the verdict of its simulation.
+
+    Raises
+    ------
+    SolverError
+        If a plan of the perspective `available` fails, which would be a fault of this package.
+    """
+    if not plan:
+        return plan
+    found = replay(plan)
+    if plan.perspective == AVAILABLE and plan.problem in PROBLEM_NAMES and not found.flyable:
+        events = "; ".join(event.words + event.figures for event in found.violations)
+        raise SolverError(f"{plan.engine} returned a plan that fails its simulation: {events}")
+    more = tuple(
+        f"this plan cannot be flown: {event.words}{event.figures}"
+        for event in found.violations
+        if event.kind not in WARNED_OF
+    )
+    return plan.model_copy(update={"flyable": found.flyable, "notes": (*plan.notes, *more)})
+
+
+def against_p1(question: Question, network: Network, parts: Sequence[Part], plan: Plan) -> Plan:
+    """The plan of (P2) compared with (P1), and proved where (P1) is a proof.
+
+    (P2) minimises T_fl + T'. As printed it cannot be less than the shortest T_fl. With the deadline
+    tight it is T_max − Δ, and Δ cannot be more than in (P1).
+    """
+    longest, notes, changes = [], [], dict[str, object]()
+    p1_question = replace(question, problem=P1())
+    for part in parts:
+        given = quantities(network, part.routes, rests=part.rests)
+        p1 = P1().model(given, question.perspective)
+        longest.append(answer(p1, len(part.routes), p1_question))
+    printed = question.problem.name == "P2"
+    if printed:
+        notes.append(
+            "(P2) as printed has no Δ in its objective: any feasible hover time is optimal"
+        )
+    longest_s = max(float(np.nanmax(each.objective, initial=-np.inf)) for each in longest)
+    if (longer_s := longest_s - plan.hover_time_s) > SAME_S:
+        notes.append(f"(P1) hovers {longest_s:.2f} s on the same mission, {longer_s:.2f} s longer")
+    if plan.status is Status.LOCALLY_OPTIMAL:
+        flight_s = [network.routes.flight_time_s[part.routes] for part in parts]
+        least_s = min(float(each.min()) for each in flight_s)
+        if not printed:
+            least_s = _least_tight_s(network.mission.limits.deadline_s, flight_s, longest)
+        over_s = plan.flight_time_s + plan.rest_time_s - least_s
+        if over_s <= SAME_S:
+            proof = PROVED[question.problem.name].format(longest[0].engine)
+            changes = {"status": Status.OPTIMAL, "proof": proof}
+        elif math.isfinite(over_s):
+            notes.append(f"not proved: up to {over_s:.6g} s less has not been ruled out")
+    return plan.model_copy(update={"notes": (*plan.notes, *notes), **changes})
+
+
+def _least_tight_s(
+    deadline_s: float, flight_s: Sequence[npt.NDArray[np.float64]], longest: Sequence[Solution]
+) -> float:
+    """A lower bound of T_fl + T' with the deadline tight [s]; −∞ where none is known."""
+    longest_s = -math.inf
+    for flown_s, solution in zip(flight_s, longest, strict=True):
+        if solution.beyond is None:
+            return -math.inf
+        beyond_s = solution.beyond
+        if "rest_time_s" not in solution.values:
+            # Without a rest all of the time left is hovered, or the deadline is not tight.
+            beyond_s = beyond_s[beyond_s >= deadline_s - flown_s - SAME_S]
+        longest_s = max(longest_s, float(beyond_s.max(initial=-math.inf)))
+    return deadline_s - longest_s
