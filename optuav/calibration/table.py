@@ -9,7 +9,6 @@ a check is predicted only, or repeats one that was fitted: then it tests nothing
 from __future__ import annotations
 
 import math
-import tomllib
 from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
@@ -32,7 +31,7 @@ from optuav.calibration.fit import (
 from optuav.calibration.least_squares import estimate
 from optuav.errors import Fault, InputError
 from optuav.mission import Mission, load, shipped
-from optuav.mission.files import label, read_text, refusal
+from optuav.mission.files import label, read_toml
 from optuav.mission.messages import nearest, number, shown
 from optuav.network import vehicle
 from optuav.network.network import Network, build_network
@@ -361,11 +360,7 @@ def read_table(path: Path) -> ResultsTable:
     InputError
         With every fault of the file.
     """
-    try:
-        document = tomllib.loads(read_text(path, LARGEST_FILE))
-    except (tomllib.TOMLDecodeError, RecursionError) as error:
-        raise refusal(path, f"is not TOML: {error}") from None
-    return _Reader(label(path), path.parent).table(document)
+    return _Reader(label(path), path.parent).table(read_toml(path, LARGEST_FILE))
 
 
 class _Reader:

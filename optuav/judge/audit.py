@@ -12,11 +12,11 @@ from optuav.judge.course import TOLERANCE
 from optuav.judge.replay import MISMATCH, Replay, replay, same
 from optuav.judge.timeline import STOP, Itinerary, Stop, stop_breaches
 from optuav.mission import load, shipped
-from optuav.mission.files import label, read_text
-from optuav.mission.load import LARGEST_FILE, parse
-from optuav.mission.messages import Breach, Document, StatedMission, nearest, printable, shown
+from optuav.mission.files import label, read_text, read_toml
+from optuav.mission.load import LARGEST_FILE
+from optuav.mission.messages import nearest, printable, shown
 from optuav.mission.schema import LARGEST
-from optuav.mission.validation import format_breaches
+from optuav.mission.validation import Breach, Document, StatedMission, format_breaches
 from optuav.network import vehicle
 from optuav.plan import Plan
 from optuav.plan.file import LARGEST_BYTES, parse_plan
@@ -197,7 +197,7 @@ def _read(file: Path) -> tuple[Plan | Itinerary, dict[str, object]]:
     text = read_text(file, LARGEST_BYTES)
     if file.suffix == ".json" or text.lstrip().startswith("{"):
         return parse_plan(text, label(file))
-    return _itinerary(parse(read_text(file, LARGEST_FILE), file), file), {}
+    return _itinerary(read_toml(file, LARGEST_FILE), file), {}
 
 
 def _itinerary(document: Document, file: Path) -> Itinerary:

@@ -13,8 +13,9 @@ import numpy as np
 from optuav.arrays import Floats
 from optuav.errors import InputError
 from optuav.mission import Mission
-from optuav.mission.messages import Breach, StatedMission, nearest
+from optuav.mission.messages import nearest
 from optuav.mission.schema import Number
+from optuav.mission.validation import Breach, StatedMission
 from optuav.network import vehicle
 from optuav.network.obstacles import CLEAR, Prisms, crossed, prisms
 from optuav.network.places import ENDS

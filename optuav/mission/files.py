@@ -4,12 +4,19 @@ from __future__ import annotations
 
 import contextlib
 import os
+import re
 import stat
+import tomllib
 from collections.abc import Iterator
 from pathlib import Path
+from typing import Any
 
 from optuav.errors import Fault, InputError
-from optuav.mission.messages import printable
+from optuav.mission.messages import printable, safe_name
+
+# tomllib's time grows with the square of the parts of a dotted key.
+_PART = r"""(?>[\w-]+|"[^"\n]*"|'[^'\n]*')[ \t]*"""
+_DEEP_KEY = re.compile(rf"(?<![\w-])(?>{_PART}\.[ \t]*){{32}}", re.ASCII)
 
 
 def label(path: Path) -> str:
@@ -32,10 +39,9 @@ def read_text(path: Path, limit: int, *, hint: str = "") -> str:
             kind = path.stat().st_mode
         except FileNotFoundError:
             raise refusal(path, f"there is no such file{hint}") from None
-        if stat.S_ISDIR(kind):
-            raise refusal(path, "is a directory, not a file")
         if not stat.S_ISREG(kind):
-            raise refusal(path, "is not a regular file")
+            what = "a directory, not a file" if stat.S_ISDIR(kind) else "not a regular file"
+            raise refusal(path, f"is {what}")
         with path.open("rb") as file:
             content = file.read(limit + 1)
     if len(content) > limit:
@@ -45,6 +51,19 @@ def read_text(path: Path, limit: int, *, hint: str = "") -> str:
     except UnicodeDecodeError as error:
         words = f"is not text in UTF-8: byte 0x{error.object[error.start]:02x} at {error.start}"
         raise refusal(path, words) from None
+
+
+def read_toml(path: Path, limit: int, *, hint: str = "") -> dict[str, Any]:
+    """The tables of a TOML file, see `read_text`; refused if they are nested too deeply."""
+    text = read_text(path, limit, hint=hint)
+    if _DEEP_KEY.search(text):
+        raise refusal(path, "has a dotted name of more than 32 parts")
+    try:
+        return tomllib.loads(text)
+    except RecursionError:
+        raise refusal(path, "is nested too deeply") from None
+    except ValueError as error:
+        raise refusal(path, f"is not TOML: {safe_name(str(error))}") from None
 
 
 def must_be_new(path: Path) -> None:

@@ -4,28 +4,15 @@ from __future__ import annotations
 
 import json
 import os
-import re
-import tomllib
-from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import cache
 from pathlib import Path
 from typing import Any
 
 from optuav.errors import Fault, InputError
-from optuav.mission.files import label, read_text, refusal
-from optuav.mission.messages import (
-    Document,
-    Key,
-    StatedMission,
-    nearest,
-    printable,
-    shortened,
-    shown,
-)
-from optuav.mission.mission import Mission
-from optuav.mission.overlay import displaced, overlay
-from optuav.mission.validation import format_breaches, validate
+from optuav.mission.files import label, read_toml
+from optuav.mission.messages import nearest, safe_name, shown
+from optuav.mission.mission import Mission, overlay
+from optuav.mission.validation import Document, Key, StatedMission, format_breaches, validate
 
 LARGEST_FILE = 2_000_000
 """Most bytes that a mission file may have."""
@@ -34,11 +21,8 @@ LONGEST_CHAIN = 32
 """Most files that may extend one another."""
 
 _HERE = Path(__file__).parent
-_SHIPPED = _HERE / "shipped"
-
-# tomllib's time grows with the square of the parts of a dotted key.
-_PART = r"""(?>[\w-]+|"[^"\n]*"|'[^'\n]*')[ \t]*"""
-_DEEP_KEY = re.compile(rf"(?<![\w-])(?>{_PART}\.[ \t]*){{32}}", re.ASCII)
+SHIPPED = dict(sorted((path.stem, path) for path in (_HERE / "shipped").glob("*.toml")))
+"""The missions that come with the package, by name."""
 
 
 @dataclass(frozen=True)
@@ -47,11 +31,9 @@ class _File:
 
     path: Path
     source: str
-    document: Document
-    """The tables, without the keys that concern the file as such."""
+    document: Document  # Without the keys that concern the file as such
     extends: Any
-    faults: list[Fault]
-    """What is wrong with the version of the format."""
+    faults: list[Fault]  # What is wrong with the version of the format
 
 
 def load(source: str | Path) -> Mission:
@@ -87,25 +69,24 @@ def load(source: str | Path) -> Mission:
     """
     if not isinstance(source, str | Path):
         raise InputError([Fault("", shown(source), "a shipped mission's name or a file's path")])
-    files, broken = _chain(source)
-    document: Document = {}
+    (first, *others), broken = _chain(source)
+    document, gone = dict[str, Any](), dict[Key, str]()
     sources: dict[Key, str] = {}
-    gone: dict[Key, str] = {}
-    for file in reversed(files):
+    for file in (*reversed(others), first):
         sources[()] = file.source
         for name, table in file.document.items():
-            sources[name,] = file.source
-            sources |= {
-                (name, key): file.source for key in (table if isinstance(table, dict) else ())
-            }
-        gone |= displaced(document, file.document)
-        document = overlay(document, file.document)
-    document.setdefault("name", shortened(printable(files[0].path.stem)))
-    faults = [*broken, *(fault for file in files for fault in file.faults)]
+            keys = table if isinstance(table, dict) else ()
+            sources |= dict.fromkeys([(name,), *((name, key) for key in keys)], file.source)
+        if document:
+            document, more = overlay(document, file.document)
+            gone |= more
+        else:
+            document = file.document
+    document.setdefault("name", safe_name(first.path.stem))
+    faults = [*broken, *(fault for file in (first, *others) for fault in file.faults)]
     return validate(Mission, StatedMission(document, sources, gone), faults, whole=not broken)
 
 
-@cache
 def shipped() -> tuple[str, ...]:
     """Names of the missions that come with the package, in alphabetical order.
 
@@ -120,7 +101,7 @@ def shipped() -> tuple[str, ...]:
     >>> optuav.shipped()
     ('matrice350', 'paper', 'paper-table2')
     """
-    return tuple(sorted(path.stem for path in _SHIPPED.glob("*.toml")))
+    return tuple(SHIPPED)
 
 
 def json_schema() -> Document:
@@ -149,50 +130,35 @@ def json_schema() -> Document:
 def _chain(source: str | Path) -> tuple[list[_File], list[Fault]]:
     """The file, the one it extends and so on; and why the chain breaks off, if it does."""
     files = [_read(source, Path())]
-    while files[-1].extends is not None:
+    while (extends := files[-1].extends) is not None:
         try:
-            files.append(_base(files))
+            if not isinstance(extends, str):
+                raise InputError("a shipped mission's name or a path relative to this file")
+            if len(files) == LONGEST_CHAIN:
+                raise InputError(f"a chain of at most {LONGEST_CHAIN} files")
+            base = _read(extends, files[-1].path.parent)
+            if os.path.realpath(base.path) in [os.path.realpath(each.path) for each in files]:
+                circle = " -> ".join(each.source for each in (*files, base))
+                raise InputError(f"a file that does not lead back to one before it: {circle}")
         except InputError as error:
-            file = files[-1]
-            return files, [Fault("extends", shown(file.extends), str(error), file.source)]
+            return files, [Fault("extends", shown(extends), str(error), files[-1].source)]
+        for key in ("name", "description"):  # which are a file's own
+            base.document.pop(key, None)
+        files.append(base)
     return files, []
 
 
-def _base(files: Sequence[_File]) -> _File:
-    """What the last of the files extends; name and description are a file's own."""
-    extends = files[-1].extends
-    if not isinstance(extends, str):
-        raise InputError("a shipped mission's name or a path relative to this file")
-    if len(files) == LONGEST_CHAIN:
-        raise InputError(f"a chain of at most {LONGEST_CHAIN} files")
-    base = _read(extends, files[-1].path.parent)
-    if any(os.path.realpath(base.path) == os.path.realpath(file.path) for file in files):
-        circle = " -> ".join(file.source for file in (*files, base))
-        raise InputError(f"a file that does not lead back to one before it: {circle}")
-    for key in ("name", "description"):
-        base.document.pop(key, None)
-    return base
-
-
 def _read(source: str | Path, directory: Path) -> _File:
-    path, name, hint = _SHIPPED / f"{source}.toml", str(source), ""
-    if source not in shipped():
+    """A shipped mission's file, or one in a directory."""
+    if path := SHIPPED.get(str(source)) if isinstance(source, str) else None:
+        name, hint = str(source), ""
+    else:
         path = directory / source
-        name, others = label(path), ", ".join(shipped())
-        hint = nearest(path.name, shipped()) or f"; shipped missions are {others}"
-    document = parse(read_text(path, LARGEST_FILE, hint=hint), path)
-    faults = StatedMission(document, {(): name}).faults(format_breaches(document))
+        name = label(path)
+        hint = nearest(path.name, SHIPPED) or f"; shipped missions are {', '.join(SHIPPED)}"
+    document = read_toml(path, LARGEST_FILE, hint=hint)
+    faults = []
+    if breaches := format_breaches(document):
+        faults = StatedMission(document, {(): name}).faults(breaches)
     document.pop("schema", None)
     return _File(path, name, document, document.pop("extends", None), faults)
-
-
-def parse(text: str, path: Path) -> Document:
-    """The tables of a TOML file, or an `InputError` if it is none or nested too deeply."""
-    if _DEEP_KEY.search(text):
-        raise refusal(path, "has a dotted name of more than 32 parts")
-    try:
-        return tomllib.loads(text)
-    except RecursionError:
-        raise refusal(path, "is nested too deeply") from None
-    except ValueError as error:
-        raise refusal(path, f"is not TOML: {shortened(printable(str(error)))}") from None

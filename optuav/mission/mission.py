@@ -1,50 +1,63 @@
-"""The mission: validated data that never changes."""
+"""The mission: validated data that never changes, and what a new value displaces."""
 
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from itertools import islice
 from pathlib import Path
-from typing import Annotated, Self
+from typing import Annotated, Any, Self
 
-import tomli_w
 from pydantic import BeforeValidator, Strict, model_validator
 
 from optuav.errors import MOST_SHOWN, Fault, InputError
+from optuav.mission import schema
 from optuav.mission.files import write_text
-from optuav.mission.messages import Document, StatedMission, shown
-from optuav.mission.overlay import revise, without_none
-from optuav.mission.schema import (
-    SCHEMA,
-    Allowed,
-    BatteryPacks,
-    Body,
-    Building,
-    Description,
-    Flight,
-    Laser,
-    Limits,
-    Link,
-    Listed,
-    MissionSection,
-    Name,
-    Rotor,
-    RotorFlight,
-    RouteEnds,
-    Wind,
+from optuav.mission.messages import nearest, shown
+from optuav.mission.schema import CONVERSIONS, REGIME_KEYS, SCHEMA, Allowed, MissionSection
+from optuav.mission.validation import (
+    KEYS,
+    Document,
+    Key,
+    StatedMission,
+    format_breaches,
+    keys_of,
+    rules,
+    validate,
 )
-from optuav.mission.validation import format_breaches, rules, validate
 
 MOST_BUILDINGS = 100_000
 """Most buildings that a mission may have."""
 
+_ENERGIES = frozenset({"flight_energy_J", "hover_energy_J"})
+
+DISPLACED: dict[str, dict[str, frozenset[str]]] = {
+    "battery": {
+        "flow_rate_per_s": frozenset({"flow_rate_per_min"}),
+        "flow_rate_per_min": frozenset({"flow_rate_per_s"}),
+        "packs": _ENERGIES,
+        "capacity_As": _ENERGIES,
+        "schedule": frozenset({"period_s"}),
+    },
+    "laser": {
+        "visibility_km": frozenset({"attenuation_per_km"}),
+        "attenuation_per_km": frozenset({"visibility_km"}),
+        "wavelength_nm": frozenset(CONVERSIONS[810]),
+    },
+    "flight": {"model": REGIME_KEYS},
+}
+"""By table, the keys that a new value of a key displaces unless they are stated with it."""
+
+_KEYS = {"name", "description", *KEYS} | {
+    f"{name}.{key}" for name, keys in KEYS.items() if name != "buildings" for key in keys
+}
+
 
 def _few(buildings: object) -> object:
-    """The buildings; too many are refused before any of them is validated."""
+    """Buildings as a tuple; too many are refused before any of them is validated."""
     if isinstance(buildings, list | tuple) and len(buildings) > MOST_BUILDINGS:
         raise ValueError(f"more than {MOST_BUILDINGS} buildings")
-    return buildings
+    return tuple(buildings) if isinstance(buildings, list) else buildings
 
 
 class Mission(MissionSection):
@@ -65,35 +78,30 @@ class Mission(MissionSection):
     (1500.0, 9)
     """
 
-    name: Name = "mission"
+    name: schema.Name = "mission"
     """Name of the mission; by default that of its file."""
-    description: Description = ""
+    description: schema.Description = ""
     """What the mission is about."""
-    route: RouteEnds
-    limits: Limits
-    battery: BatteryPacks
-    rotor: Rotor | None = None
-    body: Body | None = None
-    laser: Laser | None = None
-    link: Link
-    wind: Wind = Wind()
-    flight: Flight = RotorFlight()
+    route: schema.RouteEnds
+    limits: schema.Limits
+    battery: schema.BatteryPacks
+    rotor: schema.Rotor | None = None
+    body: schema.Body | None = None
+    laser: schema.Laser | None = None
+    link: schema.Link
+    wind: schema.Wind = schema.Wind()
+    flight: schema.Flight = schema.RotorFlight()
     buildings: Annotated[
-        tuple[Building, ...],
+        tuple[schema.Building, ...],
         Strict(),
-        Listed,
         BeforeValidator(_few),
         Allowed(f"up to {MOST_BUILDINGS} tables [[buildings]] with name, position_m"),
     ] = ()
 
     @model_validator(mode="after")
     def _rules(self) -> Self:
-        document: Document = {
-            name: _stated(value) if isinstance(value, MissionSection) else value
-            for name, value in _stated(self).items()
-        }
-        document["buildings"] = [_stated(building) for building in self.buildings]
-        if breaches := list(islice(rules(document, document), MOST_SHOWN)):
+        document = self.model_dump(exclude_none=True)
+        if breaches := list(islice(rules(document), MOST_SHOWN)):
             raise InputError(StatedMission(document).faults(breaches))
         return self
 
@@ -124,7 +132,7 @@ class Mission(MissionSection):
         """
         if not isinstance(values, Mapping):
             raise InputError([Fault("", shown(values), "values by dotted key in a dict")])
-        stated, faults = revise(self.model_dump(mode="json", exclude_none=True), values)
+        stated, faults = _revised(self.model_dump(mode="json", exclude_none=True), values)
         return validate(type(self), stated, faults)
 
     def to_dict(self) -> Document:
@@ -177,6 +185,8 @@ class Mission(MissionSection):
         InputError
             If the directory is missing or cannot be written to.
         """
+        import tomli_w
+
         text = tomli_w.dumps(self.to_dict())
         # Each array on one line; strings are safe, as their line breaks are written escaped.
         for pattern, joint in ((r"\[\n +", "["), (r",\n *\]", "]"), (r",\n +", ", ")):
@@ -184,6 +194,86 @@ class Mission(MissionSection):
         write_text(Path(path), text)
 
 
-def _stated(section: MissionSection) -> Document:
-    """The keys of a section that are set, with their values."""
-    return {key: item for key, item in vars(section).items() if item is not None}
+def overlay(base: Document, stated: Document) -> tuple[Document, dict[Key, str]]:
+    """What is stated on top of a base, where None removes a key; and what that displaces.
+
+    Tables join key by key, anything else is replaced. The keys of the base that are displaced come
+    with the dotted key whose new value does so.
+    """
+    joined, gone = {**base, **stated}, dict[Key, str]()
+    for name, table in stated.items():
+        below = base.get(name)
+        if not isinstance(below, dict) or not isinstance(table, dict):
+            continue
+        for key, others in DISPLACED.get(name, {}).items():
+            if table.get(key) is not None and table[key] != below.get(key):
+                for other in others & below.keys() - table.keys():
+                    gone[name, other] = f"{name}.{key}"
+        joined[name] = {k: v for k, v in below.items() if (name, k) not in gone} | table
+    return joined, gone
+
+
+def without_none(value: Any, depth: int = 3) -> Any:
+    """Tables without the keys that are None, and so those in a list of tables."""
+    if depth and isinstance(value, Mapping):
+        items = value.items()
+        return {key: without_none(each, depth - 1) for key, each in items if each is not None}
+    if depth and isinstance(value, list | tuple):
+        return [without_none(each, depth - 1) for each in value]
+    return value
+
+
+def _revised(base: Document, values: Mapping[str, object]) -> tuple[StatedMission, list[Fault]]:
+    """What a mission states after values by dotted key, not yet validated, and unknown keys.
+
+    As in ``{"limits.deadline_s": 800}``, on top of the complete document of a mission; None removes
+    an optional key, a table or a building.
+    """
+    stated, buildings = Document(), Document()
+    faults: list[Fault] = []
+    plain = ((str(key), _plain(value)) for key, value in values.items())
+    # Whole tables first, so that their keys can be stated beside them.
+    for key, value in sorted(plain, key=lambda item: item[0].count(".")):
+        name, _, field = key.partition(".")
+        if key.startswith(("buildings.", "buildings[")):
+            buildings[key] = value
+        elif key not in _KEYS:
+            faults.append(Fault(key, shown(value), f"unknown key{nearest(key, _KEYS)}"))
+        else:
+            stated[name] = {**keys_of(stated.get(name)), field: value} if field else value
+    document, gone = overlay(base, stated)
+    if buildings:
+        listed = document.get("buildings")
+        revised = list(listed) if isinstance(listed, list | tuple) else []
+        faults += _revise_buildings(revised, buildings)
+        if revised:
+            document["buildings"] = [building for building in revised if building is not None]
+    return StatedMission(without_none(document), displaced=gone), faults
+
+
+def _revise_buildings(buildings: list[object], values: Document) -> Iterator[Fault]:
+    """Apply values to a list in place; None takes the place of a building that is removed.
+
+    Keys are ``buildings.b3``, ``buildings.b3.position_m`` or ``buildings[2].position_m``.
+    """
+    named = {f"buildings.{keys_of(each).get('name')}": n for n, each in enumerate(buildings)}
+    places = {f"buildings[{n}]": n for n in range(len(buildings))} | named
+    for key, value in values.items():
+        building, _, field = (key, "", "") if key in places else key.rpartition(".")
+        if building not in places:
+            yield Fault(key, shown(value), f"unknown building{nearest(key, named)}")
+            continue
+        place, new = places[building], {field: value} if field else value
+        known = keys_of(buildings[place])
+        buildings[place] = {**known, **new} if isinstance(new, dict) else new
+
+
+def _plain(value: Any, depth: int = 2) -> Any:
+    """Models and NumPy's values, also in a list or table, as plain data."""
+    if isinstance(value, MissionSection):
+        return value.model_dump(mode="json", exclude_none=True)
+    if depth and isinstance(value, dict):
+        return {name: _plain(each, depth - 1) for name, each in value.items()}
+    if depth and isinstance(value, list | tuple):
+        return [_plain(each, depth - 1) for each in value]
+    return value.tolist() if hasattr(value, "tolist") else value

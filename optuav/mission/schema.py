@@ -166,19 +166,10 @@ SCHEMA = 1
 
 SECONDS_PER_MINUTE = 60.0
 
+_COEFFICIENTS = ("emitter_slope", "emitter_offset_W", "receiver_slope", "receiver_offset_W")
 CONVERSIONS: dict[float, dict[str, float]] = {
-    810: {
-        "emitter_slope": 0.445,
-        "emitter_offset_W": -0.75,
-        "receiver_slope": 0.5414,
-        "receiver_offset_W": -0.2313,
-    },
-    1550: {
-        "emitter_slope": 0.34,
-        "emitter_offset_W": -1.1,
-        "receiver_slope": 0.5434,
-        "receiver_offset_W": -0.2761,
-    },
+    810: dict(zip(_COEFFICIENTS, (0.445, -0.75, 0.5414, -0.2313), strict=True)),
+    1550: dict(zip(_COEFFICIENTS, (0.34, -1.1, 0.5434, -0.2761), strict=True)),
 }
 """Straight-line fits a1, b1, a2, b2 of emitter and receiver by wavelength [nm]."""
 

@@ -12,8 +12,7 @@ from pydantic import ValidationError
 from optuav.errors import Fault, InputError
 from optuav.mission.load import load
 from optuav.mission.messages import allowed, shown
-from optuav.mission.mission import Mission
-from optuav.mission.overlay import without_none
+from optuav.mission.mission import Mission, without_none
 from optuav.mission.schema import SCHEMA, MissionSection, Number
 
 SCENE = "matrice350"

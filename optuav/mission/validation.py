@@ -2,22 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable, Iterator, Sequence
-from typing import TypeVar
+from collections import Counter
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import Any, NamedTuple, TypeAlias, TypeVar
 
 from pydantic import BaseModel, ValidationError
 
 from optuav.errors import Fault, InputError
-from optuav.mission.messages import (
-    Breach,
-    Document,
-    Key,
-    StatedMission,
-    allowed,
-    keys_of,
-    nearest,
-    table,
-)
+from optuav.mission.messages import allowed, nearest, safe_name, shown, table
 from optuav.mission.schema import (
     RATE_PER_MINUTE,
     REGIME_KEYS,
@@ -28,6 +22,12 @@ from optuav.mission.schema import (
     RegimeFlight,
 )
 
+Document: TypeAlias = dict[str, Any]
+"""Tables and values by name, as a TOML file gives them."""
+
+Key: TypeAlias = tuple[str | int, ...]
+"""The place of a value: ``("limits", "min_soc")``, ``("buildings", 2, "position_m")``."""
+
 KEYS = {
     name: {*section.model_fields, *({"flow_rate_per_min"} if name == "battery" else ())}
     for name, section in SECTIONS.items()
@@ -36,6 +36,8 @@ KEYS = {
 
 RESERVED_NAMES = ("origin", "hover", "destination")
 MOST_SUGGESTIONS = 50
+UNKNOWN = object()
+"""Stands for a value that is missing or not allowed by itself: no rule judges it."""
 
 _HOME = {key: f"{name}.{key}" for name, keys in KEYS.items() if name != "buildings" for key in keys}
 _RATE: Key = ("battery", "flow_rate_per_s")
@@ -44,6 +46,72 @@ _ATTENUATION = ("visibility_km", "attenuation_per_km")
 _CHARGING = ("charge_current_A", "charge_power_W")
 
 AnyModel = TypeVar("AnyModel", bound=BaseModel)
+
+
+class Breach(NamedTuple):
+    """A key whose value is not allowed, and what would be."""
+
+    key: Key
+    allowed: str
+
+
+@dataclass(frozen=True)
+class StatedMission:
+    """A mission as it was stated, valid or not."""
+
+    document: Document
+    # The file in which a key, a table or (by the empty key) anything else was stated.
+    sources: Mapping[Key, str] = field(default_factory=dict)
+    # Keys of the mission underneath, each with the dotted key whose new value displaces it.
+    displaced: Mapping[Key, str] = field(default_factory=dict)
+
+    def faults(self, breaches: Iterable[Breach]) -> list[Fault]:
+        """One fault for each key: its first breach with dotted key, value and source."""
+        first: dict[Key, str] = {}
+        for key, words in breaches:
+            first.setdefault(key, words)
+        source = self.sources.get
+        return [
+            Fault(
+                self._dotted(key),
+                "" if (value := self.value(key)) is UNKNOWN else shown(value),
+                words,
+                source(key[:2]) or source(key[:1]) or source((), ""),
+            )
+            for key, words in first.items()
+        ]
+
+    def value(self, key: Key) -> object:
+        """What is stated for a key, or UNKNOWN."""
+        value: object = self.document
+        for part in key:
+            if isinstance(value, dict):
+                value = value.get(part, UNKNOWN)
+            elif isinstance(value, list | tuple) and isinstance(part, int):
+                value = value[part]
+            else:
+                return UNKNOWN
+        return value
+
+    def _dotted(self, key: Key) -> str:
+        """The key as a person writes it; a building goes by its name where no other has it."""
+        if key[0] != "buildings" or len(key) == 1:
+            return ".".join(map(safe_name, key))
+        name = self._names.get(key[1])
+        building = f"buildings[{key[1]}]" if name is None else f"buildings.{name}"
+        return ".".join([building, *map(safe_name, key[2:])])
+
+    @cached_property
+    def _names(self) -> dict[str | int, str]:
+        """Names that only one building has, by its place in the list."""
+        names = [keys_of(building).get("name") for building in self.document["buildings"]]
+        uses = Counter(name for name in names if isinstance(name, str))
+        return {n: x for n, x in enumerate(names) if x and uses.get(x) == 1 and x == safe_name(x)}
+
+
+def keys_of(table: object) -> Document:
+    """The keys of a table with their values; none of what is no table."""
+    return table if isinstance(table, dict) else {}
 
 
 def validate(
@@ -66,9 +134,9 @@ def validate(
     except ValidationError as error:
         breaches += _breaches(model, error, stated)
         if whole:
-            breaches += rules(stated.document, _valid_part(stated.document, breaches))
+            breaches += rules(_without(stated.document, {key for key, _ in breaches}))
         else:
-            breaches = [breach for breach in breaches if stated.holds(breach.key)]
+            breaches = [each for each in breaches if stated.value(each.key) is not UNKNOWN]
     raise InputError([*faults, *stated.faults(breaches)])
 
 
@@ -88,16 +156,28 @@ def _breaches(
     suggestions = 0
     for detail in error.errors(include_url=False, include_context=False, include_input=False):
         key = _key(detail["loc"])
-        if not key or (key == _RATE and stated.holds(_RATE_PER_MINUTE)):
+        value = stated.value(key)
+        if not key or (key == _RATE and stated.value(_RATE_PER_MINUTE) is not UNKNOWN):
             continue
         if detail["type"] in ("extra_forbidden", "invalid_key"):
             suggestions += 1
-            known = _known(model, key) if suggestions <= MOST_SUGGESTIONS else ()
-            yield Breach(key, _unknown(key, known, stated))
-        elif stated.holds(key):
-            yield Breach(key, _words(model, key))
+            known = (
+                {*model.model_fields, "schema", "extends"} if len(key) == 1 else KEYS[str(key[0])]
+            )
+            yield Breach(
+                key, _unknown(key, known if suggestions <= MOST_SUGGESTIONS else (), stated)
+            )
+            continue
+        name, words = str(key[0]), ""
+        if name not in SECTIONS or key == ("buildings",):
+            words = allowed(model, name)
         else:
-            yield stated.missing(key, _words(model, key))
+            words = allowed(SECTIONS[name], str(key[-1])) if key[-1] in KEYS[name] else table(name)
+        if value is UNKNOWN:
+            by = stated.displaced.get(key)
+            why = f"; a new {by} displaces the old one, state both" if by else ""
+            words = f"is missing; {words}{why}"
+        yield Breach(key, words)
 
 
 def _key(location: tuple[int | str, ...]) -> Key:
@@ -107,21 +187,11 @@ def _key(location: tuple[int | str, ...]) -> Key:
     return location[:3] if location[:1] == ("buildings",) else location[:2]
 
 
-def _words(model: type[BaseModel], key: Key) -> str:
-    name = str(key[0])
-    if name not in SECTIONS or key == ("buildings",):
-        return allowed(model, name)
-    return allowed(SECTIONS[name], str(key[-1])) if key[-1] in KEYS[name] else table(name)
-
-
-def _known(model: type[BaseModel], key: Key) -> Iterable[str]:
-    return {*model.model_fields, "schema", "extends"} if len(key) == 1 else KEYS[str(key[0])]
-
-
 def _unknown(key: Key, known: Iterable[str], stated: StatedMission) -> str:
+    """What is said of a key that no table has, or that has no meaning here."""
     name = str(key[-1])
     if key == _RATE_PER_MINUTE:
-        both = stated.holds(_RATE)
+        both = stated.value(_RATE) is not UNKNOWN
         return "either flow_rate_per_s or flow_rate_per_min" if both else RATE_PER_MINUTE.words
     if key == ("extends",):
         return "only in a mission file"
@@ -132,128 +202,95 @@ def _unknown(key: Key, known: Iterable[str], stated: StatedMission) -> str:
     return f"unknown key{nearest(name, known)}"
 
 
-def _valid_part(document: Document, breaches: Iterable[Breach]) -> Document:
-    """The document without what is in breach; a building in breach as a whole stays, empty."""
-    faulty = {key for key, _ in breaches}
-
-    def valid(table: object, *place: str | int) -> Document:
-        if place in faulty or not isinstance(table, dict):
-            return {}
-        return {key: value for key, value in table.items() if (*place, key) not in faulty}
-
-    tables = {name: valid(table, name) for name, table in document.items() if name != "buildings"}
-    buildings = () if ("buildings",) in faulty else document.get("buildings", ())
-    return tables | {"buildings": [valid(item, "buildings", n) for n, item in enumerate(buildings)]}
+def _without(value: Any, faulty: Collection[Key], place: Key = ()) -> Any:
+    """The document with UNKNOWN in the place of what is in breach."""
+    if place in faulty:
+        return UNKNOWN
+    if isinstance(value, dict):
+        return {key: _without(each, faulty, (*place, key)) for key, each in value.items()}
+    if place == ("buildings",):
+        return [_without(each, faulty, (*place, number)) for number, each in enumerate(value)]
+    return value
 
 
-def rules(stated: Document, valid: Document) -> Iterator[Breach]:
-    """Breaches of the rules that bind several keys.
-
-    The valid document lacks the values that are not allowed by themselves, and has every building;
-    a rule is not judged where it needs a value that is missing there.
-    """
-    limits = keys_of(valid.get("limits"))
-    low, high = limits.get("min_altitude_m"), limits.get("max_altitude_m")
-    if low is not None and high is not None and low > high:
+def rules(document: Document) -> Iterator[Breach]:
+    """Breaches of the rules that bind several keys, of a document without None."""
+    limits, battery = keys_of(document.get("limits")), keys_of(document.get("battery"))
+    low, high = (limits.get(f"{end}_altitude_m", UNKNOWN) for end in ("min", "max"))
+    if UNKNOWN not in (low, high) and low > high:
         yield Breach(("limits", "max_altitude_m"), f"a number, x >= min_altitude_m = {low:g} [m]")
-    yield from _battery(keys_of(stated.get("battery")), keys_of(valid.get("battery")))
-    if isinstance(stated.get("laser"), dict):
-        yield from _laser(stated["laser"])
-    if isinstance(stated.get("flight", {}), dict):
-        yield from _flight(stated, valid)
-    yield from _names(valid.get("buildings", ()))
-    yield from _footprints(valid.get("buildings", ()))
-
-
-def _battery(stated: Document, valid: Document) -> Iterator[Breach]:
-    if "schedule" in stated and "schedule" not in valid:
-        return
-    if valid.get("schedule", "pooled") != "alternating":
-        if "period_s" in stated:
-            yield Breach(("battery", "period_s"), 'goes with schedule = "alternating" only')
-    elif "period_s" not in stated:
+    schedule = battery.get("schedule", "pooled")
+    if schedule == "alternating" and "period_s" not in battery:
         words = f'{allowed(BatteryPacks, "period_s")}, needed by schedule = "alternating"'
         yield Breach(("battery", "period_s"), f"is missing; {words}")
+    elif schedule not in ("alternating", UNKNOWN) and "period_s" in battery:
+        yield Breach(("battery", "period_s"), 'goes with schedule = "alternating" only')
+    if isinstance(laser := document.get("laser"), dict):
+        twins = [key for key in _ATTENUATION if key in laser]
+        if len(twins) == 2:
+            yield Breach(("laser", twins[0]), f"either {' or '.join(twins)}, not both")
+        elif not twins:
+            words = f"is missing; {allowed(Laser, 'attenuation_per_km')}; or state visibility_km"
+            yield Breach(("laser", "attenuation_per_km"), words)
+    if isinstance(flight := document.get("flight", {}), dict):
+        yield from _flight(document, flight)
+    if buildings := document.get("buildings"):
+        yield from _buildings([] if buildings is UNKNOWN else list(map(keys_of, buildings)))
 
 
-def _laser(laser: Document) -> Iterator[Breach]:
-    stated = [key for key in _ATTENUATION if key in laser]
-    if len(stated) == 2:
-        yield Breach(("laser", stated[0]), f"either {' or '.join(stated)}, not both")
-    if not stated:
-        words = allowed(Laser, "attenuation_per_km")
-        yield Breach(
-            ("laser", "attenuation_per_km"), f"is missing; {words}; or state visibility_km"
-        )
+def _flight(document: Document, flight: Document) -> Iterator[Breach]:
+    """What a flight model needs of other tables, and what has no meaning with it."""
+    model = flight.get("model", "rotors")
+    charging = [key for key in _CHARGING if key in flight] if model == "regimes" else []
+    needed = dict.fromkeys(("rotor", "body") if model == "rotors" else (), 'model = "rotors"')
+    needed |= {"laser": charging[0]} if charging else {}
+    for name, by in needed.items():
+        if name not in document:
+            yield Breach((name,), f"is missing; {table(name)}, needed by flight.{by}")
+    for key in set(_CHARGING).difference(charging) if charging else ():
+        words = f"{allowed(RegimeFlight, key)}, stated together with {charging[0]}"
+        yield Breach(("flight", key), f"is missing; {words}")
+    force = keys_of(document.get("wind")).get("force_N", UNKNOWN)
+    if model == "regimes" and force is not UNKNOWN and any(force):
+        yield Breach(("wind", "force_N"), '[0, 0, 0] with flight.model = "regimes"')
 
 
-def _flight(stated: Document, valid: Document) -> Iterator[Breach]:
-    flight = keys_of(stated.get("flight"))
-    model = keys_of(valid.get("flight")).get("model") if "model" in flight else "rotors"
-    if model == "rotors":
-        for name in ("rotor", "body"):
-            if name not in stated:
-                words = f'{table(name)}, needed by flight.model = "rotors"'
-                yield Breach((name,), f"is missing; {words}")
-    elif model == "regimes":
-        charging = [key for key in _CHARGING if key in flight]
-        for key in set(_CHARGING).difference(charging) if charging else ():
-            words = f"{allowed(RegimeFlight, key)}, stated together with {charging[0]}"
-            yield Breach(("flight", key), f"is missing; {words}")
-        if charging and "laser" not in stated:
-            words = f"{table('laser')}, needed by flight.{charging[0]}"
-            yield Breach(("laser",), f"is missing; {words}")
-        if any(keys_of(valid.get("wind")).get("force_N", ())):
-            yield Breach(("wind", "force_N"), '[0, 0, 0] with flight.model = "regimes"')
-
-
-def _names(buildings: Sequence[Document]) -> Iterator[Breach]:
+def _buildings(buildings: Sequence[Document]) -> Iterator[Breach]:
+    """Names that a building may not have, and polygons that are no footprints."""
     first: dict[str, int] = {}
+    rings: dict[int, Sequence[Sequence[float]]] = {}
     for place, building in enumerate(buildings):
-        name = building.get("name")
+        name, footprint = building.get("name", UNKNOWN), building.get("footprint_m")
         if name in RESERVED_NAMES:
             words = f"a name other than {', '.join(RESERVED_NAMES)}"
             yield Breach(("buildings", place, "name"), words)
-        elif name is not None and first.setdefault(name, place) != place:
+        elif name is not UNKNOWN and first.setdefault(name, place) != place:
             words = f"a name of its own; buildings[{first[name]}] has this one"
             yield Breach(("buildings", place, "name"), words)
+        # A size needs no judging: its centre is the position.
+        if isinstance(footprint, list | tuple) and isinstance(footprint[0], list | tuple):
+            rings[place] = footprint
+    if rings:
+        yield from _footprints(rings, buildings)
 
 
-def _footprints(buildings: Sequence[Document]) -> Iterator[Breach]:
-    """Judge all polygons at once; a size needs no judging, its centre is the position."""
-    rings = {
-        place: _open(building["footprint_m"])
-        for place, building in enumerate(buildings)
-        if isinstance(building.get("footprint_m", (0,))[0], list | tuple)
-    }
-    if not rings:
-        return
+def _footprints(
+    rings: Mapping[int, Sequence[Sequence[float]]], buildings: Sequence[Document]
+) -> Iterator[Breach]:
+    """Judge all polygons at once."""
     import numpy as np
     import shapely
 
-    closable = [place for place, ring in rings.items() if len(ring) >= 3]
-    corners = np.array([corner for place in closable for corner in rings[place]], dtype=float)
-    ring_of = np.repeat(np.arange(len(closable)), [len(rings[place]) for place in closable])
-    lines = shapely.linearrings(corners.reshape(-1, 2), indices=ring_of)
-    polygons = np.asarray(shapely.polygons(lines), dtype=object)
-    proper = shapely.is_valid(polygons) & (shapely.area(polygons) > 0)
-    simple = {closable[n]: polygons[n] for n in np.flatnonzero(proper)}
-    placed = [place for place in simple if "position_m" in buildings[place]]
-    points = np.array([buildings[place]["position_m"] for place in placed], dtype=float)
-    inside = shapely.intersects_xy([simple[n] for n in placed], *points.reshape(-1, 3).T[:2])
-    outside = {placed[n] for n in np.flatnonzero(~inside)}
-    for place in rings:
-        if place not in simple:
+    corners = np.array([corner for ring in rings.values() for corner in ring], dtype=float)
+    ring_of = np.repeat(np.arange(len(rings)), [len(ring) for ring in rings.values()])
+    polygons = np.asarray(shapely.polygons(shapely.linearrings(corners, indices=ring_of)))
+    proper = np.asarray(shapely.is_valid(polygons) & (shapely.area(polygons) > 0))
+    for place, polygon, is_proper in zip(rings, polygons, proper, strict=True):
+        at = buildings[place].get("position_m", UNKNOWN)
+        if not is_proper:
             words = "a polygon with an area, whose edges meet at its corners only"
-            yield Breach(("buildings", place, "footprint_m"), words)
-        elif place in outside:
+        elif at is not UNKNOWN and not shapely.intersects_xy(polygon, *at[:2]):
             words = "a polygon that contains x and y of position_m"
-            yield Breach(("buildings", place, "footprint_m"), words)
-
-
-def _open(ring: Sequence[Sequence[float]]) -> Sequence[Sequence[float]]:
-    """The corners without those at the end that repeat the first."""
-    corners = list(ring)
-    while len(corners) > 1 and corners[-1] == corners[0]:
-        corners.pop()
-    return corners
+        else:
+            continue
+        yield Breach(("buildings", place, "footprint_m"), words)

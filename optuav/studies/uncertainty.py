@@ -19,8 +19,7 @@ from optuav.diagnosis.keys import Key, keys
 from optuav.engines import closed_form
 from optuav.errors import Fault, InputError
 from optuav.mission import Mission
-from optuav.mission.files import label, read_text
-from optuav.mission.load import parse
+from optuav.mission.files import label, read_toml
 from optuav.mission.messages import nearest, shown
 from optuav.mission.schema import SECTIONS, Number
 from optuav.modelling.check import evaluated
@@ -137,7 +136,7 @@ def spreads(mission: Mission, stated: Mapping[str, object] | str | Path) -> tupl
     source = ""
     if not isinstance(stated, Mapping):
         path = Path(stated)
-        source, stated = label(path), parse(read_text(path, LARGEST_FILE), path)
+        source, stated = label(path), read_toml(path, LARGEST_FILE)
     known = spreadable(mission)
     found, faults = [], []
     for table, content in stated.items():
