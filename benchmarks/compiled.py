@@ -33,7 +33,7 @@ def run() -> list[Row]:
         def ours(deadline_s: float, min_soc: float, compiled: Any = compiled) -> Any:
             solution = compiled.solve(deadline_s=deadline_s, min_soc=min_soc)
             assert solution.status.has_answer
-            assert solution.multipliers
+            assert solution.multipliers_at(0)
             return solution.values["hover_time_s"][0], solution.values["rest_time_s"][0]
 
         assert np.allclose(ours(900.0, 0.1), bare(900.0, 0.1), rtol=0.0, atol=SAME_S)

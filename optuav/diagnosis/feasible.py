@@ -13,7 +13,7 @@ from formulations.soc import PAPER
 from optuav.arrays import Booleans, Floats, Integers, Values
 from optuav.diagnosis.question import Case
 from optuav.engines import bracket, closed_form, grid
-from optuav.engines.ranges import slot_ranges
+from optuav.engines.linear_form import slot_ranges
 from optuav.errors import InputError, SolverError
 from optuav.modelling import Model, NotAffineError
 from optuav.modelling.check import evaluated, holding

@@ -20,7 +20,7 @@ import numpy as np
 
 from optuav.arrays import Booleans, Floats, Integers, Values
 from optuav.engines.largest import WIDTH_S, Interval, largest, shortest
-from optuav.engines.registry import Capability, Direct, capability
+from optuav.engines.registry import Capability, Engine, capability
 from optuav.engines.rows import Rows, StatedForm, close_in, rows_of, stated_forms
 from optuav.engines.solution import Solution
 from optuav.errors import InputError
@@ -205,7 +205,7 @@ def _any_point(model: Model, programmes: int, values: Values | None) -> tuple[In
 
 
 @dataclass(frozen=True)
-class Bracket(Direct):
+class Bracket(Engine):
     """The engine of the longest time that limits of battery wells admit.
 
     Examples

@@ -12,7 +12,6 @@ from __future__ import annotations
 
 import itertools
 import math
-import operator
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
@@ -22,16 +21,18 @@ from typing import Any, ClassVar, NamedTuple
 import numpy as np
 
 from optuav.arrays import Floats, Values
-from optuav.engines.ranges import implied_upper_bounds, lower_bounds, own_upper_bounds
+from optuav.engines.linear_form import implied_upper_bounds, own_bounds
 from optuav.engines.registry import Capability, OneByOne, Single, capability
-from optuav.engines.solution import Solution, unanswered
+from optuav.engines.solution import Solution, single
 from optuav.errors import InputError, SolverError
 from optuav.modelling.check import checked, evaluated
 from optuav.modelling.expression import Operand
 from optuav.modelling.model import Model
-from optuav.modelling.traversal import evaluate, fold, has_unknowns
+from optuav.modelling.traversal import KINKED, PARTIALS, evaluate, fold, has_unknowns
 from optuav.status import Status
 
+NAME = "casadi"
+PROOF = "local: the best of several starts"
 OPTIONS = {
     "print_time": False,
     "calc_lam_p": False,
@@ -47,144 +48,11 @@ TOO_SLOW = ("Maximum_WallTime_Exceeded", "Maximum_CpuTime_Exceeded")
 UNBOUNDED = "Diverging_Iterates"
 UNUSABLE = "Invalid_Number_Detected"
 NO_WAY_IN = "Infeasible_Problem_Detected"
-
-
-@contextmanager
-def errors_named() -> Iterator[None]:
-    """Turn what the library raises into `SolverError`."""
-    try:
-        yield
-    except ImportError as error:
-        raise SolverError(f"engine casadi needs the package casadi: {error}") from error
-    except RuntimeError as error:
-        raise SolverError(f"casadi failed: {error}") from error
-
-
-def prepared(
-    programme: Values, time_limit_s: float | None, accuracy: float, iterations: int
-) -> Any:
-    """A programme of CasADi's symbols, made ready for `run`."""
-    options: dict[str, Operand] = {**OPTIONS, "ipopt.tol": accuracy, "ipopt.max_iter": iterations}
-    if time_limit_s is not None:
-        options["ipopt.max_wall_time"] = time_limit_s
-    with errors_named():
-        import casadi
-
-        return casadi.nlpsol("programme", "ipopt", programme, options)
-
-
-def run(programme: Any, arguments: Mapping[str, Floats]) -> tuple[Any, str]:
-    """The answer of IPOPT, and its return status."""
-    with errors_named():
-        return programme(**arguments), programme.stats()["return_status"]
-
-
-NAME = "casadi"
-
-
-class CasadiForm:
-    """Programmes over scaled unknowns, with the parameters of a model as parameters.
-
-    `programmes` holds what `casadi.nlpsol` takes, for the objective over its steepness and then for
-    every preference. Their parameters are those of the model, the scales of the unknowns, the
-    steepness, and limits that keep the earlier goals as good as they were; their rows are the
-    `constraints`, and those limits. The `settled` constraints hold no unknown: a row without one
-    leaves IPOPT no interior to walk in. `slope` is the gradient of what is minimised.
-
-    Raises
-    ------
-    InputError
-        If a function in the model is unknown to CasADi.
-    SolverError
-        If CasADi cannot be loaded.
-    """
-
-    def __init__(self, model: Model) -> None:
-        with errors_named():
-            import casadi
-
-        self.names = [variable.name for variable in model.variables]
-        self.given = list(model.given)
-        stated = [(has_unknowns(*each.relation.sides), each) for each in model.constraints]
-        self.constraints = [each for moves, each in stated if moves]
-        self.settled = [each for moves, each in stated if not moves]
-        unknowns = casadi.SX.sym("x", len(self.names))
-        scales = casadi.SX.sym("s", len(self.names))
-        parameters = casadi.SX.sym("p", len(self.given))
-        steepness = casadi.SX.sym("w")
-        floors = casadi.SX.sym("floor", len(model.preferences))
-        leaves = {name: unknowns[k] * scales[k] for k, name in enumerate(self.names)}
-        leaves |= {name: parameters[k] for k, name in enumerate(self.given)}
-        table = operations()
-
-        def applied(ufunc: np.ufunc, arguments: tuple[Any, ...]) -> Any:
-            if ufunc not in table:
-                raise InputError(f"engine {NAME} does not know the function {ufunc.__name__}")
-            return table[ufunc](*arguments)
-
-        def symbols(tree: Operand) -> Any:
-            return casadi.SX(fold(tree, lambda leaf: leaves[leaf.name], applied))
-
-        cost = -model.towards * symbols(model.objective)
-        everything = casadi.vertcat(parameters, scales)
-        self.slope = casadi.Function(
-            "slope", [unknowns, everything], [casadi.gradient(cost, unknowns)]
-        )
-        sides = [map(symbols, each.relation.sides) for each in self.constraints]
-        excess = [left - right for left, right in sides]
-        goals = [cost / steepness, *map(symbols, model.preferences)]
-        self.programmes = [
-            {
-                "x": unknowns,
-                "p": casadi.vertcat(everything, steepness, *(floors[j] for j in range(k))),
-                "f": goal,
-                "g": casadi.vertcat(*excess, *(goals[j] - floors[j] for j in range(k))),
-            }
-            for k, goal in enumerate(goals)
-        ]
-
-
-SAME = (
-    "fabs", "floor", "ceil", "sign", "sqrt", "exp", "expm1", "log", "log1p", "log10",
-    "sin", "cos", "tan", "sinh", "cosh", "tanh", "hypot", "fmax", "fmin",
-)  # fmt: skip
-"""Functions that NumPy and CasADi call the same."""
-RENAMED = {
-    "absolute": "fabs", "maximum": "fmax", "minimum": "fmin", "arctan2": "atan2",
-    "arcsin": "asin", "arccos": "acos", "arctan": "atan",
-    "arcsinh": "asinh", "arccosh": "acosh", "arctanh": "atanh",
-}  # fmt: skip
-"""CasADi's names of others."""
-
-
-def operations() -> Mapping[np.ufunc, Callable[..., Any]]:
-    """What a ufunc becomes on CasADi's symbols."""
-    import casadi
-
-    names = {name: name for name in SAME} | RENAMED
-    return {getattr(np, ours): getattr(casadi, theirs) for ours, theirs in names.items()} | {
-        np.add: operator.add,
-        np.subtract: operator.sub,
-        np.multiply: operator.mul,
-        np.divide: operator.truediv,
-        np.power: operator.pow,
-        np.negative: operator.neg,
-        np.positive: operator.pos,
-        np.trunc: lambda a: casadi.sign(a) * casadi.floor(casadi.fabs(a)),
-        np.heaviside: lambda a, b: (a > 0.0) + (a == 0.0) * b,
-        np.square: lambda a: a * a,
-        np.reciprocal: lambda a: 1.0 / a,
-        np.cbrt: lambda a: casadi.sign(a) * casadi.fabs(a) ** (1.0 / 3.0),
-        np.exp2: lambda a: 2.0**a,
-        np.log2: lambda a: casadi.log(a) / math.log(2.0),
-        np.deg2rad: lambda a: a * (math.pi / 180.0),
-        np.radians: lambda a: a * (math.pi / 180.0),
-        np.rad2deg: lambda a: a * (180.0 / math.pi),
-        np.degrees: lambda a: a * (180.0 / math.pi),
-        np.logaddexp: lambda a, b: casadi.logsumexp(casadi.vertcat(a, b)),
-    }
-
-
+EQUAL = 1e-10
+"""Relative loss of the objective that the preferences may use up."""
+ACCURACY = 1e-10
+"""What IPOPT asks of optimality, scaled, unless a caller is content with less."""
+ITERATIONS = 3000
 SHARES = (0.02, 0.5, 0.98)
 """Where the starts lie between the bounds of an unknown."""
 MOST_STARTS = 27
@@ -198,13 +66,67 @@ STEEP = 100.0
 """Largest slope of an objective as the solver sees it; its tolerances are absolute."""
 
 
-class ScaledProgramme(NamedTuple):
-    """One programme: a model with numbers for its parameters, and points to start from, scaled.
+@contextmanager
+def errors_named() -> Iterator[None]:
+    """Turn what the library raises into `SolverError`."""
+    try:
+        yield
+    except ImportError as error:
+        raise SolverError(f"engine casadi needs the package casadi: {error}") from error
+    except RuntimeError as error:
+        raise SolverError(f"casadi failed: {error}") from error
 
-    The solver sees an unknown over its scale.
+
+def run(programme: Any, arguments: Mapping[str, Floats]) -> tuple[Any, str]:
+    """The answer of IPOPT, and its return status."""
+    with errors_named():
+        return programme(**arguments), programme.stats()["return_status"]
+
+
+RENAMED = {
+    "add": "plus", "subtract": "minus", "multiply": "times", "divide": "rdivide",
+    "absolute": "fabs", "maximum": "fmax", "minimum": "fmin",
+}  # fmt: skip
+"""CasADi's names of functions; the others it calls as NumPy does, or they follow from those."""
+
+
+def operation(ufunc: np.ufunc) -> Callable[..., Any]:
+    """What a ufunc becomes on CasADi's symbols.
+
+    Raises
+    ------
+    InputError
+        If it is none of those with a derivative.
+    """
+    import casadi
+
+    name = ufunc.__name__
+    others: dict[str, Callable[..., Any]] = {
+        "negative": lambda a: -a,
+        "positive": lambda a: a,
+        "square": lambda a: a * a,
+        "reciprocal": lambda a: 1.0 / a,
+        "trunc": lambda a: casadi.sign(a) * casadi.floor(casadi.fabs(a)),
+        "heaviside": lambda a, b: (a > 0.0) + (a == 0.0) * b,
+        "cbrt": lambda a: casadi.sign(a) * casadi.fabs(a) ** (1.0 / 3.0),
+        "exp2": lambda a: 2.0**a,
+        "log2": lambda a: casadi.log(a) / math.log(2.0),
+        "logaddexp": lambda a, b: casadi.logsumexp(casadi.vertcat(a, b)),
+    }
+    others |= dict.fromkeys(("deg2rad", "radians"), lambda a: a * (math.pi / 180.0))
+    others |= dict.fromkeys(("rad2deg", "degrees"), lambda a: a * (180.0 / math.pi))
+    if ufunc not in PARTIALS and ufunc not in KINKED:
+        raise InputError(f"engine {NAME} does not know the function {name}")
+    found: Callable[..., Any] = others.get(name) or getattr(casadi, RENAMED.get(name, name))
+    return found
+
+
+class Scaled(NamedTuple):
+    """One programme: values of all parameters, by name and as handed over, and where to look.
+
+    The solver sees an unknown over its scale; the starts are scaled.
     """
 
-    names: Sequence[str]
     parameters: Values
     numbers: Floats
     lower: Floats
@@ -212,87 +134,14 @@ class ScaledProgramme(NamedTuple):
     scale: Floats
     starts: Sequence[Floats]
 
-    def arguments(
-        self, senses: Sequence[str], start: Floats, more: Sequence[float]
-    ) -> dict[str, Floats]:
-        """Arguments of a call of IPOPT from a start, for rows of the given senses.
-
-        `more` holds the steepness, and a limit for every earlier goal: a further row ≤ 0.
-        """
-        kept = len(more) - 1
-        low = [-math.inf if sense == "<=" else 0.0 for sense in senses]
-        high = [math.inf if sense == ">=" else 0.0 for sense in senses]
-        return {
-            "x0": start,
-            "p": np.concatenate([self.numbers, self.scale, more]),
-            "lbx": self.lower / self.scale,
-            "ubx": self.upper / self.scale,
-            "lbg": np.append(low, np.full(kept, -math.inf)),
-            "ubg": np.append(high, np.zeros(kept)),
-        }
-
-    def point(self, answer: Any) -> dict[str, float]:
-        """The point of an answer by name, moved onto bounds that it nearly reaches."""
-        found = np.clip(np.asarray(answer["x"]).ravel() * self.scale, self.lower, self.upper)
-        for bound in (self.lower, self.upper):
-            reach = AT_BOUND * np.maximum(1.0, np.abs(bound))
-            found = np.where(np.isfinite(bound) & (np.abs(found - bound) <= reach), bound, found)
-        return dict(zip(self.names, found.tolist(), strict=True))
-
-    def steepness(self, slope: Any) -> float:
-        """Number by which the objective is divided, from its slope halfway between the bounds."""
-        halfway = self.starts[len(self.starts) // 2]
-        gradient = np.asarray(slope(halfway, np.concatenate([self.numbers, self.scale])))
-        largest = float(np.abs(gradient).max(initial=0.0))
-        return largest / STEEP if math.isfinite(largest) and largest > 0.0 else 1.0
-
-
-def scaled_programme(
-    model: Model,
-    parameters: Values,
-    numbers: Floats,
-    lower: Mapping[str, float],
-    upper: Mapping[str, float],
-) -> ScaledProgramme:
-    """A programme with scales and starts that its bounds and constraints suggest."""
-    names = [variable.name for variable in model.variables]
-    implied = implied_upper_bounds(model, parameters, lower)
-    spans = [_span(lower[name], min(implied[name], upper[name]), upper[name]) for name in names]
-    first, scale = np.array(spans).reshape(-1, 2).T
-    shares = itertools.islice(itertools.product(SHARES, repeat=len(names)), MOST_STARTS)
-    return ScaledProgramme(
-        names,
-        parameters,
-        numbers,
-        np.array([lower[name] for name in names]),
-        np.array([upper[name] for name in names]),
-        scale,
-        [(first + np.array(share) * scale) / scale for share in shares],
-    )
-
-
-def _span(lower: float, likely: float, upper: float) -> tuple[float, float]:
-    """Where the starts of an unknown begin and how far they reach, from its bounds.
-
-    `likely` is the upper bound that the constraints put on it as well.
-    """
-    if math.isinf(lower):
-        return (-0.5 * TYPICAL if math.isinf(upper) else upper - TYPICAL), TYPICAL
-    if not likely > lower or math.isinf(likely):
-        return lower, TYPICAL
-    return lower, max(likely - lower, LEAST)
-
-
-PROOF = "local: the best of several starts"
-EQUAL = 1e-10
-"""Relative loss of the objective that the preferences may use up."""
-ACCURACY = 1e-10
-"""What IPOPT asks of optimality, scaled, unless a caller is content with less."""
-ITERATIONS = 3000
-
 
 class CasadiProgramme:
     """A smooth model handed to CasADi once, to be solved with changing parameters; see `Casadi`.
+
+    It is a programme over scaled unknowns for the objective over its steepness, and one for every
+    preference. Their parameters are those of the model, the scales, the steepness, and limits that
+    keep the earlier goals as good as they were; their rows are the constraints, and those limits.
+    Constraints without an unknown are `settled`: such a row leaves IPOPT no interior to walk in.
 
     Raises
     ------
@@ -309,14 +158,52 @@ class CasadiProgramme:
         accuracy: float = ACCURACY,
         iterations: int = ITERATIONS,
     ) -> None:
-        self.model = model
-        self.time_limit_s = time_limit_s
-        self.base = self.model.row(0)
-        self.form = CasadiForm(self.model)
-        self.senses = [each.relation.sense for each in self.form.constraints]
-        self._programmes = [
-            prepared(each, time_limit_s, accuracy, iterations) for each in self.form.programmes
-        ]
+        with errors_named():
+            import casadi
+
+        self.model, self.time_limit_s, self.base = model, time_limit_s, model.row(0)
+        self.names = [variable.name for variable in model.variables]
+        stated = [(has_unknowns(*each.relation.sides), each) for each in model.constraints]
+        self.constraints = [each for moves, each in stated if moves]
+        self.settled = [each for moves, each in stated if not moves]
+        unknowns = casadi.SX.sym("x", len(self.names))
+        scales = casadi.SX.sym("s", len(self.names))
+        parameters = casadi.SX.sym("p", len(self.base))
+        steepness = casadi.SX.sym("w")
+        floors = casadi.SX.sym("floor", len(model.preferences))
+        leaves = {name: unknowns[k] * scales[k] for k, name in enumerate(self.names)}
+        leaves |= {name: parameters[k] for k, name in enumerate(self.base)}
+
+        def symbols(tree: Operand) -> Any:
+            found = fold(
+                tree, lambda leaf: leaves[leaf.name], lambda ufunc, of: operation(ufunc)(*of)
+            )
+            return casadi.SX(found)
+
+        cost = -model.towards * symbols(model.objective)
+        everything = casadi.vertcat(parameters, scales)
+        gradient = casadi.gradient(cost, unknowns)
+        self.slope = casadi.Function("slope", [unknowns, everything], [gradient])
+        sides = [map(symbols, each.relation.sides) for each in self.constraints]
+        excess = [left - right for left, right in sides]
+        goals = [cost / steepness, *map(symbols, model.preferences)]
+        options: dict[str, Operand] = {
+            **OPTIONS,
+            "ipopt.tol": accuracy,
+            "ipopt.max_iter": iterations,
+        }
+        if time_limit_s is not None:
+            options["ipopt.max_wall_time"] = time_limit_s
+        self._programmes = []
+        for k, goal in enumerate(goals):
+            programme = {
+                "x": unknowns,
+                "p": casadi.vertcat(everything, steepness, *(floors[j] for j in range(k))),
+                "f": goal,
+                "g": casadi.vertcat(*excess, *(goals[j] - floors[j] for j in range(k))),
+            }
+            with errors_named():
+                self._programmes.append(casadi.nlpsol("programme", "ipopt", programme, options))
 
     @np.errstate(divide="ignore", invalid="ignore", over="ignore")
     def solve(self, values: Mapping[str, float]) -> Solution:
@@ -328,123 +215,139 @@ class CasadiProgramme:
             If IPOPT fails or the time limit passes.
         """
         parameters = {**self.base, **values}
-        numbers = np.array([float(parameters[name]) for name in self.form.given])
+
+        def none(status: Status, proof: str, words: str) -> Solution:
+            return single(self.model, NAME, proof, status, parameters, words)
+
+        numbers = np.array([float(parameters[name]) for name in self.base])
         if not np.isfinite(numbers).all():
-            return unanswered(self.model, NAME, PROOF, Status.ERROR, "a parameter is no number")
-        lower = lower_bounds(self.model, parameters)
-        upper = own_upper_bounds(self.model, parameters)
-        if any(lower[name] > upper[name] for name in self.form.names):
-            return unanswered(
-                self.model, NAME, "bounds contradict", Status.INFEASIBLE, "not handed to IPOPT"
-            )
-        settled = checked(self.form.settled, parameters)
-        broken = [row.label for row in settled if not row.satisfied]
+            return none(Status.ERROR, PROOF, "a parameter is no number")
+        bounds = own_bounds(self.model, parameters)
+        if any(lower > upper for lower, upper in bounds.values()):
+            return none(Status.INFEASIBLE, "bounds contradict", "not handed to IPOPT")
+        broken = [row.label for row in checked(self.settled, parameters) if not row.satisfied]
         if broken:
             words = f"does not hold whatever the unknowns: {', '.join(broken)}"
-            return unanswered(self.model, NAME, "evaluated", Status.INFEASIBLE, words)
-        scaled = scaled_programme(self.model, parameters, numbers, lower, upper)
-        steepness = scaled.steepness(self.form.slope)
+            return none(Status.INFEASIBLE, "evaluated", words)
+        scaled = _scaled(self.model, parameters, numbers, bounds)
+        halfway = scaled.starts[len(scaled.starts) // 2]
+        slope = np.abs(np.asarray(self.slope(halfway, np.concatenate([numbers, scaled.scale]))))
+        largest = float(slope.max(initial=0.0))
+        steepness = largest / STEEP if math.isfinite(largest) and largest > 0.0 else 1.0
         best, said = self._best(scaled, steepness)
         if best is None and UNBOUNDED in said:
-            somewhere, said_of_it = self._best(scaled, math.inf)  # the objective made level
+            somewhere, more = self._best(scaled, math.inf)  # the objective made level
             if somewhere is not None:
                 proof = "local: the iterates diverge"
-                return unanswered(self.model, NAME, proof, Status.UNBOUNDED, _words(said))
-            said = said_of_it
+                return none(Status.UNBOUNDED, proof, ", ".join(dict.fromkeys(said)))
+            said = more
+        words = ", ".join(dict.fromkeys(said))
+        if best is None and all(word == UNUSABLE for word in said):
+            return none(Status.ERROR, "none", words)
+        if best is None and NO_WAY_IN in said:
+            proof = f"local: none of {len(said)} starts led to a feasible point"
+            return none(Status.INFEASIBLE, proof, words)
         if best is None:
-            return self._nothing(said)
+            raise SolverError(f"{NAME} found no answer and no reason why: {words}")
         point, answer = best
-        point = self._preferred(point, scaled, steepness)
         weights = np.asarray(answer["lam_g"]).ravel() * steepness
-        at_bounds = np.asarray(answer["lam_x"]).ravel() * steepness / scaled.scale
-        return self._solution(parameters, point, weights, at_bounds, said)
+        duals = {
+            each.label: float(weight if each.relation.sense == "==" else abs(weight))
+            for each, weight in zip(self.constraints, weights, strict=True)
+        }
+        at_bounds = np.abs(np.asarray(answer["lam_x"]).ravel() * steepness / scaled.scale)
+        for variable, weight in zip(self.model.variables, at_bounds, strict=True):
+            duals[variable.label] = duals.get(variable.label, 0.0) + float(weight)
+        duals |= dict.fromkeys((each.label for each in self.settled), 0.0)
+        point = self._preferred(point, scaled, steepness)
+        found = Status.LOCALLY_OPTIMAL
+        return single(self.model, NAME, PROOF, found, parameters, words, point, duals=duals)
 
     def _best(
-        self, scaled: ScaledProgramme, steepness: float
+        self, scaled: Scaled, steepness: float
     ) -> tuple[tuple[dict[str, float], Any] | None, list[str]]:
         """The best point that IPOPT reaches from any start, its answer, and all return statuses."""
         begin, most = time.monotonic(), -math.inf
         best: tuple[dict[str, float], Any] | None = None
         said: list[str] = []
         for start in scaled.starts:
-            if self.time_limit_s is not None and time.monotonic() - begin > self.time_limit_s:
+            late = self.time_limit_s is not None and time.monotonic() - begin > self.time_limit_s
+            if not late:
+                point, answer, word = self._reached(scaled, start, [steepness])
+                said.append(word)
+            if late or word in TOO_SLOW:
                 raise SolverError(f"{NAME} did not finish within the time limit")
-            arguments = scaled.arguments(self.senses, start, [steepness])
-            answer, word = run(self._programmes[0], arguments)
-            said.append(word)
-            if word in TOO_SLOW:
-                raise SolverError(f"{NAME} did not finish within the time limit")
-            point = scaled.point(answer)
-            if word not in SOLVED or not self._feasible(scaled.parameters, point):
+            if point is None:
                 continue
-            reached = float(evaluate(self.model.objective, {**scaled.parameters, **point}))
-            if best is None or self.model.towards * reached > most + EQUAL * max(1.0, abs(most)):
-                best, most = (point, answer), self.model.towards * reached
+            value = evaluate(self.model.objective, {**scaled.parameters, **point})
+            value = self.model.towards * float(value)
+            if best is None or value > most + EQUAL * max(1.0, abs(most)):
+                best, most = (point, answer), value
         return best, said
 
-    def _feasible(self, parameters: Values, point: Mapping[str, float]) -> bool:
-        return all(bool(row.satisfied) for row in evaluated(self.model, {**parameters, **point}))
-
     def _preferred(
-        self, point: dict[str, float], scaled: ScaledProgramme, steepness: float
+        self, point: dict[str, float], scaled: Scaled, steepness: float
     ) -> dict[str, float]:
         """Of points as good as the best, the one with the smallest preferences, in their order."""
         floors: list[float] = []
         goals = [self.model.objective, *self.model.preferences]
-        for number, programme in enumerate(self._programmes[1:]):
-            kept = float(evaluate(goals[number], {**scaled.parameters, **point}))
+        for number, goal in enumerate(goals[:-1]):
+            kept = float(evaluate(goal, {**scaled.parameters, **point}))
             kept = kept if number else -self.model.towards * kept
             floors.append(kept + EQUAL * max(1.0, abs(kept)))
-            start = np.array([point[name] for name in scaled.names]) / scaled.scale
+            start = np.array([point[name] for name in self.names]) / scaled.scale
             more = [steepness, floors[0] / steepness, *floors[1:]]
-            answer, word = run(programme, scaled.arguments(self.senses, start, more))
-            found = scaled.point(answer)
-            if word in SOLVED and self._feasible(scaled.parameters, found):
-                point = found
+            point = self._reached(scaled, start, more)[0] or point
         return point
 
-    def _nothing(self, said: Sequence[str]) -> Solution:
-        words = _words(said)
-        if all(word == UNUSABLE for word in said):
-            status, proof = Status.ERROR, "none"
-        elif NO_WAY_IN in said:
-            status = Status.INFEASIBLE
-            proof = f"local: none of {len(said)} starts led to a feasible point"
-        else:
-            raise SolverError(f"{NAME} found no answer and no reason why: {words}")
-        return unanswered(self.model, NAME, proof, status, words)
+    def _reached(
+        self, scaled: Scaled, start: Floats, more: Sequence[float]
+    ) -> tuple[dict[str, float] | None, Any, str]:
+        """The point that IPOPT reaches from a start, its answer and its return status.
 
-    def _solution(
-        self,
-        parameters: Values,
-        point: dict[str, float],
-        weights: Floats,
-        at_bounds: Floats,
-        said: Sequence[str],
-    ) -> Solution:
-        multipliers = {
-            each.label: float(weight if each.relation.sense == "==" else abs(weight))
-            for each, weight in zip(self.form.constraints, weights, strict=True)
+        `more` holds the steepness, and a limit for every earlier goal. None unless it is solved and
+        feasible; a point is moved onto bounds that it nearly reaches.
+        """
+        kept = len(more) - 1
+        senses = [each.relation.sense for each in self.constraints] + ["<="] * kept
+        arguments = {
+            "x0": start,
+            "p": np.concatenate([scaled.numbers, scaled.scale, more]),
+            "lbx": scaled.lower / scaled.scale,
+            "ubx": scaled.upper / scaled.scale,
+            "lbg": np.array([-math.inf if sense == "<=" else 0.0 for sense in senses]),
+            "ubg": np.array([math.inf if sense == ">=" else 0.0 for sense in senses]),
         }
-        for variable, weight in zip(self.model.variables, np.abs(at_bounds), strict=True):
-            multipliers[variable.label] = multipliers.get(variable.label, 0.0) + float(weight)
-        multipliers |= dict.fromkeys((each.label for each in self.form.settled), 0.0)
-        return Solution(
-            engine=NAME,
-            proof=PROOF,
-            statuses=[Status.LOCALLY_OPTIMAL],
-            objective=np.array([float(evaluate(self.model.objective, {**parameters, **point}))]),
-            values={name: np.array([value]) for name, value in point.items()},
-            tight=None,
-            duals={label: np.array([weight]) for label, weight in multipliers.items()},
-            words=[_words(said)],
-            model=self.model,
-            given={name: np.array([value]) for name, value in parameters.items()},
-        )
+        answer, word = run(self._programmes[kept], arguments)
+        found = np.clip(np.asarray(answer["x"]).ravel() * scaled.scale, scaled.lower, scaled.upper)
+        for bound in (scaled.lower, scaled.upper):
+            reach = AT_BOUND * np.maximum(1.0, np.abs(bound))
+            found = np.where(np.isfinite(bound) & (np.abs(found - bound) <= reach), bound, found)
+        point = dict(zip(self.names, found.tolist(), strict=True))
+        rows = evaluated(self.model, {**scaled.parameters, **point})
+        solved = word in SOLVED and all(row.satisfied for row in rows)
+        return (point if solved else None), answer, word
 
 
-def _words(said: Sequence[str]) -> str:
-    return ", ".join(dict.fromkeys(said))
+def _scaled(
+    model: Model,
+    parameters: Values,
+    numbers: Floats,
+    bounds: Mapping[str, tuple[float, float]],
+) -> Scaled:
+    """A programme with scales and starts that its bounds and constraints suggest."""
+    lower, upper = np.array(list(bounds.values())).reshape(-1, 2).T
+    implied = implied_upper_bounds(model, parameters, dict(zip(bounds, lower, strict=True)))
+    likely = np.minimum(upper, list(implied.values()))
+    reach = np.where(
+        (likely > lower) & (likely < math.inf), np.maximum(likely - lower, LEAST), TYPICAL
+    )
+    open_below = np.where(np.isinf(upper), -0.5 * TYPICAL, upper - TYPICAL)
+    scale = np.where(np.isinf(lower), TYPICAL, reach)
+    first = np.where(np.isinf(lower), open_below, lower)
+    shares = itertools.islice(itertools.product(SHARES, repeat=len(lower)), MOST_STARTS)
+    starts = [(first + np.array(share) * scale) / scale for share in shares]
+    return Scaled(parameters, numbers, lower, upper, scale, starts)
 
 
 @dataclass(frozen=True)

@@ -21,16 +21,24 @@ from typing import Any, ClassVar
 import numpy as np
 
 from optuav.arrays import Floats, Values
-from optuav.engines.linear_form import LinearForm, by_label, linear_form
-from optuav.engines.ranges import own_upper_bounds, slot_ranges
+from optuav.engines.linear_form import LinearForm, linear_form, own_bounds, slot_ranges
 from optuav.engines.registry import Capability, OneByOne, Single, capability
-from optuav.engines.solution import Solution, unanswered
+from optuav.engines.solution import Solution, single
 from optuav.errors import InputError, SolverError
 from optuav.modelling.check import TOLERANCE
 from optuav.modelling.expression import Operand
 from optuav.modelling.model import Model
 from optuav.status import Status
 
+NAME = "cvxpy"
+DUALITY = "linear programming duality, KKT conditions evaluated again"
+SEARCHED = "branch and bound"
+EQUAL = 1e-11
+"""Relative loss of the objective that the preferences may use up."""
+TIGHT = 1e-7
+"""Relative slack below which a row counts as holding with equality."""
+GAP = 1e-7
+"""Relative gap between an answer and the bound on all others above which it counts as unproved."""
 DEFAULT_SOLVER = "HIGHS"
 SETTINGS: Mapping[str, Values] = {
     "HIGHS": {
@@ -62,8 +70,10 @@ UNDECIDED = "infeasible_or_unbounded"
 OUT_OF_TIME = ("user_limit", "user_limit_inaccurate")
 
 
-class Solver:
-    """An installed solver with its options, by name as CVXPY calls it; None for HiGHS.
+def installed(
+    name: str | None, whole: bool, time_limit_s: float | None
+) -> tuple[str, dict[str, Operand]]:
+    """A solver as CVXPY calls it, and its options; None stands for HiGHS.
 
     `whole` says whether some unknowns take whole numbers only.
 
@@ -74,70 +84,31 @@ class Solver:
     SolverError
         If CVXPY cannot be loaded.
     """
-
-    def __init__(self, name: str | None, whole: bool, time_limit_s: float | None) -> None:
-        try:
-            import cvxpy
-            from cvxpy.reductions.solvers.defines import INSTALLED_MI_SOLVERS
-        except ImportError as error:
-            raise SolverError(f"engine cvxpy needs the package cvxpy: {error}") from error
-
-        installed = cvxpy.installed_solvers()  # type: ignore[no-untyped-call]
-        wanted = DEFAULT_SOLVER if name is None else name
-        name = str(wanted).upper()
-        if name not in installed:
-            raise InputError(f"CVXPY has no solver {wanted!r}; installed: {', '.join(installed)}")
-        if whole and name not in INSTALLED_MI_SOLVERS:
-            able = ", ".join(INSTALLED_MI_SOLVERS)
-            raise InputError(
-                f"the solver {name} takes no whole numbers; installed ones that do: {able}"
-            )
-        self.name = name
-        self.options: dict[str, Operand] = dict(SETTINGS.get(name, {}))
-        if whole and name == DEFAULT_SOLVER:
-            # Its presolve may cut off the best whole numbers (ERGO-Code/HiGHS issue 3073).
-            self.options["presolve"] = "off"
-        if time_limit_s is not None:
-            if name not in TIME_LIMITS:
-                raise InputError(f"the solver {name} takes no time limit")
-            self.options[TIME_LIMITS[name]] = time_limit_s
-
-    def run(self, problem: Any) -> tuple[Status | None, str]:
-        """Solve a CVXPY problem, and return its status and the solver's own word for it.
-
-        None where it leaves open whether the problem is infeasible or unbounded.
-
-        Raises
-        ------
-        SolverError
-            If it fails, stops at a limit or is not sure.
-        """
+    try:
         import cvxpy
+        from cvxpy.reductions.solvers.defines import INSTALLED_MI_SOLVERS
+    except ImportError as error:
+        raise SolverError(f"engine cvxpy needs the package cvxpy: {error}") from error
 
-        try:
-            with warnings.catch_warnings():
-                # The status says the same, and inaccurate answers are proved or refused.
-                warnings.filterwarnings("ignore", message="Solution may be inaccurate")
-                problem.solve(solver=self.name, **self.options)
-        except (cvxpy.error.SolverError, ValueError) as error:
-            raise SolverError(f"cvxpy with {self.name} failed: {error}") from None
-        words = str(problem.status)
-        if words in OUT_OF_TIME:
-            raise SolverError(f"cvxpy with {self.name} stopped at its limit of time or steps")
-        if words not in STATUSES and words != UNDECIDED:
-            raise SolverError(f"cvxpy with {self.name} is not sure: {words}")
-        return STATUSES.get(words), words
-
-
-NAME = "cvxpy"
-DUALITY = "linear programming duality, KKT conditions evaluated again"
-SEARCHED = "branch and bound"
-EQUAL = 1e-11
-"""Relative loss of the objective that the preferences may use up."""
-TIGHT = 1e-7
-"""Relative slack below which a row counts as holding with equality."""
-GAP = 1e-7
-"""Relative gap between an answer and the bound on all others above which it counts as unproved."""
+    there = cvxpy.installed_solvers()  # type: ignore[no-untyped-call]
+    wanted = DEFAULT_SOLVER if name is None else name
+    name = str(wanted).upper()
+    if name not in there:
+        raise InputError(f"CVXPY has no solver {wanted!r}; installed: {', '.join(there)}")
+    if whole and name not in INSTALLED_MI_SOLVERS:
+        able = ", ".join(INSTALLED_MI_SOLVERS)
+        raise InputError(
+            f"the solver {name} takes no whole numbers; installed ones that do: {able}"
+        )
+    options: dict[str, Operand] = dict(SETTINGS.get(name, {}))
+    if whole and name == DEFAULT_SOLVER:
+        # Its presolve may cut off the best whole numbers (ERGO-Code/HiGHS issue 3073).
+        options["presolve"] = "off"
+    if time_limit_s is not None:
+        if name not in TIME_LIMITS:
+            raise InputError(f"the solver {name} takes no time limit")
+        options[TIME_LIMITS[name]] = time_limit_s
+    return name, options
 
 
 class CvxpyProgramme:
@@ -160,14 +131,13 @@ class CvxpyProgramme:
         time_limit_s: float | None = None,
         solver: str | None = None,
     ) -> None:
-        self.model, self.slot_s = model, slot_s
+        self.model, self.slot_s, self.base = model, slot_s, model.row(0)
         self.binary = [variable.binary for variable in model.variables]
         self.counted = [slot_s is not None and not binary for binary in self.binary]
         self.integer = any(self.binary) or any(self.counted)
-        self.solver = Solver(solver, self.integer, time_limit_s)
+        self.solver, self.options = installed(solver, self.integer, time_limit_s)
         import cvxpy
 
-        self.base = model.row(0)
         form = linear_form(model, self.base)
         rows, unknowns, goals = len(form.labels), len(form.names), len(form.directions)
         self.x = cvxpy.Variable(
@@ -198,16 +168,19 @@ class CvxpyProgramme:
         """
         values = {**self.base, **values}
         form = linear_form(self.model, values)
+
+        def none(status: Status, words: str) -> Solution:
+            return single(self.model, NAME, DUALITY, status, values, words)
+
         if not form.usable.all():
-            return unanswered(self.model, NAME, DUALITY, Status.ERROR, "a parameter is no number")
+            return none(Status.ERROR, "a parameter is no number")
         a, b, c = form.normals[..., 0], form.limits[..., 0], form.directions[..., 0]
         if self.slot_s is not None:
-            a, b = self._in_slots(form, values, a, b)
+            a, b = self._in_slots(form, values, self.slot_s)
             c = c * np.where(self.counted, self.slot_s, 1.0)
         for label, limit in zip(form.labels, b, strict=True):
             if limit == -np.inf:
-                words = f"{label} can never hold"
-                return unanswered(self.model, NAME, DUALITY, Status.INFEASIBLE, words)
+                return none(Status.INFEASIBLE, f"{label} can never hold")
         finite = np.isfinite(b)
         # Solvers' tolerances are absolute: rows and goals of size 1 put them in seconds.
         size, worth = _sizes(a), _sizes(c)
@@ -217,20 +190,67 @@ class CvxpyProgramme:
         _set(self.a, a)
         _set(self.b, b)
         _set(self.c, c[0])
-        status = self._run(0)
+        status, words = self._run(0)
+        if status is None:
+            _set(self.c, np.zeros(self.c.shape))
+            feasible = (self._run(0)[0] or Status.INFEASIBLE).has_answer
+            status = Status.UNBOUNDED if feasible else Status.INFEASIBLE
         if not status.has_answer:
-            return unanswered(self.model, NAME, DUALITY, status, self.words)
+            return none(status, words)
         x, weights = np.asarray(self.x.value, dtype=float), None
         if not self.integer:
             weights = np.maximum(np.asarray(self.rows.dual_value, dtype=float), 0.0)
-            self._prove(a, b, c[0], x, weights)
+            self._prove(a, b, c[0], x, weights, words)
             status = Status.OPTIMAL
         if len(c) > 1 and _may_differ(a, weights):
             x = self._preferred(c, x)
-        multipliers = None if weights is None else weights * worth[0] / size
-        return self._solution(form, values, x, status, multipliers)
+        x = np.where(self.binary, np.round(x), x)
+        if self.slot_s is None:
+            x = _polished(form, x)
+        else:
+            most = [upper for _, upper in own_bounds(self.model, values).values()]
+            x = np.where(self.counted, np.minimum(np.round(x) * self.slot_s, most), x)
+        return single(
+            self.model,
+            NAME,
+            f"{SEARCHED} ({self.solver})" if self.integer else DUALITY,
+            status,
+            values,
+            f"{self.solver}: {words}",
+            dict(zip(form.names, x.tolist(), strict=True)),
+            duals=None if weights is None else _by_label(form, weights * worth[0] / size),
+        )
 
-    def _prove(self, a: Floats, b: Floats, c: Floats, x: Floats, weights: Floats) -> None:
+    def _run(self, number: int) -> tuple[Status | None, str]:
+        """Status of a problem that is solved, and the solver's own word for it.
+
+        None where it leaves open whether the problem is infeasible or unbounded.
+
+        Raises
+        ------
+        SolverError
+            If it fails, stops at a limit or is not sure.
+        """
+        import cvxpy
+
+        problem: Any = self.problems[number]
+        try:
+            with warnings.catch_warnings():
+                # The status says the same, and inaccurate answers are proved or refused.
+                warnings.filterwarnings("ignore", message="Solution may be inaccurate")
+                problem.solve(solver=self.solver, **self.options)
+        except (cvxpy.error.SolverError, ValueError) as error:
+            raise SolverError(f"cvxpy with {self.solver} failed: {error}") from None
+        words = str(problem.status)
+        if words in OUT_OF_TIME:
+            raise SolverError(f"cvxpy with {self.solver} stopped at its limit of time or steps")
+        if words not in STATUSES and words != UNDECIDED:
+            raise SolverError(f"cvxpy with {self.solver} is not sure: {words}")
+        return STATUSES.get(words), words
+
+    def _prove(
+        self, a: Floats, b: Floats, c: Floats, x: Floats, weights: Floats, words: str
+    ) -> None:
         """Check that no feasible x' is better than x: c·x' − c·x ≤ (c − Aᵀλ)·x' + λ·b − c·x.
 
         Raises
@@ -243,19 +263,9 @@ class CvxpyProgramme:
         more = float(weights @ b - best + np.abs(c - weights @ a) @ (1.0 + np.abs(x)))
         if excess > GAP or more > GAP * max(1.0, abs(best)):
             raise SolverError(
-                f"{NAME} with {self.solver.name} says {self.words}, but its answer violates a row "
+                f"{NAME} with {self.solver} says {words}, but its answer violates a row "
                 f"by a share of {excess:.2g} and may be {max(0.0, more):.2g} short of the best"
             )
-
-    def _run(self, number: int) -> Status:
-        """Run a problem and read its status; the solver's words are kept."""
-        status, self.words = self.solver.run(self.problems[number])
-        if status is None:
-            words = self.words
-            _set(self.c, np.zeros(self.c.shape))
-            feasible, self.words = self._run(number).has_answer, words
-            return Status.UNBOUNDED if feasible else Status.INFEASIBLE
-        return status
 
     def _preferred(self, goals: Floats, x: Floats) -> Floats:
         """Among the points that are as good as the best, the one that later goals prefer."""
@@ -266,73 +276,53 @@ class CvxpyProgramme:
             _set(self.kept, kept.copy())
             _set(self.floors, floors.copy())
             _set(self.c, goal)
-            if not self._run(1).has_answer:
+            status, _ = self._run(1)
+            if status is None or not status.has_answer:
                 break
             x = np.asarray(self.x.value, dtype=float)
         return x
 
     def _in_slots(
-        self, form: LinearForm, values: Mapping[str, float], a: Floats, b: Floats
+        self, form: LinearForm, values: Mapping[str, float], slot_s: float
     ) -> tuple[Floats, Floats]:
         """Rows in numbers of slots; bounds of unknowns become their first and last slot."""
-        assert self.slot_s is not None
-        ranges = slot_ranges(self.model, values, self.slot_s)
-        a = a * np.where(self.counted, self.slot_s, 1.0)
-        b = b + TOLERANCE * np.maximum(1.0, np.abs(b))
+        ranges = slot_ranges(self.model, values, slot_s)
+        a = form.normals[..., 0] * np.where(self.counted, slot_s, 1.0)
+        b = form.limits[..., 0] + TOLERANCE * np.maximum(1.0, np.abs(form.limits[..., 0]))
         for row, k in form.bounds:
             if self.counted[k]:
                 first, last = ranges[form.names[k]]
                 a[row, k], b[row] = (1.0, last) if a[row, k] > 0.0 else (-1.0, -first)
         return a, b
 
-    def _solution(
-        self,
-        form: LinearForm,
-        values: Mapping[str, float],
-        x: Floats,
-        status: Status,
-        multipliers: Floats | None,
-    ) -> Solution:
-        x = np.where(self.binary, np.round(x), x)
-        if self.slot_s is not None:
-            upper = own_upper_bounds(self.model, values)
-            limits = np.array([upper[name] for name in form.names])
-            x = np.where(self.counted, np.minimum(np.round(x) * self.slot_s, limits), x)
-        else:
-            x = self._polished(form, x)
-        normals, limits = form.normals[..., 0], form.limits[..., 0]
-        slack = limits - normals @ x
-        tight = np.abs(slack) <= TIGHT * np.maximum(1.0, np.abs(limits))
-        tight &= (normals != 0.0).any(axis=1)
-        binding: dict[str, bool] = {}
-        for row, label in enumerate(form.labels):
-            binding[label] = binding.get(label, False) or bool(tight[row])
-        weights = {} if multipliers is None else by_label(form, multipliers)
-        value = float(form.directions[0, :, 0] @ x + form.offsets[0, 0])
-        return Solution(
-            engine=NAME,
-            proof=f"{SEARCHED} ({self.solver.name})" if self.integer else DUALITY,
-            statuses=[status],
-            objective=np.array([form.towards * value]),
-            values={name: np.array([x[k]]) for k, name in enumerate(form.names)},
-            tight={label: np.array([tight]) for label, tight in binding.items()},
-            duals={label: np.array([weight]) for label, weight in weights.items()},
-            words=[f"{self.solver.name}: {self.words}"],
-            model=self.model,
-            given={name: np.array([value]) for name, value in values.items()},
-        )
 
-    def _polished(self, form: LinearForm, x: Floats) -> Floats:
-        """The point, moved onto bounds that it misses by no more than the solver's rounding."""
-        normals, limits = form.normals[..., 0], form.limits[..., 0]
-        moved = x.copy()
-        for row in np.flatnonzero((normals != 0.0).sum(axis=1) == 1):
-            (k,) = np.flatnonzero(normals[row])
-            bound = limits[row] / normals[row, k]
-            if np.isfinite(bound) and abs(x[k] - bound) <= TIGHT * max(1.0, abs(bound)):
-                moved[k] = bound
-        allowance = np.maximum(TOLERANCE * np.maximum(1.0, np.abs(limits)), normals @ x - limits)
-        return (moved if (normals @ moved - limits <= allowance).all() else x) + 0.0
+def _polished(form: LinearForm, x: Floats) -> Floats:
+    """The point, moved onto bounds that it misses by no more than the solver's rounding."""
+    normals, limits = form.normals[..., 0], form.limits[..., 0]
+    moved = x.copy()
+    for row in np.flatnonzero((normals != 0.0).sum(axis=1) == 1):
+        (k,) = np.flatnonzero(normals[row])
+        bound = limits[row] / normals[row, k]
+        if np.isfinite(bound) and abs(x[k] - bound) <= TIGHT * max(1.0, abs(bound)):
+            moved[k] = bound
+    allowance = np.maximum(TOLERANCE * np.maximum(1.0, np.abs(limits)), normals @ x - limits)
+    return (moved if (normals @ moved - limits <= allowance).all() else x) + 0.0
+
+
+def _by_label(form: LinearForm, multipliers: Floats) -> dict[str, float]:
+    """Multipliers of constraints, from those of rows; the two bounds of an unknown are netted."""
+    bounds = dict(form.bounds)
+    net: dict[tuple[str, int | None], float] = {}
+    for row, (label, sign, weight) in enumerate(
+        zip(form.labels, form.signs, multipliers.tolist(), strict=True)
+    ):
+        k = bounds.get(row)
+        turn = sign if k is None else float(np.sign(form.normals[row, k, 0]))
+        net[label, k] = net.get((label, k), 0.0) + turn * weight
+    found = dict.fromkeys(form.labels, 0.0)
+    for (label, k), pushed in net.items():
+        found[label] += pushed if k is None else abs(pushed)
+    return found
 
 
 def _set(parameter: Any, values: Floats) -> None:

@@ -23,9 +23,9 @@ from typing import ClassVar
 import numpy as np
 
 from optuav.arrays import Booleans, Floats, Values
-from optuav.engines.ranges import linear_excesses, lower_bounds, slot_ranges, upper_bounds_by
-from optuav.engines.registry import Capability, Direct, capability
-from optuav.engines.solution import Solution
+from optuav.engines.linear_form import own_bounds, slot_ranges
+from optuav.engines.registry import Capability, OneByOne, Single, capability
+from optuav.engines.solution import Solution, single
 from optuav.errors import InputError, SolverError
 from optuav.modelling.check import TOLERANCE, evaluated, holding, relations
 from optuav.modelling.expression import Operand, Relation
@@ -38,72 +38,12 @@ NAME = "grid"
 PROOF = "exhaustive"
 MOST_UNKNOWNS = 2
 CELLS_AT_ONCE = 1 << 17
-CURVED_CELLS_AT_ONCE = 1 << 14
+CURVED_CELLS_AT_ONCE = 1 << 15
 """The same where constraints are not linear, as every step on the way to them is kept."""
 MOST_SLOTS = 1 << 24
 """Most slots that an unknown may run through, so that they fit in memory."""
 EQUAL = 1e-9
 """Relative difference below which two objective values are the same."""
-
-
-@np.errstate(divide="ignore", invalid="ignore", over="ignore")
-def solve(
-    model: Model,
-    programmes: int,
-    values: Values | None = None,
-    *,
-    slot_s: float | None = None,
-    time_limit_s: float | None = None,
-) -> Solution:
-    """Search every cell of every programme, with slots of a length > 0 [s].
-
-    The model has one or two variables in seconds, bounded by themselves or by a linear constraint;
-    the other arguments are those of `registry.Engine.solve`.
-
-    Raises
-    ------
-    InputError
-        If there is no length of a slot.
-    SolverError
-        If the time limit passes before every cell was seen.
-    ValueError
-        If the model has no or more than two variables, or an unknown without bound.
-    """
-    if slot_s is None:
-        raise InputError(f"engine {NAME} needs the length of a slot")
-    names = [variable.name for variable in model.variables]
-    if not 1 <= len(names) <= MOST_UNKNOWNS:
-        raise ValueError(f"{NAME} takes one or two unknowns, the model has {len(names)}")
-    latest = math.inf if time_limit_s is None else time.monotonic() + time_limit_s
-    statuses: list[Status] = []
-    points = np.full((len(names), programmes), np.nan)
-    objective = np.full(programmes, np.nan)
-    binding = {constraint.label: np.zeros(programmes, bool) for constraint in relations(model)}
-    for index in range(programmes):
-        changed = {n: v[index] if np.ndim(v) else v for n, v in (values or {}).items()}
-        parameters = {**model.row(index), **changed}
-        if np.isnan(list(parameters.values())).any():
-            statuses.append(Status.ERROR)
-            continue
-        best = _best_cell(model, parameters, slot_s, latest)
-        statuses.append(Status.INFEASIBLE if best is None else Status.OPTIMAL)
-        if best is None:
-            continue
-        points[:, index] = [best[name] for name in names]
-        objective[index] = evaluate(model.objective, {**parameters, **best})
-        for label in _tight(model, parameters, best, slot_s):
-            binding[label][index] = True
-    return Solution(
-        engine=NAME,
-        proof=PROOF,
-        statuses=statuses,
-        objective=objective,
-        values={name: points[k] for k, name in enumerate(names)},
-        tight=binding,
-        words=[""] * programmes,
-        model=model,
-        given=values or {},
-    )
 
 
 def axes(model: Model, parameters: Values, slot_s: float) -> list[Floats]:
@@ -172,41 +112,21 @@ def cells(constraints: Sequence[Test], points: Mapping[str, Floats]) -> Booleans
 def _blocks(
     model: Model, parameters: Values, slot_s: float, most: int
 ) -> Iterator[dict[str, Floats]]:
-    """All cells in blocks of at most so many: axes by name, shaped to broadcast.
-
-    The last unknown is cut into stretches; the one before it runs as far as it can go when the
-    last one is at the beginning of its stretch.
-    """
+    """All cells in blocks of at most so many: axes by name, shaped to broadcast."""
     *outer, last = axes(model, parameters, slot_s)
-    names = [variable.name for variable in model.variables]
-    if not outer:
-        for begin in range(0, len(last), most):
-            yield {names[0]: last[begin : begin + most]}
-        return
-    lower, excesses = lower_bounds(model, parameters), linear_excesses(model, parameters)
-    begin = 0
-    while begin < len(last):
-        lower[names[1]] = float(last[begin])
-        farthest = upper_bounds_by(excesses, lower)[names[0]]
-        width = int(np.searchsorted(outer[0], farthest + TOLERANCE * max(1.0, farthest), "right"))
-        step = max(1, most // max(1, width))
-        yield {names[0]: outer[0][:width], names[1]: last[begin : begin + step, None]}
-        begin += step
+    *first, name = (variable.name for variable in model.variables)
+    step = max(1, most // max([1, *map(len, outer)]))
+    for begin in range(0, len(last), step):
+        block = last[begin : begin + step]
+        yield {first[0]: outer[0], name: block[:, None]} if first else {name: block}
 
 
-def _worth_seeing(
-    points: Mapping[str, Floats], flat: Sequence[Test], goal: Operand, best: float
-) -> dict[str, Floats] | None:
-    """The block without the rows and columns of which flat tests or the goal rule out all cells."""
-    kept = cells(flat, points) & (
-        goal >= best - (EQUAL * max(1.0, abs(best)) if math.isfinite(best) else 0.0)
-    )
-    if not kept.any():
-        return None
-    if kept.ndim == 1:
-        return {name: axis[kept] for name, axis in points.items()}
-    (first, columns), (second, rows) = points.items()
-    return {first: columns[kept.any(axis=0)], second: rows[kept.any(axis=1)]}
+def _cut(points: Mapping[str, Floats], kept: Operand) -> Mapping[str, Floats]:
+    """A block without the rows and columns that keep no cell."""
+    shape = np.broadcast_shapes(*(axis.shape for axis in points.values()))
+    kept = np.broadcast_to(kept, shape)
+    masks = [kept.any(axis=0), kept.any(axis=1)] if kept.ndim > 1 else [kept]
+    return {n: axis[mask] for (n, axis), mask in zip(points.items(), masks, strict=True)}
 
 
 def _best_cell(
@@ -220,12 +140,9 @@ def _best_cell(
     for block in _blocks(model, parameters, slot_s, most):
         if time.monotonic() > latest:
             raise SolverError(f"{NAME} did not see every cell within the time limit")
-        points: Mapping[str, Floats] | None = block
-        if curved:
-            goal = sign * evaluate(model.objective, {**parameters, **block})
-            points = _worth_seeing(block, flat, goal, -math.inf if best is None else best[0][0])
-        if points is None:
-            continue
+        least = -math.inf if best is None else best[0][0] - EQUAL * max(1.0, abs(best[0][0]))
+        points = _cut(block, sign * evaluate(model.objective, {**parameters, **block}) >= least)
+        points = _cut(points, cells(flat, points))
         kept = cells([*flat, *curved], points)
         if not kept.any():
             continue
@@ -242,8 +159,8 @@ def _best_cell(
             best = (scores, cell)
     if best is None:
         return None
-    bounds = {v.name: float(evaluate(v.upper, parameters)) for v in model.variables}
-    return {name: min(value, bounds[name]) for name, value in best[1].items()}
+    bounds = own_bounds(model, parameters)
+    return {name: min(value, bounds[name][1]) for name, value in best[1].items()}
 
 
 def _largest(goal: Operand, kept: Booleans) -> tuple[float, Booleans]:
@@ -271,7 +188,7 @@ def _tight(model: Model, parameters: Values, point: Values, slot_s: float) -> It
 
 
 @dataclass(frozen=True)
-class Grid(Direct):
+class Grid(OneByOne):
     """The engine that searches all whole slots.
 
     Examples
@@ -285,4 +202,44 @@ class Grid(Direct):
 
     name: ClassVar[str] = NAME
     takes: ClassVar[Capability] = capability(NAME)
-    solve = staticmethod(solve)
+
+    def prepare(self, model: Model, slot_s: float | None, time_limit_s: float | None) -> Single:
+        """Search every cell of a programme, with slots of a length > 0 [s].
+
+        The model has one or two variables in seconds, bounded by themselves or by a linear
+        constraint.
+
+        Raises
+        ------
+        InputError
+            If there is no length of a slot.
+        ValueError
+            If the model has no or more than two variables.
+        """
+        if slot_s is None:
+            raise InputError(f"engine {NAME} needs the length of a slot")
+        if not 1 <= len(model.variables) <= MOST_UNKNOWNS:
+            unknowns = len(model.variables)
+            raise ValueError(f"{NAME} takes one or two unknowns, the model has {unknowns}")
+        return partial(_solve, model, slot_s, time_limit_s)
+
+
+@np.errstate(divide="ignore", invalid="ignore", over="ignore")
+def _solve(
+    model: Model, slot_s: float, time_limit_s: float | None, parameters: Mapping[str, float]
+) -> Solution:
+    """The best cell of one programme."""
+    latest = math.inf if time_limit_s is None else time.monotonic() + time_limit_s
+    best = None
+    if np.isnan(list(parameters.values())).any():
+        status = Status.ERROR
+    else:
+        best = _best_cell(model, parameters, slot_s, latest)
+        status = Status.INFEASIBLE if best is None else Status.OPTIMAL
+    near = {*_tight(model, parameters, best, slot_s)} if best else ()
+    tight = {each.label: each.label in near for each in relations(model)}
+    return single(model, NAME, PROOF, status, parameters, point=best, tight=tight)
+
+
+solve = Grid().solve
+"""Search every cell of every programme; see `Grid.prepare`."""

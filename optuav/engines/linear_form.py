@@ -1,16 +1,27 @@
-"""A declared linear model as rows A x ≤ b and goals c x, for many programmes at once."""
+"""Linear constraints of a model as rows A x ≤ b, and how far they let the unknowns go.
+
+A linear model gives rows and goals for many programmes at once; of any other model the linear
+constraints bound the unknowns, for whole slots and for where to look.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import math
+from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 
 import numpy as np
 
 from optuav.arrays import Booleans, Floats, Values
+from optuav.errors import InputError
 from optuav.modelling.check import TOLERANCE, relations
-from optuav.modelling.forms import Affine, affine, excess
+from optuav.modelling.forms import Affine, NotAffineError, affine, excess
 from optuav.modelling.model import Model
+from optuav.modelling.traversal import evaluate, leaves
+
+WHOLE = 1e-9
+"""Relative, on the number of slots that fit."""
 
 
 @dataclass(frozen=True)
@@ -99,24 +110,6 @@ def linear_form(model: Model, values: Values, programmes: int = 1) -> LinearForm
     return LinearForm(names, *rows, directions, offsets, model.towards, bounds)
 
 
-def by_label(form: LinearForm, multipliers: Floats) -> dict[str, float]:
-    """Multipliers of constraints, from those of rows; the two bounds of an unknown are netted."""
-    found = dict.fromkeys(form.labels, 0.0)
-    net: dict[tuple[str, int], float] = {}
-    bounds = dict(form.bounds)
-    for row, label in enumerate(form.labels):
-        weight = float(multipliers[row])
-        if row not in bounds:
-            found[label] += form.signs[row] * weight
-            continue
-        k = bounds[row]
-        pushed = weight if form.normals[row, k, 0] > 0.0 else -weight
-        net[label, k] = net.get((label, k), 0.0) + pushed
-    for (label, _), pushed in net.items():
-        found[label] += abs(pushed)
-    return found
-
-
 def _stack(forms: Sequence[Affine], names: Sequence[str], programmes: int) -> tuple[Floats, Floats]:
     """Coefficients (form, unknown, programme) and constants (form, programme)."""
     coefficients = np.zeros((len(forms), len(names), programmes))
@@ -127,3 +120,86 @@ def _stack(forms: Sequence[Affine], names: Sequence[str], programmes: int) -> tu
             if name in form.coefficients:
                 coefficients[k, j] = form.coefficients[name]
     return coefficients, constants
+
+
+def own_bounds(model: Model, parameters: Values) -> dict[str, tuple[float, float]]:
+    """The stated lower and upper bound of every unknown."""
+    return {
+        each.name: (
+            float(evaluate(each.lower, parameters)),
+            float(evaluate(each.upper, parameters)),
+        )
+        for each in model.variables
+    }
+
+
+def implied_upper_bounds(
+    model: Model, parameters: Values, lower: Mapping[str, float]
+) -> dict[str, float]:
+    """Upper bounds that linear constraints put on each unknown, the others at their lower."""
+    upper = dict.fromkeys(lower, math.inf)
+    excesses: list[Affine] = []
+    for relation in (each.relation for each in model.constraints):
+        with suppress(NotAffineError):
+            excesses += map(excess(relation, parameters)[0].times, relation.signs)
+    for constant, coefficients in excesses:
+        if any(coefficient < 0.0 for coefficient in coefficients.values()):
+            continue
+        least = constant + sum(coefficients[name] * lower[name] for name in coefficients)
+        if math.isinf(least):
+            continue
+        for name, coefficient in coefficients.items():
+            if coefficient > 0.0:
+                upper[name] = min(upper[name], lower[name] - least / coefficient)
+    return upper
+
+
+def last_slot(bound_s: float, slot_s: float, *, begun: bool) -> int:
+    """Number of the last slot up to a bound; with `begun`, the one that the bound cuts short."""
+    slots = bound_s / slot_s
+    nearest = round(slots)
+    if abs(slots - nearest) <= WHOLE * max(1.0, abs(slots)):
+        return nearest
+    return math.ceil(slots) if begun and slots > 0.0 else math.floor(slots)
+
+
+def cut_short(model: Model) -> set[str]:
+    """Unknowns whose last slot their own upper bound may cut short; an equation holds it whole."""
+    equations = (each.relation for each in model.constraints if each.relation.sense == "==")
+    equated = {leaf.name for relation in equations for leaf in leaves(*relation.sides)}
+    bounded = (
+        each.name
+        for each in model.variables
+        if not (each.binary or (isinstance(each.upper, float) and math.isinf(each.upper)))
+    )
+    return {*bounded} - equated
+
+
+def slot_ranges(model: Model, parameters: Values, slot_s: float) -> dict[str, tuple[int, int]]:
+    """First and last slot of every unknown that is not binary, counted from 0.
+
+    Where the last slot is cut short by the unknown's own upper bound it counts; where a constraint
+    between unknowns ends the range, or an equation holds the unknown, whole slots only. Where no
+    slot is left, the last one is the one before the first.
+
+    Raises
+    ------
+    InputError
+        If an unknown has no lower bound, or nothing bounds it from above.
+    """
+    own, cut = own_bounds(model, parameters), cut_short(model)
+    implied = implied_upper_bounds(model, parameters, {name: end for name, (end, _) in own.items()})
+    ranges = {}
+    for variable in (each for each in model.variables if not each.binary):
+        least, most = own[variable.name]
+        bound = min(implied[variable.name], most)
+        if not math.isfinite(least):
+            raise InputError(f"whole slots need a lower bound on {variable.symbol}")
+        if not bound < math.inf:
+            raise InputError(f"whole slots need an upper bound on {variable.symbol}")
+        bound = max(bound, least - slot_s)  # it may lie infinitely far below: no slot fits
+        first = max(variable.first_slot, -last_slot(-least, slot_s, begun=False))
+        ends_it = variable.name in cut and bound == most >= least
+        last = last_slot(bound, slot_s, begun=ends_it)
+        ranges[variable.name] = (first, max(last, first - 1))
+    return ranges

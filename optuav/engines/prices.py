@@ -20,84 +20,77 @@ from __future__ import annotations
 import itertools
 import math
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from typing import NamedTuple, TypeAlias
+from typing import NamedTuple
 
 import numpy as np
 
 from optuav.arrays import Floats, Values
-from optuav.engines.linear_form import LinearForm, linear_form
-from optuav.engines.ranges import implied_upper_bounds
+from optuav.engines.linear_form import implied_upper_bounds, linear_form
 from optuav.engines.rows import rows_of, stated_forms
 from optuav.modelling.check import Checks, evaluated, relations
 from optuav.modelling.expression import Operand, Relation, Variable
 from optuav.modelling.forms import NotAffineError, NotExponentialError
 from optuav.modelling.model import Model
-from optuav.modelling.traversal import Slope, evaluate, has_unknowns, slope
+from optuav.modelling.traversal import Slope, evaluate, slope
 
-Point: TypeAlias = Values
-Price: TypeAlias = tuple[Operand, Operand]
-"""Both sides of a shadow price, of one programme or arrays over several."""
 ACTIVE = 1e-6
 """Relative slack below which a constraint counts as holding with equality."""
 NEGLIGIBLE = 1e-7
 """Multipliers and residuals of stationarity below this share of the largest are zero."""
+SAME = 1e-9
+"""Relative difference below which two objective values are the same."""
+MOST_ROWS = 14
+"""Rows that may hold with equality before their combinations are too many to enumerate."""
+APART_S = 1e-3
+"""Least distance of two points that are not one and the same but for the accuracy of an engine."""
 
 
 class Active(NamedTuple):
-    """Slopes at a point: of the objective as stated, and of the rows g ≤ 0 that are met there.
+    """Derivatives at a point: of the objective as stated, and of the rows g ≤ 0 that are met there.
 
     Rows by number of the constraint among `relations` and by sign: an equality gives two.
     """
 
-    objective: Slope
-    rows: Mapping[tuple[int, float], Slope]
+    objective: Values
+    rows: Mapping[tuple[int, float], Values]
 
 
-def active(model: Model, values: Point) -> Active:
-    """Slopes of the constraints of the unknowns that hold with equality at a point."""
-    unknowns = {variable.name for variable in model.variables}
-    rows: dict[tuple[int, float], Slope] = {}
+def active(model: Model, values: Values) -> Active:
+    """Derivatives of the objective, and of the constraints that hold with equality at a point."""
+    rows: dict[tuple[int, float], Values] = {}
     done: dict[int, Operand] = {}
     stated = list(relations(model))  # kept, so that no two nodes share an identity
-    for number, constraint in enumerate(stated):
-        gap, met = _gap(constraint.relation, values, done)
-        if np.all(met) and unknowns & gap.by.keys():
-            for sign in constraint.relation.signs:
-                by = {name: sign * rate for name, rate in gap.by.items()}
-                rows[number, sign] = Slope(sign * gap.value, by)
-    return Active(slope(model.objective, values), rows)
+    for number, relation in enumerate(each.relation for each in stated):
+        gap, right = _gap(relation, values, done)
+        if np.abs(gap.value) <= ACTIVE * np.maximum(1.0, np.abs(right)):
+            for sign in relation.signs:
+                rows[number, sign] = {name: sign * rate for name, rate in gap.by.items()}
+    return Active(slope(model.objective, values).by, rows)
 
 
-def _gap(
-    relation: Relation, values: Point, done: dict[int, Operand] | None = None
-) -> tuple[Slope, Operand]:
-    """Left side less right side, and whether they count as equal."""
+def _gap(relation: Relation, values: Values, done: dict[int, Operand]) -> tuple[Slope, Operand]:
+    """Left side less right side, and the value of the right side."""
     left, right = (slope(side, values, done) for side in relation.sides)
     names = {**left.by, **right.by}
     by = {name: left.by.get(name, 0.0) - right.by.get(name, 0.0) for name in names}
-    return Slope(left.value - right.value, by), nearly(left.value, right.value)
+    return Slope(left.value - right.value, by), right.value
 
 
-def nearly(left: Operand, right: Operand) -> Operand:
-    """Whether the sides of a constraint count as equal."""
-    return np.abs(left - right) <= ACTIVE * np.maximum(1.0, np.abs(right))
-
-
-def along(slopes: Iterable[Slope], names: Sequence[str]) -> Floats:
-    """Derivatives by some names, one row a slope."""
-    found = [[float(each.by.get(name, 0.0)) for name in names] for each in slopes]
+def _along(slopes: Iterable[Values], names: Sequence[str]) -> Floats:
+    """Derivatives by some names, one row for each of some rows."""
+    found = [[float(each.get(name, 0.0)) for name in names] for each in slopes]
     return np.array(found).reshape(-1, len(names))
 
 
-def local_multipliers(model: Model, values: Point) -> dict[str, float]:
+def local_multipliers(model: Model, values: Values) -> dict[str, float]:
     """Multipliers ≥ 0 of the constraints at a locally optimal point, by label.
 
     One of them where there are several; empty where the point is not stationary.
     """
     names = [variable.name for variable in model.variables]
     here = active(model, values)
-    goal = model.towards * along([here.objective], names)[0]
-    weights = next(basic_multipliers(along(here.rows.values(), names), goal), np.empty(0))
+    goal = model.towards * _along([here.objective], names)[0]
+    weights = next(basic_multipliers(_along(here.rows.values(), names), goal), np.empty(0))
     stated = list(relations(model))
     found: dict[str, float] = {}
     for (number, turn), weight in zip(here.rows, weights, strict=False):
@@ -150,15 +143,7 @@ def _combinations(
             yield rows, normals[rows] / lengths[rows, None], lengths[rows]
 
 
-SAME = 1e-9
-"""Relative difference below which two objective values are the same."""
-MOST_ROWS = 14
-"""Rows that may hold with equality before their combinations are too many to enumerate."""
-APART_S = 1e-3
-"""Least distance of two points that are not one and the same but for the accuracy of an engine."""
-
-
-def optimal_points(model: Model, parameters: Point, point: Point) -> list[Point]:
+def optimal_points(model: Model, parameters: Values, point: Values) -> list[Values]:
     """Optimal points of one programme, with an answer among them.
 
     Of a linear model all optimal vertices, exact where the answer is one; of the longest of two
@@ -169,34 +154,27 @@ def optimal_points(model: Model, parameters: Point, point: Point) -> list[Point]
         form = linear_form(model, parameters)
     except NotAffineError:
         return _with_longest_other(model, parameters, point)
-    return _vertices(form, point)
-
-
-def _vertices(form: LinearForm, point: Point) -> list[Point]:
     a, b, c = form.normals[..., 0], form.limits[..., 0], form.directions[0, :, 0]
+    a, b = a[np.isfinite(b)], b[np.isfinite(b)]
     x = np.array([point[name] for name in form.names])
-    best = float(c @ x)
-    finite = np.flatnonzero(np.isfinite(b) & (a != 0.0).any(axis=1))
+    best, size = float(c @ x), SAME * np.maximum(1.0, np.abs(b))
     found: list[Floats] = []
-    if len(finite) <= MOST_ROWS:
-        for rows in itertools.combinations(finite.tolist(), len(x)):
-            square = a[list(rows)]
-            if np.linalg.matrix_rank(square / np.linalg.norm(square, axis=1)[:, None]) < len(x):
-                continue
-            vertex = np.asarray(np.linalg.solve(square, b[list(rows)]), dtype=float)
-            size = np.maximum(1.0, np.abs(b[finite]))
-            if ((a[finite] @ vertex - b[finite]) > SAME * size).any():
-                continue
-            if abs(float(c @ vertex) - best) > SAME * max(1.0, abs(best)):
-                continue
-            if not any(np.allclose(vertex, other, rtol=1e-9, atol=1e-9) for other in found):
-                found.append(vertex)
+    few = np.count_nonzero(a.any(axis=1)) <= MOST_ROWS
+    for rows, unit, lengths in _combinations(a, [len(x)] if few else []):
+        if np.linalg.matrix_rank(unit) < len(x):
+            continue
+        vertex = np.asarray(np.linalg.solve(unit, b[rows] / lengths), dtype=float)
+        if (a @ vertex - b > size).any() or abs(c @ vertex - best) > SAME * max(1.0, abs(best)):
+            continue
+        if not any(np.allclose(vertex, other, rtol=1e-9, atol=1e-9) for other in found):
+            found.append(vertex)
     if not any(np.allclose(x, vertex, rtol=1e-6, atol=1e-6) for vertex in found):
         found.append(x)
     return [dict(zip(form.names, each.tolist(), strict=True)) for each in found]
 
 
-def _with_longest_other(model: Model, parameters: Point, point: Point) -> list[Point]:
+def _with_longest_other(model: Model, parameters: Values, point: Values) -> list[Values]:
+    """An answer through both wells, and the one with the longest other time, if it is another."""
     others = [each.name for each in model.variables if each is not model.objective]
     if not isinstance(model.objective, Variable) or len(others) != 1:
         return [point]
@@ -231,95 +209,37 @@ class ShadowPrice(NamedTuple):
         return not math.isclose(self.less, self.more, rel_tol=1e-6, abs_tol=1e-9)
 
 
-def prices_of(
-    model: Model, parameters: Point, point: Point, multipliers: Values
-) -> dict[str, Price]:
-    """Both sides of the price of every parameter where point and multipliers are unique.
+def shadow_prices(model: Model, parameters: Values, point: Values) -> dict[str, ShadowPrice]:
+    """Shadow price of every parameter at an optimal point.
 
-    Values by name, multipliers by label; numbers, or arrays over programmes.
+    Empty where there are no multipliers, or too many rows hold with equality to enumerate them.
     """
-    rates = _rates(model, {**parameters, **point}, multipliers)
-    return _with_edges(model, parameters, {name: (rate, rate) for name, rate in rates.items()})
-
-
-def prices_at_a_kink(model: Model, parameters: Point, point: Point) -> dict[str, Price]:
-    """Both sides of the price of every parameter at an optimal point, whatever the multipliers.
-
-    Empty where there are none, or too many rows hold with equality to enumerate them.
-    """
-    found = _one_sided(model, parameters, optimal_points(model, parameters, point))
-    return _with_edges(model, parameters, found)
-
-
-def _with_edges(model: Model, parameters: Point, prices: dict[str, Price]) -> dict[str, Price]:
-    """Prices that are infinite on the sides where nothing is feasible, whatever the unknowns do.
-
-    Of parameters in a constraint without unknowns that holds with equality.
-    """
-    worse = -np.inf * model.towards
-    for constraint in model.constraints:
-        relation = constraint.relation
-        if has_unknowns(*relation.sides):
-            continue
-        gap, met = _gap(relation, parameters)
-        for name in prices.keys() & gap.by.keys():
-            growth = met * gap.by[name]
-            up, down = growth > 0.0, growth < 0.0
-            blocked = {"<=": (down, up), ">=": (up, down), "==": (up | down, up | down)}
-            no_less, no_more = blocked[relation.sense]
-            less, more = prices[name]
-            prices[name] = np.where(no_less, -worse, less)[()], np.where(no_more, worse, more)[()]
-    return prices
-
-
-def _rates(model: Model, values: Point, multipliers: Values) -> dict[str, Operand]:
-    """∂L/∂p at a point with the given multipliers, by name of the parameter."""
-    objective = slope(model.objective, values)
     sign = model.towards
-    rates: dict[str, Operand] = {name: objective.by.get(name, 0.0) for name in model.parameters}
-    done: dict[int, Operand] = {}
-    stated = list(relations(model))  # kept, so that no two nodes share an identity
-    for constraint in stated:
-        weight = multipliers.get(constraint.label, 0.0)
-        if not np.any(weight):
-            continue
-        gap, met = _gap(constraint.relation, values, done)
-        # Both bounds of an unknown share a label: the weight belongs to the one that is met.
-        weight = sign * constraint.relation.signs[0] * np.where(met, weight, 0.0)
-        for name in rates.keys() & gap.by.keys():
-            rates[name] = rates[name] - weight * gap.by[name]
-    return rates
-
-
-def _one_sided(model: Model, parameters: Point, points: list[Point]) -> dict[str, Price]:
-    """Both derivatives from all optimal points and multipliers."""
-    sign = model.towards
-    local = [active(model, {**parameters, **point}) for point in points]
+    points = optimal_points(model, parameters, point)
+    local = [active(model, {**parameters, **each}) for each in points]
     names = [variable.name for variable in model.variables]
-    common = set.intersection(*(set(each.rows) for each in local))
-    rows = [key for key in local[0].rows if key in common]
-    if len(rows) > MOST_ROWS:
+    rows = [key for key in local[0].rows if all(key in each.rows for each in local)]
+    normals = _along([local[0].rows[key] for key in rows], names)
+    if np.count_nonzero(normals.any(axis=1)) > MOST_ROWS:
         return {}
-    normals = along([local[0].rows[key] for key in rows], names)
-    goal = sign * along([local[0].objective], names)[0]
-    multipliers = list(basic_multipliers(normals, goal))
+    goal = sign * _along([local[0].objective], names)[0]
+    multipliers, endless = list(basic_multipliers(normals, goal)), list(rays(normals))
     if not multipliers:
         return {}
-    endless = list(rays(normals))
     prices = {}
     for name in model.parameters:
         more, less = -np.inf, np.inf
         size = NEGLIGIBLE / max(1.0, abs(float(parameters[name])))
         for each in local:
-            gain = sign * float(each.objective.by.get(name, 0.0))
-            growth = along([each.rows[key] for key in rows], [name])[:, 0]
+            gain = sign * float(each.objective.get(name, 0.0))
+            growth = _along([each.rows[key] for key in rows], [name])[:, 0]
             rates = [gain - float(weights @ growth) for weights in multipliers]
             blocked = [float(ray @ growth) for ray in endless]
             if not any(amount > size for amount in blocked):
                 more = max(more, min(rates))
             if not any(amount < -size for amount in blocked):
                 less = min(less, max(rates))
-        prices[name] = float(sign * less), float(sign * more)
+        prices[name] = ShadowPrice(float(sign * less), float(sign * more))
     return prices
 
 

@@ -6,8 +6,8 @@ package load when they are first asked for.
 
 from __future__ import annotations
 
-from abc import ABC, abstractmethod
-from collections.abc import Callable, Mapping, Sequence
+from abc import abstractmethod
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import partial
 from importlib import import_module
@@ -90,6 +90,8 @@ class Capability:
 class Engine(Protocol):
     """What solves models: a small object, whose fields are options of its own.
 
+    A subclass states `name` and `takes`, and defines `solve`.
+
     Examples
     --------
     >>> from optuav.engines.registry import engine
@@ -109,6 +111,7 @@ class Engine(Protocol):
         """Which models it takes, and what its answers are worth."""
         ...
 
+    @abstractmethod
     def solve(
         self,
         model: Model,
@@ -139,7 +142,6 @@ class Engine(Protocol):
         SolverError
             If it fails, or the time limit passes.
         """
-        ...
 
     def compile(
         self,
@@ -149,22 +151,10 @@ class Engine(Protocol):
         slot_s: float | None = None,
         time_limit_s: float | None = None,
     ) -> Compiled:
-        """Hand over a model once, to be solved often; the arguments are those of `solve`."""
-        ...
+        """Hand over a model once, to be solved often; the arguments are those of `solve`.
 
-
-class Direct:
-    """Base of engines that have nothing to prepare: a compiled model is solved again."""
-
-    def compile(
-        self: Engine,
-        model: Model,
-        programmes: int = 1,
-        *,
-        slot_s: float | None = None,
-        time_limit_s: float | None = None,
-    ) -> Compiled:
-        """Hand over a model, to be solved often; see `Engine`."""
+        Where there is nothing to prepare, the model is solved again.
+        """
         return partial(self.solve, model, programmes, slot_s=slot_s, time_limit_s=time_limit_s)
 
 
@@ -206,17 +196,7 @@ CAPABILITIES = (
 """What the engines of the package take, in the order in which "auto" prefers them."""
 
 
-def _row_by_row(solve: Single, rows: Sequence[Mapping[str, float]], values: Values) -> Solution:
-    """Answers to programmes whose parameters have the values of the rows, or others."""
-    changed = (
-        {name: float(each[k] if np.ndim(each) else each) for name, each in values.items()}
-        for k in range(len(rows))
-    )
-    found = [solve({**row, **more}) for row, more in zip(rows, changed, strict=True)]
-    return found[0] if len(found) == 1 else stacked(found)
-
-
-class OneByOne(ABC):
+class OneByOne(Engine):
     """Base of engines that prepare a model, and solve one programme after the other."""
 
     @abstractmethod
@@ -232,21 +212,23 @@ class OneByOne(ABC):
         time_limit_s: float | None = None,
     ) -> Compiled:
         """Hand over a model, to be solved often; see `Engine`."""
+        single = self.prepare(model, slot_s, time_limit_s)
         rows = [model.row(index) for index in range(programmes)]
-        return partial(_row_by_row, self.prepare(model, slot_s, time_limit_s), rows)
+
+        def solve(values: Values) -> Solution:
+            found = []
+            for k, row in enumerate(rows):
+                changed = {n: float(v[k] if np.ndim(v) else v) for n, v in values.items()}
+                found.append(single({**row, **changed}))
+            return found[0] if len(found) == 1 else stacked(found)
+
+        return solve
 
     def solve(
-        self,
-        model: Model,
-        programmes: int,
-        values: Values | None = None,
-        *,
-        slot_s: float | None = None,
-        time_limit_s: float | None = None,
+        self, model: Model, programmes: int, values: Values | None = None, **limits: float | None
     ) -> Solution:
         """Solve a model for every entry of its parameters; see `Engine`."""
-        compiled = self.compile(model, programmes, slot_s=slot_s, time_limit_s=time_limit_s)
-        return compiled(values or {})
+        return self.compile(model, programmes, **limits)(values or {})
 
 
 ENGINES = tuple(each.name for each in CAPABILITIES)

@@ -14,16 +14,15 @@ from optuav.engines.prices import (
     Residuals,
     ShadowPrice,
     local_multipliers,
-    prices_at_a_kink,
-    prices_of,
     residuals,
+    shadow_prices,
 )
 from optuav.errors import SolverError
 from optuav.modelling.check import evaluated, relations, unusable
 from optuav.modelling.display import table
 from optuav.modelling.expression import Operand
 from optuav.modelling.model import Model
-from optuav.modelling.traversal import has_unknowns
+from optuav.modelling.traversal import evaluate, has_unknowns
 from optuav.status import Status
 
 TIGHT = 1e-7
@@ -49,14 +48,11 @@ class Solution:
     values
         Values of the variables by name, one a programme; NaN without an answer.
     tight
-        By label of a constraint, whether it holds with equality at the answer (from the grid:
-        whether a slot more or less of an unknown would violate it), one a programme. None where
-        that follows from the answer.
+        By label of a constraint, whether it binds (from the grid: whether a slot more or less of an
+        unknown would violate it), one a programme. None where that follows from the answer.
     duals
         By label of a constraint, the multiplier that the engine found, one a programme; empty from
-        engines that have none. None where they follow from the answer: see `multipliers`.
-    regular
-        Whether point and multipliers are known to be the only optimal ones, one a programme.
+        engines that have none. None where they follow from the answer: see `multipliers_at`.
     beyond
         What the objective is known not to exceed, one a programme; from engines that bracket it.
     words
@@ -71,9 +67,8 @@ class Solution:
     statuses: Sequence[Status]
     objective: Floats
     values: Mapping[str, Floats]
-    tight: Mapping[str, Booleans] | None
+    tight: Mapping[str, Booleans] | None = None
     duals: Mapping[str, Floats] | None = field(default_factory=dict)
-    regular: Booleans | None = None
     beyond: Floats | None = None
     words: Sequence[str] = ()
     given: Values = field(default_factory=dict)
@@ -136,53 +131,26 @@ class Solution:
         given = {n: value[index] if np.ndim(value) else value for n, value in self.given.items()}
         return {**self.model.row(index), **given}
 
-    @property
-    def has_multipliers(self) -> bool:
-        """Whether constraints have multipliers; not from engines that count in slots."""
-        return self.duals is None or bool(self.duals)
-
-    @cached_property
-    def _labels(self) -> tuple[str, ...]:
-        return tuple(dict.fromkeys(each.label for each in relations(self.model)))
-
-    @cached_property
-    def multipliers(self) -> Mapping[str, Floats]:
-        """By label of a constraint, its multiplier, one a programme; NaN without an answer.
+    def multipliers_at(self, index: int) -> dict[str, float]:
+        """Multiplier of every constraint in the answer to a programme, by label; NaN without one.
 
         In units of the objective per unit of the constraint, ≥ 0; that of an equality has the sign
         of what one more unit of its right side brings. Empty from engines that have none. Where the
-        engine gives none but its answers are optimal, they are computed on first use.
+        engine gives none but its answers are optimal, they are computed from the answer.
         """
         if self.duals is not None:
-            return self.duals
-        found = [self.multipliers_at(index) for index in range(len(self.statuses))]
-        return {label: np.array([each[label] for each in found]) for label in self._labels}
-
-    def multipliers_at(self, index: int) -> dict[str, float]:
-        """Multipliers of the constraints in the answer to a programme; see `multipliers`."""
-        if self.duals is not None:
             return {label: float(values[index]) for label, values in self.duals.items()}
+        labels = [each.label for each in relations(self.model)]
         if not self.statuses[index].has_answer:
-            return dict.fromkeys(self._labels, np.nan)
-        return dict.fromkeys(self._labels, 0.0) | local_multipliers(self.model, self._at(index))
+            return dict.fromkeys(labels, np.nan)
+        return dict.fromkeys(labels, 0.0) | local_multipliers(self.model, self._at(index))
 
     def _at(self, index: int) -> dict[str, Operand]:
         """Values of parameters and variables in a programme that has an answer."""
         return {**self.parameters_at(index), **self.point(index)}
 
-    @cached_property
-    def binding(self) -> Mapping[str, Booleans]:
-        """By label of a constraint, whether it holds with equality, one a programme."""
-        if self.tight is not None:
-            return self.tight
-        labels = [self.binding_labels(index) for index in range(len(self.statuses))]
-        return {name: np.array([name in each for each in labels]) for name in self._labels}
-
     def binding_labels(self, index: int) -> tuple[str, ...]:
-        """Labels of the constraints that hold with equality in the answer to a programme.
-
-        Of those that hold an unknown; see `tight`.
-        """
+        """Labels of the constraints that bind in the answer to a programme; see `tight`."""
         if self.tight is not None:
             return tuple(label for label, binds in self.tight.items() if binds[index])
         if not self.statuses[index].has_answer:
@@ -240,35 +208,9 @@ class Solution:
         Empty for an answer in whole slots, which small changes leave where it is, and where there
         is no answer.
         """
-        if not self.has_multipliers or not self.statuses[index].has_answer:
+        if self.duals == {} or not self.statuses[index].has_answer:
             return {}
-        parameters, point = self.parameters_at(index), self.point(index)
-        if self.regular is not None and self.regular[index]:
-            found = prices_of(self.model, parameters, point, self.multipliers_at(index))
-        else:
-            found = prices_at_a_kink(self.model, parameters, point)
-        return {n: ShadowPrice(float(less), float(more)) for n, (less, more) in found.items()}
-
-    def all_shadow_prices(self) -> dict[str, tuple[Floats, Floats]]:
-        """Shadow prices of all programmes at once: by name, arrays of `less` and of `more`.
-
-        NaN where a programme has no answer; empty from engines that do not know which of their
-        answers are the only ones.
-        """
-        if not self.has_multipliers or self.regular is None:
-            return {}
-        weights = {k: np.where(np.isnan(each), 0.0, each) for k, each in self.multipliers.items()}
-        count = len(self.statuses)
-        found = prices_of(self.model, self.given, self.values, weights)
-        prices = {
-            name: (np.array(np.broadcast_to(less, count)), np.array(np.broadcast_to(more, count)))
-            for name, (less, more) in found.items()
-        }
-        for index in np.flatnonzero(~self.regular).tolist():
-            single = self.shadow_prices(index)
-            for name, (less, more) in prices.items():
-                less[index], more[index] = single.get(name, (np.nan, np.nan))
-        return prices
+        return shadow_prices(self.model, self.parameters_at(index), self.point(index))
 
     def only(self, index: int) -> Solution:
         """The solution to a single programme."""
@@ -280,18 +222,39 @@ class Solution:
             values={name: each[one] for name, each in self.values.items()},
             tight=self.tight and {label: each[one] for label, each in self.tight.items()},
             duals=self.duals and {label: each[one] for label, each in self.duals.items()},
-            regular=None if self.regular is None else self.regular[one],
             beyond=None if self.beyond is None else self.beyond[one],
             words=self.words[one],
             given=self.parameters_at(index),
         )
 
 
-def unanswered(model: Model, engine: str, proof: str, status: Status, words: str) -> Solution:
-    """A solution to one programme that has no values."""
-    nothing = np.array([np.nan])
-    values = {variable.name: nothing for variable in model.variables}
-    return Solution(engine, proof, model, [status], nothing, values, {}, words=[words])
+def single(
+    model: Model,
+    engine: str,
+    proof: str,
+    status: Status,
+    parameters: Values,
+    words: str = "",
+    point: Mapping[str, float] | None = None,
+    *,
+    tight: Mapping[str, bool] | None = None,
+    duals: Mapping[str, float] | None = None,
+) -> Solution:
+    """A solution to one programme from numbers; without a point it has no values."""
+    values = point or dict.fromkeys((variable.name for variable in model.variables), np.nan)
+    reached = evaluate(model.objective, {**parameters, **point}) if point else np.nan
+    return Solution(
+        engine,
+        proof,
+        model,
+        [status],
+        np.array([reached], float),
+        {name: np.array([value]) for name, value in values.items()},
+        None if tight is None else {label: np.array([binds]) for label, binds in tight.items()},
+        {label: np.array([weight]) for label, weight in (duals or {}).items()},
+        words=[words],
+        given={name: np.array([value]) for name, value in parameters.items()},
+    )
 
 
 def stacked(solutions: Sequence[Solution]) -> Solution:
@@ -304,7 +267,6 @@ def stacked(solutions: Sequence[Solution]) -> Solution:
         values=_joined([each.values for each in solutions]),
         tight=_joined([each.tight for each in solutions], False),
         duals=_joined([each.duals for each in solutions]),
-        regular=None,
         beyond=None,
         words=[words for each in solutions for words in each.words],
         given=_joined([each.given for each in solutions]),
@@ -312,8 +274,9 @@ def stacked(solutions: Sequence[Solution]) -> Solution:
 
 
 def _joined(columns: Sequence[Operand], missing: float = np.nan) -> Operand:
-    """Arrays by name end to end; None where one of the columns is."""
-    if any(each is None for each in columns):
+    """Arrays by name end to end; None where all columns are."""
+    known = [each or {} for each in columns]
+    if all(each is None for each in columns):
         return None
-    names = dict.fromkeys(name for each in columns for name in each)
-    return {k: np.concatenate([each.get(k, [missing]) for each in columns]) for k in names}
+    names = dict.fromkeys(name for each in known for name in each)
+    return {k: np.concatenate([each.get(k, [missing]) for each in known]) for k in names}

@@ -14,8 +14,8 @@ from formulations.p4 import P4
 from formulations.parameters import Quantities
 from formulations.soc import AVAILABLE, PAPER
 from optuav.arrays import Integers
+from optuav.engines.linear_form import cut_short
 from optuav.engines.prices import ShadowPrice
-from optuav.engines.ranges import cut_short
 from optuav.engines.registry import Engine, names, takers
 from optuav.engines.solution import Solution
 from optuav.errors import Fault, InputError, NoPlanError, SolverError

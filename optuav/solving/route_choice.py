@@ -18,7 +18,7 @@ from formulations.milp import FORMS, Form, Route
 from formulations.milp import route_choice as joined
 from formulations.p1 import P1
 from formulations.soc import PAPER
-from optuav.engines.ranges import last_slot, lower_bounds, own_upper_bounds
+from optuav.engines.linear_form import last_slot, own_bounds
 from optuav.engines.solution import Solution
 from optuav.errors import Fault, InputError, SolverError
 from optuav.mission import Mission
@@ -239,16 +239,18 @@ def _in_slots(route: Route, model: Model, slot_s: float) -> Iterator[Route]:
     Where the deadline is Δ's own bound, it may cut the last slot short, which whole slots cannot
     express: that is one more choice, with Δ at the end of that slot and the cut off the objective.
     """
-    lower, upper = lower_bounds(model, model.row(0)), own_upper_bounds(model, model.row(0))
-    first = {each.name: max(lower[each.name], each.first_slot * slot_s) for each in model.variables}
-    least_s, bound_s = first["hover_time_s"], upper["hover_time_s"]
+    own = own_bounds(model, model.row(0))
+    first = {
+        each.name: max(own[each.name][0], each.first_slot * slot_s) for each in model.variables
+    }
+    least_s, bound_s = first["hover_time_s"], own["hover_time_s"][1]
     rest_s = first.get("rest_time_s", 0.0), math.inf
     if not math.isfinite(bound_s):
         yield replace(route, hover_s=(least_s, math.inf), rest_s=rest_s)
         return
     most_s = slot_s * last_slot(bound_s, slot_s, begun=False)
     yield replace(route, hover_s=(least_s, most_s), rest_s=rest_s)
-    if lower["hover_time_s"] <= bound_s and bound_s > most_s:
+    if own["hover_time_s"][0] <= bound_s and bound_s > most_s:
         end_s = slot_s * last_slot(bound_s, slot_s, begun=True)
         name = f"{route.name}, last slot cut short"
         yield replace(route, name=name, hover_s=(end_s, end_s), cut_s=end_s - bound_s)

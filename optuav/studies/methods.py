@@ -14,7 +14,7 @@ from formulations.formulation import Formulation
 from formulations.p1 import P1
 from formulations.p3 import P3
 from formulations.p4 import P4
-from optuav.engines.ranges import TOLERANCE as SLOT_TOLERANCE
+from optuav.engines.linear_form import WHOLE as SLOT_TOLERANCE
 from optuav.errors import SolverError
 from optuav.mission import Mission
 from optuav.modelling import Model

@@ -28,21 +28,18 @@ def one(upper: float = math.inf, lower: float = 0.0) -> tuple[Model, object]:
     return model, model.variable("x", "x", unit="s", lower=lower, upper=upper)
 
 
-@pytest.mark.parametrize("ufunc", casadi_engine.operations(), ids=lambda ufunc: ufunc.__name__)
+@pytest.mark.parametrize(
+    "ufunc", sorted([*PARTIALS, *KINKED], key=str), ids=lambda ufunc: ufunc.__name__
+)
 def test_functions_are_those_of_numpy(ufunc: np.ufunc) -> None:
     """Every ufunc has the values of NumPy on CasADi's symbols."""
-    operation = casadi_engine.operations()[ufunc]
+    operation = casadi_engine.operation(ufunc)
     symbols = casadi.SX.sym("x", ufunc.nin)
     function = casadi.Function("f", [symbols], [operation(*(symbols[k] for k in range(ufunc.nin)))])
     rng = np.random.default_rng(0)
     for _ in range(20):
         point = rng.uniform(0.05, 0.95, ufunc.nin) + (ufunc is np.arccosh)
         assert float(function(point)) == pytest.approx(ufunc(*point), rel=1e-14)
-
-
-def test_every_function_has_a_derivative() -> None:
-    """What models call smooth, the engine takes, and what it takes has shadow prices."""
-    assert casadi_engine.operations().keys() == PARTIALS.keys() | KINKED.keys()
 
 
 @pytest.mark.parametrize(

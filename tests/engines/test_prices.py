@@ -164,22 +164,6 @@ def test_comparison_can_fail() -> None:
         assert not agrees(wrong, model, "deadline_s", 1e-6)
 
 
-def test_all_at_once_is_one_by_one() -> None:
-    """Over the itineraries of a shipped mission, tied ones too."""
-    for deadline_s in (1200.0, 800.0, 60.0):
-        program = formulate("paper", perspective="battery")
-        for part in program.parts:
-            count = len(part.routes)
-            solution = closed_form.solve(part.model, count, {"deadline_s": deadline_s})
-            together = solution.all_shadow_prices()
-            for index in range(count):
-                alone = solution.shadow_prices(index)
-                for name, sides in together.items():
-                    expected = alone.get(name, (math.nan, math.nan))
-                    found = [side[index] for side in sides]
-                    assert found == pytest.approx(list(expected), nan_ok=True, rel=1e-9), name
-
-
 def test_tied_and_degenerate_entries_are_told_apart() -> None:
     """Of three programmes one is regular, one has a kink, one has no answer."""
     given = quantities(
@@ -187,12 +171,10 @@ def test_tied_and_degenerate_entries_are_told_apart() -> None:
         deadline_s=np.array([200.0, 200.0, 40.0]),
     )
     solution = closed_form.solve(P4("b1").model(given), 3)
-    assert solution.regular is not None
-    assert solution.regular.tolist() == [True, False, False]
-    less, more = solution.all_shadow_prices()["deadline_s"]
     # By hand: 1/3 where charge and deadline meet; 1 less and 1/3 more where T' = 0 besides.
-    assert less == pytest.approx([1 / 3, 1.0, math.nan], nan_ok=True)
-    assert more == pytest.approx([1 / 3, 1 / 3, math.nan], nan_ok=True)
+    assert solution.shadow_prices(0)["deadline_s"] == pytest.approx((1 / 3, 1 / 3))
+    assert solution.shadow_prices(1)["deadline_s"] == pytest.approx((1.0, 1 / 3))
+    assert solution.shadow_prices(2) == {}
 
 
 @pytest.mark.parametrize("perspective", LINEAR)
@@ -263,7 +245,6 @@ def test_no_prices_without_an_answer_or_multipliers() -> None:
     assert closed_form.solve(P3().model(quantities(deadline_s=math.nan)), 1).shadow_prices() == {}
     in_slots = grid.solve(P4("b1").model(quantities()), 1, slot_s=1.0)
     assert in_slots.shadow_prices() == {}
-    assert in_slots.all_shadow_prices() == {}
 
 
 def test_bounds_with_parameters_have_their_price() -> None:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from optuav.engines.ranges import last_slot, slot_ranges
+from optuav.engines.linear_form import last_slot, slot_ranges
 from optuav.modelling import Model
 
 

@@ -18,7 +18,7 @@ from optuav.engines.casadi_engine import Casadi
 from optuav.engines.closed_form import ClosedForm
 from optuav.engines.cvxpy_engine import Cvxpy
 from optuav.engines.grid import Grid
-from optuav.engines.registry import Capability, Direct, Engine
+from optuav.engines.registry import Capability, Engine
 from optuav.engines.solution import Solution
 from optuav.errors import InputError
 from optuav.modelling import Model, Parameter
@@ -30,7 +30,7 @@ ASKED = {"perspective": "battery"}
 
 
 @dataclass(frozen=True)
-class Halving(Direct):
+class Halving(Engine):
     """An engine for one unknown from 0: halves a range until it is short enough."""
 
     width_s: float = 1e-9

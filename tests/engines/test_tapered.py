@@ -160,7 +160,7 @@ def test_a_bound_is_no_worse_than_at_constant_current() -> None:
     assert 1e-3 < tapered.objective[0] - constant.objective[0] < 1e-2
     assert tapered.values["rest_time_s"][0] > constant.values["rest_time_s"][0] + 100.0
     assert tapered.binding_labels(0) == ("P4.a not dry after stage 5 of flight 3",)
-    assert not tapered.has_multipliers
+    assert not tapered.multipliers_at(0)
 
 
 def test_the_bound_holds_over_all_programmes_at_once() -> None:
