@@ -36,7 +36,7 @@ if TYPE_CHECKING:
     from rich.table import Table
 
     from optuav.mission import Mission
-    from optuav.network.derived import BuildingFigures, Figure
+    from optuav.network.feasibility import BuildingFigures, Figure
 
 UNIT = re.compile(r"\[([^]]+)\]")
 REGIMES = "regimes"
@@ -71,7 +71,7 @@ def show(
         if not shown:
             raise typer.Exit(NO)
         return
-    from optuav.network.derived import building_figures, derived
+    from optuav.network.feasibility import building_figures, derived
 
     figures, buildings = derived(shown), building_figures(shown)
     data = {

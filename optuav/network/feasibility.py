@@ -1,8 +1,10 @@
-"""Why a mission cannot be flown at all, and what is unwise in it: no battery simulated yet."""
+"""What follows from a mission before any battery is simulated: figures, and what is amiss."""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -11,7 +13,8 @@ from optuav.mission.messages import listed
 from optuav.network import vehicle
 from optuav.network.network import NO_LEG, Network, build_network
 from optuav.network.places import HOVER
-from optuav.physics import flight, link
+from optuav.network.timeline import stay_net
+from optuav.physics import flight, link, rotor
 
 TOLERANCE = 1e-9
 """Relative; a hover point on the rim of the coverage is covered."""
@@ -29,20 +32,16 @@ def impossibilities(network: Network) -> tuple[str, ...]:
 
 def never_flyable(network: Network) -> tuple[str, ...]:
     """Reasons for which no route can be flown, with any number of stops."""
-    return (*_too_heavy(network.mission), *_out_of_reach(network))
+    return tuple(_never_flyable(network))
 
 
-def _too_heavy(mission: Mission) -> Iterator[str]:
+def _never_flyable(network: Network) -> Iterator[str]:
+    mission, limits = network.mission, network.mission.limits
     if mission.flight.model == "rotors":
-        why = flight.impossible(
-            vehicle.airframe(mission), vehicle.motor(mission), mission.wind.force_N
-        )
+        airframe, motor = vehicle.airframe(mission), vehicle.motor(mission)
+        why = flight.impossible(airframe, motor, mission.wind.force_N)
         if why is not None:
             yield f"the UAV cannot fly: {why} (body.mass_kg, wind.force_N, rotor.max_speed_rad_s)"
-
-
-def _out_of_reach(network: Network) -> Iterator[str]:
-    mission, limits = network.mission, network.mission.limits
     radius_m = vehicle.coverage_radius_m(mission)
     device_m = np.array(mission.link.device_m)
     point_m = network.places.position_m[HOVER]
@@ -93,50 +92,124 @@ def blocked_legs(network: Network, route: int) -> list[str]:
 def advice(mission: Mission) -> tuple[str, ...]:
     """Warnings about a valid mission; empty if there is nothing to say."""
     network = build_network(mission)
-    found = list(impossibilities(network))
-    if not found:
-        found += _deadline(network)
-    found += _fast(network)
-    found += _charging(mission)
-    found += _dark(network)
-    return tuple(found)
+    found = impossibilities(network)
+    return (*found, *_advice(network, flies=not found))
 
 
-def _deadline(network: Network) -> Iterator[str]:
-    shortest_s = float(network.routes.flight_time_s[network.routes.flyable].min())
-    deadline_s = network.mission.limits.deadline_s
-    if shortest_s > deadline_s:
-        yield (
-            f"limits.deadline_s = {deadline_s:g} s is shorter than the flight alone, "
-            f"{shortest_s:.2f} s"
-        )
-
-
-def _fast(network: Network) -> Iterator[str]:
-    """A sentence on the fastest leg that a route may use, where it is too fast for the model."""
-    legs, names = network.legs, network.places.names
+def _advice(network: Network, *, flies: bool) -> Iterator[str]:
+    mission, places, legs, routes = network.mission, network.places, network.legs, network.routes
+    if flies:
+        shortest_s = float(routes.flight_time_s[routes.flyable].min())
+        if shortest_s > mission.limits.deadline_s:
+            yield (
+                f"limits.deadline_s = {mission.limits.deadline_s:g} s is shorter than the flight "
+                f"alone, {shortest_s:.2f} s"
+            )
     speeds_m_s = np.where(legs.flyable & ~legs.edited, legs.peak_speed_m_s, 0.0)
     fastest = int(speeds_m_s.argmax())
     warning = flight.speed_warning(float(speeds_m_s[fastest]))
     if warning is not None:
-        yield f"on the leg {names[legs.start[fastest]]} → {names[legs.end[fastest]]}, {warning}"
-
-
-def _charging(mission: Mission) -> Iterator[str]:
-    given = mission.battery
-    recommended_A = given.packs * given.capacity_As / SECONDS_PER_HOUR
-    if given.charge_current_A > recommended_A:
+        start, end = (places.names[each[fastest]] for each in (legs.start, legs.end))
+        yield f"on the leg {start} → {end}, {warning}"
+    battery = mission.battery
+    recommended_A = battery.packs * battery.capacity_As / SECONDS_PER_HOUR
+    if battery.charge_current_A > recommended_A:
         yield (
-            f"battery.charge_current_A = {given.charge_current_A:g} A is above 1 C of the battery, "
-            f"{recommended_A:g} A"
+            f"battery.charge_current_A = {battery.charge_current_A:g} A is above 1 C of the "
+            f"battery, {recommended_A:g} A"
         )
-
-
-def _dark(network: Network) -> Iterator[str]:
-    places = network.places
-    if network.mission.laser is None:
-        return
     dark = places.exists & ~places.laser_sight
     names = [places.names[place] for place in (HOVER, *places.buildings) if dark[place]]
-    if names:
+    if names and mission.laser is not None:
         yield f"the laser does not see {listed(names)}: no charging there"
+
+
+@dataclass(frozen=True)
+class Figure:
+    """A derived value."""
+
+    name: str
+    value: float | tuple[float, ...] | None  # A number or a position; None where it does not exist
+    unit: str
+
+    @property
+    def text(self) -> str:
+        """The value to six digits, a position to the centimetre."""
+        if self.value is None:
+            return "none"
+        if isinstance(self.value, tuple):
+            return "(" + ", ".join(f"{each:.2f}" for each in self.value) + ")"
+        return f"{self.value:.6g}"
+
+
+@dataclass(frozen=True)
+class BuildingFigures:
+    """What follows for a building."""
+
+    # As the mission states them.
+    name: str
+    position_m: tuple[float, float, float]
+    footprint_m: tuple[float, float] | tuple[tuple[float, float], ...] | None
+    laser_sight: bool  # Whether the laser is in clear sight
+    received_power_W: float  # What the laser delivers there [W]
+    # Flight time with a stop there, resting or hovering first [s]; None where it cannot be flown.
+    rest_first_s: float | None
+    hover_first_s: float | None
+
+
+def derived(mission: Mission) -> tuple[Figure, ...]:
+    """Derived figures of a mission, in the order of the physics."""
+    return tuple(Figure(name, _known(value), unit) for name, value, unit in _figures(mission))
+
+
+def _known(value: float | tuple[float, ...]) -> float | tuple[float, ...] | None:
+    numbers = value if isinstance(value, tuple) else (value,)
+    return value if all(map(math.isfinite, numbers)) else None
+
+
+def _figures(mission: Mission) -> Iterator[tuple[str, float | tuple[float, ...], str]]:
+    """Names, values, which are NaN where there is none, and units."""
+    network = build_network(mission)
+    places, routes = network.places, network.routes
+    capacity_As = float(vehicle.pool(mission).capacity_As)
+    yield "battery capacity B", capacity_As, "A s"
+    yield "nominal battery energy E_0", capacity_As * mission.battery.nominal_voltage_V, "J"
+    if mission.flight.model == "rotors":
+        motor, airframe = vehicle.motor(mission), vehicle.airframe(mission)
+        force_N = airframe.external_force_N(mission.wind.force_N)
+        level_N = rotor.largest_wind(motor, airframe.weight_N, (1.0, 0.0, 0.0))
+        yield "full thrust", float(rotor.full_thrust(motor)), "N"
+        yield "weight", float(airframe.weight_N), "N"
+        yield "rotor speed in hover", float(rotor.hover_speed(motor, force_N)), "rad/s"
+        yield "largest level wind", float(level_N), "N"
+    drawn = vehicle.hover_load(mission)
+    yield "hover power, radio included", float(drawn.power_W), "W"
+    yield "hover current, radio included", float(drawn.current_A), "A"
+    yield "coverage radius d_max", vehicle.coverage_radius_m(mission), "m"
+    yield "hover point", tuple(places.position_m[HOVER].tolist()), "m"
+    direct_s = float(routes.flight_time_s[0]) if routes.flyable[0] else math.nan
+    yield "direct flight", direct_s, "s"
+    if mission.laser is not None:
+        yield "net current in hover", stay_net(network, HOVER).current_A, "A"
+        sight = "" if places.laser_sight[HOVER] else " (no sight)"
+        yield f"power received at hover{sight}", float(places.received_power_W[HOVER]), "W"
+
+
+def building_figures(mission: Mission) -> tuple[BuildingFigures, ...]:
+    """Derived figures of every building, in the mission's order."""
+    network = build_network(mission)
+    places, routes = network.places, network.routes
+    flight_s = np.where(routes.flyable, routes.flight_time_s, np.nan)[1:].reshape(-1, 2)
+    return tuple(
+        BuildingFigures(
+            building.name,
+            building.position_m,
+            building.footprint_m,
+            bool(places.laser_sight[place]),
+            float(places.received_power_W[place]),
+            *(float(time_s) if math.isfinite(time_s) else None for time_s in times_s),
+        )
+        for building, place, times_s in zip(
+            mission.buildings, places.buildings, flight_s, strict=True
+        )
+    )

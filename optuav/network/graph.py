@@ -10,20 +10,26 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from optuav.arrays import Booleans, Floats
+from optuav.arrays import Booleans
 from optuav.errors import Fault, InputError
 from optuav.mission import Mission
 from optuav.mission.messages import shown
 from optuav.mission.schema import LARGEST
 from optuav.network.network import Legs, Network, build_network, build_routes
-from optuav.network.places import DESTINATION, ENDS, HOVER, ORIGIN, Places
+from optuav.network.places import DESTINATION, ENDS, HOVER, ORIGIN
 
 if TYPE_CHECKING:
     import networkx
 
     Graph = networkx.DiGraph[str]
 
-NODE_FIGURES = ("kind", "position_m", "laser_sight", "received_power_W")
+NEEDED = {
+    "kind": "{} is expected",
+    "position_m": "three finite numbers [m] are needed",
+    "laser_sight": "True or False is needed",
+    "received_power_W": "a number ≥ 0 [W] is needed",
+}
+"""What the attributes of a node have to be."""
 EDGE_FIGURES = ("duration_s", "charge_As", "energy_J", "distance_m", "peak_speed_m_s")
 SOURCE = "graph"
 ROUNDING = 1e-9
@@ -120,61 +126,50 @@ def validate_graph(view: Graph) -> tuple[Fault, ...]:
 
     if not isinstance(view, networkx.DiGraph) or view.is_multigraph():
         return (Fault(SOURCE, type(view).__name__, "a networkx.DiGraph is needed"),)
-    return (*_structure_faults(view), *_node_faults(view), *_edge_faults(view))
+    return tuple(_faults(view))
 
 
-def _structure_faults(view: Graph) -> Iterator[Fault]:
+def _faults(view: Graph) -> Iterator[Fault]:
     for end in (ENDS[ORIGIN], ENDS[DESTINATION]):
         if end not in view:
-            yield Fault(node_name(end), "", "is missing", SOURCE)
-    for loop in (node for node in view if view.has_edge(node, node)):
-        yield Fault(edge_name(loop, loop), "", "a leg leads to another place", SOURCE)
-
-
-def _node_faults(view: Graph) -> Iterator[Fault]:
+            yield Fault(_node(end), "", "is missing", SOURCE)
     for node, data in view.nodes(data=True):
+        if view.has_edge(node, node):
+            yield Fault(_edge(node, node), "", "a leg leads to another place", SOURCE)
         kind = node if node in ENDS else "building"
-        stated = {name: data.get(name) for name in NODE_FIGURES}
-        is_kind = isinstance(stated["kind"], str) and stated["kind"] == kind
-        is_sight = isinstance(stated["laser_sight"], bool | np.bool_)
-        expected = {
-            "kind": (is_kind, f"{kind!r} is expected"),
-            "position_m": (
-                _is_position(stated["position_m"]),
-                "three finite numbers [m] are needed",
-            ),
-            "laser_sight": (is_sight, "True or False is needed"),
-            "received_power_W": (
-                _is_amount(stated["received_power_W"]),
-                "a number ≥ 0 [W] is needed",
-            ),
+        position_m = data.get("position_m")
+        if isinstance(position_m, np.ndarray):
+            position_m = position_m.tolist()
+        three = isinstance(position_m, tuple | list) and len(position_m) == 3
+        sight, stated = data.get("laser_sight"), data.get("kind")
+        right = {
+            "kind": isinstance(stated, str) and stated == kind,
+            "position_m": three and all(abs(_number(each)) <= LARGEST for each in position_m or ()),
+            "laser_sight": isinstance(sight, bool | np.bool_),
+            "received_power_W": 0.0 <= _number(data.get("received_power_W")) <= LARGEST,
         }
-        for name, (is_right, words) in expected.items():
-            if not is_right:
-                yield Fault(f"{node_name(node)}.{name}", shown(stated[name]), words, SOURCE)
-
-
-def _edge_faults(view: Graph) -> Iterator[Fault]:
+        for name, words in NEEDED.items():
+            if not right[name]:
+                key = f"{_node(node)}.{name}"
+                yield Fault(key, shown(data.get(name)), words.format(repr(kind)), SOURCE)
     for start, end, data in view.edges(data=True):
-        here = edge_name(start, end)
-        faulty = [name for name in EDGE_FIGURES if not _is_amount(data.get(name))]
+        figures = {name: _number(data.get(name)) for name in EDGE_FIGURES}
+        faulty = [name for name, figure in figures.items() if not 0.0 <= figure <= LARGEST]
+        words = "a finite number ≥ 0 is needed"
+        if not faulty and (
+            max(figures["charge_As"], figures["energy_J"]) > LARGEST * figures["duration_s"]
+        ):
+            faulty, words = ["duration_s"], "a leg that draws charge takes time"
         for name in faulty:
-            words = "a finite number ≥ 0 is needed"
-            yield Fault(f"{here}.{name}", shown(data.get(name)), words, SOURCE)
-        if faulty:
-            continue
-        duration_s, drawn = _number(data["duration_s"]), (data["charge_As"], data["energy_J"])
-        if max(map(_number, drawn)) > LARGEST * duration_s:
-            words = "a leg that draws charge takes time"
-            yield Fault(f"{here}.duration_s", shown(duration_s), words, SOURCE)
+            yield Fault(f"{_edge(start, end)}.{name}", shown(data.get(name)), words, SOURCE)
 
 
-def node_name(node: object) -> str:
+def _node(node: object) -> str:
     """A node, as faults call it."""
     return f"nodes[{shown(node)}]"
 
 
-def edge_name(start: object, end: object) -> str:
+def _edge(start: object, end: object) -> str:
     """An edge, as faults call it."""
     return f"edges[{shown(start)}, {shown(end)}]"
 
@@ -189,18 +184,6 @@ def _number(value: object) -> float:
         return math.inf
 
 
-def _is_amount(value: object) -> bool:
-    return 0.0 <= _number(value) <= LARGEST
-
-
-def _is_position(value: object) -> bool:
-    if isinstance(value, np.ndarray):
-        value = value.tolist()
-    if not isinstance(value, tuple | list) or len(value) != 3:
-        return False
-    return all(abs(_number(each)) <= LARGEST for each in value)
-
-
 def edited_network(mission: Mission, view: Graph) -> Network:
     """The network of a mission with the figures of a graph that the user has edited.
 
@@ -209,13 +192,22 @@ def edited_network(mission: Mission, view: Graph) -> Network:
     is out of order in the graph or does not belong to the mission.
     """
     computed = build_network(mission)
-    faults = validate_graph(view) or (
-        *_foreign_nodes(computed.places, view),
-        *_overcharged(computed, view),
-    )
+    faults = validate_graph(view) or tuple(_foreign(computed, view))
     if faults:
         raise InputError(faults)
-    places = _edited_places(computed, view)
+    places, voltage_V = computed.places, mission.battery.nominal_voltage_V
+    nodes = [view.nodes[name] if name in view else {} for name in places.names]
+    sight = np.array([bool(data.get("laser_sight")) for data in nodes])
+    power_W = np.array([float(data.get("received_power_W", 0.0)) for data in nodes]) * sight
+    changed = power_W != places.received_power_W
+    current_A = np.where(changed, power_W / voltage_V, places.charge_current_A)
+    places = replace(
+        places,
+        laser_sight=sight,
+        received_power_W=power_W,
+        charge_current_A=np.where(sight, current_A, 0.0),
+        edited=(sight != places.laser_sight) | changed,
+    )
     legs = edited_legs(computed.legs, places.names, view)
     return Network(mission, places, legs, build_routes(legs))
 
@@ -253,46 +245,22 @@ def edited_legs(
     return Legs(**table)
 
 
-def _foreign_nodes(places: Places, view: Graph) -> Iterator[Fault]:
-    """Nodes of another mission: places that this one does not have, or has elsewhere."""
-    known: dict[object, Floats] = dict(zip(places.names, places.position_m, strict=True))
+def _foreign(computed: Network, view: Graph) -> Iterator[Fault]:
+    """Nodes that are not the mission's, or elsewhere, or with more power than the battery takes."""
+    given, places = computed.mission.battery, computed.places
+    most_W = given.charge_current_A * given.nominal_voltage_V
+    number = {name: k for k, name in enumerate(places.names)}
     for node, data in view.nodes(data=True):
-        if node not in known:
-            yield Fault(node_name(node), "", "the mission has no such place", SOURCE)
+        if node not in number:
+            yield Fault(_node(node), "", "the mission has no such place", SOURCE)
             continue
+        known_m, known_W = places.position_m[number[node]], places.received_power_W[number[node]]
         position_m = [float(each) for each in data["position_m"]]
-        if not (np.abs(position_m - known[node]) <= SAME_PLACE_M).all():
+        if not (np.abs(position_m - known_m) <= SAME_PLACE_M).all():
             by = "route.hover_m" if node == ENDS[HOVER] else "mission.replace"
             words = f"places are moved in the mission, by {by}"
-            yield Fault(f"{node_name(node)}.position_m", shown(position_m), words, SOURCE)
-
-
-def _overcharged(computed: Network, view: Graph) -> Iterator[Fault]:
-    """Places with more power than the battery takes."""
-    given = computed.mission.battery
-    most_W = given.charge_current_A * given.nominal_voltage_V
-    computed_W = dict(zip(computed.places.names, computed.places.received_power_W, strict=True))
-    for node, data in view.nodes(data=True):
+            yield Fault(f"{_node(node)}.position_m", shown(position_m), words, SOURCE)
         power_W = float(data["received_power_W"]) if data["laser_sight"] else 0.0
-        if power_W > max(most_W, computed_W.get(node, power_W)) * (1.0 + ROUNDING):
+        if power_W > max(most_W, known_W) * (1.0 + ROUNDING):
             words = f"at most {most_W:g} W charge at battery.charge_current_A"
-            yield Fault(f"{node_name(node)}.received_power_W", shown(power_W), words, SOURCE)
-
-
-def _edited_places(computed: Network, view: Graph) -> Places:
-    places, voltage_V = computed.places, computed.mission.battery.nominal_voltage_V
-    nodes = [view.nodes[name] if name in view else {} for name in places.names]
-    sight = np.array([bool(data.get("laser_sight", False)) for data in nodes])
-    power_W = np.array(
-        [float(data["received_power_W"]) if data.get("laser_sight") else 0.0 for data in nodes]
-    )
-    changed = power_W != places.received_power_W
-    return replace(
-        places,
-        laser_sight=sight,
-        received_power_W=power_W,
-        charge_current_A=np.where(
-            sight, np.where(changed, power_W / voltage_V, places.charge_current_A), 0.0
-        ),
-        edited=(sight != places.laser_sight) | changed,
-    )
+            yield Fault(f"{_node(node)}.received_power_W", shown(power_W), words, SOURCE)

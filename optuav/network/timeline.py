@@ -115,18 +115,16 @@ class Phase:
         return [Stage(each.current_A, each.duration_s) for each in self.stages]
 
 
-def hover_net(network: Network) -> vehicle.Flow:
-    """Net current [A] and power [W] into the battery while hovering."""
-    return _net(network, HOVER, vehicle.hover_load(network.mission))
+def stay_net(network: Network, place: Quantity) -> vehicle.Flow:
+    """Net current [A] and power [W] into the battery at the hover point, or resting on buildings.
 
-
-def rest_net(network: Network, building: Quantity) -> vehicle.Flow:
-    """Net current [A] and power [W] into the battery while resting on buildings, by number."""
-    return _net(network, FIRST_BUILDING + building, vehicle.rest_load(network.mission))
-
-
-def _net(network: Network, place: Quantity, drawn: vehicle.Flow) -> vehicle.Flow:
-    places = network.places
+    Places by number: the hover point, or one or several buildings.
+    """
+    places, load = (
+        network.places,
+        vehicle.hover_load if np.all(place == HOVER) else vehicle.rest_load,
+    )
+    drawn = load(network.mission)
     return vehicle.Flow(
         places.charge_current_A[place] - drawn.current_A,
         places.received_power_W[place] - drawn.power_W,
@@ -151,33 +149,22 @@ def phases_along(network: Network, legs: Sequence[int], stays_s: Sequence[Quanti
     Between legs the UAV hovers at the hover point and rests on buildings, for `stays_s` [s], which
     may be arrays.
     """
-    found = list[Phase]()
+    table, places, found = network.legs, network.places, list[Phase]()
+    names = places.names
     for leg, stay_s in zip(legs, [*stays_s, None], strict=True):
-        end = int(network.legs.end[leg])
-        found.append(_flight(network, leg))
+        start, end, edited = int(table.start[leg]), int(table.end[leg]), bool(table.edited[leg])
+        used = slice(0, 1 if edited else None)
+        nets = ((0.0 - each[used, leg]).tolist() for each in (table.currents_A, table.powers_W))
+        stages = tuple(map(PhaseStage, table.durations_s[used, leg].tolist(), *nets))
+        way_m, peak_m_s = float(table.distance_m[leg]), float(table.peak_speed_m_s[leg])
+        ends = names[start], names[end], 0.0
+        found.append(Phase("flight", *ends, stages, way_m, peak_m_s, edited, (), ()))
         if end == HOVER or end >= FIRST_BUILDING:
-            found.append(_stay(network, end, stay_s))
+            kind: Kind = "hover" if end == HOVER else "rest"
+            stages = (PhaseStage(stay_s, *map(float, stay_net(network, end))),)
+            at, edited = (names[end], names[end], 0.0), bool(places.edited[end])
+            found.append(Phase(kind, *at, stages, 0.0, 0.0, edited, (), ()))
     return found
-
-
-def _flight(network: Network, leg: int) -> Phase:
-    table, names = network.legs, network.places.names
-    edited = bool(table.edited[leg])
-    used = slice(0, 1 if edited else None)
-    durations_s = table.durations_s[used, leg].tolist()
-    nets = ((0.0 - each[used, leg]).tolist() for each in (table.currents_A, table.powers_W))
-    stages = tuple(map(PhaseStage, durations_s, *nets))
-    ends = names[table.start[leg]], names[table.end[leg]]
-    way_m, peak_m_s = float(table.distance_m[leg]), float(table.peak_speed_m_s[leg])
-    return Phase("flight", *ends, 0.0, stages, way_m, peak_m_s, edited, (), ())
-
-
-def _stay(network: Network, place: int, duration_s: Quantity) -> Phase:
-    kind: Kind = "hover" if place == HOVER else "rest"
-    net = hover_net(network) if place == HOVER else rest_net(network, place - FIRST_BUILDING)
-    stages = (PhaseStage(duration_s, float(net.current_A), float(net.power_W)),)
-    name, edited = network.places.names[place], bool(network.places.edited[place])
-    return Phase(kind, name, name, 0.0, stages, 0.0, 0.0, edited, (), ())
 
 
 def simulated(mission: Mission, phases: Sequence[Phase]) -> tuple[Phase, ...]:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Hashable
 from dataclasses import fields
 from functools import lru_cache
 from typing import NamedTuple, TypeVar
@@ -59,7 +58,15 @@ def pool(mission: Mission) -> kibam.Battery:
 
 def coverage_radius_m(mission: Mission) -> Quantity:
     """d_max [m] of the mission's outage limit."""
-    return _once(link.coverage_radius, channel(mission), mission.limits.outage_probability)
+    limit = mission.limits.outage_probability
+    try:
+        return _coverage_radius_m(channel(mission), limit)
+    except TypeError:  # columns of many variants, which have no hash
+        return link.coverage_radius(channel(mission), limit)
+
+
+# Found by iteration in 1 ms, and needed some ten times a solve.
+_coverage_radius_m = lru_cache(maxsize=1000)(link.coverage_radius)
 
 
 def hover_point_m(mission: Mission, radius_m: Quantity | None = None) -> Vector:
@@ -67,32 +74,17 @@ def hover_point_m(mission: Mission, radius_m: Quantity | None = None) -> Vector:
 
     The coverage radius [m] may be handed over where it is known.
     """
-    if mission.route.hover_m is not None:
-        return mission.route.hover_m
-    point_m: Vector = _once(
-        link.hover_point,
-        mission.route.origin_m,
-        mission.route.destination_m,
+    route = mission.route
+    if route.hover_m is not None:
+        return route.hover_m
+    return link.hover_point(
+        route.origin_m,
+        route.destination_m,
         mission.link.device_m,
         coverage_radius_m(mission) if radius_m is None else radius_m,
         mission.limits.min_altitude_m,
-        mission.laser.position_m if mission.laser else mission.route.origin_m,
+        mission.laser.position_m if mission.laser else route.origin_m,
     )
-    return point_m
-
-
-def _once(function: Callable[..., Quantity], *arguments: Hashable) -> Quantity:
-    """A result that is found by iteration and needed many times a solve; remembered for numbers."""
-    try:
-        hash(arguments)
-    except TypeError:  # columns of many variants
-        return function(*arguments)
-    return _remembered(function, *arguments)
-
-
-@lru_cache(maxsize=1000)
-def _remembered(function: Callable[..., Quantity], *arguments: Hashable) -> Quantity:
-    return function(*arguments)
 
 
 def hover_load(mission: Mission, wind_N: Vector | None = None) -> Flow:
@@ -100,16 +92,16 @@ def hover_load(mission: Mission, wind_N: Vector | None = None) -> Flow:
 
     Another wind than the mission's [N] has no meaning for regime loads.
     """
-    given = mission.flight
+    given, radio = mission.flight, mission.link
     if given.model == "regimes":
         return Flow(given.hover_current_A, given.hover_power_W)
+    turning = motor(mission)
     force_N = airframe(mission).external_force_N(mission.wind.force_N if wind_N is None else wind_N)
-    speed = rotor.hover_speed(motor(mission), force_N)
-    radio = mission.link
+    speed = rotor.hover_speed(turning, force_N)
+    radio_A = radio.transmit_power_W / radio.transmit_voltage_V
     return Flow(
-        rotor.ROTORS * rotor.current(motor(mission), speed)
-        + radio.transmit_power_W / radio.transmit_voltage_V,
-        rotor.ROTORS * rotor.power(motor(mission), speed) + radio.transmit_power_W,
+        rotor.ROTORS * rotor.current(turning, speed) + radio_A,
+        rotor.ROTORS * rotor.power(turning, speed) + radio.transmit_power_W,
     )
 
 

@@ -20,7 +20,7 @@ from optuav.network.network import Legs, Network, build_legs
 from optuav.network.obstacles import prisms
 from optuav.network.one_stop import FIGURES, TOLERANCE
 from optuav.network.places import DESTINATION, FIRST_BUILDING, HOVER, ORIGIN
-from optuav.network.timeline import hover_net, rest_net, route_phases, simulated
+from optuav.network.timeline import route_phases, simulated, stay_net
 from optuav.plan import Plan
 from optuav.solving.outcome import SAME_S, Part, best
 
@@ -72,8 +72,8 @@ def by_balance(network: Network, which: Integers, rests: bool = True) -> tuple[F
     capacity_As = mission.battery.packs * mission.battery.capacity_As
     left_s = mission.limits.deadline_s - routes.flight_time_s[which]
     spare_As = (1.0 - mission.limits.min_soc) * capacity_As - routes.flight_charge_As[which]
-    building, drawn_A = routes.building[which], -hover_net(network).current_A
-    charging_A = np.maximum(rest_net(network, building).current_A, 0.0)
+    building, drawn_A = routes.building[which], -stay_net(network, HOVER).current_A
+    charging_A = np.maximum(stay_net(network, FIRST_BUILDING + building).current_A, 0.0)
     gained_A = np.where(rests & (building >= 0), charging_A, 0.0)
     with np.errstate(divide="ignore", invalid="ignore"):
         # Resting for all the time that is left: I Δ − c (t − Δ) = Q.

@@ -19,7 +19,7 @@ from optuav.network import vehicle
 from optuav.network.feasibility import never_flyable
 from optuav.network.network import NO_LEG, Network, Routes
 from optuav.network.places import FIRST_BUILDING, HOVER
-from optuav.network.timeline import hover_net, phases_along, rest_net, simulated
+from optuav.network.timeline import phases_along, simulated, stay_net
 from optuav.physics.quantity import TINY
 from optuav.plan import Plan
 from optuav.search.boxes import patterns, sequences
@@ -120,9 +120,9 @@ def terrain(network: Network) -> Terrain:
         return filled
 
     stay_current_A = np.zeros(places)
-    stay_current_A[HOVER] = hover_net(network).current_A
+    stay_current_A[HOVER] = stay_net(network, HOVER).current_A
     buildings = np.arange(places - FIRST_BUILDING)
-    stay_current_A[FIRST_BUILDING:] = rest_net(network, buildings).current_A
+    stay_current_A[FIRST_BUILDING:] = stay_net(network, FIRST_BUILDING + buildings).current_A
     pool = vehicle.pool(mission)
     return Terrain(
         pool,
@@ -173,7 +173,7 @@ def _routes(network: Network, places: Integers, building: Integers) -> Routes:
 def _compared(program: Program, network: Network, rests: int, hovers: int) -> Program:
     """The linear programmes of all sequences, each with a rest on its best building."""
     question, known = program.question, terrain(network)
-    net = rest_net(network, np.arange(len(known.duration_s) - FIRST_BUILDING))
+    net = stay_net(network, np.arange(FIRST_BUILDING, len(known.duration_s)))
     gain = net.current_A if question.perspective == "battery" else net.power_W
     worth = np.concatenate([np.full(FIRST_BUILDING, -np.inf), gain])
     columns, count = list[Integers](), 0
@@ -272,7 +272,7 @@ def _stayed(network: Network, stops: Stops) -> tuple[Quantities, tuple[float, fl
     """The quantities of a route, rests by their mean net current, and its times of staying [s]."""
     rests = stops.places[1:-1] >= FIRST_BUILDING
     times_s = stops.stays_s[rests]
-    net = rest_net(network, stops.places[1:-1][rests] - FIRST_BUILDING)
+    net = stay_net(network, stops.places[1:-1][rests])
     rest_time_s = float(times_s.sum())
     share = times_s / max(rest_time_s, TINY)
     given = replace(

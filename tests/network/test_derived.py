@@ -10,7 +10,7 @@ from hypothesis import given
 
 import optuav
 from optuav.mission import Mission
-from optuav.network.derived import Figure, building_figures, derived
+from optuav.network.feasibility import Figure, building_figures, derived
 from tests.examples import few
 from tests.mission.strategies import missions
 from tests.solving.by_hand import hovering

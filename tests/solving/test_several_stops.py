@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 
 import optuav
 from optuav import InputError, Mission, Plan, SolverError
-from optuav.network.derived import derived
+from optuav.network.feasibility import derived
 from optuav.search import branch
 from optuav.status import Status
 from tests.asking import solve
