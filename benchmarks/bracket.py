@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import tracemalloc
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -18,7 +18,7 @@ from optuav.network.network import build_network
 from optuav.physics.kibam import Battery, Stage
 from optuav.solving import formulate, solve
 from optuav.solving.assemble import quantities
-from optuav.solving.batch import STAYS, Hovers, longest_hovers
+from optuav.solving.batch import Hovers, longest_hovers
 
 SAME_S = 1e-4
 PAIRS = 1_000_000
@@ -29,31 +29,30 @@ PAIRS = 1_000_000
 class Batch:
     """Routes as `longest_hovers` takes them."""
 
-    legs: list[list[Stage]]
-    stays: Any
+    steps: Any
     figures: dict[str, Any]
 
     def __len__(self) -> int:
-        return len(self.figures["rest_current_A"])
+        return np.size(self.figures["rest_current_A"])
 
     def solve(self) -> Hovers:
         """Longest hovers."""
-        return longest_hovers(self.legs, self.stays, **self.figures)
+        return longest_hovers(self.steps, **self.figures)
 
 
 def run() -> list[Row]:
     """All itineraries of the shipped mission, of towns, and of a million pairs."""
     mission = load("paper")
-    few = _together(list(_batches(mission)))
-    count = len(few)
-    few_s = median_s(few.solve, 101)
+    few = list(_batches(mission))
+    count = sum(map(len, few))
+    few_s = median_s(lambda: [each.solve() for each in few], 101)
     rows = [
         Row(f"all {count} itineraries of paper / 5 ms", few_s, 5e-3, at_most=1.0),
         Row(f"bracket / IPOPT, an itinerary ({count} of them)", few_s / count, _ipopt_s(mission)),
     ]
     each_s = None
     for buildings in (100, 1_000, 10_000, 100_000):
-        many = [each for each in _batches(town(buildings)) if each.stays != "hover"]
+        many = [each for each in _batches(town(buildings)) if "rest" in each.steps]
         seconds = median_s(lambda: [each.solve() for each in many], 5)  # noqa: B023
         if buildings == 10_000:
             rows.append(Row("10 000 buildings, both orders / 0.1 s", seconds, 0.1, at_most=1.0))
@@ -81,43 +80,19 @@ def _batches(mission: Mission) -> Iterator[Batch]:
 
 def _batch(given: Quantities) -> Batch:
     """Itineraries that stay in one order, as arguments of `longest_hovers`."""
-    legs: list[list[Stage]] = [[]]
-    for step in given.steps:
-        if isinstance(step, str):
-            legs.append([])
-        else:
-            legs[-1].append(step)
-    stays = tuple(step for step in given.steps if isinstance(step, str))
     names = ("deadline_s", "min_soc", "hover_current_A", "rest_current_A")
     figures = {name: getattr(given, name) for name in names}
     cells = Battery(given.battery_As, given.available_fraction, given.flow_rate_per_s)
-    (order,) = (name for name in STAYS if STAYS[name] == stays)
-    return Batch(legs, order, {**figures, "battery": cells})
-
-
-def _together(batches: Sequence[Batch]) -> Batch:
-    """All itineraries of a mission as one batch; the third leg of the direct one lasts 0 s."""
-    legs = [[*each.legs, [Stage(p.current_A, 0.0) for p in each.legs[-1]]][:3] for each in batches]
-    counts = [len(each) for each in batches]
-
-    def joined(figures: Iterable[Any]) -> Any:
-        return np.concatenate([np.resize(f, n) for f, n in zip(figures, counts, strict=True)])
-
-    return Batch(
-        [
-            [Stage(*map(joined, zip(*p, strict=True))) for p in zip(*g, strict=True)]
-            for g in zip(*legs, strict=True)
-        ],
-        np.repeat([each.stays for each in batches], counts),
-        batches[0].figures
-        | {"rest_current_A": joined(each.figures["rest_current_A"] for each in batches)},
-    )
+    return Batch(given.steps, {**figures, "battery": cells})
 
 
 def _missions(batch: Batch, count: int) -> Batch:
     """As many itineraries, the given ones in turn, over batteries and deadlines at random."""
     chance, cells = np.random.default_rng(2), batch.figures["battery"]
-    legs = [[Stage(*(np.resize(f, count) for f in phase)) for phase in leg] for leg in batch.legs]
+    steps = [
+        s if isinstance(s, str) else Stage(*(np.resize(figure, count) for figure in s))
+        for s in batch.steps
+    ]
     figures = batch.figures | {
         "rest_current_A": np.resize(batch.figures["rest_current_A"], count),
         "deadline_s": chance.uniform(600.0, 2000.0, count),
@@ -127,7 +102,7 @@ def _missions(batch: Batch, count: int) -> Batch:
             cells.flow_rate_per_s * chance.uniform(0.3, 3.0, count),
         ),
     }
-    return replace(batch, legs=legs, figures=figures)
+    return replace(batch, steps=steps, figures=figures)
 
 
 def _peak_bytes(batch: Batch) -> int:

@@ -97,11 +97,12 @@ assert list(by_rest.values()) == [106, 77, 48, None]
 
 # %%
 out, _, home = optuav.solve(mission, "P3", perspective="available").phases
-legs = [[Stage(each.current_A, each.duration_s) for each in leg.stages] for leg in (out, home)]
+ways = [[Stage(each.current_A, each.duration_s) for each in leg.stages] for leg in (out, home)]
 figures = optuav.formulate(mission, "P3", perspective="available").parts[0].model.row(0)
 given = {name: figures[name] for name in ("deadline_s", "min_soc", "hover_current_A")}
 shares = np.linspace(0.3, 0.99, 10_000)
-found = optuav.longest_hovers(legs, battery=Battery(72_000.0, shares, 4.5e-5), **given)
+steps, battery = [*ways[0], "hover", *ways[1]], Battery(72_000.0, shares, 4.5e-5)
+found = optuav.longest_hovers(steps, battery=battery, **given)
 for share in (0.4, 0.6, 0.8, 0.99):
     print(f"ω = {share:.2f}: {np.interp(share, shares, found.hover_time_s):.2f} s")
 

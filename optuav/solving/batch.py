@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
-from dataclasses import fields, replace
-from typing import Any, Literal, NamedTuple, TypeAlias
+from dataclasses import replace
+from typing import Any, Literal, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -12,7 +13,7 @@ import numpy.typing as npt
 from formulations.p1 import P1
 from formulations.parameters import QUANTITIES, Quantities
 from formulations.soc import AVAILABLE, PERSPECTIVES, WellLimit, pool, well_limits
-from optuav.arrays import Booleans, Floats, Integers
+from optuav.arrays import Booleans, Floats
 from optuav.engines import bracket
 from optuav.engines.largest import WIDTH_S, largest, shortest
 from optuav.engines.rows import StatedForm, rows_of
@@ -21,29 +22,16 @@ from optuav.mission.schema import Number
 from optuav.modelling.forms import CONSTANT, Exponential, unknown
 from optuav.physics.kibam import Battery, Stage, falls_throughout
 
-Leg: TypeAlias = Sequence[Stage]
-Stays: TypeAlias = Literal["hover", "rest-first", "hover-first"]
-STAYS: Mapping[str, tuple[str, ...]] = {
-    "hover": ("hover",),
-    "rest-first": ("rest", "hover"),
-    "hover-first": ("hover", "rest"),
-}
 AT_ONCE = 1 << 13
 """Itineraries solved together: few enough to stay in the cache, and in bounded memory."""
-
+# Beyond these ranges, which missions keep to as well, rounding may void what is proved.
 CURRENT = Number("A", ge=-1e6, le=1e6)
 FLYING = Number("A", ge=-1e6, le=0, note="; in flight nothing charges")
 DURATION = Number("s", ge=0, le=1e7)
-RANGES: Mapping[str, Number] = {
-    "deadline_s": DURATION,
-    "min_soc": Number("-", ge=0, le=1),
-    "capacity_As": Number("A s", ge=1e-3, le=1e12),
-    "available_fraction": Number("-", ge=1e-6, le=0.999999),
-    "flow_rate_per_s": Number("1/s", ge=0, le=1e3),
-    "hover_current_A": CURRENT,
-    "rest_current_A": CURRENT,
-}
-"""Beyond these, which missions keep to as well, rounding may void what is proved."""
+RESERVE = Number("-", ge=0, le=1)
+CAPACITY = Number("A s", ge=1e-3, le=1e12)
+FRACTION = Number("-", ge=1e-6, le=0.999999)
+RATE = Number("1/s", ge=0, le=1e3)
 
 
 class Hovers(NamedTuple):
@@ -70,8 +58,7 @@ class Hovers(NamedTuple):
 
 
 def longest_hovers(
-    legs: Sequence[Leg],
-    stays: Stays | Sequence[Stays] = "hover",
+    steps: Sequence[Stage | Literal["hover", "rest"]],
     *,
     battery: Battery,
     deadline_s: npt.ArrayLike,
@@ -89,14 +76,10 @@ def longest_hovers(
 
     Parameters
     ----------
-    legs
-        What is flown before, between and after the stays: one leg more than stays, each a sequence
-        of `optuav.physics.kibam.Stage` (current [A], −1e6 to 0, as in flight nothing charges, and
-        duration [s], 0 to 1e7).
-    stays
-        ``"hover"``, ``"rest-first"`` or ``"hover-first"``, or one of these for each itinerary. Then
-        there are three legs, of which one that only hovers flies the last two without a stop: the
-        third may last 0 s.
+    steps
+        What happens on the way, in order: an `optuav.physics.kibam.Stage` for each stage of flight
+        (current [A], −1e6 to 0, as in flight nothing charges, and duration [s], 0 to 1e7),
+        ``"hover"`` once, and ``"rest"`` at most once.
     battery
         All packs together: B [A s], 1e-3 to 1e12, ω [-], 1e-6 to 0.999999, and k_F [1/s], 0 to 1e3.
     deadline_s, min_soc
@@ -109,39 +92,74 @@ def longest_hovers(
     Raises
     ------
     InputError
-        With everything that is wrong: legs that do not go with the stays, shapes that differ,
-        figures that are no numbers or out of range.
+        With everything that is wrong: other steps, shapes that differ, figures that are no numbers
+        or out of range.
 
     Examples
     --------
     >>> import numpy as np
     >>> import optuav
-    >>> from optuav.physics.kibam import Battery, Stage, falls_throughout
-    >>> flight, two = [Stage(-90.0, 60.0)], Battery(np.array([60_000.0, 72_000.0]), 0.8, 4.5e-5)
+    >>> from optuav.physics.kibam import Battery, Stage
+    >>> flight, two = Stage(-90.0, 60.0), Battery(np.array([60_000.0, 72_000.0]), 0.8, 4.5e-5)
+    >>> limits = {"deadline_s": 1200.0, "min_soc": 0.05}
     >>> found = optuav.longest_hovers(
-    ...     [flight, flight], battery=two, deadline_s=1200.0, min_soc=0.05, hover_current_A=88.0
+    ...     [flight, "hover", flight], battery=two, hover_current_A=88.0, **limits
     ... )
     >>> found.hover_time_s.round(2).tolist(), found.proved.tolist()
     ([430.88, 543.51], [True, True])
     """
-    given = {
-        "deadline_s": deadline_s,
-        "min_soc": min_soc,
-        **{each.name: getattr(battery, each.name) for each in fields(Battery)},
-        "hover_current_A": hover_current_A,
-        "rest_current_A": rest_current_A,
+    faults, shapes = list[Fault](), dict[tuple[int, ...], str]()
+
+    def read(name: str, value: npt.ArrayLike, allowed: Number) -> Any:
+        """The figure as an array; what is wrong with it is among the faults."""
+        try:
+            figure = np.asarray(value, dtype=float)
+        except (TypeError, ValueError):
+            faults.append(Fault(name, repr(value)[:40], "a number, or an array of numbers"))
+            return np.nan
+        ends = (float(figure.min()), float(figure.max())) if figure.size else ()
+        if not all(map(allowed.accepts, ends)):
+            first = next(each for each in figure.ravel().tolist() if not allowed.accepts(each))
+            faults.append(Fault(name, f"{first:g}", allowed.words))
+        if not figure.ndim:
+            return float(figure)
+        shapes.setdefault(figure.shape, name)
+        return figure.ravel()
+
+    on_the_way = list[Stage | str]()
+    for number, step in enumerate(steps, start=1):
+        if isinstance(step, Stage):
+            current_A = read(f"steps: current of step {number}", step.current_A, FLYING)
+            duration_s = read(f"steps: duration of step {number}", step.duration_s, DURATION)
+            on_the_way.append(Stage(current_A, duration_s))
+        else:
+            on_the_way.append(step)
+    stays = [step for step in on_the_way if not isinstance(step, Stage)]
+    if stays not in (["hover"], ["hover", "rest"], ["rest", "hover"]):
+        words = 'stages of flight, one "hover" and at most one "rest"'
+        faults.append(Fault("steps", repr(stays)[:40], words))
+    stated = {each.name: np.nan for each in QUANTITIES} | {
+        "deadline_s": read("deadline_s", deadline_s, DURATION),
+        "min_soc": read("min_soc", min_soc, RESERVE),
+        "packs": 1.0,
+        "capacity_As": read("capacity_As", battery.capacity_As, CAPACITY),
+        "available_fraction": read("available_fraction", battery.available_fraction, FRACTION),
+        "flow_rate_per_s": read("flow_rate_per_s", battery.flow_rate_per_s, RATE),
+        "hover_current_A": read("hover_current_A", hover_current_A, CURRENT),
+        "rest_current_A": read("rest_current_A", rest_current_A, CURRENT),
     }
-    figures, flown, order = _read(given, legs, stays)
-    _refuse(figures, flown, order)
-    every = (order, *figures.values(), *(each for leg in flown for stage in leg for each in stage))
-    shape = np.broadcast_shapes(*(each.shape for each in every))
-    found = np.empty((3, int(np.prod(shape))))
-    for name in STAYS:
-        which = np.flatnonzero(np.broadcast_to(order == name, shape))
-        if len(which):
-            routes = _entries(_quantities(figures, flown, STAYS[name]), which)
-            found[:, which] = longest(routes, len(which), shortest_rest=shortest_rest)
-    return Hovers(*found.reshape(3, *shape))
+    if len(shapes) > 1:
+        words = ", ".join(f"{shape} of {name}" for shape, name in shapes.items())
+        faults.append(Fault("shapes", words, "one shape for all arrays"))
+    if faults:
+        raise InputError(faults)
+    flown = [step for step in on_the_way if isinstance(step, Stage)]
+    stated["flight_time_s"] = sum((each.duration_s for each in flown), 0.0)
+    stated["flight_charge_As"] = -sum((each.current_A * each.duration_s for each in flown), 0.0)
+    given = Quantities(**stated, rests="rest" in stays, steps=tuple(on_the_way))
+    shape = next(iter(shapes), ())
+    found = longest(given, math.prod(shape), shortest_rest=shortest_rest)
+    return Hovers(*(each.reshape(shape) for each in found))
 
 
 def longest(given: Quantities, count: int, *, shortest_rest: bool = False) -> Hovers:
@@ -203,87 +221,12 @@ def _needed(given: Quantities, limit: WellLimit) -> Booleans:
     return needed & ~falls_throughout(pool(given), next_A[0]) if next_A else needed
 
 
-def _quantities(
-    figures: Mapping[str, Floats], flown: Sequence[Leg], stays: Sequence[str]
-) -> Quantities:
-    """Quantities of itineraries with these stays; legs beyond those needed join the last."""
-    steps: list[Stage | str] = list(flown[0])
-    for number, leg in enumerate(flown[1:]):
-        steps += [*stays[number : number + 1], *leg]
-    stages = [stage for leg in flown for stage in leg]
-    # The perspective speaks of no other quantity.
-    stated: dict[str, Any] = {each.name: np.nan for each in QUANTITIES} | {**figures}
-    stated |= {
-        "packs": 1.0,
-        "flight_time_s": sum((each.duration_s for each in stages), 0.0),
-        "flight_charge_As": -sum((each.current_A * each.duration_s for each in stages), 0.0),
-    }
-    return Quantities(**stated, rests="rest" in stays, steps=tuple(steps))
-
-
-def _entries(given: Quantities, which: Integers | slice) -> Quantities:
-    """Quantities of some of the itineraries, by their numbers or a slice."""
+def _entries(given: Quantities, which: slice) -> Quantities:
+    """Quantities of some of the itineraries."""
 
     def taken(values: Any) -> Any:
-        return np.ravel(values)[which] if np.ndim(values) else values
+        return values[which] if np.ndim(values) else values
 
     figures = {each.name: taken(getattr(given, each.name)) for each in QUANTITIES}
     steps = (s if isinstance(s, str) else Stage(*map(taken, s)) for s in given.steps)
     return replace(given, **figures, steps=tuple(steps))
-
-
-def _read(
-    given: Mapping[str, npt.ArrayLike], legs: Sequence[Leg], stays: str | Sequence[str]
-) -> tuple[dict[str, Floats], list[list[Stage]], npt.NDArray[np.str_]]:
-    """Figures, legs and stays as arrays; refuses what is no number or name."""
-    figures, faults = {}, []
-    for name, value in given.items():
-        try:
-            figures[name] = np.asarray(value, dtype=float)
-        except (TypeError, ValueError):
-            faults.append(Fault(name, repr(value)[:40], "a number, or an array of numbers"))
-    if faults:
-        raise InputError(faults)
-    try:
-        flown = [[Stage(*(np.asarray(e, float) for e in stage)) for stage in leg] for leg in legs]
-    except (TypeError, ValueError):
-        words = "legs, each a sequence of phases of two numbers or arrays: current and duration"
-        raise InputError([Fault("legs", repr(legs)[:40], words)]) from None
-    try:
-        return figures, flown, np.asarray(stays, dtype=str)
-    except ValueError:
-        words = "a name, or an array of names"
-        raise InputError([Fault("stays", repr(stays)[:40], words)]) from None
-
-
-def _refuse(
-    figures: Mapping[str, Floats], flown: Sequence[Leg], order: npt.NDArray[np.str_]
-) -> None:
-    """Raise with everything that is wrong, if anything is."""
-    faults = []
-    needed = 3 if order.ndim else len(STAYS.get(str(order), ())) + 1
-    if strange := sorted(set(order.ravel().tolist()) - STAYS.keys()):
-        faults.append(Fault("stays", ", ".join(strange), f"one of {', '.join(STAYS)}"))
-    elif len(flown) != needed:
-        which = "stays that are named one by one" if order.ndim else repr(str(order))
-        faults.append(Fault("legs", f"{len(flown)} legs", f"{needed} go with {which}"))
-    every = {name: (figure, RANGES[name]) for name, figure in figures.items()}
-    for number, leg in enumerate(flown, start=1):
-        for stage, (current_A, duration_s) in enumerate(leg, start=1):
-            place = f"of stage {stage} of leg {number}"
-            every[f"legs: current {place}"] = current_A, FLYING
-            every[f"legs: duration {place}"] = duration_s, DURATION
-    owners: dict[tuple[int, ...], str] = {order.shape: "stays"} if order.ndim else {}
-    for name, (figure, _) in every.items():
-        if figure.ndim:
-            owners.setdefault(figure.shape, name)
-    if len(owners) > 1:
-        shapes = ", ".join(f"{shape} of {name}" for shape, name in owners.items())
-        faults.append(Fault("shapes", shapes, "one shape for all arrays"))
-    for name, (figure, allowed) in every.items():
-        ends = (float(figure.min()), float(figure.max())) if figure.size else ()
-        if not all(map(allowed.accepts, ends)):
-            first = next(each for each in figure.ravel().tolist() if not allowed.accepts(each))
-            faults.append(Fault(name, f"{first:g}", allowed.words))
-    if faults:
-        raise InputError(faults)

@@ -161,9 +161,8 @@ def delivered(case: dict[str, Any], hover_s: Floats, rest_s: Floats, looks: int 
     wells = Kibam(case["capacity_As"], case["available_fraction"], case["flow_rate_per_s"])
     wells.y1 = wells.y1 + np.zeros(np.broadcast(hover_s, rest_s).shape)
     times = {"hover": (-case["hover_current_A"], hover_s), "rest": (case["rest_current_A"], rest_s)}
-    order = {"hover": ["hover"], "rest-first": ["rest", "hover"], "hover-first": ["hover", "rest"]}
     used_s = hover_s + (0.0 if case["stays"] == "hover" else rest_s)
-    for leg, stay in zip(case["legs"], [*order[case["stays"]], None], strict=True):
+    for leg, stay in zip(case["legs"], [*ORDERS[case["stays"]], None], strict=True):
         for phase in leg:
             wells.spend(phase.current_A, phase.duration_s, looks)
             used_s = used_s + phase.duration_s
@@ -174,11 +173,17 @@ def delivered(case: dict[str, Any], hover_s: Floats, rest_s: Floats, looks: int 
     return kept & in_time & (wells.soc >= case["min_soc"] - INSIDE)
 
 
+ORDERS = {"hover": ["hover"], "rest-first": ["rest", "hover"], "hover-first": ["hover", "rest"]}
+
+
 def longest(case: dict[str, Any]) -> Hovers:
-    names = ("capacity_As", "available_fraction", "flow_rate_per_s")
-    others = {name: value for name, value in case.items() if name not in names}
-    battery = Battery(*(case[name] for name in names))
-    return longest_hovers(**others, battery=battery, shortest_rest=True)
+    """The answer to a case with legs and an order of stays, or with steps that it states."""
+    cells = ("capacity_As", "available_fraction", "flow_rate_per_s")
+    others = {k: v for k, v in case.items() if k not in (*cells, "legs", "stays", "steps")}
+    pairs = zip(case["legs"], [*([each] for each in ORDERS[case["stays"]]), []], strict=True)
+    steps = case.get("steps") or [step for leg, stay in pairs for step in (*leg, *stay)]
+    battery = Battery(*(case[name] for name in cells))
+    return longest_hovers(steps, **others, battery=battery, shortest_rest=True)
 
 
 def agree(case: dict[str, Any]) -> bool:
@@ -254,52 +259,6 @@ def test_many_at_once_are_each_alone() -> None:
         assert longest(alone).hover_time_s == found.hover_time_s[index]
 
 
-def together(cases: list[dict[str, Any]]) -> dict[str, Any]:
-    """Routes that stay in different orders as one call; missing stages and legs last 0 s."""
-
-    def stage(case: dict[str, Any], leg: int, place: int) -> tuple[float, float]:
-        flown = case["legs"][leg] if leg < len(case["legs"]) else []
-        return flown[place] if place < len(flown) else (-1.0, 0.0)
-
-    legs = [
-        [Stage(*np.transpose([stage(case, leg, place) for case in cases])) for place in range(3)]
-        for leg in range(3)
-    ]
-    names = cases[0].keys() - {"legs", "stays"}
-    arrays = {name: np.array([case[name] for case in cases]) for name in names}
-    return {"legs": legs, "stays": [case["stays"] for case in cases], **arrays}
-
-
-def disagreements(seed: int, count: int) -> list[dict[str, Any]]:
-    """Random itineraries of which the answers alone and among others contradict each other."""
-    rng = np.random.default_rng(seed)
-    cases = [figures(rng) for _ in range(count)]
-    among, wrong = longest(together(cases)), []
-    for case, hover_s, rest_s, beyond_s in zip(cases, *among, strict=True):
-        alone = longest(case)
-        flown = math.isnan(hover_s) or delivered(case, np.array(hover_s), np.array(rest_s), 50)
-        close = np.array_equal(np.isnan(hover_s), np.isnan(alone.hover_time_s))
-        beaten = hover_s > alone.beyond_s + WIDTH_S or alone.hover_time_s > beyond_s + WIDTH_S
-        if not flown or not close or beaten:
-            wrong.append(case)
-    return wrong
-
-
-def test_itineraries_that_stay_in_different_orders() -> None:
-    """In one call the battery delivers each answer, and none is beyond what is proved of it alone.
-
-    One that only hovers has no rest, even where the others are charged while they do.
-    """
-    assert disagreements(0, 40) == []
-
-
-@pytest.mark.soak
-@pytest.mark.parametrize("seed", range(1, 51))
-def test_many_itineraries_that_stay_in_different_orders(seed: int) -> None:
-    """50 times 400 more."""
-    assert disagreements(seed, 400) == []
-
-
 @pytest.mark.parametrize("legs", [[[], []], [[], [], []]])
 def test_hovering_where_one_takes_off(legs: list[list[Stage]]) -> None:
     """Without a single stage of flight: 10 000 A s at 10 A, and no gain by resting at 0 A."""
@@ -315,22 +274,22 @@ def test_legs_that_charge_are_refused() -> None:
     """Whether they pass full on the way is not asked, so an answer with them was no proof."""
     case = figures(np.random.default_rng(3)) | {"stays": "hover"}
     case["legs"] = [[Stage(-10.0, 10.0), Stage(20.0, 300.0)], [Stage(-10.0, 100.0)]]
-    with pytest.raises(optuav.InputError, match=r"current of stage 2 of leg 1 = 20: .*<= 0"):
+    with pytest.raises(optuav.InputError, match=r"current of step 2 = 20: .*<= 0"):
         longest(case)
 
 
 def test_faults_of_the_arrays_are_told_at_once() -> None:
-    case = figures(np.random.default_rng(3)) | {"stays": "rest-first", "deadline_s": math.nan}
-    case["legs"] = [[Stage(np.array([-1.0, -2.0]), np.ones(3))]]
+    case = figures(np.random.default_rng(3)) | {"deadline_s": math.nan}
+    case["steps"] = [Stage(np.array([-1.0, -2.0]), np.ones(3)), "rest"]
     with pytest.raises(optuav.InputError) as error:
         longest(case)
-    assert {fault.key for fault in error.value.faults} >= {"legs", "shapes", "deadline_s"}
+    assert {fault.key for fault in error.value.faults} >= {"steps", "shapes", "deadline_s"}
 
 
 def test_figures_out_of_range_are_told_at_once() -> None:
     """An endless deadline, or one of 1e28 s, ended in a false proof."""
-    case = figures(np.random.default_rng(3)) | {"stays": "hover"}
-    case["legs"] = [[Stage(-1.0, np.array([1.0, -2.0]))], [Stage(math.inf, 1.0)]]
+    case = figures(np.random.default_rng(3))
+    case["steps"] = [Stage(-1.0, np.array([1.0, -2.0])), "hover", Stage(math.inf, 1.0)]
     case |= {"deadline_s": 1e28, "min_soc": 1.5, "available_fraction": 1.0}
     case |= {"capacity_As": np.array([1.0, 0.0]), "flow_rate_per_s": -1.0}
     case |= {"rest_current_A": np.array([1e15, 0.0]), "hover_current_A": -math.inf}
@@ -344,15 +303,15 @@ def test_figures_out_of_range_are_told_at_once() -> None:
         "flow_rate_per_s": "-1",
         "hover_current_A": "-inf",
         "rest_current_A": "1e+15",
-        "legs: duration of stage 1 of leg 1": "-2",
-        "legs: current of stage 1 of leg 2": "inf",
+        "steps: duration of step 1": "-2",
+        "steps: current of step 3": "inf",
     }
 
 
-def test_a_single_leg_out_of_range_among_many_is_named() -> None:
-    case = figures(np.random.default_rng(3)) | {"stays": "hover"}
-    case["legs"] = [[Stage(-1.0, np.append(np.ones(9000), -3.0))], [Stage(-1.0, 1.0)]]
-    with pytest.raises(optuav.InputError, match="duration of stage 1 of leg 1 = -3: a number, 0 <"):
+def test_a_single_stage_out_of_range_among_many_is_named() -> None:
+    case = figures(np.random.default_rng(3))
+    case["steps"] = [Stage(-1.0, np.append(np.ones(9000), -3.0)), "hover"]
+    with pytest.raises(optuav.InputError, match="duration of step 1 = -3: a number, 0 <"):
         longest(case)
 
 
@@ -360,8 +319,7 @@ def test_a_single_leg_out_of_range_among_many_is_named() -> None:
     ("keys", "words"),
     [
         ({"deadline_s": "soon"}, "deadline_s = 'soon': a number, or an array of numbers"),
-        ({"legs": [Stage(-1.0, 1.0)] * 2}, "legs = .*: legs, each a sequence of phases"),
-        ({"stays": [["hover"], []]}, "stays = .*: a name, or an array of names"),
+        ({"steps": ["hover", Stage("fast", 1.0)]}, "current of step 2 = 'fast': a number"),
         (
             {"deadline_s": np.ones(2), "min_soc": np.zeros(3)},
             r"\(2,\) of deadline_s, \(3,\) of min_s",
@@ -370,20 +328,19 @@ def test_a_single_leg_out_of_range_among_many_is_named() -> None:
     ],
 )
 def test_what_cannot_be_read_is_named(keys: dict[str, Any], words: str) -> None:
-    case = figures(np.random.default_rng(3)) | {"stays": "hover"}
-    case |= {"legs": [[Stage(-1.0, 1.0)]] * 2, "deadline_s": 100.0} | keys
+    steps = [Stage(-1.0, 1.0), "hover", Stage(-1.0, 1.0)]
+    case = figures(np.random.default_rng(3)) | {"steps": steps, "deadline_s": 100.0} | keys
     with pytest.raises(optuav.InputError, match=words):
         longest(case)
 
 
 @pytest.mark.parametrize(
-    ("stays", "key"), [("loiter", "stays"), (["hover", "loiter"], "stays"), (["hover"] * 2, "legs")]
+    "steps",
+    [["loiter"], ["rest"], [Stage(-1.0, 1.0)], ["hover", "hover"], ["hover", "rest", "rest"], [[]]],
 )
-def test_unknown_stays_and_legs_that_do_not_go_with_them(stays: Any, key: str) -> None:
-    case = figures(np.random.default_rng(3)) | {"legs": [[Stage(-1.0, 1.0)]] * 2, "stays": stays}
-    with pytest.raises(optuav.InputError) as error:
-        longest(case)
-    assert [fault.key for fault in error.value.faults] == [key]
+def test_steps_are_stages_one_hover_and_at_most_one_rest(steps: list[Any]) -> None:
+    with pytest.raises(optuav.InputError, match='stages of flight, one "hover" and at most one'):
+        longest(figures(np.random.default_rng(3)) | {"steps": steps})
 
 
 def test_no_itineraries_have_no_answers() -> None:
