@@ -11,6 +11,7 @@ import math
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from hashlib import sha256
+from itertools import compress
 from pathlib import Path
 from typing import NamedTuple, TypeVar
 
@@ -25,7 +26,7 @@ from optuav.mission.schema import short
 Read = TypeVar("Read")
 
 LARGEST_FILE = 50_000_000  # bytes
-SIZES = (1e-9, 1e10)  # of a measured value in SI units, unless it is 0; clocks count from 1970
+SMALLEST, LARGEST = 1e-9, 1e10  # measured values but for 0, in SI units; clocks count from 1970
 WIDEST_STEP = 10.0  # longest step of a record, in median steps, that is not a gap
 MOST_VALUES, MOST_RUNS = 5, 5  # wrong values and runs of lines that a fault lists
 
@@ -48,32 +49,22 @@ UNITS: Mapping[str, Mapping[str, float]] = {
 """SI value of each unit, by kind of quantity; a balance shows thrust in grams."""
 
 
-class Column(NamedTuple):
-    """A column that a file may have: its quantity, and a key of `UNITS`.
-
-    Empty cells, where `blanks` allows them, are read as NaN.
-    """
-
-    name: str
-    kind: str
-    needed: bool = True
-    blanks: bool = False
-
-    @property
-    def headings(self) -> Mapping[str, float]:
-        """The headings that the column may have, each with the SI value of its unit."""
-        return {f"{self.name}_{unit}".rstrip("_"): size for unit, size in UNITS[self.kind].items()}
-
-    def resembles(self, heading: str) -> bool:
-        """Whether a heading names the quantity, with whatever unit."""
-        return f"{heading}_".startswith(f"{self.name}_")
-
-
 class Format(NamedTuple):
-    """The columns of a file, and the fewest lines that are enough."""
+    """The columns of a file with their kinds, keys of `UNITS`, and the fewest lines."""
 
-    columns: tuple[Column, ...]
+    kinds: Mapping[str, str]
+    optional: tuple[str, ...] = ()  # columns that may be missing
+    blanks: tuple[str, ...] = ()  # columns of which empty cells are read as NaN
     least: int = 1
+
+    def headings(self, column: str) -> dict[str, float]:
+        """The headings that a column may have, each with the SI value of its unit."""
+        units = UNITS[self.kinds[column]]
+        return {f"{column}_{unit}".rstrip("_"): size for unit, size in units.items()}
+
+    def named(self, heading: str) -> str | None:
+        """The column that a heading names, with whatever unit."""
+        return next((each for each in self.kinds if f"{heading}_".startswith(f"{each}_")), None)
 
 
 @dataclass(frozen=True)
@@ -85,60 +76,50 @@ class Measurements:
     numbers: Mapping[str, Floats]
     texts: Mapping[str, tuple[str, ...]]
 
-    def faults(
-        self,
-        wrong: Booleans,
-        key: str,
-        allowed: str,
-        value: Callable[[int], str] | None = None,
-    ) -> Iterator[Fault]:
+    def faults(self, wrong: Booleans, key: str, allowed: str, unit: str = "") -> Iterator[Fault]:
         """At most one fault, for all rows that break a rule."""
-        rows = np.flatnonzero(wrong).tolist()
-        value = value or (lambda row: f"{self.numbers[key][row]:g}".replace("nan", "an empty cell"))
-        if rows:
-            lines = [(self.lines[row], value(row)) for row in rows]
-            yield _fault(self.source, key, allowed, lines)
+        found = []
+        for row in np.flatnonzero(wrong).tolist():
+            cell = (
+                self.texts[key][row] if key in self.texts else f"{self.numbers[key][row]:g}{unit}"
+            )
+            found.append((self.lines[row], cell.replace("nan", "an empty cell")))
+        if found:
+            yield _fault(self.source, key, allowed, found)
 
 
 def read(path: Path, *formats: Format) -> Measurements:
-    """Read a CSV file in UTF-8, in that of the formats to which most of its headings belong.
-
-    Raises
-    ------
-    InputError
-        With every fault of header and cells.
-    """
-    (header_line, headings), *rows = _rows(path)
-    columns, least = max(
-        formats,
-        key=lambda each: sum(
-            any(column.resembles(heading) for column in each.columns) for heading in headings
-        ),
-    )
+    """Read a CSV file in that of the formats to which most headings belong, or refuse it."""
     source = label(path)
-    places, faults = _places(f"{source}, line {header_line}", headings, columns)
-    uneven = [(line, str(len(cells))) for line, cells in rows if len(cells) != len(headings)]
-    if uneven:
-        words = f"as many as in the header, {len(headings)}"
-        faults.append(_fault(source, "cells", words, uneven))
+    lines = [
+        (number, [cell.strip() for cell in next(csv.reader([line]))])
+        for number, line in enumerate(read_text(path, LARGEST_FILE).splitlines(), start=1)
+        if line.strip(" ,\t") and not line.startswith("#")
+    ]
+    if not lines:
+        raise InputError([Fault("", "", "a header and lines of measurements", source)])
+    (first, headings), *rows = lines
+    form = max(formats, key=lambda each: len([*filter(each.named, headings)]))
+    places, faults = _places(f"{source}, line {first}", headings, form)
     even = [(line, cells) for line, cells in rows if len(cells) == len(headings)]
+    uneven = [(line, str(len(cells))) for line, cells in rows if len(cells) != len(headings)]
+    broken = [("cells", f"as many as in the header, {len(headings)}", uneven)]
     numbers, texts = dict[str, Floats](), dict[str, tuple[str, ...]]()
     for place, column in places.items():
-        heading, found = headings[place], list[float]()
-        broken: dict[str, list[tuple[int, str]]] = {}
-        for line, cells in even:
-            parsed = _parsed(cells[place], column, heading)
-            if isinstance(parsed, str):
-                broken.setdefault(parsed, []).append((line, cells[place] or "an empty cell"))
-            else:
-                found.append(parsed)
-        faults += [_fault(source, heading, *each) for each in broken.items()]
-        if column.kind == "text":
-            texts[column.name] = tuple(cells[place] for _, cells in even)
+        heading, stated = headings[place], tuple(cells[place] for _, cells in even)
+        if form.kinds[column] == "text":
+            texts[column], wrong, words = stated, [not cell for cell in stated], "a word"
         else:
-            numbers[column.name] = np.array(found)
-    if len(rows) < least:
-        words = f"at least {least} line{'s' * (least > 1)} of measurements; there are {len(rows)}"
+            size, words = form.headings(column)[heading], "a number, 0 or 1e-9 to 1e10 in SI units"
+            numbers[column] = np.array([_value(cell, size) for cell in stated])
+            blank = [column in form.blanks and not cell for cell in stated]
+            wrong = (np.isnan(numbers[column]) & ~np.array(blank, bool)).tolist()
+        named = [(line, row[place] or "an empty cell") for line, row in even]
+        broken.append((heading, words, [*compress(named, wrong)]))
+    numbers |= {each: np.full(len(even), math.nan) for each in form.blanks if each not in numbers}
+    faults += [_fault(source, *each) for each in broken if each[-1]]
+    if len(rows) < form.least:
+        words = f"at least {counted(form.least, 'line')} of measurements; there are {len(rows)}"
         faults.append(Fault("", "", words, source))
     if faults:
         raise InputError(faults)
@@ -148,33 +129,21 @@ def read(path: Path, *formats: Format) -> Measurements:
 def clock_faults(table: Measurements) -> Iterator[Fault]:
     """The lines of a record at which time stands still or runs backwards."""
     time_s = table.numbers["time"]
-    steps_s = np.diff(time_s, prepend=-math.inf)
-    for wrong, does in ((steps_s == 0.0, "stands still"), (steps_s < 0.0, "runs backwards")):
-        words = f"later than the line before; time {does}"
-        yield from table.faults(wrong, "time", words, lambda row: f"{time_s[row]:g} s")
+    late = np.diff(time_s, prepend=-math.inf) > 0.0
+    yield from table.faults(~late, "time", "later than the line before", " s")
 
 
 def gaps(table: Measurements) -> Iterator[Fault]:
     """The lines of a record that come too long after the line before."""
-    time_s = table.numbers["time"]
-    usual_s = float(np.median(np.diff(time_s)))
+    steps_s = np.diff(table.numbers["time"], prepend=math.nan)
+    usual_s = float(np.nanmedian(steps_s))
+    words = f"no gap of more than {WIDEST_STEP:g} usual steps of {usual_s:g} s before"
     if usual_s > 0.0:
-        late = np.diff(time_s, prepend=time_s[0]) > WIDEST_STEP * usual_s
-        words = f"no gap of more than {WIDEST_STEP:g} usual steps of {usual_s:g} s"
-        after = "{:g} s after {:g} s".format
-        yield from table.faults(
-            late, "time", words, lambda row: after(time_s[row], time_s[row - 1])
-        )
+        yield from table.faults(steps_s > WIDEST_STEP * usual_s, "time", words, " s")
 
 
 def read_all(files: Iterable[str | Path], one: Callable[[Path], Read]) -> list[Read]:
-    """What `one` reads from each file.
-
-    Raises
-    ------
-    InputError
-        With the faults of all files, also where two have the same content, or if none is named.
-    """
+    """What `one` reads from each file; or all their faults, also of two with the same content."""
     found, faults = list[Read](), list[Fault]()
     first: dict[bytes, Path] = {}
     for path in map(Path, files):
@@ -194,20 +163,28 @@ def read_all(files: Iterable[str | Path], one: Callable[[Path], Read]) -> list[R
     return found
 
 
-USUAL: Mapping[str, tuple[float, float, str, str]] = {
-    "current": (0.01, 2e3, "A", "current"),
-    "voltage": (1.0, 2e3, "V", "voltage"),
-    "speed": (0.0, 300.0, "m/s", "speed"),
-    "rotor speed": (10.0, 5e3, "rad/s", "speed"),
-    "thrust per power": (0.003, 0.5, "N/W", "thrust"),
-    "radius": (0.005, 3.0, "m", "radius"),
-    "air density": (0.1, 3.0, "kg/m3", "air_density"),
-    "resistance": (1e-3, 20.0, "ohm", "resistance"),
-    "lifetime": (60.0, 1e6, "s", "lifetime"),
+class Usual(NamedTuple):
+    """Least and most that UAVs show of a quantity in its unit, and the column that states it."""
+
+    least: float
+    most: float
+    unit: str
+    kind: str
+    column: str
+
+
+USUAL = {
+    "current": Usual(0.01, 2e3, "A", "current", "current"),
+    "voltage": Usual(1.0, 2e3, "V", "voltage", "voltage"),
+    "speed": Usual(0.0, 300.0, "m/s", "speed", "speed"),
+    "rotor speed": Usual(10.0, 5e3, "rad/s", "rotor speed", "speed"),
+    "thrust per power": Usual(0.003, 0.5, "N/W", "force", "thrust"),
+    "radius": Usual(0.005, 3.0, "m", "length", "radius"),
+    "air density": Usual(0.1, 3.0, "kg/m3", "density", "air_density"),
+    "resistance": Usual(1e-3, 20.0, "ohm", "resistance", "resistance"),
+    "lifetime": Usual(60.0, 1e6, "s", "time", "lifetime"),
 }
-"""Least and most that UAVs show, from some grams to those that carry people; unit and column."""
-KINDS = {"thrust per power": "force", "radius": "length", "air density": "density"}
-KINDS |= {"lifetime": "time"}  # of the other quantities the kind has the same name
+"""From UAVs of some grams to those that carry people."""
 
 
 def unit_doubts(when: str, sizes: Mapping[str, float]) -> Iterator[str]:
@@ -217,82 +194,59 @@ def unit_doubts(when: str, sizes: Mapping[str, float]) -> Iterator[str]:
     which the number would be usual.
     """
     for quantity, size in sizes.items():
-        least, most, unit, name = USUAL[quantity]
+        least, most, unit, kind, column = USUAL[quantity]
         if least <= size <= most:
             continue
-        units = UNITS[KINDS.get(quantity, quantity)]
-        meant = [each for each, worth in units.items() if least <= size * worth <= most]
+        meant = [each for each, worth in UNITS[kind].items() if least <= size * worth <= most]
         words = " or ".join(filter(None, [", ".join(meant[:-1]), *meant[-1:]]))
-        hint = (
-            f"; under {name}_{next(iter(units))} it may be {words} that is meant" if meant else ""
-        )
+        heading = f"{column}_{next(iter(UNITS[kind]))}"
         yield (
             f"the {quantity} {when} is {size:.5g} {unit}, where that of a UAV is {short(least)} to "
-            f"{short(most)} {unit}: look at the units in the names of the columns{hint}"
+            f"{short(most)} {unit}: look at the units in the names of the columns"
+            + (f"; under {heading} it may be {words} that is meant" if meant else "")
         )
-
-
-def _rows(path: Path) -> list[tuple[int, list[str]]]:
-    """Line number and cells of every line that is neither empty nor a remark."""
-    found = [
-        (number, [cell.strip() for cell in next(csv.reader([line]))])
-        for number, line in enumerate(read_text(path, LARGEST_FILE).splitlines(), start=1)
-        if line.strip(" ,\t") and not line.startswith("#")
-    ]
-    if not found:
-        raise InputError([Fault("", "", "a header and lines of measurements", label(path))])
-    return found
 
 
 def _places(
-    source: str, headings: Sequence[str], columns: Sequence[Column]
-) -> tuple[dict[int, Column], list[Fault]]:
+    source: str, headings: Sequence[str], form: Format
+) -> tuple[dict[int, str], list[Fault]]:
     """The column at each place of the header, and the header's faults."""
     if len(headings) == 1 and any(mark in headings[0] for mark in ";\t"):
         return {}, [Fault("columns", shown(headings[0]), "commas between the columns", source)]
-    known = {heading: column for column in columns for heading in column.headings}
-    found, unclear, faults = dict[int, Column](), set[str](), list[Fault]()
+    known = {heading: column for column in form.kinds for heading in form.headings(column)}
+    found, faults = dict[int, str](), list[Fault]()
     for place, heading in enumerate(headings):
         column = known.get(heading)
         if column is None:
-            like = [each for each in columns if each.resembles(heading)]
-            unclear |= {each.name for each in like}
-            words = (
-                f"a unit that belongs to it, {' or '.join(like[0].headings)}"
-                if like
-                else f"a column that is known{nearest(heading, known)}; "
-                f"known are {', '.join(known)}"
-            )
+            words = f"a column that is known{nearest(heading, known)}; known are {', '.join(known)}"
+            if (like := form.named(heading)) is not None:
+                words = f"a unit that belongs to it, {' or '.join(form.headings(like))}"
             faults.append(Fault("column", shown(heading), words, source))
         elif column in found.values():
-            faults.append(Fault(heading, "", f"a second column of {column.name}", source))
+            faults.append(Fault(heading, "", f"a second column of {column}", source))
         else:
             found[place] = column
-    named = unclear | {column.name for column in found.values()}
+    stated = set(map(form.named, headings))
     faults += [
-        Fault("", "", f"there is no column {' or '.join(column.headings)}", source)
-        for column in columns
-        if column.needed and column.name not in named
+        Fault("", "", f"there is no column {' or '.join(form.headings(column))}", source)
+        for column in form.kinds
+        if column not in form.optional and column not in stated
     ]
     return found, faults
 
 
-def _parsed(cell: str, column: Column, heading: str) -> float | str:
-    """The number in a cell in SI units, NaN for a word; or what the cell should have been."""
-    if column.kind == "text":
-        return math.nan if cell else "a word"
-    if not cell and column.blanks:
-        return math.nan
+def _value(cell: str, size: float) -> float:
+    """The number in a cell in SI units, NaN where there is none that can be."""
     try:
-        value = float(cell)
+        value = size * float(cell)
     except ValueError:
-        value = math.nan
-    if not math.isfinite(value):
-        return f"a finite number, as {heading}"
-    value *= column.headings[heading]
-    least, most = SIZES
-    usable = value == 0.0 or least <= abs(value) <= most
-    return value if usable else f"0, or {least:g} to {most:g} in size"
+        return math.nan
+    return value if value == 0.0 or SMALLEST <= abs(value) <= LARGEST else math.nan
+
+
+def counted(count: int, noun: str) -> str:
+    """A number of things: ``"2 numbers"``."""
+    return f"{count} {noun}{'s' * (count > 1)}"
 
 
 def _fault(source: str, key: str, allowed: str, wrong: Sequence[tuple[int, str]]) -> Fault:

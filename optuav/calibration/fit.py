@@ -1,19 +1,30 @@
-"""The result of a calibration: values for a mission, how sure they are, and what they explain."""
+"""Least squares over transformed parameters, and their result: values for a mission, how sure.
+
+Positive parameters are fitted by their logarithm, shares by their logit, so that no bound is needed
+and intervals stay inside the range. With r(x) the residuals, independent and of one variance, and J
+their Jacobian of rank p at the optimum, the covariance of x is s² (JᵀJ)⁻¹, s² = r·r/(n − p) [1]_.
+
+References
+----------
+.. [1] G. A. F. Seber, C. J. Wild, "Nonlinear Regression", Wiley, 1989, section 5.1.
+.. [2] G. H. Golub, V. Pereyra, "The differentiation of pseudo-inverses and nonlinear least squares
+   problems whose variables separate", SIAM J. Numer. Anal., 1973.
+"""
 
 from __future__ import annotations
 
 import math
 import os
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass, field, replace
+from itertools import compress
 from pathlib import Path
-from typing import Literal, TypeAlias
+from typing import Any, Literal, NamedTuple, TypeAlias
 
 import numpy as np
 import tomli_w
 
 from optuav.arrays import Floats
-from optuav.calibration.least_squares import CONFIDENCE, ConfidenceInterval, Estimate
 from optuav.errors import Fault, InputError
 from optuav.mission import Mission, shipped
 from optuav.mission.messages import number, printable
@@ -25,6 +36,24 @@ IN_THE_AIR = ("flight.flight_current_A", "flight.hover_current_A")
 LEAST_S = 120.0  # shortest time for which a full battery keeps a UAV in the air, at 30 C
 PLAIN = (1e-4, 1e6)  # sizes between which a number has no exponent
 FINEST = 1e-9  # least relative distance of an end from its value that decides on decimals
+
+CONFIDENCE = 0.95  # share of intervals that hold the truth
+LOGIT = 13.8  # largest size of the logit of a share: 1e-6 from 0 and 1
+LOGARITHM = (-35.0, 20.7)  # range of the logarithm of a positive value: 1e-15 to 1e9
+CLOSE = 1e-12  # tolerances of a fit
+BLIND = 1e-6  # singular value of the Jacobian, over the largest, that determines nothing
+NOTHING = 1e-100  # what replaces 0 in a denominator, far from 1 and from overflow
+TIE = 1e-6  # relative difference of two sums of squares that is rounding
+SAME = 1e-4  # difference of two optima, in logarithms or logits, that is rounding
+WIDE = math.log(10.0)  # half width, of a logarithm or logit, of a value that is not determined
+ROUNDING = 1e-3  # component of a blind direction that may come from rounding
+
+
+class ConfidenceInterval(NamedTuple):
+    """The range in which a value lies at a confidence of 95 %."""
+
+    low: float
+    high: float
 
 
 @dataclass(frozen=True)
@@ -58,12 +87,15 @@ class Value:
         spans = [between.join(f"{end:{form}}" for end in ends)] if ends else []
         return [f"{self.value:{form}}", *spans]
 
-    @property
-    def remark(self) -> str:
-        """Origin and interval, as a comment."""
-        if not self.determined:
-            return f"{self.origin}; the data do not determine it"
-        return f"; {CONFIDENCE:.0%}: ".join([self.origin, *self.written(" to ")[1:]])
+    def lines(self) -> Iterator[str]:
+        """The value as a line of TOML, below origin and interval; as a comment if it is unsure."""
+        entry = _entry(self.key.partition(".")[2], rounded(self.value))
+        if self.determined:
+            yield f"; {CONFIDENCE:.0%}: ".join([f"# {self.origin}", *self.written(" to ")[1:]])
+            yield entry
+        else:
+            yield f"# {self.origin}; the data do not determine it"
+            yield f"# {entry}"
 
 
 @dataclass(frozen=True)
@@ -76,19 +108,19 @@ class Panel:
 
     quantity: str
     unit: str
-    observed: tuple[float, ...]
-    fitted: tuple[float, ...]
-    names: tuple[str, ...] = ()
-    at: tuple[float, ...] = ()
+    observed: Sequence[float]
+    fitted: Sequence[float]
+    names: Sequence[str] = ()
+    at: Sequence[float] = ()
     at_words: str = ""
-    roles: tuple[Role, ...] = ()
-    groups: tuple[str, ...] = ()
+    roles: Sequence[Role] = ()
+    groups: Sequence[str] = ()
 
     @property
-    def each_role(self) -> tuple[Role, ...]:
+    def each_role(self) -> Sequence[Role]:
         """The role of every observation."""
         fitted: Role = "fitted"
-        return self.roles or (fitted,) * len(self.observed)
+        return self.roles or [fitted] * len(self.observed)
 
 
 @dataclass(frozen=True)
@@ -187,64 +219,124 @@ class Fit:
             _entry("schema", SCHEMA),
             _entry("extends", base),
         ]
-        keys = [*self.settings, *(each.key for each in self.values)]
-        for table in dict.fromkeys(key.partition(".")[0] for key in keys):
-            lines += ["", f"[{table}]", *self._lines(f"{table}.")]
+        entries: dict[str, list[str]] = {}
+        for key, value in self.settings.items():
+            table, _, name = key.partition(".")
+            entries.setdefault(table, []).append(_entry(name, value))
+        for each in self.values:
+            entries.setdefault(each.key.partition(".")[0], []).extend(each.lines())
+        for table, found in entries.items():
+            lines += ["", f"[{table}]", *found]
         return "\n".join(lines) + "\n"
 
-    def _lines(self, table: str) -> Iterator[str]:
-        for key, value in self.settings.items():
-            if key.startswith(table):
-                yield _entry(key.removeprefix(table), value)
-        for each in self.values:
-            if each.key.startswith(table):
-                entry = _entry(each.key.removeprefix(table), rounded(each.value))
-                yield f"# {each.remark}"
-                yield entry if each.determined else f"# {entry}"
+
+class Estimate(NamedTuple):
+    """The result of a fit: values by key, residuals by observation, and how sure they are."""
+
+    keys: tuple[str, ...]
+    values: Floats
+    residuals: Floats
+    spread: float | None  # s; None if there are no more observations than parameters
+    intervals: tuple[ConfidenceInterval | None, ...]  # by the Jacobian; None without a spread
+    undetermined: tuple[str, ...]  # keys that the data do not determine or tell apart
+
+    def stated(self, origin: str) -> tuple[Value, ...]:
+        """The values for a mission."""
+        return tuple(
+            Value(key, value, origin, interval, key not in self.undetermined)
+            for key, value, interval in zip(
+                self.keys, self.values.tolist(), self.intervals, strict=True
+            )
+        )
+
+    @property
+    def warnings(self) -> tuple[str, ...]:
+        """A sentence on the keys that the data do not determine, if there are any."""
+        *names, last = [key.rpartition(".")[2] for key in self.undetermined] or [""]
+        if not names:
+            return (f"the data do not determine {last}",) if last else ()
+        apart = f"cannot tell {', '.join(names)} and {last} apart"
+        return (f"the data {apart}: a change of one is made up for by the others",)
 
 
-def panel(
-    quantity: str,
-    unit: str,
-    observed: Sequence[float] | Floats,
-    fitted: Sequence[float] | Floats,
-    at: Sequence[float] | Floats = (),
-    at_words: str = "",
-    groups: Iterable[str] = (),
-) -> Panel:
-    """A panel from sequences or arrays."""
-    columns = (tuple(np.asarray(each).tolist()) for each in (observed, fitted, at))
-    observed, fitted, at = columns
-    return Panel(quantity, unit, observed, fitted, (), at, at_words, (), tuple(groups))
+def estimate(
+    keys: Sequence[str],
+    residuals: Callable[[Floats], Floats],
+    starts: Iterable[Sequence[float]],
+    *,
+    shares: Collection[str] = (),
+    spread: float | None = None,
+    eliminated: int = 0,
+    miss: Callable[[Floats], float] | None = None,
+) -> Estimate:
+    """Fit positive parameters, of which shares are below 1 as well, from several starts.
 
+    Residuals, at least as many as parameters, are finite everywhere and of one standard deviation:
+    `spread` where it is known, though they may show a larger one. They may be least already over
+    further parameters, which are `eliminated` [2]_. By `miss`, the relative miss of values by
+    another measure, equally good optima are told apart.
+    """
+    from scipy.optimize import least_squares
+    from scipy.special import ndtri, stdtrit
 
-def values_of(found: Estimate, keys: Sequence[str], origin: str) -> tuple[Value, ...]:
-    """Values of the mission from a fit whose parameters are the keys."""
-    pairs = zip(keys, found.values.tolist(), found.intervals or (None,) * len(keys), strict=True)
-    return tuple(
-        Value(key, value, origin, interval, key not in found.undetermined)
-        for key, value, interval in pairs
-    )
+    share = np.array([key in shares for key in keys])
+    # Beyond these a mission may state no value.
+    low, high = np.where(share, -LOGIT, LOGARITHM[0]), np.where(share, LOGIT, LOGARITHM[1])
 
+    def outer(x: Floats) -> Floats:
+        grown = np.exp(np.clip(x, low, high))
+        return np.where(share, grown / (1.0 + grown), grown)
 
-def undetermined(found: Estimate) -> tuple[str, ...]:
-    """A warning that names the parameters that the data do not determine, if there are any."""
-    *names, last = [key.rpartition(".")[2] for key in found.undetermined] or [""]
-    if not last:
-        return ()
-    if not names:
-        return (f"the data do not determine {last}",)
-    listed = f"{', '.join(names)} and {last}"
-    return (f"the data cannot tell {listed} apart: a change of one is made up for by the others",)
+    def inside(x: Floats) -> Floats:
+        return residuals(outer(x))
+
+    def fit(start: Sequence[float]) -> Any:
+        values = np.array(start)
+        return least_squares(
+            inside,
+            np.log(values / np.where(share, 1.0 - values, 1.0)),
+            # Steps of "trf" keep out of directions in which the data are blind, and one-sided
+            # differences leave the optimum uncertain in its seventh digit.
+            method="trf",
+            jac="3-point",
+            xtol=CLOSE,
+            ftol=CLOSE,
+            gtol=CLOSE,
+        )
+
+    found = [fit(start) for start in starts]
+    least = min(each.cost for each in found)
+    ties = [each for each in found if each.cost <= least + TIE * (least + (spread or 0.0) ** 2)]
+    if miss and any(np.max(np.abs(each.x - ties[0].x)) > SAME for each in ties):
+        misses = [miss(outer(each.x)) for each in ties]
+        pairs = zip(ties, misses, strict=True)
+        ties = [each for each, missed in pairs if missed <= min(misses) + SAME]
+    best = ties[0]
+    _, sizes, directions = np.linalg.svd(best.jac, full_matrices=False)
+    seen = sizes > BLIND * max(sizes[0], NOTHING)
+    wide = np.any(np.abs(directions[~seen]) > ROUNDING, axis=0)
+    errors = np.linalg.norm(directions[seen] / sizes[seen, None], axis=0)
+    freedom = len(best.fun) - int(seen.sum()) - eliminated
+    left = math.sqrt(2.0 * best.cost / freedom) if freedom > 0 else None
+    sigma = left if spread is None else max(spread, left or 0.0)
+    intervals: tuple[ConfidenceInterval | None, ...] = (None,) * len(keys)
+    if sigma is not None:
+        level = 0.5 + 0.5 * CONFIDENCE
+        quantile = float(stdtrit(freedom, level) if spread is None else ndtri(level))
+        reach = np.where(wide, np.inf, sigma * quantile * errors)
+        ends = outer(best.x - reach).tolist(), outer(best.x + reach).tolist()
+        intervals = tuple(map(ConfidenceInterval, *ends))
+        # Of optima that are equally good, rounding would choose one.
+        apart = [np.abs(each.x - best.x) > np.maximum(reach, SAME) for each in ties]
+        wide = wide | (reach > WIDE) | np.any(apart, axis=0)
+    undetermined = tuple(compress(keys, wide))
+    return Estimate(tuple(keys), outer(best.x), best.fun, sigma, intervals, undetermined)
 
 
 def finished(found: Fit, hint: str = "") -> Fit:
-    """The fit, if a mission may state its values.
+    """The fit, or a refusal of the values that no mission may state.
 
-    Raises
-    ------
-    InputError
-        Naming every value that is determined and out of range; hint and warnings may say why.
+    The hint and the warnings, which may say why, stand beside each value out of range.
     """
     reasons = "".join(f"; {each}" for each in (hint, *found.warnings) if each)
     faults = [
@@ -265,11 +357,6 @@ def finished(found: Fit, hint: str = "") -> Fit:
 def rounded(value: float) -> float:
     """A value to seven digits, more than any measurement has."""
     return float(f"{value:.7g}")
-
-
-def counted(count: int, noun: str) -> str:
-    """A number of things: ``"2 numbers"``."""
-    return f"{count} {noun}{'s' * (count > 1)}"
 
 
 def _entry(key: str, value: object) -> str:

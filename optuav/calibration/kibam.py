@@ -3,9 +3,8 @@
 The model is linear in the current: when the available well is empty at time T, ωB equals the sum of
 the responses to every change of the current until then. So for given ω and k_F each discharge has
 a capacity with which the battery lasts exactly as long, and the right ω and k_F make all of these
-agree. The fit is to their logarithms: batteries of one kind differ in capacity from one discharge
-to the next by some percent, and that is the noise assumed. Unlike the lifetime, which jumps over a
-pause, all of this is smooth.
+agree. The fit is to their logarithms, as the noise assumed is that of the capacity from one
+discharge to the next; unlike the lifetime, which jumps over a pause, they are smooth.
 
 What varies by chance are the lifetimes, so their likelihood has a factor |d log B/d log T| for each
 discharge. It is largest where the sum of squares, over the geometric mean of these factors, is
@@ -22,6 +21,7 @@ References
 
 from __future__ import annotations
 
+import itertools
 import math
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import replace
@@ -32,8 +32,7 @@ import numpy as np
 
 from optuav.arrays import Floats
 from optuav.calibration import csv
-from optuav.calibration.fit import Fit, Panel, finished, undetermined, values_of
-from optuav.calibration.least_squares import NOTHING, estimate
+from optuav.calibration.fit import NOTHING, Fit, Panel, estimate, finished
 from optuav.errors import Fault, InputError
 from optuav.physics.kibam import Battery, levelling
 from optuav.physics.packs import lifetime
@@ -42,15 +41,12 @@ Implied: TypeAlias = Callable[[float, float], tuple[Floats, Floats]]
 
 KEYS = ("battery.capacity_As", "battery.available_fraction", "battery.flow_rate_per_s")
 LIFETIMES = csv.Format(
-    (
-        csv.Column("load", "text"),
-        csv.Column("current", "current"),
-        csv.Column("duration", "time", needed=False, blanks=True),
-        csv.Column("lifetime", "time"),
-    )
+    {"load": "text", "current": "current", "duration": "time", "lifetime": "time"},
+    optional=("duration",),
+    blanks=("duration",),
 )
 """A line for every piece of a load, the pieces of one load in order."""
-RECORD = csv.Format((csv.Column("time", "time"), csv.Column("current", "current")), least=3)
+RECORD = csv.Format({"time": "time", "current": "current"}, least=3)
 """The record of one discharge, which ends at the moment of cut-off."""
 ENOUGH_TO_BE_LATE = 10  # lines of a record from which on it has a usual step
 MOST_PIECES = 200_000  # most pieces of constant current of a load until the battery is empty
@@ -60,8 +56,6 @@ FAR = 0.2  # relative miss of a lifetime beyond which no value is stated
 JUMP = 0.1  # relative change of the capacity that may be scatter, for a jump over a pause
 ALIKE = 1e-3  # relative difference below which two currents are of one size
 LEAST_SENSITIVITY = 1e-3  # below it the available well would not run dry but fill up
-STARTS = tuple((share, rate) for share in (0.1, 0.4, 0.8) for rate in (0.1, 1.0, 10.0))
-"""ω, and k' times the typical lifetime, from which the fit starts."""
 
 
 class Discharge(NamedTuple):
@@ -77,15 +71,10 @@ class Discharge(NamedTuple):
     late: Sequence[str] = ()
 
     @property
-    def constant(self) -> bool:
-        """Whether the current is always the same."""
-        return len({current_A for current_A, _ in self.pieces}) == 1
-
-    @property
     def changes(self) -> tuple[Floats, Floats]:
         """By how much the current changes [A] and how long before the end [s]."""
         currents_A, durations_s = map(np.array, zip(*self.pieces, strict=True))
-        rounds = math.ceil(self.lifetime_s / durations_s.sum()) if not self.constant else 1
+        rounds = math.ceil(self.lifetime_s / durations_s.sum()) if len(set(currents_A)) > 1 else 1
         starts_s = np.cumsum(np.tile(durations_s, rounds)) - np.tile(durations_s, rounds)
         changes_A = np.diff(np.tile(currents_A, rounds), prepend=0.0)
         counted = (starts_s < self.lifetime_s) & (changes_A != 0.0)
@@ -101,9 +90,18 @@ class Discharge(NamedTuple):
             )
         for late in self.late:
             yield (
-                f"{self.name} has long stretches without a line, {late}: the current is taken to "
-                "hold until the next line"
+                f"{self.name} has long stretches without a line, before {late}: the current is "
+                "taken to hold until the next line"
             )
+
+    def lifetime_of(self, capacity_As: float, share: float, rate_per_s: float) -> float:
+        """How long a battery lasts under the load, followed through its pieces [s]."""
+        return lifetime(
+            self.pieces,
+            capacity_As=capacity_As,
+            available_fraction=share,
+            flow_rate_per_s=rate_per_s,
+        )
 
 
 def fit_kibam(files: Iterable[str | Path]) -> Fit:
@@ -140,13 +138,13 @@ def fit_kibam(files: Iterable[str | Path]) -> Fit:
     ...     optuav.fit_kibam([file]).data
     '3 discharges of one full pack'
     """
-    paths = [Path(file) for file in files]
-    discharges = [each for found in csv.read_all(paths, _discharges) for each in found]
+    sources = tuple(map(str, files))
+    discharges = [each for found in csv.read_all(sources, _discharges) for each in found]
     count, few = len(discharges), len(discharges) == LEAST_DISCHARGES
     if count < LEAST_DISCHARGES:
         words = f"at least {LEAST_DISCHARGES} discharges for as many parameters; there are {count}"
-        raise InputError([Fault("", "", words, ", ".join(map(str, paths)))])
-    names, lifetimes_s = zip(*((each.name, each.lifetime_s) for each in discharges), strict=True)
+        raise InputError([Fault("", "", words, ", ".join(sources))])
+    lifetimes_s = np.array([each.lifetime_s for each in discharges])
     implied = _implied(discharges)
 
     def residuals(values: Floats) -> Floats:
@@ -156,69 +154,53 @@ def fit_kibam(files: Iterable[str | Path]) -> Fit:
         left: Floats = np.log(capacities_As / capacity_As) / usual
         return left
 
-    def simulated(values: Floats) -> tuple[float, ...]:
-        capacity_As, share, rate = values.tolist()
-        return tuple(
-            lifetime(
-                each.pieces, capacity_As=capacity_As, available_fraction=share, flow_rate_per_s=rate
-            )
-            for each in discharges
-        )
-
-    def miss(values: Floats) -> float:
-        return float(np.max(np.abs(np.array(simulated(values)) / lifetimes_s - 1.0)))
+    def simulated(values: Floats) -> Floats:
+        return np.array([each.lifetime_of(*values.tolist()) for each in discharges])
 
     found = estimate(
         KEYS,
         residuals,
-        _starts(discharges, implied),
+        _starts(lifetimes_s, implied),
         shares=KEYS[1:2],
         spread=SCATTER if few else None,
         # A battery may also last as long by the formula but run dry in an earlier piece.
-        miss=miss,
+        miss=lambda values: float(np.max(np.abs(simulated(values) / lifetimes_s - 1.0))),
     )
-    values = values_of(found, KEYS, f"fitted to {count} discharges")
-    of_one = f"{values[0].origin}; of one pack, so the loads must be those of one"
-    values = (replace(values[0], origin=of_one), *values[1:])
+    capacity, *others = found.stated(f"fitted to {count} discharges")
+    of_one = f"{capacity.origin}; of one pack, so the loads must be those of one"
+    values = (replace(capacity, origin=of_one), *others)
+    warnings = [*found.warnings, *_advice(discharges)] if found.undetermined else []
     # A lifetime jumps over a whole pause where the capacity is a little less.
     less, more = (simulated(found.values * (1.0 + by, 1.0, 1.0)) for by in (-JUMP, JUMP))
-    met = np.abs(np.clip(lifetimes_s, less, more) / lifetimes_s - 1.0) <= FAR
-    missed = [name for name, near in zip(names, met, strict=True) if not near]
-    warnings = [*undetermined(found), *_advice(discharges)] if found.undetermined else []
-    if missed:
+    far = np.abs(np.clip(lifetimes_s, less, more) / lifetimes_s - 1.0) > FAR
+    if np.any(far):
         # Such data have several poor optima, and rounding decides in which one the fit ends.
         values = tuple(replace(each, interval=None, determined=False) for each in values)
+        missed = ", ".join(
+            each.name for each, is_far in zip(discharges, far, strict=True) if is_far
+        )
         warnings = [
             "no kinetic battery lasts like that, so no value is stated: the fit misses "
-            f"{', '.join(missed)} by more than {FAR:.0%}; look at units, and whether it was one "
-            "full battery each time"
+            f"{missed} by more than {FAR:.0%}; look at units, and whether it was one full battery "
+            "each time"
         ]
     warnings += [words for each in discharges for words in each.doubts]
     largest_A = max(current_A for each in discharges for current_A, _ in each.pieces)
     warnings += csv.unit_doubts("at most", {"current": largest_A})
-    warnings += csv.unit_doubts("at least", {"lifetime": min(lifetimes_s)})
+    warnings += csv.unit_doubts("at least", {"lifetime": float(lifetimes_s.min())})
     if few:
         warnings.append(
             f"{LEAST_DISCHARGES} discharges for as many parameters leave nothing over: the "
             f"intervals take lifetimes to scatter by {SCATTER:.0%}"
         )
-    return finished(
-        Fit(
-            "kibam",
-            tuple(map(str, paths)),
-            f"{count} discharges of one full pack",
-            values,
-            (Panel("lifetime", "s", lifetimes_s, simulated(found.values), names),),
-            tuple(warnings),
-        )
-    )
+    names, fitted = [each.name for each in discharges], simulated(found.values).tolist()
+    panel = Panel("lifetime", "s", lifetimes_s.tolist(), fitted, names)
+    data = f"{count} discharges of one full pack"
+    return finished(Fit("kibam", sources, data, values, (panel,), tuple(warnings)))
 
 
 def _implied(discharges: Sequence[Discharge]) -> Implied:
-    """The capacity [A s] that each lifetime implies at given ω [-] and k_F [1/s].
-
-    And its sensitivity to the lifetime, d log B/d log T.
-    """
+    """The capacity [A s] that each lifetime implies at ω [-] and k_F [1/s], and d log B/d log T."""
     changes = [each.changes for each in discharges]
     first = np.cumsum([0, *(len(sizes) for sizes, _ in changes[:-1])])
     changes_A = np.concatenate([sizes for sizes, _ in changes])
@@ -237,23 +219,20 @@ def _implied(discharges: Sequence[Discharge]) -> Implied:
     return implied
 
 
-def _starts(
-    discharges: Sequence[Discharge], implied: Implied
-) -> Iterator[tuple[float, float, float]]:
+def _starts(lifetimes_s: Floats, implied: Implied) -> Iterator[tuple[float, float, float]]:
     """Values from which to start: the capacity follows from ω and k'."""
-    typical_s = float(np.median([each.lifetime_s for each in discharges]))
-    for share, rate in STARTS:
-        flow_rate_per_s = rate / typical_s * share * (1.0 - share)
+    for share, rate in itertools.product((0.1, 0.4, 0.8), (0.1, 1.0, 10.0)):
+        flow_rate_per_s = rate / float(np.median(lifetimes_s)) * share * (1.0 - share)
         capacities_As, _ = implied(share, flow_rate_per_s)
         yield float(np.exp(np.mean(np.log(capacities_As)))), share, flow_rate_per_s
 
 
 def _advice(discharges: Sequence[Discharge]) -> Iterator[str]:
     """Which further loads would determine the parameters."""
-    sizes = [each.pieces[0][0] for each in discharges]
-    if not all(each.constant for each in discharges):
+    if any(len(each.changes[0]) > 1 for each in discharges):
         yield "add loads of other sizes, constant ones and ones with long and short pauses"
         return
+    sizes = [each.pieces[0][0] for each in discharges]
     one = max(sizes) - min(sizes) <= ALIKE * max(sizes)
     blind = (
         " and of one size, which says how much charge the battery gives at that current and "
@@ -272,7 +251,7 @@ def _discharges(path: Path) -> list[Discharge]:
         return [_recorded(path.stem, table)]
     names = np.array(table.texts["load"])
     current_A, lifetime_s = table.numbers["current"], table.numbers["lifetime"]
-    duration_s = table.numbers.get("duration", np.full(len(names), math.nan))
+    duration_s = table.numbers["duration"]
     faults, found = list[Fault](), list[Discharge]()
     for name in dict.fromkeys(table.texts["load"]):
         own = names == name

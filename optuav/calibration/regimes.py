@@ -1,11 +1,10 @@
 """Loads of each regime, acceleration and speed cap from flight logs.
 
 Loads are means over all time spent in a regime. Means of whole batches are nearly independent, so
-their scatter shows that of the mean [1]_. In a short record batches are alike as well. The
-correction for that takes each sample to depend on the one before, x' = φ x + noise: the mean of n
-such samples has a variance proportional to
-g(n) = ((1 + φ)/(1 − φ) n − 2 φ (1 − φⁿ)/(1 − φ)²)/n² [2]_, and m batches show it as
-(g(n/m) − g(n))/(m − 1).
+their scatter shows that of the mean [1]_. In a short record batches are alike as well, which is
+corrected for: if each sample depends on the one before, x' = φ x + noise, the mean of n has a
+variance proportional to g(n) = ((1 + φ)/(1 − φ) n − 2 φ (1 − φⁿ)/(1 − φ)²)/n² [2]_, and m batches
+show it as (g(n/m) − g(n))/(m − 1).
 
 Acceleration and speed cap are those of the trapezoids that follow the logged speeds best. When each
 leg begins and ends is fitted as well: a distance summed up from the same speeds would share their
@@ -33,13 +32,16 @@ import numpy.typing as npt
 
 from optuav.arrays import Booleans, Floats
 from optuav.calibration import csv
-from optuav.calibration.fit import Fit, Panel, Value, finished, panel, undetermined, values_of
-from optuav.calibration.least_squares import (
+from optuav.calibration.fit import (
     CONFIDENCE,
     NOTHING,
     ConfidenceInterval,
     Estimate,
+    Fit,
+    Panel,
+    Value,
     estimate,
+    finished,
 )
 from optuav.errors import Fault, InputError
 from optuav.mission.messages import nearest
@@ -48,17 +50,8 @@ from optuav.physics.flight import regime_leg
 Means: TypeAlias = Mapping[str, Mapping[str, tuple[float, ConfidenceInterval]]]
 """Mean and interval by phase, and by ``"current_A"`` and ``"power_W"``."""
 
-LOG = csv.Format(
-    (
-        csv.Column("time", "time"),
-        csv.Column("current", "current"),
-        csv.Column("voltage", "voltage", needed=False),
-        csv.Column("power", "power", needed=False),
-        csv.Column("speed", "speed", needed=False),
-        csv.Column("phase", "text", needed=False),
-    ),
-    least=10,
-)
+OPTIONAL = {"voltage": "voltage", "power": "power", "speed": "speed", "phase": "text"}
+LOG = csv.Format({"time": "time", "current": "current"} | OPTIONAL, tuple(OPTIONAL), least=10)
 ORIGINS = {
     "flight": "mean in flight",
     "hover": "mean in hover",
@@ -89,20 +82,12 @@ class FlightLog(NamedTuple):
 
 
 class LoggedLeg(NamedTuple):
-    """Times from the first sample of a leg [s], and speeds [m/s]."""
+    """Times from the first sample of a leg [s], speeds [m/s], their integral, and mean time."""
 
     time_s: Floats
     speed_m_s: Floats
-
-    @property
-    def distance_m(self) -> float:
-        """The integral of the speed."""
-        return float(np.trapezoid(self.speed_m_s, self.time_s))
-
-    @property
-    def middle_s(self) -> float:
-        """The mean time, weighted by speed."""
-        return float(np.trapezoid(self.speed_m_s * self.time_s, self.time_s)) / self.distance_m
+    distance_m: float
+    middle_s: float
 
 
 def fit_regimes(files: Iterable[str | Path]) -> Fit:
@@ -139,12 +124,26 @@ def fit_regimes(files: Iterable[str | Path]) -> Fit:
     ...     optuav.fit_regimes([file]).changes["flight.hover_current_A"]
     20.5
     """
-    paths = [Path(file) for file in files]
-    logs = csv.read_all(paths, _read_log)
-    loads = _loads(logs)
+    sources = tuple(map(str, files))
+    logs = csv.read_all(sources, _read_log)
+    current_A, power_W, phases, steps_s = (
+        np.concatenate(each)
+        for each in zip(
+            *((log.current_A, log.power_W, log.phase, np.gradient(log.time_s)) for log in logs),
+            strict=True,
+        )
+    )
+    loads = {
+        phase: {
+            "current_A": mean_over_time(current_A[own], steps_s[own]),
+            "power_W": mean_over_time(power_W[own], steps_s[own]),
+        }
+        for phase in ORIGINS
+        if np.sum(own := phases == phase) >= BATCHES
+    }
     if not loads.keys() & {"flight", "hover"}:
         words = f"at least {BATCHES} samples of flight or of hover"
-        raise InputError([Fault("", "", words, ", ".join(map(str, paths)))])
+        raise InputError([Fault("", "", words, ", ".join(sources))])
     legs = [leg for log in logs for leg in _legs(log)]
     motion, panels, remarks = _motion(legs)
     warnings = [
@@ -160,14 +159,25 @@ def fit_regimes(files: Iterable[str | Path]) -> Fit:
                 f"{each.key} = {each.value:.3g} lies no farther below 0 than the log leaves open: "
                 "0 is stated"
             )
-    samples = sum(len(log.time_s) for log in logs)
+    known = np.isin(phases, list(loads))
+    at_s, groups = _one_after_another([log.time_s for log in logs]), phases[known].tolist()
+    courses = (
+        Panel(
+            *(quantity, unit, observed[known].tolist()),
+            [loads[each][f"{quantity}_{unit}"][0] for each in groups],
+            at=at_s[known].tolist(),
+            at_words="time in the logs [s]",
+            groups=groups,
+        )
+        for quantity, unit, observed in (("current", "A", current_A), ("power", "W", power_W))
+    )
     return finished(
         Fit(
             "regimes",
-            tuple(map(str, paths)),
-            f"{samples} samples, {len(legs)} legs with speeds",
+            sources,
+            f"{len(phases)} samples, {len(legs)} legs with speeds",
             (*motion, *values),
-            (*_load_panels(logs, loads), *panels),
+            (*courses, *panels),
             (*warnings, *remarks, *_doubts(logs, loads)),
             settings={"flight.model": "regimes"},
         ),
@@ -236,7 +246,7 @@ def _faults_of_cells(table: csv.Measurements) -> Iterator[Fault]:
     phases, numbers = table.texts.get("phase", ()), table.numbers
     for phase in sorted(set(phases) - set(PHASES)):
         words = f"{', '.join(PHASES)}{nearest(phase, PHASES)}"
-        yield from table.faults(np.array(phases) == phase, "phase", words, phases.__getitem__)
+        yield from table.faults(np.array(phases) == phase, "phase", words)
     if "speed" in numbers:
         yield from table.faults(numbers["speed"] < 0.0, "speed", "0 or above")
     if "voltage" in numbers:
@@ -245,29 +255,6 @@ def _faults_of_cells(table: csv.Measurements) -> Iterator[Fault]:
     if not np.any(drawn):
         words = "some current above 0: positive is discharge"
         yield from table.faults(~drawn, "current", words)
-
-
-def _joined(logs: Sequence[FlightLog]) -> FlightLog:
-    """Logs as one, each from the end of the one before, without speeds."""
-    time_s = np.array(_one_after_another([log.time_s for log in logs]))
-    current_A = np.concatenate([log.current_A for log in logs])
-    power_W = np.concatenate([log.power_W for log in logs])
-    return FlightLog(time_s, current_A, power_W, None, np.concatenate([log.phase for log in logs]))
-
-
-def _loads(logs: Sequence[FlightLog]) -> Means:
-    """Mean current [A] and power [W] with their intervals, by phase."""
-    _, current_A, power_W, _, phases = _joined(logs)
-    steps_s = np.concatenate([np.gradient(log.time_s) for log in logs])
-    masks = {phase: phases == phase for phase in ORIGINS}
-    return {
-        phase: {
-            "current_A": mean_over_time(current_A[own], steps_s[own]),
-            "power_W": mean_over_time(power_W[own], steps_s[own]),
-        }
-        for phase, own in masks.items()
-        if np.sum(own) >= BATCHES
-    }
 
 
 def _values(loads: Means) -> Iterator[Value]:
@@ -293,22 +280,11 @@ def _doubts(logs: Sequence[FlightLog], loads: Means) -> Iterator[str]:
         yield from csv.unit_doubts("at most", {"speed": max(speeds_m_s)})
 
 
-def _one_after_another(times_s: Sequence[Floats]) -> tuple[float, ...]:
+def _one_after_another(times_s: Sequence[Floats]) -> Floats:
     """Times of several records [s], each from 0 and from the end of the one before."""
     ends_s = np.cumsum([0.0, *(each[-1] - each[0] for each in times_s)])
     parts = [each - each[0] + end for each, end in zip(times_s, ends_s[:-1], strict=True)]
-    return tuple(np.concatenate(parts).tolist())
-
-
-def _load_panels(logs: Sequence[FlightLog], loads: Means) -> Iterator[Panel]:
-    """Current and power over the time of all logs, and their means."""
-    time_s, current_A, power_W, _, phase = _joined(logs)
-    known = np.isin(phase, list(loads))
-    groups = phase[known].tolist()
-    for quantity, unit, observed in (("current", "A", current_A), ("power", "W", power_W)):
-        means = [loads[each][f"{quantity}_{unit}"][0] for each in groups]
-        words = "time in the logs [s]"
-        yield panel(quantity, unit, observed[known], means, time_s[known], words, groups)
+    return np.concatenate(parts)
 
 
 def _legs(log: FlightLog) -> Iterator[LoggedLeg]:
@@ -323,7 +299,10 @@ def _legs(log: FlightLog) -> Iterator[LoggedLeg]:
         time_s, speed_m_s = log.time_s[chosen], log.speed_m_s[chosen]
         whole = max(speed_m_s[0], speed_m_s[-1]) < 0.5 * np.max(speed_m_s)
         if whole and len(time_s) >= LEAST_LEG:
-            yield LoggedLeg(time_s - time_s[0], speed_m_s)
+            time_s = time_s - time_s[0]
+            distance_m = float(np.trapezoid(speed_m_s, time_s))
+            middle_s = float(np.trapezoid(speed_m_s * time_s, time_s)) / distance_m
+            yield LoggedLeg(time_s, speed_m_s, distance_m, middle_s)
 
 
 def _motion(
@@ -344,20 +323,20 @@ def _motion(
 
         return estimate(keys, residuals, starts, eliminated=2 * len(legs))
 
-    keys: tuple[str, ...] = ("flight.acceleration_m_s2", "flight.max_speed_m_s")
+    keys = ("flight.acceleration_m_s2", "flight.max_speed_m_s")
     found = fitted(keys, [(a, float(np.max(observed))) for a in (0.5, 2.0, 8.0)])
-    warnings = undetermined(found)
+    warnings = found.warnings
     acceleration, cap = found.values
     without = fitted(keys[:1], [(acceleration,)])
     more = without.residuals @ without.residuals - found.residuals @ found.residuals
     gain = float(more) / max(found.spread or 0.0, NOTHING) ** 2
     if cap >= REACHED * math.sqrt(acceleration * longest_m) or gain < GAIN:
-        keys, found = keys[:1], without
+        found = without
         warnings = ("no leg is long enough to show a speed cap: max_speed_m_s is missing here",)
-    at_s = _one_after_another([leg.time_s for leg in legs])
-    fit = speeds(*found.values.tolist())
-    course = panel("speed", "m/s", observed, fit, at_s, "time in the legs [s]")
-    return values_of(found, keys, f"fitted to the speed of {len(legs)} legs"), (course,), warnings
+    at_s, fit = _one_after_another([leg.time_s for leg in legs]), speeds(*found.values.tolist())
+    words = "time in the legs [s]"
+    course = Panel("speed", "m/s", observed.tolist(), fit.tolist(), (), at_s.tolist(), words)
+    return found.stated(f"fitted to the speed of {len(legs)} legs"), (course,), warnings
 
 
 def _speeds(legs: Sequence[LoggedLeg]) -> Callable[..., Floats]:

@@ -22,38 +22,21 @@ import numpy as np
 
 from optuav.arrays import Floats
 from optuav.calibration import csv
-from optuav.calibration.fit import Fit, Value, finished, panel, undetermined, values_of
-from optuav.calibration.least_squares import estimate
+from optuav.calibration.fit import Fit, Panel, Value, estimate, finished
 from optuav.errors import Fault, InputError
 from optuav.physics import rotor
 
 LEAST_POINTS = 6
 BENCH = csv.Format(
-    (
-        csv.Column("speed", "rotor speed"),
-        csv.Column("thrust", "force"),
-        csv.Column("current", "current"),
-        csv.Column("voltage", "voltage"),
-    ),
+    {"speed": "rotor speed", "thrust": "force", "current": "current", "voltage": "voltage"},
     least=LEAST_POINTS,
 )
-SHEET = csv.Format(
-    (
-        csv.Column("thrust_coefficient", "number"),
-        csv.Column("torque_coefficient", "number"),
-        csv.Column("radius", "length"),
-        csv.Column("air_density", "density"),
-        csv.Column("velocity_constant", "velocity constant", needed=False),
-        csv.Column("resistance", "resistance", needed=False),
-        csv.Column("no_load_current", "current", needed=False),
-    )
-)
-SHEET_SIZES = {
-    "radius": "radius",
-    "air_density": "air density",
-    "resistance": "resistance",
-    "no_load_current": "current",
-}
+PROPELLER = {"thrust_coefficient": "number", "torque_coefficient": "number", "radius": "length"}
+MOTOR = {"velocity_constant": "velocity constant", "resistance": "resistance"}
+MOTOR |= {"no_load_current": "current"}
+SHEET = csv.Format(PROPELLER | {"air_density": "density"} | MOTOR, tuple(MOTOR))
+SIZES = {"radius": "radius", "air_density": "air density", "resistance": "resistance"}
+SIZES |= {"no_load_current": "current"}
 """Columns of a data sheet whose size shows whether the unit is right, with the quantity."""
 KEYS = (
     "lift_coefficient_N_s2_rad2",
@@ -64,13 +47,9 @@ KEYS = (
     "drag_coefficient_Nm_s2_rad2",
 )
 """Of [rotor], found on a bench."""
-SPEED = "speed of the rotor $v$ [rad/s]"
-QUANTITIES = (("thrust", "N"), ("current", "A"), ("voltage", "V"))
+QUANTITIES = {"thrust": "N", "current": "A", "voltage": "V"}
 ROUNDS = 3  # fits, each weighted by the residuals of the one before
 LEAST_RESIDUAL = 1e-9  # of a quantity for its weight, over its largest value
-TYPICAL = (0.1, 0.01, 0.3)
-"""Shares with which the fit starts: of the voltage lost in the winding, of the torque in friction
-and in damping."""
 
 
 def fit_rotor(files: Iterable[str | Path]) -> Fit:
@@ -79,7 +58,7 @@ def fit_rotor(files: Iterable[str | Path]) -> Fit:
     Parameters
     ----------
     files
-        Bench tests of one rotor at steady speeds, as CSV: ``speed_rad_s`` (or ``speed_rpm``),
+        CSV files of bench tests at steady speeds: ``speed_rad_s`` (or ``speed_rpm``),
         ``thrust_N`` (or ``thrust_g``), ``current_A``, ``voltage_V`` across the motor. Or one file
         with a single line of data of propeller and motor: ``thrust_coefficient``,
         ``torque_coefficient``, ``radius_m``, ``air_density_kg_m3`` and, if known,
@@ -106,18 +85,17 @@ def fit_rotor(files: Iterable[str | Path]) -> Fit:
     ...     optuav.fit_rotor([file]).changes["rotor.lift_coefficient_N_s2_rad2"]
     3.830471e-06
     """
-    paths = [Path(file) for file in files]
-    tables = csv.read_all(paths, _read)
+    sources = tuple(map(str, files))
+    tables = csv.read_all(sources, _read)
     sheets = [table for table in tables if "radius" in table.numbers]
-    if not sheets:
-        return _from_bench(paths, tables)
-    if len(tables) > 1:
+    if sheets and len(tables) > 1:
         words = "bench tests, or one file of propeller and motor data, not both"
         raise InputError([Fault("", "", words, sheets[0].source)])
-    return _from_sheet(paths[0], sheets[0])
+    return finished(_from_sheet(sources, sheets[0]) if sheets else _from_bench(sources, tables))
 
 
 def _read(path: Path) -> csv.Measurements:
+    """A file of either kind, all of whose numbers are above 0."""
     table = csv.read(path, BENCH, SHEET)
     faults = [
         fault
@@ -135,75 +113,68 @@ def _read(path: Path) -> csv.Measurements:
     return table
 
 
-def _from_sheet(path: Path, table: csv.Measurements) -> Fit:
+def _from_sheet(sources: tuple[str, ...], table: csv.Measurements) -> Fit:
+    """Constants from the data of propeller and motor."""
     given = {name: float(values[0]) for name, values in table.numbers.items()}
-    radius_m = given["radius"]
-    disc_kg_m = given["air_density"] * math.pi * radius_m**2
+    disc_kg = given["air_density"] * math.pi * given["radius"] ** 3
     found = {
-        KEYS[0]: (given["thrust_coefficient"] * disc_kg_m * radius_m**2, "C_T ρ A r²"),
-        KEYS[5]: (given["torque_coefficient"] * disc_kg_m * radius_m**3, "C_Q ρ A r³"),
+        KEYS[0]: (given["thrust_coefficient"] * disc_kg * given["radius"], "C_T ρ A r²"),
+        KEYS[5]: (given["torque_coefficient"] * disc_kg * given["radius"] ** 2, "C_Q ρ A r³"),
     }
-    sizes = {words: given[name] for name, words in SHEET_SIZES.items() if name in given}
+    sizes = {words: given[name] for name, words in SIZES.items() if name in given}
     warnings = list(csv.unit_doubts("as stated", sizes))
-    if "velocity_constant" in given:
-        found[KEYS[1]] = (given["velocity_constant"], "as stated")
-    if "resistance" in given:
-        found[KEYS[2]] = (given["resistance"], "as stated")
+    stated = {KEYS[1]: "velocity_constant", KEYS[2]: "resistance"}
+    found |= {key: (given[name], "as stated") for key, name in stated.items() if name in given}
     if {"velocity_constant", "no_load_current"} <= given.keys():
         torque_constant_Nm_A = rotor.RPM_PER_RAD_S / given["velocity_constant"]
         found[KEYS[3]] = (torque_constant_Nm_A * given["no_load_current"], "9.5493/κ_V I_0")
     elif "no_load_current" in given:
         warnings.append("the friction torque needs velocity_constant_rpm_V as well")
     values = tuple(Value(f"rotor.{key}", *each) for key, each in found.items())
-    data = "data of a propeller and its motor"
-    return finished(Fit("rotor", (str(path),), data, values, (), tuple(warnings)))
+    return Fit("rotor", sources, "data of a propeller and its motor", values, (), tuple(warnings))
 
 
-def _from_bench(paths: list[Path], tables: list[csv.Measurements]) -> Fit:
+def _from_bench(sources: tuple[str, ...], tables: list[csv.Measurements]) -> Fit:
+    """Constants that fit thrust, current and voltage over the speed."""
     measured = {
-        name: np.concatenate([table.numbers[name] for table in tables])
-        for name in ("speed", "thrust", "current", "voltage")
+        name: np.concatenate([table.numbers[name] for table in tables]) for name in BENCH.kinds
     }
-    speed = measured["speed"]
+    speed, count = measured["speed"], len(measured["speed"])
     largest = {name: float(np.max(values)) for name, values in measured.items()}
-    weights = {name: 1.0 / largest[name] for name, _ in QUANTITIES}
+    weights = {name: 1.0 / largest[name] for name in QUANTITIES}
 
     def residuals(values: Floats) -> Floats:
         model = _model(values, speed)
-        return np.concatenate(
-            [weights[name] * (model[name] - measured[name]) for name, _ in QUANTITIES]
-        )
+        left = [weights[name] * (model[name] - measured[name]) for name in QUANTITIES]
+        return np.concatenate(left)
 
     keys = tuple(f"rotor.{key}" for key in KEYS)
     found = estimate(keys, residuals, [_start(measured)])
     for _ in range(ROUNDS - 1):
-        parts = np.split(found.residuals, len(QUANTITIES))
-        for (name, _), part in zip(QUANTITIES, parts, strict=True):
+        for name, part in zip(QUANTITIES, np.split(found.residuals, 3), strict=True):
             left = float(np.sqrt(np.mean((part / weights[name]) ** 2)))
             weights[name] = 1.0 / max(left, LEAST_RESIDUAL * largest[name])
         found = estimate(keys, residuals, [found.values.tolist()])
     fitted, order = _model(found.values, speed), np.argsort(speed, kind="stable")
-    fastest = Value("rotor.max_speed_rad_s", largest["speed"], "fastest point of the bench")
-    power_W = largest["current"] * largest["voltage"]
     sizes = {"rotor speed": largest["speed"], "current": largest["current"]}
-    return finished(
-        Fit(
-            "rotor",
-            tuple(map(str, paths)),
-            f"{len(speed)} points of a bench test at steady speed",
-            (*values_of(found, keys, f"fitted to {len(speed)} points"), fastest),
-            tuple(
-                panel(name, unit, measured[name][order], fitted[name][order], speed[order], SPEED)
-                for name, unit in QUANTITIES
-            ),
-            (
-                *undetermined(found),
-                *csv.unit_doubts("at most", {**sizes, "voltage": largest["voltage"]}),
-                *csv.unit_doubts(
-                    "at full speed", {"thrust per power": largest["thrust"] / power_W}
-                ),
-            ),
-        )
+    sizes["voltage"] = largest["voltage"]
+    efficiency = {"thrust per power": largest["thrust"] / (largest["current"] * largest["voltage"])}
+    doubts = *csv.unit_doubts("at most", sizes), *csv.unit_doubts("at full speed", efficiency)
+    fastest = Value("rotor.max_speed_rad_s", largest["speed"], "fastest point of the bench")
+    return Fit(
+        "rotor",
+        sources,
+        f"{count} points of a bench test at steady speed",
+        (*found.stated(f"fitted to {count} points"), fastest),
+        tuple(
+            Panel(
+                *(name, unit, measured[name][order].tolist(), fitted[name][order].tolist()),
+                at=speed[order].tolist(),
+                at_words="speed of the rotor $v$ [rad/s]",
+            )
+            for name, unit in QUANTITIES.items()
+        ),
+        (*found.warnings, *doubts),
     )
 
 
@@ -223,14 +194,14 @@ def _start(measured: dict[str, Floats]) -> tuple[float, ...]:
     """Values of a usual motor that fit the fastest point."""
     fastest = int(np.argmax(measured["speed"]))
     v, thrust, i, e = (float(values[fastest]) for values in measured.values())
-    lost, friction, damping = TYPICAL
-    torque_constant = (1.0 - lost) * e / v
+    # A tenth of the voltage is lost in the winding; 1 % of the torque in friction, 30 % in damping.
+    torque_constant = 0.9 * e / v
     torque = torque_constant * i
     return (
         thrust / v**2,
         rotor.RPM_PER_RAD_S / torque_constant,
-        lost * e / i,
-        friction * torque,
-        damping * torque / v,
-        (1.0 - friction - damping) * torque / v**2,
+        0.1 * e / i,
+        0.01 * torque,
+        0.3 * torque / v,
+        0.69 * torque / v**2,
     )

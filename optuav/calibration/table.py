@@ -10,115 +10,122 @@ from __future__ import annotations
 
 import math
 from collections import Counter
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
-from itertools import compress
 from pathlib import Path
-from typing import Any, NamedTuple, TypeAlias, TypeGuard
+from typing import Annotated, Any, Literal, NamedTuple, get_args
 
 import numpy as np
+from pydantic import BaseModel, ConfigDict, ValidationError
 
 from optuav.arrays import Floats
-from optuav.calibration.fit import (
-    Fit,
-    Panel,
-    Role,
-    counted,
-    rounded,
-    undetermined,
-    values_of,
-)
-from optuav.calibration.least_squares import estimate
+from optuav.calibration.csv import counted
+from optuav.calibration.fit import Fit, Panel, Role, estimate, rounded
 from optuav.errors import Fault, InputError
 from optuav.mission import Mission, load, shipped
 from optuav.mission.files import label, read_toml
 from optuav.mission.messages import nearest, number, shown
+from optuav.mission.schema import Number
 from optuav.network import vehicle
 from optuav.network.network import Network, build_network
 from optuav.network.timeline import route_phases
-from optuav.options import ORDERS
+from optuav.options import ORDERS, Order
 
-Entries: TypeAlias = dict[str, Any]
-"""A table of a TOML file, whose values are checked by rules."""
-
-QUANTITIES = {
-    "flight_time_s": "s",
-    "mission_time_s": "s",
-    "battery_percent": "%",
-    "energy_percent": "%",
-    "adjusted_percent": "%",
-    "flight_voltage_V": "V",
-    "hover_voltage_V": "V",
-}
-"""Quantities of a row with their units: times, what is left by perspective, mean voltages."""
+Quantity = Literal[
+    "flight_time_s",
+    "mission_time_s",
+    "battery_percent",
+    "energy_percent",
+    "adjusted_percent",
+    "flight_voltage_V",
+    "hover_voltage_V",
+]
+"""What a row may state: times, what is left by perspective, mean voltages."""
+UNITS = {"s": "s", "percent": "%", "V": "V"}
+Positive = Annotated[float, Number("-", gt=0)]
+Duration = Annotated[float, Number("s", ge=0)]
 LARGEST_FILE = 2_000_000
 ROUNDING = 1.0 / math.sqrt(12.0)  # standard deviation of its error, in steps
 IMPOSSIBLE = 1e9  # residual where a row cannot be flown, or no mission may have the values
-EDGE = 1e-3  # relative distance from a value within which an edge has shaped it
 DIGITS = 6  # decimals in which a repeated number is the same
 SCALES = (1.0, 0.5, 2.0)  # where the fit starts, as multiples of the stated values
 WITHOUT_LASER = ("laser", "flight.charge_current_A", "flight.charge_power_W")
+
+
+class FlownAs(BaseModel):
+    """How a row was flown; any other key is one of the mission."""
+
+    model_config = ConfigDict(extra="allow", strict=True, allow_inf_nan=False)
+    hover_time_s: Duration = 0.0
+    rest_time_s: Duration = 0.0
+    building: str = ""
+    order: Order = ORDERS[0]
+    laser: bool = True
+
+    @property
+    def changes(self) -> dict[str, Any]:
+        """Keys of the mission that differ in this row."""
+        return _flat(self.model_extra or {}) | ({} if self.laser else dict.fromkeys(WITHOUT_LASER))
+
+
+class TableRow(BaseModel):
+    """A row of the table: how it was flown, and its numbers."""
+
+    model_config = ConfigDict(extra="forbid", strict=True, allow_inf_nan=False)
+    name: str = ""
+    given: FlownAs = FlownAs()
+    fit: dict[Quantity, float] = {}
+    check: dict[Quantity, float] = {}
+    resolution: dict[Quantity, Positive] = {}
+
+
+class TableFile(BaseModel):
+    """A table of results with what is known and what is free, keys dotted."""
+
+    model_config = ConfigDict(extra="forbid", strict=True, allow_inf_nan=False)
+    mission: str = "paper"
+    known: dict[str, Any] = {}
+    free: dict[str, Positive] = {}
+    tied: dict[str, list[str]] = {}
+    resolution: dict[Quantity, Positive] = {}
+    rows: list[TableRow] = []
 
 
 class TableNumber(NamedTuple):
     """A number of the table, and whether it is to be fitted."""
 
     row: str
-    quantity: str
+    quantity: Quantity
     observed: float
     resolution: float
     fits: bool
 
 
-class FlownRow(NamedTuple):
-    """How a row was flown: its stay, and changed keys of the mission; and its numbers."""
-
-    hover_time_s: float
-    rest_time_s: float
-    building: str
-    order: str
-    changes: Mapping[str, object]
-    numbers: tuple[TableNumber, ...]
-
-
 class ResultsTable(NamedTuple):
-    """A table of results with what is known and what is free."""
+    """A table of results on a mission with everything that is known."""
 
-    source: str
-    mission: Mission  # with everything that is known, the free keys at their starting values
+    stated: TableFile
+    mission: Mission
     base: str  # name or path of the mission that was extended
-    known: Mapping[str, object]
-    free: Mapping[str, float]
-    tied: Mapping[str, tuple[str, ...]]  # keys that are products of others
-    rows: tuple[FlownRow, ...]
-
-    @property
-    def numbers(self) -> tuple[TableNumber, ...]:
-        """The numbers of all rows."""
-        return tuple(each for row in self.rows for each in row.numbers)
+    numbers: tuple[TableNumber, ...]
 
     def with_values(self, values: Iterable[float]) -> Mission:
         """The mission with other values of the free keys."""
-        return tie(self.mission.replace(dict(zip(self.free, values, strict=True))), self.tied)
+        free = dict(zip(self.stated.free, values, strict=True))
+        return tie(self.mission.replace(free), self.stated.tied)
 
-    def computed(self, mission: Mission) -> Floats:
-        """The numbers of the table as they follow from a mission."""
+    def computed(self, values: Iterable[float]) -> Floats:
+        """The numbers of the table as they follow from values of the free keys."""
+        mission = self.with_values(values)
         networks, found = dict[str, Network](), list[float]()
-        for row in self.rows:
-            changes = repr(row.changes)
-            if changes not in networks:
-                changed = mission.replace(row.changes) if row.changes else mission
-                networks[changes] = build_network(tie(changed, self.tied))
-            values = quantities(networks[changes], row)
-            found += [values[each.quantity] for each in row.numbers]
+        for row in self.stated.rows:
+            changes = row.given.changes
+            if repr(changes) not in networks:
+                changed = mission.replace(changes) if changes else mission
+                networks[repr(changes)] = build_network(tie(changed, self.stated.tied))
+            known = quantities(networks[repr(changes)], row.given)
+            found += [known[each] for each in (*row.fit, *row.check)]
         return np.array(found)
-
-    def tried(self, values: Floats) -> Floats:
-        """The numbers of the table with values that perhaps no mission may have; NaN then."""
-        try:
-            return self.computed(self.with_values(values.tolist()))
-        except InputError:
-            return np.full(len(self.numbers), math.nan)
 
 
 def fit_table(files: Iterable[str | Path]) -> Fit:
@@ -139,8 +146,7 @@ def fit_table(files: Iterable[str | Path]) -> Fit:
     -------
     Fit
         Intervals follow from the resolution, and from the residuals where those are larger. With
-        warnings where the values do not meet the table, or a key has run to an edge beyond which
-        no mission can be flown.
+        a warning where the values do not meet the table.
 
     Raises
     ------
@@ -172,43 +178,45 @@ def fit_table(files: Iterable[str | Path]) -> Fit:
     steps = ROUNDING * np.array([each.resolution for each in table.numbers])
 
     def residuals(values: Floats) -> Floats:
-        left: Floats = ((table.tried(values) - observed) / steps)[fits]
+        try:
+            left: Floats = ((table.computed(values.tolist()) - observed) / steps)[fits]
+        except InputError:  # no mission may have these values
+            left = np.full(int(fits.sum()), math.nan)
         return np.nan_to_num(left, nan=IMPOSSIBLE)
 
-    keys, count = tuple(table.free), int(fits.sum())
-    starts = [tuple(scale * each for each in table.free.values()) for scale in SCALES]
-    found = estimate(keys, residuals, starts, spread=1.0)
+    free, tied = table.stated.free, table.stated.tied
+    starts = [tuple(scale * each for each in free.values()) for scale in SCALES]
+    found = estimate(tuple(free), residuals, starts, spread=1.0)
     mission = table.with_values(found.values.tolist())
-    computed = table.computed(mission).tolist()
+    computed = table.computed(found.values.tolist()).tolist()
     pairs = list(zip(table.numbers, computed, strict=True))
     if unflown := {each.row for each, value in pairs if not math.isfinite(value)}:
         words = "a row that can be flown; none of the values tried can: start from others in [free]"
-        raise InputError(
-            Fault("rows", shown(name), words, table.source) for name in sorted(unflown)
-        )
+        source = label(paths[0])
+        raise InputError(Fault("rows", shown(name), words, source) for name in sorted(unflown))
     roles, again = _roles(pairs)
     products = {
         key: rounded(value_of(mission, key))
-        for key, factors in table.tied.items()
+        for key, factors in tied.items()
         if not set(factors) & set(found.undetermined)
     }
-    fitted = counted(count, "number")
+    fitted = counted(int(fits.sum()), "number")
     repeated = f", {roles.count('repeat')} repeated" if "repeat" in roles else ""
     return Fit(
         "table",
         (str(paths[0]),),
-        f"{fitted} of the table fitted by {counted(len(keys), 'free key')}{repeated}, "
+        f"{fitted} of the table fitted by {counted(len(free), 'free key')}{repeated}, "
         f"{roles.count('predicted')} predicted",
-        values_of(found, keys, f"fitted to {fitted} of the table"),
+        found.stated(f"fitted to {fitted} of the table"),
         tuple(_panels(pairs, roles)),
-        (*undetermined(found), *_missed(pairs), *again, *_at_an_edge(table, found.values)),
-        settings={**table.known, **products},
+        (*found.warnings, *_missed(pairs), *again),
+        settings={**table.stated.known, **products},
         extends=table.base,
     )
 
 
-def quantities(flown: Network, row: FlownRow) -> dict[str, float]:
-    """Each of `QUANTITIES` for a row."""
+def quantities(flown: Network, row: FlownAs) -> dict[Quantity, float]:
+    """All that a row may state."""
     mission, names = flown.mission, [building.name for building in flown.mission.buildings]
     itinerary = 0
     if row.building:
@@ -246,7 +254,7 @@ def value_of(mission: Mission, key: str) -> Any:
     return getattr(getattr(mission, table, None), name, None)
 
 
-def tie(mission: Mission, tied: Mapping[str, tuple[str, ...]]) -> Mission:
+def tie(mission: Mission, tied: Mapping[str, Sequence[str]]) -> Mission:
     """The mission with its tied keys at the product of theirs."""
     factors = {key: [value_of(mission, each) for each in names] for key, names in tied.items()}
     products = {key: math.prod(each) for key, each in factors.items() if None not in each}
@@ -256,13 +264,12 @@ def tie(mission: Mission, tied: Mapping[str, tuple[str, ...]]) -> Mission:
 def _roles(pairs: Sequence[tuple[TableNumber, float]]) -> tuple[list[Role], list[str]]:
     """Whether each number is fitted, predicted, or repeats one that is fitted; and a warning."""
     keys = [(each.quantity, each.observed, round(value, DIGITS)) for each, value in pairs]
-    fits = [each.fits for each, _ in pairs]
-    fitted = set(compress(keys, fits))
+    fitted = {key for key, (each, _) in zip(keys, pairs, strict=True) if each.fits}
     roles: list[Role] = [
-        "fitted" if fit else "repeat" if key in fitted else "predicted"
-        for key, fit in zip(keys, fits, strict=True)
+        "fitted" if each.fits else "repeat" if key in fitted else "predicted"
+        for key, (each, _) in zip(keys, pairs, strict=True)
     ]
-    again = sum(fits) - len(fitted)
+    again = roles.count("fitted") - len(fitted)
     words = (
         f"{counted(again, 'number')} to be fitted repeat{'s' * (again == 1)} another: state it as "
         "a check, or the intervals are too narrow"
@@ -283,21 +290,9 @@ def _missed(pairs: Sequence[tuple[TableNumber, float]]) -> Iterator[str]:
         )
 
 
-def _at_an_edge(table: ResultsTable, values: Floats) -> Iterator[str]:
-    """A warning for each key that the fit has driven to where no mission can be flown."""
-    for place, key in enumerate(table.free):
-        for words, factor in (("less", 1.0 - EDGE), ("more", 1.0 + EDGE)):
-            beyond = values.copy()
-            beyond[place] *= factor
-            if not np.isfinite(table.tried(beyond)).all():
-                yield (
-                    f"{key.rpartition('.')[2]} is at an edge: with a thousandth {words} of it the "
-                    "rows cannot be flown, or it is out of its range"
-                )
-
-
 def _panels(pairs: Sequence[tuple[TableNumber, float]], roles: Sequence[Role]) -> Iterator[Panel]:
-    for quantity, unit in QUANTITIES.items():
+    """One panel a quantity that the table has."""
+    for quantity in get_args(Quantity):
         own = [
             (each.observed, value, each.row, role)
             for (each, value), role in zip(pairs, roles, strict=True)
@@ -305,182 +300,109 @@ def _panels(pairs: Sequence[tuple[TableNumber, float]], roles: Sequence[Role]) -
         ]
         if own:
             observed, computed, names, kinds = zip(*own, strict=True)
-            words = quantity.rpartition("_")[0].replace("_", " ")
-            yield Panel(words, unit, observed, computed, names, roles=kinds)
-
-
-class Rule(NamedTuple):
-    """What a value of the file may be, in words, and whether a value is such."""
-
-    words: str
-    keeps: Callable[[object], bool]
-
-
-def _finite(value: object) -> TypeGuard[float]:
-    if isinstance(value, bool) or not isinstance(value, int | float):
-        return False
-    return math.isfinite(value)
-
-
-FINITE = Rule("a finite number", _finite)
-POSITIVE = Rule("a number above 0", lambda value: _finite(value) and value > 0.0)
-DURATION = Rule("0 or above [s]", lambda value: _finite(value) and value >= 0.0)
-TEXT = Rule("a text", lambda value: isinstance(value, str))
-TABLE = Rule("a table", lambda value: isinstance(value, dict))
-FILE = {
-    "mission": Rule("a shipped mission's name or a path relative to this file", TEXT.keeps),
-    **dict.fromkeys(("known", "tied", "free", "resolution"), TABLE),
-    "rows": Rule(
-        "tables [[rows]] with name, given, fit, check",
-        lambda value: isinstance(value, list) and all(map(TABLE.keeps, value)),
-    ),
-}
-ROW = {"name": TEXT, **dict.fromkeys(("given", "fit", "check", "resolution"), TABLE)}
-STAY = {
-    "hover_time_s": DURATION,
-    "rest_time_s": DURATION,
-    "building": TEXT,
-    "order": Rule(" or ".join(ORDERS), lambda value: value in ORDERS),
-    "laser": Rule("true or false", lambda value: isinstance(value, bool)),
-}
-"""How a row was flown; any other key of `given` is one of the mission."""
-USUAL_STAY = {"hover_time_s": 0.0, "rest_time_s": 0.0, "building": "", "order": ORDERS[0]}
-CELLS, STEPS = dict.fromkeys(QUANTITIES, FINITE), dict.fromkeys(QUANTITIES, POSITIVE)
-FACTORS = Rule(
-    "a list of the keys whose product it is",
-    lambda value: bool(value) and isinstance(value, list) and all(map(TEXT.keeps, value)),
-)
+            words, _, unit = quantity.rpartition("_")
+            words = words.replace("_", " ")
+            yield Panel(words, UNITS[unit], observed, computed, names, roles=kinds)
 
 
 def read_table(path: Path) -> ResultsTable:
-    """Read a table of results.
-
-    Raises
-    ------
-    InputError
-        With every fault of the file.
-    """
-    return _Reader(label(path), path.parent).table(read_toml(path, LARGEST_FILE))
-
-
-class _Reader:
-    """Reads a table of results and collects its faults."""
-
-    def __init__(self, source: str, directory: Path) -> None:
-        self.source, self.directory = source, directory
-        self.faults: list[Fault] = []
-
-    def fault(self, key: str, value: object, allowed: str) -> None:
-        self.faults.append(Fault(key, "" if value is None else shown(value), allowed, self.source))
-
-    def take(self, place: str, table: Entries, rules: Mapping[str, Rule]) -> Entries:
-        """The entries that keep their rules; every other is a fault."""
-        found = {}
-        for key, value in table.items():
-            if key not in rules:
-                words = f"unknown key{nearest(key, rules)}; known are {', '.join(rules)}"
-                self.fault(f"{place}{key}", None, words)
-            elif rules[key].keeps(value):
-                found[key] = value
-            else:
-                self.fault(f"{place}{key}", value, rules[key].words)
-        return found
-
-    def table(self, document: Entries) -> ResultsTable:
-        top = self.take("", document, FILE)
-        known, free = _flat(top.get("known", {})), self.free(_flat(top.get("free", {})))
-        tied = self.tied(_flat(top.get("tied", {})))
-        steps = self.take("resolution.", top.get("resolution", {}), STEPS)
-        if not document.get("rows"):
-            self.fault("rows", None, FILE["rows"].words)
-        stated = enumerate(top.get("rows", ()))
-        rows = tuple(self.row(f"rows[{place}]", row, steps) for place, row in stated)
-        numbers = [each for row in rows for each in row.numbers]
-        base, mission = top.get("mission", "paper"), None
-        if base not in shipped():
-            base = str(self.directory / base)
-        try:
-            mission = tie(load(base).replace({**known, **free, **dict.fromkeys(tied, 1.0)}), tied)
-            for place, row in enumerate(rows):
-                self.try_row(f"rows[{place}].given", row, mission)
-        except InputError as error:
-            self.faults += [
-                replace(each, source=each.source or self.source) for each in error.faults
-            ]
-        count = sum(each.fits for each in numbers)
-        if count < len(free):
-            words = f"as many numbers to fit as free keys: {len(free)}; there are {count}"
-            self.fault("rows", None, words)
-        unresolved = Counter(each.quantity for each in numbers if math.isnan(each.resolution))
-        for quantity, count in unresolved.items():
-            words = "the step to which the table is rounded, above 0"
-            self.fault(f"resolution.{quantity}", None, f"{words}, for {counted(count, 'number')}")
-        if self.faults or mission is None:
-            raise InputError(self.faults)
-        return ResultsTable(self.source, mission, base, known, free, tied, rows)
-
-    def free(self, found: Entries) -> dict[str, float]:
-        if not found:
-            self.fault("free", None, "a table of keys to be fitted, with values to start from")
-        kept = self.take("free.", found, dict.fromkeys(found, POSITIVE))
-        for key in found:
-            allowed = number(key)
-            if allowed is not None and allowed.whole and kept.pop(key, None) is not None:
-                words = "a key that may have any value in its range; whole numbers cannot be fitted"
-                self.fault(f"free.{key}", found[key], words)
-        return {key: float(value) for key, value in kept.items()}
-
-    def tied(self, found: Entries) -> dict[str, tuple[str, ...]]:
-        kept = self.take("tied.", found, dict.fromkeys(found, FACTORS))
-        for key, names in kept.items():
-            for each in names:
-                if number(each) is None:
-                    self.fault(f"tied.{key}", each, "products of keys that are numbers")
-        return {key: tuple(names) for key, names in kept.items()}
-
-    def row(self, place: str, stated: Entries, steps: Mapping[str, float]) -> FlownRow:
-        parts = self.take(f"{place}.", stated, ROW)
-        given, name = parts.get("given", {}), parts.get("name", place)
-        stay: Entries = dict(USUAL_STAY)
-        own = {key: given[key] for key in given if key in STAY}
-        stay |= self.take(f"{place}.given.", own, STAY)
-        changes = _flat({key: given[key] for key in given if key not in STAY})
-        if not stay.pop("laser", True):
-            changes |= dict.fromkeys(WITHOUT_LASER)
-        if stay["rest_time_s"] and not stay["building"]:
-            self.fault(f"{place}.given.building", None, "where it rested")
-        own = self.take(f"{place}.resolution.", parts.get("resolution", {}), STEPS)
-        steps = {**steps, **own}
-        numbers = tuple(
-            TableNumber(name, quantity, float(value), steps.get(quantity, math.nan), key == "fit")
-            for key in ("fit", "check")
-            for quantity, value in self.take(f"{place}.{key}.", parts.get(key, {}), CELLS).items()
+    """Read a table of results, or refuse it with every fault of the file."""
+    source = label(path)
+    document = read_toml(path, LARGEST_FILE)
+    for key in ("known", "free", "tied"):
+        if isinstance(document.get(key), dict):
+            document[key] = _flat(document[key])
+    stated, faults = _valid(document)
+    free, tied = stated.free, stated.tied
+    if not free:
+        faults.append(Fault("free", "", "a table of keys to be fitted, with values to start from"))
+    for key in [key for key in free if (allowed := number(key)) is not None and allowed.whole]:
+        words = "a key that may have any value in its range; whole numbers cannot be fitted"
+        faults.append(Fault(f"free.{key}", shown(free.pop(key)), words))
+    for key, names in tied.items():
+        words = "products of keys that are numbers"
+        unknown = (each for each in names if number(each) is None)
+        faults += [Fault(f"tied.{key}", shown(each), words) for each in unknown]
+    if not stated.rows:
+        faults.append(Fault("rows", "", "tables [[rows]] with name, given, fit, check"))
+    numbers = tuple(
+        TableNumber(
+            row.name or f"rows[{place}]",
+            quantity,
+            observed,
+            {**stated.resolution, **row.resolution}.get(quantity, math.nan),
+            fits,
         )
-        return FlownRow(**stay, changes=changes, numbers=numbers)
+        for place, row in enumerate(stated.rows)
+        for cells, fits in ((row.fit, True), (row.check, False))
+        for quantity, observed in cells.items()
+    )
+    base = stated.mission if stated.mission in shipped() else str(path.parent / stated.mission)
+    mission = None
+    try:
+        known = {**stated.known, **free, **dict.fromkeys(tied, 1.0)}
+        mission = tie(load(base).replace(known), tied)
+    except InputError as error:
+        faults += error.faults
+    for place, row in enumerate(stated.rows):
+        faults += _faults_of_row(f"rows[{place}].given", row.given, mission)
+    count = sum(each.fits for each in numbers)
+    if count < len(free):
+        words = f"as many numbers to fit as free keys: {len(free)}; there are {count}"
+        faults.append(Fault("rows", "", words))
+    unresolved = Counter(each.quantity for each in numbers if math.isnan(each.resolution))
+    for quantity, count in unresolved.items():
+        words = "the step to which the table is rounded, above 0"
+        words = f"{words}, for {counted(count, 'number')}"
+        faults.append(Fault(f"resolution.{quantity}", "", words))
+    if faults or mission is None:
+        raise InputError(replace(each, source=each.source or source) for each in faults)
+    return ResultsTable(stated, mission, base, numbers)
 
-    def try_row(self, place: str, row: FlownRow, mission: Mission) -> None:
-        """Collect faults of the keys and the building of a row."""
-        try:
-            mission = mission.replace(row.changes)
-        except InputError as error:
-            self.faults += [
-                replace(each, key=f"{place}.{each.key}", source=self.source)
-                for each in error.faults
-            ]
-            if any(key.startswith("buildings") for key in row.changes):
-                return
-        names = [building.name for building in mission.buildings]
-        if row.building and row.building not in names:
-            words = f"a building of the mission{nearest(row.building, names)}"
-            self.fault(f"{place}.building", row.building, words)
+
+def _valid(document: dict[str, Any]) -> tuple[TableFile, list[Fault]]:
+    """The file without the entries that break a rule, and a fault for each of these."""
+    try:
+        return TableFile.model_validate(document), []
+    except ValidationError as error:
+        details = error.errors(include_url=False)
+    faults = []
+    for detail in reversed(details):  # or places in lists would move
+        place = [each for each in detail["loc"] if each != "[key]"]
+        table: Any = document
+        for part in place[:-1]:
+            table = table[part]
+        words, value = detail["msg"].removeprefix("Input should be "), shown(table.pop(place[-1]))
+        if detail["type"] == "extra_forbidden":
+            known = (TableFile if len(place) == 1 else TableRow).model_fields
+            words, value = f"unknown key{nearest(str(place[-1]), known)}", ""
+        parts = (f"[{each}]" if isinstance(each, int) else f".{each}" for each in place)
+        faults.append(Fault("".join(parts)[1:], value, words))
+    return _valid(document)[0], faults[::-1]
 
 
-def _flat(table: Entries, before: str = "") -> Entries:
+def _faults_of_row(place: str, row: FlownAs, mission: Mission | None) -> Iterator[Fault]:
+    """What is wrong with the keys and the building of a row."""
+    if row.rest_time_s and not row.building:
+        yield Fault(f"{place}.building", "", "where it rested")
+    if mission is None:
+        return
+    try:
+        mission = mission.replace(row.changes)
+    except InputError as error:
+        yield from (replace(each, key=f"{place}.{each.key}", source="") for each in error.faults)
+        if any(key.startswith("buildings") for key in row.changes):
+            return
+    names = [building.name for building in mission.buildings]
+    if row.building and row.building not in names:
+        words = f"a building of the mission{nearest(row.building, names)}"
+        yield Fault(f"{place}.building", shown(row.building), words)
+
+
+def _flat(table: Mapping[str, Any], before: str = "") -> dict[str, Any]:
     """Tables within tables as dotted keys."""
-    found: Entries = {}
+    found: dict[str, Any] = {}
     for key, value in table.items():
-        if isinstance(value, dict):
-            found |= _flat(value, f"{before}{key}.")
-        else:
-            found[f"{before}{key}"] = value
+        flat = _flat(value, f"{before}{key}.") if isinstance(value, dict) else None
+        found |= {f"{before}{key}": value} if flat is None else flat
     return found
