@@ -19,8 +19,7 @@ from optuav.mission.schema import LARGEST
 from optuav.mission.validation import Breach, Document, StatedMission, format_breaches
 from optuav.network import vehicle
 from optuav.plan import Plan
-from optuav.plan.file import LARGEST_BYTES, parse_plan
-from optuav.plan.plan import DERIVED
+from optuav.plan.plan import DERIVED, LARGEST_BYTES, parse_plan
 from optuav.plan.trace import Event
 
 MOST_SHOWN = 20

@@ -104,9 +104,10 @@ class StatedMission:
     @cached_property
     def _names(self) -> dict[str | int, str]:
         """Names that only one building has, by its place in the list."""
-        names = [keys_of(building).get("name") for building in self.document["buildings"]]
-        uses = Counter(name for name in names if isinstance(name, str))
-        return {n: x for n, x in enumerate(names) if x and uses.get(x) == 1 and x == safe_name(x)}
+        stated = [keys_of(building).get("name") for building in self.document["buildings"]]
+        names = [name if isinstance(name, str) else "" for name in stated]
+        uses = Counter(names)
+        return {n: x for n, x in enumerate(names) if x and uses[x] == 1 and x == safe_name(x)}
 
 
 def keys_of(table: object) -> Document:

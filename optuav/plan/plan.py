@@ -1,19 +1,21 @@
-"""The answer to a problem over a mission: what the UAV does, and what is known about it."""
+"""A plan, the answer to a problem over a mission, and its file in JSON."""
 
 from __future__ import annotations
 
 import json
 from collections.abc import Iterator
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal, Self
 
-from pydantic import BaseModel, ConfigDict, StrictBool, model_validator
+from pydantic import BaseModel, ConfigDict, StrictBool, ValidationError, model_validator
+from pydantic_core import ErrorDetails, to_jsonable_python
 
-from optuav.errors import NoPlanError
+from optuav.errors import Fault, InputError, NoPlanError
 from optuav.mission import Mission
-from optuav.mission.files import write_text
-from optuav.mission.schema import Slot
+from optuav.mission.files import label, read_text, write_text
+from optuav.mission.messages import safe_name, shown
+from optuav.mission.schema import Slot, short
 from optuav.network import vehicle
 from optuav.network.places import ENDS
 from optuav.network.timeline import Figure, Kind, Phase, carry
@@ -28,12 +30,24 @@ if TYPE_CHECKING:
 
 SCHEMA = 1
 KIND = "optuav plan"
+LARGEST_BYTES = 200_000_000
 
 DERIVED = (
     *("hover_time_s", "rest_time_s", "flight_time_s", "mission_time_s", "peak_speed_m_s"),
     *("runs_dry_s", "overfull_s", "route", "stops", "warnings"),
 )
 """Figures that a file repeats for its readers; they follow from the phases, which decide."""
+
+TYPES = {
+    "float_type": "a number",
+    "finite_number": "a finite number",
+    "string_type": "a string",
+    "bool_type": "true or false",
+    "tuple_type": "a list",
+    "dict_type": "an object",
+    "dataclass_type": "an object",
+}
+"""What a value may be, by pydantic's name of its error."""
 
 ROUNDING = 1e-9
 """Share of the capacity by which rounding may carry a well past its limit [-]."""
@@ -120,31 +134,28 @@ class Plan(BaseModel):
 
     @model_validator(mode="after")
     def _is_whole(self) -> Self:
-        if faults := list(self._breaks()):
-            raise ValueError("; ".join(faults))
-        return self
-
-    def _breaks(self) -> Iterator[str]:
-        """Where the parts of a plan do not fit together."""
-        answered = self.status.has_answer
+        """Refuse parts that do not fit together."""
+        faults, answered = [], self.status.has_answer
         if bool(self.phases) != answered or (self.soc is not None) != answered:
             with_or_without = "needs" if answered else "has no"
-            yield f"a plan that is {self.status.value} {with_or_without} phases and soc"
-        known = {*ENDS, *(building.name for building in self.mission.buildings)}
-        here = None
+            faults = [f"a plan that is {self.status.value} {with_or_without} phases and soc"]
+        known, here = {*ENDS, *(building.name for building in self.mission.buildings)}, None
         for number, phase in enumerate(self.phases):
-            for name in dict.fromkeys((phase.start_place, phase.end_place)):
-                if name not in known:
-                    yield f"phases[{number}]: {name!r} is no place of the mission"
+            ends = dict.fromkeys((phase.start_place, phase.end_place))
+            wrong = [f": {name!r} is no place of the mission" for name in ends if name not in known]
             if here not in (None, phase.start_place):
-                yield f"phases[{number}] begins elsewhere than the one before it ends"
-            if phase.kind != "flight" and phase.start_place != phase.end_place:
-                yield f"phases[{number}]: a {phase.kind} ends where it begins"
+                wrong.append(" begins elsewhere than the one before it ends")
+            if phase.kind != "flight" and len(ends) > 1:
+                wrong.append(f": a {phase.kind} ends where it begins")
             if len(phase.available_As) != len(phase.bound_As):
-                yield f"phases[{number}]: available_As and bound_As need one entry a pack"
+                wrong.append(": available_As and bound_As need one entry a pack")
+            faults += [f"phases[{number}]{words}" for words in wrong]
             here = phase.end_place
         if self.phases and all(phase.kind != "flight" for phase in self.phases):
-            yield "phases: at least one is a flight"
+            faults.append("phases: at least one is a flight")
+        if faults:
+            raise ValueError("; ".join(faults))
+        return self
 
     def __bool__(self) -> bool:
         return bool(self.phases)
@@ -217,16 +228,13 @@ class Plan(BaseModel):
     @property
     def warnings(self) -> tuple[str, ...]:
         """Sentences on why the battery cannot fly the plan; empty if it can."""
-        found = []
-        if self.runs_dry_s is not None:
-            turns = self.mission.battery.takes_turns
+        found, turns = [], self.mission.battery.takes_turns
+        if (dry_s := self.runs_dry_s) is not None:
             what = "no pack is left to fly on" if turns else "the available well runs dry"
-            found.append(f"{what} at {self.runs_dry_s:.2f} s: this plan cannot be flown")
-        if self.overfull_s is not None:
-            found.append(
-                f"charging drives the available well past full at {self.overfull_s:.2f} s: "
-                "the battery would take less than the plan counts on"
-            )
+            found.append(f"{what} at {dry_s:.2f} s: this plan cannot be flown")
+        if (full_s := self.overfull_s) is not None:
+            what = f"charging drives the available well past full at {full_s:.2f} s"
+            found.append(f"{what}: the battery would take less than the plan counts on")
         return tuple(found)
 
     def _existing(self) -> tuple[Phase, ...]:
@@ -266,10 +274,9 @@ class Plan(BaseModel):
         """
         data = self.model_dump(mode="json", exclude={"mission"})
         phases = data.pop("phases")
-        derived = {name: _plain(getattr(self, name)) if self else None for name in DERIVED}
-        mission = self.mission.to_dict()
-        head = {"schema": SCHEMA, "kind": KIND}
-        return {**head, **data, **derived, "phases": phases, "mission": mission}
+        derived = {name: getattr(self, name) if self else None for name in DERIVED}
+        head = {"schema": SCHEMA, "kind": KIND, **data, **to_jsonable_python(derived)}
+        return {**head, "phases": phases, "mission": self.mission.to_dict()}
 
     def save(self, path: str | Path) -> None:
         """Write the plan as JSON, whole or not at all; `optuav.load_plan` reads it back.
@@ -314,7 +321,121 @@ class Plan(BaseModel):
         return pandas.DataFrame(rows, columns=[*COLUMNS, "available_As", "bound_As"])
 
 
-def _plain(value: object) -> object:
-    if isinstance(value, tuple):
-        return [asdict(each) if isinstance(each, Stop) else each for each in value]
-    return value
+def load_plan(path: str | Path) -> Plan:
+    """Read a plan that `Plan.save` wrote; the round trip is exact.
+
+    Parameters
+    ----------
+    path
+        A JSON file, up to 200 MB.
+
+    Returns
+    -------
+    Plan
+        The plan, its mission inside.
+
+    Raises
+    ------
+    InputError
+        With everything that is wrong with the file.
+
+    Examples
+    --------
+    >>> import optuav, tempfile
+    >>> plan = optuav.solve("paper", "P3", perspective="available")
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     plan.save(f"{folder}/plan.json")
+    ...     optuav.load_plan(f"{folder}/plan.json") == plan
+    True
+    """
+    source = label(Path(path))
+    plan, data = parse_plan(read_text(Path(path), LARGEST_BYTES), source)
+    follows = plan.to_dict()
+    faults = [
+        Fault(name, shown(data[name]), f"{shown(follows[name])} is what the phases say", source)
+        for name in DERIVED
+        if name in data and data[name] != follows[name]
+    ]
+    if faults:
+        raise InputError(faults)
+    return plan
+
+
+def parse_plan(text: str, source: str) -> tuple[Plan, dict[str, Any]]:
+    """A plan and the data of its file, whose repeated figures may contradict the plan.
+
+    Raises `InputError` with everything that keeps the text from being a plan.
+    """
+    try:
+        data = json.loads(text, parse_constant=_no_constant)
+    except (ValueError, RecursionError) as error:
+        words = "it is nested too deeply" if isinstance(error, RecursionError) else error
+        raise InputError([Fault("", "", f"is not JSON: {words}", source)]) from None
+    if not isinstance(data, dict) or "kind" not in data:
+        raise InputError([Fault("", "", f'is no plan: "kind": "{KIND}" is missing', source)])
+    if data["kind"] != KIND:
+        raise InputError([Fault("kind", shown(data["kind"]), f'"{KIND}"', source)])
+    if data.get("schema") != SCHEMA:
+        value = shown(data["schema"]) if "schema" in data else ""
+        words = f"{SCHEMA} is the only version that is read"
+        raise InputError([Fault("schema", value, words, source)])
+    fields = {k: v for k, v in data.items() if k not in ("schema", "kind", *DERIVED)}
+    faults: list[Fault] = []
+    if "mission" in data:
+        try:
+            fields["mission"] = Mission.from_dict(data["mission"])
+        except InputError as error:
+            fields["mission"] = None
+            faults += [
+                Fault(f"mission.{each.key}".rstrip("."), each.value, each.allowed, source)
+                for each in error.faults
+            ]
+    known = {"mission"} if faults else set()
+    try:
+        plan = Plan.model_validate(fields)
+    except ValidationError as error:
+        faults += [each for each in _record_faults(error, source) if each.key not in known]
+    if faults:
+        raise InputError(faults)
+    return plan, data
+
+
+def _no_constant(name: str) -> float:
+    raise ValueError(f"{name} is no JSON number")
+
+
+def _record_faults(error: ValidationError, source: str) -> Iterator[Fault]:
+    """What is wrong with the data of a plan, by dotted key.
+
+    For pydantic a list with wrong entries is too short as well; the entries alone are reported.
+    """
+    details = error.errors(include_url=False)
+    above = {detail["loc"][:depth] for detail in details for depth in range(1, len(detail["loc"]))}
+    for detail in details:
+        if detail["loc"] in above:
+            continue
+        key = ".".join(safe_name(part) for part in detail["loc"])
+        value = "" if detail["type"] == "missing" or not key else shown(detail["input"])
+        yield Fault(key, value, _allowed(detail), source)
+
+
+def _allowed(detail: ErrorDetails) -> str:
+    """What is allowed where pydantic found an error."""
+    known = detail.get("ctx", {})
+    match detail["type"]:
+        case "missing":
+            return "is missing"
+        case "extra_forbidden" | "unexpected_keyword_argument":
+            return "unknown key"
+        case "greater_than_equal":
+            return f"a number, x >= {short(known['ge'])}"
+        case "less_than_equal":
+            return f"a number, x <= {short(known['le'])}"
+        case "literal_error" | "enum":
+            return str(known["expected"])
+        case "too_short":
+            return "a list that is not empty"
+        case "value_error":
+            return str(known["error"])
+        case kind:
+            return TYPES.get(kind, detail["msg"])

@@ -24,12 +24,33 @@ TOO_LONG = 1e5
 
 def summary(plan: Plan) -> str:
     """The plan as text of at most 80 columns."""
-    lines = [*_head(plan)]
+    question = [
+        plan.problem,
+        f"trajectory {plan.trajectory}" if plan.trajectory else "",
+        f"building {plan.building}" if plan.building else "",
+        plan.order or "",
+        f"perspective {plan.perspective}",
+        counted_in(plan.slot_s),
+    ]
+    lines = _wrapped("Mission", plan.mission.name)
+    lines += _wrapped("Problem", ", ".join(each for each in question if each))
     if plan:
+        kinds = [stop.kind for stop in plan.stops]
+        few = kinds.count("rest") <= 1 and kinds.count("hover") <= 1 and plan.engine != "search"
+        # Plans with more stops may be longer.
+        among = few and plan.problem == "P1" and plan.trajectory == "optimal"
+        which = " with at most one rest and one hover in one piece" if among else ""
+        lines += _wrapped("Answer", f"{plan.status.value}{which} ({plan.proof})")
+        if plan.flyable is not None:
+            words = "yes, simulated again" if plan.flyable else "NO, as its simulation shows"
+            lines += _wrapped("Flyable", words)
         lines += ["", *_times(plan), "", *_timeline(plan)]
+    else:
+        lines += _wrapped("Answer", f"{plan.status.value.upper()} ({plan.proof})")
+        for reason in plan.reasons:
+            lines += _wrapped("Because", reason)
     for mark, remarks in (("Warning", plan.warnings if plan else ()), ("Note", plan.notes)):
-        if remarks:
-            lines.append("")
+        lines += [""] if remarks else []
         for remark in remarks:
             lines += _wrapped(mark, remark)
     return "\n".join(lines)
@@ -69,46 +90,17 @@ def _number(value: float, decimals: int, sign: str = "") -> str:
     return f"{rounded:{sign}.{decimals}f}" if abs(value) < TOO_LONG else f"{value:{sign}.2g}"
 
 
-def _head(plan: Plan) -> Iterator[str]:
-    question = [
-        plan.problem,
-        f"trajectory {plan.trajectory}" if plan.trajectory else "",
-        f"building {plan.building}" if plan.building else "",
-        plan.order or "",
-        f"perspective {plan.perspective}",
-        counted_in(plan.slot_s),
-    ]
-    yield from _wrapped("Mission", plan.mission.name)
-    yield from _wrapped("Problem", ", ".join(each for each in question if each))
-    if plan:
-        yield from _wrapped("Answer", f"{plan.status.value}{_class(plan)} ({plan.proof})")
-        if plan.flyable is not None:
-            words = "yes, simulated again" if plan.flyable else "NO, as its simulation shows"
-            yield from _wrapped("Flyable", words)
-    else:
-        yield from _wrapped("Answer", f"{plan.status.value.upper()} ({plan.proof})")
-        for reason in plan.reasons:
-            yield from _wrapped("Because", reason)
-
-
-def _class(plan: Plan) -> str:
-    """Among which plans an answer to P1 is the best, where others have more stops."""
-    kinds = [stop.kind for stop in plan.stops]
-    if plan.problem != "P1" or plan.trajectory != "optimal" or plan.engine == "search":
-        return ""
-    if kinds.count("rest") > 1 or kinds.count("hover") > 1:
-        return ""
-    return " with at most one rest and one hover in one piece"
-
-
 def _times(plan: Plan) -> Iterator[str]:
     rests = any(stop.kind == "rest" for stop in plan.stops)
     flown = f"{len(plan.route) - 1} legs, up to {_number(plan.peak_speed_m_s, 1)} m/s"
+    mission_s = plan.mission_time_s
+    left_s = plan.mission.limits.deadline_s - mission_s
+    ends = f"{abs(left_s):.2f} s {'before' if left_s > 0.0 else 'AFTER'} the deadline"
     rows = [
         ("Hover", plan.hover_time_s, _where(plan, "hover")),
         *([("Rest", plan.rest_time_s, _where(plan, "rest"))] if rests else []),
         ("Flight", plan.flight_time_s, flown),
-        ("Mission", plan.mission_time_s, _deadline(plan)),
+        ("Mission", mission_s, "exactly at the deadline" if abs(left_s) < 0.005 else ends),
     ]
     for label, time_s, remark in rows:
         yield from _wrapped(label, f"{time_s:10.2f} s   {remark}")
@@ -119,13 +111,6 @@ def _times(plan: Plan) -> Iterator[str]:
     yield from _wrapped("Charge left", f"of the battery, by perspective: {levels}")
     if plan.binding:
         yield from _wrapped("Binding", "; ".join(plan.binding))
-
-
-def _deadline(plan: Plan) -> str:
-    left_s = plan.mission.limits.deadline_s - plan.mission_time_s
-    if abs(left_s) < 0.005:
-        return "exactly at the deadline"
-    return f"{abs(left_s):.2f} s {'before' if left_s > 0.0 else 'AFTER'} the deadline"
 
 
 def _where(plan: Plan, kind: str) -> str:

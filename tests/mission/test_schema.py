@@ -330,6 +330,8 @@ def test_names_of_buildings(document: dict[str, Any]) -> None:
         "buildings.destination.name",
     }
     assert found["buildings[8].name"] == "a name of its own; buildings[0] has this one"
+    listed = with_buildings(document, building() | {"name": ["b"]}, building("b"))
+    assert faults(listed).keys() == {"buildings[0].name"}
 
 
 def test_a_building_stands_on_the_ground(document: dict[str, Any]) -> None:

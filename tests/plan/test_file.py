@@ -167,7 +167,7 @@ def test_a_file_that_cannot_be_read(tmp_path: Path) -> None:
 
 def test_a_file_too_large_is_not_read(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Before it fills the memory."""
-    monkeypatch.setattr("optuav.plan.file.LARGEST_BYTES", 1000)
+    monkeypatch.setattr("optuav.plan.plan.LARGEST_BYTES", 1000)
     assert "is larger than" in refusal(TEXTS["optimal"], tmp_path)
 
 
