@@ -2,7 +2,7 @@
 
 from optuav.diagnosis.certificate import Certificate
 from optuav.diagnosis.explain import explain
-from optuav.diagnosis.repair import Repair, repairs
+from optuav.diagnosis.repair import Repair
 from optuav.diagnosis.report import Explanation
 
-__all__ = ["Certificate", "Explanation", "Repair", "explain", "repairs"]
+__all__ = ["Certificate", "Explanation", "Repair", "explain"]

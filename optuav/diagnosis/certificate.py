@@ -15,29 +15,26 @@ References
 
 from __future__ import annotations
 
-import math
-from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from fractions import Fraction
 
 import numpy as np
 
 from optuav.arrays import Values
-from optuav.diagnosis.words import columns, exact_text, number_text
 from optuav.engines.linear_form import linear_form
+from optuav.modelling import NotAffineError, affine
 from optuav.modelling.check import relations
 from optuav.modelling.expression import Parameter
-from optuav.modelling.forms import NotAffineError, affine
 from optuav.modelling.model import Constraint, Model
 from optuav.modelling.traversal import leaves
 
 ZERO = Fraction(0)
 ROUNDING = Fraction(1, 10**11)
 """By how much rounding may violate a limit, relative to max(1, |limit|), without a conflict."""
-DIGITS = (4, 6, 9, 12)
-"""Significant digits to which the rows of a certificate are rounded, the fewest that do."""
 
-Column = Sequence[Fraction]
+Coefficients = Mapping[str, Fraction]
+"""By symbol of the unknown, exact, without zeros."""
 
 
 @dataclass(frozen=True)
@@ -45,26 +42,54 @@ class Row:
     """A constraint as a row Σ coefficient · unknown ≤ limit, with its multiplier in a sum."""
 
     label: str
-    parameters: tuple[str, ...]  # Names of the parameters in the constraint
-    keys: tuple[str, ...]  # Their keys of the mission
-    coefficients: Mapping[str, Fraction]  # By symbol of the unknown, exact, without zeros
+    parameters: tuple[Parameter, ...]  # Those in the constraint
+    coefficients: Coefficients
     limit: Fraction
     multiplier: Fraction = ZERO
 
+    @property
+    def keys(self) -> tuple[str, ...]:
+        """The mission's keys in the constraint."""
+        return tuple(each.key for each in self.parameters if each.key)
+
 
 @dataclass(frozen=True)
-class Combination:
-    """Constraints added up, each times its multiplier; none of the rows can be spared."""
+class Certificate:
+    """Constraints added up, each times its multiplier; none of the rows can be spared.
+
+    Parameters
+    ----------
+    rows
+        The constraints that are used.
+    objective
+        What is maximised, by symbol of the unknown, where the sum objective ≤ limit proves that no
+        point is better; empty where the sum 0 ≤ something negative proves that there is no point.
+
+    Examples
+    --------
+    >>> import optuav
+    >>> late = optuav.load("paper").replace({"limits.deadline_s": 60})
+    >>> part = optuav.formulate(late, "P3", perspective="battery").parts[0]
+    >>> (certificate,) = certificates(part.model, part.model.row(0))
+    >>> certificate.holds(), certificate.keys
+    (True, ('limits.deadline_s',))
+    >>> print(certificate)
+    1 ×  P3.b hover time  −Δ ≤ 0
+    1 ×  P3.b hover time  Δ ≤ −15.7922
+    sum  0 ≤ −15.7922, which is false
+    """
 
     rows: tuple[Row, ...]
+    objective: Coefficients = field(default_factory=dict)
 
     @property
-    def coefficients(self) -> dict[str, Fraction]:
-        """Σ y a by symbol of the unknown, without zeros."""
-        sums: dict[str, Fraction] = {}
-        for row in self.rows:
-            for symbol, factor in row.coefficients.items():
-                sums[symbol] = sums.get(symbol, ZERO) + row.multiplier * factor
+    def coefficients(self) -> Coefficients:
+        """Σ y a."""
+        symbols = dict.fromkeys(symbol for row in self.rows for symbol in row.coefficients)
+        sums = {
+            symbol: sum((r.multiplier * r.coefficients.get(symbol, ZERO) for r in self.rows), ZERO)
+            for symbol in symbols
+        }
         return {symbol: value for symbol, value in sums.items() if value}
 
     @property
@@ -83,104 +108,64 @@ class Combination:
         return tuple(dict.fromkeys(key for row in self.rows for key in row.keys))
 
     def holds(self) -> bool:
-        """Whether the rows may be added up: there are some, and no multiplier is negative."""
-        return bool(self.rows) and all(row.multiplier >= 0 for row in self.rows)
+        """Whether the rows are a proof, evaluated exactly."""
+        added = bool(self.rows) and all(row.multiplier >= 0 for row in self.rows)
+        proves = bool(self.objective) or self.limit < 0
+        return added and proves and self.coefficients == self.objective
 
-    def lines(self) -> list[str]:
-        """Lines of text: the rows with their multipliers, and their sum."""
-        return _lines(self, number_text, "")
+    @property
+    def table(self) -> list[tuple[str, str, str]]:
+        """Multipliers, labels and rows as text with six digits, and their sum."""
+        rows = [
+            (
+                f"{number_text(row.multiplier)} ×",
+                row.label,
+                _inequality(row.coefficients, row.limit),
+            )
+            for row in self.rows
+        ]
+        verdict = "" if self.objective else ", which is false"
+        return [*rows, ("sum", "", _inequality(self.coefficients, self.limit) + verdict)]
 
     def __str__(self) -> str:
-        return "\n".join(self.lines())
+        return "\n".join("  ".join(filter(None, cells)) for cells in self.table)
 
     def to_dict(self) -> dict[str, object]:
         """As plain data; every number exact, as ``"numerator/denominator"``, and rounded."""
-        return {
-            "holds": self.holds(),
-            "rows": [
-                {
-                    "label": row.label,
-                    "parameters": list(row.parameters),
-                    "keys": list(row.keys),
-                    "multiplier": _number(row.multiplier),
-                    "coefficients": {s: _number(a) for s, a in row.coefficients.items()},
-                    "limit": _number(row.limit),
-                }
-                for row in self.rows
-            ],
-            "sum": {
-                "coefficients": {s: _number(a) for s, a in self.coefficients.items()},
-                "limit": _number(self.limit),
-            },
-        }
+        rows: list[dict[str, object]] = [
+            {
+                "label": row.label,
+                "parameters": [each.name for each in row.parameters],
+                "keys": list(row.keys),
+                "multiplier": _number(row.multiplier),
+                **_sides(row.coefficients, row.limit),
+            }
+            for row in self.rows
+        ]
+        return {"holds": self.holds(), "rows": rows, "sum": _sides(self.coefficients, self.limit)}
+
+
+def number_text(value: float | Fraction) -> str:
+    """Six digits, with a true minus sign."""
+    return f"{float(value):.6g}".replace("-", "−")
+
+
+def _inequality(coefficients: Coefficients, limit: Fraction) -> str:
+    terms: list[str] = []
+    for symbol, factor in coefficients.items():
+        size = symbol if abs(factor) == 1 else f"{number_text(abs(factor))}·{symbol}"
+        sign = "−" if factor < 0 else "+"
+        terms.append(f"{sign} {size}" if terms else f"{sign}{size}".removeprefix("+"))
+    return f"{' '.join(terms) or '0'} ≤ {number_text(limit)}"
+
+
+def _sides(coefficients: Coefficients, limit: Fraction) -> dict[str, object]:
+    every = {symbol: _number(factor) for symbol, factor in coefficients.items()}
+    return {"coefficients": every, "limit": _number(limit)}
 
 
 def _number(value: Fraction) -> dict[str, object]:
     return {"exact": str(value), "rounded": float(value)}
-
-
-@dataclass(frozen=True)
-class Certificate(Combination):
-    """Constraints that contradict each other: they add up to 0 ≤ something negative (Farkas).
-
-    Parameters
-    ----------
-    rows
-        The constraints that are used; none of them can be spared.
-    positive
-        Symbols of the unknowns that are 0 or more, by constraints that need not be among the rows.
-
-    Examples
-    --------
-    >>> import optuav
-    >>> late = optuav.load("paper").replace({"limits.deadline_s": 60})
-    >>> part = optuav.formulate(late, "P3", perspective="battery").parts[0]
-    >>> (certificate,) = certificates(part.model, part.model.row(0))
-    >>> certificate.holds(), certificate.keys
-    (True, ('limits.deadline_s',))
-    >>> print(certificate)
-                 1 ×  P3.b hover time  −Δ ≤ 0
-                 1 ×  P3.b hover time  Δ ≤ −15.79
-                 sum                   0 ≤ −15.79, which is false
-    """
-
-    positive: frozenset[str] = frozenset()
-
-    def holds(self) -> bool:
-        """Whether the rows prove that no point satisfies them all, evaluated exactly."""
-        return super().holds() and not self.coefficients and self.limit < 0
-
-    def lines(self) -> list[str]:
-        """Lines of text: rounded rows, of which no digit is left out, and their exact sum."""
-        return _lines(shortened(self), exact_text, ", which is false")
-
-
-@dataclass(frozen=True)
-class Bound(Combination):
-    """Constraints that add up to objective ≤ limit: no point that satisfies them is better."""
-
-    objective: Mapping[str, Fraction]  # What is maximised, by symbol of the unknown
-
-    def holds(self) -> bool:
-        """Whether the rows prove the bound, evaluated exactly."""
-        return super().holds() and self.coefficients == self.objective
-
-
-def _lines(used: Combination, number: Callable[[Fraction], str], verdict: str) -> list[str]:
-    def inequality(coefficients: Mapping[str, Fraction], limit: Fraction) -> str:
-        terms: list[str] = []
-        for symbol, factor in coefficients.items():
-            size = symbol if abs(factor) == 1 else f"{number(abs(factor))}·{symbol}"
-            sign = "−" if factor < 0 else "+"
-            terms.append(f"{sign} {size}" if terms else f"{sign}{size}".removeprefix("+"))
-        return f"{' '.join(terms) or '0'} ≤ {number(limit)}"
-
-    rows = [
-        (f"{number(row.multiplier)} ×", row.label, inequality(row.coefficients, row.limit))
-        for row in used.rows
-    ]
-    rows.append(("sum", "", inequality(used.coefficients, used.limit) + verdict))
-    return columns(rows, formulas=True)
 
 
 def certificates(
@@ -194,24 +179,20 @@ def certificates(
     """
     rows = _rows(linear_part(model), parameters, slot_s)
     symbols = [each.symbol for each in model.variables]
-    positive = frozenset(
-        symbol
-        for row in rows
-        for symbol, factor in row.coefficients.items()
-        if len(row.coefficients) == 1 and factor < 0 and row.limit <= 0
-    )
-    target = [ZERO] * len(symbols) + [Fraction(-1)]
     while True:
-        weights = combination([_column(row, symbols, ROUNDING) for row in rows], target)
+        columns = [_column(row, symbols, ROUNDING) for row in rows]
+        weights = combination(columns, [ZERO] * len(symbols) + [Fraction(-1)])
         if weights is None:
             return
-        used = {k for k, weight in enumerate(weights) if weight}
-        yield Certificate(_weighted(rows, weights), positive)
-        stated = {k for k in used if rows[k].parameters} or used
-        rows = [row for k, row in enumerate(rows) if k not in stated]
+        used = [row for row, weight in zip(rows, weights, strict=True) if weight]
+        first = next(filter(None, weights))  # only the ratios count
+        scaled = zip(used, filter(None, weights), strict=True)
+        yield Certificate(tuple(replace(row, multiplier=y / first) for row, y in scaled))
+        stated = [row for row in used if row.parameters] or used
+        rows = [row for row in rows if not any(row is each for each in stated)]
 
 
-def bound(model: Model, parameters: Values, binding: Collection[str]) -> Bound | None:
+def bound(model: Model, parameters: Values, binding: Collection[str]) -> Certificate | None:
     """Rows among the binding ones that add up to the objective: no point is better.
 
     What is minimised counts negated. None if no rows do, or none are needed.
@@ -223,8 +204,7 @@ def bound(model: Model, parameters: Values, binding: Collection[str]) -> Bound |
     if not weights or not any(weights):
         return None
     used = (replace(row, multiplier=y) for row, y in zip(rows, weights, strict=True) if y)
-    objective = {symbol: x for symbol, x in zip(symbols, goal, strict=True) if x}
-    return Bound(tuple(used), objective)
+    return Certificate(tuple(used), {s: x for s, x in zip(symbols, goal, strict=True) if x})
 
 
 def linear_part(model: Model) -> Model:
@@ -259,28 +239,21 @@ def _rows(model: Model, parameters: Values, slot_s: float | None = None) -> list
     form = linear_form(model, parameters)
     symbols = [each.symbol for each in model.variables]
     # An equality gives two rows of the linear form.
-    stated = [c for c in relations(model) for _ in range(1 + (c.relation.sense == "=="))]
+    stated = [each for each in relations(model) for _ in each.relation.signs]
     found = []
     for constraint, normal, limit in zip(
         stated, form.normals[..., 0].tolist(), form.limits[:, 0].tolist(), strict=True
     ):
         if np.isfinite([*normal, limit]).all():
-            named = parameters_in(constraint)
             numbers = zip(symbols, map(Fraction, normal), strict=True)
-            found.append(
-                Row(
-                    constraint.label,
-                    tuple(each.name for each in named),
-                    tuple(each.key for each in named if each.key),
-                    {symbol: factor for symbol, factor in numbers if factor},
-                    Fraction(limit),
-                )
-            )
+            factors = {symbol: factor for symbol, factor in numbers if factor}
+            named = parameters_in(constraint)
+            found.append(Row(constraint.label, named, factors, Fraction(limit)))
     for each in model.variables if slot_s is not None else ():
         if each.first_slot > 0:
             least_s = Fraction(each.first_slot * (slot_s or 0.0))
             label = f"first slot of {each.symbol}"
-            found.append(Row(label, (), (), {each.symbol: Fraction(-1)}, -least_s))
+            found.append(Row(label, (), {each.symbol: Fraction(-1)}, -least_s))
     return found
 
 
@@ -290,85 +263,38 @@ def _column(row: Row, symbols: Sequence[str], allowance: Fraction = ZERO) -> lis
     return [*(row.coefficients.get(symbol, ZERO) for symbol in symbols), limit]
 
 
-def _weighted(rows: Sequence[Row], weights: Sequence[Fraction]) -> tuple[Row, ...]:
-    """The rows that carry weight, that of the first as 1: only the ratios count."""
-    first = next(weight for weight in weights if weight)
-    pairs = zip(rows, weights, strict=True)
-    return tuple(replace(row, multiplier=weight / first) for row, weight in pairs if weight)
-
-
-def combination(vectors: Sequence[Column], target: Column) -> list[Fraction] | None:
+def combination(
+    vectors: Sequence[Sequence[Fraction]], target: Sequence[Fraction]
+) -> list[Fraction] | None:
     """Multipliers y ≥ 0 with Σ y_k vector_k = target, exact; None if there are none.
 
     The vectors that carry weight are linearly independent, so that none of them can be spared.
     Phase one of the simplex method, with Bland's rule against cycling [3]_.
     """
     count = len(vectors)
-    signs = [-1 if value < 0 else 1 for value in target]
     rows = [
-        [*(sign * vector[k] for vector in vectors), sign * target[k]]
-        for k, sign in enumerate(signs)
+        [Fraction(-1 if wanted < 0 else 1) * x for x in (*(v[k] for v in vectors), wanted)]
+        for k, wanted in enumerate(target)
     ]
     basis = [count + k for k in range(len(rows))]  # at first what is missing of each target
-    missing = [sum((row[j] for row in rows), ZERO) for j in range(count + 1)]
-    while missing[count] > 0:
-        entering = next((j for j in range(count) if missing[j] > 0), None)
+    # The last row is the sum of the others: what is missing in all.
+    rows.append([sum(column, ZERO) for column in zip(*rows, strict=True)])
+    while rows[-1][count] > 0:
+        entering = next((j for j in range(count) if rows[-1][j] > 0), None)
         if entering is None:
             return None
-        ratios = [
+        leaving = min(
             (row[count] / row[entering], basis[k], k)
-            for k, row in enumerate(rows)
+            for k, row in enumerate(rows[:-1])
             if row[entering] > 0
-        ]
-        leaving = min(ratios)[2]
+        )[2]
         basis[leaving] = entering
-        pivot = rows[leaving][entering]
-        rows[leaving] = [value / pivot for value in rows[leaving]]
-        for k, row in enumerate(rows):
-            if k != leaving and row[entering]:
-                rows[k] = _without(row, rows[leaving], row[entering])
-        missing = _without(missing, rows[leaving], missing[entering])
-    found = [ZERO] * count
-    for k, column in enumerate(basis):
-        if column < count:
-            found[column] = rows[k][count]
-    return found
-
-
-def _without(row: Column, other: Column, factor: Fraction) -> list[Fraction]:
-    return [value - factor * taken for value, taken in zip(row, other, strict=True)]
-
-
-def shortened(proof: Certificate) -> Certificate:
-    """A certificate from the same constraints with fewer digits; the same where there is none.
-
-    Where unknowns are at least 0, a row a·x ≤ b implies one with a smaller a and a larger b. If the
-    rows rounded so still contradict each other, that is a proof, and its sum is exact.
-    """
-    for digits in DIGITS:
-        rows = [_rounded(row, digits, proof.positive) for row in proof.rows]
-        symbols = [*dict.fromkeys(symbol for row in rows for symbol in row.coefficients)]
-        target = [ZERO] * len(symbols) + [Fraction(-1)]
-        weights = combination([_column(row, symbols) for row in rows], target)
-        if weights is not None:
-            found = Certificate(_weighted(rows, weights), proof.positive)
-            if found.holds():
-                return found
-    return proof
-
-
-def _rounded(row: Row, digits: int, positive: Collection[str]) -> Row:
-    """A row that follows from another where some unknowns are at least 0."""
-    coefficients = {
-        symbol: _floor(factor, digits) if symbol in positive else factor
-        for symbol, factor in row.coefficients.items()
-    }
-    return replace(row, coefficients=coefficients, limit=-_floor(-row.limit, digits))
-
-
-def _floor(value: Fraction, digits: int) -> Fraction:
-    """The largest number of so many significant digits that is not larger."""
-    if not value:
-        return value
-    unit = Fraction(10) ** (math.floor(math.log10(abs(value))) + 1 - digits)
-    return math.floor(value / unit) * unit
+        pivot = [x / rows[leaving][entering] for x in rows[leaving]]
+        rows = [
+            pivot
+            if k == leaving
+            else [x - row[entering] * y for x, y in zip(row, pivot, strict=True)]
+            for k, row in enumerate(rows)
+        ]
+    found = dict(zip(basis, (row[count] for row in rows), strict=False))
+    return [found.get(column, ZERO) for column in range(count)]

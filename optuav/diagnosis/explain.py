@@ -14,20 +14,20 @@ from formulations.p1 import P1
 from formulations.soc import AVAILABLE, PAPER, StepEnd
 from optuav.diagnosis.certificate import bound
 from optuav.diagnosis.infeasibility import conflicts
-from optuav.diagnosis.prices import prices
-from optuav.diagnosis.question import (
+from optuav.diagnosis.parameter_prices import prices
+from optuav.diagnosis.repair import repairs
+from optuav.diagnosis.report import Explanation, Side
+from optuav.diagnosis.subject import (
     STOPS,
     MissionQuestion,
     Subject,
     of_several_stops,
     question_of,
 )
-from optuav.diagnosis.repair import repairs_of
-from optuav.diagnosis.report import Explanation, Side
 from optuav.engines.registry import Engine
 from optuav.engines.solution import Solution
 from optuav.errors import SolverError
-from optuav.modelling import Model, NotAffineError, Relation, Variable
+from optuav.modelling import Model, NotAffineError, Variable
 from optuav.modelling.check import evaluated, relations
 from optuav.modelling.expression import Operand
 from optuav.modelling.traversal import fold, has_unknowns, leaves
@@ -111,12 +111,18 @@ def explain(
     >>> {price.key: round(price.gain, 3) for price in explained.prices[1:4]}
     {'battery.packs': 389.033, 'battery.capacity_As': 0.022, 'limits.min_soc': -8.19}
     """
-    one = stops is None and hovers is None
-    if one and isinstance(subject, Plan) and of_several_stops(subject):
+    if stops is None and hovers is None and isinstance(subject, Plan) and of_several_stops(subject):
         return Explanation(subject, notes=(STOPS,), more_stops_open=True)
-    stated = question_of(subject, problem, perspective, slot_s, engine, graph, time_limit_s)
-    question = stated.with_stops(stops, hovers)
-    if question.several:
+    question = question_of(
+        subject,
+        graph,
+        problem=problem,
+        perspective=perspective,
+        slot_s=slot_s,
+        engine=engine,
+        time_limit_s=time_limit_s,
+    ).with_stops(stops, hovers)
+    if question.stated.several:
         if isinstance(subject, Plan):  # whose engine answers one rest and one hover only
             question = replace(question, stated=replace(question.stated, engine="auto"))
         return _with_more_stops(question)
@@ -128,91 +134,74 @@ def explain(
 
 def _explained(question: MissionQuestion, plan: Plan | None = None) -> Explanation:
     """The explanation of a question with one rest and one hover, and of its plan if it is known."""
-    plan = plan or None
-    program = question.program()
+    program, solutions = question.program(), None
     if question.takes_turns:
         return Explanation(plan or program.solve(), notes=(TURNS,))
     if question.stated.p1.hover_point == "free":
         return _at_its_point(question, plan or program.solve())
-    solutions: Sequence[Solution] | None = None
     if program.parts and program.question.slot_s is None:
         solutions = program.answers()
         plan = plan or program.plan(solutions)
     plan = plan or program.solve()
+    cap = charging_cap(program.network.mission, program.network.places)
+    notes = [str(cap)] if cap and any(part.rests for part in program.parts) else []
+    problem, perspective = question.stated.problem, question.stated.perspective
+    more_stops_open = (  # may give a longer hover than (P1) over all routes
+        isinstance(problem, P1)
+        and (problem.trajectory, problem.order) == ("optimal", None)
+        and question.stated.slot_s is None
+        and perspective in (*PAPER, AVAILABLE)
+        and (bool(plan) or plan.status is Status.INFEASIBLE)
+        and more_stops_may_help(program.network, plan, question.graph)
+    )
     if plan:
-        return _optimum(question, program, plan, solutions)
+        found = _optimum(program, plan, solutions)
+        return replace(found, notes=(*found.notes, *notes), more_stops_open=more_stops_open)
     if plan.status is not Status.INFEASIBLE:
         return Explanation(plan)
-    found = conflicts(program)
-    keys = {key for each in found for proof in each.certificates for key in proof.keys}
-    keys |= {key for each in found if each.clash for key in each.clash.keys}
-    drained = any(key.partition(".")[0] == "battery" for key in keys)
+    clashing = conflicts(program)
+    proofs = [proof for each in clashing for proof in each.proofs]
+    drained = any(key.startswith("battery.") for proof in proofs for key in proof.keys)
     return Explanation(
         plan,
-        conflicts=found,
-        repairs=repairs_of(question),
-        notes=tuple(_cap(program) if drained else ()),
-        more_stops_open=_more_stops_open(question, program, plan),
+        conflicts=clashing,
+        repairs=repairs(question),
+        notes=tuple(notes if drained else ()),
+        more_stops_open=more_stops_open,
     )
-
-
-def _cap(program: Program) -> Iterator[str]:
-    """Which key caps the charging current, where a plan may rest."""
-    cap = charging_cap(program.network.mission, program.network.places)
-    if cap is not None and any(part.rests for part in program.parts):
-        yield str(cap)
-
-
-def _more_stops_open(question: MissionQuestion, program: Program, plan: Plan) -> bool:
-    """Whether more stops may give a longer hover than (P1) over all routes."""
-    stated, problem = question.stated, question.stated.problem
-    every = isinstance(problem, P1) and problem.trajectory == "optimal" and problem.order is None
-    if not every or stated.slot_s is not None or stated.perspective not in (*PAPER, AVAILABLE):
-        return False
-    return more_stops_may_help(program.network, plan, question.graph)
 
 
 def _with_more_stops(question: MissionQuestion) -> Explanation:
     """What more stops bring over one rest and one hover."""
     stated, one = question.stated, question.with_stops(1, 1)
+    counts = ((stated.p1.stops, "rest"), (stated.p1.hovers, "hover"))
+    asked_for = " and ".join(f"{n} {name}{'s' * (n != 1)}" for n, name in counts)
     limit_s = SEARCH_S if stated.time_limit_s is None else stated.time_limit_s
-    asked_for = f"at most {_count(stated.p1.stops, 'rest')} and {_count(stated.p1.hovers, 'hover')}"
     try:
-        plan = solve(
-            question.mission,
-            stated.problem,
-            perspective=stated.perspective,
-            slot_s=stated.slot_s,
-            engine=stated.engine,
-            graph=question.graph,
-            time_limit_s=limit_s,
-        )
+        options = vars(replace(stated, time_limit_s=limit_s))
+        plan = solve(question.mission, graph=question.graph, **options)
     except SolverError as error:
         explained = _explained(one)
-        return replace(explained, notes=(f"{asked_for}: {error}", *explained.notes))
-    alone = one.program().solve()
+        return replace(explained, notes=(f"at most {asked_for}: {error}", *explained.notes))
     if not plan:
-        explained = _explained(one)
-        return replace(explained, plan=plan)
+        return replace(_explained(one), plan=plan)
+    alone = one.program().solve()
     if not alone:
-        more = f"{asked_for} make a plan possible: with one rest and one hover there is none"
-        return Explanation(plan, notes=(more, WITHOUT_STOPS), more_stops_open=True)
+        found = "make a plan possible: with one rest and one hover there is none"
+        notes = (f"at most {asked_for} {found}", WITHOUT_STOPS)
+        return Explanation(plan, notes=notes, more_stops_open=True)
     gain_s = plan.hover_time_s - alone.hover_time_s
     compared = f"one rest and one hover in one piece, {alone.hover_time_s:.2f} s"
     if abs(gain_s) > SAME_S:
         word = "longer" if gain_s > 0.0 else "shorter"
         found = f"{plan.hover_time_s:.2f} s of hover, {abs(gain_s):.2f} s {word} than with"
-        notes = (f"{asked_for}: {found} {compared}", WITHOUT_STOPS)
+        notes = (f"at most {asked_for}: {found} {compared}", WITHOUT_STOPS)
         return Explanation(plan, notes=notes, more_stops_open=True, gain_s=gain_s)
     explained = _explained(one, alone)
-    nothing = f"{asked_for}: no longer hover was found than with {compared}"
+    nothing = f"at most {asked_for}: no longer hover was found than with {compared}"
     if plan.status is Status.OPTIMAL:
-        nothing = f"{asked_for} bring nothing: no hover is longer than with {compared}"
+        nothing = f"at most {asked_for} bring nothing: no hover is longer than with {compared}"
     return replace(explained, plan=plan, notes=(nothing, *explained.notes), gain_s=0.0)
-
-
-def _count(number: int, word: str) -> str:
-    return f"{number} {word}{'s' * (number != 1)}"
 
 
 def _at_its_point(question: MissionQuestion, plan: Plan) -> Explanation:
@@ -229,14 +218,8 @@ def _at_its_point(question: MissionQuestion, plan: Plan) -> Explanation:
     return replace(explained, plan=plan, notes=(note, *explained.notes))
 
 
-def _optimum(
-    question: MissionQuestion,
-    program: Program,
-    plan: Plan,
-    solutions: Sequence[Solution] | None,
-) -> Explanation:
+def _optimum(program: Program, plan: Plan, solutions: Sequence[Solution] | None) -> Explanation:
     """Why a plan is the best one, by the programme with continuous times that it answers."""
-    slots = program.question.slot_s is not None
     if solutions is None:
         continuous = replace(program.question, slot_s=None, engine="auto")
         solutions = [answer(part.model, len(part.routes), continuous) for part in program.parts]
@@ -246,15 +229,14 @@ def _optimum(
     number, entry = chosen
     part, solution = program.parts[number], solutions[number]
     point, row = solution.point(entry), part.model.row(entry)
-    hover_s = point.get("hover_time_s", 0.0)
-    notes = []
-    if slots:
-        notes.append(
+    hover_s, note = point.get("hover_time_s", 0.0), ""
+    if program.question.slot_s is not None:
+        note = (
             "an answer in slots has no shadow prices: constraints, proof and prices are those of "
             f"the optimum with continuous times, {hover_s:.2f} s of hover"
         )
     elif abs(hover_s - plan.hover_time_s) > SAME_S * max(1.0, hover_s):
-        notes.append(f"solving again gives {hover_s:.6f} s of hover, not the plan's")
+        note = f"solving again gives {hover_s:.6f} s of hover, not the plan's"
     try:
         proof = bound(part.model, row, solution.binding_labels(entry))
     except NotAffineError:
@@ -266,8 +248,7 @@ def _optimum(
         constraints=tuple(_sides(program, part, entry, {**row, **point})),
         bound=proof,
         prices=prices(program, solutions, chosen),
-        notes=(*notes, *_cap(program)),
-        more_stops_open=_more_stops_open(question, program, plan),
+        notes=(note,) if note else (),
     )
 
 
@@ -284,36 +265,30 @@ def _objective(model: Model) -> str:
 
 def _sides(program: Program, part: Part, entry: int, values: dict[str, float]) -> Iterator[Side]:
     """The constraints with unknowns; others compare figures that the mission fixes."""
-    model = part.model
-    labels = words(program.network, part, entry, [each.label for each in relations(model)])
-    for label, row in zip(labels, evaluated(model, values), strict=True):
-        constraint = row.constraint
-        if not has_unknowns(*constraint.relation.sides):
+    labels = words(program.network, part, entry, [each.label for each in relations(part.model)])
+    for label, row in zip(labels, evaluated(part.model, values), strict=True):
+        constraint, slack, right = row.constraint, float(row.slack), float(row.right)
+        sides = constraint.relation.sides
+        if not has_unknowns(*sides):
             continue
-        slack = float(row.slack)
+        notation = Text()
+        terms = (fold(side, lambda leaf: 1, _terms, lambda let, inner: 1) for side in sides)
+        statement = notation.write(constraint.relation) if sum(terms) <= LONGEST else ""
         yield Side(
             label=label,
             unit=row.unit,
-            statement=_statement(constraint.relation),
+            statement=statement.replace(notation.after, " "),
             left=float(row.left),
             sense=Text.senses[row.sense],
-            right=float(row.right),
+            right=right,
             slack=slack,
-            binds=math.isclose(slack, 0.0, abs_tol=1e-6 * max(1.0, abs(float(row.right)))),
+            binds=math.isclose(slack, 0.0, abs_tol=1e-6 * max(1.0, abs(right))),
             kind=constraint.kind,
             step=constraint.step,
             in_flight=isinstance(constraint.moment, StepEnd) and not constraint.moment.stay,
         )
 
 
-def _statement(relation: Relation) -> str:
-    """A constraint as mathematics; empty for one too long to read."""
-    notation = Text()
-    sides = relation.sides
-    if sum(fold(side, lambda leaf: 1, _terms, lambda let, inner: 1) for side in sides) > LONGEST:
-        return ""
-    return notation.write(relation).replace(notation.after, " ")
-
-
 def _terms(ufunc: np.ufunc, arguments: Sequence[Operand]) -> int:
+    """How many terms a function has; a sum that is written by its name counts as one."""
     return sum(each if isinstance(each, int) else 1 for each in arguments)

@@ -25,7 +25,7 @@ from optuav.diagnosis.certificate import (
 from optuav.engines import bracket
 from optuav.errors import InputError
 from optuav.modelling import Model, Relation
-from optuav.modelling.check import evaluated
+from optuav.modelling.check import checked
 from optuav.modelling.classify import traits
 from optuav.modelling.forms import NotExponentialError
 from optuav.modelling.model import Constraint
@@ -51,12 +51,8 @@ class Clash:
 
     def to_dict(self) -> dict[str, object]:
         """As plain data; None for infinity."""
-        return {
-            "labels": list(self.labels),
-            "keys": list(self.keys),
-            "broken": list(self.broken),
-            "far_s": self.far_s if math.isfinite(self.far_s) else None,
-        }
+        lists = {name: list(getattr(self, name)) for name in ("labels", "keys", "broken")}
+        return {**lists, "far_s": self.far_s if math.isfinite(self.far_s) else None}
 
 
 @dataclass(frozen=True)
@@ -69,25 +65,26 @@ class Conflict:
 
     route: tuple[str, ...]  # Places of the route with the shortest flight of those concerned
     routes: int  # Number of routes concerned
-    certificates: tuple[Certificate, ...]  # Conflicts of linear constraints on that route
+    certificates: tuple[Certificate, ...] = ()  # Conflicts of linear constraints on that route
     clash: Clash | None = None
 
     @property
-    def labels(self) -> tuple[tuple[str, ...], ...]:
-        """Labels of the constraints in conflict, one tuple a conflict."""
-        found = tuple(each.labels for each in self.certificates)
-        return (*found, self.clash.labels) if self.clash else found
+    def proofs(self) -> tuple[Certificate | Clash, ...]:
+        """Certificates and clash."""
+        return (*self.certificates, self.clash) if self.clash else self.certificates
 
     def to_dict(self) -> dict[str, object]:
         """As plain data."""
+        proofs = [
+            {"labels": list(each.labels), "keys": list(each.keys), **each.to_dict()}
+            for each in self.certificates
+        ]
+        clash = self.clash.to_dict() if self.clash else None
         return {
             "route": list(self.route),
             "routes": self.routes,
-            "conflicts": [
-                {"labels": list(each.labels), "keys": list(each.keys), **each.to_dict()}
-                for each in self.certificates
-            ],
-            "clash": self.clash.to_dict() if self.clash else None,
+            "conflicts": proofs,
+            "clash": clash,
         }
 
 
@@ -98,20 +95,30 @@ def conflicts(program: Program) -> tuple[Conflict, ...]:
 
 def _of_part(program: Program, part: Part) -> Iterator[Conflict]:
     """Conflicts on the routes of a declaration, those with the shortest flights first."""
-    flight_s = program.network.routes.flight_time_s[part.routes]
-    entries = np.argsort(flight_s, kind="stable")[:MOST_ROUTES].tolist()
-    proofs = {each: _certificates(part, each, program.question.slot_s) for each in entries}
-    kinds: dict[tuple[tuple[str, ...], ...], list[int]] = {}
-    for entry in entries:
-        kinds.setdefault(tuple(each.labels for each in proofs[entry]), []).append(entry)
-    unproved = kinds.pop((), [])
-    for alike in kinds.values():
-        named = tuple(_in_places(program, part, alike[0], each) for each in proofs[alike[0]])
-        yield Conflict(_names(program, part, alike[0]), len(alike), named)
+    network = program.network
+    flight_s = network.routes.flight_time_s[part.routes]
+    alike: dict[tuple[tuple[str, ...], ...], list[int]] = {}
+    proofs: dict[int, list[Certificate]] = {}
+    for entry in np.argsort(flight_s, kind="stable")[:MOST_ROUTES].tolist():
+        proofs[entry] = _certificates(part, entry, program.question.slot_s)
+        alike.setdefault(tuple(each.labels for each in proofs[entry]), []).append(entry)
+    unproved = alike.pop((), [])
+    for first, *others in alike.values():
+        named = []
+        for proof in proofs[first]:
+            labels = words(network, part, first, [row.label for row in proof.rows])
+            rows = zip(proof.rows, labels, strict=True)
+            rows_there = tuple(replace(row, label=label) for row, label in rows)
+            named.append(replace(proof, rows=rows_there))
+        yield Conflict(_names(program, part, first), 1 + len(others), tuple(named))
     if unproved and traits(part.model).linear:
-        yield Conflict(_names(program, part, unproved[0]), len(unproved), ())
+        yield Conflict(_names(program, part, unproved[0]), len(unproved))
     elif unproved:
         yield from _clashes(program, part, unproved)
+
+
+def _names(program: Program, part: Part, entry: int) -> tuple[str, ...]:
+    return program.network.route_names(int(part.routes[entry]))
 
 
 def _certificates(part: Part, entry: int, slot_s: float | None) -> list[Certificate]:
@@ -126,34 +133,24 @@ def _certificates(part: Part, entry: int, slot_s: float | None) -> list[Certific
     return found
 
 
-def _in_places(program: Program, part: Part, entry: int, proof: Certificate) -> Certificate:
-    """A certificate with its constraints named by the places of the route."""
-    labels = words(program.network, part, entry, [row.label for row in proof.rows])
-    rows = zip(proof.rows, labels, strict=True)
-    return replace(proof, rows=tuple(replace(row, label=label) for row, label in rows))
-
-
-def _names(program: Program, part: Part, entry: int) -> tuple[str, ...]:
-    return program.network.route_names(int(part.routes[entry]))
-
-
 def _clashes(program: Program, part: Part, entries: Sequence[int]) -> Iterator[Conflict]:
     """Conflicts of constraints that are not linear: of one route, and of all that share it."""
     model, left = part.model, [*entries]
     while left:
         first, names = left[0], _names(program, part, left[0])
         try:
-            meeting = irreducible(model, model.row(first))
-            shared = impossible(model, meeting, len(part.routes))
+            meeting = _irreducible(model, model.row(first))
+            shared = _impossible(model, meeting, len(part.routes))
         except (NotExponentialError, InputError):
-            yield Conflict(names, len(left), ())
+            yield Conflict(names, len(left))
             return
-        alike = [entry for entry in left if entry == first or shared[entry]]
-        left = [entry for entry in left if entry not in alike]
-        yield Conflict(names, len(alike), (), _clash(program, part, first, meeting))
+        others = [entry for entry in left[1:] if not shared[entry]]
+        clash = _clash(program, part, first, meeting)
+        yield Conflict(names, len(left) - len(others), clash=clash)
+        left = others
 
 
-def irreducible(model: Model, parameters: Values) -> tuple[Constraint, ...]:
+def _irreducible(model: Model, parameters: Values) -> tuple[Constraint, ...]:
     """Constraints that cannot hold together, none of which can be spared; one of such sets.
 
     Nothing may be feasible with the parameters, all of them numbers. Raises `NotExponentialError`
@@ -166,16 +163,13 @@ def irreducible(model: Model, parameters: Values) -> tuple[Constraint, ...]:
         size = (size + 1) // 2
         for start in range(0, len(kept), size)[::-1]:
             fewer = kept[:start] + kept[start + size :]
-            if impossible(model, fewer, 1, parameters)[0]:
+            if _impossible(model, fewer, 1, parameters)[0]:
                 kept = fewer
     return tuple(each for each in model.constraints if each in kept)
 
 
-def impossible(
-    model: Model,
-    constraints: Sequence[Constraint],
-    programmes: int,
-    values: Values | None = None,
+def _impossible(
+    model: Model, constraints: Sequence[Constraint], programmes: int, values: Values | None = None
 ) -> Booleans:
     """Where it is proved that no times with a sum up to `FAR_S` satisfy some constraints."""
     first, *others = model.variables
@@ -183,32 +177,26 @@ def impossible(
     return bracket.no_point(subset(model, [*constraints, far]), programmes, values)
 
 
-def _reach_s(model: Model, constraints: Sequence[Constraint], parameters: Values) -> float:
-    """Sum of the times up to which `impossible` is a proof [s]; infinity if they are bounded."""
-    try:
-        ended = bracket.no_point(subset(model, constraints), 1, parameters)
-    except InputError:
-        return FAR_S
-    return math.inf if ended.all() else FAR_S
-
-
 def _clash(program: Program, part: Part, entry: int, meeting: Sequence[Constraint]) -> Clash:
     """A clash with labels and moments by the places of the route."""
     network, model, row = program.network, part.model, part.model.row(entry)
     labels = tuple(words(network, part, entry, [each.label for each in meeting]))
     known = moments(network, part, entry)
-    no_stay = {each.name: 0.0 for each in model.variables}
-    sides = evaluated(subset(model, meeting), {**row, **no_stay})
+    sides = checked(meeting, {**row, **{each.name: 0.0 for each in model.variables}})
     broken = []
-    # The bounds of the unknowns, which follow, are not among the constraints in conflict.
-    for label, side in zip(labels, sides, strict=False):
+    for label, side in zip(labels, sides, strict=True):
+        moment = known.get(side.label)
+        kind = BROKEN.get(side.constraint.kind) if moment else None
+        sentence = f"the available well would be {kind} {moment}"
+        if not kind:
+            sentence = f"{label}: {side.left:.6g} {side.sense} {side.right:.6g} would be false"
         if not side.satisfied:
-            moment = known.get(side.label)
-            kind = BROKEN.get(side.constraint.kind) if moment else None
-            broken.append(
-                f"the available well would be {kind} {moment}"
-                if kind
-                else f"{label}: {side.left:.6g} {side.sense} {side.right:.6g} would be false"
-            )
+            broken.append(sentence)
     keys = dict.fromkeys(each.key for one in meeting for each in parameters_in(one) if each.key)
-    return Clash(labels, tuple(keys), tuple(broken), _reach_s(model, meeting, row))
+    far_s = FAR_S
+    try:
+        if bracket.no_point(subset(model, meeting), 1, row).all():
+            far_s = math.inf
+    except InputError:  # the times are not bounded
+        pass
+    return Clash(labels, tuple(keys), tuple(broken), far_s)

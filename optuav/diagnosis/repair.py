@@ -5,20 +5,19 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Generator, Iterator, Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Literal, NamedTuple, TypeAlias
+from typing import Literal, NamedTuple, TypeAlias
 
-from formulations.formulation import Formulation
-from optuav.diagnosis.feasible import feasible
-from optuav.diagnosis.keys import Key, keys, moved, wind_components
-from optuav.diagnosis.question import MissionQuestion, Subject, question_of
-from optuav.engines.registry import Engine
+from optuav.diagnosis.subject import MissionQuestion, feasible
 from optuav.errors import InputError, SolverError
-from optuav.mission.messages import shown
-from optuav.options import Perspective, ProblemName
+from optuav.mission import Mission
+from optuav.mission.messages import number, shown
+from optuav.mission.schema import FORCE, Number
 
-if TYPE_CHECKING:
-    from optuav.network.graph import Graph
-
+TABLES = ("limits", "battery", "body", "rotor", "laser", "link", "flight")
+MOST = 1e3
+"""Largest change that is tried, as a factor."""
+INSIDE = 1e-9
+"""Distance of the outermost value from a bound that is excluded."""
 WRITTEN = ".15g"
 """Every digit of a rounded value: a shorter one may not repair."""
 NEAR = 0.1
@@ -33,6 +32,52 @@ FINER = 6
 """Digits that are added where the rounded value is not feasible."""
 
 Value: TypeAlias = float | bool | tuple[float, ...] | None
+
+
+@dataclass(frozen=True)
+class Key:
+    """A numeric key that a mission states."""
+
+    name: str  # Dotted; of a component as ``wind.force_N[2]``
+    now: float
+    low: float
+    high: float
+    whole: bool  # Whether only whole numbers are allowed
+    unit: str  # As its range states it; ``"-"`` for a ratio
+
+    def further(self, sign: int) -> Iterator[float]:
+        """Values ever larger (1) or smaller (−1), to a thousandfold or the end of the range."""
+        last = self.high if sign > 0 else self.low
+        scale = abs(self.now) or 1e-6 * max(abs(self.low), abs(self.high))
+        by_factor = self.low >= 0.0 and self.now != 0.0
+        value = self.now
+        for share, factor in ((0.2, 1.2), (1.0, 2.0), (10.0, 10.0), (100.0, 100.0), (MOST, MOST)):
+            step = self.now * factor**sign if by_factor else self.now + sign * share * scale
+            before, value = value, sign * math.ceil(sign * step) if self.whole else step
+            if sign * value >= sign * last:
+                if last != self.now:
+                    yield last
+                return
+            if value != before:
+                yield value
+
+
+def keys(mission: Mission) -> Iterator[Key]:
+    """The numeric keys that a mission states, in the order of its tables."""
+    for table in TABLES:
+        section = getattr(mission, table)
+        for name in type(section).model_fields if section else ():
+            now, stated = getattr(section, name), number(f"{table}.{name}")
+            if stated is not None and isinstance(now, int | float):
+                yield _key(f"{table}.{name}", now, stated)
+
+
+def _key(name: str, now: float, stated: Number) -> Key:
+    """A key by its range; a bound that is excluded is approached."""
+    low, high = stated.ge, stated.le
+    low = (stated.gt or 0.0) + INSIDE if low is None else low
+    high = (stated.lt or 0.0) - INSIDE if high is None else high
+    return Key(name, now, low, high, stated.whole, stated.unit)
 
 
 @dataclass(frozen=True)
@@ -72,9 +117,8 @@ class Repair:
         """The change as a share of the larger of the two values; 1 for a switch."""
         if not isinstance(self.value, int | float) or not isinstance(self.now, int | float):
             return 1.0
-        if self.comparison == "==":
-            return 1.0
-        return float(abs(self.value - self.now) / max(abs(self.value), abs(self.now)))
+        size = abs(self.value - self.now) / max(abs(self.value), abs(self.now))
+        return 1.0 if self.comparison == "==" else float(size)
 
     def __str__(self) -> str:
         if self.value is None:
@@ -93,27 +137,12 @@ class Repair:
 
     def to_dict(self) -> dict[str, object]:
         """As plain data."""
-        return {
-            "key": self.key,
-            "now": list(self.now) if isinstance(self.now, tuple) else self.now,
-            "comparison": self.comparison,
-            "value": self.value,
-            "up_to": self.up_to,
-            "relative_size": self.size,
-        }
+        now = list(self.now) if isinstance(self.now, tuple) else self.now
+        stated = {name: value for name, value in vars(self).items() if name != "resolution"}
+        return {**stated, "now": now, "relative_size": self.size}
 
 
-def repairs(
-    subject: Subject,
-    /,
-    problem: Formulation | ProblemName | None = None,
-    *,
-    perspective: Perspective | None = None,
-    slot_s: float | None = None,
-    engine: str | Engine | None = None,
-    graph: Graph | None = None,
-    time_limit_s: float | None = None,
-) -> tuple[Repair, ...]:
+def repairs(question: MissionQuestion) -> tuple[Repair, ...]:
     """Single changes that make an infeasible question feasible, the smallest first.
 
     Each numeric key of limits, battery, body, rotor, laser, link and flight, and each component of
@@ -124,49 +153,28 @@ def repairs(
     offered there is an answer, with one digit less there is none. Where packs take turns, which is
     simulated and not declared, none are sought.
 
-    Parameters
-    ----------
-    subject
-        What `optuav.formulate` or `optuav.solve` returned, or a mission as they take it.
-    problem, perspective, slot_s, engine, graph, time_limit_s
-        With a mission only: as for `optuav.formulate`. None for its defaults.
-
     Returns
     -------
     tuple of Repair
         Sorted by relative size of the change; empty if the question is feasible already.
-
-    Raises
-    ------
-    InputError
-        As `optuav.formulate`, or if a plan does not record its question.
-
-    Examples
-    --------
-    >>> repairs("paper")
-    ()
     """
-    return repairs_of(
-        question_of(subject, problem, perspective, slot_s, engine, graph, time_limit_s)
-    )
-
-
-def repairs_of(question: MissionQuestion) -> tuple[Repair, ...]:
-    """As `repairs`, for a question that is known."""
-    if question.takes_turns or feasible([question.case()])[0]:
-        return ()
-    found = [*_moved(question), *_switched(question)]
-    return tuple(sorted(found, key=lambda each: (each.size, each.key)))
-
-
-def _switched(question: MissionQuestion) -> Iterator[Repair]:
-    """Flight through buildings, and the hover point of the link in place of a stated one."""
     mission = question.mission
-    for key, value in (("flight.through_buildings", True), ("route.hover_m", None)):
-        table, name = key.split(".")
-        now = getattr(getattr(mission, table), name)
-        if now != value and feasible([question.case(mission.replace({key: value}))])[0]:
-            yield Repair(key, now, "==", value, None, 0.0)
+    if question.takes_turns or feasible([question.case(mission)])[0]:
+        return ()
+    found = []
+    for name, value in (("flight.through_buildings", True), ("route.hover_m", None)):
+        table, field = name.split(".")
+        now = getattr(getattr(mission, table), field)
+        if now != value and feasible([question.case(mission.replace({name: value}))])[0]:
+            found.append(Repair(name, now, "==", value, None, 0.0))
+    wind = enumerate(mission.wind.force_N)
+    moved = (*keys(mission), *(_key(f"wind.force_N[{k}]", now, FORCE) for k, now in wind if now))
+    ways = [(key, sign) for key in moved for sign in (1, -1)]
+    for (key, sign), (nearest, up_to, resolution) in searched(ways, _judge(question)).items():
+        sense: Literal[">=", "<="] = ">=" if sign > 0 else "<="
+        end = int(nearest) if key.whole else nearest
+        found.append(Repair(key.name, key.now, sense, end, up_to, resolution))
+    return tuple(sorted(found, key=lambda each: (each.size, each.key)))
 
 
 Direction = tuple[Key, int]
@@ -174,34 +182,24 @@ Judge = Callable[[Sequence[tuple[Key, float]]], list[bool]]
 """Which values of keys repair."""
 
 
-def _moved(question: MissionQuestion) -> Iterator[Repair]:
-    """The nearest values of all keys, in both directions."""
-    stated = (*keys(question.mission), *wind_components(question.mission))
-    ways = [(key, sign) for key in stated for sign in (1, -1)]
-    for (key, sign), found in searched(ways, _judge(question)).items():
-        yield Repair(
-            key=key.name,
-            now=key.now,
-            comparison=">=" if sign > 0 else "<=",
-            value=int(found.value) if key.whole else found.value,
-            up_to=found.up_to,
-            resolution=found.resolution,
-        )
-
-
 def _judge(question: MissionQuestion) -> Judge:
     """Which values make the question feasible; one that breaks a rule of missions does not."""
 
     def judge(trials: Sequence[tuple[Key, float]]) -> list[bool]:
-        repairs, cases = [False] * len(trials), {}
-        for number, (key, value) in enumerate(trials):
+        repaired, cases = [False] * len(trials), {}
+        for place, (key, value) in enumerate(trials):
+            name, _, axis = key.name.removesuffix("]").partition("[")
+            new: float | list[float] = int(value) if key.whole else value
+            if axis:
+                new = [*question.mission.wind.force_N]
+                new[int(axis)] = value
             try:
-                cases[number] = question.case(moved(question.mission, key, value))
+                cases[place] = question.case(question.mission.replace({name: new}))
             except (InputError, SolverError):
                 continue
-        for number, repaired in zip(cases, feasible([*cases.values()]), strict=True):
-            repairs[number] = repaired
-        return repairs
+        for place, answer in zip(cases, feasible([*cases.values()]), strict=True):
+            repaired[place] = answer
+        return repaired
 
     return judge
 
@@ -216,7 +214,6 @@ class RepairingValues(NamedTuple):
 
 Search: TypeAlias = Generator[list[float], list[bool], RepairingValues | None]
 """Yields values, is sent whether each of them repairs, and returns what was found."""
-Edging: TypeAlias = Generator[list[float], list[bool], tuple[float, int] | None]
 
 
 def searched(ways: Sequence[Direction], judge: Judge) -> dict[Direction, RepairingValues]:
@@ -263,47 +260,45 @@ def search(key: Key, sign: int) -> Search:
     return RepairingValues(value, end[0] if end else None, 10.0**digit)
 
 
-def _edge(key: Key, sign: int, bad: float, good: float) -> Edging:
+def _edge(
+    key: Key, sign: int, bad: float, good: float
+) -> Generator[list[float], list[bool], tuple[float, int] | None]:
     """The first value that repairs on the way from a bad to a good one, and its last digit.
 
     It is rounded away from the bad one, to three digits of itself and two of the change or finer
     where the rounded value does not repair; None if no rounded value does.
     """
-    while not key.whole and abs(good - bad) > NEAR * _size(key, good):
-        middle = _between(bad, good)
-        if middle in (bad, good):
+
+    def decimal(count: int, digit: int) -> float:
+        return float(f"{sign * count}e{digit}")
+
+    while not key.whole:
+        change = abs(good - key.now)
+        size = min(change, abs(good)) if good else NEGLIGIBLE * change
+        far = bad * good > 0.0 and max(abs(bad), abs(good)) > 4.0 * min(abs(bad), abs(good))
+        # The geometric mean of values far apart, the arithmetic mean of others.
+        middle = math.copysign(math.sqrt(bad * good), bad) if far else 0.5 * (bad + good)
+        if abs(good - bad) <= NEAR * size or middle in (bad, good):
             break
         (repairs,) = yield [middle]
         bad, good = (bad, middle) if repairs else (middle, good)
     for digit in _digits(key, bad, good):
         unit = 10.0**digit
         low, high = math.floor(sign * bad / unit), math.ceil(sign * good / unit)
-        (repairs,) = yield [_decimal(sign * high, digit)]
+        (repairs,) = yield [decimal(high, digit)]
         if not repairs:
             continue
         while high - low > 1:
-            middle = (low + high) // 2
-            (repairs,) = yield [_decimal(sign * middle, digit)]
-            low, high = (low, middle) if repairs else (middle, high)
+            middle_count = (low + high) // 2
+            (repairs,) = yield [decimal(middle_count, digit)]
+            low, high = (low, middle_count) if repairs else (middle_count, high)
         while sign * low * unit > sign * key.now:
-            (repairs,) = yield [_decimal(sign * low, digit)]
+            (repairs,) = yield [decimal(low, digit)]
             if not repairs:
                 break
             low, high = low - 1, low
-        return _decimal(sign * high, digit), digit
+        return decimal(high, digit), digit
     return None
-
-
-def _size(key: Key, value: float) -> float:
-    """The smaller of a value and its distance from the present one; of zero, what is negligible."""
-    change = abs(value - key.now)
-    return min(change, abs(value)) if value else NEGLIGIBLE * change
-
-
-def _between(one: float, other: float) -> float:
-    """The geometric mean of values far apart, the arithmetic mean of others."""
-    far = one * other > 0.0 and max(abs(one), abs(other)) > 4.0 * min(abs(one), abs(other))
-    return math.copysign(math.sqrt(one * other), one) if far else 0.5 * (one + other)
 
 
 def _digits(key: Key, bad: float, good: float) -> range:
@@ -315,8 +310,3 @@ def _digits(key: Key, bad: float, good: float) -> range:
         leading = math.floor(math.log10(max(min(abs(good), abs(bad) or math.inf), TINY)))
         first = min(max(first, leading - MOST_DIGITS + 1), leading - 2)
     return range(first, first - FINER, -1)
-
-
-def _decimal(count: int, digit: int) -> float:
-    """count · 10^digit as it is written."""
-    return float(f"{count}e{digit}")

@@ -1,34 +1,25 @@
-"""An explanation, as data and as text."""
+"""An explanation, as data and as text of at most 80 columns: a label in the margin, text beside."""
 
 from __future__ import annotations
 
 import math
+import textwrap
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 
 from formulations.soc import LABELS
-from optuav.diagnosis.certificate import Bound
-from optuav.diagnosis.infeasibility import Clash, Conflict
-from optuav.diagnosis.prices import Price
+from optuav.diagnosis.certificate import Certificate, number_text
+from optuav.diagnosis.infeasibility import Conflict
+from optuav.diagnosis.parameter_prices import Price
 from optuav.diagnosis.repair import Repair
-from optuav.diagnosis.words import (
-    LABEL,
-    columns,
-    labelled,
-    listed,
-    number_text,
-    paragraph,
-    with_unit,
-)
 from optuav.plan import Plan
 from optuav.status import Status
 
+WIDTH = 80
+LABEL = 13
 MOST_REPAIRS = 12
 UNIT_NAMES = {"s": "second", "m": "metre", "A": "ampere", "W": "watt", "V": "volt", "J": "joule"}
-EXACT = (
-    "certificates are exact: their rows are rounded so that each follows from the mission's, as "
-    "times are 0 or more. --json holds all digits, as fractions"
-)
+EXACT = "certificates are exact, as --json holds them in fractions; here they have six digits"
 NO_REPAIR = (
     "no single number, moved up or down to a thousandfold, was seen to make it feasible; places "
     "were not moved"
@@ -58,11 +49,6 @@ class Side:
     kind: str = ""  # What it limits, and at the end of which step, as in a `Constraint`
     step: int | None = None
     in_flight: bool = False  # Whether that step is a stage of flight
-
-    @property
-    def of_wells(self) -> bool:
-        """Whether it limits the available well."""
-        return self.kind in LABELS
 
     def to_dict(self) -> dict[str, object]:
         """As plain data; None for an infinite number."""
@@ -119,7 +105,7 @@ class Explanation:
     conflicts: tuple[Conflict, ...] = ()
     repairs: tuple[Repair, ...] = ()
     constraints: tuple[Side, ...] = ()
-    bound: Bound | None = None
+    bound: Certificate | None = None
     prices: tuple[Price, ...] = ()
     notes: tuple[str, ...] = ()
     more_stops_open: bool = False
@@ -131,158 +117,189 @@ class Explanation:
     def __str__(self) -> str:
         head, *_ = self.plan.summary().split("\n\n")
         blocks = [head.splitlines(), *(_optimum(self) if self else _no_plan(self))]
-        blocks.append([line for note in self.notes for line in paragraph("Note", note)])
+        blocks.append([line for note in self.notes for line in _paragraph("Note", note)])
         return "\n\n".join("\n".join(block) for block in blocks if block)
 
     def to_dict(self) -> dict[str, object]:
         """As plain data: strings, numbers, lists, dicts and None."""
         plan = self.plan
         stated = ("problem", "trajectory", "building", "order", "perspective", "slot_s")
-        answer: dict[str, object] = {
-            "mission": plan.mission.name,
-            **{name: getattr(plan, name) for name in stated},
-            "status": plan.status.value,
-            "proof": plan.proof,
-        }
+        answer: dict[str, object] = {"mission": plan.mission.name}
+        answer |= {name: getattr(plan, name) for name in stated}
+        answer |= {"status": plan.status.value, "proof": plan.proof}
+        lists = ("constraints", "prices") if plan else ("conflicts", "repairs")
         if plan:
-            answer |= {
-                "hover_time_s": plan.hover_time_s,
-                "rest_time_s": plan.rest_time_s,
-                "route": list(plan.route),
-                "objective": self.objective,
-                "constraints": [each.to_dict() for each in self.constraints],
-                "bound": self.bound.to_dict() if self.bound else None,
-                "prices": [each.to_dict() for each in self.prices],
-            }
+            answer |= {"hover_time_s": plan.hover_time_s, "rest_time_s": plan.rest_time_s}
+            answer |= {"route": list(plan.route), "objective": self.objective}
+            answer["bound"] = self.bound.to_dict() if self.bound else None
         else:
-            answer |= {
-                "reasons": list(plan.reasons),
-                "conflicts": [each.to_dict() for each in self.conflicts],
-                "repairs": [each.to_dict() for each in self.repairs],
-            }
+            answer["reasons"] = list(plan.reasons)
+        answer |= {name: [each.to_dict() for each in getattr(self, name)] for name in lists}
         stops = {"more_stops_open": self.more_stops_open, "gain_s": self.gain_s}
         return {**answer, **stops, "notes": list(self.notes)}
+
+
+def _paragraph(label: str, text: str, start: str = "", indent: int = LABEL) -> list[str]:
+    """Text wrapped beside a label in the margin, or beside cells of a table."""
+    start = start or f"{label:<{LABEL}}"
+    return textwrap.wrap(
+        text,
+        WIDTH,
+        initial_indent=start,
+        subsequent_indent=" " * indent,
+        break_on_hyphens=False,
+    ) or [start.rstrip()]
+
+
+def _columns(rows: Iterable[tuple[str, ...]], *, formulas: bool = False) -> list[str]:
+    """Rows as aligned columns under the label; the last column wraps.
+
+    Formulas stay on one line where they can: below their row, as near to their column as they fit.
+    """
+    table = [*rows]
+    widths = [max(map(len, column)) for column in zip(*table, strict=True)]
+    lines = list[str]()
+    for row in table:
+        cells = [f"{cell:<{width}}" for cell, width in zip(row, widths, strict=True)]
+        start = " " * LABEL + "  ".join([*cells[:-1], ""])
+        last = cells[-1].rstrip()
+        if formulas and LABEL <= WIDTH - len(last) < len(start):
+            lines += [start.rstrip(), f"{last:>{WIDTH}}"]
+        else:
+            lines += _paragraph("", last, start, len(start) + 2)
+    return lines
+
+
+def _labelled(label: str, lines: list[str]) -> list[str]:
+    """Lines with a label in the margin of the first."""
+    return [f"{label:<{LABEL}}{line[LABEL:]}" if not k else line for k, line in enumerate(lines)]
+
+
+def _listed(names: Iterable[str]) -> str:
+    """Names in a sentence: commas, and "and" before the last."""
+    *most, last = names
+    return f"{', '.join(most)} and {last}" if most else last
+
+
+def _with_unit(value: float, unit: str) -> str:
+    """A number and its unit, none for a ratio."""
+    return number_text(value) if unit == "1" else f"{number_text(value)} {unit}"
 
 
 # Without a plan
 
 
 def _no_plan(explained: Explanation) -> Iterator[list[str]]:
-    if explained.plan.status is not Status.INFEASIBLE:
+    """Conflicts and repairs, one block of lines each."""
+    plan, repairs = explained.plan, explained.repairs
+    if plan.status is not Status.INFEASIBLE:
         return
-    slot_s = explained.plan.slot_s
     for conflict in explained.conflicts:
-        yield from conflict_text(conflict, slot_s)
+        yield from conflict_text(conflict, plan.slot_s)
     if any(conflict.certificates for conflict in explained.conflicts):
-        yield paragraph("Exact", EXACT)
-    if explained.conflicts or explained.repairs or explained.plan.proof == "physics":
-        yield _repairs(explained.repairs, slot_s)
+        yield _paragraph("Exact", EXACT)
+    if repairs:
+        rows = ((str(each), f"now {each.now_text}") for each in repairs[:MOST_REPAIRS])
+        first, *others = _columns(rows)
+        lines = _labelled("Feasible if", [first])
+        lines += [line for each in others for line in _labelled("  or", [each])]
+        if (more := len(repairs) - MOST_REPAIRS) > 0:
+            lines += _paragraph("", f"and {more} more, each larger")
+        yield [*lines, *_paragraph("", NOT_TRIED)]
+    elif explained.conflicts or plan.proof == "physics":
+        yield _paragraph(
+            "Repairs", NO_REPAIR if plan.slot_s is None else f"{NO_REPAIR}; {IN_SLOTS}"
+        )
 
 
 def conflict_text(conflict: Conflict, slot_s: float | None) -> Iterator[list[str]]:
     """A conflict with its proofs, one block of lines each."""
-    places = " → ".join(conflict.route)
-    where = f"on {conflict.routes} routes, such as {places}"
-    if conflict.routes == 1:
-        where = f"on {places}"
-    if conflict.clash is not None:
-        yield _clash(conflict.clash, where)
-    elif not conflict.certificates:
+    places, clash = " → ".join(conflict.route), conflict.clash
+    where = (
+        f"on {conflict.routes} routes, such as {places}" if conflict.routes > 1 else f"on {places}"
+    )
+    for each in conflict.proofs:
+        together = " together" if len(each.labels) > 1 else ""
+        keys = f" ({', '.join(each.keys)})" if each.keys else ""
+        words = f"{where}: {_listed(each.labels)} cannot hold{together}{keys}"
+        lines = _paragraph("Conflict", words)
+        if isinstance(each, Certificate):
+            yield [*lines, *_labelled("  proof", _columns(each.table, formulas=True))]
+            continue
+        if each.broken:
+            even = "without" if together else "even without"
+            lines += _paragraph("  there", f"{'; '.join(each.broken)}, {even} any stay")
+        far = "" if math.isinf(each.far_s) else f" whose sum is at most {each.far_s:g} s"
+        proof = f"bracketed: no times{far} satisfy them"
+        if together:
+            proof += " all, though they do if any one of them is left out"
+        yield [*lines, *_paragraph("  proof", proof)]
+    if not (conflict.certificates or clash):
         why = "the constraints are not linear" if slot_s is None else "only whole slots do not fit"
-        yield paragraph("Conflict", f"{where}: no certificate, {why}")
-    for each in conflict.certificates:
-        head = paragraph("Conflict", f"{where}: {_in_conflict(each.labels, each.keys)}")
-        yield [*head, *labelled("  proof", each.lines())]
-
-
-def _in_conflict(labels: tuple[str, ...], keys: tuple[str, ...]) -> str:
-    together = " together" if len(labels) > 1 else ""
-    return f"{listed(labels)} cannot hold{together}" + (f" ({', '.join(keys)})" if keys else "")
-
-
-def _clash(clash: Clash, where: str) -> list[str]:
-    together = len(clash.labels) > 1
-    lines = paragraph("Conflict", f"{where}: {_in_conflict(clash.labels, clash.keys)}")
-    if clash.broken:
-        even = "without" if together else "even without"
-        lines += paragraph("  there", f"{'; '.join(clash.broken)}, {even} any stay")
-    far = "" if math.isinf(clash.far_s) else f" whose sum is at most {clash.far_s:g} s"
-    proof = f"bracketed: no times{far} satisfy them"
-    if together:
-        proof += " all, though they do if any one of them is left out"
-    return [*lines, *paragraph("  proof", proof)]
-
-
-def _repairs(repairs: tuple[Repair, ...], slot_s: float | None) -> list[str]:
-    if not repairs:
-        return paragraph("Repairs", NO_REPAIR if slot_s is None else f"{NO_REPAIR}; {IN_SLOTS}")
-    first, *others = columns((str(each), f"now {each.now_text}") for each in repairs[:MOST_REPAIRS])
-    lines = labelled("Feasible if", [first])
-    lines += [line for each in others for line in labelled("  or", [each])]
-    if (more := len(repairs) - MOST_REPAIRS) > 0:
-        lines.append(f"{'':<{LABEL}}and {more} more, each larger")
-    return [*lines, f"{'':<{LABEL}}{NOT_TRIED}"]
+        yield _paragraph("Conflict", f"{where}: no certificate, {why}")
 
 
 # With a plan
 
 
 def _optimum(explained: Explanation) -> Iterator[list[str]]:
-    stays = [f"{stop.kind} {stop.duration_s:.2f} s at {stop.at}" for stop in explained.plan.stops]
-    yield paragraph("Optimum", ", ".join(stays))
-    if not explained.constraints:
-        yield labelled("Binding", columns((each,) for each in explained.plan.binding))
-    binding = [each for each in explained.constraints if each.binds]
-    spare = [each for each in explained.constraints if not each.binds]
-    lines = columns((_stated(each) for each in binding if not each.of_wells), formulas=True)
-    yield labelled("Binding", lines + columns((each.label,) for each in binding if each.of_wells))
-    rows = (
-        (each.label, with_unit(each.slack, each.unit), each.statement)
-        for each in spare
-        if not each.of_wells
+    """What binds, what there is to spare, the proof and the prices, one block of lines each."""
+    plan, sides = explained.plan, explained.constraints
+    stays = [f"{stop.kind} {stop.duration_s:.2f} s at {stop.at}" for stop in plan.stops]
+    yield _paragraph("Optimum", ", ".join(stays))
+    wells = [each for each in sides if each.kind in LABELS]
+    others = [each for each in sides if each.kind not in LABELS]
+    stated = (
+        (each.label, each.statement or f"{number_text(each.left)} {each.sense} {_right(each)}")
+        for each in others
+        if each.binds
     )
-    yield labelled("To spare", columns(rows, formulas=True) + columns(_well_moments(spare)))
+    names = [each.label for each in wells if each.binds] if sides else plan.binding
+    lines = _columns(stated, formulas=True) + _columns((name,) for name in names)
+    yield _labelled("Binding", lines)
+    spare = (
+        (each.label, _with_unit(each.slack, each.unit), each.statement)
+        for each in others
+        if not each.binds
+    )
+    moments = [each for each in wells if not each.binds and not each.in_flight]
+    flown = [each for each in wells if not each.binds and each.in_flight]
+    rows = [(f"{number_text(each.slack)} of B", each.label) for each in moments]
+    if flown:  # the least of the moments in flight stands for all
+        least = min(flown, key=lambda each: each.slack)
+        more = f", the least of {len(flown)} such moments" if len(flown) > 1 else ""
+        rows.append((f"{number_text(least.slack)} of B", f"{least.label}{more}"))
+    yield _labelled("To spare", _columns(spare, formulas=True) + _columns(rows))
     if explained.bound is not None:
-        head = "no point that satisfies these constraints is better:"
-        yield [*paragraph("Proof", head), *explained.bound.lines()]
+        head = _paragraph("Proof", "no point that satisfies these constraints is better:")
+        yield [*head, *_columns(explained.bound.table, formulas=True)]
     yield from _prices(explained)
 
 
-def _stated(side: Side) -> tuple[str, str]:
-    values = f"{number_text(side.left)} {side.sense} {with_unit(side.right, side.unit)}"
-    return side.label, side.statement or values
-
-
-def _well_moments(sides: Iterable[Side]) -> Iterator[tuple[str, str]]:
-    """Shares of the battery to spare in the available well; of its moments in flight the least."""
-    wells = [each for each in sides if each.of_wells]
-    flown = [each for each in wells if each.in_flight]
-    for each in wells:
-        if not each.in_flight:
-            yield f"{number_text(each.slack)} of B", each.label
-    if flown:
-        least = min(flown, key=lambda each: each.slack)
-        more = f", the least of {len(flown)} such moments" if len(flown) > 1 else ""
-        yield f"{number_text(least.slack)} of B", f"{least.label}{more}"
+def _right(side: Side) -> str:
+    return _with_unit(side.right, side.unit)
 
 
 def _prices(explained: Explanation) -> Iterator[list[str]]:
     """The prices, what has no effect, and beyond which value nothing is feasible."""
     worth = [each for each in explained.prices if each.matters and not each.at_edge]
     if worth:
+        rows, sentences = [], []
+        for each in worth:
+            rates = _signed(each.more)
+            if each.has_kink:
+                rates = f"{_signed(each.less)} below, {rates} above"
+            figure = f"{each.symbol} = {_with_unit(each.value, each.unit)}"
+            rows.append((_name(each), figure, rates))
+            sentences += _paragraph("", _sentence(explained, each))
         head = f"{explained.objective} per unit of a parameter, the others held:"
-        rows = [
-            (_name(each), f"{each.symbol} = {with_unit(each.value, each.unit)}", _rates(each))
-            for each in worth
-        ]
-        yield [*paragraph("Prices", head), *columns(rows)]
-        sentences = [paragraph("", _sentence(explained, each)) for each in worth]
-        yield labelled("One more", [line for lines in sentences for line in lines])
+        yield [*_paragraph("Prices", head), *_columns(rows)]
+        yield _labelled("One more", sentences)
     free = [_name(each) for each in explained.prices if not each.matters]
     if free and explained.more_stops_open:
-        yield paragraph("Undecided", f"{listed(free)}: {UNDECIDED}")
+        yield _paragraph("Undecided", f"{_listed(free)}: {UNDECIDED}")
     elif free:
-        yield paragraph("No effect", ", ".join(free))
+        yield _paragraph("No effect", ", ".join(free))
     edges = [
         f"{word} {_name(each)}"
         for each in explained.prices
@@ -291,17 +308,11 @@ def _prices(explained: Explanation) -> Iterator[list[str]]:
         if math.isinf(rate)
     ]
     if edges:
-        yield paragraph("At the edge", f"nothing is feasible with {', '.join(edges)}")
+        yield _paragraph("At the edge", f"nothing is feasible with {', '.join(edges)}")
 
 
 def _name(price: Price) -> str:
     return price.key or price.name
-
-
-def _rates(price: Price) -> str:
-    if not price.has_kink:
-        return _signed(price.more)
-    return f"{_signed(price.less)} below, {_signed(price.more)} above"
 
 
 def _signed(value: float) -> str:
@@ -312,22 +323,20 @@ def _signed(value: float) -> str:
 
 def _sentence(explained: Explanation, price: Price) -> str:
     """For example: one more second of limits.deadline_s brings 0.102 s of hover."""
+
+    def change(value: float) -> str:
+        if math.isinf(value):
+            return "leaves no plan"
+        if value == 0.0:
+            return "changes nothing"
+        gain = "brings" if explained.sense == "maximise" else "saves"
+        verb = gain if (value > 0.0) == (explained.sense == "maximise") else "costs"
+        about = "" if price.solved_again else "about "
+        return f"{verb} {about}{abs(value):.3g} {explained.objective}"
+
     unit = "" if price.unit == "1" else UNIT_NAMES.get(price.unit, price.unit)
     more = f"one more {unit}".rstrip()
     if price.step != 1.0:
         more = f"{price.step:g} {price.unit} more" if unit else f"{price.step:g} more"
-    sentence = f"{more} of {_name(price)} {_change(explained, price.gain, price.solved_again)}"
-    if price.has_kink:
-        sentence += f", as much less {_change(explained, price.loss, price.solved_again)}"
-    return sentence
-
-
-def _change(explained: Explanation, change: float, exact: bool) -> str:
-    if math.isinf(change):
-        return "leaves no plan"
-    if change == 0.0:
-        return "changes nothing"
-    better = (change > 0.0) == (explained.sense == "maximise")
-    gain = "brings" if explained.sense == "maximise" else "saves"
-    verb = gain if better else "costs"
-    return f"{verb} {'' if exact else 'about '}{abs(change):.3g} {explained.objective}"
+    less = f", as much less {change(price.loss)}" if price.has_kink else ""
+    return f"{more} of {_name(price)} {change(price.gain)}{less}"

@@ -15,7 +15,7 @@ from scipy import special
 from formulations.p1 import P1
 from formulations.soc import AVAILABLE
 from optuav.arrays import Booleans, Floats
-from optuav.diagnosis.keys import Key, keys
+from optuav.diagnosis.repair import Key, keys
 from optuav.engines import closed_form
 from optuav.errors import Fault, InputError
 from optuav.mission import Mission

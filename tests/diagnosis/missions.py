@@ -8,6 +8,9 @@ from hypothesis import assume
 from hypothesis import strategies as st
 
 import optuav
+from optuav.diagnosis import Repair
+from optuav.diagnosis.repair import repairs as repairs_of
+from optuav.diagnosis.subject import Subject, question_of
 from optuav.mission import Mission
 
 PAPER = optuav.load("paper")
@@ -44,3 +47,8 @@ def infeasible(draw: st.DrawFn) -> tuple[Mission, dict[str, Any]]:
     options = draw(st.sampled_from(OPTIONS))
     assume(not optuav.solve(mission, **{"perspective": "battery", **options}))
     return mission, options
+
+
+def repairs(subject: Subject, problem: Any = None, **options: Any) -> tuple[Repair, ...]:
+    """The repairs of a question about a mission, or of a program or plan."""
+    return repairs_of(question_of(subject, problem=problem, **options))

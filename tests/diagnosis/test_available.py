@@ -9,13 +9,13 @@ from typing import Any
 import pytest
 
 import optuav
-from optuav.diagnosis import explain, repairs
+from optuav.diagnosis import explain
 from optuav.diagnosis.infeasibility import Conflict, conflicts
 from optuav.diagnosis.report import conflict_text
 from optuav.errors import InputError
 from optuav.mission import Mission
 from tests.asking import formulate, solve, stated
-from tests.diagnosis.missions import PAPER, SMALL
+from tests.diagnosis.missions import PAPER, SMALL, repairs
 
 
 def diagnosed(mission: Mission, **options: Any) -> tuple[Conflict, ...]:

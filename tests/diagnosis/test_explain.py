@@ -13,12 +13,12 @@ import pytest
 
 import optuav
 from formulations.formulation import Formulation, Given
-from optuav.diagnosis import Explanation, explain, repairs
-from optuav.diagnosis.prices import Price
+from optuav.diagnosis import Explanation, explain
+from optuav.diagnosis.parameter_prices import Price
 from optuav.errors import InputError
 from optuav.modelling import Model
 from optuav.status import Status
-from tests.diagnosis.missions import PAPER, SMALL
+from tests.diagnosis.missions import PAPER, SMALL, repairs
 
 P3_TEXT = """\
 Optimum      hover 688.85 s at hover
@@ -89,20 +89,19 @@ SHORT_TEXT = """\
 Conflict     on origin → hover → destination: P1.d hover time cannot hold
              (limits.deadline_s)
   proof      1 ×  P1.d hover time  −Δ ≤ 0
-             1 ×  P1.d hover time  Δ ≤ −15.79
-             sum                   0 ≤ −15.79, which is false
+             1 ×  P1.d hover time  Δ ≤ −15.7922
+             sum                   0 ≤ −15.7922, which is false
 
 Conflict     on 20 routes, such as origin → b1 → hover → destination: P1.d hover
              time, bounds of Δ and bounds of T' cannot hold together
              (limits.deadline_s)
-  proof      1 ×  P1.d hover time  Δ + T' ≤ −28.31
+  proof      1 ×  P1.d hover time  Δ + T' ≤ −28.3163
              1 ×  bounds of Δ      −Δ ≤ 0
              1 ×  bounds of T'     −T' ≤ 0
-             sum                   0 ≤ −28.31, which is false
+             sum                   0 ≤ −28.3163, which is false
 
-Exact        certificates are exact: their rows are rounded so that each follows
-             from the mission's, as times are 0 or more. --json holds all
-             digits, as fractions
+Exact        certificates are exact, as --json holds them in fractions; here
+             they have six digits
 
 Feasible if  1240 <= rotor.max_speed_rad_s <= 110000       now 1060
   or         link.path_loss_exponent <= 1.66               now 2
@@ -143,7 +142,7 @@ def test_long_names_break_neither_formulas_nor_prices(
     Repairs name no building; they are not looked for.
     """
     told = importlib.import_module("optuav.diagnosis.explain")
-    monkeypatch.setattr(told, "repairs_of", lambda question: ())
+    monkeypatch.setattr(told, "repairs", lambda question: ())
     town = [each.model_dump() for each in optuav.load("paper").buildings]
     for each in town:
         each["name"] = f"roof {each['name']} of the national research centre for light and flight"

@@ -9,8 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import optuav
-from optuav.diagnosis.feasible import feasible
-from optuav.diagnosis.question import question_of
+from optuav.diagnosis.subject import feasible, question_of
 from optuav.mission import Mission
 from tests.diagnosis.missions import CHANGES, OPTIONS, PAPER, SMALL
 
@@ -19,7 +18,7 @@ changes = st.fixed_dictionaries({}, optional=CHANGES)
 
 
 def is_feasible(mission: Mission, **options: Any) -> bool:
-    (found,) = feasible([question_of(mission, **options).case()])
+    (found,) = feasible([question_of(mission, **options).case(mission)])
     return found
 
 
@@ -46,7 +45,7 @@ def test_missions_judged_together_are_judged_as_alone(
 ) -> None:
     """Through the wells by bracket: stacked into one declaration, each keeps its own figures."""
     missions = [SMALL.replace(change) for change in some]
-    together = feasible([question_of(mission, **options).case() for mission in missions])
+    together = feasible([question_of(each, **options).case(each) for each in missions])
     assert together == [bool(optuav.solve(mission, **options)) for mission in missions]
 
 
@@ -75,5 +74,5 @@ def test_an_exact_duration_is_met_by_whole_slots_or_at_once_refused(
     options = {"slot_s": 1.0, "perspective": "battery"}
     problem = optuav.P2(tight=True, trajectory="direct")
     if not expected:
-        monkeypatch.setattr("optuav.diagnosis.feasible.grid.cells", None)
+        monkeypatch.setattr("optuav.diagnosis.subject.grid.cells", None)
     assert is_feasible(mission, problem=problem, **options) is expected

@@ -10,12 +10,11 @@ from hypothesis import assume, example, given, settings
 from hypothesis import strategies as st
 
 import optuav
-from optuav.diagnosis import Repair, repairs
-from optuav.diagnosis.keys import Key, keys
-from optuav.diagnosis.repair import Judge, RepairingValues, searched
+from optuav.diagnosis import Repair
+from optuav.diagnosis.repair import Judge, Key, RepairingValues, keys, searched
 from optuav.errors import InputError
 from optuav.mission import Mission
-from tests.diagnosis.missions import PAPER, SMALL, infeasible
+from tests.diagnosis.missions import PAPER, SMALL, infeasible, repairs
 
 
 def by_key(mission: Mission, **options: Any) -> dict[tuple[str, str], Repair]:

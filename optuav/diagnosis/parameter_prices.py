@@ -1,0 +1,192 @@
+"""Shadow prices: what one more unit of a parameter brings at the optimum."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from optuav.arrays import Floats
+from optuav.diagnosis.repair import Key, keys
+from optuav.engines import bracket, closed_form
+from optuav.engines.prices import ShadowPrice
+from optuav.engines.solution import Solution
+from optuav.modelling import Model, Parameter
+from optuav.modelling.traversal import has_unknowns, leaves
+from optuav.solving import Program
+from optuav.status import Status
+
+NEGLIGIBLE = 1e-7
+"""Change of the objective by as much of a parameter as there is, below which it is rounding."""
+RATIO_STEP = 0.01
+"""One more unit of a ratio is one more percent."""
+AGAIN = {closed_form.NAME: closed_form.solve, bracket.NAME: bracket.solve}
+"""The engines that prove every answer, and quickly enough to answer once for every step."""
+ROUNDING = {closed_form.NAME: 1e-12, bracket.NAME: 1e-7}
+"""Change of the objective that is rounding: as a share in closed form, in all when bracketed."""
+AT_ONCE = 1 << 14
+"""Programmes that are solved together: few enough for bounded memory."""
+
+Step = tuple[Parameter, float]
+"""A parameter and by how much it changes."""
+
+
+@dataclass(frozen=True)
+class Price:
+    """What a parameter of the winning programme is worth, the other parameters held."""
+
+    name: str
+    symbol: str
+    unit: str
+    key: str  # The mission's key of the same meaning and unit; empty if it is derived
+    value: float
+    # Change of the objective per unit on either side: they differ at a kink, and are infinite on a
+    # side that is infeasible.
+    less: float
+    more: float
+    step: float  # How much "one more" is
+    gain: float  # Change of the objective by one step more; infinite where that leaves no plan
+    loss: float  # The same by one step less
+    solved_again: bool  # Whether gain and loss come from solving again, else from the rates
+
+    @property
+    def has_kink(self) -> bool:
+        """Whether the two sides differ."""
+        return ShadowPrice(self.less, self.more).has_kink
+
+    @property
+    def matters(self) -> bool:
+        """Whether a change to either side moves the objective, to a rounding."""
+        steepest = max(abs(self.less), abs(self.more))
+        return steepest * max(abs(self.value), self.step) > NEGLIGIBLE
+
+    @property
+    def at_edge(self) -> bool:
+        """Whether one side is infeasible, and the other one without effect."""
+        finite = [each for each in (self.less, self.more) if math.isfinite(each)]
+        return len(finite) < 2 and not any(finite)
+
+    def to_dict(self) -> dict[str, object]:
+        """As plain data; None on a side that is infeasible."""
+        return {
+            name: None if isinstance(value, float) and math.isinf(value) else value
+            for name, value in vars(self).items()
+        }
+
+
+def prices(
+    program: Program, solutions: Sequence[Solution], chosen: tuple[int, int]
+) -> tuple[Price, ...]:
+    """Shadow prices of the winning programme; where itineraries tie, those of the best of them.
+
+    Chosen are the part and entry of the best of the answers with continuous times. Parameters that
+    the programme only compares with other figures, as the altitude of the hover point with its
+    limits, have none: another value in the mission would move these figures too.
+    """
+    model = program.parts[chosen[0]].model
+    row, known = model.row(chosen[1]), {key.name: key for key in keys(program.network.mission)}
+    rates = program.prices(solutions, chosen)
+    stated = [each for each in _moving(model) if each.name in rates]
+    own = [known.get(each.key) for each in stated]
+    for place, each in enumerate(own):
+        if each and each.unit.replace("-", "1") != stated[place].unit:
+            own[place] = None
+    steps = [_step(p, key, float(row[p.name])) for p, key in zip(stated, own, strict=True)]
+    more = [*zip(stated, steps, strict=True)]
+    less = [(parameter, -step) for parameter, step in more]
+    changes = _effects(program, solutions, chosen, [*more, *less]).reshape(2, -1).T.tolist()
+    found = []
+    for parameter, key, step, change in zip(stated, own, steps, changes, strict=True):
+        rate, is_open = rates[parameter.name], bool(np.isnan(change).any())
+        gain, loss = (rate.more * step, -rate.less * step) if is_open else change
+        found.append(
+            Price(
+                name=parameter.name,
+                symbol=parameter.symbol,
+                unit=parameter.unit,
+                key=key.name if key else "",
+                value=float(row[parameter.name]),
+                less=rate.less,
+                more=rate.more,
+                step=step,
+                gain=gain,
+                loss=loss,
+                solved_again=not is_open,
+            )
+        )
+    return tuple(sorted(found, key=lambda each: not each.key))
+
+
+def _moving(model: Model) -> list[Parameter]:
+    """The parameters in the objective, in bounds, and in constraints with unknowns."""
+    trees = [model.objective, *model.preferences]
+    trees += [bound for each in model.variables for bound in (each.lower, each.upper)]
+    sides = [each.relation.sides for each in model.constraints]
+    trees += [side for both in sides if has_unknowns(*both) for side in both]
+    names = {leaf.name for leaf in leaves(*trees)}
+    return [each for each in model.parameters.values() if each.name in names]
+
+
+def _step(parameter: Parameter, key: Key | None, value: float) -> float:
+    """What "one more" is: a percent of a ratio, a unit, or the first digit of what is far less.
+
+    A tenth of that, and so on, where the key could not be so large.
+    """
+    step = 1.0
+    if parameter.unit == "1" and not (key and key.whole):
+        step = RATIO_STEP
+    elif 0.0 < abs(value) < RATIO_STEP:
+        step = 10.0 ** math.floor(math.log10(abs(value)) - 1)
+    while key and value + step > key.high > value:
+        step /= 10.0
+    return step
+
+
+@np.errstate(divide="ignore", invalid="ignore", over="ignore")
+def _effects(
+    program: Program, solutions: Sequence[Solution], chosen: tuple[int, int], steps: Sequence[Step]
+) -> Floats:
+    """Change of the best objective by each of some steps, solved again by the same engines.
+
+    Infinite where a step leaves no plan; NaN where an engine is not among `AGAIN`, or leaves an
+    answer open. A figure of a single route changes on the winning one alone.
+    """
+    if any(each.engine not in AGAIN for each in solutions):
+        return np.full(len(steps), np.nan)
+    best, is_open = np.full(len(steps), -np.inf), np.zeros(len(steps), bool)
+    for number, (part, solution) in enumerate(zip(program.parts, solutions, strict=True)):
+        routes, given = len(part.routes), part.model.given
+        winner = [chosen[1]] if number == chosen[0] else []
+        size = max(1, AT_ONCE // routes)
+        for begin in range(0, len(steps), size):
+            some = slice(begin, begin + size)
+            shape = (len(steps[some]), routes)  # steps by row, routes by column
+            changed = {parameter.name for parameter, _ in steps[some]}
+            values = {
+                name: np.array(np.broadcast_to(each.value, shape), dtype=float)
+                for name, each in given.items()
+                if np.ndim(each.value) or name in changed
+            }
+            for k, (parameter, step) in enumerate(steps[some]):
+                if parameter.name in values:
+                    where = winner if np.ndim(parameter.value) else slice(None)
+                    values[parameter.name][k, where] += step
+            columns = {name: table.ravel() for name, table in values.items()}
+            found = AGAIN[solution.engine](part.model, shape[0] * routes, columns)
+            table = (part.model.towards * found.objective).reshape(shape)
+            best[some] = np.fmax(best[some], np.fmax.reduce(table, axis=1, initial=-np.inf))
+            words = found.words or [""] * len(found.statuses)
+            unclear = [
+                status is Status.FEASIBLE or bool(word)
+                for status, word in zip(found.statuses, words, strict=True)
+            ]
+            is_open[some] |= np.reshape(unclear, shape).any(axis=1)
+    before = float(solutions[chosen[0]].objective[chosen[1]])
+    change = program.parts[chosen[0]].model.towards * best - before
+    exact = all(each.engine == closed_form.NAME for each in solutions)
+    rounding = ROUNDING[closed_form.NAME] * abs(before) if exact else ROUNDING[bracket.NAME]
+    change[np.abs(change) <= rounding] = 0.0
+    change[is_open] = np.nan
+    return change

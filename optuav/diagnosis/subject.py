@@ -1,0 +1,295 @@
+"""What is explained or repaired: a mission with a question, and whether any times are feasible."""
+
+from __future__ import annotations
+
+from collections.abc import Hashable, Iterator, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
+
+import numpy as np
+
+from formulations.p1 import P1
+from formulations.parameters import QUANTITIES, Quantities
+from formulations.soc import AVAILABLE, PAPER
+from optuav.arrays import Booleans, Floats, Integers, Values
+from optuav.engines import bracket, closed_form, grid
+from optuav.engines.linear_form import slot_ranges
+from optuav.errors import Fault, InputError, SolverError
+from optuav.mission import Mission, load
+from optuav.modelling import Model, NotAffineError, affine
+from optuav.modelling.check import evaluated, holding
+from optuav.modelling.forms import NotExponentialError
+from optuav.network.feasibility import impossibilities
+from optuav.network.network import Network, build_network
+from optuav.physics.kibam import Stage
+from optuav.plan import Plan
+from optuav.solving import Program, formulate
+from optuav.solving.assemble import quantities
+from optuav.solving.packs_by_schedule import ENGINE as SIMULATION
+from optuav.solving.program import declared, groups
+from optuav.solving.question import PROBLEMS, Question, answer, checked_question, problem_of
+from optuav.solving.several_stops import ENGINE as SEARCH
+from optuav.solving.solve import network_of
+from optuav.status import Status
+
+if TYPE_CHECKING:
+    from optuav.network.graph import Graph
+
+Subject: TypeAlias = Program | Plan | Mission | str | Path
+STOPS = (
+    "several stops are searched for, and no single programme declares them: constraints, prices "
+    "and repairs are known for one rest and one hover only, if the mission is explained"
+)
+DEFAULTS = {
+    "problem": "P1",
+    "perspective": AVAILABLE,
+    "slot_s": None,
+    "engine": "auto",
+    "time_limit_s": None,
+}
+AT_ONCE = 1 << 13
+"""Routes that are examined together: few enough to stay in the cache, and in bounded memory."""
+MOST_SEARCHED = 3000
+"""Slots of an unknown above which not all of them are tried."""
+FIRST_SLOTS = 1000
+"""Slots that are then tried one by one; as many beyond them, further and further apart."""
+
+
+@dataclass(frozen=True)
+class MissionQuestion:
+    """A question that can be put to other missions as well."""
+
+    mission: Mission
+    stated: Question  # The slots of the mission are left out where it does not state its own
+    graph: Graph | None = None  # A graph that was edited
+
+    def program(self) -> Program:
+        """The question declared."""
+        return formulate(self.mission, graph=self.graph, **vars(self.stated))
+
+    def case(self, mission: Mission) -> Case:
+        """The question about another mission and its network, without declarations."""
+        return Case(checked_question(mission, **vars(self.stated)), network_of(mission, self.graph))
+
+    @property
+    def takes_turns(self) -> bool:
+        """Whether packs take turns, which is simulated and not declared."""
+        return self.stated.perspective == AVAILABLE and self.mission.battery.takes_turns
+
+    def with_stops(self, stops: int | None, hovers: int | None) -> MissionQuestion:
+        """The question with so many rests and hovers; an `InputError` if the problem is not P1."""
+        stated = {"stops": stops, "hovers": hovers}
+        counts = {name: count for name, count in stated.items() if count is not None}
+        if not counts:
+            return self
+        problem = self.stated.problem
+        if not isinstance(problem, P1):
+            words = f"problem {problem.name} takes none, P1 does"
+            raise InputError([Fault(name, str(count), words) for name, count in counts.items()])
+        stated_problem = replace(problem, **counts)  # type: ignore[arg-type]
+        return replace(self, stated=replace(self.stated, problem=stated_problem))
+
+
+def question_of(subject: Subject, graph: Graph | None = None, **options: Any) -> MissionQuestion:
+    """The question behind a program, a plan, or a mission with options of `optuav.formulate`.
+
+    Options that are None have their defaults. Raises `InputError` if any are given for anything but
+    a mission, or a plan does not record its question, or has several stops.
+    """
+    stated = {name: value for name, value in options.items() if value is not None}
+    if isinstance(subject, Program | Plan) and (stated or graph is not None):
+        given = ", ".join([*stated, *(["graph"] if graph is not None else [])])
+        words = f"a {type(subject).__name__.lower()} brings its own options"
+        raise InputError(f"{given}: {words}; name the mission to change them")
+    if isinstance(subject, Program):
+        return MissionQuestion(subject.network.mission, subject.question, _graph(subject.network))
+    if isinstance(subject, Plan):
+        mission, stated = subject.mission, _of_plan(subject)
+    else:
+        mission = subject if isinstance(subject, Mission) else load(subject)
+    checked = checked_question(mission, **{**DEFAULTS, **stated})
+    return MissionQuestion(mission, replace(checked, slot_s=stated.get("slot_s")), graph)
+
+
+def _graph(used: Network) -> Graph | None:
+    """The graph of a network that is not as its mission computes it."""
+    computed = build_network(used.mission)
+    same = not (used.legs.edited.any() or used.places.edited.any())
+    if same and np.array_equal(computed.legs.flyable, used.legs.flyable):
+        return None
+    from optuav.network.graph import as_graph
+
+    return as_graph(used)
+
+
+def of_several_stops(plan: Plan) -> bool:
+    """Whether a plan answers a question of several stops, which no single programme declares."""
+    kinds = [phase.kind for phase in plan.phases]
+    return plan.engine == SEARCH or kinds.count("rest") > 1 or kinds.count("hover") > 1
+
+
+def _of_plan(plan: Plan) -> dict[str, Any]:
+    """Problem, perspective, slots and engine of a plan."""
+    if of_several_stops(plan):
+        raise InputError(f"the plan's question cannot be asked again: {STOPS}")
+    if any(phase.edited for phase in plan.phases):
+        raise InputError("the plan is over an edited graph: explain its mission with graph=")
+    if plan.problem not in (*PROBLEMS, "P4"):
+        raise InputError(
+            f"the plan's problem {plan.problem} is a formulation of one's own, which its file does "
+            "not hold: explain the mission with it"
+        )
+    fields = {name: getattr(plan, name) for name in ("trajectory", "building", "order")}
+    return {
+        "problem": problem_of(plan.problem, **fields),
+        "perspective": plan.perspective,
+        "slot_s": plan.slot_s,
+        # Packs that take turns are simulated, by no engine that can be named.
+        "engine": "auto" if plan.engine in ("", SIMULATION) else plan.engine,
+    }
+
+
+class Case(NamedTuple):
+    """A question about the network of a mission."""
+
+    question: Question
+    network: Network
+
+
+class Stack(NamedTuple):
+    """Routes of several cases as the quantities of one declaration."""
+
+    question: Question  # The same about all of them
+    given: Quantities  # Arrays with one entry a route
+    cases: Integers  # Number of the case that each route belongs to
+
+
+def feasible(cases: Sequence[Case]) -> list[bool]:
+    """Whether some route of each case has feasible times.
+
+    Exact for programmes in one or two unknowns that are linear, or state what phases of constant
+    current do to the wells of a battery, as those of the package do; up to some thousand slots
+    too. With more slots some are tried, so that a yes is certain and a no is not. For other
+    programmes the engine is asked.
+    """
+    found = np.zeros(len(cases), dtype=bool)
+    for stack in _stacks(cases):
+        model, slot_s = declared(stack.question, stack.given), stack.question.slot_s
+        if model is None:
+            continue
+        possible = _continuous(stack, model)
+        if slot_s is not None:
+            possible &= _meetable(model, slot_s)
+        for entry in np.flatnonzero(possible).tolist():
+            case = stack.cases[entry]
+            if not found[case]:
+                found[case] = slot_s is None or _in_slots(model, model.row(entry), slot_s)
+    return [bool(each) for each in found]
+
+
+def _stacks(cases: Sequence[Case]) -> Iterator[Stack]:
+    """All routes that can be flown, those together that a single declaration can serve.
+
+    Declared one by one, the routes of an infeasible mission would take six times as long.
+    """
+    alike: dict[Hashable, list[Stack]] = {}
+    for number, (question, network) in enumerate(cases):
+        for which, rests in [] if impossibilities(network) else groups(question, network):
+            given = quantities(network, which, rests=rests)
+            if question.perspective in PAPER:
+                given = replace(given, steps=())
+            stated = tuple(
+                each.name for each in QUANTITIES if getattr(given, each.name) is not None
+            )
+            stays = tuple(step if isinstance(step, str) else "" for step in given.steps)
+            kind = alike.setdefault((question, given.rests, stated, stays), [])
+            kind.append(Stack(question, given, np.full(len(which), number)))
+            if sum(len(each.cases) for each in kind) > AT_ONCE:
+                yield _joined(kind)
+                kind.clear()
+    yield from (_joined(kind) for kind in alike.values() if kind)
+
+
+def _joined(stacks: Sequence[Stack]) -> Stack:
+    """Stacks of the same kind one after the other."""
+    question, first, _ = stacks[0]
+    every = [each.given for each in stacks]
+    counts = [len(each.cases) for each in stacks]
+
+    def join(*values: Floats | float) -> Floats:
+        return np.concatenate([np.broadcast_to(*pair) for pair in zip(values, counts, strict=True)])
+
+    figures: Values = {
+        each.name: join(*(getattr(given, each.name) for given in every))
+        for each in QUANTITIES
+        if getattr(first, each.name) is not None
+    }
+    steps = tuple(
+        same[0] if isinstance(same[0], str) else Stage(*map(join, *same))
+        for same in zip(*(given.steps for given in every), strict=True)
+    )
+    cases = np.concatenate([each.cases for each in stacks])
+    return Stack(question, replace(first, **figures, steps=steps), cases)
+
+
+def _continuous(stack: Stack, model: Model) -> Booleans:
+    """Which routes have feasible times, whole slots or not; evaluated outside the engine."""
+    count = len(stack.cases)
+    few = len(model.variables) <= closed_form.MOST_UNKNOWNS
+    if few and not any(each.binary for each in model.variables):
+        try:
+            solution = closed_form.solve(model, count)
+            unbounded = np.array([status is Status.UNBOUNDED for status in solution.statuses])
+            return unbounded | _satisfied(model, solution.values)
+        except NotAffineError:
+            pass
+        try:
+            return _satisfied(model, bracket.some_point(model, count))
+        except (NotExponentialError, InputError):
+            pass
+    try:
+        statuses = answer(model, count, stack.question).statuses
+    except SolverError:
+        return np.zeros(count, bool)
+    return np.array([status.has_answer for status in statuses])
+
+
+def _satisfied(model: Model, values: Values) -> Booleans:
+    """Where values satisfy every constraint, evaluated in NumPy."""
+    holds = np.broadcast_arrays(*(row.satisfied for row in evaluated(model, values)))
+    return np.asarray(np.logical_and.reduce(holds))
+
+
+def _meetable(model: Model, slot_s: float) -> Booleans:
+    """Whether whole slots can add up to what sums of unknowns have to equal, by programme.
+
+    Nearly no mission has such slots, and trying all of them takes a second a route.
+    """
+    possible = np.array(True)
+    for relation in (each.relation for each in model.constraints if each.relation.sense == "=="):
+        try:
+            total, wanted = affine(relation.left, {}), affine(relation.right, {})
+        except NotAffineError:
+            continue
+        whole = all(np.all(each == 1.0) for each in total.coefficients.values())
+        if whole and not wanted.coefficients:
+            nearest = slot_s * np.round((wanted.constant - total.constant) / slot_s)
+            possible = possible & holding("==", nearest + total.constant, wanted.constant)
+    return possible
+
+
+def _in_slots(model: Model, parameters: Values, slot_s: float) -> bool:
+    """Whether some whole slots are feasible, by the tests of the grid engine."""
+    ranges = slot_ranges(model, parameters, slot_s)
+    all_of_them = max(last - first for first, last in ranges.values()) <= MOST_SEARCHED
+    axes = []
+    for first, last in ranges.values():
+        more = float(last - first)
+        slots = np.arange(more + 1.0 if all_of_them else min(more + 1.0, FIRST_SLOTS))
+        if not all_of_them and more >= FIRST_SLOTS:
+            further = np.geomspace(FIRST_SLOTS, more, FIRST_SLOTS)
+            slots = np.concatenate([slots, np.unique(np.floor(further))])
+        axes.append(slot_s * (first + slots))
+    points = dict(zip(ranges, np.ix_(*axes), strict=True))
+    return bool(grid.cells(grid.tests(model, parameters), points).any())
