@@ -75,6 +75,13 @@ def has_rotors(mission: Mission) -> bool:
     return mission.flight.model == "rotors"
 
 
+def by_trajectory(mission: Mission, perspective: Perspective) -> dict[str, Plan]:
+    """The plan of every trajectory."""
+    return {
+        name: solve(mission, P1(trajectory=name), perspective=perspective) for name in TRAJECTORIES
+    }
+
+
 # Fig. 8: hover time by size of the battery
 
 

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
+import contextlib
 import itertools
 import math
 import re
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
-from functools import partial
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
@@ -23,7 +23,7 @@ from optuav.mission import Mission
 from optuav.network import vehicle
 from optuav.options import Perspective
 from optuav.paper import curves, table2
-from optuav.paper.curves import BEST, OURS, TRAJECTORIES, has_rotors, solve, with_deadline
+from optuav.paper.curves import BEST, OURS, has_rotors, solve, with_deadline
 from optuav.paper.ledger import ledger
 from optuav.paper.statement import Verdict, agrees, data
 from optuav.physics import rotor
@@ -136,14 +136,14 @@ def missing(plans: Mapping[str, Plan]) -> Iterator[str]:
 
 def grounded(plans: Mapping[str, Plan], what: str) -> Iterator[str]:
     """How many of the plans shown as rows or bars cannot be flown; nothing if all can."""
-    dry = [plan for plan in plans.values() if plan.runs_dry_s is not None]
-    full = [p for p in plans.values() if p.runs_dry_s is None and p.overfull_s is not None]
-    for found, words in (
+    dry = sum(plan.runs_dry_s is not None for plan in plans.values())
+    full = sum(p.runs_dry_s is None and p.overfull_s is not None for p in plans.values())
+    for count, words in (
         (dry, "the available well runs dry before the end"),
         (full, "the well lasts, but is charged beyond full"),
     ):
-        if found:
-            yield f"In {len(found)} of {len(plans)} {what} {words}: such a plan cannot be flown."
+        if count:
+            yield f"In {count} of {len(plans)} {what} {words}: such a plan cannot be flown."
 
 
 def deadlines_s(mission: Mission) -> Sequence[float]:
@@ -160,15 +160,13 @@ def _plan(
 
 def _records(plans: Mapping[str, Plan], column: str) -> list[Record]:
     """Plans as rows of a CSV file; a column has their names without what stands last in them."""
+    times = ("hover_time_s", "rest_time_s", "flight_time_s", "mission_time_s")
     return [
         {
             column: name.rpartition(", ")[0] or name,
             "deadline_s": plan.mission.limits.deadline_s,
             "perspective": plan.perspective,
-            "hover_time_s": plan.hover_time_s,
-            "rest_time_s": plan.rest_time_s,
-            "flight_time_s": plan.flight_time_s,
-            "mission_time_s": plan.mission_time_s,
+            **{each: getattr(plan, each) for each in times},
             **{f"eta{n}_percent": eta(plan, each) for n, each in enumerate(PAPER, start=1)},
             "runs_dry_s": plan.runs_dry_s,
             "overfull_s": plan.overfull_s,
@@ -180,6 +178,7 @@ def _records(plans: Mapping[str, Plan], column: str) -> list[Record]:
 
 
 def _stays(plan: Plan) -> list[str]:
+    """The stops of a plan in words."""
     return [
         f"{stop.kind if stop.kind == stop.at else f'{stop.kind} {stop.at}'} {stop.duration_s:.2f} s"
         for stop in plan.stops
@@ -195,11 +194,21 @@ def _columns(**values: object) -> list[Record]:
 
 
 def _details(mission: Mission, *perspective: Perspective) -> list[str]:
+    """For what a study is made: its perspective, and the deadline."""
     deadline = f"T_max = {mission.limits.deadline_s:g} s"
     return [*(f"perspective {each}" for each in perspective), deadline]
 
 
+def _said(file: str, **words: object) -> Iterator[str]:
+    """The findings that the statements' file has of an exhibit, but for those without a number."""
+    known = {name: value for name, value in words.items() if value is not None}
+    for sentence in data()["exhibit"][file]["findings"]:
+        with contextlib.suppress(KeyError):
+            yield sentence.format(**known)
+
+
 def _titled(mission: Mission, words: str) -> str:
+    """A title after the name of the mission."""
     from optuav.plots.style import printed
 
     return f"{printed(mission.name)}: {words}"
@@ -214,40 +223,45 @@ def _curves(
 ) -> Axes:
     """Columns of the records as curves, by what the statements' file says of this exhibit."""
     stated = data()["exhibit"][file]
-    title, x_label, y_label = (
-        stated[key].format(**words) for key in ("title", "x_label", "y_label")
-    )
+    texts = {each: stated[each].format(**words) for each in ("title", "x_label", "y_label")}
     x_unit, y_unit = stated.get("units", (1.0, 1.0))
+
     lines = []
     for column, label in stated["lines"].items():
-        named = partial(_line_name, label, words)
-        for name, rows in itertools.groupby(records, named):
-            x, y = np.array([(row[stated["x"]], row[column]) for row in rows], dtype=float).T
+        names = [
+            NO_SPEED if row.get("max_speed_rad_s", 0.0) is None else label.format(**row, **words)
+            for row in records
+        ]
+        for name in dict.fromkeys(names):
+            own = (row for row, each in zip(records, names, strict=True) if each == name)
+            x, y = np.array([(row[stated["x"]], row[column]) for row in own], dtype=float).T
             lines.append(plots.Line(name, x / x_unit, y / y_unit, stated.get("marker", "")))
-    return plots.curves(
-        lines,
-        title=_titled(mission, title),
-        x_label=x_label,
-        y_label=y_label,
-        marks=marks,
-        y_from_zero=file.startswith("harvest"),
-    )
+    texts["title"], from_zero = _titled(mission, texts["title"]), file.startswith("harvest")
+    return plots.curves(lines, **texts, marks=marks, y_from_zero=from_zero)
 
 
-def _line_name(label: str, words: Mapping[str, object], row: Record) -> str:
-    """The name of the curve that a record belongs to."""
-    return NO_SPEED if row.get("max_speed_rad_s", 0.0) is None else label.format(**row, **words)
-
-
-def _bars(plans: Mapping[str, Plan], mission: Mission, words: str) -> Axes:
-    return plots.bars(
-        [plots.Bar(name, "", p.hover_time_s, p.flyable is not False) for name, p in plans.items()],
-        title=_titled(mission, words),
+def _bars(
+    mission: Mission,
+    file: str,
+    plans: Mapping[str, Plan],
+    labels: Mapping[str, str],
+    column: str,
+    details: Sequence[str],
+    findings: Sequence[str],
+) -> Exhibit:
+    """The hover times of the plans that exist as bars with labels, and the plans as records."""
+    found = existing(plans)
+    axes = plots.bars(
+        [plots.Bar(labels[name], "", p.hover_time_s, bool(p.flyable)) for name, p in found.items()],
+        title=_titled(mission, data()["exhibit"][file]["title"]),
         y_label="hover time Δ [s]",
     )
+    records = _records(found, column)
+    return Exhibit(mission, file, records, axes, details=details, findings=findings)
 
 
 def _refuse_turns(mission: Mission, perspective: Perspective) -> None:
+    """Leave out a study of many plans where packs take turns."""
     if perspective == OURS and mission.battery.schedule != "pooled":
         words = "it takes many plans, and where packs take turns each is a search by simulation"
         raise NotShownError(words)
@@ -258,41 +272,36 @@ def _refuse_turns(mission: Mission, perspective: Perspective) -> None:
 
 def system(mission: Mission, perspective: Perspective) -> Exhibit:
     """The map with the four trajectories."""
-    plans: dict[str, Plan] = {
-        name: solve(mission, P1(trajectory=name), perspective=perspective) for name in TRAJECTORIES
-    }
+    plans = curves.by_trajectory(mission, perspective)
     found = existing(plans)
     routes = "; ".join(f"{name} {' → '.join(plan.route)}" for name, plan in found.items())
-    findings = (f"Routes: {routes}.", *missing(plans))
     axes, details = plots.trajectories(plans).plan, _details(mission, perspective)
-    records = _records(found, "trajectory")
+    findings, records = (f"Routes: {routes}.", *missing(plans)), _records(found, "trajectory")
     return Exhibit(mission, "system", records, axes, (), perspective, details, findings)
 
 
 def wells(mission: Mission, perspective: Perspective) -> Exhibit:
-    """The two wells at the end of every phase of the optimal plan."""
+    """The two wells over the optimal plan."""
     plan, full = _plan(mission, perspective=perspective), vehicle.pool(mission).full
-    lasting = [phase for phase in plan.phases if phase.duration_s > 0.0]
-    words = [
-        "full, at take-off",
-        *(f"after {phase.kind}, {phase.end_s:.0f} s" for phase in lasting),
-    ]
-    ends = [(phase.available_As, phase.bound_As) for phase in lasting]
-    percents = [
-        [100.0, *(100.0 * sum(end) / float(size) for end in well)]
-        for well, size in zip(zip(*ends, strict=True), full, strict=True)
-    ]
-    available, bound = percents
-    findings = [
-        f"The available well ends at {number(available[-1], 1)} % of its full charge, the bound "
-        f"well at {number(bound[-1], 1)} %.",
-        *(f"{each[:1].upper()}{each[1:].removesuffix('.')}." for each in plan.warnings),
-    ]
-    axes, details = plots.wells([plan])[0], _details(mission, perspective)
-    records = _columns(
-        moment=words, available_percent_of_full=available, bound_percent_of_full=bound
+    ends = (plan.phases[-1].available_As, plan.phases[-1].bound_As)
+    available, bound = (
+        number(100.0 * sum(end) / float(size), 1) for end, size in zip(ends, full, strict=True)
     )
-    return Exhibit(mission, "wells", records, axes, (), perspective, details, findings)
+    warnings = (f"{each[:1].upper()}{each[1:].removesuffix('.')}." for each in plan.warnings)
+    findings = (*_said("wells", available=available, bound=bound), *warnings)
+    return _wells_over(plan, "wells", _details(mission, perspective), findings, perspective)
+
+
+def _wells_over(
+    plan: Plan, file: str, details: Sequence[str], findings: Sequence[str], part: str = ""
+) -> Exhibit:
+    """The wells of a plan over time."""
+    from optuav.plots.charge import course
+
+    time_s, available_As, bound_As = course(vehicle.pool(plan.mission), plan)
+    records = _columns(time_s=time_s, available_As=available_As, bound_As=bound_As)
+    axes = plots.wells([plan])[0]
+    return Exhibit(plan.mission, file, records, axes, (), part, details, findings)
 
 
 def direct_path(mission: Mission) -> Iterator[Exhibit]:
@@ -347,42 +356,35 @@ def _beside_the_paper(mission: Mission) -> Exhibit:
 
 def by_perspective(mission: Mission) -> Iterator[Exhibit]:
     """Hover time, and charge left, for every deadline."""
-    from optuav.plots.style import WORDS
-
+    least = plots.Level(100.0 * mission.limits.min_soc, "least, $η_0$")
+    charts = (
+        ("hover-time", "hover time", "hover time Δ [s]", None),
+        ("charge-left", "charge left", "charge left $η_1(T)$ [%]", least),
+    )
     for deadline_s in deadlines_s(mission):
-        changed = with_deadline(mission, deadline_s)
+        changed, bars = with_deadline(mission, deadline_s), list[tuple[plots.Bar, plots.Bar]]()
         plans: dict[str, Plan] = {}
-        hovers, charges = list[plots.Bar](), list[plots.Bar]()
         best: list[str] = []
         for perspective in (*PAPER, OURS):
-            own = {
-                WORDS[name]: solve(changed, P1(trajectory=name), perspective=perspective)
-                for name in TRAJECTORIES
-            }
-            plans |= {f"{name}, {perspective}": plan for name, plan in own.items()}
-            for name, plan in zip(TRAJECTORIES, own.values(), strict=True):
+            own = curves.by_trajectory(changed, perspective)
+            for name, plan in own.items():
                 values = (plan.hover_time_s, eta(plan, "battery")) if plan else (None, None)
-                flyable = not plan or bool(plan.flyable)
-                hovers.append(plots.Bar(perspective, name, values[0], flyable))
-                charges.append(plots.Bar(perspective, name, values[1], flyable))
+                hover, left = (
+                    plots.Bar(perspective, name, value, plan.flyable is not False)
+                    for value in values
+                )
+                bars.append((hover, left))
+                plans[f"{name}, {perspective}"] = plan
             best += _longest(perspective, own)
-        found = existing(plans)
-        title = _titled(mission, f"$T_{{max}}$ = {deadline_s:g} s")
-        records, part, details = (
-            _records(found, "trajectory"),
-            f"{deadline_s:g}s",
-            _details(changed),
-        )
-        findings = (*best, *grounded(found, "bars"), *missing(plans))
-        axes = plots.bars(hovers, title=f"{title}, hover time", y_label="hover time Δ [s]")
-        yield Exhibit(changed, "hover-time", records, axes, (), part, details, findings)
-        axes = plots.bars(
-            charges,
-            title=f"{title}, charge left",
-            y_label="charge left $η_1(T)$ [%]",
-            level=plots.Level(100.0 * mission.limits.min_soc, "least, $η_0$"),
-        )
-        yield Exhibit(changed, "charge-left", records, axes, (), part, details)
+        found, details = existing(plans), _details(changed)
+        title, part = _titled(mission, f"$T_{{max}}$ = {deadline_s:g} s"), f"{deadline_s:g}s"
+        records, said = _records(found, "trajectory"), (*grounded(found, "bars"), *missing(plans))
+        for (file, words, y_label, level), shown in zip(
+            charts, zip(*bars, strict=True), strict=True
+        ):
+            axes = plots.bars(shown, title=f"{title}, {words}", y_label=y_label, level=level)
+            findings = () if level else (*best, *said)
+            yield Exhibit(changed, file, records, axes, (), part, details, findings)
 
 
 def _longest(perspective: Perspective, plans: Mapping[str, Plan]) -> Iterator[str]:
@@ -401,52 +403,50 @@ def _longest(perspective: Perspective, plans: Mapping[str, Plan]) -> Iterator[st
 def least_charge(mission: Mission, perspective: Perspective) -> Exhibit:
     """Hover time by the charge that must be left, one curve a rotor speed."""
     _refuse_turns(mission, perspective)
-    own = mission.limits.min_soc
+    own, own_speed, details = mission.limits.min_soc, None, _details(mission, perspective)
     least = [each for each in (own, own + 0.05, own + 0.1) if each < 1.0]
-    least = [*curves.LEAST_SOC] if is_papers(mission) else least
-    own_speed: float | None = None
-    speeds: list[float | None] = [None]
-    details = _details(mission, perspective)
+    speeds: Sequence[float | None] = (None,)
     if has_rotors(mission) and mission.rotor is not None:
         own_speed = mission.rotor.max_speed_rad_s
         speeds = [share * own_speed for share in curves.SPEED_SHARES]
     else:
         details.insert(0, f"{NO_SPEED}, without v_max")
-    percents, records, plans = [100.0 * soc for soc in least], [], []
-    for speed in speeds:
+    plans = {}
+    for speed, soc in itertools.product(speeds, curves.LEAST_SOC if is_papers(mission) else least):
         change = {} if speed is None else {"rotor.max_speed_rad_s": speed}
-        changed = (mission.replace({**change, "limits.min_soc": soc}) for soc in least)
-        own_plans = [solve(each, perspective=perspective) for each in changed]
-        hovers_s = [plan.hover_time_s if plan else math.nan for plan in own_plans]
-        records += _columns(
-            max_speed_rad_s=speed,
-            min_soc_percent=percents,
-            hover_time_s=hovers_s,
-            route=[" > ".join(plan.route) if plan else "" for plan in own_plans],
-        )
-        plans += own_plans
-        if speed == own_speed:
-            where = "" if speed is None else " at the mission's own v_max"
-            findings = [*_falls(percents, hovers_s, where)]
-    if not any(plans):
+        changed = mission.replace({**change, "limits.min_soc": soc})
+        plans[speed, 100.0 * soc] = solve(changed, perspective=perspective)
+    if not any(plans.values()):
         _plan(mission, perspective=perspective)
+    records = [
+        {
+            "max_speed_rad_s": speed,
+            "min_soc_percent": percent,
+            "hover_time_s": plan.hover_time_s if plan else math.nan,
+            "route": " > ".join(plan.route) if plan else "",
+        }
+        for (speed, percent), plan in plans.items()
+    ]
+    where = "" if own_speed is None else " at the mission's own v_max"
+    own_plans = [(percent, plan) for (speed, percent), plan in plans.items() if speed == own_speed]
+    findings = [*_falls(own_plans, where)]
     axes = _curves(mission, "least-charge", records, part=perspective)
     return Exhibit(mission, "least-charge", records, axes, (), perspective, details, findings)
 
 
-def _falls(percents: Sequence[float], hovers_s: Sequence[float], where: str) -> Iterator[str]:
-    """What the charge that must be left costs of the hover time."""
-    found = [pair for pair in zip(percents, hovers_s, strict=True) if math.isfinite(pair[1])]
-    if len(found) < len(percents):
-        yield f"From η0 = {percents[len(found)]:g} % on there is no plan{where}."
-    if len(found) < 2:
-        return
-    (least, first), *others = found
-    if all(math.isclose(hover_s, first, rel_tol=1e-6) for _, hover_s in others):
-        yield f"Δ = {first:.2f} s for every η0, which is not what ends the hover."
-        return
-    falls = (f"{100.0 * (1.0 - s / first):.2f} % at η0 = {each:g} %" for each, s in others)
-    yield f"From η0 = {least:g} % on, Δ = {first:.2f} s falls by {', '.join(falls)}."
+def _falls(plans: Sequence[tuple[float, Plan]], where: str) -> Iterator[str]:
+    """What the charge that must be left [%] costs of the hover time."""
+    lost = next((f"{percent:g}" for percent, plan in plans if not plan), None)
+    found = [(percent, plan.hover_time_s) for percent, plan in plans if plan]
+    falls = [
+        f"{100.0 * (1.0 - hover_s / found[0][1]):.2f} % at η0 = {percent:g} %"
+        for percent, hover_s in found[1:]
+    ]
+    least, first = found[0] if falls else (None, None)
+    words = {"where": where, "lost": lost, "least": least, "first": first}
+    if falls and all(math.isclose(hover_s, found[0][1], rel_tol=1e-6) for _, hover_s in found):
+        words |= {"least": None, "constant": first}
+    yield from _said("least-charge", falls=", ".join(falls), **words)
 
 
 def battery_size(mission: Mission, perspective: Perspective) -> Exhibit:
@@ -456,37 +456,39 @@ def battery_size(mission: Mission, perspective: Perspective) -> Exhibit:
     _refuse_turns(mission, perspective)
     dark, own_As = curves.without_laser(mission), mission.battery.capacity_As
     best_s = _plan(mission, perspective=perspective).hover_time_s
-    crossing = curves.crossing(mission, best_s, perspective)
-    full = curves.saturation(dark, perspective)
-    marks, findings = [], []
-    if crossing is not None:
-        marks.append(plots.Mark(crossing, f"as long without laser: {crossing:.0f} A s"))
-        findings.append(
-            f"Without laser the direct path hovers {best_s:.2f} s, as the optimum does with it, "
-            f"from {crossing:.0f} A s a pack on: the laser saves {crossing - own_As:.0f} A s, "
-            f"{100.0 * (crossing / own_As - 1.0):.2f} % of the pack."
+    crossing_As = curves.crossing(mission, best_s, perspective)
+    full_As = curves.saturation(dark, perspective)
+    marks = [
+        plots.Mark(at, f"{words}: {at:.0f} A s")
+        for at, words in (
+            (crossing_As, "as long without laser"),
+            (full_As, "ended by the deadline"),
         )
-    if full is not None:
-        marks.append(plots.Mark(full, f"ended by the deadline: {full:.0f} A s"))
-        findings.append(f"From {full:.0f} A s on the deadline ends the direct path without laser.")
+        if at is not None
+    ]
     first_As, last_As = 0.8 * own_As, max([1.15 * own_As, *(1.06 * mark.at for mark in marks)])
     bends = [*(mark.at for mark in marks), curves.saturation(mission, perspective) or 0.0]
     inner = [each for each in bends if first_As < each < last_As]
     packs_As = np.union1d(np.linspace(first_As, last_As, PACKS[perspective]), inner).tolist()
+    without, within = (
+        [
+            plan.hover_time_s if (plan := curves.direct(each, pack_As, perspective)) else math.nan
+            for pack_As in packs_As
+        ]
+        for each in (dark, mission)
+    )
     records = _columns(
         pack_As=packs_As,
         optimum_with_laser_and_own_pack_s=best_s,
-        direct_without_laser_s=[_direct_s(dark, each, perspective) for each in packs_As],
-        direct_with_laser_s=[_direct_s(mission, each, perspective) for each in packs_As],
+        direct_without_laser_s=without,
+        direct_with_laser_s=within,
     )
     axes = _curves(mission, "battery-size", records, marks, part=perspective, own_As=own_As)
-    details = _details(mission, perspective)
+    words = {"best_s": best_s, "crossing_As": crossing_As, "full_As": full_As}
+    if crossing_As is not None:
+        words |= {"saved_As": crossing_As - own_As, "percent": 100.0 * (crossing_As / own_As - 1.0)}
+    details, findings = _details(mission, perspective), [*_said("battery-size", **words)]
     return Exhibit(mission, "battery-size", records, axes, (), perspective, details, findings)
-
-
-def _direct_s(mission: Mission, pack_As: float, perspective: Perspective) -> float:
-    plan = curves.direct(mission, pack_As, perspective)
-    return plan.hover_time_s if plan else math.nan
 
 
 # Figs. 9 and 10: wind, and charging from afar
@@ -504,13 +506,12 @@ def wind(mission: Mission) -> Iterator[Exhibit]:
     ends = [("x, y", level[0]), ("z", up[0]), ("x, y", level[1]), ("z", up[1])]
     marks = [plots.Mark(at, f"${axis}$: {number(at, 2)} N") for axis, at in ends]
     calm, calm_up = (curves.calmest_N(mission, curves.AXES[axis]) for axis in ("x", "z"))
-    finding = (
-        f"Level wind is held up to {level[1]:.4f} N, wind along z from {number(up[0], 4)} to "
-        f"{up[1]:.4f} N; the energy is least at {calm:g} N level and at {calm_up:g} N upwards, "
-        "where the wind carries the weight."
+    words = {"level": level[1], "down": number(up[0], 4), "up": up[1]}
+    axes, findings = (
+        _curves(mission, "wind", records, marks),
+        _said("wind", calm=calm, calm_up=calm_up, **words),
     )
-    axes = _curves(mission, "wind", records, marks)
-    yield Exhibit(mission, "wind", records, axes, findings=(finding,))
+    yield Exhibit(mission, "wind", records, axes, findings=[*findings])
 
 
 def charging(mission: Mission) -> Iterator[Exhibit]:
@@ -523,18 +524,12 @@ def charging(mission: Mission) -> Iterator[Exhibit]:
     for power_W in sorted({*SOURCES_W, mission.laser.power_W}):
         energy_J, efficiency = curves.harvest(mission, power_W, DISTANCES_M)
         percent = 100.0 * efficiency
-        records += _columns(
-            source_power_W=power_W,
-            distance_m=DISTANCES_M,
-            harvested_J=energy_J,
-            efficiency_percent=percent,
-        )
+        columns = {"source_power_W": power_W, "distance_m": DISTANCES_M, "harvested_J": energy_J}
+        records += _columns(**columns, efficiency_percent=percent)
         near = percent[DISTANCES_M <= NEAR_M]
         spans.append(f"{power_W:g} W {near.min():.1f} to {near.max():.1f} %")
-    near_by = f"Efficiency below 1 km by source: {'; '.join(spans)}."
-    findings = (f"{near_by} No limit of the battery is applied.",)
     for file in ("harvested-energy", "harvest-efficiency"):
-        axes = _curves(mission, file, records)
+        axes, findings = _curves(mission, file, records), [*_said(file, spans="; ".join(spans))]
         yield Exhibit(mission, file, records, axes, findings=findings)
 
 
@@ -545,21 +540,14 @@ def runs_dry(mission: Mission) -> Iterator[Exhibit]:
     """The available well over the direct path, of which η1 says nothing."""
     plan, kept = _plan(mission, P3()), solve(mission, P3())
     level = 100.0 * plan.phases[-1].available_As[0] / float(vehicle.pool(mission).capacity_As)
-    dry_s, lasting = plan.runs_dry_s, f"Δ = {kept.hover_time_s:.2f} s"
-    findings = [
-        f"η1 = {eta(plan, 'battery'):.2f} % is left, but the available well ends at "
-        f"{number(level, 1)} % of the capacity.",
-        f"With a well that lasts {lasting if kept else f'there is no plan: {why(kept)}'}.",
-    ]
-    if dry_s is not None:
-        findings.insert(1, f"It is empty at {dry_s:.2f} s of {plan.mission_time_s:.2f} s.")
-    yield _wells_over(plan, "runs-dry", [f"Δ = {plan.hover_time_s:.2f} s"], findings)
+    lasting = f"Δ = {kept.hover_time_s:.2f} s" if kept else f"there is no plan: {why(kept)}"
+    words = {"left": eta(plan, "battery"), "level": number(level, 1), "dry_s": plan.runs_dry_s}
+    said = _said("runs-dry", end_s=plan.mission_time_s, lasting=lasting, **words)
+    yield _wells_over(plan, "runs-dry", [f"Δ = {plan.hover_time_s:.2f} s"], [*said])
 
 
 def overcharges(mission: Mission) -> Iterator[Exhibit]:
     """The wells where the UAV rests first, which charges a battery that is nearly full."""
-    from optuav.plots.charge import course
-
     if not mission.buildings:
         raise NotShownError("the mission has no building to rest on")
     plans = {
@@ -567,48 +555,26 @@ def overcharges(mission: Mission) -> Iterator[Exhibit]:
         for each in mission.buildings
     }
     plan = max(existing(plans).values(), key=lambda each: each.hover_time_s)
-    pool = vehicle.pool(mission)
-    highest = 100.0 * float(course(pool, plan).available_As.max() / pool.full.available_As)
-    when = "" if plan.overfull_s is None else f", which is full from {plan.overfull_s:.2f} s on"
-    finding = f"Charging takes the available well to {highest:.1f} % of its full charge{when}."
     times = (f"Δ = {plan.hover_time_s:.2f} s", f"T' = {plan.rest_time_s:.2f} s")
-    yield _wells_over(plan, "overcharges", (f"on {plan.route[1]}", *times), (finding,))
-
-
-def _wells_over(plan: Plan, file: str, details: Sequence[str], findings: Sequence[str]) -> Exhibit:
-    from optuav.plots.charge import course
-
-    time_s, available_As, bound_As = course(vehicle.pool(plan.mission), plan)
-    records = _columns(time_s=time_s, available_As=available_As, bound_As=bound_As)
-    axes = plots.wells([plan])[0]
-    return Exhibit(plan.mission, file, records, axes, details=details, findings=findings)
+    shown = _wells_over(plan, "overcharges", (f"on {plan.route[1]}", *times), ())
+    most_As = max(each["available_As"] for each in shown.records)
+    highest = 100.0 * most_As / float(vehicle.pool(mission).full.available_As)
+    yield replace(shown, findings=[*_said("overcharges", highest=highest, full_s=plan.overfull_s)])
 
 
 def second_problem(mission: Mission) -> Iterator[Exhibit]:
     """(P2) in its two readings beside (P1)."""
     changed = with_deadline(mission, deadlines_s(mission)[0])
-    labels = {
-        "P1": "(P1)\nlongest hover",
-        "P2": "(P2) as printed\nleast $T_{fl} + T'$",
-        "P2-tight": "(P2), whole\ndeadline used",
-    }
     _plan(changed)
     problems = (P1(), P2(), P2(tight=True))
     plans = {each.name: solve(changed, each, perspective="battery") for each in problems}
-    found = existing(plans)
+    labels = data()["exhibit"]["second-problem"]["labels"]
     hovers = (
         f"{name} " + (f"{plan.hover_time_s:.2f} s" if plan else f"no plan, {why(plan)}")
         for name, plan in plans.items()
     )
-    findings = (
-        "The objective of (P2) as printed has no Δ: every feasible Δ is optimal, 0 included.",
-        "P2-tight asks, as the text does, for Δ = T_max − T_fl − T': only plans that use the whole "
-        "deadline are left.",
-        f"Hover: {'; '.join(hovers)}.",
-    )
-    axes = _bars({labels[name]: plan for name, plan in found.items()}, changed, "hover by problem")
-    records, details = _records(found, "problem"), _details(changed)
-    yield Exhibit(changed, "second-problem", records, axes, details=details, findings=findings)
+    findings = [*_said("second-problem", hovers="; ".join(hovers))]
+    yield _bars(changed, "second-problem", plans, labels, "problem", _details(changed), findings)
 
 
 def more_stops(mission: Mission) -> Iterator[Exhibit]:
@@ -621,17 +587,13 @@ def more_stops(mission: Mission) -> Iterator[Exhibit]:
         for deadline_s in (times * mission.limits.deadline_s for times in LATER)
         for words, (stops, hovers) in WAYS.items()
     }
-    found = existing(plans)
-    labels = {name: name.replace(", T_max", ",\n$T_{max}$") for name in found}
-    bars = {labels[name]: plan for name, plan in found.items()}
-    axes = _bars(bars, mission, "more rests, and hovering in pieces")
-    findings = [
+    labels = {name: name.replace(", T_max", ",\n$T_{max}$") for name in plans}
+    hovers = (
         f"{name}: {plan.hover_time_s:.3f} s; {', '.join(_stays(plan))}."
-        for name, plan in found.items()
-    ]
-    records, details = _records(found, "most"), [f"perspective {OURS}"]
-    findings += missing(plans)
-    yield Exhibit(mission, "more-stops", records, axes, details=details, findings=findings)
+        for name, plan in existing(plans).items()
+    )
+    findings, details = (*hovers, *missing(plans)), [f"perspective {OURS}"]
+    yield _bars(mission, "more-stops", plans, labels, "most", details, findings)
 
 
 def peak_speed(mission: Mission) -> Iterator[Exhibit]:
@@ -646,13 +608,10 @@ def peak_speed(mission: Mission) -> Iterator[Exhibit]:
     legs = [phase for phase in plan.phases if phase.kind == "flight"]
     records = [{name: getattr(leg, name) for name in columns} for leg in legs]
     capped = mission.flight.model == "regimes" and mission.flight.max_speed_m_s is not None
-    speed, cap = plan.peak_speed_m_s, " but the mission's" if capped else ""
-    finding = (
-        f"Peak speed {speed:.2f} m/s, {3.6 * speed:.0f} km/h: the legs know neither drag nor a "
-        f"largest speed{cap}."
-    )
+    words = {"speed": plan.peak_speed_m_s, "cap": " but the mission's" if capped else ""}
+    findings = [*_said("peak-speed", kmh=3.6 * plan.peak_speed_m_s, **words)]
     axes = plots.leg(mission, first.start_place, first.end_place).speed
-    yield Exhibit(mission, "peak-speed", records, axes, findings=(finding,))
+    yield Exhibit(mission, "peak-speed", records, axes, findings=findings)
 
 
 def misprints(mission: Mission) -> Iterator[Exhibit]:
@@ -661,22 +620,19 @@ def misprints(mission: Mission) -> Iterator[Exhibit]:
         raise NotShownError("it is about the paper's own numbers")
     if has_rotors(mission):
         found = data()["misprint"]
-        yield Exhibit(
-            mission, "misprints", found, rows=[[*found[0]], *([*each.values()] for each in found)]
-        )
+        rows = [[*found[0]], *([*each.values()] for each in found)]
+        yield Exhibit(mission, "misprints", found, rows=rows)
         motor, x = vehicle.motor(mission), np.linspace(-200.0, 200.0, 81)
         right = np.asarray(rotor.power(motor, 1000.0, x), dtype=float) / 1000.0
         c6, c9 = (float(rotor.power_coefficients(motor)[each]) for each in (5, 8))
         wrong_c9 = motor.torque_constant_Nm_A / motor.friction_torque_Nm * c6
-        wrong = right + 1000.0 * x * (wrong_c9 - c9)
-        file = "c9"
+        wrong, file = right + 1000.0 * x * (wrong_c9 - c9), "c9"
         records = _columns(change_rad_s2=x, power_kW=right, power_as_printed_kW=wrong)
-        finding = f"As printed c_9 is {wrong_c9 / c9:.3g} times what e·i needs, in every turn."
+        findings = [*_said(file, times=wrong_c9 / c9)]
     else:
         x = np.linspace(0.0, 1000.0, 101)
         right = np.array([table2.charge_left(mission, 3, hover_s) for hover_s in x])
-        wrong = 2.0 * right[0] - right
-        file = "signs"
+        wrong, file = 2.0 * right[0] - right, "signs"
         records = _columns(hover_time_s=x, eta3_percent=right, eta3_as_printed_percent=wrong)
-        finding = "As printed the battery would gain charge from hovering."
-    yield Exhibit(mission, file, records, _curves(mission, file, records), findings=(finding,))
+        findings = [*_said(file)]
+    yield Exhibit(mission, file, records, _curves(mission, file, records), findings=findings)

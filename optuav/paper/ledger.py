@@ -1,22 +1,49 @@
-"""The ledger: the paper's statements with our values, computed when it is called."""
+"""The ledger: our values for the paper's statements, computed when it is called."""
 
 from __future__ import annotations
 
+import itertools
+import math
 from collections import Counter
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from functools import partial
+from functools import reduce
 from typing import Any, TypeAlias
 
+import numpy as np
+
+from formulations.p4 import P4
+from formulations.soc import PAPER
 from optuav.errors import Fault, InputError
 from optuav.mission import Mission
 from optuav.mission.messages import nearest
-from optuav.paper.computations import computation
-from optuav.paper.curves import papers
-from optuav.paper.statement import Entry, Interval, PaperStatement, Value, Verdict, data
+from optuav.network import vehicle
+from optuav.network.network import build_network
+from optuav.network.one_stop import find_shortcuts
+from optuav.network.places import HOVER
+from optuav.options import Perspective
+from optuav.paper import curves, table2
+from optuav.paper.curves import LEAST_SOC, papers, solve, with_deadline
+from optuav.paper.statement import (
+    Entry,
+    Interval,
+    PaperStatement,
+    Value,
+    Verdict,
+    data,
+    printed_interval,
+)
+from optuav.physics import laser, rotor
+from optuav.plan import Plan
 from optuav.studies.results import as_csv
 
 Progress: TypeAlias = Callable[[int, int, str], None]
+
+NEAR_M, FAR_M = np.linspace(0.0, 1000.0, 101), np.linspace(0.0, 5000.0, 101)
+SOURCES_W = (500.0, 1000.0)
+"""Distances and sources at which the trends of Fig. 10 are checked."""
+SAME_S = 1e-6
+ENERGY_FIRST: tuple[Perspective, ...] = ("energy", "battery", "adjusted")
 
 
 @dataclass(frozen=True)
@@ -66,7 +93,7 @@ class Ledger:
     @property
     def details(self) -> str:
         """Every entry as a few lines."""
-        return "\n\n".join(map(_block, self.entries))
+        return "\n\n".join(map(_block, self.records()))
 
     def __str__(self) -> str:
         return self.summary
@@ -105,49 +132,17 @@ def _line(entry: Entry) -> str:
     return f"{paper.name}: {paper.stated} {paper.unit}".rstrip() + f"; ours {ours}"
 
 
-def _block(entry: Entry) -> str:
-    paper = entry.statement
-    reason = f": {entry.reason}" if entry.reason else ""
-    return "\n".join(
-        (
-            f"{paper.name}  {paper.place}: {paper.what}",
-            f"  paper      {paper.stated} {paper.unit}".rstrip(),
-            f"  printed    {entry.shown(entry.printed)}",
-            f"  recovered  {entry.shown(entry.recovered)}",
-            f"  verdict    {entry.verdict.value}{reason}",
-            f"  how        {paper.how}; {entry.command}",
-        )
-    )
-
-
-def statements() -> tuple[PaperStatement, ...]:
-    """All statements, about in the paper's order."""
-    return tuple(_statement(dict(each)) for each in data()["statement"])
-
-
-def _statement(fields: dict[str, Any]) -> PaperStatement:
-    key = fields.pop("key", None)
-    if key is not None:
-        fields |= {"how": f"{key} of the mission", "command": "optuav show paper"}
-        return PaperStatement(**fields, compute=partial(_setting, key=key), given=True)
-    room = fields.pop("room", None)
-    compute = _value(fields.pop("compute"))
-    return PaperStatement(**fields, compute=compute, room=room and partial(_room, room))
-
-
-def _setting(mission: Mission, key: str) -> Value:
-    section, _, name = key.partition(".")
-    return float(getattr(getattr(mission, section), name))
-
-
-def _value(named: Sequence[str | float]) -> Callable[[Mission], Value]:
-    name, *options = named
-    return lambda mission: computation(str(name))(mission, *options)
-
-
-def _room(named: Sequence[str | float]) -> Value | Interval:
-    values = map(_value(named), papers())
-    return next((value for value in values if value is not None), None)
+def _block(record: Mapping[str, str]) -> str:
+    """An entry in full."""
+    lines = {
+        "paper": f"{record['stated']} {record['unit']}".rstrip(),
+        "printed": record["by printed parameters"],
+        "recovered": record["by recovered parameters"],
+        "verdict": ": ".join(filter(None, (record["verdict"], record["reason"]))),
+        "how": f"{record['how']}; {record['command']}",
+    }
+    head = f"{record['name']}  {record['place']}: {record['what']}"
+    return "\n".join([head, *(f"  {name:9}  {words}" for name, words in lines.items())])
 
 
 def ledger(names: Collection[str] = (), *, progress: Progress | None = None) -> Ledger:
@@ -178,25 +173,256 @@ def ledger(names: Collection[str] = (), *, progress: Progress | None = None) -> 
     ('14.33', '14.33', 'matched with recovered parameters')
     """
     chosen = tuple(_chosen(statements(), names))
-    printed, recovered = papers()
     entries = []
     for done, each in enumerate(chosen):
         if progress is not None:
             progress(done, len(chosen), each.name)
-        entries.append(Entry(each, each.compute(printed), each.compute(recovered)))
+        printed, recovered = (_value(each, each.compute, mission) for mission in papers())
+        rooms = (_value(each, each.room, mission) for mission in papers() if each.room)
+        room = next((value for value in rooms if value is not None), None)
+        entries.append(Entry(each, printed, recovered, room))
     return Ledger(tuple(entries))
 
 
+def _value(statement: PaperStatement, named: Sequence[Any], mission: Mission) -> Any:
+    """What a function gives for a mission; None for one of another flight model than stated."""
+    if statement.flight not in ("", mission.flight.model):
+        return None
+    name, *options = named
+    return (FORMULAS.get(name) or globals()[name])(mission, *options)
+
+
+def statements() -> tuple[PaperStatement, ...]:
+    """All statements, about in the paper's order."""
+    return tuple(PaperStatement(**each) for each in data()["statement"])
+
+
 def _chosen(known: Sequence[PaperStatement], names: Collection[str]) -> Iterator[PaperStatement]:
+    """Yield the statements of these names, or whose names begin so."""
     every = [each.name for each in known]
-    unknown = [name for name in names if not any(each.startswith(name) for each in every)]
-    if unknown:
-        words = "the name of an entry, or its beginning"
-        raise InputError(
-            Fault("name", repr(name), f"{words}{nearest(name, every)}") for name in unknown
-        )
+    words = "the name of an entry, or its beginning"
+    if faults := [
+        Fault("name", repr(name), f"{words}{nearest(name, every)}")
+        for name in names
+        if not any(each.startswith(name) for each in every)
+    ]:
+        raise InputError(faults)
     whole = set(every).intersection(names)
     beginnings = tuple(name for name in names if name not in whole)
     for each in known:
         if not names or each.name in whole or each.name.startswith(beginnings):
             yield each
+
+
+def _yes(holds: bool) -> str:
+    """The answer to whether something holds."""
+    return "yes" if holds else "no"
+
+
+def _rises(*series: Sequence[float]) -> str:
+    """Whether all series rise."""
+    return "rises" if all(list(each) == sorted(each) for each in series) else "does not always rise"
+
+
+# The models: sections I to IV
+
+
+def source_for_full_charge(mission: Mission) -> Value:
+    """Source with which the battery takes its largest current wherever the UAV may charge."""
+    assert mission.laser is not None
+    places = build_network(mission).places
+    there_m = places.position_m[[HOVER, *places.buildings]] - np.array(mission.laser.position_m)
+    most_W = mission.battery.charge_current_A * mission.battery.nominal_voltage_V
+    needed_W = np.max(curves.source_for_W(mission, most_W, np.linalg.norm(there_m, axis=1)))
+    return "below 1 kW" if needed_W < 1000.0 else f"{needed_W:.0f} W"
+
+
+def c9_over_c6(mission: Mission) -> Value:
+    """The quotient with which the polynomial of eq (4) is voltage times current."""
+    motor, speed, change = vehicle.motor(mission), 1000.0, 100.0
+    c6, c9 = (float(rotor.power_coefficients(motor)[number]) for number in (5, 8))
+    rest = float(rotor.polynomial_power(motor, speed, change)) - change * speed**2 * c9
+    needed = (float(rotor.power(motor, speed, change)) - rest) / (change * speed**2)
+    quotients = {
+        "κ_T/T_f": motor.torque_constant_Nm_A / motor.friction_torque_Nm,
+        "κ_0/T_f": motor.drag_coefficient_Nm_s2_rad2 / motor.friction_torque_Nm,
+    }
+    right = (name for name, q in quotients.items() if math.isclose(q * c6, needed, rel_tol=1e-6))
+    return next(right, None)
+
+
+def hover_altitude(mission: Mission) -> Value:
+    """Altitude of the hover point."""
+    altitude_m = float(build_network(mission).places.position_m[HOVER][2])
+    return "z_min" if altitude_m == mission.limits.min_altitude_m else f"{altitude_m:g} m"
+
+
+def eta3_signs(mission: Mission) -> Value:
+    """Signs of E_fl, E_hv, E_harv by which the row Δ = 697 s comes out within a percent."""
+    start, end = (table2.charge_left(mission, 3, hover_s) / 100.0 for hover_s in (0.0, 697.0))
+    hover = float(vehicle.hover_load(mission).power_W) * 697.0 / table2.HOVER_J
+    shares = (1.0 - start, hover, end - start + hover)
+    found = (
+        " ".join("−" if sign < 0.0 else "+" for sign in signs)
+        for signs in itertools.product((-1.0, 1.0), repeat=3)
+        if abs(1.0 + float(np.dot(signs, shares)) - 0.2830) < 0.01
+    )
+    return " or ".join(found)
+
+
+# Table II and Figs. 3 to 6: perspectives and trajectories
+
+
+def rotor_voltage(mission: Mission, regime: str) -> Value:
+    """Voltage e_r of the motors [V], power over current where loads are stated by regime."""
+    if regime == "flight":
+        legs = build_network(mission).legs
+        return float(legs.energy_J[0] / legs.charge_As[0])
+    if mission.flight.model == "rotors":
+        motor = vehicle.motor(mission)
+        force_N = vehicle.airframe(mission).external_force_N((0.0, 0.0, 0.0))
+        return float(rotor.voltage(motor, rotor.hover_speed(motor, force_N)))
+    load = vehicle.hover_load(mission)
+    return float(load.power_W) / float(load.current_A)
+
+
+def longest_perspectives(mission: Mission) -> Value:
+    """The perspectives with the longest hover on the direct path, at either deadline."""
+    longest: set[str] = set()
+    for deadline_s in curves.DEADLINES_S:
+        hovers = {name: table2.direct(mission, deadline_s, name).hover_time_s for name in PAPER}
+        longest |= {name for name in hovers if hovers[name] >= max(hovers.values()) - SAME_S}
+    return ", ".join(name for name in PAPER if name in longest)
+
+
+def _plans(mission: Mission, deadline_s: float, perspective: Perspective) -> dict[str, Plan]:
+    """The plan of every trajectory at a deadline [s]."""
+    return curves.by_trajectory(with_deadline(mission, deadline_s), perspective)
+
+
+def best_trajectory(mission: Mission, deadline_s: float) -> Value:
+    """The trajectory that is best in all perspectives, or the best of each."""
+    best = {}
+    for perspective in PAPER:
+        hovers = {n: p.hover_time_s for n, p in _plans(mission, deadline_s, perspective).items()}
+        least_s = hovers.pop("optimal") - SAME_S
+        name = max(hovers, key=lambda name: hovers[name])
+        best[perspective] = name if hovers[name] >= least_s else "none of them"
+    each = ", ".join(f"{perspective}: {name}" for perspective, name in best.items())
+    return best["battery"] if len({*best.values()}) == 1 else each
+
+
+def energy_is_shorter(mission: Mission) -> Value:
+    """Whether the energy perspective hovers less than the others at 800 s by any trajectory."""
+    energy, *others = (_plans(mission, 800.0, name) for name in ENERGY_FIRST)
+    pairs = [(energy[name], plans[name]) for plans in others for name in energy]
+    return _yes(all(less.hover_time_s < more.hover_time_s for less, more in pairs))
+
+
+def same_in_slots(mission: Mission) -> Value:
+    """Whether battery and adjusted perspective have one optimum in slots of a second."""
+    plans = [solve(mission, perspective=name, slot_s=1.0) for name in ENERGY_FIRST[1:]]
+    return _yes(plans[0].hover_time_s == plans[1].hover_time_s)
+
+
+def least_charge_is_kept(mission: Mission) -> Value:
+    """Whether η1 is at least η0 at the end of every plan at 800 s."""
+    plans = (plan for name in PAPER for plan in _plans(mission, 800.0, name).values())
+    least = mission.limits.min_soc - 1e-9
+    return _yes(all((plan.soc or {})["battery"] >= least for plan in plans))
+
+
+# Fig. 7: the charge that must be left, and the rotor speed
+
+
+def hover_drop(mission: Mission, percent: float, building: str) -> Value:
+    """By how much Δ falls from η0 = 5 % to another [%], by way of a building."""
+    missions = (mission.replace({"limits.min_soc": each}) for each in (0.05, percent / 100.0))
+    first_s, later_s = (
+        solve(each, P4(building), perspective="battery").hover_time_s for each in missions
+    )
+    return 100.0 * (1.0 - later_s / first_s)
+
+
+def _by_speed(mission: Mission, least: float) -> list[Plan]:
+    """The optimal plans at the shares of v_max."""
+    assert mission.rotor is not None
+    key, own = "rotor.max_speed_rad_s", mission.rotor.max_speed_rad_s
+    changed = mission.replace({"limits.min_soc": least})
+    speeds = (changed.replace({key: own * share}) for share in curves.SPEED_SHARES)
+    return [solve(each, perspective="battery") for each in speeds]
+
+
+def hover_by_speed(mission: Mission) -> Value:
+    """How Δ changes with v_max, for every η0."""
+    return _rises(*([p.hover_time_s for p in _by_speed(mission, least)] for least in LEAST_SOC))
+
+
+def flight_energy_by_speed(mission: Mission) -> Value:
+    """How the energy of flying changes with v_max."""
+    plans = _by_speed(mission, LEAST_SOC[0])
+    return _rises([-sum(p.energy_J for p in plan.phases if p.kind == "flight") for plan in plans])
+
+
+# Fig. 9: wind
+
+
+def wind_limit_by_level(_: Mission) -> Interval:
+    """Least wind along z that follows from the printed 11.57 N and 12.74 N [N]: m g − F."""
+    least, most = printed_interval("11.57")
+    # A limit that is cut, not rounded, may be up to a whole unit larger.
+    return 12.74 - math.hypot(most + 0.005, 12.74), 12.74 - math.hypot(least, 12.74)
+
+
+# Fig. 10: harvested energy
+
+
+def harvest_by_distance(mission: Mission) -> Value:
+    """How harvested energy and efficiency change with the distance."""
+    found = [curves.harvest(mission, power_W, FAR_M) for power_W in SOURCES_W]
+    falls = all(np.all(np.diff(each) < 0.0) for pair in found for each in pair)
+    return "both fall" if falls else "do not always fall"
+
+
+def efficiency_near(mission: Mission) -> Value:
+    """Least and largest efficiency below 1 km [%]."""
+    near = [100.0 * curves.harvest(mission, power, NEAR_M)[1] for power in SOURCES_W]
+    return f"{np.min(near):.1f} to {np.max(near):.1f}"
+
+
+def harvest_by_power(mission: Mission) -> Value:
+    """How harvested energy changes with the power of the source, below 1 km."""
+    less, more = (curves.harvest(mission, power_W, NEAR_M)[0] for power_W in SOURCES_W)
+    return "rises" if np.all(more > less) else "does not always rise"
+
+
+def _saving_As(mission: Mission, hover_s: float) -> float:
+    """Charge of a pack that the laser saves [A s]."""
+    return (curves.crossing(mission, hover_s) or math.nan) - mission.battery.capacity_As
+
+
+FORMULAS: dict[str, Callable[..., Any]] = {
+    "setting": lambda m, key: float(reduce(getattr, key.split("."), m)),
+    "rests_that_pay": lambda m: None if find_shortcuts(build_network(m)) else 1.0,
+    "weight_N": lambda m: -float(vehicle.airframe(m).weight_N),
+    "nominal_energy_J": lambda m: vehicle.pool(m).capacity_As * m.battery.nominal_voltage_V,
+    "full_battery_J": lambda m, voltage_V: vehicle.pool(m).capacity_As * voltage_V,
+    # The propeller of Morbidi et al. (2016) in air of 1.225 kg/m³
+    "lift_coefficient": lambda m: 4.8e-3 * 1.225 * math.pi * 0.12**4,
+    "drag_coefficient": lambda m: 2.3515e-4 * 1.225 * math.pi * 0.12**5,
+    # The visibility at which Zhang et al. (2018) take the attenuation of clear air
+    "attenuation_per_km": lambda m: float(laser.attenuation(m.laser.wavelength_nm, 10.0)),
+    "charge_left": table2.charge_left,
+    "admitted": lambda m, eta, hover_s: table2.admitted(eta, hover_s),
+    "hover_time_s": lambda m, *row: table2.direct(m, *row).hover_time_s,
+    "mission_time_s": lambda m, *row: table2.direct(m, *row).mission_time_s,
+    "optimum_in_slots": lambda m: solve(m, perspective="battery", slot_s=1.0).hover_time_s,
+    "crossing_As": curves.crossing,
+    "saving_As": _saving_As,
+    "saving_percent": lambda m, *at: 100.0 * _saving_As(m, *at) / m.battery.capacity_As,
+    "saturation_As": lambda m: curves.saturation(curves.without_laser(m)),
+    "calmest_wind_N": lambda m, axis: curves.calmest_N(m, curves.AXES[axis]),
+    "least_wind_N": lambda m, axis: curves.wind_limits_N(m, curves.AXES[axis])[0],
+    "largest_wind_N": lambda m, axis: curves.wind_limits_N(m, curves.AXES[axis])[1],
+}
+"""Values of one line, by name."""

@@ -1,12 +1,19 @@
-"""`reproduce`: the studies of the paper as files, with one report of them and of the ledger."""
+"""`reproduce`: the studies of the paper as files, with one page of them and of the ledger.
+
+The page is a tree of elements: text is escaped when it is written, so that a name that looks like
+HTML is shown as a name.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+import base64
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from importlib.resources import files
 from pathlib import Path
 from typing import Any
-from xml.etree.ElementTree import Element
+from urllib.parse import quote
+from xml.etree.ElementTree import Element, tostring
 
 from optuav.errors import Fault, InputError
 from optuav.mission import Mission, load
@@ -14,7 +21,6 @@ from optuav.mission.files import make_directory, write_bytes
 from optuav.mission.messages import nearest
 from optuav.paper import figures, table2
 from optuav.paper.curves import papers, solve
-from optuav.paper.document import element, figure, listing, markdown, page, prose, table
 from optuav.paper.figures import COUNTED, MINUS, Exhibit, NotShownError, is_papers, why
 from optuav.paper.ledger import Ledger, Progress, ledger
 from optuav.paper.statement import Verdict, data
@@ -76,9 +82,9 @@ def reproduce(
     Parameters
     ----------
     directory
-        Where to write: ``report.html``, which needs no other file, and ``report.md``; ``figures/``
-        with PNG and SVG, ``data/`` with CSV. Made if it is missing; files of these names are
-        replaced, once all is computed. The same call writes the same bytes.
+        Where to write: ``report.html``, which needs no other file; ``figures/`` with PNG and SVG,
+        ``data/`` with CSV. Made if it is missing; files of these names are replaced, once all is
+        computed. The same call writes the same bytes.
     only
         Names of studies, or numbers of the paper such as ``"fig5"`` and ``"table2"``; all by
         default. ``"ledger"`` is the ledger of the paper's numbers.
@@ -110,27 +116,17 @@ def reproduce(
     own = load(mission) if isinstance(mission, str | Path) else mission
     missions = papers() if own is None else (own,)
     _check(only, own=mission is not None)
-    files = _made(Path(directory), lambda: dict(_files(missions, only, mission is None, progress)))
+    folder = Path(directory)
+    made = dict(_files(missions, only, mission is None, progress))
     for name in ("figures", "data"):
-        make_directory(Path(directory) / name)
-    for name, content in files.items():
-        write_bytes(Path(directory) / name, content)
-    return [Path(directory) / name for name in files]
-
-
-def _made(directory: Path, files: Callable[[], dict[str, bytes]]) -> dict[str, bytes]:
-    """Files for a directory that is made first, and removed again if making them fails."""
-    new = not directory.exists()
-    make_directory(directory)
-    try:
-        return files()
-    except BaseException:
-        if new:
-            directory.rmdir()
-        raise
+        make_directory(folder / name)
+    for name, content in made.items():
+        write_bytes(folder / name, content)
+    return [folder / name for name in made]
 
 
 def _check(only: Sequence[str], *, own: bool) -> None:
+    """Refuse what is no study, or not one of a mission of one's own."""
     known = (*NAMES[:-1], *NUMBERS) if own else (*NAMES, *NUMBERS)
     faults = [
         Fault("only", repr(name), "not the ledger, which is of the paper's two missions alone")
@@ -148,9 +144,8 @@ def _files(
 ) -> Iterator[tuple[str, bytes]]:
     """Every file by its name in the directory."""
     chosen = [each for each in STUDIES if not only or {each.name, *each.numbers} & {*only}]
-    made: dict[Study, list[Exhibit]] = {study: [] for study in chosen}
+    shown: dict[Study, list[Element]] = {study: [] for study in chosen}
     left_out: dict[tuple[str, str], list[str]] = {}
-    pictures: dict[str, bytes] = {}
     steps = [(study, mission) for study in chosen for mission in missions]
     for done, (study, mission) in enumerate(steps):
         if progress is not None:
@@ -161,44 +156,22 @@ def _files(
                 what = f"{study.heading(of_paper=is_papers(mission))}{part and f', {part}'}"
                 left_out.setdefault((mission.name, reason), []).append(what)
             elif not only or study.name in only or each.numbers & {*only}:
-                made[study].append(each)
-                pictures |= dict(_pictures(each))
+                pictures = dict(_pictures(each))
+                yield from pictures.items()
                 yield f"data/{each.name}.csv", as_csv(each.records).encode()
-    yield from pictures.items()
+                shown[study] += _figure(each, pictures)
     entries: Ledger | None = None
     if of_paper and (not only or LEDGER in only):
         if progress is not None:
             progress(len(steps), len(steps) + 1, LEDGER)
         entries = ledger()
         yield "data/ledger.csv", entries.to_csv().encode()
-    names = ", ".join(mission.name for mission in missions)
-    title = "The paper, reproduced" if entries else f"The paper's studies for {names}"
-    body = element("body", *_report(title, missions, made, left_out, entries))
-    yield "report.md", markdown(body).encode()
-    yield "report.html", page(title, body, pictures).encode()
-
-
-def _pictures(exhibit: Exhibit) -> Iterator[tuple[str, bytes]]:
-    drawn = exhibit.axes.get_figure(root=True) if exhibit.axes else None
-    if drawn is not None:
-        yield f"figures/{exhibit.name}.png", image(drawn, "png")
-        yield f"figures/{exhibit.name}.svg", image(drawn, "svg")
-
-
-def _report(
-    title: str,
-    missions: Sequence[Mission],
-    made: Mapping[Study, Sequence[Exhibit]],
-    left_out: Mapping[tuple[str, str], Sequence[str]],
-    entries: Ledger | None,
-) -> Iterator[Element]:
-    """The parts of the report, after its title and its contents."""
-    of_paper = all(map(is_papers, missions))
+    every = all(map(is_papers, missions))
     sections = [*_of_the_paper(entries)] if entries else []
     sections += [
-        _section(study.name, study.heading(of_paper=of_paper), *_shown(exhibits))
-        for study, exhibits in made.items()
-        if exhibits
+        _section(study.name, study.heading(of_paper=every), *parts)
+        for study, parts in shown.items()
+        if parts
     ]
     if left_out:
         reasons = (
@@ -208,27 +181,66 @@ def _report(
         sections.append(_section("not-shown", "Not shown", listing(reasons)))
     if entries:
         sections.append(_section(LEDGER, "The ledger", *_whole(entries)))
-    yield element("h1", title)
-    names = " and ".join(mission.name for mission in missions)
+    yield "report.html", _page(missions, sections, whole=entries is not None).encode()
+
+
+def _pictures(exhibit: Exhibit) -> Iterator[tuple[str, bytes]]:
+    """The picture of an exhibit as files, where it has one."""
+    drawn = exhibit.axes.get_figure(root=True) if exhibit.axes else None
+    for form in ("png", "svg") if drawn else ():
+        yield f"figures/{exhibit.name}.{form}", image(drawn, form)
+
+
+def _page(missions: Sequence[Mission], sections: Sequence[Element], *, whole: bool) -> str:
+    """The page of the report, with its contents above its sections."""
+    names = [mission.name for mission in missions]
+    title = "The paper, reproduced" if whole else f"The paper's studies for {', '.join(names)}"
     paper = data()["paper"]["citation"]
-    yield element("p", f"Computed by optuav from {names}. The paper: {paper}.")
-    for mission in missions:
-        if not (plan := solve(mission)):
-            yield element("p", f"{mission.name} has no plan: {why(plan)}.")
+    intro = [f"Computed by optuav from {' and '.join(names)}. The paper: {paper}."]
+    plans = {mission.name: solve(mission) for mission in missions}
+    intro += [f"{name} has no plan: {why(plan)}." for name, plan in plans.items() if not plan]
     links = [element("a", each[0].text or "", href=f"#{each.get('id')}") for each in sections]
-    yield element("nav", listing(links))
-    yield from sections
+    head = (
+        element("meta", charset="utf-8"),
+        element("meta", name="viewport", content="width=device-width, initial-scale=1"),
+        element("title", title),
+        element("style", files("optuav.paper").joinpath("report.css").read_text("utf-8")),
+    )
+    body = (
+        element("h1", title),
+        *(element("p", words) for words in intro),
+        element("nav", listing(links)),
+        *sections,
+    )
+    page = element("html", element("head", *head), element("body", *body), lang="en")
+    for each in page.iter():
+        if each.tag in ("p", "ul", "li", "tr", "figure", "section", "nav", "h1", "h2", "details"):
+            each.tail = "\n"
+    return f"<!DOCTYPE html>\n{tostring(page, encoding='unicode', method='html')}\n"
 
 
 def _section(anchor: str, title: str, *content: Element) -> Element:
+    """A section to which the contents lead."""
     return element("section", element("h2", title), *content, id=anchor)
 
 
-def _shown(exhibits: Sequence[Exhibit]) -> Iterator[Element]:
-    for each in exhibits:
-        yield figure(each.name, each.caption, each.rows)
-        if each.findings:
-            yield listing(each.findings)
+def _figure(exhibit: Exhibit, pictures: Mapping[str, bytes]) -> Iterator[Element]:
+    """A picture, or a table, with its caption, links to its files, and its findings."""
+    names = [*pictures, f"data/{exhibit.name}.csv"]
+    links = [
+        part
+        for name in names
+        for part in (" ", element("a", name.rpartition(".")[2].upper(), href=quote(name)))
+    ]
+    if pictures:
+        encoded = base64.b64encode(pictures[names[0]]).decode("ascii")
+        source = f"data:image/png;base64,{encoded}"
+        shown = element("div", element("img", alt=exhibit.caption, src=source), class_="wide")
+    else:
+        shown = table(exhibit.rows)
+    yield element("figure", shown, element("figcaption", f"{exhibit.caption}.", *links))
+    if exhibit.findings:
+        yield listing(exhibit.findings)
 
 
 def _of_the_paper(entries: Ledger) -> Iterator[Element]:
@@ -263,20 +275,21 @@ def _of_the_paper(entries: Ledger) -> Iterator[Element]:
     )
     parameters = f"Free parameters: {'; '.join(table2.FREE_PARAMETERS)}."
     listed = listing((parameters, f"Data: {'; '.join(texts['data'])}."))
-    cells = [("cell", "printed", "by paper-table2", "why it cannot be matched")]
+    cells: list[Sequence[str]] = [
+        ("cell", "printed", "by paper-table2", "why it cannot be matched")
+    ]
     for cell in found:
         if cell.verdict is Verdict.CONTRADICTS:
             what = f"{cell.statement.place}, {cell.statement.what}"
-            printed, ours = (
-                f"{each}\N{NO-BREAK SPACE}%".replace("-", MINUS)
-                for each in (cell.statement.stated, cell.shown(cell.recovered))
-            )
-            cells.append((what, printed, ours, cell.reason))
+            values = (cell.statement.stated, cell.shown(cell.recovered))
+            shown = (f"{each}\N{NO-BREAK SPACE}%".replace("-", MINUS) for each in values)
+            cells.append((what, *shown, cell.reason))
     content = (agreement, worth, listed, adjusted, existence, table(cells, cards=True))
     yield _section("fit", "Table II and the fit behind it", *content)
 
 
 def _whole(entries: Ledger) -> Iterator[Element]:
+    """Every statement of the ledger, folded."""
     yield prose(data()["paper"]["ledger"])
     yield element("p", f"Not counted: {'; '.join(data()['paper']['not_counted'])}.")
     rows = [COLUMNS]
@@ -287,3 +300,39 @@ def _whole(entries: Ledger) -> Iterator[Element]:
         rows.append((*stated, *ours, each.verdict.value, each.reason))
     summary = element("summary", f"All {len(entries.entries)} statements")
     yield element("details", summary, table(rows, cards=True))
+
+
+def element(tag: str, *content: str | Element, **attributes: str) -> Element:
+    """An element with texts and elements in it; ``class_`` stands for the attribute class."""
+    made = Element(tag, {name.strip("_").replace("_", "-"): v for name, v in attributes.items()})
+    for each in content:
+        if isinstance(each, Element):
+            made.append(each)
+        elif len(made):
+            made[-1].tail = (made[-1].tail or "") + each
+        else:
+            made.text = (made.text or "") + each
+    return made
+
+
+def prose(text: str) -> Element:
+    """A paragraph of our own words, in which code stands between backquotes."""
+    parts = enumerate(text.split("`"))
+    return element("p", *(element("code", part) if n % 2 else part for n, part in parts))
+
+
+def listing(items: Iterable[str | Element]) -> Element:
+    """Short texts, one a line."""
+    return element("ul", *(element("li", item) for item in items))
+
+
+def table(rows: Sequence[Sequence[str]], *, cards: bool = False) -> Element:
+    """A table whose first row has the headings; as cards it is one block a row on a phone."""
+    head, *body = rows
+    lines = [element("tr", *(element("th", cell) for cell in head))]
+    for row in body:
+        cells = zip(head, row, strict=True)
+        lines.append(element("tr", *(element("td", cell, data_head=name) for name, cell in cells)))
+    return element(
+        "div", element("table", *lines, class_="cards" if cards else "plain"), class_="wide"
+    )

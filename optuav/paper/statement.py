@@ -3,15 +3,13 @@
 from __future__ import annotations
 
 import tomllib
-from collections.abc import Callable
+from collections.abc import Sequence
 from dataclasses import dataclass
 from decimal import ROUND_DOWN, ROUND_HALF_EVEN, Decimal, InvalidOperation
 from enum import StrEnum
 from functools import cache
 from importlib.resources import files
 from typing import Any, TypeAlias
-
-from optuav.mission import Mission
 
 Value: TypeAlias = float | str | None
 Interval: TypeAlias = tuple[float, float]
@@ -45,8 +43,9 @@ class Verdict(StrEnum):
 class PaperStatement:
     """A number of the paper, or a finding in words, as the file of the statements describes it.
 
-    `given` marks a setting that the missions take; `compute` returns our value for a mission, and
-    `room` the values that the other numbers of the paper leave for it.
+    `compute` names the function of our value and its arguments, `room` that of the values which the
+    other numbers of the paper leave for it, and `flight` the only flight model for which both are
+    defined. `given` marks a setting that the missions take.
     """
 
     name: str
@@ -55,14 +54,15 @@ class PaperStatement:
     stated: str
     unit: str = ""
     how: str
-    compute: Callable[[Mission], Value]
+    compute: Sequence[Any] = ()
+    room: Sequence[Any] = ()
+    flight: str = ""
     reason: str = ""
+    undecided: str = ""
     command: str = ""
     limit: bool = False
     given: bool = False
     fitted: bool = False
-    room: Callable[[], Value | Interval] | None = None
-    undecided: str = ""
 
     @property
     def is_number(self) -> bool:
@@ -78,12 +78,14 @@ class PaperStatement:
 class Entry:
     """A statement with our value by the printed parameters, and by the recovered loads.
 
-    The missions are ``paper`` and ``paper-table2``; a value is None where it does not apply.
+    The missions are ``paper`` and ``paper-table2``; a value is None where it does not apply. `room`
+    is what the other numbers of the paper leave for the value, where the statement asks for it.
     """
 
     statement: PaperStatement
     printed: Value
     recovered: Value
+    room: Value | Interval = None
 
     @property
     def command(self) -> str:
@@ -100,8 +102,8 @@ class Entry:
             return Verdict.CUT
         if agrees(paper.stated, self.recovered):
             return Verdict.FITTED if paper.fitted else Verdict.RECOVERED
-        if paper.room is not None:
-            return Verdict.WITHIN if fits(paper.stated, paper.room()) else Verdict.CONTRADICTS
+        if paper.room:
+            return Verdict.WITHIN if fits(paper.stated, self.room) else Verdict.CONTRADICTS
         return Verdict.UNDECIDED if paper.undecided else Verdict.DIFFERS
 
     @property

@@ -15,7 +15,7 @@ from typing import Any
 import pytest
 
 import optuav
-from optuav.paper import computations, table2
+from optuav.paper import ledger, table2
 from optuav.paper.ledger import Ledger, statements
 from optuav.paper.statement import Entry, PaperStatement, Verdict, agrees, data, fits
 from optuav.paper.table2 import admitted, loads_exist
@@ -36,9 +36,7 @@ def by_name(found: Ledger) -> dict[str, Entry]:
 
 def entry(stated: str, value: float | None, *, limit: bool = False) -> Entry:
     """An entry of one value by the printed parameters."""
-    paper = PaperStatement(
-        name="n", place="p", what="w", stated=stated, how="h", compute=lambda _: None, limit=limit
-    )
+    paper = PaperStatement(name="n", place="p", what="w", stated=stated, how="h", limit=limit)
     return Entry(paper, value, None)
 
 
@@ -154,13 +152,13 @@ def test_every_computation_is_used_and_every_name_exists() -> None:
     named = {
         each[key][0] for each in data()["statement"] for key in ("compute", "room") if key in each
     }
-    functions = inspect.getmembers(computations, inspect.isfunction)
+    functions = inspect.getmembers(ledger, inspect.isfunction)
     public = {
         name
         for name, each in functions
-        if each.__module__ == computations.__name__ and not name.startswith("_")
+        if each.__module__ == ledger.__name__ and not name.startswith("_")
     }
-    assert named == (public | computations.FORMULAS.keys()) - {"computation"}
+    assert named == (public | ledger.FORMULAS.keys()) - {"ledger", "statements"}
 
 
 @pytest.mark.parametrize(
