@@ -3,27 +3,19 @@
 from __future__ import annotations
 
 import math
+import re
 import textwrap
-from collections import Counter
-from collections.abc import Callable, Iterable, Iterator, Sequence
-from functools import partial
+from collections.abc import Iterator, Sequence
+from contextlib import suppress
 from itertools import takewhile
-from typing import TYPE_CHECKING, NamedTuple, TypeAlias
+from typing import TYPE_CHECKING, TypeAlias
 
 import numpy as np
 
-from optuav.modelling.expression import (
-    INDEX,
-    Indexed,
-    Leaf,
-    Let,
-    Operand,
-    Parameter,
-    Variable,
-)
+from optuav.modelling.expression import INDEX, Indexed, Let, Parameter
 from optuav.modelling.forms import NotAffineError, affine
-from optuav.modelling.traversal import nodes, outermost
-from optuav.modelling.writer import Latex, Text
+from optuav.modelling.traversal import outermost
+from optuav.modelling.writer import MARKED, Latex, Text
 
 if TYPE_CHECKING:
     from optuav.modelling.model import Model
@@ -32,11 +24,10 @@ WIDTH = 96
 MARGIN = 11
 LONGEST_SYMBOL = 12
 GAP = "  "
+UNMARKED = str.maketrans(MARKED, "0123456789")
 
 Line: TypeAlias = tuple[str, str]
 """A piece of mathematics and what it is called."""
-Called: TypeAlias = Callable[[str], str]
-"""What a symbol becomes."""
 Section: TypeAlias = tuple[str, list[Line]]
 """Lines under a heading."""
 
@@ -58,14 +49,15 @@ def text(model: Model) -> str:
     array over programmes, with the number and the range of its entries. Lines that differ in the
     number of their symbols alone are written once, see `Indexed`.
     """
-    writer = Text()
+    writer = Text(marks=True)
     lines = [model.title, ""]
-    for head, rows in _goal_and_unknowns(model, writer):
+    for head, rows in _sections(model, writer):
+        if head in CONDITIONS:
+            lines += [head, *_columns([(name, maths) for maths, name in rows], GAP)]
+            continue
         bracketed = [(maths, name and f"({name})") for maths, name in rows]
         columns = _columns(bracketed, " " * MARGIN)
         lines += [f"{head:<{MARGIN}}{columns[0][MARGIN:]}", *columns[1:]]
-    for head, rows in _conditions(model, writer):
-        lines += [head, *_columns([(name, maths) for maths, name in rows], GAP)]
     given = _parameters(model, writer)
     if given:
         columns = _columns(given, GAP)
@@ -80,8 +72,8 @@ def latex(model: Model) -> str:
 
     Without its ``&`` and ``\\``, every line is one that matplotlib's mathtext can set.
     """
-    writer = Latex()
-    sections = [*_goal_and_unknowns(model, writer), *_conditions(model, writer)]
+    writer = Latex(marks=True)
+    sections = [*_sections(model, writer)]
     given = [
         (f"{writer.symbol(symbol)} = {value}{writer.unit(unit)}", key)
         for symbol, _, value, unit, key in _parameters(model, writer)
@@ -98,102 +90,53 @@ def latex(model: Model) -> str:
     return "\n".join([r"\begin{align*}", " \\\\\n".join(lines), r"\end{align*}"])
 
 
-def _goal_and_unknowns(model: Model, writer: Text) -> Iterator[Section]:
-    goals = [writer.write(each) for each in _goals(model)]
-    yield model.sense, [(f",{writer.words(' then smallest ')}".join(goals), "")]
-    rows = [
-        _row(
-            "" if each.label == f"bounds of {each.symbol}" else each.label,
-            [each],
-            partial(_domain, writer, each),
-        )
-        for each in model.variables
-    ]
-    if rows:
-        yield "over", _merged(rows, writer, all_names=True)
+CONDITIONS = ("subject to", "with")
 
 
-def _goals(model: Model) -> list[Operand]:
-    """What is sought first, then among equals; not what an earlier goal has settled already."""
-    goals: list[Operand] = []
-    settled: set[str] = set()
+def _sections(model: Model, writer: Text) -> Iterator[Section]:
+    """Goal, unknowns, constraints and the named quantities in them, as far as there are any."""
+    goals, settled = list[str](), set[str]()
     for goal in (model.objective, *model.preferences):
-        unknown = _only_unknown(goal)
-        if unknown not in settled:
-            goals.append(goal)
-        settled |= {unknown} if unknown else set()
-    return goals
-
-
-def _only_unknown(goal: Operand) -> str:
-    """Name of the unknown that an affine goal in a single unknown settles; else nothing."""
-    try:
-        names = [*affine(goal, {}).coefficients]
-    except NotAffineError:
-        return ""
-    return names[0] if len(names) == 1 else ""
-
-
-def _conditions(model: Model, writer: Text) -> Iterator[Section]:
-    """The constraints, and the named quantities in them; neither where empty."""
-    stated = []
-    for each in model.constraints:
-        write = partial(writer.write, each.relation)
-        stated.append(_row(each.label, outermost(*each.relation.sides), write))
+        names = set[str]()
+        with suppress(NotAffineError):
+            names = {*affine(goal, {}).coefficients}
+        if not names or names - settled:
+            goals.append(writer.write(goal))
+        if len(names) == 1:  # an earlier goal settles it
+            settled |= names
+    yield model.sense, _merged([(f",{writer.words(' then smallest ')}".join(goals), "")], writer)
+    unknowns = []
+    for each in model.variables:
+        domain = f"{writer.named(each).text} {writer.member} {writer.interval(each)}"
+        unknowns.append((domain, "" if each.label == f"bounds of {each.symbol}" else each.label))
+    stated = [(writer.write(each.relation), each.label) for each in model.constraints]
     defined = []
     for let in _named_quantities(model):
-        inner = [] if let.words else outermost(let.expression)
-        defined.append(_row(let.name, [let, *inner], partial(_definition, writer, let)))
-    for head, rows in (("subject to", stated), ("with", defined)):
+        what = writer.words(let.words) if let.words else writer.write(let.expression)
+        defined.append((f"{writer.named(let).text} = {what}", let.name))
+    if unknowns:
+        yield "over", _merged(unknowns, writer, all_names=True)
+    for head, rows in zip(CONDITIONS, (stated, defined), strict=True):
         if rows:
             yield head, _merged(rows, writer)
-
-
-def _definition(writer: Text, let: Let, called: Called) -> str:
-    what = writer.words(let.words) if let.words else writer.write(let.expression, called)
-    return f"{writer.symbol(called(let.symbol))} = {what}"
-
-
-def _domain(writer: Text, unknown: Variable, called: Called) -> str:
-    symbol = writer.symbol(called(unknown.symbol))
-    return f"{symbol} {writer.member} {writer.interval(unknown)}"
 
 
 def _parameters(model: Model, writer: Text) -> list[tuple[str, str, str, str, str]]:
     """Symbol, name, value, unit and key of the parameters; those that differ in a number as one."""
     alike: dict[tuple[str, ...], list[Parameter]] = {}
     for each in model.parameters.values():
-        alike.setdefault((_indexed(each.symbol), each.unit, each.key), []).append(each)
+        pattern = each.symbol.pattern if isinstance(each.symbol, Indexed) else each.symbol
+        alike.setdefault((pattern, each.unit, each.key), []).append(each)
     found = []
-    for (symbol, unit, key), those in alike.items():
+    for (pattern, unit, key), those in alike.items():
         first, name, value = those[0], those[0].name, those[0].value
-        if len(those) > 1 and isinstance(first.symbol, Indexed):
+        several = len(those) > 1 and isinstance(first.symbol, Indexed)
+        if several and isinstance(first.symbol, Indexed):
             name = name.replace(f"[{first.symbol.number}]", f"[{INDEX}]")
             value = np.concatenate([np.ravel(each.value) for each in those])
-        else:
-            symbol = first.symbol  # noqa: PLW2901
+        symbol = pattern if several else str(first.symbol)
         found.append((symbol, name, writer.write(value), unit, key))
     return found
-
-
-class _Row(NamedTuple):
-    """A line, and its pattern with a running index in place of the one number of its symbols."""
-
-    maths: str
-    name: str
-    pattern: str
-    number: int | None
-
-
-def _row(name: str, named: Iterable[Leaf | Let], write: Callable[[Called], str]) -> _Row:
-    numbers = {each.symbol.number for each in named if isinstance(each.symbol, Indexed)}
-    if len(numbers) != 1:
-        return _Row(write(str), name, "", None)
-    return _Row(write(str), name, write(_indexed), numbers.pop())
-
-
-def _indexed(symbol: str) -> str:
-    return symbol.pattern if isinstance(symbol, Indexed) else symbol
 
 
 def _named_quantities(model: Model) -> list[Let]:
@@ -201,35 +144,36 @@ def _named_quantities(model: Model) -> list[Let]:
 
     Of a chain of quantities that are written in words only the last is shown.
     """
-    lets = [each for each in nodes(*model.expressions) if isinstance(each, Let)]
+    lets = [each for each in model.nodes if isinstance(each, Let)]
     written = [*model.expressions, *(each.expression for each in lets if not each.words)]
     seen = {id(each) for each in outermost(*written)}
     return [each for each in lets if not each.words or id(each) in seen]
 
 
-def _merged(rows: Sequence[_Row], writer: Text, *, all_names: bool = False) -> list[Line]:
-    """The lines, those that differ in a number alone as one under what their names share."""
+def _merged(rows: Sequence[Line], writer: Text, *, all_names: bool = False) -> list[Line]:
+    """The lines, those that differ in one number alone as one under what their names share."""
+    alike: dict[object, list[tuple[int, Line]]] = {}
+    for place, (maths, name) in enumerate(rows):
+        found = {*re.findall(f"[{MARKED}]+", maths)}
+        number = int(found.pop()) if len(found) == 1 else -1
+        pattern: object = re.sub(f"[{MARKED}]+", INDEX, maths) if number >= 0 else place
+        while any(number == known for known, _ in alike.get(pattern, ())):
+            pattern = (pattern, place)  # what is stated twice is written twice
+        alike.setdefault(pattern, []).append((number, (maths.translate(UNMARKED), name)))
     merged: list[Line] = []
-    alike: dict[object, list[_Row]] = {}
-    seen: Counter[tuple[str, int | None]] = Counter()
-    for place, row in enumerate(rows):
-        again = seen[row.pattern, row.number]  # what is stated twice is written twice
-        seen[row.pattern, row.number] += 1
-        alike.setdefault((row.pattern, again) if row.pattern else place, []).append(row)
-    for same in alike.values():
-        first = same[0]
-        if len(same) == 1:
-            merged.append((first.maths, first.name))
+    for pattern, same in alike.items():
+        numbers, lines = zip(*same, strict=True)
+        names = [name for _, name in lines]
+        if len(lines) == 1:
+            merged += lines
             continue
-        numbers = [each.number for each in same if each.number is not None]
-        names = [each.name for each in same]
         if all_names:
             name = ", ".join(filter(None, names))
         else:
             words = zip(*(each.split() for each in names), strict=False)
             shared = [word for word, *others in takewhile(lambda each: len({*each}) == 1, words)]
             name = " ".join([*shared, "…"])
-        merged.append((first.pattern + writer.running(INDEX, numbers), name))
+        merged.append((f"{pattern}{writer.running(numbers)}", name))
     return merged
 
 

@@ -3,12 +3,22 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from itertools import groupby
 from typing import NamedTuple
 
 import numpy as np
 
-from optuav.modelling.expression import Leaf, Let, Operand, Relation, Sense, Variable
+from optuav.modelling.expression import (
+    INDEX,
+    Indexed,
+    Leaf,
+    Let,
+    Operand,
+    Relation,
+    Sense,
+    Variable,
+)
 from optuav.modelling.traversal import fold, outermost
 
 LIST, SUM, SIGN, PRODUCT, POWER, ATOM = range(6)
@@ -29,6 +39,9 @@ LEAST, MOST = 1e-4, 10.0**DIGITS
 GUARD = 1e-100
 """max(x, g) with a positive g below this is written as x."""
 SUPERSCRIPTS = str.maketrans("−0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
+MARKED = "𝟎𝟏𝟐𝟑𝟒𝟓𝟔𝟕𝟖𝟗"
+"""Digits of the numbers of symbols while a page is put together."""
+MARKS = str.maketrans("0123456789", MARKED)
 
 
 class Written(NamedTuple):
@@ -46,10 +59,12 @@ ONE = Written("1", ATOM)
 
 
 class Text:
-    """Mathematics in a line of Unicode; it may be broken at a space, not at a no-break space."""
+    """Mathematics in a line of Unicode; it may be broken at a space, not at a no-break space.
 
-    minus = "−"
-    infinity = "∞"
+    With `marks`, the numbers of `Indexed` symbols are written in digits of their own, `MARKED`.
+    """
+
+    minus, infinity, member, binary = "−", "∞", "∈", "{0, 1}"
     after = "\N{NO-BREAK SPACE}"
     """What stands between an operator and the term that follows it."""
     several = "{} values, {} to {}".replace(" ", after)
@@ -57,9 +72,13 @@ class Text:
     """Whole numbers from a first to a last one."""
     aside = ", "
     """Between a relation and where it holds."""
-    member = "∈"
-    binary = "{0, 1}"
+    bracketed, size, root = "({})", "|{}|", "√{}"
+    root_takes = ATOM
+    """How tightly what stands below a root must hold together."""
     senses: Mapping[Sense, str] = {"<=": "≤", ">=": "≥", "==": "="}
+
+    def __init__(self, *, marks: bool = False) -> None:
+        self.marks = marks
 
     def symbol(self, symbol: str) -> str:
         """A symbol such as ``"P_0,hv"``."""
@@ -73,46 +92,41 @@ class Text:
         """Words among mathematics."""
         return words
 
-    def _bracket(self, inner: str) -> str:
-        return f"({inner})"
+    def lines(self, maths: str) -> list[str]:
+        """A piece of mathematics on as many lines as it needs."""
+        return [maths]
 
     def _times(self, left: str, right: str) -> str:
         return f"{left}·{right}"
 
-    def _over(self, above: Written, below: Written) -> Written:
+    def _over(self, above: Written, below: Written) -> str:
         """A fraction, with room around the slash where there are brackets."""
         left, right = self._at_least(PRODUCT, above), self._at_least(POWER, below)
         roomy = left.endswith(")") or right.startswith("(")
-        slash = f" /{self.after}" if roomy else "/"
-        return Written(f"{left}{slash}{right}", PRODUCT)
+        return f"{left} /{self.after}{right}" if roomy else f"{left}/{right}"
 
     def _power(self, base: str, exponent: Written) -> str:
         if re.fullmatch(r"−?\d+", exponent.text):
             return f"{base}{exponent.text.translate(SUPERSCRIPTS)}"
         return f"{base}^{self._at_least(ATOM, exponent)}"
 
-    def _root(self, inner: Written) -> Written:
-        return Written(f"√{self._at_least(ATOM, inner)}", POWER)
-
-    def _size(self, inner: str) -> str:
-        return f"|{inner}|"
-
     def _function(self, name: str, arguments: str) -> str:
         return f"{name}({arguments})"
 
-    def write(
-        self, expression: Operand | Relation, called: Callable[[str], str] = lambda symbol: symbol
-    ) -> str:
-        """An expression, a number, an array of numbers or a relation; `called` renames symbols."""
+    def write(self, expression: Operand | Relation) -> str:
+        """An expression, a number, an array of numbers or a relation."""
         if isinstance(expression, Relation):
-            left, right = (self.write(each, called) for each in expression.sides)
+            left, right = map(self.write, expression.sides)
             return f"{left} {self.senses[expression.sense]}{self.after}{right}"
+        known = {id(each): self.named(each) for each in outermost(expression)}
+        return self._operand(fold(expression, self.named, self._call, done=known)).text
 
-        def named(node: Leaf | Let) -> Written:
-            return Written(self.symbol(called(node.symbol)), ATOM)
-
-        known = {id(each): named(each) for each in outermost(expression) if isinstance(each, Let)}
-        return self._operand(fold(expression, named, self._call, done=known)).text
+    def named(self, node: Leaf | Let) -> Written:
+        """The symbol of a leaf or a named quantity."""
+        symbol = node.symbol
+        if self.marks and isinstance(symbol, Indexed):
+            symbol = symbol.pattern[: -len(INDEX)] + str(symbol.number).translate(MARKS)
+        return Written(self.symbol(symbol), ATOM)
 
     def number(self, value: Operand) -> Written:
         """A number; an array of different numbers as its size and range."""
@@ -130,8 +144,9 @@ class Text:
             digits = np.format_float_positional(number, DIGITS, fractional=False, trim="-")
             return Written(digits, ATOM)
         mantissa, exponent = np.format_float_scientific(number, DIGITS - 1, trim="-").split("e")
-        ten = Written(self._power("10", self.number(int(exponent))), POWER)
-        return ten if mantissa == "1" else Written(self._times(mantissa, ten.text), PRODUCT)
+        ten = self._power("10", self.number(int(exponent)))
+        one = mantissa == "1"
+        return Written(ten if one else self._times(mantissa, ten), POWER if one else PRODUCT)
 
     def interval(self, variable: Variable) -> str:
         """The values that a variable may take, in its unit."""
@@ -142,34 +157,25 @@ class Text:
         right = ")" if upper == self.infinity else "]"
         return f"{left}{lower}, {upper}{right}{self.unit(variable.unit)}"
 
-    def running(self, index: str, numbers: Sequence[int]) -> str:
-        """After a relation, the numbers that an index runs through: ", j = 1 … 5, 7"."""
-        stretches: list[list[int]] = []
-        for number in sorted(numbers):
-            if stretches and number == stretches[-1][-1] + 1:
-                stretches[-1].append(number)
-            else:
-                stretches.append([number])
-        parts = (
-            self.span.format(each[0], each[-1]) if len(each) > 2 else ", ".join(map(str, each))
-            for each in stretches
-        )
-        return self.aside + f"{index} = {', '.join(parts)}".replace(" ", self.after)
-
-    def lines(self, maths: str) -> list[str]:
-        """A piece of mathematics on as many lines as it needs."""
-        return [maths]
+    def running(self, numbers: Sequence[int]) -> str:
+        """After a relation, the numbers that its index runs through: ", j = 1 … 5, 7"."""
+        parts = list[str]()
+        for _, run in groupby(enumerate(sorted(numbers)), lambda each: each[1] - each[0]):
+            first, *more = (number for _, number in run)
+            short = len(more) < 2
+            parts += map(str, (first, *more)) if short else [self.span.format(first, more[-1])]
+        return self.aside + f"{INDEX} = {', '.join(parts)}".replace(" ", self.after)
 
     def _operand(self, value: Operand) -> Written:
         return value if isinstance(value, Written) else self.number(value)
 
     def _at_least(self, level: int, written: Written) -> str:
         """An expression as an operand that must hold together as tightly as a level."""
-        return written.text if written.level >= level else self._bracket(written.text)
+        return written.text if written.level >= level else self.bracketed.format(written.text)
 
     def _call(self, ufunc: np.ufunc, arguments: tuple[Operand, ...]) -> Written:
         first, *rest = map(self._operand, arguments)
-        if ufunc is np.maximum and _is_guard(arguments[1]):
+        if ufunc is np.positive or (ufunc is np.maximum and _is_guard(arguments[1])):
             return first
         if ufunc is np.add:
             return self._sum(first, rest[0])
@@ -179,18 +185,14 @@ class Text:
             return self._join(first, self.minus, self._at_least(PRODUCT, rest[0]))
         if ufunc is np.negative:
             return self._negative(first)
-        if ufunc is np.positive:
-            return first
-        if ufunc is np.multiply:
-            return self._product(first, rest[0])
-        if ufunc is np.divide:
-            return self._fraction(first, rest[0])
+        if ufunc in (np.multiply, np.divide):
+            return self._product(first, rest[0], ufunc)
         if ufunc in (np.power, np.float_power):
             return Written(self._power(self._at_least(ATOM, first), rest[0]), POWER)
         if ufunc is np.sqrt:
-            return self._root(first)
+            return Written(self.root.format(self._at_least(self.root_takes, first)), POWER)
         if ufunc is np.absolute:
-            return Written(self._size(first.text), ATOM)
+            return Written(self.size.format(first.text), ATOM)
         if ufunc is np.expm1:
             power = self._call(np.exp, arguments)
             opposite = self._join(ONE, self.minus, power.text)
@@ -219,18 +221,16 @@ class Text:
             return written.negative._replace(negative=written)
         return Written(f"{self.minus}{self._at_least(PRODUCT, written)}", SIGN, written)
 
-    def _product(self, left: Written, right: Written) -> Written:
+    def _product(self, left: Written, right: Written, ufunc: np.ufunc) -> Written:
+        """A product or a quotient; a sign in front of a factor stands in front of the whole."""
         if left.level == SIGN and left.negative is not None:
-            return self._negative(self._product(left.negative, right))
+            return self._negative(self._product(left.negative, right, ufunc))
+        if ufunc is np.divide:
+            return Written(self._over(left, right), PRODUCT)
         if right.level == SIGN and right.negative is not None:
-            return self._negative(self._product(left, right.negative))
+            return self._negative(self._product(left, right.negative, ufunc))
         factors = self._at_least(PRODUCT, left), self._at_least(PRODUCT, right)
         return Written(self._times(*factors), PRODUCT)
-
-    def _fraction(self, above: Written, below: Written) -> Written:
-        if above.level == SIGN and above.negative is not None:
-            return self._negative(self._fraction(above.negative, below))
-        return self._over(above, below)
 
 
 def _is_guard(operand: Operand) -> bool:
@@ -266,14 +266,11 @@ LINE = 64
 class Latex(Text):
     """LaTeX for its mathematics mode, in commands that MathJax and matplotlib's mathtext know."""
 
-    minus = "-"
-    infinity = r"\infty"
-    after = " "
+    minus, infinity, member, binary, after = "-", r"\infty", r"\in", r"\{0, 1\}", " "
     several = r"{} \text{{ values, }} {} \text{{ to }} {}"
-    span = r"{}, \ldots, {}"
-    aside = r",\quad "
-    member = r"\in"
-    binary = r"\{0, 1\}"
+    span, aside = r"{}, \ldots, {}", r",\quad "
+    bracketed, size, root = r"\left({}\right)", r"\left|{}\right|", r"\sqrt{{{}}}"
+    root_takes = LIST
     senses: Mapping[Sense, str] = {"<=": r"\leq", ">=": r"\geq", "==": "="}
 
     def symbol(self, symbol: str) -> str:
@@ -300,47 +297,28 @@ class Latex(Text):
         return "".join(IN_WORDS.get(part, rf"\text{{{part}}}") for part in parts if part)
 
     def lines(self, maths: str) -> list[str]:
-        r"""A piece of mathematics on lines of some `LINE` characters, broken between terms.
-
-        ``\left`` and ``\right`` that stand on different lines are closed on each by a dot.
-        """
-        found, terms, room, depth = list[str](), [*_terms(maths)], LINE, 0
-        while terms:
-            start = r"\qquad " + r"\left. " * depth if found else ""
-            fits = [k for k in range(1, len(terms)) if _width("".join(terms[:k])) <= room]
-            if _width("".join(terms)) <= room or not fits:
-                return [*found, start + "".join(terms)]
-            depths = {k: depth + _opened("".join(terms[:k])) for k in fits}
-            last = min(fits[len(fits) // 3 :], key=lambda k: (depths[k], -k))
-            depth = depths[last]
-            found.append(start + "".join(terms[:last]).rstrip() + r" \right." * depth)
-            terms, room = terms[last:], LINE - 4
-        return found
-
-    def _bracket(self, inner: str) -> str:
-        return rf"\left({inner}\right)"
+        """A piece of mathematics on lines of some `LINE` characters, broken outside of brackets."""
+        lines = [""]
+        for term in _terms(maths):
+            fits = not lines[-1] or _width(lines[-1] + term) <= LINE
+            lines[-1:] = [lines[-1] + term] if fits else [lines[-1].rstrip(), r"\qquad " + term]
+        return lines
 
     def _times(self, left: str, right: str) -> str:
         """The factors side by side, with a dot before a number."""
         return rf"{left} \cdot {right}" if right[0].isdigit() else rf"{left}\,{right}"
 
-    def _over(self, above: Written, below: Written) -> Written:
-        return Written(rf"\frac{{{above.text}}}{{{below.text}}}", PRODUCT)
+    def _over(self, above: Written, below: Written) -> str:
+        return rf"\frac{{{above.text}}}{{{below.text}}}"
 
     def _power(self, base: str, exponent: Written) -> str:
         """A power; a prime must not meet a superscript."""
         base = f"{{{base}}}" if "'" in base else base
         return f"{base}^{{{exponent.text}}}"
 
-    def _root(self, inner: Written) -> Written:
-        return Written(rf"\sqrt{{{inner.text}}}", ATOM)
-
-    def _size(self, inner: str) -> str:
-        return rf"\left|{inner}\right|"
-
     def _function(self, name: str, arguments: str) -> str:
         upright = rf"\{name}" if name in OPERATORS else rf"\operatorname{{{_upright(name)}}}"
-        return f"{upright}{self._bracket(arguments)}"
+        return upright + self.bracketed.format(arguments)
 
 
 def _upright(text: str) -> str:
@@ -358,16 +336,13 @@ def _name(letters: str) -> str:
     return rf"\mathrm{{{letters}}}"
 
 
-def _opened(maths: str) -> int:
-    return maths.count(r"\left") - maths.count(r"\right")
-
-
 def _terms(maths: str) -> Iterator[str]:
-    """Pieces between which a line may be broken: before signs and relations outside of braces."""
+    """Pieces between which a line may be broken: before signs and relations outside of brackets."""
     start = 0
     for sign in re.finditer(r"(?<= )(?:[+-]|\\leq|\\geq) |(?<=,)\\quad ", maths):
-        before = maths[: sign.start()]
-        if before.count("{") - before.count(r"\{") == before.count("}") - before.count(r"\}"):
+        before = maths[: sign.start()].replace(r"\{", "").replace(r"\}", "")
+        pairs = (r"\left", r"\right"), ("{", "}")
+        if all(before.count(left) == before.count(right) for left, right in pairs):
             yield maths[start : sign.start()]
             start = sign.start()
     yield maths[start:]
