@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 from typing import Any, Literal, NamedTuple
 
@@ -14,13 +14,16 @@ from formulations.p1 import P1
 from formulations.parameters import QUANTITIES, Quantities
 from formulations.soc import AVAILABLE, PERSPECTIVES, WellLimit, pool, well_limits
 from optuav.arrays import Booleans, Floats
-from optuav.engines import bracket
+from optuav.engines import bracket, closed_form
 from optuav.engines.largest import WIDTH_S, largest, shortest
 from optuav.engines.rows import StatedForm, rows_of
 from optuav.errors import Fault, InputError
 from optuav.mission.schema import Number
 from optuav.modelling.forms import CONSTANT, Exponential, unknown
+from optuav.network.variants import Variants
+from optuav.options import Perspective
 from optuav.physics.kibam import Battery, Stage, falls_throughout
+from optuav.solving.assemble import quantities
 
 AT_ONCE = 1 << 13
 """Itineraries solved together: few enough to stay in the cache, and in bounded memory."""
@@ -172,12 +175,26 @@ def longest(given: Quantities, count: int, *, shortest_rest: bool = False) -> Ho
     return Hovers(*found)
 
 
-def delivered(given: Quantities, count: int) -> Mapping[str, Floats]:
-    """Δ and T' [s] by name, NaN where there are none, also where charging tapers; as `longest`."""
-    if given.tapers:
-        return bracket.solve(P1().model(given, AVAILABLE), count).values
-    found = longest(given, count)
-    return {"hover_time_s": found.hover_time_s, "rest_time_s": found.rest_time_s}
+def hover_times_s(variants: Variants, perspective: Perspective) -> Floats:
+    """Longest hover by variant and itinerary [s], NaN without a plan."""
+    routes = variants.network.routes
+    found = np.full((variants.count, len(routes)), np.nan)
+    able = np.broadcast_to(variants.able, found.shape)
+    by_way, steps = routes.building >= 0, perspective == AVAILABLE
+    # The steps on the way need one order of the stays for all.
+    for group in (~by_way, by_way & routes.rest_first, by_way & ~routes.rest_first):
+        number, itineraries = np.nonzero(able & group)
+        if not len(number):
+            continue
+        rests = bool(by_way[itineraries[0]])
+        given = quantities(variants, itineraries, number, rests=rests, steps=steps)
+        if steps and not given.tapers:
+            hover_s = longest(given, len(number)).hover_time_s
+        else:
+            engine = bracket if steps else closed_form
+            hover_s = engine.solve(P1().model(given, perspective), len(number)).objective
+        found[number, itineraries] = hover_s
+    return found
 
 
 def _bracketed(given: Quantities, count: int, shortest_rest: bool) -> Floats:

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from itertools import chain
 from typing import NamedTuple, NoReturn
@@ -20,26 +20,25 @@ import numpy as np
 from formulations.formulation import Given
 from formulations.p1 import P1
 from formulations.parameters import FROM_HOVER, QUANTITIES, TO_HOVER, Quantities
-from formulations.soc import AVAILABLE
-from optuav.arrays import Booleans, Floats, Integers
+from optuav.arrays import Floats, Integers
 from optuav.engines.prices import ShadowPrice
 from optuav.engines.registry import Engine
 from optuav.errors import InputError, SolverError
 from optuav.mission import Mission
 from optuav.modelling import Model, Parameter
 from optuav.network import vehicle
-from optuav.network.network import NO_LEG, Network, build_network, nearest_building
-from optuav.network.obstacles import CLEAR, crossed, prisms
-from optuav.network.places import FIRST_BUILDING, HOVER
+from optuav.network.network import NO_LEG, Network, build_network
+from optuav.network.places import HOVER
+from optuav.network.variants import Variants
 from optuav.options import Perspective
 from optuav.physics.flight import Loads
 from optuav.physics.kibam import Stage
 from optuav.physics.quantity import TINY, Quantity, Vector, norm
 from optuav.plan import Plan
 from optuav.solving.assemble import quantities
-from optuav.solving.batch import delivered
+from optuav.solving.batch import hover_times_s
 from optuav.solving.outcome import Part, best
-from optuav.solving.program import Program, declared_program
+from optuav.solving.program import Program, declared_program, groups
 from optuav.solving.question import AUTO, Question
 from optuav.status import Status
 
@@ -53,8 +52,8 @@ NEAR, REACH = (7, 24, 9), 0.2
 coverage radius."""
 PROMISING_S = 2.0
 """Starts that are worse than the best by more than this are left [s]."""
-MOST_ROUTES, MOST_STARTS, STARTS_OF_A_KIND = 6, 20, 2
-"""Routes refined, starts in all, and starts of one route in sight of the laser or not."""
+MOST_ROUTES, STARTS = 6, 2
+"""Routes refined, and starts of each."""
 APART = 0.1
 """Distance between such starts, as a share of the coverage radius."""
 AROUND, ALONG = 120, 20
@@ -64,43 +63,34 @@ FIRST_M, LAST_M, SHRINK = 20.0, 1e-7, 0.6
 AGAIN, AGAIN_M, SAME_S = 8, 1.0, 1e-6
 """Further refinements from near the best point, how near [m], and by how much two that agree may
 differ [s], which ends them: small steps may be caught by a ridge that leads to no top."""
-CLOSE_S = 1e-3
-"""Points that are worse than the best by more than this are left after refinement [s]."""
-LASER = -1
-"""Stands for the laser where a place is named by its number."""
 
 
 def free_program(question: Question, mission: Mission) -> FreeProgram:
-    """Declare (P1) with the hover point free: the direct route apart from those with a rest."""
+    """Declare (P1) with the hover point free, for the routes that some point may make flyable."""
     own = declared_program(_at_one_point(question), build_network(mission))
-    region = Region.of(mission)
-    groups = list[Integers]()
+    region, network, parts = Region.of(mission), own.network, list[Part]()
     if region.low_m <= region.high_m and not np.isnan(vehicle.hover_load(mission).current_A):
-        groups = _groups(question, own.network)
-    parts = tuple(
-        Part(_opened(own.network, which)[1].model(question.perspective), which) for which in groups
-    )
-    return FreeProgram(question, own.network, parts, () if parts else own.reasons, own)
+        legs, table = network.routes.legs, network.legs
+        apart = (table.start[legs] != HOVER) & (table.end[legs] != HOVER) & (legs != NO_LEG)
+        usable = (table.flyable[legs] | ~apart).all(axis=1)
+        opened = replace(network, routes=replace(network.routes, flyable=usable))
+        for which, rests in groups(question, opened):
+            declared = _opened(network, which, rests).model(question.perspective)
+            parts.append(Part(declared, which))
+    return FreeProgram(question, network, tuple(parts), () if parts else own.reasons, own)
 
 
 def _at_one_point(question: Question) -> Question:
     """The same question with the hover point where the mission has it."""
-    assert isinstance(question.problem, P1)
-    problem = replace(question.problem, hover_point="w_U")
+    problem = replace(question.p1, hover_point="w_U")
     return replace(question, problem=problem, engine=AUTO, time_limit_s=None)
 
 
 @dataclass(frozen=True)
 class FreeProgram(Program):
-    """A program whose hover point is unknown: print it, check points, or solve it.
+    """A program whose hover point is unknown: print it, check points, or solve it."""
 
-    Parameters
-    ----------
-    own
-        The program with the hover point of the mission itself.
-    """
-
-    own: Program
+    own: Program  # The same with the hover point of the mission itself
 
     def solve(self) -> Plan:
         """The best plan found; locally optimal, and never worse than hovering at w_U.
@@ -110,15 +100,18 @@ class FreeProgram(Program):
         SolverError
             If the time limit passes.
         """
-        own = self.own.solve()
+        own, mission = self.own.solve(), self.network.mission
         if not self.parts:
             return own
-        numbers = np.concatenate([part.routes for part in self.parts])
-        found = _PointSearch(self.question, self.network).best(numbers)
-        found.sort(key=lambda each: each.route.number)
-        plans = [own, *(self._plan_at(tuple(each.point_m.tolist())) for each in found)]
-        if own.mission.route.hover_m is not None:
-            plans.append(self._plan_at(None))
+        point_m = _PointSearch(self.question, mission).best_m(
+            np.concatenate([part.routes for part in self.parts])
+        )
+        points_m: list[Vector | None] = [] if mission.route.hover_m is None else [None]
+        points_m += [] if point_m is None else [tuple(point_m.tolist())]
+        plans = [own]
+        for hover_m in points_m:
+            moved = build_network(mission.replace({"route.hover_m": hover_m}))
+            plans.append(declared_program(_at_one_point(self.question), moved).solve())
         plans = [plan for plan in plans if plan]
         if not plans:
             reasons = ("no hover point was found that has a plan", *own.reasons)
@@ -129,15 +122,9 @@ class FreeProgram(Program):
             [len(plan.route) - 3 for plan in plans],
         )
         assert chosen is not None
-        plan = plans[chosen]
-        notes = (_gain(plan, own), *plan.notes)
+        notes = (_gain(plans[chosen], own), *plans[chosen].notes)
         local = {"proof": PROOF, "status": Status.LOCALLY_OPTIMAL, "notes": notes}
-        return plan.model_copy(update=local)
-
-    def _plan_at(self, hover_m: Vector | None) -> Plan:
-        """The best plan with a given hover point; None for w_U."""
-        mission = self.network.mission.replace({"route.hover_m": hover_m})
-        return declared_program(_at_one_point(self.question), build_network(mission)).solve()
+        return plans[chosen].model_copy(update=local)
 
     def shadow_prices(self) -> dict[str, ShadowPrice]:
         """Refused: a free hover point has no prices of its own.
@@ -179,46 +166,28 @@ def _gain(plan: Plan, own: Plan) -> str:
     return f"hover point free: {point} gives {more_s:.4f} s more than {name}"
 
 
-def _groups(question: Question, network: Network) -> list[Integers]:
-    """Numbers of the routes that some hover point may make flyable, by the order of their stays."""
-    routes, table = network.routes, network.legs
-    by_way = routes.building >= 0
-    touches = (table.end[routes.legs] == HOVER) | (table.start[routes.legs] == HOVER)
-    usable = ((routes.legs == NO_LEG) | touches | table.flyable[routes.legs]).all(axis=1)
-    if question.trajectory == "direct":
-        usable &= ~by_way
-    elif question.trajectory == "traj1":
-        usable &= by_way & (routes.building == nearest_building(network))
-    if question.problem.order is not None:
-        usable &= ~by_way | (routes.rest_first == (question.problem.order == "rest-first"))
-    groups = [usable & ~by_way, usable & by_way]
-    if question.perspective == AVAILABLE:  # the steps differ with the order of the stays
-        groups[1:] = [groups[1] & routes.rest_first, groups[1] & ~routes.rest_first]
-    return [np.flatnonzero(group) for group in groups if group.any()]
-
-
-def _opened(network: Network, which: Integers) -> tuple[Integers, FreeHover]:
-    """Places before and after the hover point (route, 2), and quantities by hover point, of routes.
-
-    The routes are all direct, or all by way of a building.
-    """
+def _opened(network: Network, which: Integers, rests: bool) -> FreeHover:
+    """The quantities by hover point of routes, all direct or all by way of a building."""
     mission, table = network.mission, network.legs
     legs = network.routes.legs[which]
     flown = legs != NO_LEG
     to_hover, from_hover = (flown & (ends[legs] == HOVER) for ends in (table.end, table.start))
     apart = flown & ~to_hover & ~from_hover
-    around = np.stack([table.start[legs[to_hover]], table.end[legs[from_hover]]], axis=1)
-    rests = bool(network.routes.building[which[0]] >= 0)
-    before_m, after_m = (tuple(network.places.position_m[place].T) for place in around.T)
+    before, after = table.start[legs[to_hover]], table.end[legs[from_hover]]
+    before_m, after_m = (tuple(network.places.position_m[each].T) for each in (before, after))
+    time_s, charge_As, energy_J = (
+        np.where(apart, figure[legs], 0.0).sum(axis=1)
+        for figure in (table.duration_s, table.charge_As, table.energy_J)
+    )
     given = replace(
         quantities(network, which, rests=rests, hover_open=True),
-        flight_time_s=np.where(apart, table.duration_s[legs], 0.0).sum(axis=1),
-        flight_charge_As=np.where(apart, table.charge_As[legs], 0.0).sum(axis=1),
-        flight_energy_J=np.where(apart, table.energy_J[legs], 0.0).sum(axis=1),
+        flight_time_s=time_s,
+        flight_charge_As=charge_As,
+        flight_energy_J=energy_J,
         hover_current_A=float(vehicle.hover_load(mission).current_A),
         hover_received_W=0.0,
     )
-    return around, FreeHover(
+    return FreeHover(
         rest_of_route=given,
         before_m=before_m,
         after_m=after_m,
@@ -227,6 +196,104 @@ def _opened(network: Network, which: Integers) -> tuple[Integers, FreeHover]:
         leg=lambda way_m: vehicle.leg_loads(mission, way_m)[0],
         charging=lambda distance_m: vehicle.charging(mission, distance_m),
     )
+
+
+DESCRIPTIONS = {
+    "flight_time_s": "time of all legs, two of them to w and from w",
+    "flight_charge_As": "charge drawn on all legs",
+    "flight_energy_J": "energy drawn on all legs",
+    "flight_voltage_V": "mean voltage on all legs",
+    "hover_current_A": "current drawn at w, less what the laser gives there",
+    "hover_received_W": "power received from the laser at w",
+}
+"""Printed in place of formulas in w that would fill a page."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class FreeHover:
+    """The quantities of itineraries as functions of their hover point w, in sight of the laser."""
+
+    # Without the legs to and from w, which the steps name `TO_HOVER` and `FROM_HOVER`; the hover
+    # current is what is drawn before anything is received.
+    rest_of_route: Quantities
+    # Places from which the UAV flies to w and to which it flies on, and positions [m].
+    before_m: Vector
+    after_m: Vector
+    device_m: Vector
+    laser_m: Vector | None
+    leg: Callable[[Vector], Loads]  # What a leg of a displacement [m] draws
+    # Current [A] and power [W] received at a distance from the laser [m].
+    charging: Callable[[Quantity], tuple[Quantity, Quantity]]
+
+    def at(self, w: Vector) -> Quantities:
+        """The quantities with the hover point at w [m]: numbers, arrays or symbols."""
+        given = self.rest_of_route
+        legs = self.leg(_way(self.before_m, w)), self.leg(_way(w, self.after_m))
+        charge_As = given.flight_charge_As + sum(leg.charge_As for leg in legs)
+        energy_J = given.flight_energy_J + sum(leg.energy_J for leg in legs)
+        stages: dict[str, list[Stage | str]] = {
+            name: [Stage(-i, t) for i, t in zip(leg.currents_A, leg.durations_s, strict=True)]
+            for name, leg in zip((TO_HOVER, FROM_HOVER), legs, strict=True)
+        }
+        moved: dict[str, Quantity] = {
+            "flight_time_s": given.flight_time_s + sum(leg.duration_s for leg in legs),
+            "flight_charge_As": charge_As,
+            "flight_energy_J": energy_J,
+            "flight_voltage_V": energy_J / charge_As,
+            "hover_distance_m": norm(_way(self.device_m, w)),
+            "hover_altitude_m": w[2],
+            "steps": [
+                *chain(*(stages.get(s, [s]) if isinstance(s, str) else [s] for s in given.steps))
+            ],
+        }
+        if self.laser_m is not None:
+            current_A, power_W = self.charging(norm(_way(self.laser_m, w)))
+            moved["hover_current_A"] = given.hover_current_A - current_A
+            moved["hover_received_W"] = power_W
+        return replace(given, **moved)
+
+    def model(self, perspective: Perspective) -> Model:
+        """(P1) over w, Δ and T', with the figures of the itineraries as parameters."""
+        model = Model("P1 with the hover point free: longest hover within reach of the device")
+        x, y, z = (
+            model.variable(f"hover_{axis}_m", f"{axis}_w", unit="m", lower=-float("inf"))
+            for axis in "xyz"
+        )
+        given = Given.of(self.rest_of_route, perspective)
+        symbols = replace(
+            self,
+            rest_of_route=given,
+            before_m=_place("before", self.before_m),
+            after_m=_place("after", self.after_m),
+        )
+        at_w = symbols.at((x, y, z))
+        named: dict[str, Quantity] = {
+            each.name: model.let(
+                each.name,
+                value,
+                symbol=each.metadata["symbol"],
+                unit=each.metadata["unit"],
+                words=DESCRIPTIONS.get(each.name, ""),
+            )
+            for each in QUANTITIES
+            if (value := getattr(at_w, each.name)) is not getattr(given, each.name)
+        }
+        P1().declare(model, replace(given, **named, steps=at_w.steps))
+        return model
+
+
+def _place(name: str, position_m: Vector) -> Vector:
+    """Symbols for the position of a place [m]."""
+    x, y, z = (
+        Parameter(f"{name}_{axis}_m", f"{axis}_{name[0]}", "m", value)
+        for axis, value in zip("xyz", position_m, strict=True)
+    )
+    return x, y, z
+
+
+def _way(start: Vector, end: Vector) -> Vector:
+    """The displacement from one point to another [m]."""
+    return (end[0] - start[0], end[1] - start[1], end[2] - start[2])
 
 
 @dataclass(frozen=True)
@@ -293,266 +360,107 @@ class Region:
         return np.asarray(np.sqrt(np.maximum(self.radius_m**2 - height_m**2, 0.0)))
 
 
-class _OpenRoute(NamedTuple):
-    """A route by its number, with the places before and after its free hover point."""
-
-    number: int
-    around: tuple[int, int]
-    free: FreeHover
-
-
-class _HoverSpot(NamedTuple):
+class _Spot(NamedTuple):
     """A hover point (3,) [m] of a route, and the hover time Δ [s] there."""
 
-    route: _OpenRoute
-    point_m: Floats
     hover_s: float
-
-
-class _Sights:
-    """What buildings hide from points (point, 3) [m], each found once."""
-
-    def __init__(self, search: _PointSearch, points_m: Floats) -> None:
-        self.search, self.points_m = search, points_m
-        self.known: dict[int, Booleans] = {}
-
-    def hidden(self, place: int) -> Booleans:
-        """Whether a building other than that of the place is between it and each point."""
-        if place not in self.known:
-            mission, obstacles = self.search.network.mission, self.search.obstacles
-            if place == LASER:
-                if mission.laser is None:
-                    return np.ones(len(self.points_m), bool)
-                from_m, own = np.array(mission.laser.position_m), CLEAR
-            else:
-                from_m, own = self.search.places_m[place], place - FIRST_BUILDING
-            lines_m = np.broadcast_to(from_m, self.points_m.shape)
-            exempt = np.full((len(self.points_m), 1), own)
-            self.known[place] = crossed(obstacles, lines_m, self.points_m, exempt) != CLEAR
-        return self.known[place]
+    route: int
+    point_m: Floats
 
 
 class _PointSearch:
-    """The search for the best hover points, with the battery charged at constant current."""
+    """The search for the best hover point, with the battery charged at constant current."""
 
-    def __init__(self, question: Question, network: Network) -> None:
-        self.question, self.network = question, network
-        self.places_m, self.obstacles = network.places.position_m, prisms(network.mission)
-        self.region = Region.of(network.mission)
+    def __init__(self, question: Question, mission: Mission) -> None:
+        self.perspective, self.region = question.perspective, Region.of(mission)
+        w_U_m = vehicle.hover_point_m(mission.replace({"route.hover_m": None}))
+        # Any point is stated, as variants of the mission have others.
+        anywhere_m = tuple(self.region.inside(self.region.centre_m).tolist())
+        stated = {"route.hover_m": anywhere_m, "battery.charging": "constant"}
+        self.network = build_network(mission.replace(stated))
+        self.places_m = np.vstack([w_U_m, np.delete(self.network.places.position_m, HOVER, 0)])
         self.latest = time.monotonic() + (question.time_limit_s or math.inf)
 
-    def best(self, numbers: Integers) -> list[_HoverSpot]:
-        """The best points found for some routes, the best first, with those nearly as good.
+    def best_m(self, routes: Integers) -> Floats | None:
+        """The best point found (3,) [m] over some routes; None where none has a plan.
 
         Raises
         ------
         SolverError
             If the time limit passes.
         """
-        starts = self._starts([self._open(number) for number in numbers.tolist()])
-        found = [self._refined(each, 0, FIRST_M) for each in starts]
-        found.sort(key=lambda each: -each.hover_s)
-        for seed in range(1, AGAIN + 1) if found else ():
-            again = self._again(found[0], seed)
-            agrees = abs(again.hover_s - found[0].hover_s) <= SAME_S
-            found[0] = max(found[0], again, key=lambda each: each.hover_s)
+        found = [self._refined(each, 0, FIRST_M) for each in self._starts(routes)]
+        if not found:
+            return None
+        top = max(found, key=lambda each: each.hover_s)
+        for seed in range(1, AGAIN + 1):
+            step_m = AGAIN_M * np.random.default_rng(seed).normal(size=3)
+            near_m = self.region.inside(top.point_m + step_m)
+            again = self._refined(_Spot(-math.inf, top.route, near_m), seed, AGAIN_M)
+            agrees = abs(again.hover_s - top.hover_s) <= SAME_S
+            top = max(top, again, key=lambda each: each.hover_s)
             if agrees:
                 break
-        return [each for each in found if each.hover_s >= found[0].hover_s - CLOSE_S]
+        return top.point_m
 
-    def _again(self, found: _HoverSpot, seed: int) -> _HoverSpot:
-        """What refinement from near a point leads to."""
-        step_m = AGAIN_M * np.random.default_rng(seed).normal(size=3)
-        point_m = self.region.inside(found.point_m + step_m)
-        return self._refined(_HoverSpot(found.route, point_m, -math.inf), seed, AGAIN_M)
-
-    def hover_s(self, route: _OpenRoute, sights: _Sights, least_s: float = -math.inf) -> Floats:
-        """Δ [s] of a route at points; −∞ where there is no plan, which matters above `least_s`."""
+    def _hover_s(self, network: Network, points_m: Floats) -> Floats:
+        """Δ [s] at points by the routes of a network (point, route); −∞ where there is no plan."""
         if time.monotonic() > self.latest:
             raise SolverError("the search for a hover point did not end within the time limit")
-        sight = np.where(sights.hidden(LASER), 0.0, 1.0)
-        given = replace(route.free, laser_sight=sight).at(tuple(sights.points_m.T))
-        if self.question.perspective == AVAILABLE:
-            times = delivered(given, len(sight))
-        else:
-            from optuav.engines import closed_form
+        columns = {f"route.hover_m[{axis}]": points_m[:, axis] for axis in range(3)}
+        found = hover_times_s(Variants(network, columns), self.perspective)
+        return np.nan_to_num(found, nan=-np.inf)
 
-            model = P1().model(given, self.question.perspective)
-            times = closed_form.solve(model, len(sight)).values
-        found = np.nan_to_num(times["hover_time_s"], nan=-np.inf)
-        if not self.network.mission.flight.through_buildings:
-            for place in route.around:
-                if found.max() > least_s:
-                    found[sights.hidden(place)] = -np.inf
+    def _starts(self, routes: Integers) -> list[_Spot]:
+        """The points from which to refine: the best of every promising route, apart from others."""
+        region, found = self.region, list[_Spot]()
+        near_m = [region.near(place_m) for place_m in self.places_m]
+        points_m = np.concatenate([region.kept(self.places_m), region.spread(), *near_m])
+        sampled_s = self._hover_s(self.network, points_m)[:, routes]
+        least_s = max(sampled_s.max() - PROMISING_S, 0.0)
+        for k in np.argsort(-sampled_s.max(axis=0), kind="stable")[:MOST_ROUTES].tolist():
+            left_s = sampled_s[:, k].copy()
+            for _ in range(STARTS):
+                if (hover_s := float(left_s.max())) < least_s:
+                    break
+                point_m = points_m[left_s.argmax()]
+                found.append(_Spot(hover_s, int(routes[k]), point_m))
+                close = np.linalg.norm(points_m - point_m, axis=1) <= APART * region.radius_m
+                left_s[close] = -np.inf
         return found
 
-    def _open(self, number: int) -> _OpenRoute:
-        (around,), free = _opened(self.network, np.array([number]))
-        given = free.rest_of_route
-        arrays = {each.name: getattr(given, each.name) for each in QUANTITIES}
-        numbers = {name: value.item() for name, value in arrays.items() if np.ndim(value)}
-        given = replace(given, **numbers, tapers=False)
-        return _OpenRoute(number, tuple(around.tolist()), replace(free, rest_of_route=given))
-
-    def _starts(self, routes: list[_OpenRoute]) -> list[_HoverSpot]:
-        """The points from which to refine, the best first."""
-        region, mission = self.region, self.network.mission
-        w_U_m = vehicle.hover_point_m(mission.replace({"route.hover_m": None}))
-        known_m = region.kept(np.vstack([w_U_m, self.places_m]))
-        near_m = [region.near(place_m) for place_m in self.places_m]
-        points_m = np.concatenate([known_m, region.spread(), *near_m])
-        sights = _Sights(self, points_m)
-        sampled = [(self.hover_s(route, sights), route) for route in routes]
-        sampled.sort(key=lambda each: -each[0].max())
-        least_s, found = sampled[0][0].max() - PROMISING_S, list[_HoverSpot]()
-        for hover_s, route in sampled[:MOST_ROUTES]:
-            for hidden in (False, True):
-                usable = (sights.hidden(LASER) == hidden) & (hover_s > least_s)
-                row_s = np.where(usable, hover_s, -np.inf)
-                for k in _apart(points_m, row_s, APART * region.radius_m):
-                    found.append(_HoverSpot(route, points_m[k], float(row_s[k])))
-        return sorted(found, key=lambda each: -each.hover_s)[:MOST_STARTS]
-
-    def _refined(self, found: _HoverSpot, seed: int, reach_m: float) -> _HoverSpot:
+    def _refined(self, spot: _Spot, seed: int, reach_m: float) -> _Spot:
         """The best point that ever smaller random steps lead to, from a first length [m] on.
 
         Hover times have ridges where a turn of a leg vanishes: straight lines through the place
         before or after, in the plane of its x or its y where there is no wind. A step that leaves a
         ridge loses, so some steps keep to such lines and planes.
         """
-        random = np.random.default_rng(seed)
-        around_m = self.places_m[list(found.route.around)]
+        random, network = np.random.default_rng(seed), self.network.only(spot.route)
+        hover_legs = (network.legs.start == HOVER) | (network.legs.end == HOVER)
+        ends = network.legs.start[hover_legs] + network.legs.end[hover_legs] - HOVER
+        around_m = network.places.position_m[ends]
         while reach_m > LAST_M:
-            ways_m = found.point_m - around_m
+            ways_m = spot.point_m - around_m
             apart_m = np.linalg.norm(ways_m, axis=1)[:, None]
             steps_m = reach_m * random.normal(size=(AROUND, 3))
             steps_m[AROUND // 2 :] *= min(1.0, float(apart_m.min()) / reach_m)
             for axis in range(3):
                 steps_m[axis::4, axis] = 0.0
-            points_m = found.point_m + steps_m
+            points_m = spot.point_m + steps_m
             for number, place_m in enumerate(around_m):
                 for axis in range(2):
                     points_m[2 * number + axis :: 8, axis] = place_m[axis]
             share = np.minimum(reach_m / np.maximum(apart_m, LAST_M), 1.0)
             share = share * random.normal(size=(2, ALONG))
-            along_m = found.point_m + share[:, :, None] * ways_m[:, None]
+            along_m = spot.point_m + share[:, :, None] * ways_m[:, None]
             level_m = along_m.copy()
-            level_m[..., 2] = found.point_m[2]
+            level_m[..., 2] = spot.point_m[2]
             points_m = self.region.inside(np.concatenate([points_m, *along_m, *level_m]))
-            hover_s = self.hover_s(found.route, _Sights(self, points_m), found.hover_s)
+            hover_s = self._hover_s(network, points_m)[:, 0]
             top = int(hover_s.argmax())
-            if hover_s[top] > found.hover_s:
-                found = found._replace(point_m=points_m[top], hover_s=float(hover_s[top]))
+            if hover_s[top] > spot.hover_s:
+                spot = _Spot(float(hover_s[top]), spot.route, points_m[top])
             else:
                 reach_m *= SHRINK
-        return found
-
-
-def _apart(points_m: Floats, hover_s: Floats, apart_m: float) -> Iterator[int]:
-    """Numbers of the best few points that are apart from each other."""
-    left_s = hover_s.copy()
-    for _ in range(STARTS_OF_A_KIND):
-        k = int(left_s.argmax())
-        if not np.isfinite(left_s[k]):
-            return
-        yield k
-        left_s[np.linalg.norm(points_m - points_m[k], axis=1) <= apart_m] = -np.inf
-
-
-DESCRIPTIONS = {
-    "flight_time_s": "time of all legs, two of them to w and from w",
-    "flight_charge_As": "charge drawn on all legs",
-    "flight_energy_J": "energy drawn on all legs",
-    "flight_voltage_V": "mean voltage on all legs",
-    "hover_current_A": "current drawn at w, less what the laser gives there",
-    "hover_received_W": "power received from the laser at w",
-}
-"""Printed in place of formulas in w that would fill a page."""
-
-
-@dataclass(frozen=True, kw_only=True)
-class FreeHover:
-    """The quantities of itineraries as functions of their hover point w, in sight of the laser."""
-
-    # Without the legs to and from w, which the steps name `TO_HOVER` and `FROM_HOVER`; the hover
-    # current is what is drawn before anything is received.
-    rest_of_route: Quantities
-    # Places from which the UAV flies to w and to which it flies on, and positions [m].
-    before_m: Vector
-    after_m: Vector
-    device_m: Vector
-    laser_m: Vector | None
-    leg: Callable[[Vector], Loads]  # What a leg of a displacement [m] draws
-    # Current [A] and power [W] received at a distance from the laser [m].
-    charging: Callable[[Quantity], tuple[Quantity, Quantity]]
-    laser_sight: Quantity = 1.0
-
-    def at(self, w: Vector) -> Quantities:
-        """The quantities with the hover point at w [m]: numbers, arrays or symbols."""
-        given = self.rest_of_route
-        legs = self.leg(_way(self.before_m, w)), self.leg(_way(w, self.after_m))
-        charge_As = given.flight_charge_As + sum(leg.charge_As for leg in legs)
-        energy_J = given.flight_energy_J + sum(leg.energy_J for leg in legs)
-        stages: dict[str, list[Stage | str]] = {
-            name: [Stage(-i, t) for i, t in zip(leg.currents_A, leg.durations_s, strict=True)]
-            for name, leg in zip((TO_HOVER, FROM_HOVER), legs, strict=True)
-        }
-        moved: dict[str, Quantity] = {
-            "flight_time_s": given.flight_time_s + sum(leg.duration_s for leg in legs),
-            "flight_charge_As": charge_As,
-            "flight_energy_J": energy_J,
-            "flight_voltage_V": energy_J / charge_As,
-            "hover_distance_m": norm(_way(self.device_m, w)),
-            "hover_altitude_m": w[2],
-            "steps": [
-                *chain(*(stages.get(s, [s]) if isinstance(s, str) else [s] for s in given.steps))
-            ],
-        }
-        if self.laser_m is not None:
-            current_A, power_W = self.charging(norm(_way(self.laser_m, w)))
-            moved["hover_current_A"] = given.hover_current_A - self.laser_sight * current_A
-            moved["hover_received_W"] = self.laser_sight * power_W
-        return replace(given, **moved)
-
-    def model(self, perspective: Perspective) -> Model:
-        """(P1) over w, Δ and T', with the figures of the itineraries as parameters."""
-        model = Model("P1 with the hover point free: longest hover within reach of the device")
-        x, y, z = (
-            model.variable(f"hover_{axis}_m", f"{axis}_w", unit="m", lower=-float("inf"))
-            for axis in "xyz"
-        )
-        given = Given.of(self.rest_of_route, perspective)
-        symbols = replace(
-            self,
-            rest_of_route=given,
-            before_m=_place("before", self.before_m),
-            after_m=_place("after", self.after_m),
-        )
-        at_w = symbols.at((x, y, z))
-        named: dict[str, Quantity] = {
-            each.name: model.let(
-                each.name,
-                value,
-                symbol=each.metadata["symbol"],
-                unit=each.metadata["unit"],
-                words=DESCRIPTIONS.get(each.name, ""),
-            )
-            for each in QUANTITIES
-            if (value := getattr(at_w, each.name)) is not getattr(given, each.name)
-        }
-        P1().declare(model, replace(given, **named, steps=at_w.steps))
-        return model
-
-
-def _place(name: str, position_m: Vector) -> Vector:
-    """Symbols for the position of a place [m]."""
-    x, y, z = (
-        Parameter(f"{name}_{axis}_m", f"{axis}_{name[0]}", "m", value)
-        for axis, value in zip("xyz", position_m, strict=True)
-    )
-    return x, y, z
-
-
-def _way(start: Vector, end: Vector) -> Vector:
-    """The displacement from one point to another [m]."""
-    return (end[0] - start[0], end[1] - start[1], end[2] - start[2])
+        return spot

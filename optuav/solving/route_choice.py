@@ -1,4 +1,4 @@
-"""(P1) over all routes as one mixed-integer programme, with the bound of its LP relaxation.
+"""(P1) over all routes as one mixed-integer programme (`formulations.milp`), and its LP bound.
 
 As a convex hull that bound is the optimum itself. The form big-M is looser: on the mission
 ``paper`` it gives 1124.2 s, the deadline less the shortest flight, where the optimum is 719.5 s.
@@ -7,7 +7,7 @@ As a convex hull that bound is the optimum itself. The form big-M is looser: on 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -19,7 +19,6 @@ from formulations.milp import route_choice as joined
 from formulations.p1 import P1
 from formulations.soc import PAPER
 from optuav.engines.linear_form import last_slot, own_bounds
-from optuav.engines.solution import Solution
 from optuav.errors import Fault, InputError, SolverError
 from optuav.mission import Mission
 from optuav.modelling import Model
@@ -29,7 +28,7 @@ from optuav.plan import Plan
 from optuav.solving.assemble import quantities
 from optuav.solving.outcome import Part, plan_of, plan_without, shortfalls
 from optuav.solving.program import Program
-from optuav.solving.question import Question, answer
+from optuav.solving.question import answer
 from optuav.solving.solve import formulate
 from optuav.status import Status
 
@@ -42,36 +41,18 @@ AGREES_S = 1e-5
 
 @dataclass(frozen=True)
 class RouteChoice:
-    """The answer of `route_choice`.
+    """The answer of `route_choice`."""
 
-    Parameters
-    ----------
-    plan
-        The best plan, as `optuav.solve` gives it.
-    form
-        ``"hull"`` or ``"big-M"``.
-    relaxation_s
-        Bound on the hover time by the LP relaxation [s], slots and choice relaxed; None without a
-        plan.
-    gap_s
-        By how much that exceeds the plan's hover time [s]; None without a plan.
-    model
-        The programme; None where nothing can be flown.
-    proof
-        Why the answer is right.
-    notes
-        How tight the form is, and whether one stop is enough.
-    shares
-        λ of every route in the relaxation, by its name; empty without a plan.
-    """
-
-    plan: Plan
+    plan: Plan  # The best plan, as `optuav.solve` gives it
     form: Form
+    # Bound on the hover time by the LP relaxation, slots and choice relaxed, and by how much that
+    # exceeds the plan's hover time [s]; None without a plan.
     relaxation_s: float | None
     gap_s: float | None
-    model: Model | None
+    model: Model | None  # The programme; None where nothing can be flown
     proof: str
-    notes: tuple[str, ...]
+    notes: tuple[str, ...]  # How tight the form is, and whether one stop is enough
+    # λ of every route in the relaxation, by its name; empty without a plan.
     shares: Mapping[str, float] = field(default_factory=dict)
 
     def __str__(self) -> str:
@@ -170,8 +151,16 @@ def route_choice(
         return RouteChoice(plan, form, None, None, model, solution.proof, (enough,))
     if not solution.status.has_answer:
         raise SolverError(f"{solution.engine} did not solve the choice: {solution.words[0]}")
-    part, times = _chosen(question, parts, solution)
-    hover_s = float(times.objective[0])
+    chosen = solution.point(0)
+    part = parts[int(np.argmax([chosen[f"choice[{k}]"] for k in range(1, len(parts) + 1)]))]
+    times = answer(part.model, 1, question)
+    times.verify()
+    hover_s, among_all_s = float(times.objective[0]), float(solution.objective[0])
+    if abs(hover_s - among_all_s) > AGREES_S:
+        raise SolverError(
+            f"{solution.engine} returned {among_all_s:.9g} s for all routes together, "
+            f"but {hover_s:.9g} s for the one that it chose"
+        )
     relaxed = joined(routes, perspective, form, relaxed=True)
     relaxation = answer(relaxed, 1, replace(question, slot_s=None))
     relaxation_s = float(relaxation.objective[0])
@@ -189,27 +178,6 @@ def route_choice(
         (tight, enough),
         {each.name: point[f"choice[{k}]"] for k, each in enumerate(routes, start=1)},
     )
-
-
-def _chosen(question: Question, parts: Sequence[Part], solution: Solution) -> tuple[Part, Solution]:
-    """The route that was chosen, and the answer of its own programme.
-
-    Raises
-    ------
-    SolverError
-        If that differs from the answer of all routes together.
-    """
-    point = solution.point(0)
-    part = parts[int(np.argmax([point[f"choice[{k}]"] for k in range(1, len(parts) + 1)]))]
-    times = answer(part.model, 1, question)
-    times.verify()
-    hover_s, chosen_s = float(times.objective[0]), float(solution.objective[0])
-    if abs(hover_s - chosen_s) > AGREES_S:
-        raise SolverError(
-            f"{solution.engine} returned {chosen_s:.9g} s for all routes together, "
-            f"but {hover_s:.9g} s for the one that it chose"
-        )
-    return part, times
 
 
 def _routes(program: Program) -> tuple[list[Route], list[Part]]:

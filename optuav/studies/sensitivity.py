@@ -28,6 +28,7 @@ from optuav.options import Perspective
 from optuav.plan import Plan
 from optuav.solving import solve
 from optuav.solving.assemble import quantities
+from optuav.solving.batch import hover_times_s
 from optuav.solving.outcome import SAME_S
 from optuav.studies.results import Results, Row, fixed, plain_table
 from optuav.studies.uncertainty import (
@@ -36,7 +37,6 @@ from optuav.studies.uncertainty import (
     Spread,
     around,
     chances,
-    hover_times_s,
     spreadable,
     spreads,
 )

@@ -16,7 +16,6 @@ from formulations.p1 import P1
 from formulations.soc import AVAILABLE
 from optuav.arrays import Booleans, Floats
 from optuav.diagnosis.repair import Key, keys
-from optuav.engines import closed_form
 from optuav.errors import Fault, InputError
 from optuav.mission import Mission
 from optuav.mission.files import label, read_toml
@@ -30,7 +29,7 @@ from optuav.network.variants import KEY, Variants
 from optuav.options import Perspective
 from optuav.plan import Plan
 from optuav.solving.assemble import quantities
-from optuav.solving.batch import delivered
+from optuav.solving.batch import hover_times_s
 from optuav.solving.outcome import SAME_S
 
 SHARE = 0.1
@@ -199,27 +198,6 @@ def _key(known: Mapping[str, Key], name: str) -> Key:
 def refused(name: str, value: str, words: str) -> InputError:
     """Return the refusal of an argument or key."""
     return InputError([Fault(name, value, words)])
-
-
-def hover_times_s(variants: Variants, perspective: Perspective) -> Floats:
-    """Return the longest hover by variant and itinerary [s], NaN without a plan."""
-    routes = variants.network.routes
-    found = np.full((variants.count, len(routes)), np.nan)
-    able = np.broadcast_to(variants.able, found.shape)
-    by_way, steps = routes.building >= 0, perspective == AVAILABLE
-    # The steps on the way need one order of the stays for all.
-    for group in (~by_way, by_way & routes.rest_first, by_way & ~routes.rest_first):
-        number, itineraries = np.nonzero(able & group)
-        if not len(number):
-            continue
-        rests = bool(by_way[itineraries[0]])
-        given = quantities(variants, itineraries, number, rests=rests, steps=steps)
-        if steps:
-            hover_s = delivered(given, len(number))["hover_time_s"]
-        else:
-            hover_s = closed_form.solve(P1().model(given, perspective), len(number)).objective
-        found[number, itineraries] = hover_s
-    return found
 
 
 @dataclass(frozen=True)
