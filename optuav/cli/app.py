@@ -15,12 +15,13 @@ from typing import Annotated, Any
 
 import typer
 
+from optuav.cli.options import command_of
 from optuav.cli.output import BAD_INPUT, FAILED, styled
 from optuav.errors import InputError, SolverError
 
 COMMANDS = {
     **dict.fromkeys(("solve", "explain", "audit"), "solve"),
-    **{"compare": "studies", "reproduce": "paper", "sensitivity": "studies", "ledger": "paper"},
+    **dict.fromkeys(("compare", "reproduce", "sensitivity", "ledger"), "studies"),
     **{"formulate": "solve", "calibrate": "calibrate"},
     **dict.fromkeys(("show", "validate", "new", "missions"), "missions"),
 }
@@ -57,7 +58,8 @@ def program(first: str | None = None) -> Any:
     app.callback()(_options)
     wanted = COMMANDS if first not in COMMANDS else [first]
     for name in () if first == VERSION else wanted:
-        app.command(name)(getattr(import_module(f"optuav.cli.{COMMANDS[name]}"), name))
+        module = import_module(f"optuav.cli.{COMMANDS[name]}")
+        app.command(name)(command_of(name, getattr(module, name), module.WORDS))
     return typer.main.get_command(app)
 
 

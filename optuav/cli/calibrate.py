@@ -6,14 +6,13 @@ import math
 from collections.abc import Iterator
 from itertools import islice
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Literal
+from typing import TYPE_CHECKING, Literal
 
-import typer
 from rich.console import RenderableType
-from rich.table import Column, Table
+from rich.markup import escape
+from rich.table import Table
 from rich.text import Text
 
-from optuav.cli.options import JsonOption, PlotOption
 from optuav.cli.output import check_places, deliver, warning
 from optuav.mission import load
 from optuav.mission.files import must_be_new, write_text
@@ -26,34 +25,29 @@ MOST_ROWS = 40
 
 Kind = Literal["kibam", "regimes", "rotor", "table"]
 
+WORDS = {
+    "kind": (
+        "KIND",
+        "kibam (battery, from lifetimes or records of one pack), regimes (loads, from flight "
+        "logs), rotor (from a bench test or data sheets) or table (keys of a mission, from "
+        "results).",
+    ),
+    "files": ("FILE...", "CSV files; for table one TOML file."),
+    "extends": (
+        "--extends MISSION",
+        "Mission that the fragment extends; paper by default, for table its own.",
+    ),
+    "save": ("--save FILE", "Write a new mission file with the values."),
+}
+
 
 def calibrate(
-    kind: Annotated[
-        Kind,
-        typer.Argument(
-            metavar="KIND",
-            help="kibam (battery, from lifetimes or records of one pack), regimes (loads, from "
-            "flight logs), rotor (from a bench test or data sheets) or table (keys of a mission, "
-            "from results).",
-            case_sensitive=False,
-        ),
-    ],
-    files: Annotated[
-        list[Path], typer.Argument(metavar="FILE...", help="CSV files; for table one TOML file.")
-    ],
-    extends: Annotated[
-        str | None,
-        typer.Option(
-            metavar="MISSION",
-            help="Mission that the fragment extends; paper by default, for table its own.",
-        ),
-    ] = None,
-    as_json: JsonOption = False,
-    save: Annotated[
-        Path | None,
-        typer.Option("--save", metavar="FILE", help="Write a new mission file with the values."),
-    ] = None,
-    plot: PlotOption = None,
+    kind: Kind,
+    files: list[Path],
+    extends: str | None = None,
+    as_json: bool = False,
+    save: Path | None = None,
+    plot: Path | None = None,
 ) -> None:
     """Find parameters of a mission from measurements, and say how sure they are."""
     base = None if extends is None else load(extends)
@@ -90,7 +84,9 @@ def _pieces(found: Fit) -> Iterator[RenderableType]:
 
 
 def _values(values: list[Value], name: str) -> Table:
-    table = _table(f"[{name}]", "value", "95 % between")
+    from optuav.studies.results import plain_table
+
+    table = plain_table("value", "95 % between", words=[rf"\[{name}]"])
     for each in values:
         row = each.written(" – ") if each.determined else ["?", "not determined"]
         table.add_row(each.key.partition(".")[2], *row, *(["–"] if each.interval is None else []))
@@ -99,7 +95,11 @@ def _values(values: list[Value], name: str) -> Table:
 
 def _observations(panel: Panel) -> Table:
     """Every named observation beside what the fit makes of it."""
-    table = _table(f"{panel.quantity} [{panel.unit}]", "observed", "fitted", "difference")
+    from optuav.studies.results import plain_table
+
+    table = plain_table(
+        "observed", "fitted", "difference", words=[escape(f"{panel.quantity} [{panel.unit}]")]
+    )
     table.columns[0].max_width = 30
     table.add_column("")
     rows = zip(panel.names, panel.observed, panel.fitted, panel.each_role, strict=True)
@@ -123,11 +123,3 @@ def _spread(panel: Panel) -> Text:
     left = math.sqrt(sum(squares) / len(squares))
     count = len(panel.observed)
     return Text(f"{panel.quantity}: {left:.3g} {panel.unit} rms left over of {count} samples")
-
-
-def _table(name: str, *figures: str) -> Table:
-    table = Table(Column(Text(name), no_wrap=True), box=None, pad_edge=False, header_style="")
-    table.padding = (0, 2, 0, 0)
-    for heading in figures:
-        table.add_column(heading, justify="right", no_wrap=True)
-    return table

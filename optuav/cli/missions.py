@@ -7,23 +7,14 @@ import re
 import sys
 import textwrap
 from collections.abc import Iterable, Iterator
-from dataclasses import asdict
+from dataclasses import asdict, dataclass
 from functools import partial
-from inspect import Parameter
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Any
 
 import typer
 
-from optuav.cli.options import (
-    JsonOption,
-    MissionArgument,
-    PlotOption,
-    SetOption,
-    mission_of,
-    refuse_beside_plan,
-    taking,
-)
+from optuav.cli.options import Words, mission_of, refuse_beside_plan
 from optuav.cli.output import NO, WIDTH, check_places, deliver, warning
 from optuav.errors import Fault, InputError
 from optuav.mission import load, shipped
@@ -42,11 +33,30 @@ UNIT = re.compile(r"\[([^]]+)\]")
 REGIMES = "regimes"
 
 
+def _words(key: str) -> tuple[str, ...]:
+    """What the help says of a number of the datasheet."""
+    field = Datasheet.model_fields[key]
+    known = not field.is_required() and field.default is not None
+    help = Datasheet.descriptions()[key] + (f" {field.default:g} if left out." if known else "")
+    panel = f"With --from {REGIMES}; what is missing is asked for on a terminal"
+    return f"--{key.replace('_', '-')}", help.replace("[", r"\["), "", panel
+
+
+WORDS: Words = {
+    "file": ("FILE", "The file to write."),
+    "source": (
+        "--from MISSION",
+        f"Whose values to start from; {REGIMES} for your own drone's datasheet.",
+    ),
+    **{key: _words(key) for key in Datasheet.model_fields},
+}
+
+
 def show(
-    mission: MissionArgument,
-    settings: SetOption = None,
-    as_json: JsonOption = False,
-    plot: PlotOption = None,
+    mission: str,
+    settings: list[str] | None = None,
+    as_json: bool = False,
+    plot: Path | None = None,
 ) -> None:
     """Show a mission with units and derived values, or a saved plan (a .json file).
 
@@ -121,27 +131,27 @@ def _text(value: object) -> str:
 
 def _lines(rows: Iterable[tuple[str, str, str]]) -> Table:
     """Name, value and unit, a line each."""
-    from rich.table import Table
     from rich.text import Text
 
-    table = Table(box=None, show_header=False, pad_edge=False, padding=(0, 2, 0, 0))
-    table.add_column(min_width=30, overflow="fold")
-    table.add_column(overflow="fold")
-    table.add_column(no_wrap=True)
+    from optuav.studies.results import plain_table
+
+    table = plain_table(words=("", "", ""))
+    table.show_header = False
+    table.columns[0].min_width = 30
     for row in rows:
         table.add_row(*map(Text, row))
     return table
 
 
 def _buildings(figures: Iterable[BuildingFigures]) -> Table:
-    from rich.table import Table
+    """A line a building: its place, its light, and the flight time by way of it."""
     from rich.text import Text
 
-    table = Table(box=None, pad_edge=False, header_style="")
-    for heading in ("name", "position m", "footprint m"):
-        table.add_column(heading)
-    for heading in ("received W", "T_fl s rest first", "hover first"):
-        table.add_column(heading, justify="right")
+    from optuav.studies.results import plain_table
+
+    words = ("name", "position m", "footprint m")
+    table = plain_table("received W", "T_fl s rest first", "hover first", words=words)
+    table.columns[0].no_wrap = False
     for each in figures:
         table.add_row(
             Text(each.name),
@@ -160,9 +170,7 @@ def _footprint(size: tuple[object, ...] | None) -> str:
     return f"{len(size)} corners" if isinstance(size[0], tuple) else " × ".join(map(_text, size))
 
 
-def validate(
-    mission: MissionArgument, settings: SetOption = None, as_json: JsonOption = False
-) -> None:
+def validate(mission: str, settings: list[str] | None = None, as_json: bool = False) -> None:
     """Check a mission file; warn of what is stated well but cannot be flown."""
     from optuav.network.feasibility import advice
 
@@ -176,7 +184,7 @@ def validate(
     )
 
 
-def missions(as_json: JsonOption = False) -> None:
+def missions(as_json: bool = False) -> None:
     """List the shipped missions."""
     rows = [{"name": each.name, "description": each.description} for each in map(load, shipped())]
     width = max(len(row["name"]) for row in rows) + 2
@@ -188,45 +196,33 @@ def missions(as_json: JsonOption = False) -> None:
     deliver(lambda: rows, "\n".join(shown), as_json=as_json)
 
 
-def _number(key: str) -> Parameter:
-    """The option that states a number of the datasheet."""
-    field = Datasheet.model_fields[key]
-    known = not field.is_required() and field.default is not None
-    default = f" {field.default:g} if left out." if known else ""
-    option = typer.Option(
-        f"--{key.replace('_', '-')}",
-        help=(Datasheet.descriptions()[key] + default).replace("[", r"\["),
-        rich_help_panel=f"With --from {REGIMES}; what is missing is asked for on a terminal",
-    )
-    kind = int if field.annotation is int else float
-    return Parameter(
-        key, Parameter.KEYWORD_ONLY, default=None, annotation=Annotated[kind | None, option]
-    )
+@dataclass(frozen=True)
+class Numbers:
+    """Options of ``optuav new``: what a datasheet says; None for what is not stated."""
+
+    mass_kg: float | None = None
+    payload_kg: float | None = None
+    packs: int | None = None
+    cells: int | None = None
+    capacity_mAh: float | None = None
+    hover_min: float | None = None
+    cruise_min: float | None = None
+    cruise_speed_m_s: float | None = None
+    reserve_percent: float | None = None
+    laser_power_W: float | None = None
 
 
-@taking(dict, [_number(key) for key in Datasheet.model_fields])
-def new(
-    file: Annotated[Path, typer.Argument(metavar="FILE", help="The file to write.")],
-    source: Annotated[
-        str,
-        typer.Option(
-            "--from",
-            metavar="MISSION",
-            help=f"Whose values to start from; {REGIMES} for your own drone's datasheet.",
-        ),
-    ] = "paper",
-    *,
-    asked: dict[str, Any],
-) -> None:
+def new(file: Path, asked: Numbers, source: str = "paper") -> None:
     """Write a mission file in which every key is explained."""
     must_be_new(file)
+    stated = vars(asked)
     if source == REGIMES:
-        missing = sys.stdin.isatty() and Datasheet.faults(asked)
-        sheet = Datasheet.of(_prompted(asked) if missing else asked)
+        missing = sys.stdin.isatty() and Datasheet.faults(stated)
+        sheet = Datasheet.of(_prompted(stated) if missing else stated)
         mission, remarks = sheet.mission(), sheet.remarks()
     elif faults := [
         Fault(name, f"{value:g}", f"goes with --from {REGIMES}")
-        for name, value in asked.items()
+        for name, value in stated.items()
         if value is not None
     ]:
         raise InputError(faults)

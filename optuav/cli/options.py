@@ -1,14 +1,12 @@
-"""Options and arguments that mean the same in every command, and what they state."""
+"""Options of the command line: their words, the question that they state, and its mission."""
 
 from __future__ import annotations
 
 import inspect
 import tomllib
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
-from functools import wraps
-from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from dataclasses import dataclass, is_dataclass
+from typing import TYPE_CHECKING, Annotated, Any, TypeAlias
 
 import typer
 
@@ -19,34 +17,39 @@ if TYPE_CHECKING:
     from formulations.formulation import Formulation
     from optuav.mission import Mission
 
-MissionArgument = Annotated[
-    str, typer.Argument(metavar="MISSION", help="Name of a shipped mission, or a mission file.")
-]
-SetOption = Annotated[
-    list[str] | None,
-    typer.Option(
-        "--set",
-        metavar="KEY=VALUE",
-        help="Change a key of the mission, as in limits.deadline_s=800; KEY= removes an optional "
-        "one. May be repeated.",
-    ),
-]
-JsonOption = Annotated[bool, typer.Option("--json", help="Print JSON instead of text.")]
-SaveTableOption = Annotated[
-    Path | None,
-    typer.Option("--save", metavar="FILE", help="Write every detail, as .csv or .json."),
-]
-PlotOption = Annotated[
-    Path | None,
-    typer.Option(
-        "--plot", metavar="DIR", help="Write pictures into a directory (needs matplotlib)."
-    ),
-]
+Words: TypeAlias = Mapping[str, tuple[str, ...]]
+"""By parameter, or command and parameter: an option's name and metavar, or an argument's metavar;
+its help; the default that the help shows in place of None; the panel of the help."""
 
+SHARED: Words = {
+    "mission": ("MISSION", "Name of a shipped mission, or a mission file."),
+    "settings": (
+        "--set KEY=VALUE",
+        "Change a key of the mission, as in limits.deadline_s=800; KEY= removes an optional one. "
+        "May be repeated.",
+    ),
+    "as_json": ("--json", "Print JSON instead of text."),
+    "save": ("--save FILE", "Write every detail, as .csv or .json."),
+    "plot": ("--plot DIR", "Write pictures into a directory (needs matplotlib)."),
+    "problem": ("--problem", "P1, P2, P2-tight, P3 or P4.", "P1"),
+    "trajectory": ("--trajectory", "For P1 and P2: optimal, direct, traj1 or traj2."),
+    "building": ("--building", "For P4: where to rest."),
+    "order": ("--order", "rest-first or hover-first; by default the better of both."),
+    "hover_point": ("--hover-point", "w_U, or free: wherever hovering is longest.", "w_U"),
+    "perspective": (
+        "--perspective",
+        "available, battery, energy, adjusted or wells: how charge counts.",
+        "available",
+    ),
+    "slot_s": ("--slot-s", "Length of time slots in seconds; continuous by default."),
+    "engine": ("--engine", "auto, closed-form, cvxpy, bracket, casadi or grid.", "auto"),
+    "time_limit_s": ("--time-limit-s", "Longest search in seconds."),
+    "stops": ("--stops", "Most rests, in any order over all buildings; with P1.", "1"),
+    "hovers": ("--hovers", "Most pieces in which to hover; with P1.", "1"),
+}
 
-def perspectives(words: str, show_default: str | bool = True) -> Any:
-    """An option that takes any word: the library refuses those that it does not know."""
-    return typer.Option(help=words, parser=str, metavar="<str>", show_default=show_default)
+DEFAULTS = {"perspective": "available", "slot_s": None, "engine": "auto", "time_limit_s": None}
+"""Options beside the problem, by their names in the library."""
 
 
 @dataclass(frozen=True)
@@ -57,34 +60,19 @@ class Programme:
     at once, which the parser of the options does not.
     """
 
-    problem: Annotated[
-        str | None, typer.Option(help="P1, P2, P2-tight, P3 or P4.", show_default="P1")
-    ] = None
-    trajectory: Annotated[
-        str | None, typer.Option(help="For P1 and P2: optimal, direct, traj1 or traj2.")
-    ] = None
-    building: Annotated[str | None, typer.Option(help="For P4: where to rest.")] = None
-    order: Annotated[
-        str | None, typer.Option(help="rest-first or hover-first; by default the better of both.")
-    ] = None
-    hover_point: Annotated[
-        str | None,
-        typer.Option(help="w_U, or free: wherever hovering is longest.", show_default="w_U"),
-    ] = None
-    perspective: Annotated[
-        Perspective | None,
-        perspectives(
-            "available, battery, energy, adjusted or wells: how charge counts.", "available"
-        ),
-    ] = None
-    slot_s: Annotated[
-        float | None, typer.Option(help="Length of time slots in seconds; continuous by default.")
-    ] = None
+    problem: str | None = None
+    trajectory: str | None = None
+    building: str | None = None
+    order: str | None = None
+    hover_point: str | None = None
+    perspective: Perspective | None = None
+    slot_s: float | None = None
 
     @property
     def options(self) -> dict[str, Any]:
-        """What is stated beside the problem, or its default, by its name in the library."""
-        return {"perspective": self.perspective or "available", "slot_s": self.slot_s}
+        """What is stated beside the problem, or its default."""
+        stated = ((name, getattr(self, name)) for name in DEFAULTS if hasattr(self, name))
+        return {name: DEFAULTS[name] if value is None else value for name, value in stated}
 
     def problem_for(self, mission: Mission, **stops: Any) -> Formulation:
         """The problem that is stated; or an `InputError`, with faults of the other options too."""
@@ -95,9 +83,8 @@ class Programme:
         try:
             return question.problem_of(self.problem or "P1", **stated, **stops)
         except InputError as error:
-            rest = {"engine": "auto", "time_limit_s": None, **self.options}
             try:
-                question.checked_question(mission, "P1", **rest)
+                question.checked_question(mission, "P1", **{**DEFAULTS, **self.options})
             except InputError as others:
                 raise InputError([*error.faults, *others.faults]) from None
             raise
@@ -107,51 +94,49 @@ class Programme:
 class Question(Programme):
     """A problem, who solves it and how long, and how many stops the search may try."""
 
-    engine: Annotated[
-        str | None,
-        typer.Option(
-            help="auto, closed-form, cvxpy, bracket, casadi or grid.", show_default="auto"
-        ),
-    ] = None
-    time_limit_s: Annotated[float | None, typer.Option(help="Longest search in seconds.")] = None
-    stops: Annotated[
-        int | None,
-        typer.Option(
-            help="Most rests, in any order over all buildings; with P1.", show_default="1"
-        ),
-    ] = None
-    hovers: Annotated[
-        int | None,
-        typer.Option(help="Most pieces in which to hover; with P1.", show_default="1"),
-    ] = None
-
-    @property
-    def options(self) -> dict[str, Any]:
-        """What is stated beside the problem, or its default, by its name in the library."""
-        who = {"engine": self.engine or "auto", "time_limit_s": self.time_limit_s}
-        return {**super().options, **who}
+    engine: str | None = None
+    time_limit_s: float | None = None
+    stops: int | None = None
+    hovers: int | None = None
 
 
-def taking(
-    record: Callable[..., Any], options: Sequence[inspect.Parameter] = ()
-) -> Callable[[Callable[..., None]], Callable[..., None]]:
-    """A decorator: the command's parameter `asked` is a record made of an option for each field."""
-    parts = options or [*inspect.signature(record, eval_str=True).parameters.values()]
+def command_of(name: str, function: Callable[..., None], words: Words) -> Callable[..., None]:
+    """A function as typer takes it: an option or an argument for each parameter.
 
-    def decorated(command: Callable[..., None]) -> Callable[..., None]:
-        own = inspect.signature(command, eval_str=True).parameters
+    A parameter that is a dataclass stands for an option for each of its fields.
+    """
+    own = inspect.signature(function, eval_str=True).parameters
+    records: dict[str, Any] = {
+        key: each.annotation for key, each in own.items() if is_dataclass(each.annotation)
+    }
+    fields = {
+        key: inspect.signature(kind, eval_str=True).parameters for key, kind in records.items()
+    }
 
-        @wraps(command)
-        def run(**given: Any) -> None:
-            asked = record(**{each.name: given.pop(each.name) for each in parts})
-            command(asked=asked, **given)
+    def run(**given: Any) -> None:
+        for key, record in records.items():
+            given[key] = record(**{field: given.pop(field) for field in fields[key]})
+        function(**given)
 
-        run.__signature__ = inspect.Signature(  # type: ignore[attr-defined]
-            [each for name in own for each in (parts if name == "asked" else (own[name],))]
-        )
-        return run
+    known = {**SHARED, **words}
+    parts = [part for key in own for part in fields.get(key, {key: own[key]}).values()]
+    for number, part in enumerate(parts):
+        said = known.get(f"{name}.{part.name}") or known[part.name]
+        parts[number] = part.replace(annotation=_annotated(part.annotation, *said))
+    run.__doc__ = function.__doc__
+    run.__signature__ = inspect.Signature(parts)  # type: ignore[attr-defined]
+    return run
 
-    return decorated
+
+def _annotated(kind: Any, name: str, words: str, default: str = "", panel: str = "") -> Any:
+    """The type of a parameter with what typer asks for."""
+    # Any word passes for a perspective: the library refuses unknown ones.
+    kind = {Perspective: str, Perspective | None: str | None}.get(kind, kind)
+    flag, _, metavar = name.partition(" ")
+    if not flag.startswith("--"):
+        return Annotated[kind, typer.Argument(metavar=flag, help=words, case_sensitive=False)]
+    shown: dict[str, Any] = {"show_default": default or True, "rich_help_panel": panel or None}
+    return Annotated[kind, typer.Option(flag, metavar=metavar or None, help=words, **shown)]
 
 
 def mission_of(source: str, settings: Sequence[str] | None) -> Mission:

@@ -6,22 +6,12 @@ import shlex
 import textwrap
 from contextlib import nullcontext
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Any
 
 import typer
 
 import optuav
-from optuav.cli.options import (
-    JsonOption,
-    MissionArgument,
-    PlotOption,
-    Programme,
-    Question,
-    SetOption,
-    mission_of,
-    refuse_beside_plan,
-    taking,
-)
+from optuav.cli.options import Programme, Question, mission_of, refuse_beside_plan
 from optuav.cli.output import FAILED, NO, WIDTH, check_places, deliver, progress
 from optuav.errors import Fault, InputError
 from optuav.options import Perspective
@@ -34,26 +24,39 @@ if TYPE_CHECKING:
 COMPARED: dict[str, Perspective] = {"battery": "available", "available": "battery"}
 """The perspective whose plan pictures show beside: one counts charge only, one both wells."""
 
+WORDS = {
+    "solver": ("--solver", "Solver behind cvxpy, by its name; HIGHS by default."),
+    "save": ("--save FILE", "Write the plan as JSON."),
+    "animate": ("--animate FILE", "Write the mission as a .gif (needs matplotlib)."),
+    "explain.mission": (
+        "MISSION|PLAN",
+        "Name of a shipped mission, a mission file, or a saved plan (a .json file).",
+    ),
+    "plan": (
+        "FILE",
+        "A saved plan (.json), or an itinerary (.toml): schema, mission and tables stops with at, "
+        'kind = "rest" or "hover", and duration_s.',
+    ),
+    "audit.plot": (
+        "--plot FILE",
+        "Write altitude, speed and power over time as PNG (needs matplotlib).",
+    ),
+    "latex": ("--latex", "Print LaTeX (package amsmath)."),
+    "lp": ("--lp", "Print a file in CPLEX LP format."),
+    "mps": ("--mps", "Print a file in free MPS format."),
+    "formulate.save": ("--save FILE", "Write to a file instead."),
+}
 
-@taking(Question)
+
 def solve(
-    mission: MissionArgument,
+    mission: str,
     asked: Question,
-    solver: Annotated[
-        str | None, typer.Option(help="Solver behind cvxpy, by its name; HIGHS by default.")
-    ] = None,
-    settings: SetOption = None,
-    as_json: JsonOption = False,
-    save: Annotated[
-        Path | None, typer.Option("--save", metavar="FILE", help="Write the plan as JSON.")
-    ] = None,
-    plot: PlotOption = None,
-    animate: Annotated[
-        Path | None,
-        typer.Option(
-            "--animate", metavar="FILE", help="Write the mission as a .gif (needs matplotlib)."
-        ),
-    ] = None,
+    solver: str | None = None,
+    settings: list[str] | None = None,
+    as_json: bool = False,
+    save: Path | None = None,
+    plot: Path | None = None,
+    animate: Path | None = None,
 ) -> None:
     """Find the longest hover for a mission, and show the plan."""
     stated = mission_of(mission, settings)
@@ -110,18 +113,8 @@ def _beside(plan: Plan, problem: Formulation) -> list[Plan]:
     return [other] if other else []
 
 
-@taking(Question)
 def explain(
-    mission: Annotated[
-        str,
-        typer.Argument(
-            metavar="MISSION|PLAN",
-            help="Name of a shipped mission, a mission file, or a saved plan (a .json file).",
-        ),
-    ],
-    asked: Question,
-    settings: SetOption = None,
-    as_json: JsonOption = False,
+    mission: str, asked: Question, settings: list[str] | None = None, as_json: bool = False
 ) -> None:
     """Say why a plan is the best one, or why there is none and which changes would help.
 
@@ -142,25 +135,7 @@ def explain(
         raise typer.Exit(NO)
 
 
-def audit(
-    plan: Annotated[
-        str,
-        typer.Argument(
-            metavar="FILE",
-            help="A saved plan (.json), or an itinerary (.toml): schema, mission and tables "
-            'stops with at, kind = "rest" or "hover", and duration_s.',
-        ),
-    ],
-    as_json: JsonOption = False,
-    plot: Annotated[
-        Path | None,
-        typer.Option(
-            "--plot",
-            metavar="FILE",
-            help="Write altitude, speed and power over time as PNG (needs matplotlib).",
-        ),
-    ] = None,
-) -> None:
+def audit(plan: str, as_json: bool = False, plot: Path | None = None) -> None:
     """Simulate a plan from its mission, and say whether it can be flown.
 
     Exit code 1 if it cannot, 2 if the file cannot be read.
@@ -176,17 +151,14 @@ def audit(
         raise typer.Exit(NO)
 
 
-@taking(Programme)
 def formulate(
-    mission: MissionArgument,
+    mission: str,
     asked: Programme,
-    settings: SetOption = None,
-    latex: Annotated[bool, typer.Option("--latex", help="Print LaTeX (package amsmath).")] = False,
-    lp: Annotated[bool, typer.Option("--lp", help="Print a file in CPLEX LP format.")] = False,
-    mps: Annotated[bool, typer.Option("--mps", help="Print a file in free MPS format.")] = False,
-    save: Annotated[
-        Path | None, typer.Option("--save", metavar="FILE", help="Write to a file instead.")
-    ] = None,
+    settings: list[str] | None = None,
+    latex: bool = False,
+    lp: bool = False,
+    mps: bool = False,
+    save: Path | None = None,
 ) -> None:
     """Print a problem as it is solved, with its parameters.
 

@@ -1,82 +1,94 @@
-"""``optuav compare`` and ``optuav sensitivity``: tables of many solves."""
+"""``optuav compare`` and ``sensitivity``, ``reproduce`` and ``ledger``: many solves at once."""
 
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated
 
 import typer
 
-from optuav.cli.options import (
-    JsonOption,
-    MissionArgument,
-    PlotOption,
-    SaveTableOption,
-    SetOption,
-    mission_of,
-    perspectives,
-)
-from optuav.cli.output import FAILED, NO, check_places, deliver_results, progress
+import optuav
+from optuav.cli.options import mission_of
+from optuav.cli.output import FAILED, NO, check_places, deliver, deliver_results, progress
 from optuav.errors import Fault, InputError
 from optuav.options import Perspective
 
+WORDS = {
+    "slots": (
+        "--slots SECONDS",
+        "Lengths of time slots, 0.5,1,5,10,60 by default; with --by one length, continuous times "
+        "by default.",
+    ),
+    "compare.perspective": (
+        "--perspective",
+        "How charge is counted: battery (the default), energy or adjusted; with --by also "
+        "available (the default there).",
+    ),
+    "engines": (
+        "--engines NAMES",
+        "Some of closed-form,cvxpy,bracket,casadi,grid; all by default.",
+    ),
+    "time_limit_s": ("--time-limit-s", "Longest search for one programme in seconds."),
+    "by": (
+        "--by NAMES",
+        "Compare plans, not methods: by perspective,trajectory, by one of the two, or by schedule "
+        "of the packs.",
+    ),
+    "times": ("--times", "Show the times taken, which differ from run to run."),
+    "uncertainty": (
+        "--uncertainty FILE",
+        "How keys are spread, as TOML; by default all that is measured is within 10 %.",
+    ),
+    "perspective": (
+        "--perspective",
+        "available, battery, energy or adjusted: how charge counts.",
+    ),
+    "plan": ("--plan PLAN", "A saved plan to hold fixed; by default the mission's best."),
+    "samples": ("--samples", "How many samples to draw."),
+    "seed": ("--seed", "Seed of the samples."),
+    "out": ("--out DIR", "Where to write."),
+    "only": (
+        "--only NAME",
+        "One study by name, or by number as fig5 and table2; or ledger. Repeatable.",
+    ),
+    "reproduce.mission": (
+        "--mission MISSION",
+        "Make the studies for this mission, a shipped one's name or a file.",
+    ),
+    "names": ("[NAME]...", "Show these entries in full: names, or beginnings of names."),
+    "details": ("--details", "Show every entry in full, not a summary."),
+    "ledger.save": ("--save FILE", "Write the entries as .csv."),
+}
+
 
 def compare(
-    mission: MissionArgument,
-    slots: Annotated[
-        str | None,
-        typer.Option(
-            metavar="SECONDS",
-            help="Lengths of time slots, 0.5,1,5,10,60 by default; with --by one length, "
-            "continuous times by default.",
-        ),
-    ] = None,
-    perspective: Annotated[
-        Perspective | None,
-        perspectives(
-            "How charge is counted: battery (the default), energy or adjusted; with --by also "
-            "available (the default there)."
-        ),
-    ] = None,
-    engines: Annotated[
-        str | None,
-        typer.Option(
-            metavar="NAMES", help="Some of closed-form,cvxpy,bracket,casadi,grid; all by default."
-        ),
-    ] = None,
-    time_limit_s: Annotated[
-        float | None,
-        typer.Option(help="Longest search for one programme in seconds."),
-    ] = None,
-    by: Annotated[
-        str | None,
-        typer.Option(
-            metavar="NAMES",
-            help="Compare plans, not methods: by perspective,trajectory, by one of the two, "
-            "or by schedule of the packs.",
-        ),
-    ] = None,
-    times: Annotated[
-        bool, typer.Option("--times", help="Show the times taken, which differ from run to run.")
-    ] = False,
-    settings: SetOption = None,
-    as_json: JsonOption = False,
-    save: SaveTableOption = None,
-    plot: PlotOption = None,
+    mission: str,
+    slots: str | None = None,
+    perspective: Perspective | None = None,
+    engines: str | None = None,
+    time_limit_s: float | None = None,
+    by: str | None = None,
+    times: bool = False,
+    settings: list[str] | None = None,
+    as_json: bool = False,
+    save: Path | None = None,
+    plot: Path | None = None,
 ) -> None:
     """Compare answers in slots and in continuous times, by all engines, or plans.
 
     Exit code 1 if answers disagree or there is no feasible plan, 3 if an engine failed.
     """
     check_places(save, plot, ".csv", ".json")
-    from optuav.studies import compare as studies
-
+    try:
+        slots_s = None if slots is None else [float(each) for each in slots.split(",")]
+    except ValueError:
+        words = "numbers of seconds with commas between them, as in 0.5,1,60"
+        raise InputError([Fault("--slots", repr(slots), words)]) from None
     with progress() as bar:
-        found = studies.compare(
+        found = optuav.compare(
             mission_of(mission, settings),
             by=_names(by) or "method",
             perspective=perspective,
-            slots_s=_lengths(slots),
+            slots_s=slots_s,
             engines=_names(engines),
             time_limit_s=time_limit_s,
             times=times,
@@ -90,44 +102,32 @@ def compare(
         raise typer.Exit(NO)
 
 
+def _names(text: str | None) -> list[str] | None:
+    return None if text is None else [name.strip() for name in text.split(",")]
+
+
 def sensitivity(
-    mission: MissionArgument,
-    uncertainty: Annotated[
-        Path | None,
-        typer.Option(
-            metavar="FILE",
-            help="How keys are spread, as TOML; by default all that is measured is within 10 %.",
-        ),
-    ] = None,
-    perspective: Annotated[
-        Perspective, perspectives("available, battery, energy or adjusted: how charge counts.")
-    ] = "available",
-    plan: Annotated[
-        Path | None,
-        typer.Option(
-            metavar="PLAN", help="A saved plan to hold fixed; by default the mission's best."
-        ),
-    ] = None,
-    samples: Annotated[int, typer.Option(help="How many samples to draw.")] = 10_000,
-    seed: Annotated[int, typer.Option(help="Seed of the samples.")] = 0,
-    settings: SetOption = None,
-    as_json: JsonOption = False,
-    save: SaveTableOption = None,
-    plot: PlotOption = None,
+    mission: str,
+    uncertainty: Path | None = None,
+    perspective: Perspective = "available",
+    plan: Path | None = None,
+    samples: int = 10_000,
+    seed: int = 0,
+    settings: list[str] | None = None,
+    as_json: bool = False,
+    save: Path | None = None,
+    plot: Path | None = None,
 ) -> None:
     """Find which numbers matter most, and what their uncertainty means for the hover time.
 
     Exit code 1 if the mission has no plan.
     """
     check_places(save, plot, ".csv", ".json")
-    from optuav.plan import load_plan
-    from optuav.studies import sensitivity as studies
-
-    found = studies.sensitivity(
+    found = optuav.sensitivity(
         mission_of(mission, settings),
         uncertainty,
         perspective=perspective,
-        plan=None if plan is None else load_plan(plan),
+        plan=None if plan is None else optuav.load_plan(plan),
         samples=samples,
         seed=seed,
     )
@@ -136,13 +136,38 @@ def sensitivity(
         raise typer.Exit(NO)
 
 
-def _names(text: str | None) -> list[str] | None:
-    return None if text is None else [name.strip() for name in text.split(",")]
+def reproduce(
+    out: Path = Path("reproduced"), only: list[str] | None = None, mission: str | None = None
+) -> None:
+    """Make every table and figure of the paper, with a report that opens offline.
+
+    Exit code 1 if the mission has no plan.
+    """
+    from optuav.paper.curves import solve
+    from optuav.paper.figures import why
+
+    check_places(None, out)
+    own = None if mission is None else optuav.load(mission)
+    with progress() as bar:
+        written = optuav.reproduce(out, only=only or (), mission=own, progress=bar)
+    typer.echo(f"wrote {len(written)} files, among them {out / 'report.html'}")
+    if own is not None and not (plan := solve(own)):
+        typer.echo(f"{own.name} has no plan: {why(plan)}")
+        raise typer.Exit(NO)
 
 
-def _lengths(text: str | None) -> list[float] | None:
-    try:
-        return None if text is None else [float(each) for each in text.split(",")]
-    except ValueError:
-        words = "numbers of seconds with commas between them, as in 0.5,1,60"
-        raise InputError([Fault("--slots", repr(text), words)]) from None
+def ledger(
+    names: list[str] | None = None,
+    details: bool = False,
+    as_json: bool = False,
+    save: Path | None = None,
+) -> None:
+    """Compute the paper's numbers again, and say which match and why others do not."""
+    check_places(save, None, ".csv")
+    found = optuav.ledger(names or ())
+    if save is not None:
+        from optuav.mission.files import write_text
+
+        write_text(save, found.to_csv())
+    more = f"{found.summary}\n\nWith reasons: optuav ledger --details, or NAME..."
+    deliver(found.records, found.details if names or details else more, as_json=as_json)

@@ -10,12 +10,13 @@ import typer
 from typer.testing import CliRunner, Result
 
 import optuav
-from optuav.cli.solve import explain
+from optuav.cli.options import command_of
+from optuav.cli.solve import WORDS, explain
 from optuav.errors import InputError
 from tests.diagnosis.missions import SMALL
 
 app = typer.Typer()
-app.command()(explain)
+app.command()(command_of("explain", explain, WORDS))
 
 BATTERY = ("--perspective", "battery")
 
