@@ -18,36 +18,19 @@ TOLERANCE = 1e-9
 """A constraint holds if it is short by no more than this, relative to max(1, |right side|)."""
 MOST_NAMED = 10
 """Of the points at which a constraint is violated, how many are named."""
-OBJECTIVE = "objective"
 
 
 @dataclass(frozen=True)
 class Check:
-    """One constraint at a point, or at an array of points.
+    """One constraint at a point, or at an array of points."""
 
-    Parameters
-    ----------
-    constraint
-        As declared, or a bound of a variable.
-    left, right
-        Values of the two sides.
-    slack
-        By how much it holds; negative where it is violated.
-    satisfied
-        Whether it holds within `TOLERANCE`.
-    points
-        What an array of points is; empty for how many there are.
-    names
-        Name of each of them; empty where they have none.
-    """
-
-    constraint: Constraint
-    left: Operand
+    constraint: Constraint  # As declared, or a bound of a variable
+    left: Operand  # Values of the two sides
     right: Operand
-    slack: Operand
-    satisfied: Operand
-    points: str = ""
-    names: tuple[str, ...] = ()
+    slack: Operand  # By how much it holds; negative where it is violated
+    satisfied: Operand  # Whether it holds within `TOLERANCE`
+    points: str = ""  # What an array of points is; empty for how many there are
+    names: tuple[str, ...] = ()  # Name of each of them; empty where they have none
 
     @property
     def label(self) -> str:
@@ -76,26 +59,23 @@ class Check:
     def cells(self) -> tuple[str, ...]:
         """Label, both sides, verdict and source line, as the table of `Checks` shows them."""
         unit = "" if self.unit == "1" else f" {self.unit}"
-        if np.ndim(self.satisfied):
-            points = self.points or f"at {np.size(self.satisfied)} points"
-            return self.label, points, self._verdict_at_points(unit), self.declared_at
-        sides = f"{self.left:.6g} {Text.senses[self.sense]} {self.right:.6g}{unit}"
-        verdict = f"holds, slack {abs(self.slack):.6g}{unit}"
-        if not self.satisfied:
-            verdict = f"VIOLATED by {-self.slack:.6g}{unit}"
-        return self.label, sides, verdict, self.declared_at
-
-    def _verdict_at_points(self, unit: str) -> str:
-        """Whether it holds at all points, else at which it is violated, and by how much."""
-        violated = np.flatnonzero(~np.ravel(self.satisfied))
+        violated, size = np.flatnonzero(~np.ravel(self.satisfied)), np.size(self.satisfied)
+        several = np.ndim(self.satisfied) > 0
+        worst = f"{np.min(self.slack if violated.size else np.abs(self.slack)):.6g}{unit}"
         if not violated.size:
-            return f"holds at all, least slack {np.min(np.abs(self.slack)):.6g}{unit}"
-        verdict = f"VIOLATED at {violated.size} by up to {-np.min(self.slack):.6g}{unit}"
-        if len(self.names) != np.size(self.satisfied):
-            return verdict
-        named = ", ".join(self.names[index] for index in violated[:MOST_NAMED])
-        more = violated.size - MOST_NAMED
-        return f"{verdict}: {named}" + (f" and {more} more" if more > 0 else "")
+            verdict = f"holds at all, least slack {worst}" if several else f"holds, slack {worst}"
+        elif not several:
+            verdict = f"VIOLATED by {worst.removeprefix('-')}"
+        else:
+            verdict = f"VIOLATED at {violated.size} by up to {worst.removeprefix('-')}"
+            if len(self.names) == size:
+                more = violated.size - MOST_NAMED
+                verdict += f": {', '.join(self.names[k] for k in violated[:MOST_NAMED])}"
+                verdict += f" and {more} more" if more > 0 else ""
+        sides = self.points or f"at {size} points"
+        if not several:
+            sides = f"{self.left:.6g} {Text.senses[self.sense]} {self.right:.6g}{unit}"
+        return self.label, sides, verdict, self.declared_at
 
 
 class Checks(tuple[Check, ...]):
@@ -118,14 +98,10 @@ def relations(model: Model) -> Iterator[Constraint]:
     yield from model.constraints
     for variable in model.variables:
         stated = variable.unit, variable.declared_at, variable.kind
-        if not _is_number(variable.lower, -np.inf):
+        if not (isinstance(variable.lower, float) and variable.lower == -np.inf):
             yield Constraint(variable.label, variable >= variable.lower, *stated)
-        if not _is_number(variable.upper, np.inf):
+        if not (isinstance(variable.upper, float) and variable.upper == np.inf):
             yield Constraint(variable.label, variable <= variable.upper, *stated)
-
-
-def _is_number(bound: Operand, number: float) -> bool:
-    return isinstance(bound, float) and bound == number
 
 
 def holding(sense: Sense, left: Operand, right: Operand) -> Operand:
@@ -184,7 +160,7 @@ def evaluated(model: Model, point: Mapping[str, Operand]) -> Checks:
     KeyError
         If a variable has no value.
     """
-    return checked(list(relations(model)), point)
+    return checked([*relations(model)], point)
 
 
 def checked(constraints: Sequence[Constraint], point: Mapping[str, Operand]) -> Checks:
@@ -200,16 +176,24 @@ def checked(constraints: Sequence[Constraint], point: Mapping[str, Operand]) -> 
 
 def _numbers(point: Mapping[str, Operand], model: Model) -> dict[str, Operand]:
     """The values of a point as numbers and arrays that broadcast with those of the model."""
+    names, given = [each.name for each in model.variables], model.given
+    words = "a variable of the model without a value"
+    faults = [Fault(name, "", words) for name in names if name not in point]
+    words = f"the model has no such name; it has {', '.join([*names, *given])}"
+    unknown = [name for name in point if name not in names and name not in given]
+    faults += [Fault(name, repr(point[name]), words) for name in unknown]
     found: dict[str, Operand] = {}
-    faults = [*_misnamed(point, model)]
     for name, value in point.items():
         try:
-            found[name] = value if isinstance(value, float) else _number(value)
-        except (TypeError, ValueError):
+            numbers = np.asarray(value)
+        except ValueError:  # lists of different lengths
+            numbers = np.empty(0)
+        if numbers.dtype.kind in "biuf" and numbers.size:
+            found[name] = numbers.astype(float)[()]
+        else:
             faults.append(Fault(name, repr(value), "a number or an array of at least one number"))
     shapes = {name: np.shape(value) for name, value in found.items() if np.ndim(value)}
-    kept = (each.value for name, each in model.given.items() if name not in found)
-    own = {np.shape(value) for value in kept if np.ndim(value)}
+    own = {np.shape(each.value) for name, each in given.items() if name not in found} - {()}
     try:
         np.broadcast_shapes(*shapes.values(), *own)
     except ValueError:
@@ -219,24 +203,6 @@ def _numbers(point: Mapping[str, Operand], model: Model) -> dict[str, Operand]:
     if faults:
         raise InputError(faults)
     return found
-
-
-def _misnamed(point: Mapping[str, Operand], model: Model) -> Iterator[Fault]:
-    """Variables without a value, and names that the model does not have."""
-    known = [*(each.name for each in model.variables), *model.given]
-    for variable in model.variables:
-        if variable.name not in point:
-            yield Fault(variable.name, "", "a variable of the model without a value")
-    for name in (each for each in point if each not in known):
-        words = f"the model has no such name; it has {', '.join(known)}"
-        yield Fault(name, repr(point[name]), words)
-
-
-def _number(value: Operand) -> Operand:
-    numbers = np.asarray(value)
-    if numbers.dtype.kind not in "biuf" or not numbers.size:
-        raise TypeError
-    return numbers.astype(float)[()]
 
 
 def refuse_misfits(model: Model, programmes: int) -> None:
@@ -280,25 +246,23 @@ def unusable(model: Model, values: Mapping[str, Operand]) -> str:
         f"{name} = {values[name]:g}" for name in model.given if not np.isfinite(values[name])
     ]
     anywhere = {**values, **{each.name: 1.0 for each in model.variables}}
+
+    def is_unusable(side: Operand) -> bool:
+        """Whether a side is no number, or has unknowns and is not finite."""
+        value = evaluate(side, anywhere)
+        return bool(np.any(np.isnan(value)) or (np.any(np.isinf(value)) and has_unknowns(side)))
+
     labels = [
-        repr(label)
-        for label, sides in _stated(model).items()
-        if any(_is_unusable(side, anywhere) for side in sides)
+        repr(label) for label, sides in _stated(model).items() if any(map(is_unusable, sides))
     ]
     return ", ".join(parameters or labels)
 
 
 def _stated(model: Model) -> dict[str, list[Operand]]:
     """The goals, and the sides of the constraints and bounds, by label."""
-    found: dict[str, list[Operand]] = {OBJECTIVE: [model.objective, *model.preferences]}
+    found: dict[str, list[Operand]] = {"objective": [model.objective, *model.preferences]}
     for each in model.constraints:
         found[each.label] = [*each.relation.sides]
     for variable in model.variables:
         found.setdefault(variable.label, []).extend((variable.lower, variable.upper))
     return found
-
-
-def _is_unusable(side: Operand, values: Mapping[str, Operand]) -> bool:
-    """Whether a side is no number, or has unknowns and is not finite."""
-    value = evaluate(side, values)
-    return bool(np.any(np.isnan(value)) or (np.any(np.isinf(value)) and has_unknowns(side)))

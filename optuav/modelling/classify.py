@@ -27,34 +27,18 @@ Flaw: TypeAlias = tuple[str, str]
 
 @dataclass(frozen=True)
 class Traits:
-    """Properties of a model.
+    """Properties of a model."""
 
-    Parameters
-    ----------
-    unknowns
-        Number of variables.
-    integer
-        Whether some variable is binary.
-    open_below
-        Symbols of the variables without a lower bound.
-    rough
-        Name of the first function that is not known to have derivatives everywhere; empty if there
-        is none. Over parameters alone steps and kinks do no harm.
-    nonlinear
-        The first that is not affine in the variables; None if all are.
-    longest
-        Whether it maximises one of at most two unknowns ≥ 0, and prefers the other to be small.
-    unlevelled
-        The first constraint that is no form of times and levellings; None if all are.
-    """
-
-    unknowns: int
-    integer: bool = False
-    open_below: tuple[str, ...] = ()
+    unknowns: int  # Number of variables
+    integer: bool = False  # Whether some variable is binary
+    open_below: tuple[str, ...] = ()  # Symbols of the variables without a lower bound
+    # Name of the first function that is not known to have derivatives everywhere; empty if there is
+    # none. Over parameters alone steps and kinks do no harm.
     rough: str = ""
-    nonlinear: Flaw | None = None
+    nonlinear: Flaw | None = None  # The first that is not affine in the variables
+    # Whether it maximises one of at most two unknowns ≥ 0, and prefers the other to be small.
     longest: bool = False
-    unlevelled: Flaw | None = None
+    unlevelled: Flaw | None = None  # The first constraint that is no form of times and levellings
 
     @property
     def linear(self) -> bool:

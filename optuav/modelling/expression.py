@@ -118,89 +118,44 @@ class Call(Expression):
 
 @dataclass(eq=False, repr=False)
 class Variable(Expression):
-    """An unknown of a model.
+    """An unknown of a model."""
 
-    Parameters
-    ----------
-    name
-        Key of its value in points and solutions, with its unit as suffix.
-    symbol
-        As the mathematics writes it.
-    unit
-        For example ``"s"``; ``"1"`` for a ratio.
-    lower, upper
-        Bounds: numbers, arrays or expressions of parameters.
-    label
-        Name of the bounds among the constraints.
-    first_slot
-        Where counting starts when the variable is taken in whole slots.
-    binary
-        Whether it is 0 or 1.
-    declared_at
-        Source file and line of the declaration.
-    kind
-        What the bounds limit, as the `kind` of a constraint.
-    """
-
-    name: str
-    symbol: str
-    unit: str
-    lower: Operand
+    name: str  # Key of its value in points and solutions, with its unit as suffix
+    symbol: str  # As the mathematics writes it
+    unit: str  # For example "s"; "1" for a ratio
+    lower: Operand  # Bounds: numbers, arrays or expressions of parameters
     upper: Operand
-    label: str
-    first_slot: int
-    binary: bool = False
-    declared_at: str = ""
-    kind: str = ""
+    label: str  # Name of the bounds among the constraints
+    first_slot: int  # Where counting starts when it is taken in whole slots
+    binary: bool = False  # Whether it is 0 or 1
+    declared_at: str = ""  # Source file and line of the declaration
+    kind: str = ""  # What the bounds limit, as the kind of a constraint
     moves = True
 
 
 @dataclass(eq=False, repr=False)
 class Parameter(Expression):
-    """A named number that a solve may change.
+    """A named number that a solve may change."""
 
-    Parameters
-    ----------
-    name
-        Key of its value, with its unit as suffix.
-    symbol, unit
-        As the mathematics writes it, and its unit.
-    value
-        A number, or an array with one entry a programme.
-    key
-        The mission's key it comes from, ``""`` if it is derived.
-    varies
-        Whether a page lists it and a solve may change it by name; else it is one of many numbers
-        that differ between programmes, such as the duration of a stage.
-    """
-
-    name: str
-    symbol: str
+    name: str  # Key of its value
+    symbol: str  # As the mathematics writes it
     unit: str
-    value: Operand
-    key: str = ""
+    value: Operand  # A number, or an array with one entry a programme
+    key: str = ""  # The mission's key it comes from, "" if it is derived
+    # Whether a page lists it and a solve may change it by name; else it is one of many numbers
+    # that differ between programmes, such as the duration of a stage.
     varies: bool = True
 
 
 @dataclass(eq=False, repr=False)
 class Let(Expression):
-    """A named intermediate quantity.
+    """A named intermediate quantity."""
 
-    Parameters
-    ----------
-    name, symbol, unit
-        As a reader calls it and as the mathematics writes it.
-    expression
-        What it stands for.
-    words
-        What is printed instead of an expression that would fill a page.
-    """
-
-    name: str
-    symbol: str
+    name: str  # As a reader calls it
+    symbol: str  # As the mathematics writes it
     unit: str
-    expression: Operand
-    words: str = ""
+    expression: Operand  # What it stands for
+    words: str = ""  # Printed instead of an expression that would fill a page
 
     def __post_init__(self) -> None:
         if isinstance(self.expression, Expression):
@@ -240,16 +195,10 @@ class Bounded:
     never more than the bound or the ceiling, and equal to the bound wherever the level does not
     exceed the limit.
 
-    Parameters
-    ----------
-    name
-        For messages.
-    value
-        Its value from the arguments behind the first four, in numbers or arrays.
     """
 
-    name: str
-    value: Callable[..., Operand]
+    name: str  # For messages
+    value: Callable[..., Operand]  # From the arguments behind the first four, in numbers or arrays
 
     @property
     def __name__(self) -> str:

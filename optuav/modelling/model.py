@@ -22,38 +22,20 @@ Found = TypeVar("Found")
 
 @dataclass(frozen=True, eq=False)
 class Constraint:
-    """A labelled relation, with what it is about as data.
+    """A labelled relation, with what it is about as data."""
 
-    Parameters
-    ----------
-    name
-        As the paper calls it.
-    relation
-        The two sides.
-    unit
-        Of both sides.
-    declared_at
-        Source file and line of the declaration.
-    kind
-        What it limits, for example ``"dry"``, ``"past full"``, ``"state of charge"`` or
-        ``"deadline"``; empty where that is not stated.
-    step
-        Number, from 0, of the step of the itinerary at whose end it holds; None for the end of the
-        mission, or for no moment.
-    keys
-        Keys of the mission that it is about, where they are stated.
-    moment
-        That moment, printed behind the name; None for no moment.
-    """
-
-    name: str
-    relation: Relation
-    unit: str = "1"
-    declared_at: str = ""
+    name: str  # As the paper calls it
+    relation: Relation  # The two sides
+    unit: str = "1"  # Of both sides
+    declared_at: str = ""  # Source file and line of the declaration
+    # What it limits, for example "dry", "past full", "state of charge" or "deadline"; empty where
+    # that is not stated.
     kind: str = ""
+    # Number, from 0, of the step of the itinerary at whose end it holds; None for the end of the
+    # mission, or for no moment.
     step: int | None = None
-    keys: tuple[str, ...] = ()
-    moment: object = None
+    keys: tuple[str, ...] = ()  # Keys of the mission that it is about, where they are stated
+    moment: object = None  # That moment, printed behind the name; None for no moment
 
     @cached_property
     def label(self) -> str:
