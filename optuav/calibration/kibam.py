@@ -54,7 +54,7 @@ LEAST_DISCHARGES = 3
 SCATTER = 0.02  # relative scatter of lifetimes where there are too few to show it
 FAR = 0.2  # relative miss of a lifetime beyond which no value is stated
 JUMP = 0.1  # relative change of the capacity that may be scatter, for a jump over a pause
-ALIKE = 1e-3  # relative difference below which two currents are of one size
+ADVICE = "add loads of other sizes, from very small to very large, and with long and short pauses"
 LEAST_SENSITIVITY = 1e-3  # below it the available well would not run dry but fill up
 
 
@@ -169,7 +169,7 @@ def fit_kibam(files: Iterable[str | Path]) -> Fit:
     capacity, *others = found.stated(f"fitted to {count} discharges")
     of_one = f"{capacity.origin}; of one pack, so the loads must be those of one"
     values = (replace(capacity, origin=of_one), *others)
-    warnings = [*found.warnings, *_advice(discharges)] if found.undetermined else []
+    warnings = [*found.warnings, ADVICE] if found.undetermined else []
     # A lifetime jumps over a whole pause where the capacity is a little less.
     less, more = (simulated(found.values * (1.0 + by, 1.0, 1.0)) for by in (-JUMP, JUMP))
     far = np.abs(np.clip(lifetimes_s, less, more) / lifetimes_s - 1.0) > FAR
@@ -225,23 +225,6 @@ def _starts(lifetimes_s: Floats, implied: Implied) -> Iterator[tuple[float, floa
         flow_rate_per_s = rate / float(np.median(lifetimes_s)) * share * (1.0 - share)
         capacities_As, _ = implied(share, flow_rate_per_s)
         yield float(np.exp(np.mean(np.log(capacities_As)))), share, flow_rate_per_s
-
-
-def _advice(discharges: Sequence[Discharge]) -> Iterator[str]:
-    """Which further loads would determine the parameters."""
-    if any(len(each.changes[0]) > 1 for each in discharges):
-        yield "add loads of other sizes, constant ones and ones with long and short pauses"
-        return
-    sizes = [each.pieces[0][0] for each in discharges]
-    one = max(sizes) - min(sizes) <= ALIKE * max(sizes)
-    blind = (
-        " and of one size, which says how much charge the battery gives at that current and "
-        "nothing else"
-    )
-    yield (
-        f"all loads are constant{blind if one else ''}; add loads of other sizes, from very small "
-        "to very large, and with pauses"
-    )
 
 
 def _discharges(path: Path) -> list[Discharge]:

@@ -30,7 +30,7 @@ from typing import NamedTuple, TypeAlias
 import numpy as np
 import numpy.typing as npt
 
-from optuav.arrays import Booleans, Floats
+from optuav.arrays import Booleans, Floats, Integers
 from optuav.calibration import csv
 from optuav.calibration.fit import (
     CONFIDENCE,
@@ -60,6 +60,7 @@ ORIGINS = {
 }
 """Phases of a log, "charge" a rest in the laser's light, and where their loads come from."""
 PHASES = (*ORIGINS, "other")
+TIME = "time in the logs [s]"
 STILL_m_s = 1.0  # speed below which an airborne UAV hovers, where the log has no phases
 IDLE = 0.1  # share of the median current below which the rotors stand
 BATCHES = 10  # of a record, for the interval of its mean; it has at least as many samples
@@ -71,23 +72,16 @@ ROUNDS = 20  # most steps to the best moments at which a leg begins and ends; tw
 FOUND_S = 1e-9  # change of these moments below which they are found
 
 
-class FlightLog(NamedTuple):
-    """Time [s], current [A], power [W], speed [m/s] or None, and phase of every sample."""
+class Samples(NamedTuple):
+    """Samples of flight logs, one log after another: speeds are NaN where a log has none."""
 
     time_s: Floats
+    step_s: Floats  # for which each stands
     current_A: Floats
     power_W: Floats
-    speed_m_s: Floats | None
-    phase: npt.NDArray[np.str_]
-
-
-class LoggedLeg(NamedTuple):
-    """Times from the first sample of a leg [s], speeds [m/s], their integral, and mean time."""
-
-    time_s: Floats
     speed_m_s: Floats
-    distance_m: float
-    middle_s: float
+    phase: npt.NDArray[np.str_]
+    log: Integers  # number of the log
 
 
 def fit_regimes(files: Iterable[str | Path]) -> Fit:
@@ -126,26 +120,25 @@ def fit_regimes(files: Iterable[str | Path]) -> Fit:
     """
     sources = tuple(map(str, files))
     logs = csv.read_all(sources, _read_log)
-    current_A, power_W, phases, steps_s = (
-        np.concatenate(each)
-        for each in zip(
-            *((log.current_A, log.power_W, log.phase, np.gradient(log.time_s)) for log in logs),
-            strict=True,
-        )
+    ends_s = np.cumsum([0.0, *(each.time_s[-1] for each in logs)])
+    after = (
+        each._replace(time_s=each.time_s + end_s, log=each.log + number)
+        for number, (each, end_s) in enumerate(zip(logs, ends_s[:-1], strict=True))
     )
+    samples = Samples(*map(np.concatenate, zip(*after, strict=True)))
     loads = {
         phase: {
-            "current_A": mean_over_time(current_A[own], steps_s[own]),
-            "power_W": mean_over_time(power_W[own], steps_s[own]),
+            "current_A": mean_over_time(samples.current_A[own], samples.step_s[own]),
+            "power_W": mean_over_time(samples.power_W[own], samples.step_s[own]),
         }
         for phase in ORIGINS
-        if np.sum(own := phases == phase) >= BATCHES
+        if np.sum(own := samples.phase == phase) >= BATCHES
     }
     if not loads.keys() & {"flight", "hover"}:
         words = f"at least {BATCHES} samples of flight or of hover"
         raise InputError([Fault("", "", words, ", ".join(sources))])
-    legs = [leg for log in logs for leg in _legs(log)]
-    motion, panels, remarks = _motion(legs)
+    legs = list(_legs(samples))
+    motion, panels, remarks = _motion(samples, legs)
     warnings = [
         f"the logs have no {phase}: {phase}_current_A and {phase}_power_W are missing here"
         for phase in ("flight", "hover")
@@ -159,26 +152,29 @@ def fit_regimes(files: Iterable[str | Path]) -> Fit:
                 f"{each.key} = {each.value:.3g} lies no farther below 0 than the log leaves open: "
                 "0 is stated"
             )
-    known = np.isin(phases, list(loads))
-    at_s, groups = _one_after_another([log.time_s for log in logs]), phases[known].tolist()
+    known = np.isin(samples.phase, list(loads))
+    groups = samples.phase[known].tolist()
     courses = (
         Panel(
             *(quantity, unit, observed[known].tolist()),
             [loads[each][f"{quantity}_{unit}"][0] for each in groups],
-            at=at_s[known].tolist(),
-            at_words="time in the logs [s]",
+            at=samples.time_s[known].tolist(),
+            at_words=TIME,
             groups=groups,
         )
-        for quantity, unit, observed in (("current", "A", current_A), ("power", "W", power_W))
+        for quantity, unit, observed in (
+            ("current", "A", samples.current_A),
+            ("power", "W", samples.power_W),
+        )
     )
     return finished(
         Fit(
             "regimes",
             sources,
-            f"{len(phases)} samples, {len(legs)} legs with speeds",
+            f"{len(samples.time_s)} samples, {len(legs)} legs with speeds",
             (*motion, *values),
             (*courses, *panels),
-            (*warnings, *remarks, *_doubts(logs, loads)),
+            (*warnings, *remarks, *_doubts(samples, loads)),
             settings={"flight.model": "regimes"},
         ),
         "positive is discharge, a rest in the laser's light is charge",
@@ -220,41 +216,39 @@ def _variance(alike: float, count: float) -> float:
     return ((1.0 + alike) / (1.0 - alike) * count - ends) / count**2
 
 
-def _read_log(path: Path) -> FlightLog:
+def _read_log(path: Path) -> Samples:
+    """The samples of a log, its time from 0; phases by current and speed where it has none."""
     table = csv.read(path, LOG)
-    numbers, faults = table.numbers, [*csv.clock_faults(table), *csv.gaps(table)]
+    numbers, phases = table.numbers, table.texts.get("phase", ())
+    current_A, speed_m_s = numbers["current"], numbers.get("speed")
+    faults = [*csv.clock_faults(table), *csv.gaps(table)]
     if ("voltage" in numbers) == ("power" in numbers):
         words = "one of the columns voltage and power, with their units"
         faults.append(Fault("", "", words, table.source))
-    if "speed" not in numbers and "phase" not in table.texts:
+    if speed_m_s is None and not phases:
         words = "a column phase, or one of speed with its unit, to tell flight from hover"
         faults.append(Fault("", "", words, table.source))
-    faults += _faults_of_cells(table)
+    for name in sorted(set(phases) - set(PHASES)):
+        words = f"{', '.join(PHASES)}{nearest(name, PHASES)}"
+        faults += table.faults(np.array(phases) == name, "phase", words)
+    if speed_m_s is not None:
+        faults += table.faults(speed_m_s < 0.0, "speed", "0 or above")
+    if "voltage" in numbers:
+        faults += table.faults(numbers["voltage"] <= 0.0, "voltage", "above 0")
+    if not np.any(current_A > 0.0):
+        words = "some current above 0: positive is discharge"
+        faults += table.faults(current_A <= 0.0, "current", words)
     if faults:
         raise InputError(faults)
-    current_A, speed_m_s = numbers["current"], numbers.get("speed")
     power_W = numbers["power"] if "power" in numbers else current_A * numbers["voltage"]
-    if "phase" in table.texts:
-        phase = np.array(table.texts["phase"])
-    else:
+    none = np.full(len(current_A), math.nan)
+    speed_m_s = none if speed_m_s is None else speed_m_s
+    phase = np.array(phases)
+    if not phases:
         idle = current_A < IDLE * np.median(current_A[current_A > 0.0])
-        phase = np.where(idle, "rest", np.where(numbers["speed"] < STILL_m_s, "hover", "flight"))
-    return FlightLog(numbers["time"], current_A, power_W, speed_m_s, phase)
-
-
-def _faults_of_cells(table: csv.Measurements) -> Iterator[Fault]:
-    phases, numbers = table.texts.get("phase", ()), table.numbers
-    for phase in sorted(set(phases) - set(PHASES)):
-        words = f"{', '.join(PHASES)}{nearest(phase, PHASES)}"
-        yield from table.faults(np.array(phases) == phase, "phase", words)
-    if "speed" in numbers:
-        yield from table.faults(numbers["speed"] < 0.0, "speed", "0 or above")
-    if "voltage" in numbers:
-        yield from table.faults(numbers["voltage"] <= 0.0, "voltage", "above 0")
-    drawn = numbers["current"] > 0.0
-    if not np.any(drawn):
-        words = "some current above 0: positive is discharge"
-        yield from table.faults(~drawn, "current", words)
+        phase = np.where(idle, "rest", np.where(speed_m_s < STILL_m_s, "hover", "flight"))
+    time_s, log = numbers["time"] - numbers["time"][0], np.zeros(len(phase), int)
+    return Samples(time_s, np.gradient(time_s), current_A, power_W, speed_m_s, phase, log)
 
 
 def _values(loads: Means) -> Iterator[Value]:
@@ -268,53 +262,48 @@ def _values(loads: Means) -> Iterator[Value]:
         yield Value(f"flight.charge_{unit}", value, ORIGINS["charge"], ends)
 
 
-def _doubts(logs: Sequence[FlightLog], loads: Means) -> Iterator[str]:
+def _doubts(samples: Samples, loads: Means) -> Iterator[str]:
     """Warnings of loads in the air and of speeds that no UAV has."""
     for phase in ("flight", "hover"):
         if phase in loads:
             current_A, power_W = (loads[phase][unit][0] for unit in ("current_A", "power_W"))
             sizes = {"current": current_A, "voltage": power_W / current_A}
             yield from csv.unit_doubts(f"in {phase}", sizes)
-    speeds_m_s = [float(np.max(log.speed_m_s)) for log in logs if log.speed_m_s is not None]
-    if speeds_m_s:
-        yield from csv.unit_doubts("at most", {"speed": max(speeds_m_s)})
+    fastest_m_s = float(np.max(np.nan_to_num(samples.speed_m_s, nan=0.0)))
+    yield from csv.unit_doubts("at most", {"speed": fastest_m_s})
 
 
-def _one_after_another(times_s: Sequence[Floats]) -> Floats:
-    """Times of several records [s], each from 0 and from the end of the one before."""
-    ends_s = np.cumsum([0.0, *(each[-1] - each[0] for each in times_s)])
-    parts = [each - each[0] + end for each, end in zip(times_s, ends_s[:-1], strict=True)]
-    return np.concatenate(parts)
-
-
-def _legs(log: FlightLog) -> Iterator[LoggedLeg]:
-    """Every stretch of flight with speeds that begins and ends slowly."""
-    if log.speed_m_s is None:
-        return
-    flying = np.concatenate([[False], log.phase == "flight", [False]])
-    edges = np.flatnonzero(np.diff(flying.astype(int)))
-    for start, end in edges.reshape(-1, 2):
+def _legs(samples: Samples) -> Iterator[Integers]:
+    """The samples of every stretch of flight with speeds that begins and ends slowly."""
+    flying = (samples.phase == "flight") & np.isfinite(samples.speed_m_s)
+    # Whether a sample follows the one before in its log.
+    follows = np.diff(samples.log, prepend=-1, append=-1) == 0
+    before = np.concatenate([[False], flying[:-1]]) & follows[:-1]
+    after = np.concatenate([flying[1:], [False]]) & follows[1:]
+    for start, end in zip(
+        np.flatnonzero(flying & ~before), np.flatnonzero(flying & ~after), strict=True
+    ):
         # One sample more at either side, where the UAV still stands.
-        chosen = slice(max(start - 1, 0), end + 1)
-        time_s, speed_m_s = log.time_s[chosen], log.speed_m_s[chosen]
+        leg = np.arange(start - int(follows[start]), end + 1 + int(follows[end + 1]))
+        speed_m_s = samples.speed_m_s[leg]
         whole = max(speed_m_s[0], speed_m_s[-1]) < 0.5 * np.max(speed_m_s)
-        if whole and len(time_s) >= LEAST_LEG:
-            time_s = time_s - time_s[0]
-            distance_m = float(np.trapezoid(speed_m_s, time_s))
-            middle_s = float(np.trapezoid(speed_m_s * time_s, time_s)) / distance_m
-            yield LoggedLeg(time_s, speed_m_s, distance_m, middle_s)
+        if whole and len(leg) >= LEAST_LEG:
+            yield leg
 
 
 def _motion(
-    legs: Sequence[LoggedLeg],
+    samples: Samples, legs: Sequence[Integers]
 ) -> tuple[tuple[Value, ...], tuple[Panel, ...], tuple[str, ...]]:
     """Acceleration and speed cap, the speeds that they explain, and warnings."""
     if not legs:
         words = "no leg from standing to standing with its speed: acceleration_m_s2 is missing here"
         return (), (), (words,)
-    observed = np.concatenate([leg.speed_m_s for leg in legs])
-    longest_m = max(leg.distance_m for leg in legs)
-    speeds = _speeds(legs)
+    flown = np.concatenate(legs)
+    observed, at_s = samples.speed_m_s[flown], samples.time_s[flown]
+    distances_m = np.array(
+        [np.trapezoid(samples.speed_m_s[leg], samples.time_s[leg]) for leg in legs]
+    )
+    speeds = _speeds(samples, legs, distances_m)
 
     def fitted(keys: Sequence[str], starts: Iterable[Sequence[float]]) -> Estimate:
         def residuals(values: Floats) -> Floats:
@@ -330,22 +319,23 @@ def _motion(
     without = fitted(keys[:1], [(acceleration,)])
     more = without.residuals @ without.residuals - found.residuals @ found.residuals
     gain = float(more) / max(found.spread or 0.0, NOTHING) ** 2
-    if cap >= REACHED * math.sqrt(acceleration * longest_m) or gain < GAIN:
+    if cap >= REACHED * math.sqrt(acceleration * distances_m.max()) or gain < GAIN:
         found = without
         warnings = ("no leg is long enough to show a speed cap: max_speed_m_s is missing here",)
-    at_s, fit = _one_after_another([leg.time_s for leg in legs]), speeds(*found.values.tolist())
-    words = "time in the legs [s]"
-    course = Panel("speed", "m/s", observed.tolist(), fit.tolist(), (), at_s.tolist(), words)
+    fit = speeds(*found.values.tolist()).tolist()
+    course = Panel("speed", "m/s", observed.tolist(), fit, (), at_s.tolist(), TIME)
     return found.stated(f"fitted to the speed of {len(legs)} legs"), (course,), warnings
 
 
-def _speeds(legs: Sequence[LoggedLeg]) -> Callable[..., Floats]:
+def _speeds(
+    samples: Samples, legs: Sequence[Integers], distance_m: Floats
+) -> Callable[..., Floats]:
     """Speeds [m/s] of the trapezoids of an acceleration and a cap that follow the legs best."""
-    time_s = np.concatenate([leg.time_s for leg in legs])
-    speed_m_s = np.concatenate([leg.speed_m_s for leg in legs])
-    leg_of = np.repeat(np.arange(len(legs)), [len(leg.time_s) for leg in legs])
-    distance_m = np.array([leg.distance_m for leg in legs])
-    middle_s = np.array([leg.middle_s for leg in legs])
+    flown, leg_of = np.concatenate(legs), np.repeat(np.arange(len(legs)), [*map(len, legs)])
+    time_s, speed_m_s = samples.time_s[flown], samples.speed_m_s[flown]
+    moments = samples.speed_m_s * samples.time_s
+    areas = np.array([np.trapezoid(moments[leg], samples.time_s[leg]) for leg in legs])
+    middle_s = areas / distance_m
 
     def mean(values: Floats, chosen: Booleans) -> Floats:
         """The mean of each leg; 0 of nothing."""

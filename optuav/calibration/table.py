@@ -12,6 +12,7 @@ import math
 from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
+from itertools import compress
 from pathlib import Path
 from typing import Annotated, Any, Literal, NamedTuple, get_args
 
@@ -194,13 +195,27 @@ def fit_table(files: Iterable[str | Path]) -> Fit:
         words = "a row that can be flown; none of the values tried can: start from others in [free]"
         source = label(paths[0])
         raise InputError(Fault("rows", shown(name), words, source) for name in sorted(unflown))
-    roles, again = _roles(pairs)
+    keys = [(each.quantity, each.observed, round(value, DIGITS)) for each, value in pairs]
+    different, count = set(compress(keys, fits)), int(fits.sum())
+    roles: list[Role] = [
+        "fitted" if each.fits else "repeat" if key in different else "predicted"
+        for key, each in zip(keys, table.numbers, strict=True)
+    ]
+    warnings = [*found.warnings]
+    if missed := sum(n.fits and abs(value - n.observed) > n.resolution for n, value in pairs):
+        words = f"{missed} of {count} numbers are missed by more than their rounding"
+        warnings.append(f"the values do not meet the table: {words}")
+    if again := count - len(different):
+        warnings.append(
+            f"{counted(again, 'number')} to be fitted repeat{'s' * (again == 1)} another: state it "
+            "as a check, or the intervals are too narrow"
+        )
     products = {
         key: rounded(value_of(mission, key))
         for key, factors in tied.items()
         if not set(factors) & set(found.undetermined)
     }
-    fitted = counted(int(fits.sum()), "number")
+    fitted = counted(count, "number")
     repeated = f", {roles.count('repeat')} repeated" if "repeat" in roles else ""
     return Fit(
         "table",
@@ -209,7 +224,7 @@ def fit_table(files: Iterable[str | Path]) -> Fit:
         f"{roles.count('predicted')} predicted",
         found.stated(f"fitted to {fitted} of the table"),
         tuple(_panels(pairs, roles)),
-        (*found.warnings, *_missed(pairs), *again),
+        tuple(warnings),
         settings={**table.stated.known, **products},
         extends=table.base,
     )
@@ -261,47 +276,15 @@ def tie(mission: Mission, tied: Mapping[str, Sequence[str]]) -> Mission:
     return mission.replace(products) if products else mission
 
 
-def _roles(pairs: Sequence[tuple[TableNumber, float]]) -> tuple[list[Role], list[str]]:
-    """Whether each number is fitted, predicted, or repeats one that is fitted; and a warning."""
-    keys = [(each.quantity, each.observed, round(value, DIGITS)) for each, value in pairs]
-    fitted = {key for key, (each, _) in zip(keys, pairs, strict=True) if each.fits}
-    roles: list[Role] = [
-        "fitted" if each.fits else "repeat" if key in fitted else "predicted"
-        for key, (each, _) in zip(keys, pairs, strict=True)
-    ]
-    again = roles.count("fitted") - len(fitted)
-    words = (
-        f"{counted(again, 'number')} to be fitted repeat{'s' * (again == 1)} another: state it as "
-        "a check, or the intervals are too narrow"
-    )
-    return roles, [words] * bool(again)
-
-
-def _missed(pairs: Sequence[tuple[TableNumber, float]]) -> Iterator[str]:
-    """A warning if the values do not meet the table."""
-    fitted = [(value - each.observed, each) for each, value in pairs if each.fits]
-    steps = [abs(difference) / each.resolution for difference, each in fitted]
-    missed = sum(each > 1.0 for each in steps)
-    if missed:
-        difference, worst = fitted[int(np.argmax(steps))]
-        yield (
-            f"the values do not meet the table: {missed} of {len(fitted)} numbers are missed by "
-            f"more than their rounding, {worst.quantity} of {worst.row} by {difference:+.3g}"
-        )
-
-
 def _panels(pairs: Sequence[tuple[TableNumber, float]], roles: Sequence[Role]) -> Iterator[Panel]:
     """One panel a quantity that the table has."""
     for quantity in get_args(Quantity):
-        own = [
-            (each.observed, value, each.row, role)
-            for (each, value), role in zip(pairs, roles, strict=True)
-            if each.quantity == quantity
-        ]
-        if own:
-            observed, computed, names, kinds = zip(*own, strict=True)
+        own = [each.quantity == quantity for each, _ in pairs]
+        numbers, computed = zip(*compress(pairs, own), strict=True) if any(own) else ((), ())
+        if numbers:
             words, _, unit = quantity.rpartition("_")
-            words = words.replace("_", " ")
+            observed, names = [each.observed for each in numbers], [each.row for each in numbers]
+            words, kinds = words.replace("_", " "), [*compress(roles, own)]
             yield Panel(words, UNITS[unit], observed, computed, names, roles=kinds)
 
 
@@ -365,18 +348,18 @@ def _valid(document: dict[str, Any]) -> tuple[TableFile, list[Fault]]:
     try:
         return TableFile.model_validate(document), []
     except ValidationError as error:
-        details = error.errors(include_url=False)
+        found = error.errors(include_url=False)
+    details = {tuple(part for part in each["loc"] if part != "[key]"): each for each in found}
     faults = []
-    for detail in reversed(details):  # or places in lists would move
-        place = [each for each in detail["loc"] if each != "[key]"]
+    for (*place, last), detail in reversed(details.items()):  # or places in lists would move
         table: Any = document
-        for part in place[:-1]:
+        for part in place:
             table = table[part]
-        words, value = detail["msg"].removeprefix("Input should be "), shown(table.pop(place[-1]))
+        words, value = detail["msg"].removeprefix("Input should be "), shown(table.pop(last))
         if detail["type"] == "extra_forbidden":
-            known = (TableFile if len(place) == 1 else TableRow).model_fields
-            words, value = f"unknown key{nearest(str(place[-1]), known)}", ""
-        parts = (f"[{each}]" if isinstance(each, int) else f".{each}" for each in place)
+            known = (TableRow if place else TableFile).model_fields
+            words = f"unknown key{nearest(str(last), known)}"
+        parts = (f"[{each}]" if isinstance(each, int) else f".{each}" for each in (*place, last))
         faults.append(Fault("".join(parts)[1:], value, words))
     return _valid(document)[0], faults[::-1]
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from functools import partial
 from pathlib import Path
@@ -243,10 +244,13 @@ def _tables(found: Results) -> Iterator[RenderableType]:
     # The only column that gives way if the table is too wide.
     table.add_column("by way of", max_width=LONGEST_NAME)
     table.add_column("flies", no_wrap=True)
-    before, labels = "", [_label(row) for row in found.rows]
-    answers = [_flies(row, found.mission.limits.min_soc) for row in found.rows]
-    for row, label, flies in zip(found.rows, labels, answers, strict=True):
-        soc = row["soc_battery"]
+    before, grounded, proofs = "", set[str](), dict[str, list[tuple[str, ...]]]()
+    for row in found.rows:
+        label, flies, soc = (
+            _label(row),
+            _flies(row, found.mission.limits.min_soc),
+            row["soc_battery"],
+        )
         table.add_row(
             label[0] if by_schedule or label[0] != before else "",
             *label[1:],
@@ -258,15 +262,18 @@ def _tables(found: Results) -> Iterator[RenderableType]:
             flies,
         )
         before = label[0]
+        grounded.add(flies.split()[0])
+        proofs.setdefault(row["proof"], []).append(label)
     yield table
     yield ""
-    grounded = [word for word in GROUNDED if word in {each.split()[0] for each in answers}]
-    yield from (Text(f"{word}: {GROUNDED[word]}") for word in grounded)
-    if grounded:
-        yield ""
-    for proof in dict.fromkeys(row["proof"] for row in found.rows):
-        known = [row["proof"] == proof for row in found.rows]
-        yield Text(f"{', '.join(_named(labels, known))}: {proof}")
+    if meanings := [f"{word}: {GROUNDED[word]}" for word in GROUNDED if word in grounded]:
+        yield Text("\n".join([*meanings, ""]))
+    sizes = Counter(_label(row)[0] for row in found.rows)
+    for proof, labels in proofs.items():
+        # By their first word where all that share it are known so.
+        own = Counter(label[0] for label in labels)
+        names = (each[0] if own[each[0]] == sizes[each[0]] else " ".join(each) for each in labels)
+        yield Text(f"{', '.join(dict.fromkeys(names))}: {proof}")
     for reason in dict.fromkeys(reason for row in found.rows for reason in row["reasons"]):
         yield Text(f"Because {reason}")
 
@@ -292,39 +299,35 @@ def _flies(row: Row, min_soc: float) -> str:
     return "low" if soc is not None and soc < min_soc - TOLERANCE else "no"
 
 
-def _named(labels: Sequence[tuple[str, ...]], chosen: Sequence[bool]) -> Iterator[str]:
-    """Yield the labels that are chosen; by their first word where all that share it are."""
-    for first in dict.fromkeys(label[0] for label in labels):
-        own = [pair for pair in zip(labels, chosen, strict=True) if pair[0][0] == first]
-        yield from [first] if all(c for _, c in own) else (" ".join(t) for t, c in own if c)
-
-
 # The pictures
 
 
 def _choices(found: Results) -> Iterator[tuple[str, Figure | None]]:
+    """Yield the hover times by trajectory and perspective, and the charge that is left."""
     from optuav import plots
     from optuav.plots.style import printed
 
-    hovers, charges = list[plots.Bar](), list[plots.Bar]()
-    for row in found.rows:
-        names, flyable = (row["trajectory"], row["perspective"]), row["flyable"] is not False
-        percent = None if row["soc_battery"] is None else 100.0 * row["soc_battery"]
-        hovers.append(plots.Bar(*names, row["hover_time_s"], flyable))
-        charges.append(plots.Bar(*names, percent, flyable))
     title = f"{printed(found.mission.name)}: longest hover by trajectory and perspective"
     least = plots.Level(100.0 * found.mission.limits.min_soc, "least, $η_0$")
-    for name, bars, y_label, level in (
-        ("choices.png", hovers, "hover time Δ [s]", None),
-        ("charge.png", charges, "charge left $η_1(T)$ [%]", least),
+    for name, column, size, y_label, level in (
+        ("choices.png", "hover_time_s", 1.0, "hover time Δ [s]", None),
+        ("charge.png", "soc_battery", 100.0, "charge left $η_1(T)$ [%]", least),
     ):
+        bars = [
+            plots.Bar(
+                *(row["trajectory"], row["perspective"]),
+                None if row[column] is None else size * row[column],
+                row["flyable"] is not False,
+            )
+            for row in found.rows
+        ]
         axes = plots.bars(bars, title=title, y_label=y_label, level=level)
         yield name, axes.get_figure(root=True)
 
 
 def _packs(_: Results, plans: Sequence[Plan]) -> Iterator[tuple[str, Figure | None]]:
+    """Yield the wells of the packs by schedule."""
     from optuav import plots
 
     if any(plans):
-        first, *_rest = plots.packs([plan for plan in plans if plan])
-        yield "packs.png", first.get_figure(root=True)
+        yield "packs.png", plots.packs([plan for plan in plans if plan])[0].get_figure(root=True)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Iterator, Sequence
 from importlib import import_module
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any
 
 from rich.console import RenderableType
 from rich.text import Text
@@ -41,6 +41,8 @@ SLOTS_ABREAST = 5
 
 Progress = Callable[[int, int, str], None]
 """Called before every answer: how many are done, how many there are, and what comes now."""
+Bound = tuple[int | None, str]
+"""How many slots Δ in slots may lose to continuous times, None for no bound; and why."""
 
 
 def compare_methods(
@@ -74,7 +76,7 @@ def compare_methods(
                 done, total = number * len(methods) + column, len(problems) * len(methods)
                 progress(done, total, _name(subject))
             begin = time.perf_counter()
-            plan, words = _solved(mission, problem, perspective, method, time_limit_s)
+            plan, words = _solved(mission, problem, method, time_limit_s)
             taken = {"time_s": time.perf_counter() - begin} if times else {}
             row = {**subject, **method, **taken, **_answer(plan, words, method, best_s, bounds)}
             if method["slot_s"] is not None:
@@ -82,17 +84,14 @@ def compare_methods(
             if method["method"] == REFERENCE:
                 reasons[_name(subject)] = plan.reasons if plan is not None else (words,)
             rows.append(row)
-    disagreements, failures = (
-        tuple(
-            f"{_name(row)}, {row['method']}: {row['words']}" for row in rows if row["agrees"] is no
-        )
-        for no in (False, None)
-    )
+    remarks: dict[bool | None, list[str]] = {True: [], False: [], None: []}
+    for each in rows:
+        remarks[each["agrees"]].append(f"{_name(each)}, {each['method']}: {each['words']}")
     facts = {
         "perspective": perspective,
-        "agrees": not disagreements,
-        "disagreements": disagreements,
-        "failures": failures,
+        "agrees": not remarks[False],
+        "disagreements": tuple(remarks[False]),
+        "failures": tuple(remarks[None]),
         "reasons": reasons,
     }
     units = UNITS | ({"time_s": "s"} if times else {})
@@ -104,13 +103,15 @@ def _methods(
 ) -> Iterator[Row]:
     """Yield the methods: name, engine, and the length of slots [s] if times are in slots."""
     found: list[tuple[str, str, float | None]] = [(REFERENCE, "closed-form", None)]
-    wells = " wells" if perspective == "battery" else ""
-    found += [("LP", "cvxpy", None), (f"CasADi{wells}", "casadi", None)]
+    through = "wells" if perspective == "battery" else perspective  # in CasADi
+    name = "CasADi wells" if perspective == "battery" else "CasADi"
+    found += [("LP", "cvxpy", None), (name, "casadi", None)]
     for slot_s in map(float, slots_s):
         found += [(f"grid {slot_s:g} s", "grid", slot_s), (f"MILP {slot_s:g} s", "cvxpy", slot_s)]
     for name, engine, length_s in found:
         if engine in (*engines, "closed-form"):
-            yield {"method": name, "engine": engine, "slot_s": length_s}
+            counted = through if engine == "casadi" else perspective
+            yield {"method": name, "engine": engine, "slot_s": length_s, "perspective": counted}
 
 
 def _name(row: Row) -> str:
@@ -120,7 +121,7 @@ def _name(row: Row) -> str:
 
 def _optimum(
     mission: Mission, problem: Formulation, perspective: Perspective, slots_s: Sequence[float]
-) -> tuple[float | None, dict[float, SlotBound]]:
+) -> tuple[float | None, dict[float, Bound]]:
     """Return the longest hover in continuous times [s], and what each length of slots may cost."""
     program = formulate(mission, problem, perspective=perspective, engine="closed-form")
     solutions = program.answers()
@@ -134,32 +135,24 @@ def _optimum(
 
 
 def _solved(
-    mission: Mission,
-    problem: Formulation,
-    perspective: Perspective,
-    method: Row,
-    time_limit_s: float | None,
+    mission: Mission, problem: Formulation, method: Row, time_limit_s: float | None
 ) -> tuple[Plan | None, str]:
     """Return the plan of a method, or None and why its engine failed.
 
-    CVXPY solves (P1) over all routes at once, and CasADi goes through both wells of the battery.
+    CVXPY solves (P1) over all routes at once.
     """
-    limits = {"slot_s": method["slot_s"], "time_limit_s": time_limit_s}
-    through = "wells" if (method["engine"], perspective) == ("casadi", "battery") else perspective
+    options = {name: method[name] for name in ("perspective", "slot_s")}
+    options["time_limit_s"] = time_limit_s
     try:
         if method["engine"] == "cvxpy" and isinstance(problem, P1):
-            return route_choice(mission, perspective=perspective, **limits).plan, ""
-        return solve(mission, problem, perspective=through, engine=method["engine"], **limits), ""
+            return route_choice(mission, **options).plan, ""
+        return solve(mission, problem, engine=method["engine"], **options), ""
     except SolverError as error:
         return None, str(error)
 
 
 def _answer(
-    plan: Plan | None,
-    words: str,
-    method: Row,
-    best_s: float | None,
-    bounds: dict[float, SlotBound],
+    plan: Plan | None, words: str, method: Row, best_s: float | None, bounds: dict[float, Bound]
 ) -> dict[str, Any]:
     """Return what a method answers, whether it is what theory asks, and why."""
     hover_s = plan.hover_time_s if plan else None
@@ -213,16 +206,8 @@ def _mismatch(row: Row, other: Row) -> dict[str, Any]:
 HOVER, REST = "hover_time_s", "rest_time_s"
 
 
-class SlotBound(NamedTuple):
-    """What the theory says about a length of slot, and why."""
-
-    slots: int | None
-    """Δ in continuous times less Δ in slots is from 0 to so many slots; None for no such bound."""
-    words: str
-
-
-def bound(model: Model, parameters: Row, slot_s: float) -> SlotBound:
-    """Return the bound for a linear model that maximises the hover time.
+def bound(model: Model, parameters: Row, slot_s: float) -> Bound:
+    """Return how many slots a linear model that maximises the hover time may lose, and why.
 
     Let (Δ, T') be the optimum in continuous times, and H the horizon that the deadline leaves. If
     neither a shorter hover nor a longer rest can break any other constraint, ⌊Δ⌋ slots of hover and
@@ -236,16 +221,16 @@ def bound(model: Model, parameters: Row, slot_s: float) -> SlotBound:
         form = excess(relation, parameters)[0].times(relation.signs[0])
         by_hover, by_rest = (float(form.coefficients.get(name, 0.0)) for name in (HOVER, REST))
         if relation.sense == "==":
-            return SlotBound(None, f"{constraint.label} is an equality")
+            return None, f"{constraint.label} is an equality"
         if by_hover >= 0.0 >= by_rest:
             continue
         if by_hover != by_rest or by_hover < 0.0:
             what = "a shorter hover" if by_hover < 0.0 else "a longer rest"
-            return SlotBound(None, f"{what} can break {constraint.label}")
+            return None, f"{what} can break {constraint.label}"
         horizon_slots = -float(form.constant) / by_hover / slot_s
         if abs(horizon_slots - round(horizon_slots)) > SLOT_TOLERANCE * max(1.0, horizon_slots):
             slots, words = 2, "the horizon is not a whole number of slots"
-    return SlotBound(slots, words)
+    return slots, words
 
 
 # The printed text
@@ -345,11 +330,8 @@ def _short(seconds: float) -> str:
     return f"{seconds:.2f}" if abs(seconds) >= 0.01 else f"{abs(seconds):.0e}" if seconds else "0"
 
 
-# The pictures
-
-
 def _figures(found: Results) -> Iterator[tuple[str, Figure | None]]:
-    """Yield what slots cost, and the plane of times of the (P4) that hovers longest."""
+    """Yield what slots cost, by their length."""
     from optuav import plots
     from optuav.plots.style import printed
 
@@ -367,18 +349,3 @@ def _figures(found: Results) -> Iterator[tuple[str, Figure | None]]:
             level=plots.Level(100.0 * max(bounds), "bound of the theory") if bounds else None,
         )
         yield "gaps.png", axes.get_figure(root=True)
-    solved = [row for row in found.rows if row["hover_time_s"] is not None]
-    rests = [row for row in solved if (row["problem"], row["method"]) == ("P4", REFERENCE)]
-    if not rests:
-        return
-    best = max(rests, key=lambda row: row["hover_time_s"])
-    problem, perspective = P4(best["building"], order=best["order"]), found.facts["perspective"]
-    slots_s = [row["slot_s"] for row in solved if row["slot_s"] and _name(row) == _name(best)]
-    longest_s = max(slots_s, default=found.mission.limits.slot_s)
-    (part,) = formulate(found.mission, problem, perspective=perspective).parts
-    plans = [
-        solve(found.mission, problem, slot_s=each, perspective=perspective)
-        for each in (None, longest_s)
-    ]
-    axes = plots.plane(part.model, part.model.row(0), plans, slot_s=longest_s)
-    yield "plane.png", axes.get_figure(root=True)

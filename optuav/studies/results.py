@@ -119,11 +119,7 @@ class Results:
         return {name: figure for name, figure in self.draw(self) if figure is not None}
 
     def save_pictures(self, directory: str | Path) -> list[Path]:
-        """Write the pictures into a directory, which is made if it is missing.
-
-        Returns
-        -------
-        The files that were written.
+        """Write the pictures into a directory, made if it is missing, and return the files.
 
         Raises
         ------

@@ -48,16 +48,10 @@ SAMPLES = Number("-", ge=1, le=1e8, whole=True)
 SEED = Number("-", ge=0, le=2**63, whole=True)
 WORLD = ("battery", "rotor", "body", "laser", "link", "flight")
 """Tables of what is measured; [route] and [limits] state what is chosen."""
-PLACE = frozenset(
-    {
-        "hover_distance_m",
-        "coverage_radius_m",
-        "hover_altitude_m",
-        "min_altitude_m",
-        "max_altitude_m",
-        "end_gap_m",
-    }
-)
+PLACE = {
+    *("hover_distance_m", "coverage_radius_m", "end_gap_m"),
+    *("hover_altitude_m", "min_altitude_m", "max_altitude_m"),
+}
 """Quantities of constraints without a time. They hold by construction: the hover point always lies
 on the rim of what the radio covers."""
 STEP = 1e-5
@@ -158,11 +152,9 @@ def sensitivity(
     if uncertain is None:
         measured = (each for each in alone if each.key.name.partition(".")[0] in WORLD)
         uncertain = tuple(each for each in measured if "[" not in each.key.name)
-    best = solve(studied, perspective=perspective)
-    flown = plan or best or None
-    held = None if flown is None else FixedPlan.of(flown, studied)
-    hover_s, network = best.hover_time_s if best else 0.0, build_network(studied)
-    found = None
+    best, network = solve(studied, perspective=perspective), build_network(studied)
+    held = FixedPlan.of(plan or best, studied) if plan or best else None
+    hover_s, found = best.hover_time_s if best else 0.0, None
     if uncertain:
         is_stated = stated is not None
         found = chances(network, uncertain, perspective, held, samples, seed, stated=is_stated)
@@ -190,31 +182,31 @@ def effects(
         key = spread.key
         share = key.now / hover_time_s if hover_time_s > 0.0 else 0.0
         slope = (high_s - low_s) / (spread.high - spread.low)
-        less, more = (rate * share if np.isfinite(rate) and share else None for rate in rates)
+        figures = (low_s, high_s, slope * share, *(rate * share for rate in rates))
+        low, high, mean, less, more = (each if np.isfinite(each) else None for each in figures)
+        if not share:
+            mean = less = more = None
+        has_kink = less is not more
+        if less is not None and more is not None:
+            has_kink = ShadowPrice(less, more).has_kink
         row = {
             "key": key.name,
             "unit": key.unit,
             "now": key.now,
             "low": spread.low,
             "high": spread.high,
-            "hover_low_s": low_s if np.isfinite(low_s) else None,
-            "hover_high_s": high_s if np.isfinite(high_s) else None,
-            "elasticity": slope * share if np.isfinite(slope) and share else None,
+            "hover_low_s": low,
+            "hover_high_s": high,
+            "elasticity": mean,
             "exact_less": less,
             "exact_more": more,
-            "swing_s": max(abs(s - hover_time_s) for s in np.nan_to_num([low_s, high_s]).tolist()),
+            "exact_elasticity": None if has_kink else more,
+            "has_kink": has_kink,
+            "swing_s": max(abs((each or 0.0) - hover_time_s) for each in (low, high)),
             "along": tuple(other.name for other in spread.along),
         }
-        found.append({**row, "exact_elasticity": None if _has_kink(row) else more})
+        found.append(row)
     return tuple(sorted(found, key=lambda row: -row["swing_s"]))
-
-
-def _has_kink(row: Row) -> bool:
-    """Return whether the exact elasticity below a value is another than above it."""
-    less, more = row["exact_less"], row["exact_more"]
-    if less is None or more is None:
-        return less is not more
-    return ShadowPrice(less, more).has_kink
 
 
 def _one_by_one(network: Network, spreads: Sequence[Spread], values: Floats) -> Variants:
@@ -294,12 +286,12 @@ def _tables(found: Results) -> Iterator[RenderableType]:
             fixed(row["hover_low_s"]),
             fixed(row["hover_high_s"]),
             _rate(row["elasticity"]),
-            "kink" if _has_kink(row) else _rate(row["exact_elasticity"]),
+            "kink" if row["has_kink"] else _rate(row["exact_elasticity"]),
         )
     yield table if rows else "no key within its range changes that; optuav explain shows what would"
     if len(moving) > MOST_ROWS:
         yield Text(f"and {len(moving) - MOST_ROWS} more with smaller effects")
-    if kinks := [row for row in rows if _has_kink(row)]:
+    if kinks := [row for row in rows if row["has_kink"]]:
         sides = (
             f"{row['key']} {_rate(row['exact_less'])} below, {_rate(row['exact_more'])} above"
             for row in kinks

@@ -215,16 +215,13 @@ class FixedPlan:
     def of(cls, plan: Plan, mission: Mission) -> FixedPlan:
         """Return the plan on a mission, or refuse one for other places or another route."""
         words = "a plan over the places of this mission"
-        laser, before = mission.laser, plan.mission.laser
-        same = {
-            "origin": mission.route.origin_m == plan.mission.route.origin_m,
-            "destination": mission.route.destination_m == plan.mission.route.destination_m,
-            "device": mission.link.device_m == plan.mission.link.device_m,
-            "place of the laser": (laser and laser.position_m) == (before and before.position_m),
-            "set of buildings": mission.buildings == plan.mission.buildings,
-        }
-        if moved := [name for name, kept in same.items() if not kept]:
-            words += f", not with another {' or '.join(moved)}"
+        scenes = (
+            (each.route.origin_m, each.route.destination_m, each.link.device_m, each.buildings)
+            + ((each.laser.position_m,) if each.laser else ())
+            for each in (plan.mission, mission)
+        )
+        if next(scenes) != next(scenes):
+            words += ": the same origin, destination, device, laser and buildings"
             raise refused("plan", " → ".join(plan.route), words)
         point_m = [float(each) for each in vehicle.hover_point_m(plan.mission)]
         network = build_network(mission.replace({"route.hover_m": point_m}))

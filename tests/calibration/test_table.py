@@ -159,7 +159,7 @@ flight.charge_current_A = ["wind.force_N", "flight.nope"]
 flight_time = 1
 [[rows]]
 given = { hover_time_s = -5, laser = 3, rest_time_s = 4 }
-fit = { battery_percent = "much", flight_time_s = 3 }
+fit = { battery_percent = "much", flight_time_s = 3, flight_tim = "x" }
 """,
         "utf-8",
     )
@@ -167,7 +167,8 @@ fit = { battery_percent = "much", flight_time_s = 3 }
         optuav.fit_table([file])
     text = "\n".join(map(str, caught.value.faults))
     for words in (
-        "mision: unknown key; did you mean 'mission'?",
+        "mision = 'paper': unknown key; did you mean 'mission'?",
+        "fit.flight_tim = 'x': a valid number",
         "free.flight.acceleration_m_s2 = -1: greater than 0",
         "flight.flight_curent_A",
         "tied.flight.charge_power_W = 3: a valid list",

@@ -115,8 +115,8 @@ def test_pictures(folder: Path) -> None:
     pytest.importorskip("matplotlib")
     found = run(*QUICK, "--plot", "new")
     assert found.code == 0
-    assert sorted(path.name for path in (folder / "new").iterdir()) == ["gaps.png", "plane.png"]
-    assert found.out.count("wrote ") == 2
+    assert sorted(path.name for path in (folder / "new").iterdir()) == ["gaps.png"]
+    assert found.out.count("wrote ") == 1
     found = run("compare", "small.toml", "--by", "trajectory", "--plot", "new")
     assert (folder / "new" / "choices.png").exists()
 

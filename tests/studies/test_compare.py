@@ -307,11 +307,11 @@ def by_method() -> Results:
 def test_files_of_a_comparison(by_method: Results, tmp_path: Path) -> None:
     pytest.importorskip("matplotlib")
     written = by_method.save_pictures(tmp_path / "new")
-    assert [path.name for path in written] == ["gaps.png", "plane.png"]
+    assert [path.name for path in written] == ["gaps.png"]
     assert all(path.read_bytes().startswith(b"\x89PNG") for path in written)
 
 
-def test_without_slots_or_rests_there_is_less_to_draw(tmp_path: Path) -> None:
+def test_without_slots_or_plans_there_is_nothing_to_draw(tmp_path: Path) -> None:
     pytest.importorskip("matplotlib")
     direct = optuav.load("paper").replace({"buildings": []})
     assert optuav.compare(direct, slots_s=(), engines=()).save_pictures(tmp_path) == []

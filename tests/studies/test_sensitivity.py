@@ -234,21 +234,19 @@ def test_a_fixed_plan_is_flyable_where_the_replay_says_so() -> None:
 
 
 @pytest.mark.parametrize(
-    ("changes", "words"),
+    "changes",
     [
-        ({"buildings.b1.name": "tower"}, "another set of buildings"),
-        ({"route.destination_m": [1900, 0, 50]}, "another destination"),
-        (
-            {"buildings.b3.position_m": [50, 600, 65], "link.device_m": [900, 3000, 0]},
-            "another device or set",
-        ),
+        {"buildings.b1.name": "tower"},
+        {"route.destination_m": [1900, 0, 50]},
+        {"link.device_m": [900, 3000, 0]},
+        {"laser.position_m": [10, 0, 0]},
     ],
 )
-def test_a_plan_over_other_places_is_refused(changes: dict[str, Any], words: str) -> None:
+def test_a_plan_over_other_places_is_refused(changes: dict[str, Any]) -> None:
     """Its legs and its hover point are those of the mission that it was made for."""
     plan = optuav.solve(optuav.load("paper").replace(changes))
     assert plan
-    with pytest.raises(InputError, match=words):
+    with pytest.raises(InputError, match="the same origin, destination, device, laser and"):
         optuav.sensitivity("paper", {}, plan=plan)
 
 
