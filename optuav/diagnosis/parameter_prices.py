@@ -87,7 +87,7 @@ def prices(
     """
     model = program.parts[chosen[0]].model
     row, known = model.row(chosen[1]), {key.name: key for key in keys(program.network.mission)}
-    rates = program.prices(solutions, chosen)
+    rates = program.shadow_prices(solutions)
     stated = [each for each in _moving(model) if each.name in rates]
     own = [known.get(each.key) for each in stated]
     for place, each in enumerate(own):

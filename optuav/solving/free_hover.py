@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from itertools import chain
 from typing import NamedTuple, NoReturn
@@ -23,6 +23,7 @@ from formulations.parameters import FROM_HOVER, QUANTITIES, TO_HOVER, Quantities
 from optuav.arrays import Floats, Integers
 from optuav.engines.prices import ShadowPrice
 from optuav.engines.registry import Engine
+from optuav.engines.solution import Solution
 from optuav.errors import InputError, SolverError
 from optuav.mission import Mission
 from optuav.modelling import Model, Parameter
@@ -126,7 +127,7 @@ class FreeProgram(Program):
         local = {"proof": PROOF, "status": Status.LOCALLY_OPTIMAL, "notes": notes}
         return plans[chosen].model_copy(update=local)
 
-    def shadow_prices(self) -> dict[str, ShadowPrice]:
+    def shadow_prices(self, solutions: Sequence[Solution] | None = None) -> dict[str, ShadowPrice]:
         """Refused: a free hover point has no prices of its own.
 
         Raises

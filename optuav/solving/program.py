@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import reprlib
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -19,12 +19,13 @@ from optuav.engines.prices import ShadowPrice
 from optuav.engines.registry import Engine, names, takers
 from optuav.engines.solution import Solution
 from optuav.errors import Fault, InputError, NoPlanError, SolverError
-from optuav.mission.messages import nearest, number, printable, shown, written_out
+from optuav.mission.messages import nearest, printable, shown, written_out
+from optuav.mission.messages import number as number_of_key
 from optuav.modelling import Check, Checks, Model, check
 from optuav.modelling.check import refuse_misfits
-from optuav.modelling.classify import Traits, traits
+from optuav.modelling.classify import traits
 from optuav.network.feasibility import blocked_legs, impossibilities
-from optuav.network.network import Network, nearest_building, trajectory_routes
+from optuav.network.network import Network, trajectory_routes
 from optuav.plan import Plan
 from optuav.solving.assemble import quantities
 from optuav.solving.more_stops import promise
@@ -48,14 +49,7 @@ MOST_REASONS = 10
 
 
 def declared_program(question: Question, network: Network) -> Program:
-    """The question as a program; without parts, and with reasons, where nothing can be flown.
-
-    Raises
-    ------
-    InputError
-        If the engine that was asked for does not take the problem, or an array in it has neither
-        one entry nor one an itinerary.
-    """
+    """The question as a program; without parts, and with reasons, where nothing can be flown."""
     parts, reasons = list[Part](), impossibilities(network)
     for which, rests in () if reasons else groups(question, network):
         model = declared(question, quantities(network, which, rests=rests))
@@ -76,7 +70,8 @@ def groups(question: Question, network: Network) -> list[tuple[Integers, bool]]:
     by_way = allowed[routes.building[allowed] >= 0]
     direct = allowed[routes.building[allowed] < 0]
     if problem.building is not None:
-        by_way = by_way[routes.building[by_way] == _number(network, problem.building)]
+        number = [each.name for each in network.mission.buildings].index(problem.building)
+        by_way = by_way[routes.building[by_way] == number]
         direct = direct[:0]
     if question.slot_s is not None and question.trajectory in ("traj1", "traj2"):
         # A rest takes at least one slot, so to pass a building by is a choice of its own.
@@ -97,30 +92,19 @@ def declared(question: Question, given: Quantities) -> Model | None:
     return model if given.rests == has_rest else None
 
 
-def _number(network: Network, building: str) -> int:
-    """Number of a building by its name."""
-    return [each.name for each in network.mission.buildings].index(building)
-
-
 def _no_route(question: Question, network: Network) -> tuple[str, ...]:
     """Why no itinerary of the question can be flown."""
-    routes, problem = network.routes, question.problem
-    direct = isinstance(problem, P3) or question.trajectory == "direct"
-    if not network.mission.buildings and not direct:
+    routes = network.routes
+    every = replace(network, routes=replace(routes, flyable=np.ones_like(routes.flyable)))
+    wanted = groups(question, every)
+    if not wanted:
         return ("the mission has no building to go by way of",)
-    wanted = (routes.building < 0) if direct else (routes.building >= 0)
-    if problem.building is not None:
-        wanted &= routes.building == _number(network, problem.building)
-    if question.trajectory == "traj1":
-        wanted &= routes.building == nearest_building(network)
-    if problem.order is not None:
-        wanted &= routes.rest_first == (problem.order == "rest-first")
-    found: dict[str, None] = {}
-    for index in np.flatnonzero(wanted & ~routes.flyable).tolist():
-        found.update(dict.fromkeys(blocked_legs(network, index)))
-        if len(found) > MOST_REASONS:
-            return (*tuple(found)[:MOST_REASONS], "and other legs are blocked as well")
-    return tuple(found) or (f"{problem.name} declares no rest_time_s by way of a building",)
+    blocked = (k for which, _ in wanted for k in which[~routes.flyable[which]].tolist())
+    found = dict.fromkeys(leg for k in blocked for leg in blocked_legs(network, k))
+    if not found:
+        return (f"{question.problem.name} declares no rest_time_s by way of a building",)
+    more = ("and other legs are blocked as well",) if len(found) > MOST_REASONS else ()
+    return (*tuple(found)[:MOST_REASONS], *more)
 
 
 @dataclass(frozen=True)
@@ -165,15 +149,10 @@ class Program:
         return f"<Program for {name!r}: {question}, {count} model{'s' if count != 1 else ''}>"
 
     @property
-    def traits(self) -> tuple[Traits, ...]:
-        """What each declared model is, found from its trees: linear, smooth, integer."""
-        return tuple(traits(part.model) for part in self.parts)
-
-    @property
     def engines(self) -> tuple[str, ...]:
         """Names of the engines that take every declared model, in slots if they were asked for."""
         slots = self.question.slot_s is not None
-        able = [takers(each, slots) for each in self.traits]
+        able = [takers(traits(part.model), slots) for part in self.parts]
         return tuple(name for name in names() if able and all(name in each for each in able))
 
     def to_latex(self) -> str:
@@ -267,13 +246,12 @@ class Program:
             them nor a parameter; also if it is a plan, which flies one of the routes.
         """
         if not isinstance(point, Mapping):
-            words = "as {'hover_time_s': 10.0}; a plan's times are its hover_time_s and rest_time_s"
-            words = f"values of the unknowns by name, {words}"
+            words = "values of the unknowns by name, as {'hover_time_s': 10.0}; a plan's times are "
+            words += "its hover_time_s and rest_time_s"
             raise InputError([Fault("point", repr(point), words)])
         unknowns = [{each.name for each in part.model.variables} for part in self.parts]
         stated = set[str]().union(*unknowns) & point.keys()
-        pairs = zip(self.parts, unknowns, strict=True)
-        matching = [part for part, own in pairs if own == stated]
+        matching = [p for p, own in zip(self.parts, unknowns, strict=True) if own == stated]
         if not matching:
             known = " or ".join(dict.fromkeys(", ".join(sorted(each)) for each in unknowns))
             raise InputError(f"a point of this program states {known or 'nothing'}")
@@ -282,25 +260,23 @@ class Program:
             every = dict.fromkeys(name for part in matching for name in part.model.parameters)
             words = f"is no parameter of the program; there are {', '.join(every)}"
             raise InputError([Fault(name, repr(point[name]), words) for name in strange])
-        return Checks(row for part in matching for row in self._checks_of(part, point))
-
-    def _checks_of(self, part: Part, point: Mapping[str, Any]) -> Iterator[Check]:
-        """Every constraint of one model, its points called after its routes if it has several."""
-        model, count = part.model, len(part.routes)
-        known = {each.name for each in model.variables} | model.given.keys()
-        values = {name: value for name, value in point.items() if name in known}
-        if count == 1:
-            yield from check(model, {**model.row(0), **values})
-            return
-        ways = [self.network.route_names(int(route))[1:-1] for route in part.routes]
-        short = [[name for name in way if name != "hover"] for way in ways]
-        called = [tuple(" → ".join(way) or "direct" for way in each) for each in (short, ways)]
-        # With the hover point where the names are not clear without it.
-        named = called[0] if len(set(called[0])) == count else called[1]
-        for row in check(model, values):
-            routes = np.shape(row.satisfied) == (count,)
+        rows = list[Check]()
+        for part in matching:
+            model, count = part.model, len(part.routes)
+            values = {k: v for k, v in point.items() if k in stated | model.given.keys()}
+            if count == 1:
+                rows += check(model, {**model.row(0), **values})
+                continue
             points = self._routes_in_words(part)
-            yield replace(row, points=points, names=named) if routes else row
+            ways = (self.network.route_names(int(route))[1:-1] for route in part.routes)
+            # The hover point says something where one of them rests first and another does not.
+            mixed = len(set(self.network.routes.rest_first[part.routes])) > 1
+            stops = ([place for place in way if mixed or place != "hover"] for way in ways)
+            names = tuple(" → ".join(each) or "direct" for each in stops)
+            for row in check(model, values):
+                by_route = np.shape(row.satisfied) == (count,)
+                rows.append(replace(row, points=points, names=names) if by_route else row)
+        return Checks(rows)
 
     def solve(self) -> Plan:
         """The best plan over all itineraries, evaluated again outside the engine.
@@ -320,24 +296,11 @@ class Program:
         return self.plan(self.answers())
 
     def answers(self) -> list[Solution]:
-        """The engine's answers to all programmes, one `Solution` a part.
-
-        Raises
-        ------
-        SolverError
-            If the engine fails or runs out of time.
-        """
+        """The engine's answers to all programmes, one `Solution` a part."""
         return [answer(part.model, len(part.routes), self.question) for part in self.parts]
 
     def plan(self, solutions: Sequence[Solution]) -> Plan:
-        """The best plan by known answers to all parts, evaluated again outside the engine.
-
-        Raises
-        ------
-        SolverError
-            If the engine found neither a plan nor proof that there is none, or returned a point
-            that is not feasible.
-        """
+        """The best plan by known answers to all parts, evaluated again outside the engine."""
         question, network, proof = self.question, self.network, solutions[0].proof
         engine = solutions[0].engine
         asked = replace(question, engine=engine)
@@ -373,55 +336,39 @@ class Program:
 
     def best(self, solutions: Sequence[Solution]) -> tuple[int, int] | None:
         """Part and entry of the best answer by the tie rule; None without an answer."""
-        routes = self.network.routes
-        number = np.concatenate([np.full(len(p.routes), k) for k, p in enumerate(self.parts)])
-        entry = np.concatenate([np.arange(len(part.routes)) for part in self.parts])
-        route = np.concatenate([part.routes for part in self.parts])
-        score, stay_s = [], []
-        for part, solution in zip(self.parts, solutions, strict=True):
-            score.append(solution.objective * part.model.towards)
-            stays = [solution.values[name] for name in TIMES if name in solution.values]
-            stay_s.append(sum(stays, np.zeros(len(part.routes))))
-        order = np.argsort(route, kind="stable")
-        mission_s = routes.flight_time_s[route] + np.concatenate(stay_s)
-        winner = best(
-            np.concatenate(score)[order], mission_s[order], routes.building[route][order] >= 0
-        )
-        return None if winner is None else (int(number[order][winner]), int(entry[order][winner]))
+        routes, found = self.network.routes, []
+        for number, (part, solution) in enumerate(zip(self.parts, solutions, strict=True)):
+            entries = np.arange(len(part.routes))
+            stays_s = sum(solution.values.get(name, np.zeros(1)) for name in TIMES)
+            mission_s = routes.flight_time_s[part.routes] + stays_s
+            score = solution.objective * part.model.towards
+            found.append((part.routes, np.full_like(entries, number), entries, score, mission_s))
+        route, numbers, entry, score, mission_s = map(np.concatenate, zip(*found, strict=True))
+        order = np.argsort(route, kind="stable")  # ties are broken in the order of the routes
+        by_way = routes.building[route] >= 0
+        winner = best(score[order], mission_s[order], by_way[order])
+        return None if winner is None else (int(numbers[order][winner]), int(entry[order][winner]))
 
-    def solution(self) -> Solution:
-        """The engine's whole answer for the best itinerary: status, proof, values, multipliers.
-
-        Its fields have one entry; `solve` makes a plan of it.
-
-        Raises
-        ------
-        InputError
-            If nothing can be flown.
-        SolverError
-            As `solve`.
-        """
-        return self.compile().solve()
-
-    def shadow_prices(self) -> dict[str, ShadowPrice]:
+    def shadow_prices(self, solutions: Sequence[Solution] | None = None) -> dict[str, ShadowPrice]:
         """What one more unit of every named parameter brings; empty where there is no answer.
 
         Where several itineraries tie, a change for the better may take any of them, and a change
         for the worse has to spoil them all; a figure of a single route spoils that one alone.
 
+        Parameters
+        ----------
+        solutions
+            The answers to all parts, if they are known.
+
         Raises
         ------
         SolverError
             As `solve`.
         """
-        solutions = self.answers()
+        solutions = self.answers() if solutions is None else solutions
         chosen = self.best(solutions) if solutions else None
-        return {} if chosen is None else self.prices(solutions, chosen)
-
-    def prices(
-        self, solutions: Sequence[Solution], chosen: tuple[int, int]
-    ) -> dict[str, ShadowPrice]:
-        """As `shadow_prices`, from the answers to all parts and the part and entry of the best."""
+        if chosen is None:
+            return {}
         number, entry = chosen
         best_s = solutions[number].objective[entry]
         rivals = [
@@ -479,20 +426,7 @@ def _slots_in_words(model: Model, slot_s: float) -> str:
 
 
 class CompiledProgram:
-    """What `Program.compile` returns.
-
-    Parameters
-    ----------
-    program
-        The declared models.
-    question
-        What was asked, with the engine to use.
-
-    Raises
-    ------
-    InputError
-        If nothing can be flown, or the engine does not take the models.
-    """
+    """Models handed to an engine once, to be solved often: what `Program.compile` returns."""
 
     def __init__(self, program: Program, question: Question) -> None:
         if not program.parts:
@@ -505,16 +439,11 @@ class CompiledProgram:
             chosen_engine(part.model, question).compile(part.model, len(part.routes), **limits)
             for part in program.parts
         ]
-        self._parameters = {
-            name: each for part in program.parts for name, each in part.model.parameters.items()
-        }
+        stated = (part.model.parameters for part in program.parts)
+        self._parameters = {name: each for own in stated for name, each in own.items()}
+        self.parameters = tuple(self._parameters)  # those that `solve` may change, by name
         # Where the itineraries have several declarations, an array is of none of them.
         self._most = len(program.parts[0].routes) if len(program.parts) == 1 else 1
-
-    @property
-    def parameters(self) -> tuple[str, ...]:
-        """Names of the parameters that `solve` may change."""
-        return tuple(self._parameters)
 
     def solve(self, **values: Any) -> Solution:
         """Solve again with other values of named parameters, the rest as in the mission.
@@ -568,7 +497,7 @@ class CompiledProgram:
         if not fits or not np.isfinite(numbers).all():
             return "a finite number" + (f", or {self._most} of them" if self._most > 1 else "")
         key = self._parameters[name].key
-        allowed = number(key)
+        allowed = number_of_key(key)
         if allowed is None or all(map(allowed.accepts, np.ravel(value).tolist())):
             return ""
         return f"{allowed.words}, as {key}"

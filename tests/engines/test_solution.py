@@ -198,7 +198,7 @@ def test_a_programme_without_an_answer_has_no_multipliers() -> None:
 def test_a_program_and_its_solution_survive_a_copy(asked: Any, again: Callable[[Any], Any]) -> None:
     """Whatever was found of the trees before: same plan, prices, multipliers and page."""
     program = formulate("paper", "P3", **asked)
-    plan, solution = program.solve(), program.solution()
+    plan, solution = program.solve(), program.compile().solve()
     later, found = again(program), again(solution)
     assert later.solve() == plan
     assert later.shadow_prices() == program.shadow_prices()

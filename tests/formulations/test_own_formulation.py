@@ -391,7 +391,9 @@ def test_program_solution_and_checks_print_in_one_line_each() -> None:
     assert repr(program) == "<Program for 'paper': P3, perspective battery, 1 model>"
     own = optuav.formulate("paper", LeastRest(), perspective="battery")
     assert repr(own) == "<Program for 'paper': LeastRest, perspective battery, 2 models>"
-    assert repr(program.solution()) == "<Solution by closed-form: optimal, objective 688.848>"
+    assert (
+        repr(program.compile().solve()) == "<Solution by closed-form: optimal, objective 688.848>"
+    )
     charge, first, _ = map(str, program.check({"hover_time_s": 700.0}))
     assert charge == "P3.a state of charge: 0.0363837 ≥ 0.05 VIOLATED by 0.0136163 p3.py:32"
     assert first == "P3.b hover time: 700 ≥ 0 s holds, slack 700 s p3.py:28"

@@ -140,29 +140,32 @@ def test_formulate_refuses_an_engine_that_does_not_take_the_problem() -> None:
 def test_a_program_tells_what_it_is_and_who_takes_it() -> None:
     """Found from its trees, of every declared model; the engines that take all of them."""
     program = formulate("paper", perspective="battery")
-    assert [each.unknowns for each in program.traits] == [1, 2]
-    assert all(each.linear and each.smooth and not each.integer for each in program.traits)
+    found = [traits(each.model) for each in program.parts]
+    assert [each.unknowns for each in found] == [1, 2]
+    assert all(each.linear and each.smooth and not each.integer for each in found)
     assert {"closed-form", "cvxpy", "casadi", "grid"} <= set(program.engines)
     assert "closed-form" not in formulate("paper", slot_s=1.0, perspective="battery").engines
     wells = formulate("paper", "P3", perspective="wells")
-    assert not any(each.linear for each in wells.traits)
+    assert not any(traits(each.model).linear for each in wells.parts)
     assert "casadi" in wells.engines
     assert "cvxpy" not in wells.engines
     nothing = formulate(load("paper").replace({"body.mass_kg": 2.5}), perspective="battery")
-    assert (nothing.traits, nothing.engines) == ((), ())
+    assert nothing.engines == ()
 
 
 def test_a_program_gives_the_whole_solution_too() -> None:
     """Of the best itinerary: the values and prices of the plan, with the multipliers."""
     program = formulate("paper", "P3", perspective="battery")
-    solution, plan = program.solution(), program.solve()
+    solution, plan = program.compile().solve(), program.solve()
     assert solution.status is plan.status
     assert solution.point(0) == {"hover_time_s": plan.hover_time_s}
     assert solution.multipliers_at(0)["P3.a state of charge"] > 0.0
     assert solution.shadow_prices() == program.shadow_prices()
-    late = formulate(
-        load("paper").replace({"limits.deadline_s": 60}), "P3", perspective="battery"
-    ).solution()
+    late = (
+        formulate(load("paper").replace({"limits.deadline_s": 60}), "P3", perspective="battery")
+        .compile()
+        .solve()
+    )
     assert late.status == "infeasible"
 
 
