@@ -45,20 +45,9 @@ def quantities(
 ) -> Quantities:
     """Quantities of some itineraries: arrays with one entry each, or numbers that all share.
 
-    Parameters
-    ----------
-    source
-        Places, legs and itineraries of a mission, or of many variants of it.
-    which
-        Numbers of itineraries; all of them direct, or all by way of a building.
-    variant
-        Number of the variant of each.
-    rests
-        Whether a rest on the building may be chosen.
-    steps
-        Whether to include the steps on the way, where all itineraries stay in the same order.
-    hover_open
-        Whether the legs to and from the hover point are named among the steps rather than stated.
+    They are itineraries of a mission, or of variants of it that are numbered one by one; all of
+    them direct, or all by way of a building. The steps on the way, unless left out, are among the
+    quantities where all stay in the same order; legs to and from an open hover point are named.
     """
     tables = _Single(source) if isinstance(source, Network) else source
     network, battery, limits = tables.network, tables.mission.battery, tables.mission.limits

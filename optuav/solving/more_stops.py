@@ -8,12 +8,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from formulations.formulation import Formulation
-from formulations.p1 import P1
-from formulations.p3 import P3
-from formulations.p4 import P4
 from formulations.soc import AVAILABLE
-from optuav.arrays import Booleans, Floats, Integers
+from optuav.arrays import Booleans, Floats
 from optuav.network.feasibility import never_flyable
 from optuav.network.graph import edited_legs
 from optuav.network.network import Legs, Network, build_legs
@@ -51,30 +47,33 @@ def more_stops_may_help(network: Network, plan: Plan, graph: Graph | None = None
     if never_flyable(network):
         return False
     if plan.perspective == AVAILABLE:
-        hovers_s, _ = by_balance(network, np.flatnonzero(network.routes.flyable))
-        if (plan.hover_time_s if plan else -np.inf) < hovers_s.max(initial=-np.inf) - SAME_S:
+        hovers_s, _ = by_balance(network, rests=True)
+        most_s = hovers_s[network.routes.flyable].max(initial=-np.inf)
+        if (plan.hover_time_s if plan else -np.inf) < most_s - SAME_S:
             return True
     if len(network.mission.buildings) > MOST_COMPARED:
         return True
-    legs = all_legs(network, graph)
+    legs, own = all_legs(network, graph), network.legs
     if graph is None:
-        number = {way: k for k, way in enumerate(zip(legs.start, legs.end, strict=True))}
-        own = network.legs
-        same = [number[way] for way in zip(own.start, own.end, strict=True)]
-        if own.edited.any() or (own.flyable != legs.flyable[same]).any():
+        flyable = np.zeros((len(network.places.names),) * 2, bool)
+        flyable[legs.start, legs.end] = legs.flyable
+        if own.edited.any() or (own.flyable != flyable[own.start, own.end]).any():
             return True
-    return bool(ways_around(replace(network, legs=legs)).any())
+    return ways_around(replace(network, legs=legs))
 
 
-def by_balance(network: Network, which: Integers, rests: bool = True) -> tuple[Floats, Floats]:
-    """The longest Δ of routes, and the least T' for it [s], by charge and deadline; −∞ for none."""
+def by_balance(network: Network, rests: Booleans | bool) -> tuple[Floats, Floats]:
+    """The longest Δ of all routes, and the least T' for it [s], by charge and deadline.
+
+    −∞ where there is none; a route by way of a building may rest there or not.
+    """
     mission, routes = network.mission, network.routes
     capacity_As = mission.battery.packs * mission.battery.capacity_As
-    left_s = mission.limits.deadline_s - routes.flight_time_s[which]
-    spare_As = (1.0 - mission.limits.min_soc) * capacity_As - routes.flight_charge_As[which]
-    building, drawn_A = routes.building[which], -stay_net(network, HOVER).current_A
-    charging_A = np.maximum(stay_net(network, FIRST_BUILDING + building).current_A, 0.0)
-    gained_A = np.where(rests & (building >= 0), charging_A, 0.0)
+    left_s = mission.limits.deadline_s - routes.flight_time_s
+    spare_As = (1.0 - mission.limits.min_soc) * capacity_As - routes.flight_charge_As
+    drawn_A = -stay_net(network, HOVER).current_A
+    charging_A = np.maximum(stay_net(network, FIRST_BUILDING + routes.building).current_A, 0.0)
+    gained_A = np.where(rests & (routes.building >= 0), charging_A, 0.0)
     with np.errstate(divide="ignore", invalid="ignore"):
         # Resting for all the time that is left: I Δ − c (t − Δ) = Q.
         most_s = (spare_As + gained_A * left_s) / (drawn_A + gained_A)
@@ -84,29 +83,20 @@ def by_balance(network: Network, which: Integers, rests: bool = True) -> tuple[F
     return np.where(hover_s >= 0.0, hover_s, -np.inf), np.where(gained_A > 0.0, rest_s, 0.0)
 
 
-def promise(
-    problem: Formulation, network: Network, parts: Sequence[Part], plan: Plan
-) -> Iterator[str]:
+def promise(network: Network, parts: Sequence[Part], plan: Plan) -> Iterator[str]:
     """A note on what charge alone promises, where a battery that never runs dry gives less."""
-    if type(problem) not in (P1, P3, P4):
-        return
-    route = np.concatenate([part.routes for part in parts])
-    times = zip(*(by_balance(network, part.routes, part.rests) for part in parts), strict=True)
-    hover_s, rest_s = map(np.concatenate, times)
-    order = np.argsort(route, kind="stable")
-    route, hover_s, rest_s = route[order], hover_s[order], rest_s[order]
     routes = network.routes
-    mission_s = routes.flight_time_s[route] + hover_s + rest_s
-    chosen = best(hover_s, mission_s, routes.building[route] >= 0)
-    if chosen is None or hover_s[chosen] <= plan.hover_time_s + SAME_S:
+    served, rests = np.zeros((2, len(routes)), bool)
+    for part in parts:
+        served[part.routes], rests[part.routes] = True, part.rests
+    hover_s, rest_s = by_balance(network, rests)
+    hover_s = np.where(served, hover_s, -np.inf)
+    route = best(hover_s, routes.flight_time_s + hover_s + rest_s, routes.building >= 0)
+    if route is None or hover_s[route] <= plan.hover_time_s + SAME_S:
         return
-    note = (
-        "perspective battery, which looks at the charge left at the end alone, "
-        f"promises {hover_s[chosen]:.2f} s of hover"
-    )
-    phases = route_phases(
-        network, int(route[chosen]), float(hover_s[chosen]), float(rest_s[chosen])
-    )
+    note = "perspective battery, which looks at the charge left at the end alone, "
+    note += f"promises {hover_s[route]:.2f} s of hover"
+    phases = route_phases(network, route, float(hover_s[route]), float(rest_s[route]))
     flown = plan.model_copy(update={"phases": simulated(network.mission, phases)})
     if (dry_s := flown.runs_dry_s) is not None:
         note += f"; that plan would run dry and fall at {dry_s:.2f} s"
@@ -131,31 +121,21 @@ def all_legs(network: Network, graph: Graph | None = None) -> Legs:
     return edited_legs(table, places.names, graph, needed)
 
 
-def ways_around(network: Network) -> Booleans:
-    """Whether a way around takes less than a leg in time, charge or energy (figure, leg).
+def ways_around(network: Network) -> bool:
+    """Whether a way around takes less than a leg in time, charge or energy.
 
-    Only the legs between origin, hover point, buildings and destination are looked at that a plan
-    with one rest and one hover flies; one that is not there is longer than any way.
-
-    Parameters
-    ----------
-    network
-        Its legs lead between any two places.
+    The network's legs lead between any two places. Those are looked at that a plan with one rest
+    and one hover flies; one that is not there is longer than any way.
     """
     table, places = network.legs, len(network.places.names)
-    start, end = table.start, table.end
-    one_stop = (start != DESTINATION) & (end != ORIGIN) & ((start == HOVER) | (end == HOVER))
-    one_stop |= (start == ORIGIN) & (end >= FIRST_BUILDING)
-    one_stop |= (start >= FIRST_BUILDING) & (end == DESTINATION)
-    ways_there = table.flyable & (end != ORIGIN) & (start != DESTINATION)
-    found = np.zeros((len(FIGURES), len(start)), bool)
-    for row, name in enumerate(FIGURES):
-        figure = np.asarray(getattr(table, name))
-        direct = np.full((places, places), np.inf)
-        direct[start[ways_there], end[ways_there]] = figure[ways_there]
-        around = direct
-        for via in range(places):
-            around = np.minimum(around, around[:, via, None] + around[via])
-        longest = around[start, end] * (1.0 + TOLERANCE)
-        found[row] = one_stop & (direct[start, end] > longest)
-    return found
+    flown = np.zeros((places, places), bool)
+    flown[[ORIGIN, HOVER]] = flown[FIRST_BUILDING:, [HOVER, DESTINATION]] = True
+    flown[:, ORIGIN] = flown[ORIGIN, DESTINATION] = flown[HOVER, HOVER] = False
+    there = table.flyable & (table.end != ORIGIN) & (table.start != DESTINATION)
+    direct = np.full((len(FIGURES), places, places), np.inf)
+    figures = [getattr(table, name)[there] for name in FIGURES]
+    direct[:, table.start[there], table.end[there]] = figures
+    around = direct
+    for via in range(places):
+        around = np.minimum(around, around[:, :, via, None] + around[:, via, None])
+    return bool((flown & (direct > around * (1.0 + TOLERANCE))).any())

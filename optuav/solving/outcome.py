@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -52,18 +52,10 @@ PROVED = {
 
 @dataclass(frozen=True)
 class Part:
-    """One declaration that serves several itineraries.
+    """One declaration that serves several itineraries."""
 
-    Parameters
-    ----------
-    model
-        The declaration; its parameters are arrays with one entry an itinerary.
-    routes
-        Numbers of the itineraries.
-    """
-
-    model: Model
-    routes: Integers
+    model: Model  # Its parameters are arrays with one entry an itinerary
+    routes: Integers  # Numbers of the itineraries
 
     @property
     def rests(self) -> bool:
@@ -134,20 +126,14 @@ def route_plan(
 ) -> Plan:
     """The plan that flies a route, and hovers and rests there for some times [s]."""
     flown = simulated(network.mission, route_phases(network, route, *times_s))
-    given = quantities(network, np.array([route]))
+    given = quantities(network, np.array([route]), steps=False)
     return plan_for(question, network, flown, given, times_s, **found)
 
 
 def plan_of(
     question: Question, network: Network, part: Part, solution: Solution, entry: int
 ) -> Plan:
-    """The plan that belongs to the answer to one entry of a part.
-
-    Raises
-    ------
-    InputError
-        If a formulation left a time free to be negative, and it is.
-    """
+    """The plan that belongs to the answer to one entry of a part."""
     point, route = solution.point(entry), int(part.routes[entry])
     hover_s, rest_s = (point.get(name, 0.0) for name in TIMES)
     if min(hover_s, rest_s) < 0.0:
@@ -218,13 +204,18 @@ def shortfalls(question: Question, network: Network, parts: Sequence[Part]) -> t
     entry = int(flight_s[part.routes].argmin())
     shortest_s, deadline_s = flight_s[part.routes[entry]], network.mission.limits.deadline_s
     if shortest_s > deadline_s:
-        return (
-            f"the flight alone takes {shortest_s:.2f} s, "
-            f"longer than limits.deadline_s = {deadline_s:g} s",
-        )
+        late = f"longer than limits.deadline_s = {deadline_s:g} s"
+        return (f"the flight alone takes {shortest_s:.2f} s, {late}",)
     model, parameters = part.model, part.model.row(entry)
     if question.slot_s is not None and _feasible_without_slots(question, parts):
-        return tuple(_between_slots(question.slot_s, model, parameters))
+        slots = f"no whole slots of {written_out(question.slot_s)} s satisfy all constraints"
+        reasons = [f"{slots} together; without slots there are times that do"]
+        for each in model.constraints:
+            right = each.relation.right
+            if each.relation.sense == "==" and not has_unknowns(right):
+                exact = f"exactly {evaluate(right, parameters):.6g} {each.unit}"
+                reasons.append(f"{each.label}: {exact} are asked for")
+        return tuple(reasons)
     least = {each.name: evaluate(each.lower, parameters) for each in model.variables}
     times = ", ".join(f"{each.symbol} = {least[each.name]:g}" for each in model.variables)
     broken = [row for row in evaluated(model, {**parameters, **least}) if not row.satisfied]
@@ -242,34 +233,15 @@ def shortfalls(question: Question, network: Network, parts: Sequence[Part]) -> t
 def _feasible_without_slots(question: Question, parts: Sequence[Part]) -> bool:
     """Whether there are feasible times without slots; known for linear models only."""
     continuous = replace(question, slot_s=None, engine=AUTO)
-    return any(
-        status.has_answer
-        for part in parts
-        if traits(part.model).linear
-        for status in answer(part.model, len(part.routes), continuous).statuses
-    )
-
-
-def _between_slots(slot_s: float, model: Model, parameters: Mapping[str, float]) -> Iterator[str]:
-    """Sentences on a programme that has feasible times, but none in whole slots."""
-    yield (
-        f"no whole slots of {written_out(slot_s)} s satisfy all constraints together; without "
-        "slots there are times that do"
-    )
-    for constraint in model.constraints:
-        relation = constraint.relation
-        if relation.sense == "==" and not has_unknowns(relation.right):
-            right = float(evaluate(relation.right, parameters))
-            yield f"{constraint.label}: exactly {right:.6g} {constraint.unit} are asked for"
+    linear = [part for part in parts if traits(part.model).linear]
+    answers = (answer(part.model, len(part.routes), continuous) for part in linear)
+    return any(status.has_answer for found in answers for status in found.statuses)
 
 
 def replayed(plan: Plan) -> Plan:
     """The plan with the verdict of its simulation.
 
-    Raises
-    ------
-    SolverError
-        If a plan of the perspective `available` fails, which would be a fault of this package.
+    That a plan of the perspective `available` fails would be a fault of this package.
     """
     if not plan:
         return plan
@@ -291,45 +263,31 @@ def against_p1(question: Question, network: Network, parts: Sequence[Part], plan
     (P2) minimises T_fl + T'. As printed it cannot be less than the shortest T_fl. With the deadline
     tight it is T_max − Δ, and Δ cannot be more than in (P1).
     """
-    longest, notes, changes = [], [], dict[str, object]()
-    p1_question = replace(question, problem=P1())
+    name, deadline_s = question.problem.name, network.mission.limits.deadline_s
+    least_s, longest_s, beyond_s = math.inf, -math.inf, -math.inf
     for part in parts:
-        given = quantities(network, part.routes, rests=part.rests)
-        p1 = P1().model(given, question.perspective)
-        longest.append(answer(p1, len(part.routes), p1_question))
-    printed = question.problem.name == "P2"
-    if printed:
+        given, count = quantities(network, part.routes, rests=part.rests), len(part.routes)
+        model = P1().model(given, question.perspective)
+        found = answer(model, count, replace(question, problem=P1()))
+        flight_s = network.routes.flight_time_s[part.routes]
+        most_s = np.full(count, np.inf) if found.beyond is None else found.beyond
+        if not part.rests:
+            # All of the time left is hovered, or the deadline is not tight.
+            most_s = most_s[most_s >= deadline_s - flight_s - SAME_S]
+        least_s = min(least_s, float(flight_s.min()))
+        longest_s = max(longest_s, float(np.nanmax(found.objective, initial=-np.inf)))
+        beyond_s = max(beyond_s, float(most_s.max(initial=-np.inf)))
+    notes, changes = list(plan.notes), dict[str, object]()
+    if name == "P2":
         notes.append(
             "(P2) as printed has no Δ in its objective: any feasible hover time is optimal"
         )
-    longest_s = max(float(np.nanmax(each.objective, initial=-np.inf)) for each in longest)
     if (longer_s := longest_s - plan.hover_time_s) > SAME_S:
         notes.append(f"(P1) hovers {longest_s:.2f} s on the same mission, {longer_s:.2f} s longer")
-    if plan.status is Status.LOCALLY_OPTIMAL:
-        flight_s = [network.routes.flight_time_s[part.routes] for part in parts]
-        least_s = min(float(each.min()) for each in flight_s)
-        if not printed:
-            least_s = _least_tight_s(network.mission.limits.deadline_s, flight_s, longest)
-        over_s = plan.flight_time_s + plan.rest_time_s - least_s
-        if over_s <= SAME_S:
-            proof = PROVED[question.problem.name].format(longest[0].engine)
-            changes = {"status": Status.OPTIMAL, "proof": proof}
-        elif math.isfinite(over_s):
-            notes.append(f"not proved: up to {over_s:.6g} s less has not been ruled out")
-    return plan.model_copy(update={"notes": (*plan.notes, *notes), **changes})
-
-
-def _least_tight_s(
-    deadline_s: float, flight_s: Sequence[npt.NDArray[np.float64]], longest: Sequence[Solution]
-) -> float:
-    """A lower bound of T_fl + T' with the deadline tight [s]; −∞ where none is known."""
-    longest_s = -math.inf
-    for flown_s, solution in zip(flight_s, longest, strict=True):
-        if solution.beyond is None:
-            return -math.inf
-        beyond_s = solution.beyond
-        if "rest_time_s" not in solution.values:
-            # Without a rest all of the time left is hovered, or the deadline is not tight.
-            beyond_s = beyond_s[beyond_s >= deadline_s - flown_s - SAME_S]
-        longest_s = max(longest_s, float(beyond_s.max(initial=-math.inf)))
-    return deadline_s - longest_s
+    bound_s = least_s if name == "P2" else deadline_s - beyond_s
+    over_s = plan.flight_time_s + plan.rest_time_s - bound_s
+    if plan.status is Status.LOCALLY_OPTIMAL and over_s <= SAME_S:
+        changes = {"status": Status.OPTIMAL, "proof": PROVED[name].format(found.engine)}
+    elif plan.status is Status.LOCALLY_OPTIMAL and math.isfinite(over_s):
+        notes.append(f"not proved: up to {over_s:.6g} s less has not been ruled out")
+    return plan.model_copy(update={"notes": tuple(notes), **changes})

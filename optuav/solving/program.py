@@ -44,6 +44,8 @@ from optuav.solving.outcome import (
 from optuav.solving.question import AUTO, Question, answer, chosen_engine, refuse_unfit
 from optuav.status import Status
 
+LONGEST_HOVER = ("P1", "P3", "P4")
+"""Problems of the paper that ask for the longest hover."""
 MOST_REASONS = 10
 """Blocked legs that are named one by one."""
 
@@ -52,7 +54,9 @@ def declared_program(question: Question, network: Network) -> Program:
     """The question as a program; without parts, and with reasons, where nothing can be flown."""
     parts, reasons = list[Part](), impossibilities(network)
     for which, rests in () if reasons else groups(question, network):
-        model = declared(question, quantities(network, which, rests=rests))
+        through_wells = question.perspective not in PAPER
+        given = quantities(network, which, rests=rests, steps=through_wells)
+        model = declared(question, given)
         if model is not None:
             refuse_misfits(model, len(which))
             if question.engine != AUTO:
@@ -111,16 +115,8 @@ def _no_route(question: Question, network: Network) -> tuple[str, ...]:
 class Program:
     """What `optuav.formulate` returns: print it, or solve it.
 
-    Parameters
-    ----------
-    question
-        What was asked.
-    network
-        The mission's places, legs and itineraries.
-    parts
-        The declared models; none where nothing can be flown.
-    reasons
-        Why nothing can be flown; empty if something can.
+    Without parts, the declared models over some of the network's routes each, nothing can be flown,
+    and the reasons say why.
 
     Examples
     --------
@@ -330,8 +326,9 @@ class Program:
         if (open_s := max(beyond_s, default=best_s) - best_s) > SAME_S:
             notes.append(f"not proved: up to {open_s:.6g} s more has not been ruled out")
             plan = plan.model_copy(update={"status": Status.FEASIBLE})
-        if question.perspective == AVAILABLE and engine == "bracket":
-            notes += promise(question.problem, network, self.parts, plan)
+        longest = question.problem.name in LONGEST_HOVER
+        if longest and question.perspective == AVAILABLE and engine == "bracket":
+            notes += promise(network, self.parts, plan)
         return replayed(plan.model_copy(update={"notes": tuple(notes)}))
 
     def best(self, solutions: Sequence[Solution]) -> tuple[int, int] | None:

@@ -70,20 +70,7 @@ class Question:
 
 
 def problem_of(name: str, **stated: Any) -> Formulation:
-    """The problem of a name with options by name, as files and the command line state them.
-
-    Parameters
-    ----------
-    name
-        ``"P1"``, ``"P2"``, ``"P2-tight"``, ``"P3"`` or ``"P4"``.
-    stated
-        Fields of the problem; None for its default.
-
-    Raises
-    ------
-    InputError
-        If there is no such problem, or it has no such field; with all faults.
-    """
+    """The problem of a name with its fields, None for their defaults; refused with all faults."""
     if name not in PROBLEM_NAMES:
         raise InputError([_unknown("problem", name, PROBLEM_NAMES)])
     options = {field: value for field, value in stated.items() if value is not None}
@@ -113,13 +100,7 @@ def checked_question(
     engine: str | Engine,
     time_limit_s: float | None,
 ) -> Question:
-    """Check and complete the options of `optuav.solve`.
-
-    Raises
-    ------
-    InputError
-        Listing every option that does not exist, and every pair that contradicts.
-    """
+    """The options of `optuav.solve`, completed; refused with all that is wrong with them."""
     chosen = PROBLEMS.get(problem, problem) if isinstance(problem, str) else problem
     # What has another type is a fault.
     stated: Any = (chosen, perspective, slot_s, engine, time_limit_s)
@@ -208,13 +189,7 @@ def _unknown(option: str, value: object, allowed: Sequence[str], more: str = "")
 
 
 def chosen_engine(model: Model, question: Question) -> Engine:
-    """The engine that answers a question about a model.
-
-    Raises
-    ------
-    InputError
-        If the engine that was named does not take the model, or none does.
-    """
+    """The engine that answers a question about a model; refused if none takes it."""
     if question.engine != AUTO:
         refuse_unfit(model, question)
         return engine(question.engine)
@@ -229,13 +204,7 @@ def chosen_engine(model: Model, question: Question) -> Engine:
 
 
 def refuse_unfit(model: Model, question: Question) -> None:
-    """Refuse the engine that was asked for if it does not take a model.
-
-    Raises
-    ------
-    InputError
-        With the engines that do.
-    """
+    """Refuse the engine that was asked for if it does not take a model."""
     found = traits(model)
     try:
         need(question.engine, found, question.slot_s is not None)
@@ -249,15 +218,7 @@ def refuse_unfit(model: Model, question: Question) -> None:
 
 
 def answer(model: Model, programmes: int, question: Question) -> Solution:
-    """Answers to all programmes of a model.
-
-    Raises
-    ------
-    InputError
-        If no engine takes the model.
-    SolverError
-        If the engine fails or the time limit passes.
-    """
+    """Answers to all programmes of a model, by the engine that a question names or leaves open."""
     return chosen_engine(model, question).solve(
         model, programmes, slot_s=question.slot_s, time_limit_s=question.time_limit_s
     )

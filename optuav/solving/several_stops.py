@@ -102,7 +102,7 @@ def several_stops(
         )
         most = f"at most {rests} rest{'s' * (rests != 1)} and {hovers} hover{'s' * (hovers != 1)}"
         return _plan(program, network, found, most)
-    if rests and not ways_around(network).any():
+    if rests and not ways_around(network):
         plan = program.solve()
         note = "one rest and one hover are enough: no way around is shorter than a leg"
         return plan.model_copy(update={"notes": (*plan.notes, note)})

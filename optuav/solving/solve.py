@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from formulations.formulation import Formulation
 from formulations.p1 import P1
@@ -58,7 +58,7 @@ def formulate(
     >>> optuav.formulate("paper", optuav.P4("b1"), perspective="battery")
     <Program for 'paper': P4, perspective battery, 1 model>
     """
-    program = _program(mission, problem, perspective, slot_s, engine, graph, time_limit_s)
+    program = _program(mission, graph, problem, perspective, slot_s, engine, time_limit_s)
     if program.question.several:
         raise InputError(
             "several stops are searched for, no single programme declares them: "
@@ -129,7 +129,7 @@ def solve(
     >>> print(f"{plan.hover_time_s:.2f} s, flyable: {plan.flyable}")
     597.27 s, flyable: True
     """
-    program = _program(mission, problem, perspective, slot_s, engine, graph, time_limit_s)
+    program = _program(mission, graph, problem, perspective, slot_s, engine, time_limit_s)
     question, network, p1 = program.question, program.network, program.question.p1
     if question.several:
         from optuav.solving.several_stops import several_stops
@@ -144,18 +144,10 @@ def solve(
     return plan
 
 
-def _program(
-    mission: Mission | str | Path,
-    problem: Formulation | ProblemName,
-    perspective: Perspective,
-    slot_s: float | None,
-    engine: str | Engine,
-    graph: Graph | None,
-    time_limit_s: float | None,
-) -> Program:
+def _program(mission: Mission | str | Path, graph: Graph | None, *stated: Any) -> Program:
     """The problem declared, with one rest and one hover where it admits several."""
     known = mission if isinstance(mission, Mission) else load(mission)
-    question = checked_question(known, problem, perspective, slot_s, engine, time_limit_s)
+    question = checked_question(known, *stated)
     if question.p1.hover_point == "w_U":
         return declared_program(question, network_of(known, graph))
     from optuav.solving.free_hover import free_program
