@@ -174,7 +174,7 @@ def _impossible(
     """Where it is proved that no times with a sum up to `FAR_S` satisfy some constraints."""
     first, *others = model.variables
     far = Constraint("", Relation(sum(others, start=first + 0.0), "<=", FAR_S), "s", "")
-    return bracket.no_point(subset(model, [*constraints, far]), programmes, values)
+    return bracket.some_point(subset(model, [*constraints, far]), programmes, values)[1]
 
 
 def _clash(program: Program, part: Part, entry: int, meeting: Sequence[Constraint]) -> Clash:
@@ -195,7 +195,7 @@ def _clash(program: Program, part: Part, entry: int, meeting: Sequence[Constrain
     keys = dict.fromkeys(each.key for one in meeting for each in parameters_in(one) if each.key)
     far_s = FAR_S
     try:
-        if bracket.no_point(subset(model, meeting), 1, row).all():
+        if bracket.some_point(subset(model, meeting), 1, row)[1].all():
             far_s = math.inf
     except InputError:  # the times are not bounded
         pass

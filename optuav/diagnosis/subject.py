@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Hashable, Iterator, Sequence
 from dataclasses import dataclass, replace
+from itertools import chain
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
 
@@ -245,7 +246,7 @@ def _continuous(stack: Stack, model: Model) -> Booleans:
         except NotAffineError:
             pass
         try:
-            return _satisfied(model, bracket.some_point(model, count))
+            return _satisfied(model, bracket.some_point(model, count)[0])
         except (NotExponentialError, InputError):
             pass
     try:
@@ -292,4 +293,4 @@ def _in_slots(model: Model, parameters: Values, slot_s: float) -> bool:
             slots = np.concatenate([slots, np.unique(np.floor(further))])
         axes.append(slot_s * (first + slots))
     points = dict(zip(ranges, np.ix_(*axes), strict=True))
-    return bool(grid.cells(grid.tests(model, parameters), points).any())
+    return bool(grid.cells(chain(*grid.tests(model, parameters)), points).any())

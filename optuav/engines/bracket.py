@@ -84,7 +84,7 @@ def solve(
         objective=points[names[0]] + 0.0,
         values={each.name: points[each.name] for each in model.variables},
         tight=None,
-        duals={} if tapers else None,
+        duals=() if tapers else None,
         beyond=np.where(usable, found.beyond, np.nan),
         words=[UNDECIDED if each else "" for each in undecided],
         model=model,
@@ -98,11 +98,6 @@ def _reaches(
     """How far both times can go [s], the second 0 where there is but one, and where that is known.
 
     By the constraints that are linear and only shorten times.
-
-    Raises
-    ------
-    InputError
-        If no such constraint bounds an unknown.
     """
     tops = np.zeros((2, programmes))
     for k, name in enumerate(names):
@@ -178,30 +173,21 @@ def _tapered(
     return found._replace(y=y)
 
 
-def some_point(model: Model, programmes: int, values: Values | None = None) -> dict[str, Floats]:
-    """Times that satisfy all constraints, NaN where none are known; parameters as for `solve`.
+def some_point(
+    model: Model, programmes: int, values: Values | None = None
+) -> tuple[dict[str, Floats], Booleans]:
+    """Times that satisfy all constraints, NaN where none are known, and where it is proved none do.
 
-    What is sought does not matter, nor how the times compare with others.
+    Parameters as for `solve`. What is sought does not matter, nor how the times compare.
     """
-    found, usable = _any_point(model, programmes, values)
-    times = (np.where(usable, each, np.nan) for each in (found.x, found.y))
-    return dict(zip([each.name for each in model.variables], times, strict=False))
-
-
-def no_point(model: Model, programmes: int, values: Values | None = None) -> Booleans:
-    """Where it is proved that no times satisfy all constraints; parameters as for `solve`."""
-    found, usable = _any_point(model, programmes, values)
-    return usable & np.isneginf(found.beyond)
-
-
-def _any_point(model: Model, programmes: int, values: Values | None) -> tuple[Interval, Booleans]:
-    """What is known of the times, and where the figures are numbers."""
     names = [each.name for each in model.variables]
     forms = stated_forms(model, values or {})
     tops, usable = _reaches(forms, names, programmes)
     rows = _rows(forms, names, tops)
     usable &= ~np.isnan(rows.weights).any(axis=(0, 1))
-    return largest(rows, *tops, any_point=True), usable
+    found = largest(rows, *tops, any_point=True)
+    times = (np.where(usable, each, np.nan) for each in (found.x, found.y))
+    return dict(zip(names, times, strict=False)), usable & np.isneginf(found.beyond)
 
 
 @dataclass(frozen=True)

@@ -91,13 +91,7 @@ RENAMED = {
 
 
 def operation(ufunc: np.ufunc) -> Callable[..., Any]:
-    """What a ufunc becomes on CasADi's symbols.
-
-    Raises
-    ------
-    InputError
-        If it is none of those with a derivative.
-    """
+    """What a ufunc becomes on CasADi's symbols."""
     import casadi
 
     name = ufunc.__name__
@@ -142,13 +136,6 @@ class CasadiProgramme:
     preference. Their parameters are those of the model, the scales, the steepness, and limits that
     keep the earlier goals as good as they were; their rows are the constraints, and those limits.
     Constraints without an unknown are `settled`: such a row leaves IPOPT no interior to walk in.
-
-    Raises
-    ------
-    InputError
-        If a function in the model is unknown to the engine.
-    SolverError
-        If CasADi or IPOPT cannot be loaded.
     """
 
     def __init__(
@@ -207,13 +194,7 @@ class CasadiProgramme:
 
     @np.errstate(divide="ignore", invalid="ignore", over="ignore")
     def solve(self, values: Mapping[str, float]) -> Solution:
-        """Solve with values of parameters that differ from the model's, by name.
-
-        Raises
-        ------
-        SolverError
-            If IPOPT fails or the time limit passes.
-        """
+        """Solve with values of parameters that differ from the model's, by name."""
         parameters = {**self.base, **values}
 
         def none(status: Status, proof: str, words: str) -> Solution:

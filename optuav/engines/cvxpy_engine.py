@@ -76,13 +76,6 @@ def installed(
     """A solver as CVXPY calls it, and its options; None stands for HiGHS.
 
     `whole` says whether some unknowns take whole numbers only.
-
-    Raises
-    ------
-    InputError
-        If it is not installed, does not take whole numbers where there are some, or has no limit.
-    SolverError
-        If CVXPY cannot be loaded.
     """
     try:
         import cvxpy
@@ -112,17 +105,7 @@ def installed(
 
 
 class CvxpyProgramme:
-    """A linear model handed to CVXPY once, to be solved with changing parameters; see `Cvxpy`.
-
-    Raises
-    ------
-    InputError
-        If the solver is not installed, or does not take whole numbers where there are some.
-    NotAffineError
-        If the model is not linear.
-    SolverError
-        If CVXPY cannot be loaded.
-    """
+    """A linear model handed to CVXPY once, to be solved with changing parameters; see `Cvxpy`."""
 
     def __init__(
         self,
@@ -159,13 +142,7 @@ class CvxpyProgramme:
 
     @np.errstate(divide="ignore", invalid="ignore", over="ignore")
     def solve(self, values: Mapping[str, float]) -> Solution:
-        """Solve with values of parameters that differ from the model's, by name.
-
-        Raises
-        ------
-        SolverError
-            If the solver fails or the time limit passes.
-        """
+        """Solve with values of parameters that differ from the model's, by name."""
         values = {**self.base, **values}
         form = linear_form(self.model, values)
 
@@ -225,11 +202,6 @@ class CvxpyProgramme:
         """Status of a problem that is solved, and the solver's own word for it.
 
         None where it leaves open whether the problem is infeasible or unbounded.
-
-        Raises
-        ------
-        SolverError
-            If it fails, stops at a limit or is not sure.
         """
         import cvxpy
 
@@ -251,13 +223,7 @@ class CvxpyProgramme:
     def _prove(
         self, a: Floats, b: Floats, c: Floats, x: Floats, weights: Floats, words: str
     ) -> None:
-        """Check that no feasible x' is better than x: c·x' − c·x ≤ (c − Aᵀλ)·x' + λ·b − c·x.
-
-        Raises
-        ------
-        SolverError
-            If x is not feasible, or the bound is not as good as zero.
-        """
+        """Check that no feasible x' is better than x: c·x' − c·x ≤ (c − Aᵀλ)·x' + λ·b − c·x."""
         excess = float(((a @ x - b) / np.maximum(1.0, np.abs(b))).max(initial=0.0))
         best = float(c @ x)
         more = float(weights @ b - best + np.abs(c - weights @ a) @ (1.0 + np.abs(x)))

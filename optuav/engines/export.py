@@ -14,12 +14,11 @@ from pathlib import Path
 
 import numpy as np
 
-from optuav.arrays import Floats, Values
+from optuav.arrays import Values
+from optuav.engines.linear_form import linear_form, own_bounds
 from optuav.errors import InputError
 from optuav.modelling.check import holding
 from optuav.modelling.classify import traits
-from optuav.modelling.expression import Expression, Operand
-from optuav.modelling.forms import affine
 from optuav.modelling.model import Model
 from optuav.modelling.writer import Text
 
@@ -36,13 +35,7 @@ FILES: Mapping[str, str] = {"lp": "\\ ", "mps": "* "}
 
 
 def need_linear(model: Model) -> None:
-    """Refuse a model that LP and MPS files cannot hold.
-
-    Raises
-    ------
-    InputError
-        Naming the first constraint that is not linear.
-    """
+    """Refuse a model that LP and MPS files cannot hold."""
     if flaw := traits(model).nonlinear:
         label, why = flaw
         raise InputError(
@@ -50,12 +43,7 @@ def need_linear(model: Model) -> None:
         )
 
 
-def to_file(
-    model: Model,
-    values: Values,
-    form: str,
-    remarks: Iterable[str] = (),
-) -> str:
+def to_file(model: Model, values: Values, form: str, remarks: Iterable[str] = ()) -> str:
     """The text of a file that holds a linear programme: ``"lp"`` for CPLEX LP, ``"mps"`` for MPS.
 
     Values of the parameters are those of one programme, as ``model.row(index)`` gives them; others
@@ -64,47 +52,55 @@ def to_file(
     Raises
     ------
     InputError
-        If a constraint is not linear (it is named), a number is not finite, or a parameter is an
-        array over several programmes.
+        If a constraint is not linear (it is named), or a number is not finite.
     """
     import highspy
 
     need_linear(model)
-    names = [each.name for each in model.variables]
-    columns = _legal(names, "x_")
-    labels = _legal([each.label for each in model.constraints], "c_")
+    rows = linear_form(model, values)
+    names = _legal(rows.names, "x_")
+    stated = [each.label for each in model.constraints]
+    labels = _legal([*stated, *(each.label for each in model.variables)], "c_")
     notes = [model.title, *remarks]
     notes += [
-        f"{column} is {each.symbol}" + (f" [{each.unit}]" if each.unit != "1" else "")
-        for column, each in zip(columns, model.variables, strict=True)
+        f"{name} is {each.symbol}" + (f" [{each.unit}]" if each.unit != "1" else "")
+        for name, each in zip(names, model.variables, strict=True)
     ]
-    infinity = highspy.kHighsInf
     file = highspy.Highs()  # type: ignore[no-untyped-call]
     file.setOptionValue("output_flag", False)
-    goal, constant = _form("objective", model.objective, values, names)
+    goal, constant = rows.towards * rows.directions[0, :, 0], rows.towards * rows.offsets[0, 0]
+    _refuse("objective", [*goal, constant])
     file.changeObjectiveOffset(constant)
     if model.sense == "maximise":
         file.changeObjectiveSense(highspy.ObjSense.kMaximize)
-    for k, (variable, column) in enumerate(zip(model.variables, columns, strict=True)):
-        ends = [_limit(variable.label, end, values) for end in (variable.lower, variable.upper)]
-        if variable.binary:
-            ends = [min(max(end, 0.0), 1.0) for end in ends]
-        file.addVar(*ends)
-        file.passColName(k, column)
+    bounds = own_bounds(model, values)
+    for k, variable in enumerate(model.variables):
+        low, high = bounds[variable.name]
+        _refuse(variable.label, [each for each in (low, high) if not np.isinf(each)])
+        low, high = (max(low, 0.0), min(high, 1.0)) if variable.binary else (low, high)
+        file.addVar(low, high)
+        file.passColName(k, names[k])
         file.changeColCost(k, goal[k])
         if variable.binary:
             file.changeColIntegrality(k, highspy.HighsVarType.kInteger)
-    for constraint, label in zip(model.constraints, labels, strict=True):
-        sense, sides = constraint.relation.sense, constraint.relation.sides
-        (a, left), (b, right) = (_form(constraint.label, side, values, names) for side in sides)
-        row, limit = a - b, right - left
+        if low == 0.0 > high:
+            # Such a lower bound is not written, and some readers take it for none then.
+            file.addRow(low, highspy.kHighsInf, 1, np.array([k]), np.array([1.0]))
+            file.passRowName(file.getNumRow() - 1, labels[len(stated) + k])
+    number = 0
+    for constraint, label in zip(model.constraints, labels, strict=False):
+        sense, signs = constraint.relation.sense, constraint.relation.signs
+        row = signs[0] * rows.normals[number, :, 0]
+        limit = float(signs[0] * rows.limits[number, 0])
+        number += len(signs)
+        _refuse(constraint.label, [*row, limit])
         used = np.flatnonzero(row)
-        if not len(used) and holding(sense, left, right):
+        if not len(used) and holding(sense, 0.0, limit):
             # Another solver may not forgive the rounding of its two sides.
             notes.append(f"{constraint.label!r} holds whatever the unknowns: left out")
             continue
-        least = -infinity if sense == "<=" else limit
-        most = infinity if sense == ">=" else limit
+        least = -highspy.kHighsInf if sense == "<=" else limit
+        most = highspy.kHighsInf if sense == ">=" else limit
         file.addRow(least, most, len(used), used, row[used])
         file.passRowName(file.getNumRow() - 1, label)
         notes.append(f"{label} is {constraint.label!r}")
@@ -119,23 +115,10 @@ def to_file(
     return "".join(f"{FILES[form]}{' '.join(each.split())}\n" for each in notes) + text
 
 
-def _form(label: str, side: Operand, values: Values, names: Sequence[str]) -> tuple[Floats, float]:
-    """Coefficients of the unknowns and the constant of one side, all of them finite."""
-    form = affine(side, values)
-    numbers = [*(form.coefficients.get(name, 0.0) for name in names), form.constant]
-    if any(np.ndim(number) for number in numbers):
-        raise InputError(
-            f"a file holds one programme, {label!r} has several: give the values of one of them"
-        )
+def _refuse(label: str, numbers: Sequence[float]) -> None:
+    """Refuse numbers that a file cannot hold."""
     if not np.isfinite(numbers).all():
         raise InputError(f"{label!r} has a number that a file cannot hold: NaN or infinite")
-    return np.array(numbers[:-1], dtype=float), float(numbers[-1])
-
-
-def _limit(label: str, bound: Operand, values: Values) -> float:
-    """A bound of an unknown; it may be infinite."""
-    infinite = not isinstance(bound, Expression) and np.isinf(bound)
-    return float(bound) if infinite else _form(label, bound, values, ())[1]
 
 
 def _legal(labels: Iterable[str], prefix: str) -> list[str]:

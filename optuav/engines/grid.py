@@ -15,7 +15,7 @@ from __future__ import annotations
 import itertools
 import math
 import time
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from functools import partial
 from typing import ClassVar
@@ -58,48 +58,41 @@ Test = Callable[[Mapping[str, Floats], dict[int, Operand]], Operand]
 """Which of the points satisfy a constraint; the tests of the same points share what they found."""
 
 
-def tests(model: Model, parameters: Values) -> list[Test]:
-    """One test for every constraint between unknowns; their own bounds are met by the axes."""
-    flat, curved = _tests(model, parameters)
-    return [*flat, *curved]
+def tests(model: Model, parameters: Values) -> tuple[list[Test], list[Test]]:
+    """Tests of the linear inequalities, and of all other constraints; the axes keep the bounds."""
+    flat: list[Test] = []
+    curved: list[Test] = []
+    for relation in (each.relation for each in model.constraints):
+        try:
+            form, right = excess(relation, parameters)
+        except NotAffineError:
+            form = None
+        if form is None or relation.sense == "==":
+            curved.append(partial(_holds, relation, parameters))
+            continue
+        constant, coefficients = form.times(*relation.signs)
+        limit = TOLERANCE * max(1.0, abs(right)) - constant
+        flat.append(partial(_compares, coefficients, limit))
+    return flat, curved
 
 
-def _tests(model: Model, parameters: Values) -> tuple[list[Test], list[Test]]:
-    """The tests of linear inequalities, and the tests of all other constraints."""
-    relations = [each.relation for each in model.constraints]
-    straight = [_flat(each, parameters) for each in relations]
-    bent = (each for each, test in zip(relations, straight, strict=True) if test is None)
-    return [test for test in straight if test is not None], [
-        partial(_holds, each, parameters) for each in bent
-    ]
-
-
-def _flat(relation: Relation, parameters: Values) -> Test | None:
-    """A linear inequality, which compares two axes without an array of cells; None for others."""
-    if relation.sense == "==":
-        return None
-    try:
-        straight, right = excess(relation, parameters)
-    except NotAffineError:
-        return None
-    form = straight.times(*relation.signs)
-    limit = TOLERANCE * max(1.0, abs(right)) - form.constant
-
-    def compare(points: Mapping[str, Floats], done: dict[int, Operand]) -> Operand:
-        *outer, last = (form.coefficients.get(name, 0.0) * x for name, x in points.items())
-        return sum(outer) <= limit - last
-
-    return compare
+def _compares(
+    coefficients: Values, limit: float, points: Mapping[str, Floats], done: dict[int, Operand]
+) -> Operand:
+    """A linear inequality, by comparing two axes without an array of cells."""
+    *outer, last = (coefficients.get(name, 0.0) * x for name, x in points.items())
+    return sum(outer) <= limit - last
 
 
 def _holds(
     relation: Relation, parameters: Values, points: Mapping[str, Floats], done: dict[int, Operand]
 ) -> Operand:
+    """Any constraint, evaluated."""
     sides = (evaluate(side, {**parameters, **points}, done) for side in relation.sides)
     return holding(relation.sense, *sides)
 
 
-def cells(constraints: Sequence[Test], points: Mapping[str, Floats]) -> Booleans:
+def cells(constraints: Iterable[Test], points: Mapping[str, Floats]) -> Booleans:
     """Which cells satisfy every constraint; the axes broadcast against each other."""
     holds: Operand = np.True_
     done: dict[int, Operand] = {}
@@ -134,7 +127,7 @@ def _best_cell(
 ) -> dict[str, float] | None:
     """The best feasible cell, ties broken by the model's preferences; None if there is none."""
     sign = model.towards
-    flat, curved = _tests(model, parameters)
+    flat, curved = tests(model, parameters)
     most = CURVED_CELLS_AT_ONCE if curved else CELLS_AT_ONCE
     best: tuple[list[float], dict[str, float]] | None = None
     for block in _blocks(model, parameters, slot_s, most):
@@ -208,13 +201,6 @@ class Grid(OneByOne):
 
         The model has one or two variables in seconds, bounded by themselves or by a linear
         constraint.
-
-        Raises
-        ------
-        InputError
-            If there is no length of a slot.
-        ValueError
-            If the model has no or more than two variables.
         """
         if slot_s is None:
             raise InputError(f"engine {NAME} needs the length of a slot")
@@ -237,7 +223,7 @@ def _solve(
         best = _best_cell(model, parameters, slot_s, latest)
         status = Status.INFEASIBLE if best is None else Status.OPTIMAL
     near = {*_tight(model, parameters, best, slot_s)} if best else ()
-    tight = {each.label: each.label in near for each in relations(model)}
+    tight = tuple(dict.fromkeys(each.label for each in relations(model) if each.label in near))
     return single(model, NAME, PROOF, status, parameters, point=best, tight=tight)
 
 

@@ -181,11 +181,6 @@ def slot_ranges(model: Model, parameters: Values, slot_s: float) -> dict[str, tu
     Where the last slot is cut short by the unknown's own upper bound it counts; where a constraint
     between unknowns ends the range, or an equation holds the unknown, whole slots only. Where no
     slot is left, the last one is the one before the first.
-
-    Raises
-    ------
-    InputError
-        If an unknown has no lower bound, or nothing bounds it from above.
     """
     own, cut = own_bounds(model, parameters), cut_short(model)
     implied = implied_upper_bounds(model, parameters, {name: end for name, (end, _) in own.items()})

@@ -218,11 +218,6 @@ def rows_of(
     Those that cannot fall below 0 for x and y up to their reach [s], as far as their terms tell one
     by one, are left out; where other programmes need them, they are infinite. The sizes and the
     reach, a number or one a programme, say how much rounding there may be.
-
-    Raises
-    ------
-    NotExponentialError
-        If a form holds another product than V W.
     """
     rates: dict[str, Operand] = {}
     for each in stated:
@@ -271,11 +266,6 @@ def stated_forms(model: Model, values: Values, *, relaxed: bool = False) -> list
     """Every constraint of a model as forms.
 
     With `relaxed`, the bounds of `Bounded` functions are taken, and where these are exact is added.
-
-    Raises
-    ------
-    NotExponentialError
-        If a constraint has no such form, with its label.
     """
     found: list[StatedForm] = []
     bounded: list[Constraint] = []

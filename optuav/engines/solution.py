@@ -6,10 +6,11 @@ from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
+from itertools import chain
 
 import numpy as np
 
-from optuav.arrays import Booleans, Floats, Values
+from optuav.arrays import Floats, Values
 from optuav.engines.prices import (
     Residuals,
     ShadowPrice,
@@ -48,10 +49,10 @@ class Solution:
     values
         Values of the variables by name, one a programme; NaN without an answer.
     tight
-        By label of a constraint, whether it binds (from the grid: whether a slot more or less of an
-        unknown would violate it), one a programme. None where that follows from the answer.
+        Labels of the constraints that bind (from the grid: that a slot more or less of an unknown
+        would violate), for each programme. None where that follows from the answer.
     duals
-        By label of a constraint, the multiplier that the engine found, one a programme; empty from
+        Multipliers that the engine found by label of the constraint, for each programme; empty from
         engines that have none. None where they follow from the answer: see `multipliers_at`.
     beyond
         What the objective is known not to exceed, one a programme; from engines that bracket it.
@@ -67,8 +68,8 @@ class Solution:
     statuses: Sequence[Status]
     objective: Floats
     values: Mapping[str, Floats]
-    tight: Mapping[str, Booleans] | None = None
-    duals: Mapping[str, Floats] | None = field(default_factory=dict)
+    tight: Sequence[Sequence[str]] | None = None
+    duals: Sequence[Mapping[str, float]] | None = ()
     beyond: Floats | None = None
     words: Sequence[str] = ()
     given: Values = field(default_factory=dict)
@@ -132,18 +133,16 @@ class Solution:
         return {**self.model.row(index), **given}
 
     def multipliers_at(self, index: int) -> dict[str, float]:
-        """Multiplier of every constraint in the answer to a programme, by label; NaN without one.
+        """Multiplier of every constraint in the answer to a programme, by label.
 
         In units of the objective per unit of the constraint, ≥ 0; that of an equality has the sign
-        of what one more unit of its right side brings. Empty from engines that have none. Where the
-        engine gives none but its answers are optimal, they are computed from the answer.
+        of what one more unit of its right side brings. Empty without an answer, and from engines
+        that have none. Where the engine gives none but its answers are optimal, they are computed.
         """
-        if self.duals is not None:
-            return {label: float(values[index]) for label, values in self.duals.items()}
-        labels = [each.label for each in relations(self.model)]
-        if not self.statuses[index].has_answer:
-            return dict.fromkeys(labels, np.nan)
-        return dict.fromkeys(labels, 0.0) | local_multipliers(self.model, self._at(index))
+        if not self.statuses[index].has_answer or self.duals is not None:
+            return dict(*(self.duals or ())[index : index + 1])
+        zeros = dict.fromkeys((each.label for each in relations(self.model)), 0.0)
+        return zeros | local_multipliers(self.model, self._at(index))
 
     def _at(self, index: int) -> dict[str, Operand]:
         """Values of parameters and variables in a programme that has an answer."""
@@ -152,7 +151,7 @@ class Solution:
     def binding_labels(self, index: int) -> tuple[str, ...]:
         """Labels of the constraints that bind in the answer to a programme; see `tight`."""
         if self.tight is not None:
-            return tuple(label for label, binds in self.tight.items() if binds[index])
+            return tuple(self.tight[index])
         if not self.statuses[index].has_answer:
             return ()
         found = (
@@ -208,7 +207,8 @@ class Solution:
         Empty for an answer in whole slots, which small changes leave where it is, and where there
         is no answer.
         """
-        if self.duals == {} or not self.statuses[index].has_answer:
+        known = self.duals is None or any(self.duals[index : index + 1])
+        if not known or not self.statuses[index].has_answer:
             return {}
         return shadow_prices(self.model, self.parameters_at(index), self.point(index))
 
@@ -220,8 +220,8 @@ class Solution:
             statuses=[self.statuses[index]],
             objective=self.objective[one],
             values={name: each[one] for name, each in self.values.items()},
-            tight=self.tight and {label: each[one] for label, each in self.tight.items()},
-            duals=self.duals and {label: each[one] for label, each in self.duals.items()},
+            tight=self.tight and self.tight[one],
+            duals=self.duals and self.duals[one],
             beyond=None if self.beyond is None else self.beyond[one],
             words=self.words[one],
             given=self.parameters_at(index),
@@ -237,7 +237,7 @@ def single(
     words: str = "",
     point: Mapping[str, float] | None = None,
     *,
-    tight: Mapping[str, bool] | None = None,
+    tight: Sequence[str] | None = None,
     duals: Mapping[str, float] | None = None,
 ) -> Solution:
     """A solution to one programme from numbers; without a point it has no values."""
@@ -250,8 +250,8 @@ def single(
         [status],
         np.array([reached], float),
         {name: np.array([value]) for name, value in values.items()},
-        None if tight is None else {label: np.array([binds]) for label, binds in tight.items()},
-        {label: np.array([weight]) for label, weight in (duals or {}).items()},
+        None if tight is None else [tight],
+        [duals or {}],
         words=[words],
         given={name: np.array([value]) for name, value in parameters.items()},
     )
@@ -260,23 +260,17 @@ def single(
 def stacked(solutions: Sequence[Solution]) -> Solution:
     """Solutions to single programmes of one model as one, with the proof of those that answer."""
     first = next((each for each in solutions if each.status.has_answer), solutions[0])
+    values, given = (
+        {k: np.concatenate([getattr(each, name)[k] for each in solutions]) for k in columns}
+        for name, columns in (("values", first.values), ("given", first.given))
+    )
     return replace(
         first,
         statuses=[each.status for each in solutions],
         objective=np.concatenate([each.objective for each in solutions]),
-        values=_joined([each.values for each in solutions]),
-        tight=_joined([each.tight for each in solutions], False),
-        duals=_joined([each.duals for each in solutions]),
-        beyond=None,
-        words=[words for each in solutions for words in each.words],
-        given=_joined([each.given for each in solutions]),
+        values=values,
+        tight=None if first.tight is None else [*chain(*(each.tight or () for each in solutions))],
+        duals=None if first.duals is None else [*chain(*(each.duals or () for each in solutions))],
+        words=[*chain(*(each.words for each in solutions))],
+        given=given,
     )
-
-
-def _joined(columns: Sequence[Operand], missing: float = np.nan) -> Operand:
-    """Arrays by name end to end; None where all columns are."""
-    known = [each or {} for each in columns]
-    if all(each is None for each in columns):
-        return None
-    names = dict.fromkeys(name for each in known for name in each)
-    return {k: np.concatenate([each.get(k, [missing]) for each in known]) for k in names}

@@ -267,6 +267,20 @@ def test_what_cannot_hold_is_infeasible_in_the_file_as_well(
 
 
 @EACH_FORM
+def test_a_negative_upper_bound_leaves_the_lower_one(
+    form: str, read: Callable[[str], Read]
+) -> None:
+    """Readers take a lower bound of 0 beside a negative upper one for none, if no row states it."""
+    model = Model("contradiction")
+    x = model.variable("x", "x", unit="s", upper=-5.0)
+    model.maximise(x)
+    found = read(to_file(model, {}, form))
+    assert found.status == INFEASIBLE
+    assert list(found.matrix[:, 0]) == [1.0]
+    assert list(found.programme.row_lower_) == [0.0]
+
+
+@EACH_FORM
 def test_a_constraint_without_unknowns_that_holds_is_told_but_not_written(form: str) -> None:
     """Its sides differ by rounding, which another solver may not forgive."""
     (p1,) = optuav.formulate("paper", optuav.P1(trajectory="direct"), perspective="battery").parts
@@ -280,13 +294,6 @@ def test_a_nonlinear_model_is_refused_by_the_constraint(form: str) -> None:
     (part,) = optuav.formulate("paper", "P3", perspective="wells").parts
     with pytest.raises(InputError, match=r"'P3\.a state of charge' is not linear: \w+ of the"):
         to_file(part.model, part.model.row(0), form)
-
-
-@EACH_FORM
-def test_several_programmes_at_once_are_refused(form: str) -> None:
-    (part,) = optuav.formulate("paper", optuav.P4("b1"), perspective="battery").parts
-    with pytest.raises(InputError, match=r"'P4\.a state of charge' has several"):
-        to_file(part.model, {}, form)
 
 
 @EACH_FORM

@@ -5,6 +5,7 @@ from __future__ import annotations
 import itertools
 import math
 from collections.abc import Callable
+from itertools import chain
 
 import numpy as np
 import pytest
@@ -74,7 +75,7 @@ def test_every_cell_is_that_of_algorithm_1(
     parameters = model.row(0)
     hover_s, rest_s = grid.axes(model, parameters, slot_s)
     points = {"hover_time_s": hover_s, "rest_time_s": rest_s[:, None]}
-    kept = grid.cells(grid.tests(model, parameters), points)
+    kept = grid.cells(chain(*grid.tests(model, parameters)), points)
     np.testing.assert_allclose(np.where(kept, hover_s, 0.0), tables[0], rtol=1e-15)
     np.testing.assert_allclose(np.where(kept, rest_s[:, None], 0.0), tables[1], rtol=1e-15)
     found, pair = grid.solve(model, 1, slot_s=slot_s), best_pair(tables)

@@ -67,7 +67,7 @@ class Halving(Engine):
             low, high = np.where(holds, middle, low), np.where(holds, high, middle)
         statuses = [Status.LOCALLY_OPTIMAL] * programmes
         found = {unknown.name: low}
-        return Solution(self.name, "halved", model, statuses, low, found, {}, given=values or {})
+        return Solution(self.name, "halved", model, statuses, low, found, given=values or {})
 
 
 @pytest.fixture

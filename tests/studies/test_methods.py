@@ -281,7 +281,7 @@ def test_a_plan_where_there_is_none_is_found_out(monkeypatch: pytest.MonkeyPatch
     def nothing(_: Any, model: Any, programmes: int, *__: Any, **___: Any) -> Solution:
         gone = np.full(programmes, np.nan)
         unknowns = {each.name: gone for each in model.variables}
-        return Solution("casadi", "", model, [Status.INFEASIBLE] * programmes, gone, unknowns, {})
+        return Solution("casadi", "", model, [Status.INFEASIBLE] * programmes, gone, unknowns)
 
     monkeypatch.setattr(Casadi, "solve", nothing)
     found = optuav.compare(p3_alone(), slots_s=(), engines=("casadi",))
