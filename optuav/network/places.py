@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -103,8 +104,7 @@ def _side_by_side(*places_m: Floats) -> Floats:
     return np.concatenate([np.broadcast_to(m, (rows, *m.shape[1:])) for m in places_m], axis=1)
 
 
-@dataclass(frozen=True)
-class ChargingCap:
+class ChargingCap(NamedTuple):
     """What keeps a stronger laser from charging faster."""
 
     key: str  # The key of the mission that states the current
@@ -130,20 +130,17 @@ def charging_cap(mission: Mission, places: Places) -> ChargingCap | None:
     >>> import optuav
     >>> from optuav.network.network import build_network
     >>> network = build_network(optuav.load("paper"))
-    >>> print(charging_cap(network.mission, network.places))
-    battery.charge_current_A = 10 A caps the charging current wherever the laser is in sight: a \
-stronger laser changes nothing there
+    >>> charging_cap(network.mission, network.places)[:2]
+    ('battery.charge_current_A', 10.0)
     """
     if mission.laser is None:
         return None
-    key, current_A = "battery.charge_current_A", mission.battery.charge_current_A
     lit = places.laser_sight & ~places.edited
-    capped = lit
-    if mission.flight.model == "regimes" and mission.flight.charge_current_A is not None:
-        key, current_A = "flight.charge_current_A", mission.flight.charge_current_A
-    else:
-        distance_m = norm(tuple((places.position_m - mission.laser.position_m).T))
-        power_W = vehicle.received_power_W(mission, distance_m, np.inf)
-        capped = lit & (power_W > current_A * mission.battery.nominal_voltage_V)
+    stated = mission.flight.charge_current_A if mission.flight.model == "regimes" else None
+    key = "battery.charge_current_A" if stated is None else "flight.charge_current_A"
+    current_A = mission.battery.charge_current_A if stated is None else stated
+    distance_m = norm(tuple((places.position_m - mission.laser.position_m).T))
+    free_A = vehicle.charging(mission, distance_m, capped=False).current_A
+    capped = lit if stated is not None else lit & (free_A > current_A)
     names = tuple(places.names[place] for place in np.flatnonzero(capped))
     return ChargingCap(key, current_A, names, bool((capped == lit).all())) if names else None

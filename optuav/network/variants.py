@@ -13,11 +13,11 @@ from functools import cached_property
 
 import numpy as np
 
-from optuav.arrays import Booleans, Floats, Integers
+from optuav.arrays import Booleans, Floats
 from optuav.mission import Mission
 from optuav.network import vehicle
 from optuav.network.network import Network, leg_loads, shared_lines
-from optuav.network.obstacles import Prisms, clear_lines, prisms
+from optuav.network.obstacles import clear_lines, prisms
 from optuav.network.places import (
     FIRST_BUILDING,
     as_table,
@@ -81,11 +81,6 @@ class Variants:
         return with_columns(self.network.mission, self.columns)
 
     @cached_property
-    def obstacles(self) -> Prisms:
-        """The buildings, which are the same in all variants."""
-        return prisms(self.network.mission)
-
-    @cached_property
     def coverage_radius_m(self) -> Quantity:
         """d_max (variant, 1) or a number [m]."""
         known_m = self.known_radius_m
@@ -100,16 +95,16 @@ class Variants:
     @cached_property
     def received(self) -> vehicle.Flow:
         """Current [A] and power [W] from the laser by place (variant or 1, place)."""
-        return received_table(self.mission, self.position_m, self.obstacles)[1]
+        return received_table(self.mission, self.position_m, prisms(self.network.mission))[1]
 
     @cached_property
     def flyable(self) -> Booleans:
         """Whether all legs of a route can be flown and cross no building."""
         able = np.isfinite(as_table(self.loads.duration_s))
         if not self.mission.flight.through_buildings:
-            legs = self.network.legs
-            lines, line = shared_lines(legs.start, legs.end)
-            free = clear_lines(self.obstacles, self.position_m, lines, lines - FIRST_BUILDING)
+            lines, line = shared_lines(self.network.legs.start, self.network.legs.end)
+            obstacles = prisms(self.network.mission)
+            free = clear_lines(obstacles, self.position_m, lines, lines - FIRST_BUILDING)
             able = able & free[:, line]
         able = np.concatenate([able, np.ones((len(able), 1), bool)], axis=1)  # for NO_LEG
         return np.asarray(able[:, self.network.routes.legs].all(axis=2))
@@ -140,19 +135,6 @@ class Variants:
         return vehicle.Flow(*map(as_table, vehicle.hover_load(self.mission)))
 
     @cached_property
-    def rest_load(self) -> vehicle.Flow:
-        """Net current [A] and power [W] into the battery while resting, by route."""
-        building = self.network.routes.building
-        return vehicle.Flow(
-            *(
-                np.where(building >= 0, received[:, FIRST_BUILDING + building] - drawn, 0.0)
-                for received, drawn in zip(
-                    self.received, vehicle.rest_load(self.mission), strict=True
-                )
-            )
-        )
-
-    @cached_property
     def loads(self) -> Loads:
         """What the legs draw in their stages, each (variant or 1, leg) or a number."""
         legs = self.network.legs
@@ -169,13 +151,3 @@ class Variants:
         padded = np.concatenate([table, np.zeros((len(table), 1))], axis=1)
         first, *others = (padded[:, legs] for legs in self.network.routes.legs.T)
         return sum(others, first)
-
-    def take(
-        self, values: Quantity, variants: Integers, columns: Integers | None = None
-    ) -> Quantity:
-        """Entries of a table by variant and column, or the only one."""
-        table = as_table(values)
-        if table.shape == (1, 1):
-            return float(table[0, 0])
-        row = variants if table.shape[0] > 1 else np.zeros_like(variants)
-        return table[row, columns if table.shape[1] > 1 else 0]

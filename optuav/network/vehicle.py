@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import fields
-from functools import lru_cache
+from functools import lru_cache, partial
 from typing import NamedTuple, TypeVar
 
 import numpy as np
@@ -16,9 +16,20 @@ from optuav.physics.quantity import Quantity, Vector, norm
 Model = TypeVar("Model", rotor.Motor, flight.Airframe, link.Channel, laser.Conversion)
 
 
-def _of(model: type[Model], section: object) -> Model:
+def _of(model: type[Model], table: str, mission: Mission) -> Model:
     """A model of the physics from the keys of the same names in a table of the mission."""
+    section = getattr(mission, table)
     return model(**{each.name: getattr(section, each.name) for each in fields(model)})
+
+
+motor = partial(_of, rotor.Motor, "rotor")
+"""Constants of a rotor; the mission's flight model is "rotors"."""
+airframe = partial(_of, flight.Airframe, "body")
+"""Mass and inertia; the mission's flight model is "rotors"."""
+channel = partial(_of, link.Channel, "link")
+"""The radio channel to the device."""
+conversion = partial(_of, laser.Conversion, "laser")
+"""Fits of emitter and receiver; the mission has a laser."""
 
 
 class Flow(NamedTuple):
@@ -26,26 +37,6 @@ class Flow(NamedTuple):
 
     current_A: Quantity
     power_W: Quantity
-
-
-def motor(mission: Mission) -> rotor.Motor:
-    """Constants of a rotor; the mission's flight model is "rotors"."""
-    return _of(rotor.Motor, mission.rotor)
-
-
-def airframe(mission: Mission) -> flight.Airframe:
-    """Mass and inertia; the mission's flight model is "rotors"."""
-    return _of(flight.Airframe, mission.body)
-
-
-def channel(mission: Mission) -> link.Channel:
-    """The radio channel to the device."""
-    return _of(link.Channel, mission.link)
-
-
-def conversion(mission: Mission) -> laser.Conversion:
-    """Fits of emitter and receiver; the mission has a laser."""
-    return _of(laser.Conversion, mission.laser)
 
 
 def pool(mission: Mission) -> kibam.Battery:
@@ -138,22 +129,22 @@ def attenuation_per_km(mission: Mission) -> Quantity:
     return laser.attenuation(given.wavelength_nm, given.visibility_km)
 
 
-def charging(mission: Mission, distance_m: Quantity) -> Flow:
-    """Current into the battery and power received in clear sight of the laser, by distance [m]."""
+def charging(mission: Mission, distance_m: Quantity, *, capped: bool = True) -> Flow:
+    """Current into the battery and power received in clear sight of the laser, by distance [m].
+
+    Without the cap, as if the battery took any current.
+    """
     given, stated = mission.laser, mission.flight
     if given is None:
         return Flow(0.0, 0.0)
     if stated.model == "regimes" and stated.charge_current_A is not None:
         return Flow(stated.charge_current_A, stated.charge_power_W)
     voltage_V = mission.battery.nominal_voltage_V
-    power_W = received_power_W(mission, distance_m, mission.battery.charge_current_A * voltage_V)
-    return Flow(power_W / voltage_V, power_W)
-
-
-def received_power_W(mission: Mission, distance_m: Quantity, limit_W: Quantity) -> Quantity:
-    """Power of the laser by distance [m], turned down to what may be received [W]."""
-    given = mission.laser
-    assert given is not None
-    return laser.received_power(
-        conversion(mission), given.power_W, attenuation_per_km(mission), distance_m, limit_W
+    power_W = laser.received_power(
+        conversion(mission),
+        given.power_W,
+        attenuation_per_km(mission),
+        distance_m,
+        mission.battery.charge_current_A * voltage_V if capped else np.inf,
     )
+    return Flow(power_W / voltage_V, power_W)

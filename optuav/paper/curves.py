@@ -173,8 +173,10 @@ def harvest(mission: Mission, source_W: float, distance_m: Floats) -> tuple[Floa
 
     The energy is not limited to what the battery takes.
     """
-    share = laser.transmission(vehicle.attenuation_per_km(mission), distance_m)
-    power_W = laser.unlimited_power(vehicle.conversion(mission), source_W, share)
+    per_km = vehicle.attenuation_per_km(mission)
+    power_W = laser.received_power(
+        vehicle.conversion(mission), source_W, per_km, distance_m, np.inf
+    )
     efficiency = np.asarray(laser.efficiency(power_W, source_W), dtype=float)
     return HOVER_S * np.asarray(power_W, dtype=float), efficiency
 

@@ -172,19 +172,6 @@ def thrust_attitude(
     )
 
 
-def turn_times(
-    airframe: Airframe, motor: rotor.Motor, start: Attitude, end: Attitude
-) -> tuple[Quantity, Quantity]:
-    """Durations [s] of turning in pitch and then in roll, each speeding up and slowing down."""
-    torque_Nm = airframe.arm_length_m * motor.lift_coefficient_N_s2_rad2 * motor.max_speed_rad_s**2
-    pitch_rad = np.abs(end.pitch_rad - start.pitch_rad)
-    roll_rad = np.abs(end.roll_rad - start.roll_rad)
-    return (
-        2.0 * np.sqrt(pitch_rad * airframe.inertia_y_kg_m2 / torque_Nm),
-        2.0 * np.sqrt(roll_rad * airframe.inertia_x_kg_m2 / torque_Nm),
-    )
-
-
 def leg(
     airframe: Airframe, motor: rotor.Motor, displacement_m: Vector, wind_N: Vector = (0.0, 0.0, 0.0)
 ) -> Leg:
@@ -211,19 +198,25 @@ def leg(
     a2_a4 = reserve / airframe.mass_kg**2
     displacement_time = np.sqrt(2.0 * distance * (a2 + a4) / a2_a4)
     t2 = displacement_time * a4 / (a2 + a4)
-    turns = tuple(
-        np.sign(distance) * time
-        for start, end in ((LEVEL, cruise), (cruise, brake), (brake, LEVEL))
-        for time in turn_times(airframe, motor, start, end)
-    )
+    # Turning in pitch and then in roll, each speeding up for half of its time and slowing down.
+    v_max = motor.max_speed_rad_s
+    torque_Nm = airframe.arm_length_m * motor.lift_coefficient_N_s2_rad2 * v_max**2
+    turns: list[Quantity] = []
+    for start, end in ((LEVEL, cruise), (cruise, brake), (brake, LEVEL)):
+        pitch_rad = np.abs(end.pitch_rad - start.pitch_rad)
+        roll_rad = np.abs(end.roll_rad - start.roll_rad)
+        turns += (
+            np.sign(distance) * (2.0 * np.sqrt(pitch_rad * airframe.inertia_y_kg_m2 / torque_Nm)),
+            np.sign(distance) * (2.0 * np.sqrt(roll_rad * airframe.inertia_x_kg_m2 / torque_Nm)),
+        )
     # While turning, one rotor is at v_max and two at v_max/√2; else all are at v_max.
-    v_max, draws = motor.max_speed_rad_s, (rotor.current, rotor.power)
+    draws = (rotor.current, rotor.power)
     turning = [sum(draw(motor, share * v_max) for share in TURNING_SPEEDS) for draw in draws]
     full = [rotor.ROTORS * draw(motor, v_max) for draw in draws]
     currents_A, powers_W = ((t, f, t, f, t) for t, f in zip(turning, full, strict=True))
     t1, t3, t5 = (turns[k] + turns[k + 1] for k in (0, 2, 4))
     loads = Loads((t1, t2, t3, displacement_time - t2, t5), currents_A, powers_W)
-    return Leg(displacement_m, a2, a4, cruise, brake, turns, loads)
+    return Leg(displacement_m, a2, a4, cruise, brake, tuple(turns), loads)
 
 
 def impossible(airframe: Airframe, motor: rotor.Motor, wind_N: Vector) -> str | None:

@@ -62,16 +62,6 @@ def transmission(attenuation_per_km: Quantity, distance_m: Quantity) -> Quantity
     return np.exp(-attenuation_per_km * distance_m / METRES_PER_KILOMETRE)
 
 
-def unlimited_power(conversion: Conversion, source_power_W: Quantity, share: Quantity) -> Quantity:
-    """P_0 [W] of a source power P_s [W] ≥ 0 by the straight lines, [2]_ eq (10).
-
-    Never below 0, and no limit on the source; the share ν [-] in (0, 1] is that of `transmission`.
-    """
-    light_W = conversion.emitter_slope * source_power_W + conversion.emitter_offset_W
-    received_W = conversion.receiver_slope * share * light_W + conversion.receiver_offset_W
-    return np.maximum(received_W, 0.0)
-
-
 def source_limit(conversion: Conversion, power_limit_W: Quantity, share: Quantity) -> Quantity:
     """Source power [W] at which the received power reaches a limit [W] ≥ 0, [2]_ eq (14).
 
@@ -92,11 +82,14 @@ def received_power(
 ) -> Quantity:
     """P_0 [W] at a distance, with the source turned down where the battery could not take it.
 
-    The source gives P_s [W] at full, and at most `source_limit`; as P_0 grows with P_s, it then
-    gives the limit I_ch e_nom [W] itself. α [1/km] ≥ 0, and the distance to the UAV is d [m] ≥ 0.
+    By the straight lines, [2]_ eq (10), and never below 0. The source gives P_s [W] ≥ 0 at full,
+    and at most `source_limit`; as P_0 grows with P_s, it then gives the limit I_ch e_nom [W]
+    itself. α [1/km] ≥ 0, and the distance to the UAV is d [m] ≥ 0.
     """
     share = transmission(attenuation_per_km, distance_m)
-    return np.minimum(unlimited_power(conversion, source_power_W, share), power_limit_W)
+    light_W = conversion.emitter_slope * source_power_W + conversion.emitter_offset_W
+    received_W = conversion.receiver_slope * share * light_W + conversion.receiver_offset_W
+    return np.minimum(np.maximum(received_W, 0.0), power_limit_W)
 
 
 def efficiency(received_power_W: Quantity, source_power_W: Quantity) -> Quantity:

@@ -63,9 +63,24 @@ def outage_probability(channel: Channel, distance_m: Quantity) -> Quantity:
     return _amplitude_probability(level, np.sqrt(channel.rice_factor))[()]
 
 
+@np.errstate(divide="ignore", invalid="ignore")
 def coverage_radius(channel: Channel, outage_limit: Quantity) -> Quantity:
-    """Largest distance d_max [m] at which P_out ≤ ε; ε in (0, 1) [-]; floats and arrays."""
-    level = _amplitude_quantile(outage_limit, np.sqrt(channel.rice_factor))
+    """Largest distance d_max [m] at which P_out ≤ ε; ε in (0, 1) [-]; floats and arrays.
+
+    Newton's method on log F of the amplitude, which is concave, rises from a lower bound:
+    F(r) ≤ 1 − exp(−r²), and Birgé's bound on the lower tail of a noncentral χ² distribution.
+    """
+    direct = np.sqrt(channel.rice_factor)
+    start = 1.0 + direct**2 - np.sqrt((2.0 + 4.0 * direct**2) * -np.log(outage_limit))
+    level = np.sqrt(np.maximum(-np.log1p(-outage_limit), start))
+    for _ in range(MOST_STEPS):
+        below = _amplitude_probability(level, direct)
+        slope = _amplitude_density(level, direct) / below
+        nearer = level - np.log(below / outage_limit) / slope
+        if not np.any(nearer > level):
+            break
+        # Rounding alone turns a step back.
+        level = np.fmax(nearer, level)
     path_loss = 2.0 * level**2 / channel.squared_argument_at_1_m
     return path_loss[()] ** (1.0 / channel.path_loss_exponent)
 
@@ -94,26 +109,6 @@ def _amplitude_probability(level: Quantity, direct: Quantity) -> Quantity:
     parts = weights * _amplitude_density(high - half * (1.0 - nodes), direct)
     # cumsum adds in the same order for a scalar as for an array, sum does not.
     return np.minimum(half * np.cumsum(parts, axis=0)[-1], 1.0)
-
-
-@np.errstate(divide="ignore", invalid="ignore")
-def _amplitude_quantile(probability: Quantity, direct: Quantity) -> Quantity:
-    """The amplitude below which the probability is as stated.
-
-    Newton's method on log F, which is concave, rises from a lower bound: F(r) ≤ 1 − exp(−r²), and
-    Birgé's bound on the lower tail of a noncentral χ² distribution.
-    """
-    start = 1.0 + direct**2 - np.sqrt((2.0 + 4.0 * direct**2) * -np.log(probability))
-    level = np.sqrt(np.maximum(-np.log1p(-probability), start))
-    for _ in range(MOST_STEPS):
-        below = _amplitude_probability(level, direct)
-        slope = _amplitude_density(level, direct) / below
-        nearer = level - np.log(below / probability) / slope
-        if not np.any(nearer > level):
-            break
-        # Rounding alone turns a step back.
-        level = np.fmax(nearer, level)
-    return level
 
 
 def hover_point(
@@ -161,10 +156,18 @@ def hover_point(
     single = start + share * (end - start)
     low = np.where(heights_m > 0.0, single, start)
     high = np.where(heights_m > 0.0, single, end)
-    covered, first, last = _covered_stretch(low, high, centre, disc_radius_m)
-    along = last - first
-    share = _dot(preferred - first, along) / np.where(along != 0.0, _dot(along, along), 1.0)
-    point = first + np.clip(share, 0.0, 1.0) * along
+    # The part of that line inside the disc, and its point nearest to the preferred one.
+    along, offset = high - low, low - centre
+    a, b, c = _dot(along, along), _dot(along, offset), _dot(offset, offset) - disc_radius_m**2
+    # b² − a c without its cancelling, which a line that touches the disc would feel.
+    squared_half = a * disc_radius_m**2 - _dot(1j * along, offset) ** 2
+    half, divisor = np.sqrt(np.maximum(squared_half, 0.0)), np.where(a > 0.0, a, 1.0)
+    entry = np.maximum(0.0, (-b - half) / divisor)
+    leave = np.minimum(1.0, (-b + half) / divisor)
+    covered = np.where(a > 0.0, (squared_half >= 0.0) & (entry <= leave), c <= 0.0)
+    first, stretch = low + entry * along, (leave - entry) * along
+    share = _dot(preferred - first, stretch) / np.where(stretch != 0.0, _dot(stretch, stretch), 1.0)
+    point = first + np.clip(share, 0.0, 1.0) * stretch
     if not np.all(covered):
         ends = ((start, start_height_m), (end, end_height_m))
         rim = _nearest_on_rim(ends, low, centre, disc_radius_m)
@@ -177,22 +180,6 @@ def hover_point(
 
 def _dot(left: Quantity, right: Quantity) -> Quantity:
     return left.real * right.real + left.imag * right.imag
-
-
-def _covered_stretch(
-    low: Quantity, high: Quantity, centre: Quantity, radius_m: Quantity
-) -> tuple[Quantity, Quantity, Quantity]:
-    """Whether a part of the segment low-high is inside a disc, and that part by its ends."""
-    along, offset = high - low, low - centre
-    a, b, c = _dot(along, along), _dot(along, offset), _dot(offset, offset) - radius_m**2
-    divisor = np.where(a > 0.0, a, 1.0)
-    # b² − a c without its cancelling, which a line that touches the disc would feel.
-    squared_half = a * radius_m**2 - _dot(1j * along, offset) ** 2
-    half = np.sqrt(np.maximum(squared_half, 0.0))
-    entry = np.maximum(0.0, (-b - half) / divisor)
-    leave = np.minimum(1.0, (-b + half) / divisor)
-    covered = np.where(a > 0.0, (squared_half >= 0.0) & (entry <= leave), c <= 0.0)
-    return covered, low + entry * along, low + leave * along
 
 
 def _nearest_on_rim(

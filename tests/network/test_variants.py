@@ -70,7 +70,6 @@ def test_one_route_alone_has_the_same_figures() -> None:
     whole, single = Variants(network, columns), Variants(network.only(5), columns)
     assert len(single.network.legs.start) == 3
     assert single.flight_time_s[:, 0] == pytest.approx(whole.flight_time_s[:, 5])
-    assert single.rest_load.current_A[:, 0] == pytest.approx(whole.rest_load.current_A[:, 5])
 
 
 def test_stated_energies_are_dropped_where_the_battery_varies_in_size() -> None:
