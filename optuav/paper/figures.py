@@ -7,7 +7,8 @@ import itertools
 import math
 import re
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
+from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
@@ -23,7 +24,7 @@ from optuav.mission import Mission
 from optuav.network import vehicle
 from optuav.options import Perspective
 from optuav.paper import curves, table2
-from optuav.paper.curves import BEST, OURS, has_rotors, solve, with_deadline
+from optuav.paper.curves import AXES, BEST, OURS, has_rotors, solve, with_deadline
 from optuav.paper.ledger import ledger
 from optuav.paper.statement import Verdict, agrees, data
 from optuav.physics import rotor
@@ -33,9 +34,8 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 Record: TypeAlias = Mapping[str, Any]
+Exhibits: TypeAlias = Iterator["Exhibit"]
 
-COUNTED: tuple[Perspective, ...] = ("battery", OURS)
-"""Perspectives of the figures that the paper makes in one."""
 PACKS = {"battery": 61, OURS: 25}
 """Points of the curves in Fig. 8."""
 SOURCES_W = (100.0, 250.0, 500.0, 1000.0)
@@ -63,12 +63,12 @@ class Exhibit:
 
     mission: Mission
     file: str
+    part: str
     records: Sequence[Record]
-    axes: Axes | None = None
-    rows: Sequence[Sequence[str]] = ()
-    part: str = ""
-    details: Sequence[str] = ()
-    findings: Sequence[str] = ()
+    rows: Sequence[Sequence[str]]
+    axes: Axes | None
+    details: str
+    findings: Sequence[str]
 
     @property
     def name(self) -> str:
@@ -77,25 +77,79 @@ class Exhibit:
         return ".".join(filter(None, (self.file, mission, self.part)))
 
     @property
-    def places(self) -> Sequence[str]:
-        """Where the paper has it; several places where they differ in the deadline alone."""
-        places: Mapping[str, str] = data()["exhibit"][self.file].get("places", {})
-        own = is_papers(self.mission) and places.get(self.part)
-        return [own] if own else [*places.values()]
-
-    @property
-    def numbers(self) -> set[str]:
-        """Its numbers in the paper as `reproduce` takes them: ``{"fig5"}``."""
-        short = (each.lower().replace(". ", "") for each in self.places)
-        return {each.replace("table ii", "table2") for each in short}
+    def numbers(self) -> Sequence[str]:
+        """Its number in the paper, as ``"fig5"``; several where they differ in the deadline."""
+        numbers: Mapping[str, str] = data()["exhibit"][self.file].get("numbers", {})
+        own = is_papers(self.mission) and numbers.get(self.part)
+        return [own] if own else [*numbers.values()]
 
     @property
     def caption(self) -> str:
         """What is shown, where the paper has it if the mission is the paper's, and for what."""
-        known = is_papers(self.mission) and self.places
-        place = f" ({self.places[0]} of the paper)" if known else ""
-        what = data()["exhibit"][self.file]["words"]
-        return f"{what}{place}: {', '.join((self.mission.name, *self.details))}"
+        known = is_papers(self.mission) and self.numbers
+        place = (
+            self.numbers[0].replace("fig", "Fig. ").replace("table2", "Table II") if known else ""
+        )
+        whole = data()["exhibit"][self.file]["words"] + (place and f" ({place} of the paper)")
+        return f"{whole}: {', '.join(filter(None, (self.mission.name, self.details)))}"
+
+
+def exhibit(
+    mission: Mission,
+    file: str,
+    records: Sequence[Record],
+    words: Mapping[str, object] = MappingProxyType({}),
+    *,
+    axes: Axes | None = None,
+    bars: Sequence[plots.Bar] = (),
+    level: plots.Level | None = None,
+    marks: Sequence[plots.Mark] = (),
+    rows: Sequence[Sequence[str]] = (),
+    part: str = "",
+    findings: Sequence[str] = (),
+) -> Exhibit:
+    """Return an exhibit with the texts of the statements' file, drawn as it says unless it is.
+
+    Of its findings those are left out whose words are missing or None.
+    """
+    stated = data()["exhibit"][file]
+    known: dict[str, object] = {"part": part, "deadline_s": mission.limits.deadline_s}
+    known |= {name: value for name, value in words.items() if value is not None}
+    texts = {
+        each: stated[each].format(**known)
+        for each in ("title", "x_label", "y_label")
+        if each in stated
+    }
+    if texts:
+        from optuav.plots.style import printed
+
+        texts["title"] = f"{printed(mission.name)}: {texts['title']}"
+        if bars:
+            axes = plots.bars(bars, **texts, level=level)
+        else:
+            lines = list(_lines(records, stated, known))
+            from_zero = stated.get("y_from_zero", False)
+            axes = plots.curves(lines, **texts, marks=marks, y_from_zero=from_zero)
+    said = []
+    for sentence in stated.get("findings", ()):
+        with contextlib.suppress(KeyError):
+            said.append(sentence.format(**known))
+    details = stated.get("details", "").format(**known)
+    return Exhibit(mission, file, part, records, rows, axes, details, [*said, *findings])
+
+
+def _lines(records: Sequence[Record], stated: Record, known: Record) -> Iterator[plots.Line]:
+    """Columns of records as curves, one for each label that the records give."""
+    x_unit, y_unit = stated.get("units", (1.0, 1.0))
+    for column, label in stated["lines"].items():
+        curve: dict[str, list[tuple[float, float]]] = {}
+        for row in records:
+            whole = row.get("max_speed_rad_s", 0.0) is not None
+            name = label.format(**{**known, **row}) if whole else NO_SPEED
+            curve.setdefault(name, []).append((row[stated["x"]], row[column]))
+        for name, points in curve.items():
+            x, y = np.array(points, dtype=float).T
+            yield plots.Line(name, x / x_unit, y / y_unit, stated.get("marker", ""))
 
 
 def is_papers(mission: Mission) -> bool:
@@ -193,118 +247,42 @@ def _columns(**values: object) -> list[Record]:
     return [dict(zip(lists, row, strict=True)) for row in zip(*filled, strict=True)]
 
 
-def _details(mission: Mission, *perspective: Perspective) -> list[str]:
-    """For what a study is made: its perspective, and the deadline."""
-    deadline = f"T_max = {mission.limits.deadline_s:g} s"
-    return [*(f"perspective {each}" for each in perspective), deadline]
-
-
-def _said(file: str, **words: object) -> Iterator[str]:
-    """The findings that the statements' file has of an exhibit, but for those without a number."""
-    known = {name: value for name, value in words.items() if value is not None}
-    for sentence in data()["exhibit"][file]["findings"]:
-        with contextlib.suppress(KeyError):
-            yield sentence.format(**known)
-
-
-def _titled(mission: Mission, words: str) -> str:
-    """A title after the name of the mission."""
-    from optuav.plots.style import printed
-
-    return f"{printed(mission.name)}: {words}"
-
-
-def _curves(
-    mission: Mission,
-    file: str,
-    records: Sequence[Record],
-    marks: Sequence[plots.Mark] = (),
-    **words: object,
-) -> Axes:
-    """Columns of the records as curves, by what the statements' file says of this exhibit."""
-    stated = data()["exhibit"][file]
-    texts = {each: stated[each].format(**words) for each in ("title", "x_label", "y_label")}
-    x_unit, y_unit = stated.get("units", (1.0, 1.0))
-
-    lines = []
-    for column, label in stated["lines"].items():
-        names = [
-            NO_SPEED if row.get("max_speed_rad_s", 0.0) is None else label.format(**row, **words)
-            for row in records
-        ]
-        for name in dict.fromkeys(names):
-            own = (row for row, each in zip(records, names, strict=True) if each == name)
-            x, y = np.array([(row[stated["x"]], row[column]) for row in own], dtype=float).T
-            lines.append(plots.Line(name, x / x_unit, y / y_unit, stated.get("marker", "")))
-    texts["title"], from_zero = _titled(mission, texts["title"]), file.startswith("harvest")
-    return plots.curves(lines, **texts, marks=marks, y_from_zero=from_zero)
-
-
-def _bars(
-    mission: Mission,
-    file: str,
-    plans: Mapping[str, Plan],
-    labels: Mapping[str, str],
-    column: str,
-    details: Sequence[str],
-    findings: Sequence[str],
-) -> Exhibit:
-    """The hover times of the plans that exist as bars with labels, and the plans as records."""
-    found = existing(plans)
-    axes = plots.bars(
-        [plots.Bar(labels[name], "", p.hover_time_s, bool(p.flyable)) for name, p in found.items()],
-        title=_titled(mission, data()["exhibit"][file]["title"]),
-        y_label="hover time Δ [s]",
-    )
-    records = _records(found, column)
-    return Exhibit(mission, file, records, axes, details=details, findings=findings)
-
-
-def _refuse_turns(mission: Mission, perspective: Perspective) -> None:
-    """Leave out a study of many plans where packs take turns."""
-    if perspective == OURS and mission.battery.schedule != "pooled":
-        words = "it takes many plans, and where packs take turns each is a search by simulation"
-        raise NotShownError(words)
-
-
 # Figs. 1 and 2, Table II
 
 
-def system(mission: Mission, perspective: Perspective) -> Exhibit:
+def system(mission: Mission, perspective: Perspective) -> Exhibits:
     """The map with the four trajectories."""
     plans = curves.by_trajectory(mission, perspective)
     found = existing(plans)
     routes = "; ".join(f"{name} {' → '.join(plan.route)}" for name, plan in found.items())
-    axes, details = plots.trajectories(plans).plan, _details(mission, perspective)
-    findings, records = (f"Routes: {routes}.", *missing(plans)), _records(found, "trajectory")
-    return Exhibit(mission, "system", records, axes, (), perspective, details, findings)
+    records, words = _records(found, "trajectory"), {"routes": routes}
+    axes, lost = plots.trajectories(plans).plan, [*missing(plans)]
+    yield exhibit(mission, "system", records, words, axes=axes, part=perspective, findings=lost)
 
 
-def wells(mission: Mission, perspective: Perspective) -> Exhibit:
+def wells(mission: Mission, perspective: Perspective) -> Exhibits:
     """The two wells over the optimal plan."""
     plan, full = _plan(mission, perspective=perspective), vehicle.pool(mission).full
     ends = (plan.phases[-1].available_As, plan.phases[-1].bound_As)
     available, bound = (
         number(100.0 * sum(end) / float(size), 1) for end, size in zip(ends, full, strict=True)
     )
-    warnings = (f"{each[:1].upper()}{each[1:].removesuffix('.')}." for each in plan.warnings)
-    findings = (*_said("wells", available=available, bound=bound), *warnings)
-    return _wells_over(plan, "wells", _details(mission, perspective), findings, perspective)
+    said = [f"{each[:1].upper()}{each[1:].removesuffix('.')}." for each in plan.warnings]
+    words, axes = {"available": available, "bound": bound}, plots.wells([plan])[0]
+    yield exhibit(
+        mission, "wells", _course(plan), words, axes=axes, part=perspective, findings=said
+    )
 
 
-def _wells_over(
-    plan: Plan, file: str, details: Sequence[str], findings: Sequence[str], part: str = ""
-) -> Exhibit:
+def _course(plan: Plan) -> list[Record]:
     """The wells of a plan over time."""
     from optuav.plots.charge import course
 
     time_s, available_As, bound_As = course(vehicle.pool(plan.mission), plan)
-    records = _columns(time_s=time_s, available_As=available_As, bound_As=bound_As)
-    axes = plots.wells([plan])[0]
-    return Exhibit(plan.mission, file, records, axes, (), part, details, findings)
+    return _columns(time_s=time_s, available_As=available_As, bound_As=bound_As)
 
 
-def direct_path(mission: Mission) -> Iterator[Exhibit]:
+def direct_path(mission: Mission) -> Exhibits:
     """Table II: the direct path in every perspective, in whole slots as in the paper."""
     slot_s = mission.limits.slot_s
     plans = {
@@ -319,9 +297,8 @@ def direct_path(mission: Mission) -> Iterator[Exhibit]:
     for name, plan in found.items():
         values = (plan.hover_time_s, plan.mission_time_s, *(eta(plan, each) for each in PAPER))
         rows.append((name, *(number(value, 2) for value in values)))
-    findings = (*grounded(found, "rows"), *missing(plans))
-    details, records = (f"slots of {slot_s:g} s",), _records(found, "deadline")
-    yield Exhibit(mission, "direct-path", records, None, rows, "", details, findings)
+    said, records = (*grounded(found, "rows"), *missing(plans)), _records(found, "deadline")
+    yield exhibit(mission, "direct-path", records, {"slot_s": slot_s}, rows=rows, findings=said)
     if is_papers(mission):
         yield _beside_the_paper(mission)
 
@@ -347,70 +324,57 @@ def _beside_the_paper(mission: Mission) -> Exhibit:
             rows.append((name, *(cell.replace("-", MINUS) for cell in own)))
     names = [each.statement.name for each in entries]
     records = _columns(cell=names, paper=stated, ours=ours, shows_the_printed_digits=same)
-    notes = ("† contradicts other cells of the table; * other digits than the paper's.",)
-    return Exhibit(mission, "table2", records, rows=rows, findings=notes)
+    return exhibit(mission, "table2", records, rows=rows)
 
 
 # Figs. 3 to 6: perspectives and trajectories
 
 
-def by_perspective(mission: Mission) -> Iterator[Exhibit]:
+def by_perspective(mission: Mission) -> Exhibits:
     """Hover time, and charge left, for every deadline."""
     least = plots.Level(100.0 * mission.limits.min_soc, "least, $η_0$")
-    charts = (
-        ("hover-time", "hover time", "hover time Δ [s]", None),
-        ("charge-left", "charge left", "charge left $η_1(T)$ [%]", least),
-    )
     for deadline_s in deadlines_s(mission):
-        changed, bars = with_deadline(mission, deadline_s), list[tuple[plots.Bar, plots.Bar]]()
-        plans: dict[str, Plan] = {}
-        best: list[str] = []
-        for perspective in (*PAPER, OURS):
-            own = curves.by_trajectory(changed, perspective)
-            for name, plan in own.items():
-                values = (plan.hover_time_s, eta(plan, "battery")) if plan else (None, None)
-                hover, left = (
-                    plots.Bar(perspective, name, value, plan.flyable is not False)
-                    for value in values
-                )
-                bars.append((hover, left))
-                plans[f"{name}, {perspective}"] = plan
-            best += _longest(perspective, own)
-        found, details = existing(plans), _details(changed)
-        title, part = _titled(mission, f"$T_{{max}}$ = {deadline_s:g} s"), f"{deadline_s:g}s"
-        records, said = _records(found, "trajectory"), (*grounded(found, "bars"), *missing(plans))
-        for (file, words, y_label, level), shown in zip(
-            charts, zip(*bars, strict=True), strict=True
-        ):
-            axes = plots.bars(shown, title=f"{title}, {words}", y_label=y_label, level=level)
-            findings = () if level else (*best, *said)
-            yield Exhibit(changed, file, records, axes, (), part, details, findings)
+        changed = with_deadline(mission, deadline_s)
+        chosen = {
+            (perspective, name): plan
+            for perspective in (*PAPER, OURS)
+            for name, plan in curves.by_trajectory(changed, perspective).items()
+        }
+        plans = {f"{name}, {perspective}": plan for (perspective, name), plan in chosen.items()}
+        hovers, charges = list[plots.Bar](), list[plots.Bar]()
+        for names, plan in chosen.items():
+            values = (plan.hover_time_s, eta(plan, "battery")) if plan else (None, None)
+            for shown, value in zip((hovers, charges), values, strict=True):
+                shown.append(plots.Bar(*names, value, plan.flyable is not False))
+        found, part = existing(plans), f"{deadline_s:g}s"
+        records = _records(found, "trajectory")
+        said = (*_longest(chosen), *grounded(found, "bars"), *missing(plans))
+        yield exhibit(changed, "hover-time", records, bars=hovers, part=part, findings=said)
+        yield exhibit(changed, "charge-left", records, bars=charges, level=least, part=part)
 
 
-def _longest(perspective: Perspective, plans: Mapping[str, Plan]) -> Iterator[str]:
-    """The longest hover in a perspective, and the trajectories that reach it."""
-    *others, (_, optimal) = plans.items()
-    if optimal:
-        least_s = optimal.hover_time_s - 1e-6
-        best = [name for name, plan in others if plan and plan.hover_time_s >= least_s]
-        by = " and ".join(best) or " → ".join(optimal.route)
-        yield f"{perspective}: {optimal.hover_time_s:.2f} s by {by}."
+def _longest(plans: Mapping[tuple[Perspective, str], Plan]) -> Iterator[str]:
+    """The longest hover in each perspective, and the trajectories that reach it."""
+    for perspective, group in itertools.groupby(plans.items(), lambda each: each[0][0]):
+        *others, (_, optimal) = group
+        if optimal:
+            least_s = optimal.hover_time_s - 1e-6
+            best = [name for (_, name), p in others if p and p.hover_time_s >= least_s]
+            by = " and ".join(best) or " → ".join(optimal.route)
+            yield f"{perspective}: {optimal.hover_time_s:.2f} s by {by}."
 
 
 # Figs. 7 and 8: the charge that must be left, and the size of the battery
 
 
-def least_charge(mission: Mission, perspective: Perspective) -> Exhibit:
+def least_charge(mission: Mission, perspective: Perspective) -> Exhibits:
     """Hover time by the charge that must be left, one curve a rotor speed."""
-    _refuse_turns(mission, perspective)
-    own, own_speed, details = mission.limits.min_soc, None, _details(mission, perspective)
+    own, own_speed, loads = mission.limits.min_soc, None, f"{NO_SPEED}, without v_max, "
     least = [each for each in (own, own + 0.05, own + 0.1) if each < 1.0]
     speeds: Sequence[float | None] = (None,)
     if has_rotors(mission) and mission.rotor is not None:
-        own_speed = mission.rotor.max_speed_rad_s
+        own_speed, loads = mission.rotor.max_speed_rad_s, ""
         speeds = [share * own_speed for share in curves.SPEED_SHARES]
-    else:
-        details.insert(0, f"{NO_SPEED}, without v_max")
     plans = {}
     for speed, soc in itertools.product(speeds, curves.LEAST_SOC if is_papers(mission) else least):
         change = {} if speed is None else {"rotor.max_speed_rad_s": speed}
@@ -427,33 +391,27 @@ def least_charge(mission: Mission, perspective: Perspective) -> Exhibit:
         }
         for (speed, percent), plan in plans.items()
     ]
-    where = "" if own_speed is None else " at the mission's own v_max"
-    own_plans = [(percent, plan) for (speed, percent), plan in plans.items() if speed == own_speed]
-    findings = [*_falls(own_plans, where)]
-    axes = _curves(mission, "least-charge", records, part=perspective)
-    return Exhibit(mission, "least-charge", records, axes, (), perspective, details, findings)
+    own_plans = {percent: plan for (speed, percent), plan in plans.items() if speed == own_speed}
+    where = "" if loads else " at the mission's own v_max"
+    words = {**_falls(own_plans), "where": where, "loads": loads}
+    yield exhibit(mission, "least-charge", records, words, part=perspective)
 
 
-def _falls(plans: Sequence[tuple[float, Plan]], where: str) -> Iterator[str]:
-    """What the charge that must be left [%] costs of the hover time."""
-    lost = next((f"{percent:g}" for percent, plan in plans if not plan), None)
-    found = [(percent, plan.hover_time_s) for percent, plan in plans if plan]
-    falls = [
-        f"{100.0 * (1.0 - hover_s / found[0][1]):.2f} % at η0 = {percent:g} %"
-        for percent, hover_s in found[1:]
-    ]
-    least, first = found[0] if falls else (None, None)
-    words = {"where": where, "lost": lost, "least": least, "first": first}
-    if falls and all(math.isclose(hover_s, found[0][1], rel_tol=1e-6) for _, hover_s in found):
-        words |= {"least": None, "constant": first}
-    yield from _said("least-charge", falls=", ".join(falls), **words)
+def _falls(plans: Mapping[float, Plan]) -> dict[str, Any]:
+    """What the charge that must be left [%] costs of the hover time, as words of the findings."""
+    lost = next((f"{percent:g}" for percent, plan in plans.items() if not plan), None)
+    found = {percent: plan.hover_time_s for percent, plan in plans.items() if plan}
+    if len(found) < 2:
+        return {"lost": lost}
+    (least, first), *others = found.items()
+    if all(math.isclose(hover_s, first, rel_tol=1e-6) for _, hover_s in others):
+        return {"lost": lost, "constant": first}
+    falls = (f"{100.0 * (1.0 - s / first):.2f} % at η0 = {percent:g} %" for percent, s in others)
+    return {"lost": lost, "least": least, "first": first, "falls": ", ".join(falls)}
 
 
-def battery_size(mission: Mission, perspective: Perspective) -> Exhibit:
+def battery_size(mission: Mission, perspective: Perspective) -> Exhibits:
     """The direct path with and without laser by pack, and the optimum with laser."""
-    if mission.laser is None:
-        raise NotShownError("the mission has no laser")
-    _refuse_turns(mission, perspective)
     dark, own_As = curves.without_laser(mission), mission.battery.capacity_As
     best_s = _plan(mission, perspective=perspective).hover_time_s
     crossing_As = curves.crossing(mission, best_s, perspective)
@@ -470,56 +428,45 @@ def battery_size(mission: Mission, perspective: Perspective) -> Exhibit:
     bends = [*(mark.at for mark in marks), curves.saturation(mission, perspective) or 0.0]
     inner = [each for each in bends if first_As < each < last_As]
     packs_As = np.union1d(np.linspace(first_As, last_As, PACKS[perspective]), inner).tolist()
-    without, within = (
-        [
-            plan.hover_time_s if (plan := curves.direct(each, pack_As, perspective)) else math.nan
-            for pack_As in packs_As
-        ]
+    without_s, within_s = (
+        [plan.hover_time_s if plan else math.nan for plan in plans]
         for each in (dark, mission)
+        for plans in [[curves.direct(each, pack_As, perspective) for pack_As in packs_As]]
     )
     records = _columns(
         pack_As=packs_As,
         optimum_with_laser_and_own_pack_s=best_s,
-        direct_without_laser_s=without,
-        direct_with_laser_s=within,
+        direct_without_laser_s=without_s,
+        direct_with_laser_s=within_s,
     )
-    axes = _curves(mission, "battery-size", records, marks, part=perspective, own_As=own_As)
-    words = {"best_s": best_s, "crossing_As": crossing_As, "full_As": full_As}
+    words = {"own_As": own_As, "best_s": best_s, "crossing_As": crossing_As, "full_As": full_As}
     if crossing_As is not None:
         words |= {"saved_As": crossing_As - own_As, "percent": 100.0 * (crossing_As / own_As - 1.0)}
-    details, findings = _details(mission, perspective), [*_said("battery-size", **words)]
-    return Exhibit(mission, "battery-size", records, axes, (), perspective, details, findings)
+    yield exhibit(mission, "battery-size", records, words, marks=marks, part=perspective)
 
 
 # Figs. 9 and 10: wind, and charging from afar
 
 
-def wind(mission: Mission) -> Iterator[Exhibit]:
+def wind(mission: Mission) -> Exhibits:
     """Energy of a hover by the wind along x, y and z."""
-    if not has_rotors(mission):
-        raise NotShownError("loads that are stated by regime know no wind")
     records: list[Record] = []
-    for axis, direction in curves.AXES.items():
+    for axis, direction in AXES.items():
         force_N, energy_J = curves.hover_energy(mission, direction)
         records += _columns(axis=axis, wind_N=force_N, energy_J=energy_J)
-    level, up = (curves.wind_limits_N(mission, curves.AXES[axis]) for axis in ("x", "z"))
+    level, up = (curves.wind_limits_N(mission, AXES[axis]) for axis in ("x", "z"))
     ends = [("x, y", level[0]), ("z", up[0]), ("x, y", level[1]), ("z", up[1])]
     marks = [plots.Mark(at, f"${axis}$: {number(at, 2)} N") for axis, at in ends]
-    calm, calm_up = (curves.calmest_N(mission, curves.AXES[axis]) for axis in ("x", "z"))
-    words = {"level": level[1], "down": number(up[0], 4), "up": up[1]}
-    axes, findings = (
-        _curves(mission, "wind", records, marks),
-        _said("wind", calm=calm, calm_up=calm_up, **words),
-    )
-    yield Exhibit(mission, "wind", records, axes, findings=[*findings])
+    words: dict[str, object] = {"level": level[1], "down": number(up[0], 4), "up": up[1]}
+    words |= {f"calm_{axis}": curves.calmest_N(mission, AXES[axis]) for axis in ("x", "z")}
+    yield exhibit(mission, "wind", records, words, marks=marks)
 
 
-def charging(mission: Mission) -> Iterator[Exhibit]:
+def charging(mission: Mission) -> Exhibits:
     """Harvested energy, and efficiency, by the distance from the laser."""
-    if mission.laser is None:
-        raise NotShownError("the mission has no laser")
     if mission.flight.model == "regimes" and mission.flight.charge_power_W is not None:
         raise NotShownError("the mission states with what it charges, whatever the distance")
+    assert mission.laser is not None
     records, spans = list[Record](), list[str]()
     for power_W in sorted({*SOURCES_W, mission.laser.power_W}):
         energy_J, efficiency = curves.harvest(mission, power_W, DISTANCES_M)
@@ -529,40 +476,46 @@ def charging(mission: Mission) -> Iterator[Exhibit]:
         near = percent[DISTANCES_M <= NEAR_M]
         spans.append(f"{power_W:g} W {near.min():.1f} to {near.max():.1f} %")
     for file in ("harvested-energy", "harvest-efficiency"):
-        axes, findings = _curves(mission, file, records), [*_said(file, spans="; ".join(spans))]
-        yield Exhibit(mission, file, records, axes, findings=findings)
+        yield exhibit(mission, file, records, {"spans": "; ".join(spans)})
 
 
 # What the paper leaves out
 
 
-def runs_dry(mission: Mission) -> Iterator[Exhibit]:
+def runs_dry(mission: Mission) -> Exhibits:
     """The available well over the direct path, of which η1 says nothing."""
     plan, kept = _plan(mission, P3()), solve(mission, P3())
     level = 100.0 * plan.phases[-1].available_As[0] / float(vehicle.pool(mission).capacity_As)
-    lasting = f"Δ = {kept.hover_time_s:.2f} s" if kept else f"there is no plan: {why(kept)}"
-    words = {"left": eta(plan, "battery"), "level": number(level, 1), "dry_s": plan.runs_dry_s}
-    said = _said("runs-dry", end_s=plan.mission_time_s, lasting=lasting, **words)
-    yield _wells_over(plan, "runs-dry", [f"Δ = {plan.hover_time_s:.2f} s"], [*said])
+    words = {
+        "hover_s": plan.hover_time_s,
+        "left": eta(plan, "battery"),
+        "level": number(level, 1),
+        "dry_s": plan.runs_dry_s,
+        "end_s": plan.mission_time_s,
+        "lasting": f"Δ = {kept.hover_time_s:.2f} s" if kept else f"there is no plan: {why(kept)}",
+    }
+    yield exhibit(mission, "runs-dry", _course(plan), words, axes=plots.wells([plan])[0])
 
 
-def overcharges(mission: Mission) -> Iterator[Exhibit]:
+def overcharges(mission: Mission) -> Exhibits:
     """The wells where the UAV rests first, which charges a battery that is nearly full."""
-    if not mission.buildings:
-        raise NotShownError("the mission has no building to rest on")
     plans = {
         each.name: solve(mission, P4(each.name, order="rest-first"), perspective="battery")
         for each in mission.buildings
     }
     plan = max(existing(plans).values(), key=lambda each: each.hover_time_s)
-    times = (f"Δ = {plan.hover_time_s:.2f} s", f"T' = {plan.rest_time_s:.2f} s")
-    shown = _wells_over(plan, "overcharges", (f"on {plan.route[1]}", *times), ())
-    most_As = max(each["available_As"] for each in shown.records)
-    highest = 100.0 * most_As / float(vehicle.pool(mission).full.available_As)
-    yield replace(shown, findings=[*_said("overcharges", highest=highest, full_s=plan.overfull_s)])
+    records, full_As = _course(plan), float(vehicle.pool(mission).full.available_As)
+    words = {
+        "building": plan.route[1],
+        "hover_s": plan.hover_time_s,
+        "rest_s": plan.rest_time_s,
+        "highest": 100.0 * max(each["available_As"] for each in records) / full_As,
+        "full_s": plan.overfull_s,
+    }
+    yield exhibit(mission, "overcharges", records, words, axes=plots.wells([plan])[0])
 
 
-def second_problem(mission: Mission) -> Iterator[Exhibit]:
+def second_problem(mission: Mission) -> Exhibits:
     """(P2) in its two readings beside (P1)."""
     changed = with_deadline(mission, deadlines_s(mission)[0])
     _plan(changed)
@@ -573,13 +526,15 @@ def second_problem(mission: Mission) -> Iterator[Exhibit]:
         f"{name} " + (f"{plan.hover_time_s:.2f} s" if plan else f"no plan, {why(plan)}")
         for name, plan in plans.items()
     )
-    findings = [*_said("second-problem", hovers="; ".join(hovers))]
-    yield _bars(changed, "second-problem", plans, labels, "problem", _details(changed), findings)
+    bars = [
+        plots.Bar(labels[n], "", p.hover_time_s, bool(p.flyable)) for n, p in plans.items() if p
+    ]
+    records, words = _records(existing(plans), "problem"), {"hovers": "; ".join(hovers)}
+    yield exhibit(changed, "second-problem", records, words, bars=bars)
 
 
-def more_stops(mission: Mission) -> Iterator[Exhibit]:
+def more_stops(mission: Mission) -> Exhibits:
     """The longest hover with two rests, and in two pieces, in which the available well lasts."""
-    _refuse_turns(mission, OURS)
     plans = {
         f"{words}, T_max = {deadline_s:g} s": solve(
             with_deadline(mission, deadline_s), P1(stops=stops, hovers=hovers)
@@ -587,16 +542,20 @@ def more_stops(mission: Mission) -> Iterator[Exhibit]:
         for deadline_s in (times * mission.limits.deadline_s for times in LATER)
         for words, (stops, hovers) in WAYS.items()
     }
-    labels = {name: name.replace(", T_max", ",\n$T_{max}$") for name in plans}
-    hovers = (
+    found = existing(plans)
+    bars = [
+        plots.Bar(name.replace(", T_max", ",\n$T_{max}$"), "", p.hover_time_s, bool(p.flyable))
+        for name, p in found.items()
+    ]
+    hovers = [
         f"{name}: {plan.hover_time_s:.3f} s; {', '.join(_stays(plan))}."
-        for name, plan in existing(plans).items()
-    )
-    findings, details = (*hovers, *missing(plans)), [f"perspective {OURS}"]
-    yield _bars(mission, "more-stops", plans, labels, "most", details, findings)
+        for name, plan in found.items()
+    ]
+    said = (*hovers, *missing(plans))
+    yield exhibit(mission, "more-stops", _records(found, "most"), bars=bars, findings=said)
 
 
-def peak_speed(mission: Mission) -> Iterator[Exhibit]:
+def peak_speed(mission: Mission) -> Exhibits:
     """Speed over the first leg: nothing in the model slows the UAV down."""
     from optuav.plots.files import modelled_leg
 
@@ -608,31 +567,28 @@ def peak_speed(mission: Mission) -> Iterator[Exhibit]:
     legs = [phase for phase in plan.phases if phase.kind == "flight"]
     records = [{name: getattr(leg, name) for name in columns} for leg in legs]
     capped = mission.flight.model == "regimes" and mission.flight.max_speed_m_s is not None
-    words = {"speed": plan.peak_speed_m_s, "cap": " but the mission's" if capped else ""}
-    findings = [*_said("peak-speed", kmh=3.6 * plan.peak_speed_m_s, **words)]
+    cap, speed = " but the mission's" if capped else "", plan.peak_speed_m_s
+    words = {"speed": speed, "kmh": 3.6 * speed, "cap": cap}
     axes = plots.leg(mission, first.start_place, first.end_place).speed
-    yield Exhibit(mission, "peak-speed", records, axes, findings=findings)
+    yield exhibit(mission, "peak-speed", records, words, axes=axes)
 
 
-def misprints(mission: Mission) -> Iterator[Exhibit]:
+def misprints(mission: Mission) -> Exhibits:
     """All misprints, and pictures of two: c_9 of the rotors, the signs of η3."""
-    if not is_papers(mission):
-        raise NotShownError("it is about the paper's own numbers")
     if has_rotors(mission):
         found = data()["misprint"]
         rows = [[*found[0]], *([*each.values()] for each in found)]
-        yield Exhibit(mission, "misprints", found, rows=rows)
+        yield exhibit(mission, "misprints", found, rows=rows)
         motor, x = vehicle.motor(mission), np.linspace(-200.0, 200.0, 81)
         right = np.asarray(rotor.power(motor, 1000.0, x), dtype=float) / 1000.0
         c6, c9 = (float(rotor.power_coefficients(motor)[each]) for each in (5, 8))
         wrong_c9 = motor.torque_constant_Nm_A / motor.friction_torque_Nm * c6
-        wrong, file = right + 1000.0 * x * (wrong_c9 - c9), "c9"
+        wrong = right + 1000.0 * x * (wrong_c9 - c9)
         records = _columns(change_rad_s2=x, power_kW=right, power_as_printed_kW=wrong)
-        findings = [*_said(file, times=wrong_c9 / c9)]
-    else:
-        x = np.linspace(0.0, 1000.0, 101)
-        right = np.array([table2.charge_left(mission, 3, hover_s) for hover_s in x])
-        wrong, file = 2.0 * right[0] - right, "signs"
-        records = _columns(hover_time_s=x, eta3_percent=right, eta3_as_printed_percent=wrong)
-        findings = [*_said(file)]
-    yield Exhibit(mission, file, records, _curves(mission, file, records), findings=findings)
+        yield exhibit(mission, "c9", records, {"times": wrong_c9 / c9})
+        return
+    x = np.linspace(0.0, 1000.0, 101)
+    right = np.array([table2.charge_left(mission, 3, hover_s) for hover_s in x])
+    wrong = 2.0 * right[0] - right
+    records = _columns(hover_time_s=x, eta3_percent=right, eta3_as_printed_percent=wrong)
+    yield exhibit(mission, "signs", records)

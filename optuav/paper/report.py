@@ -11,7 +11,6 @@ from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from importlib.resources import files
 from pathlib import Path
-from typing import Any
 from urllib.parse import quote
 from xml.etree.ElementTree import Element, tostring
 
@@ -19,14 +18,17 @@ from optuav.errors import Fault, InputError
 from optuav.mission import Mission, load
 from optuav.mission.files import make_directory, write_bytes
 from optuav.mission.messages import nearest
+from optuav.options import Perspective
 from optuav.paper import figures, table2
-from optuav.paper.curves import papers, solve
-from optuav.paper.figures import COUNTED, MINUS, Exhibit, NotShownError, is_papers, why
+from optuav.paper.curves import OURS, has_rotors, papers, solve
+from optuav.paper.figures import MINUS, Exhibit, NotShownError, is_papers, why
 from optuav.paper.ledger import Ledger, Progress, ledger
 from optuav.paper.statement import Verdict, data
 from optuav.plots.files import image
 from optuav.studies.results import as_csv
 
+COUNTED: tuple[Perspective, ...] = ("battery", OURS)
+"""Perspectives of the figures that the paper makes in one."""
 LEDGER = "ledger"
 COLUMNS = ("place", "what", "stated", "unit", "by printed", "by recovered", "verdict", "why")
 
@@ -35,16 +37,17 @@ COLUMNS = ("place", "what", "stated", "unit", "by printed", "by recovered", "ver
 class Study:
     """A figure or table of the paper for a mission, or something that the paper leaves out.
 
-    `make` returns the exhibits of a mission; where the study is `counted`, it takes a perspective
-    of `COUNTED` as well and returns the one for it. `place` and `numbers` are those of the paper.
+    `make` yields the exhibits of a mission that has what the study `needs`; where it is `counted`,
+    it takes a perspective of `COUNTED` as well. `place` and `numbers` are those of the paper.
     """
 
     name: str
     title: str
-    make: Callable[..., Any]
+    make: Callable[..., Iterator[Exhibit]]
     place: str = ""
     numbers: Sequence[str] = ()
     counted: bool = False
+    needs: Sequence[str] = ()
 
     def heading(self, *, of_paper: bool) -> str:
         """Its title, with its place in the paper if it is made for the paper's missions."""
@@ -52,14 +55,21 @@ class Study:
 
     def exhibits(self, mission: Mission) -> Iterator[Exhibit | tuple[str, str]]:
         """Its exhibits, or what is left out, all if that is empty, with the reason."""
-        for perspective in COUNTED if self.counted else ("",):
+        for options in [(each,) for each in COUNTED] if self.counted else [()]:
+            has = {
+                "laser": mission.laser,
+                "rotors": has_rotors(mission),
+                "buildings": mission.buildings,
+                "paper": is_papers(mission),
+                "turns": options == COUNTED[:1] or mission.battery.schedule == "pooled",
+            }
             try:
-                if self.counted:
-                    yield self.make(mission, perspective)
-                else:
-                    yield from self.make(mission)
+                for each in self.needs:
+                    if not has[each]:
+                        raise NotShownError(data()["lacking"][each])
+                yield from self.make(mission, *options)
             except NotShownError as reason:
-                yield f"perspective {perspective}" if self.counted else "", str(reason)
+                yield ", ".join(f"perspective {each}" for each in options), str(reason)
 
 
 STUDIES = tuple(
@@ -155,7 +165,7 @@ def _files(
                 part, reason = each
                 what = f"{study.heading(of_paper=is_papers(mission))}{part and f', {part}'}"
                 left_out.setdefault((mission.name, reason), []).append(what)
-            elif not only or study.name in only or each.numbers & {*only}:
+            elif not only or study.name in only or {*only}.intersection(each.numbers):
                 pictures = dict(_pictures(each))
                 yield from pictures.items()
                 yield f"data/{each.name}.csv", as_csv(each.records).encode()
