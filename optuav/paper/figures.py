@@ -102,7 +102,7 @@ def exhibit(
     *,
     axes: Axes | None = None,
     bars: Sequence[plots.Bar] = (),
-    level: plots.Level | None = None,
+    level: plots.Mark | None = None,
     marks: Sequence[plots.Mark] = (),
     rows: Sequence[Sequence[str]] = (),
     part: str = "",
@@ -332,7 +332,7 @@ def _beside_the_paper(mission: Mission) -> Exhibit:
 
 def by_perspective(mission: Mission) -> Exhibits:
     """Hover time, and charge left, for every deadline."""
-    least = plots.Level(100.0 * mission.limits.min_soc, "least, $η_0$")
+    least = plots.Mark(100.0 * mission.limits.min_soc, "least, $η_0$")
     for deadline_s in deadlines_s(mission):
         changed = with_deadline(mission, deadline_s)
         chosen = {

@@ -18,7 +18,6 @@ if TYPE_CHECKING:
     from optuav.plots.charge import packs, wells
     from optuav.plots.charts import (
         Bar,
-        Level,
         Line,
         Mark,
         Swing,
@@ -32,7 +31,7 @@ if TYPE_CHECKING:
     from optuav.plots.planes import plane
     from optuav.plots.profiles import LegAxes, ProfileAxes, leg, profile
 
-__all__ = ["Bar", "FitAxes", "LegAxes", "Level", "Line", "MapAxes", "Mark", "ProfileAxes", "Swing"]
+__all__ = ["Bar", "FitAxes", "LegAxes", "Line", "MapAxes", "Mark", "ProfileAxes", "Swing"]
 __all__ += ["bars", "curves", "fit", "gif_file", "hover_times", "leg", "mission_map", "packs"]
 __all__ += ["plane", "profile", "save", "save_animation", "save_figures", "save_pictures"]
 __all__ += ["tornado", "trajectories", "wells"]
@@ -41,7 +40,7 @@ NAMES = {
     "animation": "gif_file save_animation",
     "calibrations": "FitAxes fit",
     "charge": "packs wells",
-    "charts": "Bar Level Line Mark Swing bars curves hover_times tornado",
+    "charts": "Bar Line Mark Swing bars curves hover_times tornado",
     "files": "save save_figures save_pictures",
     "map": "MapAxes mission_map trajectories",
     "planes": "plane",

@@ -18,12 +18,13 @@ from PIL import Image
 from optuav.errors import Fault, InputError
 from optuav.mission.files import write_bytes
 from optuav.mission.messages import shown
-from optuav.plan.trace import Trace
+from optuav.plan import Stop
 from optuav.plots import style
 from optuav.plots.charge import Course, draw_wells
-from optuav.plots.labels import Label, place
+from optuav.plots.labels import place
+from optuav.plots.map import Way, draw_from_above, plan_labels
 from optuav.plots.profiles import timed, trace_bands
-from optuav.plots.scene import Scene, draw_plan_view, scene, scenery_labels, stop_look
+from optuav.plots.scene import draw_plan_view, scene
 from optuav.plots.style import BLACK, BLUE, GREEN, GREY, ORANGE, PURPLE, SKY, VERMILLION
 
 if TYPE_CHECKING:
@@ -118,13 +119,16 @@ def _still(replayed: Replay) -> Figure:
     left.set_title(" ")
     view = scene(replayed.mission)
     draw_plan_view(left, view)
-    x, y, _ = trace.position_m.T
-    left.plot(x, y, color=GREY, linewidth=0.8, linestyle=style.DASHED, zorder=3)
-    for number in np.unique(trace.phase):
-        first = int(np.argmax(trace.phase == number))
-        if trace.kind[first] != "flight":
-            left.plot(x[first], y[first], zorder=4, **stop_look(str(trace.kind[first]), True))
-    left.plot(x[[0, -1]], y[[0, -1]], "D", color=BLACK, markersize=4, zorder=4)
+    legs = [phase for phase in replayed.phases if phase.kind == "flight"]
+    names = (legs[0].start.name, *(phase.end.name for phase in legs))
+    stops = tuple(
+        Stop(phase.kind, phase.end.name, phase.start_s, phase.duration_s)
+        for phase in replayed.phases
+        if phase.kind != "flight"
+    )
+    look: style.Look = {"color": GREY, "linewidth": 0.8, "linestyle": style.DASHED}
+    way = Way(names, view.positions(names), stops, look)
+    draw_from_above(left, view, [way])
     style.group_thousands(left, right)
     entries = [
         style.entry("power from the laser", ORANGE, 1.6),
@@ -134,27 +138,14 @@ def _still(replayed: Replay) -> Figure:
     ]
     figure.legend(handles=entries, loc="outside lower center", ncols=7)
     style.settle(left)
-    _name_places(left, view, trace)
+    short = (
+        replace(label, text=label.text.partition(" $")[0])  # a small map has no room for symbols
+        for label in plan_labels(view, [way], times=False)
+    )
+    place(left, list(short), [way.points[:, :2]], view.sight_lines[0])
     style.draw_bands([right], list(trace_bands(trace)))
     figure.set_layout_engine("none")
     return figure
-
-
-def _name_places(ax: Axes, view: Scene, trace: Trace) -> None:
-    """Write names without symbols, for which a small map has no room."""
-    x, y, _ = trace.position_m.T
-    reached = [int(np.flatnonzero(trace.phase == number)[-1]) for number in np.unique(trace.phase)]
-    named = {str(trace.start_place[0]): 0, **{str(trace.end_place[at]): at for at in reached}}
-    labels = [
-        Label(style.printed(name), (float(x[at]), float(y[at]))) for name, at in named.items()
-    ]
-    written = {label.at for label in labels}
-    labels += [
-        replace(label, text=label.text.partition(" $")[0])
-        for label in scenery_labels(view)
-        if tuple(label.at) not in written
-    ]
-    place(ax, labels, [np.stack([x, y], axis=1)], view.sight_lines[0])
 
 
 def _moving(left: Axes, right: Axes, replayed: Replay) -> Callable[[float], None]:

@@ -67,13 +67,6 @@ class Bar(NamedTuple):
     flyable: bool = True
 
 
-class Level(NamedTuple):
-    """A value that is marked among bars, and the words for it."""
-
-    value: float
-    words: str
-
-
 class Line(NamedTuple):
     """A curve: its name in the legend, arrays of one length, and the marker of every point."""
 
@@ -84,7 +77,7 @@ class Line(NamedTuple):
 
 
 class Mark(NamedTuple):
-    """An upright line at some x, and the words beside it."""
+    """A value that is marked by a line, and the words for it."""
 
     at: float
     words: str
@@ -111,7 +104,7 @@ def bars(
     *,
     title: str,
     y_label: str,
-    level: Level | None = None,
+    level: Mark | None = None,
     ax: Axes | None = None,
 ) -> Axes:
     """Draw bars in groups, with their numbers.
@@ -138,7 +131,7 @@ def bars(
     ax = ax or style.page(3.4 if any(each.name for each in shown) else 3.0).subplots()
     groups = list(dict.fromkeys(each.group for each in shown))
     used = [name for name in COLOURS if any(each.name == name for each in shown)]
-    floor, width = level.value if level else 0.0, GROUP / max(2, len(used))
+    floor, width = level.at if level else 0.0, GROUP / max(2, len(used))
     known = [each.value for each in shown if each.value is not None]
     low, high = style.margins([0.0, floor, *known], 0.14)
     ax.set(ylabel=y_label, ylim=(low if min(known, default=0.0) < 0.0 else 0.0, high))
@@ -225,17 +218,9 @@ def curves(
     left, right = ax.get_xlim()
     for number, (at, words) in enumerate(marks):  # on the side with more room, in two rows
         to_left = at - left > right - at
-        ax.annotate(
-            words,
-            (at, 1.0),
-            (-3.0 if to_left else 3.0, -3.0 - 9.0 * (number % 2)),
-            xycoords=("data", "axes fraction"),
-            textcoords="offset points",
-            ha="right" if to_left else "left",
-            va="top",
-            fontsize=7.0,
-            color=VERMILLION,
-        )
+        offset_pt = (-3.0 if to_left else 3.0, -3.0 - 9.0 * (number % 2))
+        fraction = ("data", "axes fraction")
+        style.beside(ax, words, (at, 1.0), offset_pt, xycoords=fraction, color=VERMILLION)
     return ax
 
 
@@ -323,7 +308,8 @@ def _draw_swing(ax: Axes, row: int, hover_time_s: float, swing: Swing) -> None:
         }
         if beyond:
             farthest_s = max(beyond.values(), key=lambda end_s: towards * end_s)
-            style.beside(ax, " and ".join(beyond), (farthest_s, float(row)), (2.0 * towards, 0.0))
+            tip, offset_pt = (farthest_s, float(row)), (2.0 * towards, 0.0)
+            style.beside(ax, " and ".join(beyond), tip, offset_pt, fontsize=6.5)
 
 
 @style.applied()

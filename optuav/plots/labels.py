@@ -6,7 +6,6 @@ import itertools
 import math
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
-from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -16,7 +15,7 @@ from matplotlib.text import Annotation
 from matplotlib.transforms import Bbox
 
 from optuav.arrays import Floats
-from optuav.plots.style import GREY, VERMILLION, root
+from optuav.plots.style import GREY, VERMILLION, Look, beside, root
 
 POINTS_PER_INCH = 72.0
 NEAR = (4.0, 8.0)
@@ -50,14 +49,6 @@ class Label:
     size: float = 7.5
 
 
-class Spot(NamedTuple):
-    """A place for a label: its box [px], whether it is far from its point, and its cost."""
-
-    box: Bbox
-    far: bool
-    cost: float
-
-
 def place(
     ax: Axes,
     labels: Sequence[Label],
@@ -81,14 +72,14 @@ def place(
         size = text.get_window_extent()
         text.remove()
         spots = []
-        for spot in _spots(ax, label, size, pixels):
-            padded = spot.box.padded(CLEARANCE * pixels)
+        for cost, far, box in _spots(ax, label, size, pixels):
+            padded = box.padded(CLEARANCE * pixels)
             if not any(padded.overlaps(other) for other in taken):
-                covered = int(((dots >= spot.box.min) & (dots <= spot.box.max)).all(axis=1).sum())
+                covered = int(((dots >= box.min) & (dots <= box.max)).all(axis=1).sum())
                 if covered <= MOST_COVERED or label.needed:
-                    spots.append(spot._replace(cost=spot.cost + covered))
+                    spots.append((cost + covered, far, box))
         if spots:
-            box, far, _ = min(spots, key=lambda each: each.cost)
+            _, far, box = min(spots, key=lambda each: each[0])
             offset_pt = ((box.x0 - size.x0) / pixels, (box.y0 - size.y0) / pixels)
             _write(ax, label, offset_pt, far=far)
             taken.append(box)
@@ -109,27 +100,14 @@ def mark(
 
 def _write(ax: Axes, label: Label, offset_pt: tuple[float, float], *, far: bool) -> Annotation:
     """Write a label at an offset, with a line to its point if it is far."""
-    text = ax.annotate(
-        label.text,
-        label.at,
-        offset_pt,
-        textcoords="offset points",
-        annotation_clip=False,
-        arrowprops=LEADER if far else None,
-        zorder=10,
-        ha="left",
-        va="bottom",
-        color=label.colour,
-        fontsize=label.size,
-        linespacing=1.1,
-        path_effects=[withStroke(linewidth=2.0, foreground="white")],
-    )
-    text.set_in_layout(False)
-    return text
+    look: Look = {"ha": "left", "va": "bottom", "color": label.colour, "fontsize": label.size}
+    look |= {"path_effects": [withStroke(linewidth=2.0, foreground="white")], "zorder": 10}
+    look |= {"arrowprops": LEADER if far else None, "annotation_clip": False, "linespacing": 1.1}
+    return beside(ax, label.text, label.at, offset_pt, **look)
 
 
-def _spots(ax: Axes, label: Label, size: Bbox, pixels: float) -> Iterator[Spot]:
-    """Places around the point of a label, inside the axes unless the label is needed."""
+def _spots(ax: Axes, label: Label, size: Bbox, pixels: float) -> Iterator[tuple[float, bool, Bbox]]:
+    """Places around a label's point, inside the axes unless it is needed: cost, if far, box."""
     frame, anchor = ax.get_window_extent(), ax.transData.transform(label.at)
     for ring, (x, y) in itertools.product((*NEAR, *FAR) if label.needed else NEAR, DIRECTIONS):
         reach = ring * pixels / math.hypot(x, y)
@@ -140,7 +118,7 @@ def _spots(ax: Axes, label: Label, size: Bbox, pixels: float) -> Iterator[Spot]:
         )
         if inside or label.needed:
             box = Bbox.from_bounds(left, low, size.width, size.height)
-            yield Spot(box, ring in FAR, PER_POINT * ring + OUTSIDE * (not inside))
+            yield PER_POINT * ring + OUTSIDE * (not inside), ring in FAR, box
 
 
 def _dots(ax: Axes, line: npt.ArrayLike, spacing: float) -> Floats:

@@ -172,7 +172,7 @@ def _draw(
     """Draw both views with the ways, a legend under a heading, and labels."""
     axes, legend = _page(shown)
     handles = [*entries, *draw_plan_view(axes.plan, shown)]
-    _draw_from_above(axes.plan, shown, ways)
+    draw_from_above(axes.plan, shown, ways)
     handles.append(_draw_from_side(axes.height, shown, ways))
     axes.plan.set_title(title)
     columns = 3 if legend.get_position().width > 0.6 else 1
@@ -181,7 +181,7 @@ def _draw(
     style.group_thousands(*axes)
     style.settle(axes.plan)
     flat = [way.points[:, :2] for way in ways]
-    place(axes.plan, _plan_labels(shown, ways, times=times), flat, shown.sight_lines[0])
+    place(axes.plan, plan_labels(shown, ways, times=times), flat, shown.sight_lines[0])
     place(axes.height, _height_labels(ways), [way.side for way in ways])
     return axes
 
@@ -204,6 +204,7 @@ def _page(shown: Scene) -> tuple[MapAxes, Axes]:
 
 
 def _title(subject: Plan | Mission) -> str:
+    """The question of a plan, and its answer if there is none."""
     if isinstance(subject, Mission):
         return printed(subject.name)
     words = [subject.problem, subject.trajectory, subject.perspective]
@@ -213,6 +214,7 @@ def _title(subject: Plan | Mission) -> str:
 
 
 def _way_entries(way: Way, plan: Plan | None) -> Iterator[Artist]:
+    """Entries of the legend for a way and the stays of its plan."""
     if plan is None:
         yield Line2D([], [], label="direct route (no plan)", **way.look)
         return
@@ -226,6 +228,7 @@ def _way_entries(way: Way, plan: Plan | None) -> Iterator[Artist]:
 
 
 def _trajectory_entry(name: str, plan: Plan, look: Look) -> Artist:
+    """The entry of the legend for one of several plans."""
     label = style.WORDS.get(name, printed(name))
     if plan:
         rests = [printed(stop.at) for stop in plan.stops if stop.kind == "rest"]
@@ -236,7 +239,7 @@ def _trajectory_entry(name: str, plan: Plan, look: Look) -> Artist:
     return Line2D([], [], label=label, **look)
 
 
-def _plan_labels(shown: Scene, ways: Sequence[Way], *, times: bool) -> list[Label]:
+def plan_labels(shown: Scene, ways: Sequence[Way], *, times: bool) -> list[Label]:
     """Names of the places of the ways with their stops, then the scenery's."""
     names = list(dict.fromkeys(name for way in ways for name in way.names))
     names += [name for name in ("origin", "destination") if name not in names]
@@ -263,7 +266,7 @@ def _height_labels(ways: Sequence[Way]) -> list[Label]:
     return [Label(short.get(name) or printed(name), at) for name, at in corners.items()]
 
 
-def _draw_from_above(ax: Axes, shown: Scene, ways: Sequence[Way]) -> None:
+def draw_from_above(ax: Axes, shown: Scene, ways: Sequence[Way]) -> None:
     """Draw ways on the map, legs that several of them share side by side, and their stops."""
     users, before = Counter(chain.from_iterable(way.legs for way in ways)), Counter[object]()
     for way in ways:

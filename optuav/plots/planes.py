@@ -7,7 +7,7 @@ import math
 import textwrap
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from itertools import cycle
-from typing import Any, NamedTuple, TypeAlias
+from typing import Any, TypeAlias
 
 import numpy as np
 from matplotlib.artist import Artist
@@ -198,16 +198,13 @@ def _draw_grid(
             yield dots
 
 
-class Cut(NamedTuple):
-    """A constraint that forbids where `excess` is negative, and where all others hold."""
+def _cuts(
+    sampled: Sequence[tuple[Constraint, Floats]],
+) -> Iterator[tuple[Constraint, Floats, Booleans]]:
+    """The constraints without which more would be feasible, one of those that do the same.
 
-    constraint: Constraint
-    excess: Floats
-    others_hold: Booleans
-
-
-def _cuts(sampled: Sequence[tuple[Constraint, Floats]]) -> Iterator[Cut]:
-    """The constraints without which more would be feasible, one of those that do the same."""
+    Each comes with by how much it holds, and where all others hold.
+    """
     kept = [(each, excess, excess >= 0.0) for each, excess in sampled]
     bounding = [each for each in kept if each[0].relation.sense != "=="]
     feasible = _all(held for *_, held in bounding)
@@ -219,7 +216,7 @@ def _cuts(sampled: Sequence[tuple[Constraint, Floats]]) -> Iterator[Cut]:
             kept.remove(cut)
     for constraint, excess, own in kept:
         others = _all(held for *_, held in bounding if held is not own)
-        yield Cut(constraint, excess, np.broadcast_to(others, excess.shape))
+        yield constraint, excess, np.broadcast_to(others, excess.shape)
 
 
 def _draw_constraints(

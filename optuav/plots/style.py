@@ -14,6 +14,7 @@ from matplotlib.figure import Figure
 from matplotlib.font_manager import FontProperties, findfont, get_font
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
+from matplotlib.text import Annotation
 from matplotlib.ticker import FuncFormatter
 from matplotlib.typing import LineStyleType
 
@@ -138,12 +139,16 @@ def settle(ax: Axes) -> None:
         each.apply_aspect()
 
 
-def beside(ax: Axes, words: str, at: tuple[float, float], offset_pt: tuple[float, float]) -> None:
-    """Write words beside the end of a bar, on the side of the offset."""
+def beside(
+    ax: Axes, words: str, at: tuple[float, float], offset_pt: tuple[float, float], **look: Any
+) -> Annotation:
+    """Write words beside a point, on the side of the offset; they leave the layout as it is."""
     x, y = (int(np.sign(each)) for each in offset_pt)
-    side, edge = ("center", "left", "right")[x], ("center", "bottom", "top")[y]
-    size, unit = 6.5 if x else 7.0, "offset points"
-    ax.annotate(words, at, offset_pt, textcoords=unit, ha=side, va=edge, fontsize=size)
+    sides: Look = {"ha": ("center", "left", "right")[x], "va": ("center", "bottom", "top")[y]}
+    look = {**sides, "fontsize": 7.0, "textcoords": "offset points", **look}
+    text = ax.annotate(words, at, offset_pt, **look)
+    text.set_in_layout(False)
+    return text
 
 
 class Band(NamedTuple):
@@ -172,17 +177,8 @@ def draw_bands(axes: Sequence[Axes], bands: Sequence[Band]) -> None:
             ax.axvspan(begin_s, end_s, color=colour, alpha=TINT, linewidth=0.0)
         left, right = top.transData.transform([(begin_s, 0.0), (end_s, 0.0)])[:, 0]
         for name in names:
-            text = top.annotate(
-                name,
-                (0.5 * (begin_s + end_s), 1.0),
-                (0.0, 3.0),
-                xycoords=("data", "axes fraction"),
-                textcoords="offset points",
-                ha="center",
-                va="bottom",
-                fontsize=7.5,
-            )
-            text.set_in_layout(False)
+            at, fraction = (0.5 * (begin_s + end_s), 1.0), ("data", "axes fraction")
+            text = beside(top, name, at, (0.0, 3.0), xycoords=fraction, fontsize=7.5)
             if text.get_window_extent().width <= right - left:
                 break
             text.remove()

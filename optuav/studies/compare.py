@@ -308,7 +308,7 @@ def _choices(found: Results) -> Iterator[tuple[str, Figure | None]]:
     from optuav.plots.style import printed
 
     title = f"{printed(found.mission.name)}: longest hover by trajectory and perspective"
-    least = plots.Level(100.0 * found.mission.limits.min_soc, "least, $η_0$")
+    least = plots.Mark(100.0 * found.mission.limits.min_soc, "least, $η_0$")
     for name, column, size, y_label, level in (
         ("choices.png", "hover_time_s", 1.0, "hover time Δ [s]", None),
         ("charge.png", "soc_battery", 100.0, "charge left $η_1(T)$ [%]", least),

@@ -346,6 +346,6 @@ def _figures(found: Results) -> Iterator[tuple[str, Figure | None]]:
             [plots.Bar(*key, percent) for key, percent in lost.items()],
             title=f"{printed(found.mission.name)}: what whole slots cost at most, by their length",
             y_label="hover time Δ lost [% of a slot]",
-            level=plots.Level(100.0 * max(bounds), "bound of the theory") if bounds else None,
+            level=plots.Mark(100.0 * max(bounds), "bound of the theory") if bounds else None,
         )
         yield "gaps.png", axes.get_figure(root=True)

@@ -72,9 +72,10 @@ def test_places_of_the_route_are_named_beside_them(
     with applied():
         still = animation._still(optuav.replay(plan))
     named = {text.get_text(): text for text in still.axes[0].texts}
-    assert {*plan.route, "device", "laser"} <= named.keys()
+    route = ["hover point" if place == "hover" else place for place in plan.route]
+    assert {*route, "device", "laser"} <= named.keys()
     assert overlaps(still) == []
-    for place in plan.route:
+    for place in route:
         box = Text.get_window_extent(named[place])
         point = still.axes[0].transData.transform(named[place].xy)
         nearest = np.clip(point, box.min, box.max)

@@ -11,12 +11,12 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from optuav import plots
-from optuav.plots import Bar, Level
+from optuav.plots import Bar, Mark
 
 Overlaps = Callable[[Figure], list[tuple[str, str]]]
 
 
-def chart(shown: list[Bar], level: Level | None = None) -> Axes:
+def chart(shown: list[Bar], level: Mark | None = None) -> Axes:
     return plots.bars(shown, title="paper", y_label="Δ [s]", level=level)
 
 
@@ -39,7 +39,7 @@ def test_bars_of_plans_that_cannot_be_flown_are_hatched(overlaps: Overlaps) -> N
     shown = [Bar("battery", "direct", 688.8, False), Bar("available", "direct", 577.5)]
     charts = [
         chart(shown),
-        chart(shown, Level(60.0, "least")),
+        chart(shown, Mark(60.0, "least")),
         chart([each._replace(name="") for each in shown]),
     ]
     for ax in charts:
@@ -55,7 +55,7 @@ def test_bars_have_no_text_on_text(
     perspectives: tuple[str, ...], trajectories: tuple[str, ...], overlaps: Overlaps
 ) -> None:
     shown = [Bar(t, p, 12345.678) for t in trajectories for p in perspectives]
-    assert overlaps(chart(shown, Level(5.0, "least, $η_0$")).figure) == []
+    assert overlaps(chart(shown, Mark(5.0, "least, $η_0$")).figure) == []
 
 
 @pytest.mark.parametrize("min_soc", [0.0, 0.6])
@@ -66,7 +66,7 @@ def test_where_there_is_no_plan_the_words_lie_on_nothing(
     perspectives = ("battery", "energy", "adjusted", "available")
     values = {"direct": 88.6, "traj1": None, "traj2": None, "optimal": 88.6}
     shown = [Bar(name, p, value) for name, value in values.items() for p in perspectives]
-    charge = chart(shown, Level(100.0 * min_soc, "least, $η_0$"))
+    charge = chart(shown, Mark(100.0 * min_soc, "least, $η_0$"))
     assert overlaps(charge.figure) == []
     line_px = charge.transData.transform((0.0, 100.0 * min_soc))[1]
     none = [text for text in charge.texts if text.get_text() == "no\nplan"]
