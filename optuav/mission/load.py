@@ -21,7 +21,7 @@ LONGEST_CHAIN = 32
 """Most files that may extend one another."""
 
 _HERE = Path(__file__).parent
-SHIPPED = dict(sorted((path.stem, path) for path in (_HERE / "shipped").glob("*.toml")))
+SHIPPED = dict(sorted((path.stem, path) for path in (_HERE / "shipped").iterdir()))
 """The missions that come with the package, by name."""
 
 

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 import optuav
-from tests.cli.run import refused, run, widest
+from tests.cli.run import Ran, refused, run, widest
 
 DATA = Path(__file__).parents[2] / "examples" / "data"
 EXAMPLES = {
@@ -17,22 +17,28 @@ EXAMPLES = {
     "rotor": "bench.csv",
     "table": "paper_table2.toml",
 }
+Fitted = tuple[str, Ran, Path]
 
 
-@pytest.mark.parametrize("kind", EXAMPLES)
-def test_values_mission_and_picture(kind: str, tmp_path: Path) -> None:
-    """Each kind: a table of 80 columns, a mission that loads and has the values, a picture."""
+@pytest.fixture(scope="module", params=EXAMPLES)
+def fitted(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> Fitted:
+    """Each kind with its example, a mission and a picture, fitted once."""
     pytest.importorskip("matplotlib")
-    file = tmp_path / "new.toml"
-    ran = run(
-        "calibrate", kind, str(DATA / EXAMPLES[kind]), "--save", str(file), "--plot", str(tmp_path)
-    )
+    folder = tmp_path_factory.mktemp(request.param)
+    places = ("--save", str(folder / "new.toml"), "--plot", str(folder))
+    ran = run("calibrate", request.param, str(DATA / EXAMPLES[request.param]), *places)
+    return request.param, ran, folder
+
+
+def test_values_mission_and_picture(fitted: Fitted) -> None:
+    """Each kind: a table of 80 columns, a mission that loads and has the values, a picture."""
+    kind, ran, folder = fitted
     assert ran.code == 0
     table = ran.out.partition("\noptuav solve")[0]
     assert widest(table) <= 80
     assert "…" not in table
-    assert (tmp_path / "fit.png").stat().st_size > 10_000
-    mission = optuav.load(file)
+    assert (folder / "fit.png").stat().st_size > 10_000
+    mission = optuav.load(folder / "new.toml")
     settings = ran.out.partition("optuav solve MISSION ")[2].splitlines()[0].split("--set ")[1:]
     for setting in settings:
         key, _, value = setting.strip().partition("=")
@@ -40,16 +46,11 @@ def test_values_mission_and_picture(kind: str, tmp_path: Path) -> None:
         own = getattr(getattr(mission, section), name)
         assert str(own) == value or own == float(value), key
     assert len(settings) >= 3
-
-
-def test_settings_that_are_printed_can_be_used() -> None:
-    """`optuav solve MISSION --set ...` as the command tells it."""
-    out = run("calibrate", "table", str(DATA / "paper_table2.toml")).out
-    command = out.partition("optuav solve MISSION ")[2].splitlines()[0].split()
-    ran = run(
-        "solve", "paper", "--problem", "P3", "--slot-s", "1", "--perspective", "battery", *command
-    )
-    assert "Hover            950.00 s" in ran.out
+    assert "would empty" not in ran.out
+    if kind == "table":  # and the command that is printed can be used
+        command = [part for each in settings for part in ("--set", each.strip())]
+        asked = ("--problem", "P3", "--slot-s", "1", "--perspective", "battery")
+        assert "Hover            950.00 s" in run("solve", "paper", *asked, *command).out
 
 
 def test_extends_another_mission(tmp_path: Path) -> None:
@@ -72,9 +73,7 @@ def test_the_battery_of_the_mission_that_is_extended_tells_of_units(tmp_path: Pa
     """Written over the mission's own battery: a warning, and exit code 0 all the same."""
     base = tmp_path / "small.toml"
     base.write_text('schema = 1\nextends = "paper"\nbattery.capacity_As = 600\n')
-    asked = ("calibrate", "regimes", str(DATA / EXAMPLES["regimes"]))
-    assert "would empty" not in run(*asked).out
-    ran = run(*asked, "--extends", str(base))
+    ran = run("calibrate", "regimes", str(DATA / EXAMPLES["regimes"]), "--extends", str(base))
     assert ran.code == 0
     said = "would empty the full battery of the mission small, 1200 A s, in"
     assert said in " ".join(ran.out.split())
