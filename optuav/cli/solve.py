@@ -121,15 +121,25 @@ def explain(
     With --stops or --hovers, search for more stops and say what they bring, for a minute unless
     --time-limit-s says otherwise. Exit code 1 if there is no feasible plan.
     """
+    from optuav.solving.question import problem_of
+
     more: dict[str, Any] = {"stops": asked.stops, "hovers": asked.hovers}
     if Path(mission).suffix == ".json":
         others = {name: value for name, value in vars(asked).items() if name not in more}
         refuse_beside_plan(others | {"set": settings})
-        explained = optuav.explain(optuav.load_plan(mission), **more)
+        plan = optuav.load_plan(mission)
+        if asked.stops is None and asked.hovers is None:
+            explained = optuav.explain(plan)
+        else:
+            names = ("trajectory", "building", "order")
+            fields = {name: getattr(plan, name) for name in names}
+            perspective: Any = plan.perspective
+            problem = problem_of(plan.problem, **fields, **more)
+            explained = optuav.explain(plan.mission, problem, perspective=perspective)
     else:
         stated = mission_of(mission, settings)
-        problem = asked.problem_for(stated)
-        explained = optuav.explain(stated, problem, **asked.options, **more)
+        problem = asked.problem_for(stated, **more)
+        explained = optuav.explain(stated, problem, **asked.options)
     deliver(explained.to_dict, str(explained), as_json=as_json)
     if not explained:
         raise typer.Exit(NO)

@@ -15,9 +15,11 @@ References
 
 from __future__ import annotations
 
+import math
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field, is_dataclass, replace
 from fractions import Fraction
+from typing import Any
 
 import numpy as np
 
@@ -42,15 +44,11 @@ class Row:
     """A constraint as a row Σ coefficient · unknown ≤ limit, with its multiplier in a sum."""
 
     label: str
-    parameters: tuple[Parameter, ...]  # Those in the constraint
+    parameters: tuple[str, ...]  # Names of those in the constraint
+    keys: tuple[str, ...]  # Their keys of the mission
     coefficients: Coefficients
     limit: Fraction
     multiplier: Fraction = ZERO
-
-    @property
-    def keys(self) -> tuple[str, ...]:
-        """The mission's keys in the constraint."""
-        return tuple(each.key for each in self.parameters if each.key)
 
 
 @dataclass(frozen=True)
@@ -132,17 +130,24 @@ class Certificate:
 
     def to_dict(self) -> dict[str, object]:
         """As plain data; every number exact, as ``"numerator/denominator"``, and rounded."""
-        rows: list[dict[str, object]] = [
-            {
-                "label": row.label,
-                "parameters": [each.name for each in row.parameters],
-                "keys": list(row.keys),
-                "multiplier": _number(row.multiplier),
-                **_sides(row.coefficients, row.limit),
-            }
-            for row in self.rows
-        ]
-        return {"holds": self.holds(), "rows": rows, "sum": _sides(self.coefficients, self.limit)}
+        total = {"coefficients": self.coefficients, "limit": self.limit}
+        stated = {"labels": self.labels, "keys": self.keys, "rows": self.rows, "sum": total}
+        return {"holds": self.holds(), **plain(stated)}
+
+
+def plain(value: object) -> Any:
+    """As plain data: text, finite numbers or None, lists and dicts; fractions exact and rounded."""
+    if isinstance(value, Fraction):
+        return {"exact": str(value), "rounded": float(value)}
+    if isinstance(value, float):
+        return value if math.isfinite(value) else None
+    if isinstance(value, Mapping):
+        return {name: plain(each) for name, each in value.items()}
+    if isinstance(value, tuple | list):
+        return [plain(each) for each in value]
+    if hasattr(value, "to_dict"):
+        return value.to_dict()
+    return plain(vars(value)) if is_dataclass(value) else value
 
 
 def number_text(value: float | Fraction) -> str:
@@ -157,15 +162,6 @@ def _inequality(coefficients: Coefficients, limit: Fraction) -> str:
         sign = "−" if factor < 0 else "+"
         terms.append(f"{sign} {size}" if terms else f"{sign}{size}".removeprefix("+"))
     return f"{' '.join(terms) or '0'} ≤ {number_text(limit)}"
-
-
-def _sides(coefficients: Coefficients, limit: Fraction) -> dict[str, object]:
-    every = {symbol: _number(factor) for symbol, factor in coefficients.items()}
-    return {"coefficients": every, "limit": _number(limit)}
-
-
-def _number(value: Fraction) -> dict[str, object]:
-    return {"exact": str(value), "rounded": float(value)}
 
 
 def certificates(
@@ -248,12 +244,13 @@ def _rows(model: Model, parameters: Values, slot_s: float | None = None) -> list
             numbers = zip(symbols, map(Fraction, normal), strict=True)
             factors = {symbol: factor for symbol, factor in numbers if factor}
             named = parameters_in(constraint)
-            found.append(Row(constraint.label, named, factors, Fraction(limit)))
+            names, keys = tuple(each.name for each in named), tuple(e.key for e in named if e.key)
+            found.append(Row(constraint.label, names, keys, factors, Fraction(limit)))
     for each in model.variables if slot_s is not None else ():
         if each.first_slot > 0:
             least_s = Fraction(each.first_slot * (slot_s or 0.0))
             label = f"first slot of {each.symbol}"
-            found.append(Row(label, (), {each.symbol: Fraction(-1)}, -least_s))
+            found.append(Row(label, (), (), {each.symbol: Fraction(-1)}, -least_s))
     return found
 
 

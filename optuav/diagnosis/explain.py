@@ -72,10 +72,10 @@ def explain(
     engine: str | Engine | None = None,
     graph: Graph | None = None,
     time_limit_s: float | None = None,
-    stops: int | None = None,
-    hovers: int | None = None,
 ) -> Explanation:
     """Explain an answer: what binds and what more would bring, or what conflicts and what repairs.
+
+    Of P1 with several stops, it says what they bring over one rest and one hover.
 
     Parameters
     ----------
@@ -87,9 +87,6 @@ def explain(
     time_limit_s
         With a mission only: longest that an engine may take [s], > 0 and at most 1e9. None for no
         limit; a search for more stops ends after 60 s then.
-    stops, hovers
-        Most rests, 0 to 10, and pieces of hover, 1 to 10, of a plan that is searched for, to tell
-        what they bring over one rest and one hover; fields of `P1` as well. None for 1.
 
     Returns
     -------
@@ -111,20 +108,11 @@ def explain(
     >>> {price.key: round(price.gain, 3) for price in explained.prices[1:4]}
     {'battery.packs': 389.033, 'battery.capacity_As': 0.022, 'limits.min_soc': -8.19}
     """
-    if stops is None and hovers is None and isinstance(subject, Plan) and of_several_stops(subject):
+    if isinstance(subject, Plan) and of_several_stops(subject):
         return Explanation(subject, notes=(STOPS,), more_stops_open=True)
-    question = question_of(
-        subject,
-        graph,
-        problem=problem,
-        perspective=perspective,
-        slot_s=slot_s,
-        engine=engine,
-        time_limit_s=time_limit_s,
-    ).with_stops(stops, hovers)
+    options = {"slot_s": slot_s, "engine": engine, "time_limit_s": time_limit_s}
+    question = question_of(subject, graph, problem=problem, perspective=perspective, **options)
     if question.stated.several:
-        if isinstance(subject, Plan):  # whose engine answers one rest and one hover only
-            question = replace(question, stated=replace(question.stated, engine="auto"))
         return _with_more_stops(question)
     explained = _explained(question, subject if isinstance(subject, Plan) else None)
     if explained.more_stops_open and question.stated.p1.hover_point == "w_U":
@@ -173,7 +161,8 @@ def _explained(question: MissionQuestion, plan: Plan | None = None) -> Explanati
 
 def _with_more_stops(question: MissionQuestion) -> Explanation:
     """What more stops bring over one rest and one hover."""
-    stated, one = question.stated, question.with_stops(1, 1)
+    stated = question.stated
+    one = question.about(replace(stated.p1, stops=1, hovers=1))
     counts = ((stated.p1.stops, "rest"), (stated.p1.hovers, "hover"))
     asked_for = " and ".join(f"{n} {name}{'s' * (n != 1)}" for n, name in counts)
     limit_s = SEARCH_S if stated.time_limit_s is None else stated.time_limit_s
@@ -210,10 +199,7 @@ def _at_its_point(question: MissionQuestion, plan: Plan) -> Explanation:
         explained = _explained(question_of(plan), plan)
         note = "with the hover point held where it is: it has no price of its own"
     else:
-        stated = question.stated
-        if isinstance(stated.problem, P1):
-            stated = replace(stated, problem=replace(stated.problem, hover_point="w_U"))
-        explained = _explained(replace(question, stated=stated))
+        explained = _explained(question.about(replace(question.stated.p1, hover_point="w_U")))
         note = "this is for hovering at w_U; elsewhere within reach no plan was found either"
     return replace(explained, plan=plan, notes=(note, *explained.notes))
 

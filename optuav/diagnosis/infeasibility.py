@@ -20,6 +20,7 @@ from optuav.diagnosis.certificate import (
     certificates,
     linear_part,
     parameters_in,
+    plain,
     subset,
 )
 from optuav.engines import bracket
@@ -49,11 +50,6 @@ class Clash:
     broken: tuple[str, ...]  # Sentences on those that do not hold without any stay, Δ = T' = 0
     far_s: float  # Sum of the times up to which it is proved [s]; infinity where they are bounded
 
-    def to_dict(self) -> dict[str, object]:
-        """As plain data; None for infinity."""
-        lists = {name: list(getattr(self, name)) for name in ("labels", "keys", "broken")}
-        return {**lists, "far_s": self.far_s if math.isfinite(self.far_s) else None}
-
 
 @dataclass(frozen=True)
 class Conflict:
@@ -75,17 +71,8 @@ class Conflict:
 
     def to_dict(self) -> dict[str, object]:
         """As plain data."""
-        proofs = [
-            {"labels": list(each.labels), "keys": list(each.keys), **each.to_dict()}
-            for each in self.certificates
-        ]
-        clash = self.clash.to_dict() if self.clash else None
-        return {
-            "route": list(self.route),
-            "routes": self.routes,
-            "conflicts": proofs,
-            "clash": clash,
-        }
+        proofs = {"conflicts": plain(self.certificates), "clash": plain(self.clash)}
+        return {"route": list(self.route), "routes": self.routes, **proofs}
 
 
 def conflicts(program: Program) -> tuple[Conflict, ...]:
@@ -158,13 +145,10 @@ def _irreducible(model: Model, parameters: Values) -> tuple[Constraint, ...]:
     """
     linear = linear_part(model).constraints
     kept = [*(each for each in model.constraints if each not in linear), *linear]
-    size = len(kept)
-    while size > 1:
-        size = (size + 1) // 2
-        for start in range(0, len(kept), size)[::-1]:
-            fewer = kept[:start] + kept[start + size :]
-            if _impossible(model, fewer, 1, parameters)[0]:
-                kept = fewer
+    for each in kept[::-1]:
+        fewer = [other for other in kept if other is not each]
+        if fewer and _impossible(model, fewer, 1, parameters)[0]:
+            kept = fewer
     return tuple(each for each in model.constraints if each in kept)
 
 

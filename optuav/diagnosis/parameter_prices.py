@@ -68,13 +68,6 @@ class Price:
         finite = [each for each in (self.less, self.more) if math.isfinite(each)]
         return len(finite) < 2 and not any(finite)
 
-    def to_dict(self) -> dict[str, object]:
-        """As plain data; None on a side that is infeasible."""
-        return {
-            name: None if isinstance(value, float) and math.isinf(value) else value
-            for name, value in vars(self).items()
-        }
-
 
 def prices(
     program: Program, solutions: Sequence[Solution], chosen: tuple[int, int]

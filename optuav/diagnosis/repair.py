@@ -138,8 +138,7 @@ class Repair:
     def to_dict(self) -> dict[str, object]:
         """As plain data."""
         now = list(self.now) if isinstance(self.now, tuple) else self.now
-        stated = {name: value for name, value in vars(self).items() if name != "resolution"}
-        return {**stated, "now": now, "relative_size": self.size}
+        return {**vars(self), "now": now, "relative_size": self.size}
 
 
 def repairs(question: MissionQuestion) -> tuple[Repair, ...]:

@@ -8,7 +8,7 @@ from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 
 from formulations.soc import LABELS
-from optuav.diagnosis.certificate import Certificate, number_text
+from optuav.diagnosis.certificate import Certificate, number_text, plain
 from optuav.diagnosis.infeasibility import Conflict
 from optuav.diagnosis.parameter_prices import Price
 from optuav.diagnosis.repair import Repair
@@ -49,13 +49,6 @@ class Side:
     kind: str = ""  # What it limits, and at the end of which step, as in a `Constraint`
     step: int | None = None
     in_flight: bool = False  # Whether that step is a stage of flight
-
-    def to_dict(self) -> dict[str, object]:
-        """As plain data; None for an infinite number."""
-        return {
-            name: None if isinstance(value, float) and not math.isfinite(value) else value
-            for name, value in vars(self).items()
-        }
 
 
 @dataclass(frozen=True)
@@ -122,21 +115,17 @@ class Explanation:
 
     def to_dict(self) -> dict[str, object]:
         """As plain data: strings, numbers, lists, dicts and None."""
-        plan = self.plan
-        stated = ("problem", "trajectory", "building", "order", "perspective", "slot_s")
-        answer: dict[str, object] = {"mission": plan.mission.name}
-        answer |= {name: getattr(plan, name) for name in stated}
-        answer |= {"status": plan.status.value, "proof": plan.proof}
-        lists = ("constraints", "prices") if plan else ("conflicts", "repairs")
+        plan, either = self.plan, ["conflicts", "repairs"]
+        names = ["problem", "trajectory", "building", "order", "perspective", "slot_s"]
+        names += ["proof", "hover_time_s", "rest_time_s", "route"] if plan else ["proof", "reasons"]
         if plan:
-            answer |= {"hover_time_s": plan.hover_time_s, "rest_time_s": plan.rest_time_s}
-            answer |= {"route": list(plan.route), "objective": self.objective}
-            answer["bound"] = self.bound.to_dict() if self.bound else None
-        else:
-            answer["reasons"] = list(plan.reasons)
-        answer |= {name: [each.to_dict() for each in getattr(self, name)] for name in lists}
-        stops = {"more_stops_open": self.more_stops_open, "gain_s": self.gain_s}
-        return {**answer, **stops, "notes": list(self.notes)}
+            either = ["objective", "constraints", "bound", "prices"]
+        stated = {name: getattr(plan, name) for name in names}
+        stated |= {
+            name: getattr(self, name) for name in (*either, "more_stops_open", "gain_s", "notes")
+        }
+        found: dict[str, object] = plain(stated)
+        return {"mission": plan.mission.name, "status": plan.status.value, **found}
 
 
 def _paragraph(label: str, text: str, start: str = "", indent: int = LABEL) -> list[str]:

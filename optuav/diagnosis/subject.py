@@ -10,13 +10,13 @@ from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
 
 import numpy as np
 
-from formulations.p1 import P1
+from formulations.formulation import Formulation
 from formulations.parameters import QUANTITIES, Quantities
 from formulations.soc import AVAILABLE, PAPER
 from optuav.arrays import Booleans, Floats, Integers, Values
 from optuav.engines import bracket, closed_form, grid
 from optuav.engines.linear_form import slot_ranges
-from optuav.errors import Fault, InputError, SolverError
+from optuav.errors import InputError, SolverError
 from optuav.mission import Mission, load
 from optuav.modelling import Model, NotAffineError, affine
 from optuav.modelling.check import evaluated, holding
@@ -78,18 +78,9 @@ class MissionQuestion:
         """Whether packs take turns, which is simulated and not declared."""
         return self.stated.perspective == AVAILABLE and self.mission.battery.takes_turns
 
-    def with_stops(self, stops: int | None, hovers: int | None) -> MissionQuestion:
-        """The question with so many rests and hovers; an `InputError` if the problem is not P1."""
-        stated = {"stops": stops, "hovers": hovers}
-        counts = {name: count for name, count in stated.items() if count is not None}
-        if not counts:
-            return self
-        problem = self.stated.problem
-        if not isinstance(problem, P1):
-            words = f"problem {problem.name} takes none, P1 does"
-            raise InputError([Fault(name, str(count), words) for name, count in counts.items()])
-        stated_problem = replace(problem, **counts)  # type: ignore[arg-type]
-        return replace(self, stated=replace(self.stated, problem=stated_problem))
+    def about(self, problem: Formulation) -> MissionQuestion:
+        """The question with another problem."""
+        return replace(self, stated=replace(self.stated, problem=problem))
 
 
 def question_of(subject: Subject, graph: Graph | None = None, **options: Any) -> MissionQuestion:

@@ -73,6 +73,8 @@ def test_bad_input_is_an_input_error(tmp_path: Path) -> None:
     for arguments in (
         ("nowhere.toml",),
         ("paper", "--problem", "P9"),
+        ("paper", "--problem", "P3", "--stops", "2"),
+        (str(tmp_path / "plan.json"), "--stops", "2"),
         (str(tmp_path / "plan.json"), "--problem", "P3"),
         (str(tmp_path / "plan.json"), "--set", "limits.deadline_s=1"),
         (str(tmp_path / "none.json"),),
