@@ -17,6 +17,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, field, is_dataclass, replace
 from fractions import Fraction
 from typing import Any
@@ -25,9 +26,10 @@ import numpy as np
 
 from optuav.arrays import Values
 from optuav.engines.linear_form import linear_form
-from optuav.modelling import NotAffineError, affine
+from optuav.modelling import NotAffineError
 from optuav.modelling.check import relations
 from optuav.modelling.expression import Parameter
+from optuav.modelling.forms import excess
 from optuav.modelling.model import Constraint, Model
 from optuav.modelling.traversal import leaves
 
@@ -205,7 +207,12 @@ def bound(model: Model, parameters: Values, binding: Collection[str]) -> Certifi
 
 def linear_part(model: Model) -> Model:
     """The model with its linear constraints alone, and no objective."""
-    return subset(model, [each for each in model.constraints if _is_linear(each)])
+    linear = list[Constraint]()
+    for each in model.constraints:
+        with suppress(NotAffineError):
+            excess(each.relation, {})
+            linear.append(each)
+    return subset(model, linear)
 
 
 def subset(model: Model, constraints: Iterable[Constraint]) -> Model:
@@ -213,15 +220,6 @@ def subset(model: Model, constraints: Iterable[Constraint]) -> Model:
     part = Model(model.title)
     part.variables, part.constraints = model.variables, [*constraints]
     return part
-
-
-def _is_linear(constraint: Constraint) -> bool:
-    try:
-        for side in constraint.relation.sides:
-            affine(side, {})
-    except NotAffineError:
-        return False
-    return True
 
 
 def parameters_in(constraint: Constraint) -> tuple[Parameter, ...]:

@@ -14,12 +14,14 @@ from formulations.formulation import Formulation
 from formulations.parameters import QUANTITIES, Quantities
 from formulations.soc import AVAILABLE, PAPER
 from optuav.arrays import Booleans, Floats, Integers, Values
-from optuav.engines import bracket, closed_form, grid
+from optuav.engines import bracket, grid
+from optuav.engines.grid import MOST_UNKNOWNS
 from optuav.engines.linear_form import slot_ranges
 from optuav.errors import InputError, SolverError
 from optuav.mission import Mission, load
 from optuav.modelling import Model, NotAffineError, affine
 from optuav.modelling.check import evaluated, holding
+from optuav.modelling.classify import traits
 from optuav.modelling.forms import NotExponentialError
 from optuav.network.feasibility import impossibilities
 from optuav.network.network import Network, build_network
@@ -228,29 +230,18 @@ def _joined(stacks: Sequence[Stack]) -> Stack:
 def _continuous(stack: Stack, model: Model) -> Booleans:
     """Which routes have feasible times, whole slots or not; evaluated outside the engine."""
     count = len(stack.cases)
-    few = len(model.variables) <= closed_form.MOST_UNKNOWNS
-    if few and not any(each.binary for each in model.variables):
+    if len(model.variables) <= MOST_UNKNOWNS and not traits(model).integer:
         try:
-            solution = closed_form.solve(model, count)
-            unbounded = np.array([status is Status.UNBOUNDED for status in solution.statuses])
-            return unbounded | _satisfied(model, solution.values)
-        except NotAffineError:
-            pass
-        try:
-            return _satisfied(model, bracket.some_point(model, count)[0])
+            rows = evaluated(model, bracket.some_point(model, count)[0])
+            holds = np.broadcast_arrays(*(row.satisfied for row in rows))
+            return np.asarray(np.logical_and.reduce(holds))
         except (NotExponentialError, InputError):
             pass
     try:
         statuses = answer(model, count, stack.question).statuses
     except SolverError:
         return np.zeros(count, bool)
-    return np.array([status.has_answer for status in statuses])
-
-
-def _satisfied(model: Model, values: Values) -> Booleans:
-    """Where values satisfy every constraint, evaluated in NumPy."""
-    holds = np.broadcast_arrays(*(row.satisfied for row in evaluated(model, values)))
-    return np.asarray(np.logical_and.reduce(holds))
+    return np.array([each.has_answer or each is Status.UNBOUNDED for each in statuses])
 
 
 def _meetable(model: Model, slot_s: float) -> Booleans:
