@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
+import pytest
 from hypothesis import assume
 from hypothesis import strategies as st
 
@@ -47,6 +48,11 @@ def infeasible(draw: st.DrawFn) -> tuple[Mission, dict[str, Any]]:
     options = draw(st.sampled_from(OPTIONS))
     assume(not optuav.solve(mission, **{"perspective": "battery", **options}))
     return mission, options
+
+
+def only(patch: pytest.MonkeyPatch, *tables: str) -> None:
+    """Look for repairs among the keys of some tables, and the wind, alone."""
+    patch.setattr("optuav.diagnosis.repair.TABLES", tables)
 
 
 def repairs(subject: Subject, problem: Any = None, **options: Any) -> tuple[Repair, ...]:

@@ -15,7 +15,7 @@ from optuav.diagnosis.report import conflict_text
 from optuav.errors import InputError
 from optuav.mission import Mission
 from tests.asking import formulate, solve, stated
-from tests.diagnosis.missions import PAPER, SMALL, repairs
+from tests.diagnosis.missions import PAPER, SMALL, only, repairs
 
 
 def diagnosed(mission: Mission, **options: Any) -> tuple[Conflict, ...]:
@@ -76,8 +76,9 @@ def test_a_well_that_runs_dry_in_flight_is_told_by_stage_and_leg() -> None:
     assert "hover → destination, even without any stay" in flowing(conflict)
 
 
-def test_repairs_repair_and_one_digit_less_does_not() -> None:
+def test_repairs_repair_and_one_digit_less_does_not(monkeypatch: pytest.MonkeyPatch) -> None:
     """Solved again from the mission and simulated, with the digit and without."""
+    only(monkeypatch, "limits", "battery")
     mission = SMALL.replace({"limits.min_soc": 0.99})
     options = {"problem": optuav.P4("b1", order="hover-first")}
     found = {each.key: each for each in repairs(mission, **stated(options))}

@@ -19,7 +19,7 @@ from optuav.diagnosis.parameter_prices import Price
 from optuav.errors import InputError
 from optuav.modelling import Model
 from optuav.status import Status
-from tests.diagnosis.missions import PAPER, SMALL, repairs
+from tests.diagnosis.missions import PAPER, SMALL, only, repairs
 
 P3_TEXT = """\
 Optimum      hover 688.85 s at hover
@@ -179,8 +179,9 @@ def test_the_words_for_a_deadline_that_is_too_short() -> None:
     ],
 )
 def test_no_line_is_longer_than_eighty_columns(
-    changes: dict[str, Any], options: dict[str, Any]
+    changes: dict[str, Any], options: dict[str, Any], monkeypatch: pytest.MonkeyPatch
 ) -> None:
+    only(monkeypatch, "limits", "rotor")
     explained = explain(SMALL.replace(changes), **{"perspective": "battery", **options})
     assert max(map(len, str(explained).splitlines())) <= 80
     assert bool(explained) is (not changes)
@@ -353,7 +354,10 @@ def test_a_saved_plan_is_explained_as_its_question(options: dict[str, Any], tmp_
     )
 
 
-def test_a_saved_plan_that_does_not_exist_is_diagnosed(tmp_path: Path) -> None:
+def test_a_saved_plan_that_does_not_exist_is_diagnosed(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    only(monkeypatch, "limits")
     plan = optuav.solve(
         SMALL.replace({"limits.deadline_s": 80}), optuav.P4("b1"), perspective="battery"
     )
@@ -473,7 +477,10 @@ def test_a_free_hover_point_is_held_and_said_so() -> None:
     assert price.more == pytest.approx(after.hover_time_s - before.hover_time_s, abs=1e-6)
 
 
-def test_without_a_plan_a_free_hover_point_is_told_of_the_nearest() -> None:
+def test_without_a_plan_a_free_hover_point_is_told_of_the_nearest(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    only(monkeypatch, "limits")
     explained = explain(
         SMALL.replace({"buildings": [], "limits.deadline_s": 60}),
         optuav.P1(hover_point="free"),

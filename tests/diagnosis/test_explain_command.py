@@ -13,7 +13,7 @@ import optuav
 from optuav.cli.options import command_of
 from optuav.cli.solve import WORDS, explain
 from optuav.errors import InputError
-from tests.diagnosis.missions import SMALL
+from tests.diagnosis.missions import SMALL, only
 
 app = typer.Typer()
 app.command()(command_of("explain", explain, WORDS))
@@ -33,7 +33,10 @@ def test_an_optimum_is_explained_with_exit_code_0() -> None:
     )
 
 
-def test_an_infeasible_question_exits_with_1(tmp_path: Path) -> None:
+def test_an_infeasible_question_exits_with_1(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    only(monkeypatch, "limits")
     SMALL.replace({"limits.deadline_s": 60}).save(tmp_path / "short.toml")
     result = run(str(tmp_path / "short.toml"), *BATTERY, "--problem", "P3", "--json")
     assert result.exit_code == 1

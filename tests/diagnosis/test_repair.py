@@ -14,7 +14,7 @@ from optuav.diagnosis import Repair
 from optuav.diagnosis.repair import Judge, Key, RepairingValues, keys, searched
 from optuav.errors import InputError
 from optuav.mission import Mission
-from tests.diagnosis.missions import PAPER, SMALL, infeasible, repairs
+from tests.diagnosis.missions import PAPER, SMALL, infeasible, only, repairs
 
 
 def by_key(mission: Mission, **options: Any) -> dict[tuple[str, str], Repair]:
@@ -102,8 +102,9 @@ def test_a_building_in_the_way() -> None:
         check(mission, {"problem": "P3"}, each)
 
 
-def test_a_downdraught_that_is_too_strong() -> None:
+def test_a_downdraught_that_is_too_strong(monkeypatch: pytest.MonkeyPatch) -> None:
     """The rotors give 17.2158 N, the weight takes 12.74 N: 4.4758 N are left to the wind."""
+    only(monkeypatch)
     mission = SMALL.replace({"wind.force_N": [0.1, 0, -6]})
     found = by_key(mission, problem="P3")
     calmer = found["wind.force_N[2]", ">="]
@@ -114,8 +115,9 @@ def test_a_downdraught_that_is_too_strong() -> None:
     assert not others, "a level wind holds nothing up, and none blows along y"
 
 
-def test_a_hover_point_out_of_reach_may_be_left_out() -> None:
+def test_a_hover_point_out_of_reach_may_be_left_out(monkeypatch: pytest.MonkeyPatch) -> None:
     """Without it the UAV hovers at w_U, which the link gives."""
+    only(monkeypatch)
     mission = SMALL.replace({"route.hover_m": [1000, 1000, 50]})
     removed = by_key(mission, problem="P3")["route.hover_m", "=="]
     assert str(removed) == "route.hover_m left out"
@@ -135,8 +137,9 @@ def test_too_little_charge_takes_whole_packs_or_the_exact_capacity() -> None:
         check(mission, {"problem": "P3"}, each)
 
 
-def test_slots_of_five_seconds() -> None:
+def test_slots_of_five_seconds(monkeypatch: pytest.MonkeyPatch) -> None:
     """88.316 s of flight and a slot each of hover and rest: 98.4 s, where 88.4 s do without."""
+    only(monkeypatch, "limits")
     mission = SMALL.replace({"limits.deadline_s": 80})
     options = {"problem": optuav.P4("b1", order="rest-first"), "slot_s": 5.0}
     repair = by_key(mission, **options)["limits.deadline_s", ">="]
@@ -156,15 +159,17 @@ def test_a_feasible_question_needs_no_repair() -> None:
     assert repairs("paper") == ()
 
 
-def test_order_is_by_relative_size_and_repeatable() -> None:
+def test_order_is_by_relative_size_and_repeatable(monkeypatch: pytest.MonkeyPatch) -> None:
+    only(monkeypatch, "body", "rotor")
     mission = SMALL.replace({"body.mass_kg": 2.5})
     first, second = (repairs(mission, problem="P3", perspective="battery") for _ in range(2))
     assert first == second
     assert [each.size for each in first] == sorted(each.size for each in first)
 
 
-def test_edited_legs_stay_as_they_are_edited() -> None:
+def test_edited_legs_stay_as_they_are_edited(monkeypatch: pytest.MonkeyPatch) -> None:
     """With 30 s to and from the hover point stated, a lighter UAV is no faster."""
+    only(monkeypatch, "limits", "body")
     view = optuav.graph(SMALL)
     for edge in (("origin", "hover"), ("hover", "destination")):
         view.edges[edge]["duration_s"] = 30.0
@@ -179,7 +184,7 @@ def test_edited_legs_stay_as_they_are_edited() -> None:
 
 
 @given(infeasible())
-@settings(max_examples=3)
+@settings(max_examples=2)
 def test_every_repair_repairs(question: tuple[Mission, dict[str, Any]]) -> None:
     mission, options = question
     for repair in repairs(mission, **{"perspective": "battery", **options}):
