@@ -16,7 +16,6 @@ from optuav.modelling.forms import (
     affine,
     excess,
     exponential,
-    refuse_curved,
 )
 from optuav.modelling.model import Model
 from optuav.modelling.traversal import KINKED, PARTIALS
@@ -93,22 +92,17 @@ def _traits(model: Model) -> Traits:
     open_below = (
         each.symbol for each, bound in zip(unknowns, bounds, strict=True) if bound == -math.inf
     )
+    calls = (node for node in model.nodes if isinstance(node, Call) and node.ufunc not in PARTIALS)
+    rough = (node for node in calls if node.moves or node.ufunc not in KINKED)
     return Traits(
         len(unknowns),
         integer,
         tuple(open_below),
-        _first_rough(model),
+        next((node.ufunc.__name__ for node in rough), ""),
         _first_nonlinear(model),
         longest,
         _first_unlevelled(model) if longest else None,
     )
-
-
-def _first_rough(model: Model) -> str:
-    """Name of the first function that is not known to have derivatives everywhere."""
-    calls = (node for node in model.nodes if isinstance(node, Call) and node.ufunc not in PARTIALS)
-    rough = (node for node in calls if node.moves or node.ufunc not in KINKED)
-    return next((node.ufunc.__name__ for node in rough), "")
 
 
 def _first_nonlinear(model: Model) -> Flaw | None:
@@ -123,8 +117,10 @@ def _first_nonlinear(model: Model) -> Flaw | None:
             label = constraint.label
             if known is None:
                 excess(constraint.relation, {})
-            for form in known or ():
-                refuse_curved(form)
+            for monomial in (each for form in known or () for each in form.terms):
+                if len(monomial) > 1 or any(kind == "levelling" for _, kind in monomial):
+                    name = "multiply" if len(monomial) > 1 else "exp"
+                    raise NotAffineError(f"{name} of the unknowns is not linear")
     except NotAffineError as error:
         return label, str(error)
     return None

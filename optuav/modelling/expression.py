@@ -76,7 +76,12 @@ class Expression(NDArrayOperatorsMixin):
         operands = tuple(_operand(self, ufunc, each) for each in inputs)
         if ufunc in SENSES:
             return Relation(operands[0], SENSES[ufunc], operands[1])
-        if ufunc in DIVISIONS and _is_zero(operands[1]):
+        if (
+            ufunc in DIVISIONS
+            and not isinstance(operands[1], Expression)
+            and np.ndim(operands[1]) == 0
+            and operands[1] == 0.0
+        ):
             raise InputError(f"{_called(operands[0])} is divided by 0 ({ufunc.__name__})")
         return Call(ufunc, operands)
 
@@ -93,10 +98,6 @@ def _operand(met: Expression, ufunc: np.ufunc, operand: Operand) -> Operand:
         words = "operands are expressions, real numbers and arrays of them"
         raise TypeError(f"{_called(met)}: {ufunc.__name__} takes no {operand!r:.60}; {words}")
     return numbers if isinstance(operand, list | tuple) else operand
-
-
-def _is_zero(operand: Operand) -> bool:
-    return not isinstance(operand, Expression) and np.ndim(operand) == 0 and float(operand) == 0.0
 
 
 def _called(operand: Operand) -> str:

@@ -11,6 +11,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
 from typing import Literal, NamedTuple, TypeAlias
 
 import numpy as np
@@ -34,6 +35,7 @@ class NotAffineError(ValueError):
     """The expression is not affine in the variables."""
 
 
+@dataclass(eq=False, repr=False)
 class Exponential(NDArrayOperatorsMixin):
     """Σ coefficient · monomial, with k by name of an unknown that levels out [1/s].
 
@@ -41,11 +43,8 @@ class Exponential(NDArrayOperatorsMixin):
     programmes.
     """
 
-    def __init__(
-        self, terms: Mapping[Monomial, Operand], rates_per_s: Mapping[str, Operand] | None = None
-    ) -> None:
-        self.terms = terms
-        self.rates_per_s = rates_per_s or {}
+    terms: Mapping[Monomial, Operand]
+    rates_per_s: Mapping[str, Operand] = field(default_factory=dict)
 
     def __array_ufunc__(
         self, ufunc: np.ufunc, method: str, *inputs: Operand, **options: Operand
@@ -68,7 +67,9 @@ def applied(ufunc: np.ufunc, operands: tuple[Operand, ...]) -> Operand:
     if ufunc is np.multiply:
         return _product(_form(operands[0]), _form(operands[1]))
     if ufunc is np.divide and not moving[1]:
-        return _product(operands[0], _form(_reciprocal(operands[1])))
+        zero = isinstance(operands[1], float | int) and operands[1] == 0.0
+        # Infinite as in NumPy, so that an engine can say which constraint has it.
+        return _product(operands[0], _form(math.inf if zero else 1.0 / operands[1]))
     if ufunc is np.negative:
         return _product(operands[0], _form(-1.0))
     if ufunc is np.positive:
@@ -82,14 +83,6 @@ def applied(ufunc: np.ufunc, operands: tuple[Operand, ...]) -> Operand:
 
 def _form(operand: Operand) -> Exponential:
     return operand if isinstance(operand, Exponential) else Exponential({CONSTANT: operand})
-
-
-def _reciprocal(divisor: Operand) -> Operand:
-    """1/divisor; infinite for 0, as in NumPy, so that an engine can say which constraint has it."""
-    try:
-        return 1.0 / divisor
-    except ZeroDivisionError:
-        return math.inf
 
 
 def _sum(left: Exponential, right: Exponential, factor: float) -> Exponential:
@@ -135,6 +128,7 @@ def _rates(left: Exponential, right: Exponential) -> Mapping[str, Operand]:
     return {**left.rates_per_s, **right.rates_per_s}
 
 
+@dataclass
 class Relaxation:
     """What functions of forms become, with bounds in place of `Bounded` functions.
 
@@ -142,10 +136,9 @@ class Relaxation:
     names, and as limits what must be ≥ 0 for their bounds to be exact.
     """
 
-    def __init__(self, at_ceiling: str = "") -> None:
-        self.at_ceiling = at_ceiling
-        self.names: dict[str, None] = {}
-        self.limits: list[Exponential] = []
+    at_ceiling: str = ""
+    names: dict[str, None] = field(default_factory=dict)
+    limits: list[Exponential] = field(default_factory=list)
 
     def __call__(self, function: Operand, operands: tuple[Operand, ...]) -> Operand:
         """What a function becomes."""
@@ -243,17 +236,3 @@ def _linear(ufunc: np.ufunc, operands: tuple[Operand, ...]) -> Operand:
         if any(moving) and not by_number:
             raise NotAffineError(f"{ufunc.__name__} of the unknowns is not linear")
     return applied(ufunc, operands)
-
-
-def refuse_curved(form: Exponential) -> None:
-    """Refuse a form that is not affine.
-
-    Raises
-    ------
-    NotAffineError
-        Naming the function to blame.
-    """
-    for monomial in form.terms:
-        if len(monomial) > 1 or any(kind == "levelling" for _, kind in monomial):
-            name = "multiply" if len(monomial) > 1 else "exp"
-            raise NotAffineError(f"{name} of the unknowns is not linear")

@@ -229,7 +229,8 @@ class Model:
     @property
     def given(self) -> dict[str, Parameter]:
         """Everything that occurs in the model and has a value, by name."""
-        return dict(self.remembered("given", _given))
+        named = self.remembered("leaves", lambda model: leaves(*model.nodes))
+        return {leaf.name: leaf for leaf in named if isinstance(leaf, Parameter)}
 
     @property
     def parameters(self) -> dict[str, Parameter]:
@@ -249,11 +250,6 @@ class Model:
     def to_latex(self) -> str:
         """The programme as a LaTeX ``align*`` environment (package amsmath)."""
         return latex(self)
-
-
-def _given(model: Model) -> dict[str, Parameter]:
-    found = leaves(*model.nodes)
-    return {leaf.name: leaf for leaf in found if isinstance(leaf, Parameter)}
 
 
 def _side_forms(model: Model) -> list[tuple[Exponential, Exponential] | None]:

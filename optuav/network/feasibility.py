@@ -159,12 +159,10 @@ class BuildingFigures:
 
 def derived(mission: Mission) -> tuple[Figure, ...]:
     """Derived figures of a mission, in the order of the physics."""
-    return tuple(Figure(name, _known(value), unit) for name, value, unit in _figures(mission))
-
-
-def _known(value: float | tuple[float, ...]) -> float | tuple[float, ...] | None:
-    numbers = value if isinstance(value, tuple) else (value,)
-    return value if all(map(math.isfinite, numbers)) else None
+    return tuple(
+        Figure(name, value if np.isfinite(value).all() else None, unit)
+        for name, value, unit in _figures(mission)
+    )
 
 
 def _figures(mission: Mission) -> Iterator[tuple[str, float | tuple[float, ...], str]]:
@@ -199,7 +197,10 @@ def building_figures(mission: Mission) -> tuple[BuildingFigures, ...]:
     """Derived figures of every building, in the mission's order."""
     network = build_network(mission)
     places, routes = network.places, network.routes
-    flight_s = np.where(routes.flyable, routes.flight_time_s, np.nan)[1:].reshape(-1, 2)
+    times_s = [
+        float(time_s) if flies else None
+        for time_s, flies in zip(routes.flight_time_s[1:], routes.flyable[1:], strict=True)
+    ]
     return tuple(
         BuildingFigures(
             building.name,
@@ -207,9 +208,7 @@ def building_figures(mission: Mission) -> tuple[BuildingFigures, ...]:
             building.footprint_m,
             bool(places.laser_sight[place]),
             float(places.received_power_W[place]),
-            *(float(time_s) if math.isfinite(time_s) else None for time_s in times_s),
+            *times_s[2 * k : 2 * k + 2],
         )
-        for building, place, times_s in zip(
-            mission.buildings, places.buildings, flight_s, strict=True
-        )
+        for k, (building, place) in enumerate(zip(mission.buildings, places.buildings, strict=True))
     )

@@ -46,36 +46,21 @@ class PhaseStage:
 
 @dataclass(frozen=True)
 class Phase:
-    """A leg, a hover or a rest.
-
-    Parameters
-    ----------
-    kind
-        ``"flight"``, ``"hover"`` or ``"rest"``.
-    start_place, end_place
-        Names of places; the same while hovering and resting.
-    start_s
-        Start, counted from take-off [s].
-    stages
-        Its stages, in order; at least one.
-    distance_m, peak_speed_m_s
-        Of a leg [m], [m/s]; 0 otherwise.
-    edited
-        Whether the user stated its figures in a graph.
-    available_As, bound_As
-        Charge in the wells at its end [A s], one entry per pack; pooled packs count as one.
-    """
+    """A leg, a hover or a rest."""
 
     __pydantic_config__: ClassVar[ConfigDict] = CHECKED
 
     kind: Kind
+    # Names of places; the same while hovering and resting.
     start_place: Text
     end_place: Text
-    start_s: Amount
-    stages: Annotated[tuple[PhaseStage, ...], Len(1)]
+    start_s: Amount  # Start, counted from take-off [s]
+    stages: Annotated[tuple[PhaseStage, ...], Len(1)]  # In order; at least one
+    # Of a leg [m], [m/s]; 0 otherwise.
     distance_m: Amount
     peak_speed_m_s: Amount
-    edited: Annotated[bool, Strict()]
+    edited: Annotated[bool, Strict()]  # Whether the user stated its figures in a graph
+    # Charge in the wells at its end [A s], one entry per pack; pooled packs count as one.
     available_As: PerPack
     bound_As: PerPack
 
@@ -120,11 +105,8 @@ def stay_net(network: Network, place: Quantity) -> vehicle.Flow:
 
     Places by number: the hover point, or one or several buildings.
     """
-    places, load = (
-        network.places,
-        vehicle.hover_load if np.all(place == HOVER) else vehicle.rest_load,
-    )
-    drawn = load(network.mission)
+    places, hovers = network.places, bool(np.all(place == HOVER))
+    drawn = (vehicle.hover_load if hovers else vehicle.rest_load)(network.mission)
     return vehicle.Flow(
         places.charge_current_A[place] - drawn.current_A,
         places.received_power_W[place] - drawn.power_W,
