@@ -47,6 +47,18 @@ UNITS: Mapping[str, Mapping[str, float]] = {
     "text": {"": 1.0},
 }
 """SI value of each unit, by kind of quantity; a balance shows thrust in grams."""
+USUAL = {
+    "time": (60.0, 1e6, "s"),
+    "current": (0.01, 2e3, "A"),
+    "voltage": (1.0, 2e3, "V"),
+    "speed": (0.0, 300.0, "m/s"),
+    "rotor speed": (10.0, 5e3, "rad/s"),
+    "force": (0.003, 0.5, "N/W"),
+    "length": (0.005, 3.0, "m"),
+    "density": (0.1, 3.0, "kg/m3"),
+    "resistance": (1e-3, 20.0, "ohm"),
+}
+"""Lifetimes, thrusts per power, radii and what else UAVs show, from some grams to air taxis."""
 
 
 class Format(NamedTuple):
@@ -72,6 +84,7 @@ class Measurements:
     """A file: its name, the line number of each row, and its columns in SI units by quantity."""
 
     source: str
+    kinds: Mapping[str, str]
     lines: tuple[int, ...]
     numbers: Mapping[str, Floats]
     texts: Mapping[str, tuple[str, ...]]
@@ -86,6 +99,13 @@ class Measurements:
             found.append((self.lines[row], cell.replace("nan", "an empty cell")))
         if found:
             yield _fault(self.source, key, allowed, found)
+
+    def doubts(self) -> Iterator[str]:
+        """A warning for each column of which the largest size is none of a UAV."""
+        for column, values in self.numbers.items():
+            if (kind := self.kinds[column]) in USUAL and kind not in ("time", "force"):
+                largest = float(np.max(np.abs(values)))
+                yield from unit_doubts(f"the largest {column}", largest, column, kind)
 
 
 def read(path: Path, *formats: Format) -> Measurements:
@@ -123,7 +143,7 @@ def read(path: Path, *formats: Format) -> Measurements:
         faults.append(Fault("", "", words, source))
     if faults:
         raise InputError(faults)
-    return Measurements(source, tuple(line for line, _ in even), numbers, texts)
+    return Measurements(source, form.kinds, tuple(line for line, _ in even), numbers, texts)
 
 
 def clock_faults(table: Measurements) -> Iterator[Fault]:
@@ -163,47 +183,16 @@ def read_all(files: Iterable[str | Path], one: Callable[[Path], Read]) -> list[R
     return found
 
 
-class Usual(NamedTuple):
-    """Least and most that UAVs show of a quantity in its unit, and the column that states it."""
-
-    least: float
-    most: float
-    unit: str
-    kind: str
-    column: str
-
-
-USUAL = {
-    "current": Usual(0.01, 2e3, "A", "current", "current"),
-    "voltage": Usual(1.0, 2e3, "V", "voltage", "voltage"),
-    "speed": Usual(0.0, 300.0, "m/s", "speed", "speed"),
-    "rotor speed": Usual(10.0, 5e3, "rad/s", "rotor speed", "speed"),
-    "thrust per power": Usual(0.003, 0.5, "N/W", "force", "thrust"),
-    "radius": Usual(0.005, 3.0, "m", "length", "radius"),
-    "air density": Usual(0.1, 3.0, "kg/m3", "density", "air_density"),
-    "resistance": Usual(1e-3, 20.0, "ohm", "resistance", "resistance"),
-    "lifetime": Usual(60.0, 1e6, "s", "time", "lifetime"),
-}
-"""From UAVs of some grams to those that carry people."""
-
-
-def unit_doubts(when: str, sizes: Mapping[str, float]) -> Iterator[str]:
-    """A warning for every size (by a key of `USUAL`, in SI units) that no UAV has.
-
-    Most such numbers are in another unit than their column says; the warning names those units in
-    which the number would be usual.
-    """
-    for quantity, size in sizes.items():
-        least, most, unit, kind, column = USUAL[quantity]
-        if least <= size <= most:
-            continue
+def unit_doubts(words: str, size: float, column: str, kind: str) -> Iterator[str]:
+    """A warning of a size in SI units that no UAV has, naming units in which it would be usual."""
+    least, most, unit = USUAL[kind]
+    if not least <= size <= most:
         meant = [each for each, worth in UNITS[kind].items() if least <= size * worth <= most]
-        words = " or ".join(filter(None, [", ".join(meant[:-1]), *meant[-1:]]))
         heading = f"{column}_{next(iter(UNITS[kind]))}"
         yield (
-            f"the {quantity} {when} is {size:.5g} {unit}, where that of a UAV is {short(least)} to "
+            f"{words} is {size:.5g} {unit}, where that of a UAV is {short(least)} to "
             f"{short(most)} {unit}: look at the units in the names of the columns"
-            + (f"; under {heading} it may be {words} that is meant" if meant else "")
+            + (f"; under {heading} it may be {' or '.join(meant)} that is meant" if meant else "")
         )
 
 

@@ -41,6 +41,7 @@ CONFIDENCE = 0.95  # share of intervals that hold the truth
 LOGIT = 13.8  # largest size of the logit of a share: 1e-6 from 0 and 1
 LOGARITHM = (-35.0, 20.7)  # range of the logarithm of a positive value: 1e-15 to 1e9
 CLOSE = 1e-12  # tolerances of a fit
+MOST_STEPS = 100  # of a fit; a few tens do where the data determine all
 BLIND = 1e-6  # singular value of the Jacobian, over the largest, that determines nothing
 NOTHING = 1e-100  # what replaces 0 in a denominator, far from 1 and from overflow
 TIE = 1e-6  # relative difference of two sums of squares that is rounding
@@ -302,6 +303,7 @@ def estimate(
             xtol=CLOSE,
             ftol=CLOSE,
             gtol=CLOSE,
+            max_nfev=MOST_STEPS,
         )
 
     found = [fit(start) for start in starts]

@@ -166,9 +166,7 @@ def fit_kibam(files: Iterable[str | Path]) -> Fit:
         # A battery may also last as long by the formula but run dry in an earlier piece.
         miss=lambda values: float(np.max(np.abs(simulated(values) / lifetimes_s - 1.0))),
     )
-    capacity, *others = found.stated(f"fitted to {count} discharges")
-    of_one = f"{capacity.origin}; of one pack, so the loads must be those of one"
-    values = (replace(capacity, origin=of_one), *others)
+    values = found.stated(f"fitted to {count} discharges of one pack")
     warnings = [*found.warnings, ADVICE] if found.undetermined else []
     # A lifetime jumps over a whole pause where the capacity is a little less.
     less, more = (simulated(found.values * (1.0 + by, 1.0, 1.0)) for by in (-JUMP, JUMP))
@@ -176,9 +174,7 @@ def fit_kibam(files: Iterable[str | Path]) -> Fit:
     if np.any(far):
         # Such data have several poor optima, and rounding decides in which one the fit ends.
         values = tuple(replace(each, interval=None, determined=False) for each in values)
-        missed = ", ".join(
-            each.name for each, is_far in zip(discharges, far, strict=True) if is_far
-        )
+        missed = ", ".join(each.name for each in itertools.compress(discharges, far))
         warnings = [
             "no kinetic battery lasts like that, so no value is stated: the fit misses "
             f"{missed} by more than {FAR:.0%}; look at units, and whether it was one full battery "
@@ -186,8 +182,9 @@ def fit_kibam(files: Iterable[str | Path]) -> Fit:
         ]
     warnings += [words for each in discharges for words in each.doubts]
     largest_A = max(current_A for each in discharges for current_A, _ in each.pieces)
-    warnings += csv.unit_doubts("at most", {"current": largest_A})
-    warnings += csv.unit_doubts("at least", {"lifetime": float(lifetimes_s.min())})
+    warnings += csv.unit_doubts("the largest current", largest_A, "current", "current")
+    shortest_s = float(lifetimes_s.min())
+    warnings += csv.unit_doubts("the shortest lifetime", shortest_s, "lifetime", "time")
     if few:
         warnings.append(
             f"{LEAST_DISCHARGES} discharges for as many parameters leave nothing over: the "

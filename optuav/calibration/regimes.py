@@ -21,6 +21,7 @@ References
 
 from __future__ import annotations
 
+import itertools
 import math
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
@@ -119,7 +120,7 @@ def fit_regimes(files: Iterable[str | Path]) -> Fit:
     20.5
     """
     sources = tuple(map(str, files))
-    logs = csv.read_all(sources, _read_log)
+    logs, doubts = zip(*csv.read_all(sources, _read_log), strict=True)
     ends_s = np.cumsum([0.0, *(each.time_s[-1] for each in logs)])
     after = (
         each._replace(time_s=each.time_s + end_s, log=each.log + number)
@@ -174,7 +175,7 @@ def fit_regimes(files: Iterable[str | Path]) -> Fit:
             f"{len(samples.time_s)} samples, {len(legs)} legs with speeds",
             (*motion, *values),
             (*courses, *panels),
-            (*warnings, *remarks, *_doubts(samples, loads)),
+            (*warnings, *remarks, *dict.fromkeys(itertools.chain(*doubts))),
             settings={"flight.model": "regimes"},
         ),
         "positive is discharge, a rest in the laser's light is charge",
@@ -216,8 +217,8 @@ def _variance(alike: float, count: float) -> float:
     return ((1.0 + alike) / (1.0 - alike) * count - ends) / count**2
 
 
-def _read_log(path: Path) -> Samples:
-    """The samples of a log, its time from 0; phases by current and speed where it has none."""
+def _read_log(path: Path) -> tuple[Samples, tuple[str, ...]]:
+    """The samples of a log, its time from 0, and doubts about its units."""
     table = csv.read(path, LOG)
     numbers, phases = table.numbers, table.texts.get("phase", ())
     current_A, speed_m_s = numbers["current"], numbers.get("speed")
@@ -248,7 +249,9 @@ def _read_log(path: Path) -> Samples:
         idle = current_A < IDLE * np.median(current_A[current_A > 0.0])
         phase = np.where(idle, "rest", np.where(speed_m_s < STILL_m_s, "hover", "flight"))
     time_s, log = numbers["time"] - numbers["time"][0], np.zeros(len(phase), int)
-    return Samples(time_s, np.gradient(time_s), current_A, power_W, speed_m_s, phase, log)
+    steps_s = np.gradient(time_s)
+    samples = Samples(time_s, steps_s, current_A, power_W, speed_m_s, phase, log)
+    return samples, tuple(table.doubts())
 
 
 def _values(loads: Means) -> Iterator[Value]:
@@ -260,17 +263,6 @@ def _values(loads: Means) -> Iterator[Value]:
         value, reach = drawn - mean, math.hypot(interval.high - mean, own.high - drawn)
         ends = ConfidenceInterval(value - reach, value + reach)
         yield Value(f"flight.charge_{unit}", value, ORIGINS["charge"], ends)
-
-
-def _doubts(samples: Samples, loads: Means) -> Iterator[str]:
-    """Warnings of loads in the air and of speeds that no UAV has."""
-    for phase in ("flight", "hover"):
-        if phase in loads:
-            current_A, power_W = (loads[phase][unit][0] for unit in ("current_A", "power_W"))
-            sizes = {"current": current_A, "voltage": power_W / current_A}
-            yield from csv.unit_doubts(f"in {phase}", sizes)
-    fastest_m_s = float(np.max(np.nan_to_num(samples.speed_m_s, nan=0.0)))
-    yield from csv.unit_doubts("at most", {"speed": fastest_m_s})
 
 
 def _legs(samples: Samples) -> Iterator[Integers]:

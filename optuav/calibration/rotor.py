@@ -35,9 +35,6 @@ PROPELLER = {"thrust_coefficient": "number", "torque_coefficient": "number", "ra
 MOTOR = {"velocity_constant": "velocity constant", "resistance": "resistance"}
 MOTOR |= {"no_load_current": "current"}
 SHEET = csv.Format(PROPELLER | {"air_density": "density"} | MOTOR, tuple(MOTOR))
-SIZES = {"radius": "radius", "air_density": "air density", "resistance": "resistance"}
-SIZES |= {"no_load_current": "current"}
-"""Columns of a data sheet whose size shows whether the unit is right, with the quantity."""
 KEYS = (
     "lift_coefficient_N_s2_rad2",
     "velocity_constant_rpm_V",
@@ -121,8 +118,7 @@ def _from_sheet(sources: tuple[str, ...], table: csv.Measurements) -> Fit:
         KEYS[0]: (given["thrust_coefficient"] * disc_kg * given["radius"], "C_T ρ A r²"),
         KEYS[5]: (given["torque_coefficient"] * disc_kg * given["radius"] ** 2, "C_Q ρ A r³"),
     }
-    sizes = {words: given[name] for name, words in SIZES.items() if name in given}
-    warnings = list(csv.unit_doubts("as stated", sizes))
+    warnings = list(table.doubts())
     stated = {KEYS[1]: "velocity_constant", KEYS[2]: "resistance"}
     found |= {key: (given[name], "as stated") for key, name in stated.items() if name in given}
     if {"velocity_constant", "no_load_current"} <= given.keys():
@@ -156,10 +152,9 @@ def _from_bench(sources: tuple[str, ...], tables: list[csv.Measurements]) -> Fit
             weights[name] = 1.0 / max(left, LEAST_RESIDUAL * largest[name])
         found = estimate(keys, residuals, [found.values.tolist()])
     fitted, order = _model(found.values, speed), np.argsort(speed, kind="stable")
-    sizes = {"rotor speed": largest["speed"], "current": largest["current"]}
-    sizes["voltage"] = largest["voltage"]
-    efficiency = {"thrust per power": largest["thrust"] / (largest["current"] * largest["voltage"])}
-    doubts = *csv.unit_doubts("at most", sizes), *csv.unit_doubts("at full speed", efficiency)
+    doubts = dict.fromkeys(words for table in tables for words in table.doubts())
+    per_W = largest["thrust"] / (largest["current"] * largest["voltage"])
+    doubts |= dict.fromkeys(csv.unit_doubts("the thrust per power", per_W, "thrust", "force"))
     fastest = Value("rotor.max_speed_rad_s", largest["speed"], "fastest point of the bench")
     return Fit(
         "rotor",

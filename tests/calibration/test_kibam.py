@@ -257,7 +257,7 @@ def test_minutes_under_seconds_are_doubted(tmp_path: Path) -> None:
     file = tmp_path / "lifetimes.csv"
     file.write_text(text, "utf-8")
     (words,) = optuav.fit_kibam([file]).warnings
-    assert words.startswith("the lifetime at least is 4.53 s, where that of a UAV is 60 to 1e6 s")
+    assert words.startswith("the shortest lifetime is 4.53 s, where that of a UAV is 60 to 1e6 s")
     assert words.endswith("under lifetime_s it may be min or h that is meant")
 
 
@@ -265,7 +265,7 @@ def test_the_fragment_says_whose_loads_these_are(tmp_path: Path) -> None:
     """The capacity of a mission is that of one pack, and `paper` flies two."""
     text = optuav.fit_kibam([FILE]).to_toml()
     assert "# 8 discharges of one full pack." in text
-    remark = next(line for line in text.splitlines() if "of one pack, so the loads must be" in line)
+    remark = next(line for line in text.splitlines() if "8 discharges of one pack; 95%" in line)
     assert text.partition(remark)[2].startswith("\ncapacity_As = ")
 
 
