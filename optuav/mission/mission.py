@@ -8,13 +8,21 @@ from itertools import islice
 from pathlib import Path
 from typing import Annotated, Any, Self
 
-from pydantic import BeforeValidator, Strict, model_validator
+from pydantic import Strict, model_validator
 
 from optuav.errors import MOST_SHOWN, Fault, InputError
 from optuav.mission import schema
 from optuav.mission.files import write_text
 from optuav.mission.messages import nearest, shown
-from optuav.mission.schema import CONVERSIONS, REGIME_KEYS, SCHEMA, Allowed, MissionSection
+from optuav.mission.schema import (
+    CONVERSIONS,
+    MOST_ITEMS,
+    REGIME_KEYS,
+    SCHEMA,
+    Allowed,
+    Listed,
+    MissionSection,
+)
 from optuav.mission.validation import (
     KEYS,
     Document,
@@ -25,9 +33,6 @@ from optuav.mission.validation import (
     rules,
     validate,
 )
-
-MOST_BUILDINGS = 100_000
-"""Most buildings that a mission may have."""
 
 _ENERGIES = frozenset({"flight_energy_J", "hover_energy_J"})
 
@@ -51,13 +56,6 @@ DISPLACED: dict[str, dict[str, frozenset[str]]] = {
 _KEYS = {"name", "description", *KEYS} | {
     f"{name}.{key}" for name, keys in KEYS.items() if name != "buildings" for key in keys
 }
-
-
-def _few(buildings: object) -> object:
-    """Buildings as a tuple; too many are refused before any of them is validated."""
-    if isinstance(buildings, list | tuple) and len(buildings) > MOST_BUILDINGS:
-        raise ValueError(f"more than {MOST_BUILDINGS} buildings")
-    return tuple(buildings) if isinstance(buildings, list) else buildings
 
 
 class Mission(MissionSection):
@@ -94,8 +92,8 @@ class Mission(MissionSection):
     buildings: Annotated[
         tuple[schema.Building, ...],
         Strict(),
-        BeforeValidator(_few),
-        Allowed(f"up to {MOST_BUILDINGS} tables [[buildings]] with name, position_m"),
+        Listed,
+        Allowed(f"up to {MOST_ITEMS} tables [[buildings]] with name, position_m"),
     ] = ()
 
     @model_validator(mode="after")

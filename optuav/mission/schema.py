@@ -85,8 +85,14 @@ def short(number: float) -> str:
     return f"{mantissa}e{int(exponent)}" if exponent else mantissa
 
 
+MOST_ITEMS = 100_000
+"""Most items that a list may have, such as buildings."""
+
+
 def _listed(value: object) -> object:
-    """A list, TOML's only sequence, is as good as a tuple."""
+    """A list, TOML's only sequence, is as good as a tuple; too long a one is refused as a whole."""
+    if isinstance(value, list | tuple) and len(value) > MOST_ITEMS:
+        raise ValueError(f"more than {MOST_ITEMS} items")
     return tuple(value) if isinstance(value, list) else value
 
 
@@ -277,8 +283,7 @@ class BatteryPacks(MissionSection):
         """Convert a valid rate per minute to one per second; any other is left to be refused."""
         if not isinstance(stated, dict) or "flow_rate_per_s" in stated:
             return stated
-        rate = stated.get("flow_rate_per_min")
-        if not RATE_PER_MINUTE.accepts(rate):
+        if not RATE_PER_MINUTE.accepts(rate := stated.get("flow_rate_per_min")):
             return stated
         others = {key: value for key, value in stated.items() if key != "flow_rate_per_min"}
         return {**others, "flow_rate_per_s": rate / SECONDS_PER_MINUTE}

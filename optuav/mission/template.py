@@ -11,9 +11,9 @@ from pydantic import ValidationError
 
 from optuav.errors import Fault, InputError
 from optuav.mission.load import load
-from optuav.mission.messages import allowed, shown
 from optuav.mission.mission import Mission, without_none
 from optuav.mission.schema import SCHEMA, MissionSection, Number
+from optuav.mission.validation import StatedMission, breaches_of
 
 SCENE = "matrice350"
 """The shipped mission whose places, limits, link and laser stand in for the owner's."""
@@ -115,24 +115,14 @@ class Datasheet(MissionSection):
         return cls(**without_none(values))
 
     @classmethod
-    def faults(cls, values: Mapping[str, Any]) -> tuple[Fault, ...]:
+    def faults(cls, values: Mapping[str, Any]) -> list[Fault]:
         """Everything that is missing or not allowed among values by name."""
-        stated = without_none(values)
+        stated = StatedMission(without_none(values))
         try:
-            cls(**stated)
+            cls(**stated.document)
         except ValidationError as error:
-            kinds = {str(detail["loc"][0]): detail["type"] for detail in error.errors()}
-            return tuple(
-                Fault(name, shown(stated[name]) if name in stated else "", cls._words(name, kind))
-                for name, kind in kinds.items()
-            )
-        return ()
-
-    @classmethod
-    def _words(cls, name: str, kind: str) -> str:
-        if kind == "extra_forbidden":
-            return f"one of {', '.join(cls.model_fields)}"
-        return f"{'is missing; ' if kind == 'missing' else ''}{allowed(cls, name)}"
+            return stated.faults(breaches_of(cls, error, stated))
+        return []
 
     @property
     def load_factor(self) -> float:

@@ -133,7 +133,7 @@ def validate(
         if not faults:
             return mission
     except ValidationError as error:
-        breaches += _breaches(model, error, stated)
+        breaches += breaches_of(model, error, stated)
         if whole:
             breaches += rules(_without(stated.document, {key for key, _ in breaches}))
         else:
@@ -150,7 +150,7 @@ def format_breaches(document: Document) -> list[Breach]:
     return [] if type(schema) is int and schema == SCHEMA else [Breach(("schema",), words)]
 
 
-def _breaches(
+def breaches_of(
     model: type[BaseModel], error: ValidationError, stated: StatedMission
 ) -> Iterator[Breach]:
     """Pydantic's errors by key and in our words; what the rules said is left to the rules."""
