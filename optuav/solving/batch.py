@@ -27,14 +27,18 @@ from optuav.solving.assemble import quantities
 
 AT_ONCE = 1 << 13
 """Itineraries solved together: few enough to stay in the cache, and in bounded memory."""
-# Beyond these ranges, which missions keep to as well, rounding may void what is proved.
-CURRENT = Number("A", ge=-1e6, le=1e6)
+CURRENT, DURATION = Number("A", ge=-1e6, le=1e6), Number("s", ge=0, le=1e7)
 FLYING = Number("A", ge=-1e6, le=0, note="; in flight nothing charges")
-DURATION = Number("s", ge=0, le=1e7)
-RESERVE = Number("-", ge=0, le=1)
-CAPACITY = Number("A s", ge=1e-3, le=1e12)
-FRACTION = Number("-", ge=1e-6, le=0.999999)
-RATE = Number("1/s", ge=0, le=1e3)
+RANGES = {
+    "deadline_s": DURATION,
+    "min_soc": Number("-", ge=0, le=1),
+    "capacity_As": Number("A s", ge=1e-3, le=1e12),
+    "available_fraction": Number("-", ge=1e-6, le=0.999999),
+    "flow_rate_per_s": Number("1/s", ge=0, le=1e3),
+    "hover_current_A": CURRENT,
+    "rest_current_A": CURRENT,
+}
+"""Beyond these, which missions keep to as well, rounding may void what is proved."""
 
 
 class Hovers(NamedTuple):
@@ -141,38 +145,57 @@ def longest_hovers(
     if stays not in (["hover"], ["hover", "rest"], ["rest", "hover"]):
         words = 'stages of flight, one "hover" and at most one "rest"'
         faults.append(Fault("steps", repr(stays)[:40], words))
-    stated = {each.name: np.nan for each in QUANTITIES} | {
-        "deadline_s": read("deadline_s", deadline_s, DURATION),
-        "min_soc": read("min_soc", min_soc, RESERVE),
-        "packs": 1.0,
-        "capacity_As": read("capacity_As", battery.capacity_As, CAPACITY),
-        "available_fraction": read("available_fraction", battery.available_fraction, FRACTION),
-        "flow_rate_per_s": read("flow_rate_per_s", battery.flow_rate_per_s, RATE),
-        "hover_current_A": read("hover_current_A", hover_current_A, CURRENT),
-        "rest_current_A": read("rest_current_A", rest_current_A, CURRENT),
-    }
+    stated = {"hover_current_A": hover_current_A, "rest_current_A": rest_current_A}
+    stated |= {"deadline_s": deadline_s, "min_soc": min_soc, **vars(battery)}
+    figures = {name: read(name, value, RANGES[name]) for name, value in stated.items()}
     if len(shapes) > 1:
         words = ", ".join(f"{shape} of {name}" for shape, name in shapes.items())
         faults.append(Fault("shapes", words, "one shape for all arrays"))
     if faults:
         raise InputError(faults)
     flown = [step for step in on_the_way if isinstance(step, Stage)]
-    stated["flight_time_s"] = sum((each.duration_s for each in flown), 0.0)
-    stated["flight_charge_As"] = -sum((each.current_A * each.duration_s for each in flown), 0.0)
-    given = Quantities(**stated, rests="rest" in stays, steps=tuple(on_the_way))
+    figures |= {
+        "packs": 1.0,
+        "flight_time_s": sum((each.duration_s for each in flown), 0.0),
+        "flight_charge_As": -sum((each.current_A * each.duration_s for each in flown), 0.0),
+    }
+    figures = dict.fromkeys((each.name for each in QUANTITIES), np.nan) | figures
+    given = Quantities(**figures, rests="rest" in stays, steps=tuple(on_the_way))
     shape = next(iter(shapes), ())
     found = longest(given, math.prod(shape), shortest_rest=shortest_rest)
     return Hovers(*(each.reshape(shape) for each in found))
 
 
 def longest(given: Quantities, count: int, *, shortest_rest: bool = False) -> Hovers:
-    """Longest hovers of itineraries that stay in one order, at constant current."""
-    found = np.empty((3, count))
-    for first in range(0, count, AT_ONCE):
-        here = slice(first, min(first + AT_ONCE, count))
-        some = given if count <= AT_ONCE else _entries(given, here)
-        found[:, here] = _bracketed(some, here.stop - first, shortest_rest)
-    return Hovers(*found)
+    """Longest hovers of itineraries that stay in one order, at constant current.
+
+    The limits are those of (P1), handed to the physics as forms rather than declared as a model,
+    which takes four times as long for a few itineraries.
+    """
+    if count > AT_ONCE:
+        found = []
+        for first in range(0, count, AT_ONCE):
+            some = slice(first, min(first + AT_ONCE, count))
+            own = _entries(given, some)
+            found.append(longest(own, some.stop - first, shortest_rest=shortest_rest))
+        return Hovers(*map(np.concatenate, zip(*found, strict=True)))
+    hover, rest = unknown("hover"), unknown("rest") if given.rests else None
+    stated = [PERSPECTIVES[AVAILABLE](given, hover, 0.0 if rest is None else rest) - given.min_soc]
+    for limit in well_limits(given, hover, rest):
+        # Infinite where it is not needed, so that no answer depends on the others.
+        if np.any(needed := _needed(given, limit)):
+            left, right = limit.relation.sides
+            margin = left - right if limit.kind == "dry" else right - left
+            stated.append(margin if np.all(needed) else margin + np.where(needed, 0.0, np.inf))
+    left_s = given.time_left
+    stated.append(left_s - (hover if rest is None else hover + rest))
+    forms = [e if isinstance(e, Exponential) else Exponential({CONSTANT: e}) for e in stated]
+    sized = [*(StatedForm(each, 1.0) for each in forms[:-1]), StatedForm(forms[-1], left_s)]
+    x_top = np.broadcast_to(np.maximum(left_s, 0.0), count)
+    y_top = x_top if given.rests else np.zeros(count)
+    rows = rows_of(sized, "hover", "rest" if given.rests else None, count, x_top)
+    x, y, beyond = known = largest(rows, x_top, y_top)
+    return Hovers(x, shortest(rows, known, y_top) if shortest_rest else y, beyond)
 
 
 def hover_times_s(variants: Variants, perspective: Perspective) -> Floats:
@@ -195,32 +218,6 @@ def hover_times_s(variants: Variants, perspective: Perspective) -> Floats:
             hover_s = engine.solve(P1().model(given, perspective), len(number)).objective
         found[number, itineraries] = hover_s
     return found
-
-
-def _bracketed(given: Quantities, count: int, shortest_rest: bool) -> Floats:
-    """Δ, T' and what no Δ is beyond (3, itinerary) [s].
-
-    The limits are those of (P1), handed to the physics as forms rather than declared as a model,
-    which takes four times as long for a few itineraries.
-    """
-    hover, rest = unknown("hover"), unknown("rest") if given.rests else None
-    stated = [PERSPECTIVES[AVAILABLE](given, hover, 0.0 if rest is None else rest) - given.min_soc]
-    for limit in well_limits(given, hover, rest):
-        # Infinite where it is not needed, so that no answer depends on the others.
-        if np.any(needed := _needed(given, limit)):
-            left, right = limit.relation.sides
-            margin = left - right if limit.kind == "dry" else right - left
-            stated.append(margin if np.all(needed) else margin + np.where(needed, 0.0, np.inf))
-    left_s = given.time_left
-    stated.append(left_s - (hover if rest is None else hover + rest))
-    forms = [e if isinstance(e, Exponential) else Exponential({CONSTANT: e}) for e in stated]
-    sized = [*(StatedForm(each, 1.0) for each in forms[:-1]), StatedForm(forms[-1], left_s)]
-    x_top = np.broadcast_to(np.maximum(left_s, 0.0), count)
-    y_top = x_top if given.rests else np.zeros(count)
-    rows = rows_of(sized, "hover", "rest" if given.rests else None, count, x_top)
-    found = largest(rows, x_top, y_top)
-    rest_s = shortest(rows, found, y_top) if shortest_rest else found.y
-    return np.stack([found.x, rest_s, found.beyond])
 
 
 def _needed(given: Quantities, limit: WellLimit) -> Booleans:

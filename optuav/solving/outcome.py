@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -140,11 +140,22 @@ def plan_of(
         stated = "at least 0 s, or no plan is made of it: state lower=0.0"
         times = zip(TIMES, (hover_s, rest_s), strict=True)
         raise InputError([Fault(name, f"{t:g}", stated) for name, t in times if t < 0.0])
-    notes = list(_notes(network, route))
+    notes, legs = list[str](), network.routes.legs[route]
+    flown, names = legs[legs != NO_LEG], network.places.names
     if part.rests and rest_s == 0.0:
         approached = "; with T' > 0, as (P4) is printed, this limit is approached but not attained"
         more = approached if isinstance(question.problem, P4) else ""
-        notes.insert(0, f"the optimum is at T' = 0: resting gains nothing here{more}")
+        notes.append(f"the optimum is at T' = 0: resting gains nothing here{more}")
+    if network.legs.edited[flown].any():
+        notes.append("some legs have figures from the graph, not from the flight model")
+    if network.places.edited[network.legs.end[flown]].any():
+        sight = "some places have sight or power of the laser from the graph"
+        notes.append(f"{sight}, not from the mission")
+    if too_fast := speed_warning(float(network.legs.peak_speed_m_s[flown].max())):
+        notes.append(too_fast)
+    cap = charging_cap(network.mission, network.places)
+    if cap and any(names[place] in cap.places for place in network.legs.end[flown]):
+        notes.append(str(cap))
     return route_plan(
         question,
         network,
@@ -156,21 +167,6 @@ def plan_of(
         binding=tuple(words(network, part, entry, solution.binding_labels(entry))),
         notes=tuple(notes),
     )
-
-
-def _notes(network: Network, route: int) -> Iterator[str]:
-    """What to know of the legs and places of a route."""
-    legs = network.routes.legs[route]
-    flown = legs[legs != NO_LEG]
-    if network.legs.edited[flown].any():
-        yield "some legs have figures from the graph, not from the flight model"
-    if network.places.edited[network.legs.end[flown]].any():
-        yield "some places have sight or power of the laser from the graph, not from the mission"
-    if too_fast := speed_warning(float(network.legs.peak_speed_m_s[flown].max())):
-        yield too_fast
-    cap = charging_cap(network.mission, network.places)
-    if cap and any(network.places.names[place] in cap.places for place in network.legs.end[flown]):
-        yield str(cap)
 
 
 def moments(network: Network, part: Part, entry: int) -> dict[str, str]:
@@ -197,12 +193,18 @@ def plan_without(
     )
 
 
+def shortest_flight(network: Network, parts: Sequence[Part]) -> tuple[int, int]:
+    """Part and entry of the route with the shortest flight."""
+    flight_s = [network.routes.flight_time_s[part.routes] for part in parts]
+    number = int(np.argmin([each.min() for each in flight_s]))
+    return number, int(flight_s[number].argmin())
+
+
 def shortfalls(question: Question, network: Network, parts: Sequence[Part]) -> tuple[str, ...]:
     """Why no times are feasible, for the route with the shortest flight."""
-    flight_s = network.routes.flight_time_s
-    part = min(parts, key=lambda each: float(flight_s[each.routes].min()))
-    entry = int(flight_s[part.routes].argmin())
-    shortest_s, deadline_s = flight_s[part.routes[entry]], network.mission.limits.deadline_s
+    number, entry = shortest_flight(network, parts)
+    part, deadline_s = parts[number], network.mission.limits.deadline_s
+    shortest_s = network.routes.flight_time_s[part.routes[entry]]
     if shortest_s > deadline_s:
         late = f"longer than limits.deadline_s = {deadline_s:g} s"
         return (f"the flight alone takes {shortest_s:.2f} s, {late}",)

@@ -39,6 +39,7 @@ from optuav.solving.outcome import (
     plan_of,
     plan_without,
     replayed,
+    shortest_flight,
     shortfalls,
 )
 from optuav.solving.question import AUTO, Question, answer, chosen_engine, refuse_unfit
@@ -206,9 +207,7 @@ class Program:
         chosen, said = self.best(self.answers()), "the best"
         if chosen is None:
             said = "no route has an answer; that of the shortest flight"
-            flight_s = [self.network.routes.flight_time_s[part.routes] for part in self.parts]
-            part_number = int(np.argmin([each.min() for each in flight_s]))
-            chosen = part_number, int(flight_s[part_number].argmin())
+            chosen = shortest_flight(self.network, self.parts)
         part, entry = self.parts[chosen[0]], chosen[1]
         route = map(printable, self.network.route_names(int(part.routes[entry])))
         mission = printable(self.network.mission.name)
@@ -238,8 +237,8 @@ class Program:
         Raises
         ------
         InputError
-            If no model of the program has just these unknowns, or a name is neither one of
-            them nor a parameter; also if it is a plan, which flies one of the routes.
+            If no model of the program has just these unknowns and parameters; also for a plan,
+            which flies one of the routes.
         """
         if not isinstance(point, Mapping):
             words = "values of the unknowns by name, as {'hover_time_s': 10.0}; a plan's times are "
@@ -298,10 +297,17 @@ class Program:
     def plan(self, solutions: Sequence[Solution]) -> Plan:
         """The best plan by known answers to all parts, evaluated again outside the engine."""
         question, network, proof = self.question, self.network, solutions[0].proof
-        engine = solutions[0].engine
+        engine, statuses = (
+            solutions[0].engine,
+            set[Status]().union(*(s.statuses for s in solutions)),
+        )
         asked = replace(question, engine=engine)
-        _refuse_errors(solutions)
-        statuses = {status for solution in solutions for status in solution.statuses}
+        for solution in solutions if Status.ERROR in statuses else ():
+            bounds_s = np.full(len(solution.statuses), np.nan)
+            bounds_s = bounds_s if solution.beyond is None else solution.beyond
+            for index, status in enumerate(solution.statuses):
+                if status is Status.ERROR and np.isnan(bounds_s[index]):
+                    raise SolverError(solution.refusal(index))
         if Status.UNBOUNDED in statuses:
             endless = (
                 "no constraint keeps the objective finite: "
@@ -351,16 +357,7 @@ class Program:
 
         Where several itineraries tie, a change for the better may take any of them, and a change
         for the worse has to spoil them all; a figure of a single route spoils that one alone.
-
-        Parameters
-        ----------
-        solutions
-            The answers to all parts, if they are known.
-
-        Raises
-        ------
-        SolverError
-            As `solve`.
+        Solutions, if they are known, are the answers to all parts.
         """
         solutions = self.answers() if solutions is None else solutions
         chosen = self.best(solutions) if solutions else None
@@ -387,12 +384,7 @@ class Program:
         return found
 
     def compile(self, engine: str | Engine | None = None) -> CompiledProgram:
-        """Hand the models to an engine once, to be solved often with changed parameters.
-
-        Parameters
-        ----------
-        engine
-            An engine or its name; by default the one of the question.
+        """Hand the models to an engine once, by default the question's, to be solved often.
 
         Raises
         ------
@@ -400,15 +392,6 @@ class Program:
             If nothing can be flown, or the engine does not take the models.
         """
         return CompiledProgram(self, replace(self.question, engine=engine or self.question.engine))
-
-
-def _refuse_errors(solutions: Sequence[Solution]) -> None:
-    """Refuse answers with errors, unless a bound of their objective is known."""
-    for solution in solutions:
-        for index, status in enumerate(solution.statuses):
-            bounded = solution.beyond is not None and not np.isnan(solution.beyond[index])
-            if status is Status.ERROR and not bounded:
-                raise SolverError(solution.refusal(index))
 
 
 def _slots_in_words(model: Model, slot_s: float) -> str:

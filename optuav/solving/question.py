@@ -116,7 +116,13 @@ def _faults(mission: Mission, question: Question) -> Iterator[Fault]:
     """Everything that is wrong with the options."""
     problem: object = question.problem
     if isinstance(problem, Formulation):
-        yield from _of_problem(mission, problem)
+        buildings = tuple(each.name for each in mission.buildings)
+        if problem.order not in (None, *ORDERS):
+            yield _unknown("order", problem.order, ORDERS)
+        if problem.building not in (None, *buildings):
+            listed = ", ".join(buildings[:MOST_NAMES]) + ", …" * (len(buildings) > MOST_NAMES)
+            words = f"the mission's buildings are: {listed or 'none'}"
+            yield Fault("building", repr(problem.building), words)
     elif isinstance(problem, type) and issubclass(problem, Formulation):
         name = problem.__name__
         yield Fault("problem", name, f"an instance, as {name}(…), not the class")
@@ -125,6 +131,17 @@ def _faults(mission: Mission, question: Question) -> Iterator[Fault]:
     else:
         more = "or an instance of a Formulation"
         yield _unknown("problem", problem, (*PROBLEMS, "P4(building)"), more)
+    if isinstance(problem, P1 | P2):
+        if problem.trajectory not in TRAJECTORIES:
+            yield _unknown("trajectory", problem.trajectory, TRAJECTORIES)
+        if problem.order is not None and problem.trajectory == "direct":
+            yield Fault("order", repr(problem.order), "there is no rest on the direct route")
+    if question.p1.hover_point not in HOVER_POINTS:
+        yield _unknown("hover_point", question.p1.hover_point, HOVER_POINTS)
+    counts = ("stops", question.p1.stops, RESTS), ("hovers", question.p1.hovers, HOVERS)
+    for option, count, number in counts:
+        if not number.accepts(count) or not isinstance(count, int):
+            yield Fault(option, shown(count), number.words)
     if question.perspective not in PERSPECTIVES:
         yield _unknown("perspective", question.perspective, tuple(PERSPECTIVES))
     if isinstance(question.engine, str) and question.engine not in (AUTO, *names()):
@@ -148,29 +165,6 @@ def _faults(mission: Mission, question: Question) -> Iterator[Fault]:
             ("hover_point", question.p1.hover_point, ("w_U",)),
         )
         yield from _not_with("with several stops", *alone, *searched)
-
-
-def _of_problem(mission: Mission, problem: Formulation) -> Iterator[Fault]:
-    """What is wrong with the fields of a problem."""
-    if problem.order not in (None, *ORDERS):
-        yield _unknown("order", problem.order, ORDERS)
-    buildings = tuple(each.name for each in mission.buildings)
-    if problem.building is not None and problem.building not in buildings:
-        listed = ", ".join(buildings[:MOST_NAMES]) + (", …" if len(buildings) > MOST_NAMES else "")
-        words = f"the mission's buildings are: {listed or 'none'}"
-        yield Fault("building", repr(problem.building), words)
-    if isinstance(problem, P1 | P2):
-        if problem.trajectory not in TRAJECTORIES:
-            yield _unknown("trajectory", problem.trajectory, TRAJECTORIES)
-        if problem.order is not None and problem.trajectory == "direct":
-            yield Fault("order", repr(problem.order), "there is no rest on the direct route")
-    if isinstance(problem, P1):
-        if problem.hover_point not in HOVER_POINTS:
-            yield _unknown("hover_point", problem.hover_point, HOVER_POINTS)
-        counts = (("stops", problem.stops, RESTS), ("hovers", problem.hovers, HOVERS))
-        for option, value, number in counts:
-            if not number.accepts(value) or not isinstance(value, int):
-                yield Fault(option, shown(value), number.words)
 
 
 def _not_with(words: str, *stated: tuple[str, object, tuple[object, ...]]) -> Iterator[Fault]:
