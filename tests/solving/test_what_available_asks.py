@@ -19,6 +19,7 @@ from optuav.modelling import check
 from optuav.network.network import Network
 from optuav.network.timeline import route_phases
 from optuav.solving import Program
+from tests.examples import few
 from tests.kibam import Floats
 from tests.solving.test_flyable_missions import questions
 
@@ -68,7 +69,7 @@ def crossings(network: Network, route: int, times_s: tuple[float, float]) -> Ite
         yield "deadline"
 
 
-@settings(suppress_health_check=[HealthCheck.filter_too_much, HealthCheck.too_slow])
+@settings(few(15), suppress_health_check=[HealthCheck.filter_too_much, HealthCheck.too_slow])
 @given(questions(), st.data())
 def test_ends_of_stretches_tell_all(program: Program, data: st.DataObject) -> None:
     """Any stays: what the programme admits breaks no limit at any moment, what it refuses does."""
