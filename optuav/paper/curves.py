@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+import math
 from functools import cache, lru_cache
 
 import numpy as np
@@ -82,9 +82,6 @@ def by_trajectory(mission: Mission, perspective: Perspective) -> dict[str, Plan]
     }
 
 
-# Fig. 8: hover time by size of the battery
-
-
 def without_laser(mission: Mission) -> Mission:
     """The mission without its laser, and without the charging that it states."""
     stated = () if has_rotors(mission) else ("flight.charge_current_A", "flight.charge_power_W")
@@ -97,45 +94,27 @@ def direct(mission: Mission, pack_As: float, perspective: Perspective) -> Plan:
 
 
 @lru_cache(maxsize=REMEMBERED)
-def crossing(
-    mission: Mission, hover_s: float, perspective: Perspective = "battery"
+def least_pack(
+    mission: Mission, perspective: Perspective = "battery", hover_s: float | None = None
 ) -> float | None:
-    """Least pack [A s] with which the direct path without laser hovers that long [s], if any."""
-    return _least_pack(
-        without_laser(mission), perspective, lambda plan: plan.hover_time_s >= hover_s
-    )
+    """Least pack [A s] with which the direct path hovers so long [s], if any, by halving.
 
-
-@lru_cache(maxsize=REMEMBERED)
-def saturation(mission: Mission, perspective: Perspective = "battery") -> float | None:
-    """Least pack [A s] with which the deadline ends the direct path; None if it never does."""
-
-    def ends(plan: Plan) -> bool:
-        left_s = mission.limits.deadline_s - plan.mission_time_s
-        return left_s <= 1e-9 * mission.limits.deadline_s
-
-    return _least_pack(mission, perspective, ends)
-
-
-def _least_pack(
-    mission: Mission, perspective: Perspective, holds: Callable[[Plan], bool]
-) -> float | None:
-    """Where a condition on the direct path begins to hold as the pack grows, by halving."""
-
-    def is_enough(pack_As: float) -> bool:
-        plan = direct(mission, pack_As, perspective)
-        return bool(plan) and holds(plan)
-
+    By default as long as the deadline admits, which then ends it.
+    """
     low, high = 0.0, LARGEST_PACK * mission.battery.capacity_As
-    if not is_enough(high):
+    most, deadline_s = direct(mission, high, perspective), mission.limits.deadline_s
+    if not most:
+        return None
+    if hover_s is None:
+        left_s, rounding_s = deadline_s - most.mission_time_s, 1e-9 * deadline_s
+        hover_s = most.hover_time_s - rounding_s if left_s <= rounding_s else math.inf
+    if most.hover_time_s < hover_s:
         return None
     for _ in range(HALVINGS):
-        middle = 0.5 * (low + high)
-        low, high = (low, middle) if is_enough(middle) else (middle, high)
+        plan = direct(mission, middle := 0.5 * (low + high), perspective)
+        enough = bool(plan) and plan.hover_time_s >= hover_s
+        low, high = (low, middle) if enough else (middle, high)
     return high
-
-
-# Fig. 9: energy of a hover by wind
 
 
 def wind_limits_N(mission: Mission, direction: Vector) -> tuple[float, float]:
@@ -163,9 +142,6 @@ def calmest_N(mission: Mission, direction: Vector) -> float:
     """Wind along a unit vector in which hovering takes the least energy [N]."""
     force_N, energy_J = hover_energy(mission, direction)
     return float(force_N[np.argmin(energy_J)])
-
-
-# Fig. 10: harvested energy by distance
 
 
 def harvest(mission: Mission, source_W: float, distance_m: Floats) -> tuple[Floats, Floats]:

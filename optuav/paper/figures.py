@@ -9,9 +9,10 @@ import re
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from types import MappingProxyType
-from typing import TYPE_CHECKING, Any, TypeAlias
+from typing import Any, TypeAlias
 
 import numpy as np
+from matplotlib.axes import Axes
 
 from formulations.formulation import Formulation
 from formulations.p1 import P1
@@ -27,11 +28,10 @@ from optuav.paper import curves, table2
 from optuav.paper.curves import AXES, BEST, OURS, has_rotors, solve, with_deadline
 from optuav.paper.ledger import ledger
 from optuav.paper.statement import Verdict, agrees, data
-from optuav.physics import rotor
 from optuav.plan import Plan
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
+from optuav.plots.charge import course
+from optuav.plots.files import modelled_leg
+from optuav.plots.style import printed
 
 Record: TypeAlias = Mapping[str, Any]
 Exhibits: TypeAlias = Iterator["Exhibit"]
@@ -121,8 +121,6 @@ def exhibit(
         if each in stated
     }
     if texts:
-        from optuav.plots.style import printed
-
         texts["title"] = f"{printed(mission.name)}: {texts['title']}"
         if bars:
             axes = plots.bars(bars, **texts, level=level)
@@ -247,9 +245,6 @@ def _columns(**values: object) -> list[Record]:
     return [dict(zip(lists, row, strict=True)) for row in zip(*filled, strict=True)]
 
 
-# Figs. 1 and 2, Table II
-
-
 def system(mission: Mission, perspective: Perspective) -> Exhibits:
     """The map with the four trajectories."""
     plans = curves.by_trajectory(mission, perspective)
@@ -276,8 +271,6 @@ def wells(mission: Mission, perspective: Perspective) -> Exhibits:
 
 def _course(plan: Plan) -> list[Record]:
     """The wells of a plan over time."""
-    from optuav.plots.charge import course
-
     time_s, available_As, bound_As = course(vehicle.pool(plan.mission), plan)
     return _columns(time_s=time_s, available_As=available_As, bound_As=bound_As)
 
@@ -327,9 +320,6 @@ def _beside_the_paper(mission: Mission) -> Exhibit:
     return exhibit(mission, "table2", records, rows=rows)
 
 
-# Figs. 3 to 6: perspectives and trajectories
-
-
 def by_perspective(mission: Mission) -> Exhibits:
     """Hover time, and charge left, for every deadline."""
     least = plots.Mark(100.0 * mission.limits.min_soc, "least, $η_0$")
@@ -362,9 +352,6 @@ def _longest(plans: Mapping[tuple[Perspective, str], Plan]) -> Iterator[str]:
             best = [name for (_, name), p in others if p and p.hover_time_s >= least_s]
             by = " and ".join(best) or " → ".join(optimal.route)
             yield f"{perspective}: {optimal.hover_time_s:.2f} s by {by}."
-
-
-# Figs. 7 and 8: the charge that must be left, and the size of the battery
 
 
 def least_charge(mission: Mission, perspective: Perspective) -> Exhibits:
@@ -414,8 +401,8 @@ def battery_size(mission: Mission, perspective: Perspective) -> Exhibits:
     """The direct path with and without laser by pack, and the optimum with laser."""
     dark, own_As = curves.without_laser(mission), mission.battery.capacity_As
     best_s = _plan(mission, perspective=perspective).hover_time_s
-    crossing_As = curves.crossing(mission, best_s, perspective)
-    full_As = curves.saturation(dark, perspective)
+    crossing_As = curves.least_pack(dark, perspective, best_s)
+    full_As = curves.least_pack(dark, perspective)
     marks = [
         plots.Mark(at, f"{words}: {at:.0f} A s")
         for at, words in (
@@ -425,7 +412,7 @@ def battery_size(mission: Mission, perspective: Perspective) -> Exhibits:
         if at is not None
     ]
     first_As, last_As = 0.8 * own_As, max([1.15 * own_As, *(1.06 * mark.at for mark in marks)])
-    bends = [*(mark.at for mark in marks), curves.saturation(mission, perspective) or 0.0]
+    bends = [*(mark.at for mark in marks), curves.least_pack(mission, perspective) or 0.0]
     inner = [each for each in bends if first_As < each < last_As]
     packs_As = np.union1d(np.linspace(first_As, last_As, PACKS[perspective]), inner).tolist()
     without_s, within_s = (
@@ -443,9 +430,6 @@ def battery_size(mission: Mission, perspective: Perspective) -> Exhibits:
     if crossing_As is not None:
         words |= {"saved_As": crossing_As - own_As, "percent": 100.0 * (crossing_As / own_As - 1.0)}
     yield exhibit(mission, "battery-size", records, words, marks=marks, part=perspective)
-
-
-# Figs. 9 and 10: wind, and charging from afar
 
 
 def wind(mission: Mission) -> Exhibits:
@@ -477,9 +461,6 @@ def charging(mission: Mission) -> Exhibits:
         spans.append(f"{power_W:g} W {near.min():.1f} to {near.max():.1f} %")
     for file in ("harvested-energy", "harvest-efficiency"):
         yield exhibit(mission, file, records, {"spans": "; ".join(spans)})
-
-
-# What the paper leaves out
 
 
 def runs_dry(mission: Mission) -> Exhibits:
@@ -526,10 +507,9 @@ def second_problem(mission: Mission) -> Exhibits:
         f"{name} " + (f"{plan.hover_time_s:.2f} s" if plan else f"no plan, {why(plan)}")
         for name, plan in plans.items()
     )
-    bars = [
-        plots.Bar(labels[n], "", p.hover_time_s, bool(p.flyable)) for n, p in plans.items() if p
-    ]
-    records, words = _records(existing(plans), "problem"), {"hovers": "; ".join(hovers)}
+    found = existing(plans)
+    records, words = _records(found, "problem"), {"hovers": "; ".join(hovers)}
+    bars = _bars({labels[name]: plan for name, plan in found.items()})
     yield exhibit(changed, "second-problem", records, words, bars=bars)
 
 
@@ -543,22 +523,22 @@ def more_stops(mission: Mission) -> Exhibits:
         for words, (stops, hovers) in WAYS.items()
     }
     found = existing(plans)
-    bars = [
-        plots.Bar(name.replace(", T_max", ",\n$T_{max}$"), "", p.hover_time_s, bool(p.flyable))
-        for name, p in found.items()
-    ]
-    hovers = [
+    hovers = (
         f"{name}: {plan.hover_time_s:.3f} s; {', '.join(_stays(plan))}."
         for name, plan in found.items()
-    ]
-    said = (*hovers, *missing(plans))
-    yield exhibit(mission, "more-stops", _records(found, "most"), bars=bars, findings=said)
+    )
+    bars = _bars({n.replace(", T_max", ",\n$T_{max}$"): plan for n, plan in found.items()})
+    records, said = _records(found, "most"), [*hovers, *missing(plans)]
+    yield exhibit(mission, "more-stops", records, bars=bars, findings=said)
+
+
+def _bars(plans: Mapping[str, Plan]) -> list[plots.Bar]:
+    """The hover times of plans by their labels."""
+    return [plots.Bar(n, "", p.hover_time_s, p.flyable is not False) for n, p in plans.items()]
 
 
 def peak_speed(mission: Mission) -> Exhibits:
     """Speed over the first leg: nothing in the model slows the UAV down."""
-    from optuav.plots.files import modelled_leg
-
     plan = _plan(mission, P3())
     first = modelled_leg(plan)
     if first is None:
@@ -574,21 +554,8 @@ def peak_speed(mission: Mission) -> Exhibits:
 
 
 def misprints(mission: Mission) -> Exhibits:
-    """All misprints, and pictures of two: c_9 of the rotors, the signs of η3."""
-    if has_rotors(mission):
+    """The misprints of the paper and of the source of its flight model."""
+    if mission.name == "paper":
         found = data()["misprint"]
         rows = [[*found[0]], *([*each.values()] for each in found)]
         yield exhibit(mission, "misprints", found, rows=rows)
-        motor, x = vehicle.motor(mission), np.linspace(-200.0, 200.0, 81)
-        right = np.asarray(rotor.power(motor, 1000.0, x), dtype=float) / 1000.0
-        c6, c9 = (float(rotor.power_coefficients(motor)[each]) for each in (5, 8))
-        wrong_c9 = motor.torque_constant_Nm_A / motor.friction_torque_Nm * c6
-        wrong = right + 1000.0 * x * (wrong_c9 - c9)
-        records = _columns(change_rad_s2=x, power_kW=right, power_as_printed_kW=wrong)
-        yield exhibit(mission, "c9", records, {"times": wrong_c9 / c9})
-        return
-    x = np.linspace(0.0, 1000.0, 101)
-    right = np.array([table2.charge_left(mission, 3, hover_s) for hover_s in x])
-    wrong = 2.0 * right[0] - right
-    records = _columns(hover_time_s=x, eta3_percent=right, eta3_as_printed_percent=wrong)
-    yield exhibit(mission, "signs", records)

@@ -5,10 +5,10 @@ from __future__ import annotations
 import itertools
 import math
 from collections import Counter
-from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass
 from functools import reduce
-from typing import Any, TypeAlias
+from typing import Any
 
 import numpy as np
 
@@ -36,8 +36,6 @@ from optuav.paper.statement import (
 from optuav.physics import laser, rotor
 from optuav.plan import Plan
 from optuav.studies.results import as_csv
-
-Progress: TypeAlias = Callable[[int, int, str], None]
 
 NEAR_M, FAR_M = np.linspace(0.0, 1000.0, 101), np.linspace(0.0, 5000.0, 101)
 SOURCES_W = (500.0, 1000.0)
@@ -123,6 +121,7 @@ class Ledger:
 
 
 def _line(entry: Entry) -> str:
+    """An entry on one line of the summary."""
     paper = entry.statement
     ours = ", ".join(
         f"{entry.shown(value)} {by}"
@@ -145,15 +144,13 @@ def _block(record: Mapping[str, str]) -> str:
     return "\n".join([head, *(f"  {name:9}  {words}" for name, words in lines.items())])
 
 
-def ledger(names: Collection[str] = (), *, progress: Progress | None = None) -> Ledger:
+def ledger(names: Collection[str] = ()) -> Ledger:
     """Compute our values for the paper's numbers.
 
     Parameters
     ----------
     names
         Names of entries, or beginnings of names where no entry has the name; all by default.
-    progress
-        Called with the number of entries done, of all, and the name of the next.
 
     Returns
     -------
@@ -172,15 +169,25 @@ def ledger(names: Collection[str] = (), *, progress: Progress | None = None) -> 
     >>> hover.statement.stated, f"{hover.recovered:.2f}", hover.verdict.value
     ('14.33', '14.33', 'matched with recovered parameters')
     """
-    chosen = tuple(_chosen(statements(), names))
+    known = statements()
+    every = {each.name for each in known}
+    words = "the name of an entry, or its beginning"
+    if faults := [
+        Fault("name", repr(name), f"{words}{nearest(name, sorted(every))}")
+        for name in names
+        if not any(each.startswith(name) for each in every)
+    ]:
+        raise InputError(faults)
     entries = []
-    for done, each in enumerate(chosen):
-        if progress is not None:
-            progress(done, len(chosen), each.name)
-        printed, recovered = (_value(each, each.compute, mission) for mission in papers())
-        rooms = (_value(each, each.room, mission) for mission in papers() if each.room)
-        room = next((value for value in rooms if value is not None), None)
-        entries.append(Entry(each, printed, recovered, room))
+    for each in known:
+        chosen = (
+            each.name == name if name in every else each.name.startswith(name) for name in names
+        )
+        if not names or any(chosen):
+            printed, recovered = (_value(each, each.compute, mission) for mission in papers())
+            rooms = (_value(each, each.room, mission) for mission in papers() if each.room)
+            room = next((value for value in rooms if value is not None), None)
+            entries.append(Entry(each, printed, recovered, room))
     return Ledger(tuple(entries))
 
 
@@ -197,23 +204,6 @@ def statements() -> tuple[PaperStatement, ...]:
     return tuple(PaperStatement(**each) for each in data()["statement"])
 
 
-def _chosen(known: Sequence[PaperStatement], names: Collection[str]) -> Iterator[PaperStatement]:
-    """Yield the statements of these names, or whose names begin so."""
-    every = [each.name for each in known]
-    words = "the name of an entry, or its beginning"
-    if faults := [
-        Fault("name", repr(name), f"{words}{nearest(name, every)}")
-        for name in names
-        if not any(each.startswith(name) for each in every)
-    ]:
-        raise InputError(faults)
-    whole = set(every).intersection(names)
-    beginnings = tuple(name for name in names if name not in whole)
-    for each in known:
-        if not names or each.name in whole or each.name.startswith(beginnings):
-            yield each
-
-
 def _yes(holds: bool) -> str:
     """The answer to whether something holds."""
     return "yes" if holds else "no"
@@ -222,9 +212,6 @@ def _yes(holds: bool) -> str:
 def _rises(*series: Sequence[float]) -> str:
     """Whether all series rise."""
     return "rises" if all(list(each) == sorted(each) for each in series) else "does not always rise"
-
-
-# The models: sections I to IV
 
 
 def source_for_full_charge(mission: Mission) -> Value:
@@ -268,9 +255,6 @@ def eta3_signs(mission: Mission) -> Value:
         if abs(1.0 + float(np.dot(signs, shares)) - 0.2830) < 0.01
     )
     return " or ".join(found)
-
-
-# Table II and Figs. 3 to 6: perspectives and trajectories
 
 
 def rotor_voltage(mission: Mission, regime: str) -> Value:
@@ -332,9 +316,6 @@ def least_charge_is_kept(mission: Mission) -> Value:
     return _yes(all((plan.soc or {})["battery"] >= least for plan in plans))
 
 
-# Fig. 7: the charge that must be left, and the rotor speed
-
-
 def hover_drop(mission: Mission, percent: float, building: str) -> Value:
     """By how much Δ falls from η0 = 5 % to another [%], by way of a building."""
     missions = (mission.replace({"limits.min_soc": each}) for each in (0.05, percent / 100.0))
@@ -364,17 +345,11 @@ def flight_energy_by_speed(mission: Mission) -> Value:
     return _rises([-sum(p.energy_J for p in plan.phases if p.kind == "flight") for plan in plans])
 
 
-# Fig. 9: wind
-
-
 def wind_limit_by_level(_: Mission) -> Interval:
     """Least wind along z that follows from the printed 11.57 N and 12.74 N [N]: m g − F."""
     least, most = printed_interval("11.57")
     # A limit that is cut, not rounded, may be up to a whole unit larger.
     return 12.74 - math.hypot(most + 0.005, 12.74), 12.74 - math.hypot(least, 12.74)
-
-
-# Fig. 10: harvested energy
 
 
 def harvest_by_distance(mission: Mission) -> Value:
@@ -396,9 +371,9 @@ def harvest_by_power(mission: Mission) -> Value:
     return "rises" if np.all(more > less) else "does not always rise"
 
 
-def _saving_As(mission: Mission, hover_s: float) -> float:
-    """Charge of a pack that the laser saves [A s]."""
-    return (curves.crossing(mission, hover_s) or math.nan) - mission.battery.capacity_As
+def _crossing_As(mission: Mission, hover_s: float) -> float:
+    """Pack with which the direct path without laser hovers so long [A s]."""
+    return curves.least_pack(curves.without_laser(mission), hover_s=hover_s) or math.nan
 
 
 FORMULAS: dict[str, Callable[..., Any]] = {
@@ -417,10 +392,10 @@ FORMULAS: dict[str, Callable[..., Any]] = {
     "hover_time_s": lambda m, *row: table2.direct(m, *row).hover_time_s,
     "mission_time_s": lambda m, *row: table2.direct(m, *row).mission_time_s,
     "optimum_in_slots": lambda m: solve(m, perspective="battery", slot_s=1.0).hover_time_s,
-    "crossing_As": curves.crossing,
-    "saving_As": _saving_As,
-    "saving_percent": lambda m, *at: 100.0 * _saving_As(m, *at) / m.battery.capacity_As,
-    "saturation_As": lambda m: curves.saturation(curves.without_laser(m)),
+    "crossing_As": _crossing_As,
+    "saving_As": lambda m, *at: _crossing_As(m, *at) - m.battery.capacity_As,
+    "saving_percent": lambda m, *at: 100.0 * (_crossing_As(m, *at) / m.battery.capacity_As - 1.0),
+    "saturation_As": lambda m: curves.least_pack(curves.without_laser(m)),
     "calmest_wind_N": lambda m, axis: curves.calmest_N(m, curves.AXES[axis]),
     "least_wind_N": lambda m, axis: curves.wind_limits_N(m, curves.AXES[axis])[0],
     "largest_wind_N": lambda m, axis: curves.wind_limits_N(m, curves.AXES[axis])[1],

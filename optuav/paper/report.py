@@ -11,6 +11,7 @@ from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from importlib.resources import files
 from pathlib import Path
+from typing import TypeAlias
 from urllib.parse import quote
 from xml.etree.ElementTree import Element, tostring
 
@@ -22,11 +23,12 @@ from optuav.options import Perspective
 from optuav.paper import figures, table2
 from optuav.paper.curves import OURS, has_rotors, papers, solve
 from optuav.paper.figures import MINUS, Exhibit, NotShownError, is_papers, why
-from optuav.paper.ledger import Ledger, Progress, ledger
+from optuav.paper.ledger import Ledger, ledger
 from optuav.paper.statement import Verdict, data
 from optuav.plots.files import image
 from optuav.studies.results import as_csv
 
+Progress: TypeAlias = Callable[[int, int, str], None]
 COUNTED: tuple[Perspective, ...] = ("battery", OURS)
 """Perspectives of the figures that the paper makes in one."""
 LEDGER = "ledger"
@@ -261,23 +263,16 @@ def _of_the_paper(entries: Ledger) -> Iterator[Element]:
     intro = prose(data()["paper"]["missions"])
     yield _section("in-short", "In short", intro, table(rows))
     texts, found = data()["table2"], entries.table2
-    count = {each: sum(cell.verdict is each for cell in found) for each in Verdict}
-    exact = count[Verdict.FITTED] + count[Verdict.RECOVERED]
+    count = {each.name.lower(): sum(cell.verdict is each for cell in found) for each in Verdict}
+    exact = count["fitted"] + count["recovered"]
     flight_W, hover_W = table2.SHOW_ALL_W.values()
     exist = table2.loads_exist(table2.consistent_charges())
     numbers = {
-        "cells": len(found),
-        "exact": exact,
-        "fitted": count[Verdict.FITTED],
-        "predicted": count[Verdict.RECOVERED],
-        "within": count[Verdict.WITHIN],
-        "agreeing": exact + count[Verdict.WITHIN],
-        "impossible": count[Verdict.CONTRADICTS],
+        **{**count, "cells": len(found), "exact": exact, "agreeing": exact + count["within"]},
         "parameters": len(table2.FREE_PARAMETERS),
         "numbers": texts["different_numbers"],
         "exists": "exists" if exist else "does not exist",
-        "flight_W": flight_W,
-        "hover_W": hover_W,
+        **{"flight_W": flight_W, "hover_W": hover_W},
     }
     agreement, worth, adjusted, existence = (
         prose(texts[name].format(**numbers))

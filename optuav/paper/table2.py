@@ -144,9 +144,6 @@ def loads_exist(charges: Sequence[Charge]) -> bool:
     return math.isfinite(_least(np.zeros(5), charges))
 
 
-# Our values
-
-
 def direct(mission: Mission, deadline_s: float, perspective: Perspective) -> Plan:
     """(P3) in slots of one second, as a row of the table has it."""
     return solve(with_deadline(mission, deadline_s), P3(), perspective=perspective, slot_s=1.0)

@@ -5,16 +5,18 @@ from __future__ import annotations
 import io
 from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Literal
+from typing import Literal
 
-from optuav import plots
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
 from optuav.mission import Mission
 from optuav.mission.files import make_directory, write_bytes
 from optuav.plan import Phase, Plan
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
+from optuav.plots import style
+from optuav.plots.charge import packs, wells
+from optuav.plots.map import mission_map
+from optuav.plots.profiles import leg
 
 
 def save_pictures(
@@ -59,15 +61,15 @@ def save_pictures(
 
 def _pictures(subject: Plan | Mission, beside: Sequence[Plan]) -> Iterator[tuple[str, Axes]]:
     """Yield the name of each picture, and one of its axes."""
-    yield "map.png", plots.mission_map(subject).plan
+    yield "map.png", mission_map(subject).plan
     if isinstance(subject, Mission) or not subject:
         return
     if subject.mission.battery.takes_turns:
-        yield "packs.png", plots.packs([subject])[0]
+        yield "packs.png", packs([subject])[0]
     else:
-        yield "wells.png", plots.wells([subject, *beside])[0]
+        yield "wells.png", wells([subject, *beside])[0]
     if first := modelled_leg(subject):
-        yield "leg.png", plots.leg(subject.mission, first.start_place, first.end_place).speed
+        yield "leg.png", leg(subject.mission, first.start_place, first.end_place).speed
 
 
 def modelled_leg(plan: Plan) -> Phase | None:
@@ -116,8 +118,6 @@ def save_figures(figures: Iterable[tuple[str, Figure | None]], folder: Path) -> 
 
 def image(figure: Figure | None, form: Literal["png", "svg"] = "png") -> bytes:
     """A figure as a file, without the date and the version of matplotlib that it has by default."""
-    from optuav.plots import style
-
     assert figure is not None
     content = io.BytesIO()
     metadata = {"Software": None} if form == "png" else {"Date": None, "Creator": None}

@@ -104,7 +104,7 @@ def test_every_picture_comes_as_png_svg_and_csv(written: Path) -> None:
     tables = {"direct-path.paper", "direct-path.paper-table2", "table2.paper", "misprints.paper"}
     assert data - names == tables | {"table2.paper-table2", "ledger"}
     assert names - data == set()
-    assert {"wind.paper", "c9.paper", "signs.paper-table2"} <= names
+    assert {"wind.paper", "harvest-efficiency.paper"} <= names
 
 
 def test_the_page_needs_no_other_file(written: Path) -> None:
