@@ -100,8 +100,10 @@ def declared(question: Question, given: Quantities) -> Model | None:
 def _no_route(question: Question, network: Network) -> tuple[str, ...]:
     """Why no itinerary of the question can be flown."""
     routes = network.routes
-    every = replace(network, routes=replace(routes, flyable=np.ones_like(routes.flyable)))
-    wanted = groups(question, every)
+    # As if all could be flown in the same time: traj2 would take any.
+    flyable, flight_time_s = np.ones_like(routes.flyable), np.ones_like(routes.flight_time_s)
+    alike = replace(routes, flyable=flyable, flight_time_s=flight_time_s)
+    wanted = groups(question, replace(network, routes=alike))
     if not wanted:
         return ("the mission has no building to go by way of",)
     blocked = (k for which, _ in wanted for k in which[~routes.flyable[which]].tolist())
