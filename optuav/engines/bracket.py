@@ -14,13 +14,12 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import ClassVar
 
 import numpy as np
 
 from optuav.arrays import Booleans, Floats, Integers, Values
 from optuav.engines.largest import WIDTH_S, Interval, largest, shortest
-from optuav.engines.registry import Capability, Engine, capability
+from optuav.engines.registry import Engine, capability
 from optuav.engines.rows import Rows, StatedForm, close_in, rows_of, stated_forms
 from optuav.engines.solution import Solution
 from optuav.errors import InputError
@@ -203,6 +202,6 @@ class Bracket(Engine):
     577.524 s, optimal
     """
 
-    name: ClassVar[str] = NAME
-    takes: ClassVar[Capability] = capability(NAME)
+    name = NAME
+    takes = capability(NAME)
     solve = staticmethod(solve)

@@ -16,13 +16,13 @@ import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
-from typing import Any, ClassVar, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from optuav.arrays import Floats, Values
 from optuav.engines.linear_form import implied_upper_bounds, own_bounds
-from optuav.engines.registry import Capability, OneByOne, Single, capability
+from optuav.engines.registry import OneByOne, Single, capability
 from optuav.engines.solution import Solution, single
 from optuav.errors import InputError, SolverError
 from optuav.modelling.check import checked, evaluated
@@ -349,8 +349,8 @@ class Casadi(OneByOne):
     Casadi(accuracy=1e-06, iterations=3000)
     """
 
-    name: ClassVar[str] = NAME
-    takes: ClassVar[Capability] = capability(NAME)
+    name = NAME
+    takes = capability(NAME)
     accuracy: float = ACCURACY
     iterations: int = ITERATIONS
 

@@ -12,13 +12,12 @@ from __future__ import annotations
 import itertools
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import ClassVar
 
 import numpy as np
 
 from optuav.arrays import Floats, Values
 from optuav.engines.linear_form import linear_form
-from optuav.engines.registry import Capability, Engine, capability
+from optuav.engines.registry import Engine, capability
 from optuav.engines.solution import Solution
 from optuav.modelling.model import Model
 from optuav.modelling.traversal import evaluate
@@ -159,6 +158,6 @@ class ClosedForm(Engine):
     688.848 s, optimal
     """
 
-    name: ClassVar[str] = NAME
-    takes: ClassVar[Capability] = capability(NAME)
+    name = NAME
+    takes = capability(NAME)
     solve = staticmethod(solve)

@@ -14,15 +14,16 @@ References
 from __future__ import annotations
 
 import warnings
+from collections import defaultdict
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any, ClassVar
+from typing import Any
 
 import numpy as np
 
 from optuav.arrays import Floats, Values
 from optuav.engines.linear_form import LinearForm, linear_form, own_bounds, slot_ranges
-from optuav.engines.registry import Capability, OneByOne, Single, capability
+from optuav.engines.registry import OneByOne, Single, capability
 from optuav.engines.solution import Solution, single
 from optuav.errors import InputError, SolverError
 from optuav.modelling.check import TOLERANCE
@@ -164,12 +165,13 @@ class CvxpyProgramme:
         a = np.where(finite[:, None], a / size[:, None], 0.0)
         b = np.where(finite, b / size, 1.0)
         c = c / worth[:, None]
-        _set(self.a, a)
-        _set(self.b, b)
-        _set(self.c, c[0])
+        # Values are set without CVXPY's checks, which take longer than a small solve.
+        self.a.save_value(a)
+        self.b.save_value(b)
+        self.c.save_value(c[0])
         status, words = self._run(0)
         if status is None:
-            _set(self.c, np.zeros(self.c.shape))
+            self.c.save_value(np.zeros(self.c.shape))
             feasible = (self._run(0)[0] or Status.INFEASIBLE).has_answer
             status = Status.UNBOUNDED if feasible else Status.INFEASIBLE
         if not status.has_answer:
@@ -179,14 +181,21 @@ class CvxpyProgramme:
             weights = np.maximum(np.asarray(self.rows.dual_value, dtype=float), 0.0)
             self._prove(a, b, c[0], x, weights, words)
             status = Status.OPTIMAL
-        if len(c) > 1 and _may_differ(a, weights):
+        if len(c) > 1 and (weights is None or _may_differ(a, weights)):
             x = self._preferred(c, x)
         x = np.where(self.binary, np.round(x), x)
-        if self.slot_s is None:
-            x = _polished(form, x)
-        else:
-            most = [upper for _, upper in own_bounds(self.model, values).values()]
-            x = np.where(self.counted, np.minimum(np.round(x) * self.slot_s, most), x)
+        if self.slot_s is not None:
+            x = np.where(self.counted, np.round(x) * self.slot_s, x)
+        x = np.clip(x, *np.transpose([*own_bounds(self.model, values).values()])) + 0.0
+        net, bounds = defaultdict[tuple[str, int | None], float](float), dict(form.bounds)
+        if weights is not None:
+            turned = (form.signs * weights * worth[0] / size).tolist()
+            for row, (label, weight) in enumerate(zip(form.labels, turned, strict=True)):
+                net[label, bounds.get(row)] += weight
+        duals = dict.fromkeys((label for label, _ in net), 0.0)
+        for (label, k), weight in net.items():
+            # The two bounds of an unknown push against each other.
+            duals[label] += weight if k is None else abs(weight)
         return single(
             self.model,
             NAME,
@@ -195,7 +204,7 @@ class CvxpyProgramme:
             values,
             f"{self.solver}: {words}",
             dict(zip(form.names, x.tolist(), strict=True)),
-            duals=None if weights is None else _by_label(form, weights * worth[0] / size),
+            duals=duals,
         )
 
     def _run(self, number: int) -> tuple[Status | None, str]:
@@ -239,9 +248,9 @@ class CvxpyProgramme:
         for number, goal in enumerate(goals[1:]):
             reached = float(goals[number] @ x)
             kept[number], floors[number] = goals[number], reached - EQUAL * max(1.0, abs(reached))
-            _set(self.kept, kept.copy())
-            _set(self.floors, floors.copy())
-            _set(self.c, goal)
+            self.kept.save_value(kept.copy())
+            self.floors.save_value(floors.copy())
+            self.c.save_value(goal)
             status, _ = self._run(1)
             if status is None or not status.has_answer:
                 break
@@ -262,55 +271,16 @@ class CvxpyProgramme:
         return a, b
 
 
-def _polished(form: LinearForm, x: Floats) -> Floats:
-    """The point, moved onto bounds that it misses by no more than the solver's rounding."""
-    normals, limits = form.normals[..., 0], form.limits[..., 0]
-    moved = x.copy()
-    for row in np.flatnonzero((normals != 0.0).sum(axis=1) == 1):
-        (k,) = np.flatnonzero(normals[row])
-        bound = limits[row] / normals[row, k]
-        if np.isfinite(bound) and abs(x[k] - bound) <= TIGHT * max(1.0, abs(bound)):
-            moved[k] = bound
-    allowance = np.maximum(TOLERANCE * np.maximum(1.0, np.abs(limits)), normals @ x - limits)
-    return (moved if (normals @ moved - limits <= allowance).all() else x) + 0.0
-
-
-def _by_label(form: LinearForm, multipliers: Floats) -> dict[str, float]:
-    """Multipliers of constraints, from those of rows; the two bounds of an unknown are netted."""
-    bounds = dict(form.bounds)
-    net: dict[tuple[str, int | None], float] = {}
-    for row, (label, sign, weight) in enumerate(
-        zip(form.labels, form.signs, multipliers.tolist(), strict=True)
-    ):
-        k = bounds.get(row)
-        turn = sign if k is None else float(np.sign(form.normals[row, k, 0]))
-        net[label, k] = net.get((label, k), 0.0) + turn * weight
-    found = dict.fromkeys(form.labels, 0.0)
-    for (label, k), pushed in net.items():
-        found[label] += pushed if k is None else abs(pushed)
-    return found
-
-
-def _set(parameter: Any, values: Floats) -> None:
-    """Set a CVXPY parameter without its checks, which take longer than a small solve."""
-    parameter.save_value(values)
-
-
 def _sizes(rows: Floats) -> Floats:
     """Largest coefficient of every row; 1 where there is none."""
     largest = np.abs(rows).max(axis=1, initial=0.0)
     return np.where(largest > 0.0, largest, 1.0)
 
 
-def _may_differ(a: Floats, weights: Floats | None) -> bool:
+def _may_differ(a: Floats, weights: Floats) -> bool:
     """Whether other points may be as good: rows with a multiplier do not determine the point."""
-    if weights is None:
-        return True
     heavy = a[weights > TIGHT * max(1.0, float(weights.max(initial=0.0)))]
-    unknowns = a.shape[1]
-    if len(heavy) == unknowns:  # rows of size 1
-        return bool(abs(np.linalg.det(heavy)) < TIGHT)
-    return len(heavy) < unknowns or bool(np.linalg.matrix_rank(heavy) < unknowns)
+    return bool(np.linalg.matrix_rank(heavy, tol=TIGHT) < a.shape[1])
 
 
 @dataclass(frozen=True)
@@ -329,8 +299,8 @@ class Cvxpy(OneByOne):
     True
     """
 
-    name: ClassVar[str] = NAME
-    takes: ClassVar[Capability] = capability(NAME)
+    name = NAME
+    takes = capability(NAME)
     solver: str | None = None
 
     def prepare(self, model: Model, slot_s: float | None, time_limit_s: float | None) -> Single:

@@ -18,13 +18,12 @@ import time
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from functools import partial
-from typing import ClassVar
 
 import numpy as np
 
 from optuav.arrays import Booleans, Floats, Values
 from optuav.engines.linear_form import own_bounds, slot_ranges
-from optuav.engines.registry import Capability, OneByOne, Single, capability
+from optuav.engines.registry import OneByOne, Single, capability
 from optuav.engines.solution import Solution, single
 from optuav.errors import InputError, SolverError
 from optuav.modelling.check import TOLERANCE, evaluated, holding, relations
@@ -193,8 +192,8 @@ class Grid(OneByOne):
     540.000 s, optimal
     """
 
-    name: ClassVar[str] = NAME
-    takes: ClassVar[Capability] = capability(NAME)
+    name = NAME
+    takes = capability(NAME)
 
     def prepare(self, model: Model, slot_s: float | None, time_limit_s: float | None) -> Single:
         """Search every cell of a programme, with slots of a length > 0 [s].

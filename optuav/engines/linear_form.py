@@ -33,7 +33,8 @@ class LinearForm:
     names
         Names of the unknowns.
     labels, signs
-        Label of the constraint of every row; −1 for the second row of an equality, 1 otherwise.
+        Label of the constraint of every row; −1 for the second row of an equality and for a lower
+        bound of an unknown, 1 otherwise.
     normals, limits
         A (row, unknown, programme) and b (row, programme).
     directions, offsets
@@ -85,41 +86,34 @@ def linear_form(model: Model, values: Values, programmes: int = 1) -> LinearForm
     labels: list[str] = []
     signs: list[float] = []
     forms: list[Affine] = []
-    for constraint in relations(model):
-        relation = constraint.relation
+    bounds: list[tuple[int, int]] = []
+    for number, constraint in enumerate(relations(model)):
+        relation, own = constraint.relation, number >= len(model.constraints)
         form, right = excess(relation, values)
         if not form.coefficients:
             # Nothing but rounding stands between two stated figures that ought to be equal.
             allowance = TOLERANCE * np.maximum(1.0, np.abs(right))
             form = Affine(np.where(np.abs(form.constant) <= allowance, 0.0, form.constant), {})
         for sign in relation.signs:
+            bounds += [(len(forms), names.index(name)) for name in form.coefficients if own]
             labels.append(constraint.label)
-            signs.append(sign if relation.sense == "==" else 1.0)
+            signs.append(sign if own or relation.sense == "==" else 1.0)
             forms.append(form.times(sign))
-    stated = sum(len(each.relation.signs) for each in model.constraints)
-    bounds = tuple(
-        (row, names.index(name))
-        for row, form in enumerate(forms[stated:], start=stated)
-        for name in form.coefficients
-    )
     goals = [affine(model.objective, values).times(model.towards)]
     goals += [affine(each, values).times(-1.0) for each in model.preferences]
-    normals, constants = _stack(forms, names, programmes)
-    directions, offsets = _stack(goals, names, programmes)
+
+    def stack(forms: Sequence[Affine]) -> tuple[Floats, Floats]:
+        """Coefficients (form, unknown, programme) and constants (form, programme)."""
+        numbers = np.zeros((len(forms), len(names) + 1, programmes))
+        for k, (constant, coefficients) in enumerate(forms):
+            for j, name in enumerate(names):
+                numbers[k, j] = coefficients.get(name, 0.0)
+            numbers[k, -1] = constant
+        return numbers[:, :-1], numbers[:, -1]
+
+    normals, constants = stack(forms)
     rows = tuple(labels), tuple(signs), normals, -constants
-    return LinearForm(names, *rows, directions, offsets, model.towards, bounds)
-
-
-def _stack(forms: Sequence[Affine], names: Sequence[str], programmes: int) -> tuple[Floats, Floats]:
-    """Coefficients (form, unknown, programme) and constants (form, programme)."""
-    coefficients = np.zeros((len(forms), len(names), programmes))
-    constants = np.empty((len(forms), programmes))
-    for k, form in enumerate(forms):
-        constants[k] = form.constant
-        for j, name in enumerate(names):
-            if name in form.coefficients:
-                coefficients[k, j] = form.coefficients[name]
-    return coefficients, constants
+    return LinearForm(names, *rows, *stack(goals), model.towards, tuple(bounds))
 
 
 def own_bounds(model: Model, parameters: Values) -> dict[str, tuple[float, float]]:

@@ -27,7 +27,7 @@ import numpy as np
 from optuav.arrays import Floats, Values
 from optuav.engines.linear_form import implied_upper_bounds, linear_form
 from optuav.engines.rows import rows_of, stated_forms
-from optuav.modelling.check import Checks, evaluated, relations
+from optuav.modelling.check import evaluated, relations
 from optuav.modelling.expression import Operand, Relation, Variable
 from optuav.modelling.forms import NotAffineError, NotExponentialError
 from optuav.modelling.model import Model
@@ -45,41 +45,31 @@ APART_S = 1e-3
 """Least distance of two points that are not one and the same but for the accuracy of an engine."""
 
 
-class Active(NamedTuple):
-    """Derivatives at a point: of the objective as stated, and of the rows g ≤ 0 that are met there.
+def _rate(of: Slope, names: Sequence[str]) -> Floats:
+    """Derivatives by some names."""
+    return np.array([float(of.by.get(name, 0.0)) for name in names])
 
-    Rows by number of the constraint among `relations` and by sign: an equality gives two.
+
+def _gap(relation: Relation, values: Values, done: dict[int, Operand]) -> tuple[Slope, Slope]:
+    """Left side less right side, and the right side."""
+    left, right = (slope(side, values, done) for side in relation.sides)
+    by = {name: left.by.get(name, 0.0) - right.by.get(name, 0.0) for name in {*left.by, *right.by}}
+    return Slope(left.value - right.value, by), right
+
+
+def _met(model: Model, values: Values, names: Sequence[str]) -> dict[tuple[int, float], Floats]:
+    """Derivatives by some names of the rows g ≤ 0 that hold with equality at a point.
+
+    By number of the constraint among `relations` and by sign: an equality gives two.
     """
-
-    objective: Values
-    rows: Mapping[tuple[int, float], Values]
-
-
-def active(model: Model, values: Values) -> Active:
-    """Derivatives of the objective, and of the constraints that hold with equality at a point."""
-    rows: dict[tuple[int, float], Values] = {}
+    rows: dict[tuple[int, float], Floats] = {}
     done: dict[int, Operand] = {}
     stated = list(relations(model))  # kept, so that no two nodes share an identity
     for number, relation in enumerate(each.relation for each in stated):
         gap, right = _gap(relation, values, done)
-        if np.abs(gap.value) <= ACTIVE * np.maximum(1.0, np.abs(right)):
-            for sign in relation.signs:
-                rows[number, sign] = {name: sign * rate for name, rate in gap.by.items()}
-    return Active(slope(model.objective, values).by, rows)
-
-
-def _gap(relation: Relation, values: Values, done: dict[int, Operand]) -> tuple[Slope, Operand]:
-    """Left side less right side, and the value of the right side."""
-    left, right = (slope(side, values, done) for side in relation.sides)
-    names = {**left.by, **right.by}
-    by = {name: left.by.get(name, 0.0) - right.by.get(name, 0.0) for name in names}
-    return Slope(left.value - right.value, by), right.value
-
-
-def _along(slopes: Iterable[Values], names: Sequence[str]) -> Floats:
-    """Derivatives by some names, one row for each of some rows."""
-    found = [[float(each.get(name, 0.0)) for name in names] for each in slopes]
-    return np.array(found).reshape(-1, len(names))
+        if np.abs(gap.value) <= ACTIVE * np.maximum(1.0, np.abs(right.value)):
+            rows |= {(number, sign): sign * _rate(gap, names) for sign in relation.signs}
+    return rows
 
 
 def local_multipliers(model: Model, values: Values) -> dict[str, float]:
@@ -88,14 +78,14 @@ def local_multipliers(model: Model, values: Values) -> dict[str, float]:
     One of them where there are several; empty where the point is not stationary.
     """
     names = [variable.name for variable in model.variables]
-    here = active(model, values)
-    goal = model.towards * _along([here.objective], names)[0]
-    weights = next(basic_multipliers(_along(here.rows.values(), names), goal), np.empty(0))
+    goal, rows = _rate(slope(model.objective, values), names), _met(model, values, names)
+    normals = np.array([*rows.values()]).reshape(-1, len(names))
+    weights = next(basic_multipliers(normals, model.towards * goal), np.empty(0))
     stated = list(relations(model))
     found: dict[str, float] = {}
-    for (number, turn), weight in zip(here.rows, weights, strict=False):
+    for (number, turn), weight in zip(rows, weights.tolist(), strict=False):
         label, sense = stated[number].label, stated[number].relation.sense
-        found[label] = found.get(label, 0.0) + float(weight) * (turn if sense == "==" else 1.0)
+        found[label] = found.get(label, 0.0) + weight * (turn if sense == "==" else 1.0)
     return found
 
 
@@ -181,7 +171,9 @@ def _with_longest_other(model: Model, parameters: Values, point: Values) -> list
     (other,), goal = others, model.objective.name
     top = implied_upper_bounds(model, parameters, {**point, other: 0.0})[other]
     try:
-        rows = rows_of(stated_forms(model, parameters), goal, other, 1, max(top, point[goal]))
+        rows = rows_of(
+            stated_forms(model, parameters), goal, other, 1, np.array([max(top, point[goal])])
+        )
     except NotExponentialError:
         return [point]
     longest = rows.at_x(np.array([point[goal]])).end(np.array([top]))[0]
@@ -214,33 +206,33 @@ def shadow_prices(model: Model, parameters: Values, point: Values) -> dict[str, 
 
     Empty where there are no multipliers, or too many rows hold with equality to enumerate them.
     """
-    sign = model.towards
-    points = optimal_points(model, parameters, point)
-    local = [active(model, {**parameters, **each}) for each in points]
-    names = [variable.name for variable in model.variables]
-    rows = [key for key in local[0].rows if all(key in each.rows for each in local)]
-    normals = _along([local[0].rows[key] for key in rows], names)
+    sign, count, named = model.towards, len(model.variables), list(model.parameters)
+    names = [*(variable.name for variable in model.variables), *named]
+    points = [{**parameters, **each} for each in optimal_points(model, parameters, point)]
+    goals = [sign * _rate(slope(model.objective, each), names) for each in points]
+    local = [_met(model, each, names) for each in points]
+    common = [key for key in local[0] if all(key in rows for rows in local)]
+    slopes = [np.array([rows[k] for k in common]).reshape(-1, len(names)) for rows in local]
+    normals = slopes[0][:, :count]
     if np.count_nonzero(normals.any(axis=1)) > MOST_ROWS:
         return {}
-    goal = sign * _along([local[0].objective], names)[0]
-    multipliers, endless = list(basic_multipliers(normals, goal)), list(rays(normals))
-    if not multipliers:
+    weights = np.array([*basic_multipliers(normals, goals[0][:count])])
+    if not len(weights):
         return {}
-    prices = {}
-    for name in model.parameters:
-        more, less = -np.inf, np.inf
-        size = NEGLIGIBLE / max(1.0, abs(float(parameters[name])))
-        for each in local:
-            gain = sign * float(each.objective.get(name, 0.0))
-            growth = _along([each.rows[key] for key in rows], [name])[:, 0]
-            rates = [gain - float(weights @ growth) for weights in multipliers]
-            blocked = [float(ray @ growth) for ray in endless]
-            if not any(amount > size for amount in blocked):
-                more = max(more, min(rates))
-            if not any(amount < -size for amount in blocked):
-                less = min(less, max(rates))
-        prices[name] = ShadowPrice(float(sign * less), float(sign * more))
-    return prices
+    endless = np.vstack([np.empty((0, len(common))), *rays(normals)])
+    size = NEGLIGIBLE / np.maximum(1.0, np.abs([float(parameters[name]) for name in named]))
+    sides = []
+    for goal, rows in zip(goals, slopes, strict=True):
+        rates = goal[count:] - weights @ rows[:, count:]
+        blocked = endless @ rows[:, count:]
+        less = np.where((blocked < -size).any(axis=0), np.inf, rates.max(axis=0))
+        more = np.where((blocked > size).any(axis=0), -np.inf, rates.min(axis=0))
+        sides.append((less, -more))
+    less, more = np.min(sides, axis=0)
+    return {
+        name: ShadowPrice(float(sign * low), float(-sign * high))
+        for name, low, high in zip(named, less, more, strict=True)
+    }
 
 
 class Residuals(NamedTuple):
@@ -263,37 +255,26 @@ def residuals(model: Model, values: Values, multipliers: Mapping[str, float]) ->
 
     Values of unknowns and parameters by name, multipliers by label, of equalities signed.
     """
-    rows = evaluated(model, values)
+    rows, done = evaluated(model, values), dict[int, Operand]()
+    violation = float(np.max([0.0, *(-row.slack / max(1.0, abs(row.right)) for row in rows)]))
     if not multipliers or any(map(math.isnan, multipliers.values())):
-        return Residuals(_violation(rows))
-    negative, products, slopes = [0.0], [0.0], [0.0]
-    done: dict[int, Operand] = {}
-    steepness = {k: model.towards * v for k, v in slope(model.objective, values, done).by.items()}
-    for constraint, row in zip(model.constraints, rows, strict=False):
-        weight, relation = multipliers.get(constraint.label, 0.0), constraint.relation
+        return Residuals(violation + 0.0)
+    names = [variable.name for variable in model.variables]
+    steepness = model.towards * _rate(slope(model.objective, values, done), names)
+    negative, products = [0.0], [0.0]
+    for row in rows[: len(model.constraints)]:
+        weight, relation = multipliers.get(row.label, 0.0), row.constraint.relation
         products.append(abs(weight * row.slack))
         negative.append(0.0 if relation.sense == "==" else -weight)
         gap, _ = _gap(relation, values, done)
-        for name, rate in gap.by.items():
-            steepness[name] = steepness.get(name, 0.0) - weight * relation.signs[0] * rate
-    for variable in model.variables:
+        steepness -= weight * relation.signs[0] * _rate(gap, names)
+    for k, variable in enumerate(model.variables):
         weight, x = multipliers.get(variable.label, 0.0), values[variable.name]
-        below, above = (
-            abs(x - evaluate(bound, values)) for bound in (variable.lower, variable.upper)
-        )
-        nearer = min(below, above)
+        below, above = (abs(x - evaluate(end, values)) for end in (variable.lower, variable.upper))
         # Both bounds share a multiplier: it pushes away from the nearer one.
-        pushes = ([weight] if below == nearer else []) + ([-weight] if above == nearer else [])
+        pushes = ([weight] if below <= above else []) + ([-weight] if above <= below else [])
         negative.append(-weight)
-        products.append(weight * nearer if weight else 0.0)
-        slopes.append(min(abs(steepness.get(variable.name, 0.0) + push) for push in pushes))
-    return Residuals(_violation(rows), *map(_largest, (negative, products, slopes)))
-
-
-def _violation(rows: Checks) -> float:
-    return _largest([0.0, *(-row.slack / max(1.0, abs(row.right)) for row in rows)])
-
-
-def _largest(amounts: Sequence[Operand]) -> float:
-    """The largest of some amounts; NaN where one is NaN, and 0 without a sign."""
-    return float(np.max(amounts)) + 0.0
+        products.append(weight * min(below, above) if weight else 0.0)
+        steepness[k] = min(abs(steepness[k] + push) for push in pushes)
+    worst = (float(np.max(each)) + 0.0 for each in (negative, products, np.abs(steepness)))
+    return Residuals(violation + 0.0, *worst)

@@ -101,15 +101,10 @@ class Engine(Protocol):
     2
     """
 
-    @property
-    def name(self) -> str:
-        """Name by which `optuav.solve` takes it."""
-        ...
-
-    @property
-    def takes(self) -> Capability:
-        """Which models it takes, and what its answers are worth."""
-        ...
+    name: str
+    """Name by which `optuav.solve` takes it."""
+    takes: Capability
+    """Which models it takes, and what its answers are worth."""
 
     @abstractmethod
     def solve(

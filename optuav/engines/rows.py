@@ -211,13 +211,13 @@ class StatedForm(NamedTuple):
 
 
 def rows_of(
-    stated: Sequence[StatedForm], x: str, y: str | None, programmes: int, reach_s: float | Floats
+    stated: Sequence[StatedForm], x: str, y: str | None, programmes: int, reach_s: Floats
 ) -> Rows:
     """Rows from forms that have to be ≥ 0, in the unknowns x and y; y is None if there is none.
 
     Those that cannot fall below 0 for x and y up to their reach [s], as far as their terms tell one
     by one, are left out; where other programmes need them, they are infinite. The sizes and the
-    reach, a number or one a programme, say how much rounding there may be.
+    reach say how much rounding there may be.
     """
     rates: dict[str, Operand] = {}
     for each in stated:
@@ -226,40 +226,32 @@ def rows_of(
         np.full(programmes, np.where(rate == 0.0, TINY, rate))
         for rate in (rates.get(name or "", 0.0) for name in (x, y))
     )
-    reach_s = np.asarray(reach_s)
     V, W = levelled(kx, reach_s), levelled(ky, reach_s)
-    most: dict[Monomial, Operand] = {
-        CONSTANT: 1.0,
-        frozenset({(x, "time")}): reach_s,
-        frozenset({(x, "levelling")}): V,
-    }
+    most = np.stack(np.broadcast_arrays(1.0, reach_s, V, reach_s, W, V * W))
+    own: list[Monomial] = [CONSTANT, frozenset({(x, "time")}), frozenset({(x, "levelling")})]
     if y is not None:
-        most |= {frozenset({(y, "time")}): reach_s, frozenset({(y, "levelling")}): W}
-        most[frozenset({(x, "levelling"), (y, "levelling")})] = V * W
-    kept = []
-    for form, side, *_ in stated:
-        highest = {each: c * most[each] for each, c in form.terms.items() if each in most}
-        shares = {each: np.abs(high) for each, high in highest.items()}
-        size = sum(shares.values())
-        for monomial in form.terms.keys() - most.keys():
+        own += [frozenset({(y, "time")}), frozenset({(y, "levelling")})]
+        own += [frozenset({(x, "levelling"), (y, "levelling")})]
+    weights, sides = np.zeros((6, len(stated), programmes)), np.zeros((len(stated), programmes))
+    for row, (form, side, *_) in enumerate(stated):
+        sides[row] = side
+        for place, monomial in enumerate(own):
+            weights[place, row] = form.terms.get(monomial, 0.0)
+    highest = weights * most[:, None]
+    shares = np.abs(highest)
+    size = shares.sum(axis=0)
+    for row, (form, *_) in enumerate(stated):
+        for monomial in form.terms.keys() - own:
             # Terms that rows do not have may be rounding errors.
-            if np.any(np.abs(form.terms[monomial]) * reach_s**2 > ROUNDING * size):
+            if np.any(np.abs(form.terms[monomial]) * most[1] ** 2 > ROUNDING * size[row]):
                 words = " times ".join(f"{kind} of {name}" for name, kind in sorted(monomial))
                 raise NotExponentialError(f"it holds {words}")
-        # Never more than a check of the answer outside the engine admits.
-        allowance = np.minimum(ROUNDING * (size + side), 0.5 * TOLERANCE * np.maximum(1.0, side))
-        constant = highest.pop(CONSTANT, 0.0) + allowance
-        least = sum((np.minimum(each, 0.0) for each in highest.values()), constant)
-        open_ = ~(least >= 0.0)
-        if np.any(open_):
-            dust = DUST * size
-            terms = {each: form.terms[each] * (open_ & (shares[each] >= dust)) for each in highest}
-            kept.append({**terms, CONSTANT: np.where(open_, constant, np.inf)})
-    weights = np.zeros((6, len(kept), programmes))
-    for row, terms in enumerate(kept):
-        for place, monomial in enumerate(most):
-            weights[place, row] = terms.get(monomial, 0.0)
-    return Rows(weights, kx, ky)
+    # Never more than a check of the answer outside the engine admits.
+    weights[0] += np.minimum(ROUNDING * (size + sides), 0.5 * TOLERANCE * np.maximum(1.0, sides))
+    open_ = ~(weights[0] + np.minimum(highest[1:], 0.0).sum(axis=0) >= 0.0)
+    weights[1:] *= open_ & (shares[1:] >= DUST * size)
+    weights[0] = np.where(open_, weights[0], np.inf)
+    return Rows(weights[:, open_.any(axis=1)], kx, ky)
 
 
 def stated_forms(model: Model, values: Values, *, relaxed: bool = False) -> list[StatedForm]:
