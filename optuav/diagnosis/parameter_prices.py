@@ -78,14 +78,11 @@ def prices(
     the programme only compares with other figures, as the altitude of the hover point with its
     limits, have none: another value in the mission would move these figures too.
     """
-    model = program.parts[chosen[0]].model
-    row, known = model.row(chosen[1]), {key.name: key for key in keys(program.network.mission)}
-    rates = program.shadow_prices(solutions)
+    model, rates = program.parts[chosen[0]].model, program.shadow_prices(solutions)
     stated = [each for each in _moving(model) if each.name in rates]
-    own = [known.get(each.key) for each in stated]
-    for place, each in enumerate(own):
-        if each and each.unit.replace("-", "1") != stated[place].unit:
-            own[place] = None
+    known = {(key.name, key.unit.replace("-", "1")): key for key in keys(program.network.mission)}
+    own = [known.get((each.key, each.unit)) for each in stated]
+    row = model.row(chosen[1])
     steps = [_step(p, key, float(row[p.name])) for p, key in zip(stated, own, strict=True)]
     more = [*zip(stated, steps, strict=True)]
     less = [(parameter, -step) for parameter, step in more]
@@ -94,21 +91,9 @@ def prices(
     for parameter, key, step, change in zip(stated, own, steps, changes, strict=True):
         rate, is_open = rates[parameter.name], bool(np.isnan(change).any())
         gain, loss = (rate.more * step, -rate.less * step) if is_open else change
-        found.append(
-            Price(
-                name=parameter.name,
-                symbol=parameter.symbol,
-                unit=parameter.unit,
-                key=key.name if key else "",
-                value=float(row[parameter.name]),
-                less=rate.less,
-                more=rate.more,
-                step=step,
-                gain=gain,
-                loss=loss,
-                solved_again=not is_open,
-            )
-        )
+        what = parameter.name, parameter.symbol, parameter.unit, key.name if key else ""
+        value = float(row[parameter.name])
+        found.append(Price(*what, value, rate.less, rate.more, step, gain, loss, not is_open))
     return tuple(sorted(found, key=lambda each: not each.key))
 
 

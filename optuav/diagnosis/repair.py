@@ -5,7 +5,8 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Generator, Iterator, Sequence
 from dataclasses import dataclass, replace
-from typing import Literal, NamedTuple, TypeAlias
+from functools import partial
+from typing import Literal, TypeAlias
 
 from optuav.diagnosis.subject import MissionQuestion, feasible
 from optuav.errors import InputError, SolverError
@@ -169,58 +170,42 @@ def repairs(question: MissionQuestion) -> tuple[Repair, ...]:
     wind = enumerate(mission.wind.force_N)
     moved = (*keys(mission), *(_key(f"wind.force_N[{k}]", now, FORCE) for k, now in wind if now))
     ways = [(key, sign) for key in moved for sign in (1, -1)]
-    for (key, sign), (nearest, up_to, resolution) in searched(ways, _judge(question)).items():
-        sense: Literal[">=", "<="] = ">=" if sign > 0 else "<="
-        end = int(nearest) if key.whole else nearest
-        found.append(Repair(key.name, key.now, sense, end, up_to, resolution))
+    found += searched(ways, partial(_repaired, question)).values()
     return tuple(sorted(found, key=lambda each: (each.size, each.key)))
 
 
-Direction = tuple[Key, int]
-Judge = Callable[[Sequence[tuple[Key, float]]], list[bool]]
-"""Which values of keys repair."""
+Trial: TypeAlias = tuple[Key, float]
+Direction: TypeAlias = tuple[Key, int]
 
 
-def _judge(question: MissionQuestion) -> Judge:
+def _repaired(question: MissionQuestion, trials: Sequence[Trial]) -> list[bool]:
     """Which values make the question feasible; one that breaks a rule of missions does not."""
-
-    def judge(trials: Sequence[tuple[Key, float]]) -> list[bool]:
-        repaired, cases = [False] * len(trials), {}
-        for place, (key, value) in enumerate(trials):
-            name, _, axis = key.name.removesuffix("]").partition("[")
-            new: float | list[float] = int(value) if key.whole else value
-            if axis:
-                new = [*question.mission.wind.force_N]
-                new[int(axis)] = value
-            try:
-                cases[place] = question.case(question.mission.replace({name: new}))
-            except (InputError, SolverError):
-                continue
-        for place, answer in zip(cases, feasible([*cases.values()]), strict=True):
-            repaired[place] = answer
-        return repaired
-
-    return judge
+    repaired, cases, wind = [False] * len(trials), {}, question.mission.wind.force_N
+    for place, (key, value) in enumerate(trials):
+        name, _, axis = key.name.removesuffix("]").partition("[")
+        new: float | list[float] = int(value) if key.whole else value
+        if axis:
+            new = [value if str(k) == axis else each for k, each in enumerate(wind)]
+        try:
+            cases[place] = question.case(question.mission.replace({name: new}))
+        except (InputError, SolverError):
+            continue
+    for place, answer in zip(cases, feasible([*cases.values()]), strict=True):
+        repaired[place] = answer
+    return repaired
 
 
-class RepairingValues(NamedTuple):
-    """Values of a key that repair."""
-
-    value: float  # The nearest one, rounded on the feasible side
-    up_to: float | None  # Where they end, if further on they do
-    resolution: float  # Last digit of the value: short of it by so much is infeasible
-
-
-Search: TypeAlias = Generator[list[float], list[bool], RepairingValues | None]
+Search: TypeAlias = Generator[list[float], list[bool], Repair | None]
 """Yields values, is sent whether each of them repairs, and returns what was found."""
 
 
-def searched(ways: Sequence[Direction], judge: Judge) -> dict[Direction, RepairingValues]:
+def searched(
+    ways: Sequence[Direction], judge: Callable[[Sequence[Trial]], list[bool]]
+) -> dict[Direction, Repair]:
     """What the searches in some directions find; in every round all their values are judged."""
     searches: dict[Direction, Search] = {way: search(*way) for way in ways}
     values = {way: next(each) for way, each in searches.items()}
-    known: dict[tuple[Key, float], bool] = {}
-    found: dict[Direction, RepairingValues] = {}
+    known, found = dict[Trial, bool](), dict[Direction, Repair]()
     while values:
         trials = dict.fromkeys((key, v) for (key, _), some in values.items() for v in some)
         if new := [trial for trial in trials if trial not in known]:
@@ -250,13 +235,19 @@ def search(key: Key, sign: int) -> Search:
     if nearest is None:
         return None
     value, digit = nearest
-    further = [value, *replace(key, now=value).further(sign)]
+    further, end = [value, *replace(key, now=value).further(sign)], None
     repair = yield further
-    end = None
     if not all(repair):
         bad = repair.index(False)
         end = yield from _edge(key, -sign, further[bad], further[bad - 1])
-    return RepairingValues(value, end[0] if end else None, 10.0**digit)
+    return Repair(
+        key=key.name,
+        now=key.now,
+        comparison=">=" if sign > 0 else "<=",
+        value=int(value) if key.whole else value,
+        up_to=end[0] if end else None,
+        resolution=10.0**digit,
+    )
 
 
 def _edge(

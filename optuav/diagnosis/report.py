@@ -238,11 +238,7 @@ def _optimum(explained: Explanation) -> Iterator[list[str]]:
     yield _paragraph("Optimum", ", ".join(stays))
     wells = [each for each in sides if each.kind in LABELS]
     others = [each for each in sides if each.kind not in LABELS]
-    stated = (
-        (each.label, each.statement or f"{number_text(each.left)} {each.sense} {_right(each)}")
-        for each in others
-        if each.binds
-    )
+    stated = ((each.label, each.statement or _values(each)) for each in others if each.binds)
     names = [each.label for each in wells if each.binds] if sides else plan.binding
     lines = _columns(stated, formulas=True) + _columns((name,) for name in names)
     yield _labelled("Binding", lines)
@@ -265,8 +261,8 @@ def _optimum(explained: Explanation) -> Iterator[list[str]]:
     yield from _prices(explained)
 
 
-def _right(side: Side) -> str:
-    return _with_unit(side.right, side.unit)
+def _values(side: Side) -> str:
+    return f"{number_text(side.left)} {side.sense} {_with_unit(side.right, side.unit)}"
 
 
 def _prices(explained: Explanation) -> Iterator[list[str]]:

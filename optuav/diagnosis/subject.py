@@ -40,6 +40,8 @@ if TYPE_CHECKING:
     from optuav.network.graph import Graph
 
 Subject: TypeAlias = Program | Plan | Mission | str | Path
+Case: TypeAlias = tuple[Question, Network]
+"""A question about the network of a mission."""
 STOPS = (
     "several stops are searched for, and no single programme declares them: constraints, prices "
     "and repairs are known for one rest and one hover only, if the mission is explained"
@@ -73,7 +75,7 @@ class MissionQuestion:
 
     def case(self, mission: Mission) -> Case:
         """The question about another mission and its network, without declarations."""
-        return Case(checked_question(mission, **vars(self.stated)), network_of(mission, self.graph))
+        return checked_question(mission, **vars(self.stated)), network_of(mission, self.graph)
 
     @property
     def takes_turns(self) -> bool:
@@ -142,13 +144,6 @@ def _of_plan(plan: Plan) -> dict[str, Any]:
         # Packs that take turns are simulated, by no engine that can be named.
         "engine": "auto" if plan.engine in ("", SIMULATION) else plan.engine,
     }
-
-
-class Case(NamedTuple):
-    """A question about the network of a mission."""
-
-    question: Question
-    network: Network
 
 
 class Stack(NamedTuple):

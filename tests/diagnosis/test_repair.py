@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 import optuav
 from optuav.diagnosis import Repair
-from optuav.diagnosis.repair import Judge, Key, RepairingValues, keys, searched
+from optuav.diagnosis.repair import Key, keys, searched
 from optuav.errors import InputError
 from optuav.mission import Mission
 from tests.diagnosis.missions import PAPER, SMALL, infeasible, only, repairs
@@ -206,11 +206,11 @@ numbers = st.floats(1e-6, 1e6).map(lambda x: float(f"{x:.6g}"))
 signs = st.sampled_from([1, -1])
 
 
-def feasible_within(low: float, high: float) -> Judge:
+def feasible_within(low: float, high: float) -> Any:
     return lambda trials: [low <= value <= high for _, value in trials]
 
 
-def search(key: Key, sign: int, judge: Judge) -> RepairingValues | None:
+def search(key: Key, sign: int, judge: Any) -> Repair | None:
     return searched([(key, sign)], judge).get((key, sign))
 
 
