@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Hashable, Iterator, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
-from itertools import chain
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
 
@@ -19,10 +19,10 @@ from optuav.engines.grid import MOST_UNKNOWNS
 from optuav.engines.linear_form import slot_ranges
 from optuav.errors import InputError, SolverError
 from optuav.mission import Mission, load
-from optuav.modelling import Model, NotAffineError, affine
+from optuav.modelling import Model, NotAffineError
 from optuav.modelling.check import evaluated, holding
 from optuav.modelling.classify import traits
-from optuav.modelling.forms import NotExponentialError
+from optuav.modelling.forms import NotExponentialError, excess
 from optuav.network.feasibility import impossibilities
 from optuav.network.network import Network, build_network
 from optuav.physics.kibam import Stage
@@ -55,10 +55,8 @@ DEFAULTS = {
 }
 AT_ONCE = 1 << 13
 """Routes that are examined together: few enough to stay in the cache, and in bounded memory."""
-MOST_SEARCHED = 3000
-"""Slots of an unknown above which not all of them are tried."""
-FIRST_SLOTS = 1000
-"""Slots that are then tried one by one; as many beyond them, further and further apart."""
+MOST_SLOTS, MOST_FAR = 2500, 500
+"""Slots of an unknown that are tried one by one, and others, ever further apart, beyond them."""
 
 
 @dataclass(frozen=True)
@@ -158,7 +156,7 @@ def feasible(cases: Sequence[Case]) -> list[bool]:
     """Whether some route of each case has feasible times.
 
     Exact for programmes in one or two unknowns that are linear, or state what phases of constant
-    current do to the wells of a battery, as those of the package do; up to some thousand slots
+    current do to the wells of a battery, as those of the package do; up to two thousand slots
     too. With more slots some are tried, so that a yes is certain and a no is not. For other
     programmes the engine is asked.
     """
@@ -246,28 +244,22 @@ def _meetable(model: Model, slot_s: float) -> Booleans:
     """
     possible = np.array(True)
     for relation in (each.relation for each in model.constraints if each.relation.sense == "=="):
-        try:
-            total, wanted = affine(relation.left, {}), affine(relation.right, {})
-        except NotAffineError:
-            continue
-        whole = all(np.all(each == 1.0) for each in total.coefficients.values())
-        if whole and not wanted.coefficients:
-            nearest = slot_s * np.round((wanted.constant - total.constant) / slot_s)
-            possible = possible & holding("==", nearest + total.constant, wanted.constant)
+        with suppress(NotAffineError):
+            form, _ = excess(relation, {})
+            if all(np.all(each == 1.0) for each in form.coefficients.values()):
+                nearest_s = slot_s * np.round(form.constant / slot_s)
+                possible = possible & holding("==", nearest_s, form.constant)
     return possible
 
 
 def _in_slots(model: Model, parameters: Values, slot_s: float) -> bool:
     """Whether some whole slots are feasible, by the tests of the grid engine."""
-    ranges = slot_ranges(model, parameters, slot_s)
-    all_of_them = max(last - first for first, last in ranges.values()) <= MOST_SEARCHED
-    axes = []
+    axes, ranges = [], slot_ranges(model, parameters, slot_s)
     for first, last in ranges.values():
-        more = float(last - first)
-        slots = np.arange(more + 1.0 if all_of_them else min(more + 1.0, FIRST_SLOTS))
-        if not all_of_them and more >= FIRST_SLOTS:
-            further = np.geomspace(FIRST_SLOTS, more, FIRST_SLOTS)
-            slots = np.concatenate([slots, np.unique(np.floor(further))])
+        count = last - first + 1.0
+        far = np.floor(np.geomspace(1.0, max(count, 1.0), MOST_FAR)) - 1.0
+        slots = np.union1d(np.arange(min(count, MOST_SLOTS)), far[far < count])
         axes.append(slot_s * (first + slots))
     points = dict(zip(ranges, np.ix_(*axes), strict=True))
-    return bool(grid.cells(chain(*grid.tests(model, parameters)), points).any())
+    flat, curved = grid.tests(model, parameters)
+    return bool(grid.cells([*flat, *curved], points).any())
