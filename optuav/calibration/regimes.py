@@ -154,20 +154,15 @@ def fit_regimes(files: Iterable[str | Path]) -> Fit:
                 "0 is stated"
             )
     known = np.isin(samples.phase, list(loads))
-    groups = samples.phase[known].tolist()
-    courses = (
-        Panel(
-            *(quantity, unit, observed[known].tolist()),
-            [loads[each][f"{quantity}_{unit}"][0] for each in groups],
-            at=samples.time_s[known].tolist(),
-            at_words=TIME,
-            groups=groups,
-        )
-        for quantity, unit, observed in (
-            ("current", "A", samples.current_A),
-            ("power", "W", samples.power_W),
-        )
-    )
+    groups, at_s = samples.phase[known].tolist(), samples.time_s[known].tolist()
+    courses = []
+    for quantity, unit, observed in (
+        ("current", "A", samples.current_A),
+        ("power", "W", samples.power_W),
+    ):
+        means = [loads[each][f"{quantity}_{unit}"][0] for each in groups]
+        seen = observed[known].tolist()
+        courses.append(Panel(quantity, unit, seen, means, (), at_s, TIME, (), groups))
     return finished(
         Fit(
             "regimes",

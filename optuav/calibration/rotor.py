@@ -151,7 +151,11 @@ def _from_bench(sources: tuple[str, ...], tables: list[csv.Measurements]) -> Fit
             left = float(np.sqrt(np.mean((part / weights[name]) ** 2)))
             weights[name] = 1.0 / max(left, LEAST_RESIDUAL * largest[name])
         found = estimate(keys, residuals, [found.values.tolist()])
-    fitted, order = _model(found.values, speed), np.argsort(speed, kind="stable")
+    fitted, order, panels = _model(found.values, speed), np.argsort(speed, kind="stable"), []
+    for name, unit in QUANTITIES.items():
+        seen, modelled = measured[name][order].tolist(), fitted[name][order].tolist()
+        at_words = "speed of the rotor $v$ [rad/s]"
+        panels.append(Panel(name, unit, seen, modelled, (), speed[order].tolist(), at_words))
     doubts = dict.fromkeys(words for table in tables for words in table.doubts())
     per_W = largest["thrust"] / (largest["current"] * largest["voltage"])
     doubts |= dict.fromkeys(csv.unit_doubts("the thrust per power", per_W, "thrust", "force"))
@@ -161,14 +165,7 @@ def _from_bench(sources: tuple[str, ...], tables: list[csv.Measurements]) -> Fit
         sources,
         f"{count} points of a bench test at steady speed",
         (*found.stated(f"fitted to {count} points"), fastest),
-        tuple(
-            Panel(
-                *(name, unit, measured[name][order].tolist(), fitted[name][order].tolist()),
-                at=speed[order].tolist(),
-                at_words="speed of the rotor $v$ [rad/s]",
-            )
-            for name, unit in QUANTITIES.items()
-        ),
+        tuple(panels),
         (*found.warnings, *doubts),
     )
 

@@ -20,12 +20,12 @@ from optuav.errors import Fault, InputError
 from optuav.mission import Mission
 from optuav.mission.files import label, read_toml
 from optuav.mission.messages import nearest, shown
-from optuav.mission.schema import SECTIONS, Number
+from optuav.mission.schema import Number
 from optuav.modelling.check import evaluated
 from optuav.network import vehicle
 from optuav.network.network import Network, build_network
 from optuav.network.places import ENDS
-from optuav.network.variants import KEY, Variants
+from optuav.network.variants import Variants
 from optuav.options import Perspective
 from optuav.plan import Plan
 from optuav.solving.assemble import quantities
@@ -40,7 +40,6 @@ DEVIATIONS = 2.0
 """Half the range that a picture shows of a normal distribution."""
 AT_ONCE = 8192
 """Samples computed together: as many as fit the cache. No result depends on it."""
-NO_PLAN = -1
 QUANTILES = (0.05, 0.25, 0.5, 0.75, 0.95)
 FORMS = (
     "a table such as { percent = 5 }, { low = 1, high = 2 }, { low = 1, likely = 1.5, high = 2 } "
@@ -185,14 +184,9 @@ def _key(known: Mapping[str, Key], name: str) -> Key:
     """Return a key that may vary, or refuse its name."""
     if name in known:
         return known[name]
-    if name.startswith("buildings"):
-        raise refused(name, "", "buildings stay where they are")
-    found = KEY.fullmatch(name)
-    if found is None or found[2] not in getattr(SECTIONS.get(found[1]), "model_fields", {}):
-        raise refused(name, "", f"unknown key{nearest(name, known)}")
-    parts = [each for each in known if each.startswith(f"{name}[")]
-    hint = f", but as {', '.join(parts)}" if parts else ""
-    raise refused(name, "", f"the mission does not state it as a number{hint}")
+    words = "a number that the mission states, or a component such as wind.force_N[0]"
+    alike = [each for each in known if each.startswith(f"{name.partition('.')[0]}.")]
+    raise refused(name, "", f"{words}; buildings stay where they are{nearest(name, alike)}")
 
 
 def refused(name: str, value: str, words: str) -> InputError:
@@ -288,7 +282,8 @@ def chances(
     at_once: int = AT_ONCE,
 ) -> Chances:
     """Return what the samples say, computed `at_once` at a time."""
-    hover_s, winner = np.empty(samples), np.empty(samples, dtype=np.intp)
+    routes, names = network.routes, network.places.names
+    hover_s, wins = np.empty(samples), np.zeros(len(routes), dtype=np.intp)
     kept, flyable = Counter[str](), 0
     for first in range(0, samples, at_once):
         some = slice(first, min(first + at_once, samples))
@@ -309,11 +304,9 @@ def chances(
             best_s = np.where(better, plan.hover_time_s, best_s)
             best = np.where(better, plan.itinerary, best)
         hover_s[some] = np.nan_to_num(best_s, nan=0.0)
-        winner[some] = np.where(np.isnan(best_s), NO_PLAN, best)
-    found, names = Counter(winner.tolist()), network.places.names
-    no_plan, by_route = found.pop(NO_PLAN, 0), Counter[str]()
-    for itinerary, count in sorted(found.items()):
-        building = network.routes.building[itinerary]
+        wins += np.bincount(best[~np.isnan(best_s)], minlength=len(routes))
+    by_route = Counter[str]()
+    for building, count in zip(routes.building.tolist(), wins.tolist(), strict=True):
         by_route["direct" if building < 0 else f"by way of {names[len(ENDS) + building]}"] += count
     quantiles_s = np.quantile(hover_s, QUANTILES).tolist()
     return Chances(
@@ -323,8 +316,8 @@ def chances(
         stated=stated,
         mean_s=float(np.mean(hover_s)),
         quantiles_s=dict(zip(QUANTILES, quantiles_s, strict=True)),
-        no_plan=no_plan / samples,
-        routes={name: count / samples for name, count in by_route.most_common()},
+        no_plan=1.0 - int(wins.sum()) / samples,
+        routes={name: count / samples for name, count in by_route.most_common() if count},
         kept={name: count / samples for name, count in kept.items()} or None,
         flyable=None if plan is None else flyable / samples,
         hover_times_s=hover_s,
