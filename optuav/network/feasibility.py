@@ -26,49 +26,43 @@ def impossibilities(network: Network) -> tuple[str, ...]:
     """Reasons for which no route can be flown; empty if there are none."""
     reasons = never_flyable(network)
     if not reasons and not network.routes.flyable.any():
-        reasons = tuple(blocked_legs(network, 0))
-    return reasons
+        reasons = blocked_legs(network, 0)
+    return tuple(reasons)
 
 
-def never_flyable(network: Network) -> tuple[str, ...]:
+def never_flyable(network: Network) -> list[str]:
     """Reasons for which no route can be flown, with any number of stops."""
-    return tuple(_never_flyable(network))
-
-
-def _never_flyable(network: Network) -> Iterator[str]:
-    mission, limits = network.mission, network.mission.limits
+    reasons, mission, limits = list[str](), network.mission, network.mission.limits
     if mission.flight.model == "rotors":
         airframe, motor = vehicle.airframe(mission), vehicle.motor(mission)
-        why = flight.impossible(airframe, motor, mission.wind.force_N)
-        if why is not None:
-            yield f"the UAV cannot fly: {why} (body.mass_kg, wind.force_N, rotor.max_speed_rad_s)"
-    radius_m = vehicle.coverage_radius_m(mission)
-    device_m = np.array(mission.link.device_m)
+        if why := flight.impossible(airframe, motor, mission.wind.force_N):
+            keys = "body.mass_kg, wind.force_N, rotor.max_speed_rad_s"
+            reasons.append(f"the UAV cannot fly: {why} ({keys})")
+    radius_m, device_m = vehicle.coverage_radius_m(mission), np.array(mission.link.device_m)
     point_m = network.places.position_m[HOVER]
     if np.isnan(point_m).any():
-        height_m = abs(limits.min_altitude_m - mission.link.device_m[2])
-        yield (
+        height_m = abs(limits.min_altitude_m - device_m[2])
+        reasons.append(
             f"the device is out of reach: its link covers {radius_m:.6g} m, but hovering at "
             f"limits.min_altitude_m = {limits.min_altitude_m:g} m means {height_m:.6g} m at least "
             "(link.device_m, link.transmit_power_W, limits.outage_probability)"
         )
-        return
-    if mission.route.hover_m is None:
-        return
-    distance_m = float(np.sqrt(((point_m - device_m) ** 2).sum()))
-    if distance_m > radius_m * (1.0 + TOLERANCE):
-        outage = float(link.outage_probability(vehicle.channel(mission), distance_m))
-        yield (
-            f"P1.a outage: route.hover_m is {distance_m:.6g} m from the device, its link covers "
-            f"{radius_m:.6g} m (outage {outage:.3g}, limits.outage_probability = "
-            f"{limits.outage_probability:g})"
-        )
-    if not limits.min_altitude_m <= point_m[2] <= limits.max_altitude_m:
-        yield (
-            f"P1.e altitude: route.hover_m is at {point_m[2]:g} m, outside "
-            f"[{limits.min_altitude_m:g}, {limits.max_altitude_m:g}] m "
-            "(limits.min_altitude_m, limits.max_altitude_m)"
-        )
+    elif mission.route.hover_m is not None:
+        distance_m = float(np.sqrt(((point_m - device_m) ** 2).sum()))
+        if distance_m > radius_m * (1.0 + TOLERANCE):
+            outage = float(link.outage_probability(vehicle.channel(mission), distance_m))
+            reasons.append(
+                f"P1.a outage: route.hover_m is {distance_m:.6g} m from the device, its link "
+                f"covers {radius_m:.6g} m (outage {outage:.3g}, limits.outage_probability = "
+                f"{limits.outage_probability:g})"
+            )
+        if not limits.min_altitude_m <= point_m[2] <= limits.max_altitude_m:
+            reasons.append(
+                f"P1.e altitude: route.hover_m is at {point_m[2]:g} m, outside "
+                f"[{limits.min_altitude_m:g}, {limits.max_altitude_m:g}] m "
+                "(limits.min_altitude_m, limits.max_altitude_m)"
+            )
+    return reasons
 
 
 def blocked_legs(network: Network, route: int) -> list[str]:

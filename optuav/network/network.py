@@ -20,8 +20,7 @@ from optuav.network.places import (
     build_places,
 )
 from optuav.options import Order, Trajectory
-from optuav.physics.flight import Loads
-from optuav.physics.quantity import Quantity, norm
+from optuav.physics.quantity import norm
 
 NO_LEG = -1
 SAME_S = 1e-6
@@ -141,7 +140,8 @@ def build_legs(
     mission: Mission, places: Places, obstacles: Prisms, start: Integers, end: Integers
 ) -> Legs:
     """A table of the legs between places, from `start` to `end` (leg,), different in every leg."""
-    loads, peak_m_s = leg_loads(mission, places.position_m, start, end)
+    x, y, z = (places.position_m[end] - places.position_m[start]).T
+    loads, peak_m_s = vehicle.leg_loads(mission, (x, y, z))
     durations_s, currents_A, powers_W = (
         np.stack([np.broadcast_to(each, start.shape) for each in by_stage])
         for by_stage in (loads.durations_s, loads.currents_A, loads.powers_W)
@@ -158,7 +158,7 @@ def build_legs(
     return Legs(
         start,
         end,
-        norm(tuple((places.position_m[end] - places.position_m[start]).T)),
+        norm((x, y, z)),
         np.asarray(peak_m_s, dtype=float),
         durations_s,
         currents_A,
@@ -167,14 +167,6 @@ def build_legs(
         np.isfinite(durations_s).all(axis=0) & (crosses == CLEAR),
         np.zeros(len(start), bool),
     )
-
-
-def leg_loads(
-    mission: Mission, position_m: Floats, start: Integers, end: Integers
-) -> tuple[Loads, Quantity]:
-    """What legs draw, and their peak speed [m/s], between places (…, place, 3) [m]."""
-    x, y, z = np.moveaxis(position_m[..., end, :] - position_m[..., start, :], -1, 0)
-    return vehicle.leg_loads(mission, (x, y, z))
 
 
 def shared_lines(start: Integers, end: Integers) -> tuple[Integers, Integers]:

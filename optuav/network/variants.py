@@ -16,7 +16,7 @@ import numpy as np
 from optuav.arrays import Booleans, Floats
 from optuav.mission import Mission
 from optuav.network import vehicle
-from optuav.network.network import Network, leg_loads, shared_lines
+from optuav.network.network import Network, shared_lines
 from optuav.network.obstacles import clear_lines, prisms
 from optuav.network.places import (
     FIRST_BUILDING,
@@ -98,8 +98,11 @@ class Variants:
         return received_table(self.mission, self.position_m, prisms(self.network.mission))[1]
 
     @cached_property
-    def flyable(self) -> Booleans:
-        """Whether all legs of a route can be flown and cross no building."""
+    def able(self) -> Booleans:
+        """Whether a route can be flown, and its hover point held (variant or 1, route).
+
+        That is, all its legs can be flown and cross no building.
+        """
         able = np.isfinite(as_table(self.loads.duration_s))
         if not self.mission.flight.through_buildings:
             lines, line = shared_lines(self.network.legs.start, self.network.legs.end)
@@ -107,12 +110,8 @@ class Variants:
             free = clear_lines(obstacles, self.position_m, lines, lines - FIRST_BUILDING)
             able = able & free[:, line]
         able = np.concatenate([able, np.ones((len(able), 1), bool)], axis=1)  # for NO_LEG
-        return np.asarray(able[:, self.network.routes.legs].all(axis=2))
-
-    @cached_property
-    def able(self) -> Booleans:
-        """Whether a route can be flown, and its hover point held (variant or 1, route)."""
-        return np.asarray(self.flyable & np.isfinite(self.hover_load.current_A))
+        held = np.isfinite(self.hover_load.current_A)
+        return np.asarray(able[:, self.network.routes.legs].all(axis=2) & held)
 
     @cached_property
     def flight_time_s(self) -> Floats:
@@ -137,8 +136,9 @@ class Variants:
     @cached_property
     def loads(self) -> Loads:
         """What the legs draw in their stages, each (variant or 1, leg) or a number."""
-        legs = self.network.legs
-        return leg_loads(self.mission, self.position_m, legs.start, legs.end)[0]
+        legs, position_m = self.network.legs, self.position_m
+        x, y, z = np.moveaxis(position_m[:, legs.end] - position_m[:, legs.start], -1, 0)
+        return vehicle.leg_loads(self.mission, (x, y, z))[0]
 
     @property
     def stages(self) -> list[tuple[Quantity, Quantity]]:

@@ -107,23 +107,21 @@ def test_the_hover_point_of_the_link_may_be_stated() -> None:
 @few(15, most=1000)
 @given(missions())
 def test_a_plan_or_reasons(mission: Mission) -> None:
-    """Never neither; nothing impossible is ever planned."""
+    """Never neither; nothing impossible is ever planned, and all of it is among the advice."""
     found = reasons(mission)
     plan = optuav.solve(mission, perspective="battery")
     assert bool(plan) != bool(plan.reasons)
     assert not (found and plan)
     assert all(text and "nan" not in text for text in plan.reasons)
-
-
-@pytest.mark.campaign
-@few(15, most=1000)
-@given(missions())
-def test_blocked_tells_of_every_leg_that_cannot_be_flown(mission: Mission) -> None:
-    """As many words as legs of the itinerary without passage."""
+    # As many words as legs of the itinerary without passage.
     network = build_network(mission)
     for index, legs in enumerate(network.routes.legs.tolist()):
         stuck = [leg for leg in legs if leg != NO_LEG and not network.legs.flyable[leg]]
         assert len(blocked_legs(network, index)) == len(stuck)
+    # `validate` warns of what will make the plan infeasible.
+    found = advice(mission)
+    assert set(impossibilities(build_network(mission))) <= set(found)
+    assert all(text and "nan" not in text for text in found)
 
 
 FAST = "on the leg origin → hover, a peak of 154.9 m/s is not realistic"
@@ -201,16 +199,6 @@ def test_many_dark_roofs_are_not_all_named() -> None:
         f"the laser does not see hover, {', '.join(f'n{k}' for k in range(9))}, …: no charging "
         "there"
     )
-
-
-@pytest.mark.campaign
-@few(15, most=1000)
-@given(missions())
-def test_advice_holds_every_impossibility(mission: Mission) -> None:
-    """`validate` warns of what will make the plan infeasible."""
-    found = advice(mission)
-    assert set(impossibilities(build_network(mission))) <= set(found)
-    assert all(text and "nan" not in text for text in found)
 
 
 def test_the_key_that_caps_the_charging_current_is_named() -> None:

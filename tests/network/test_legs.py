@@ -48,7 +48,7 @@ def all_pairs(mission: Mission) -> tuple[Places, Legs]:
 @few(15, most=1000)
 @given(missions())
 def test_the_table_of_all_pairs_holds_the_one_stop_legs(mission: Mission) -> None:
-    """The same figures, sight included, wherever both tables have a leg."""
+    """The same figures, sight included, wherever both tables have a leg; and there and back."""
     network = build_network(mission)
     some, (_, every) = network.legs, all_pairs(mission)
     number = {pair: k for k, pair in enumerate(zip(every.start, every.end, strict=True))}
@@ -58,6 +58,14 @@ def test_the_table_of_all_pairs_holds_the_one_stop_legs(mission: Mission) -> Non
         for name in ("duration_s", "charge_As", "energy_J", "distance_m", "peak_speed_m_s"):
             one, other = getattr(every, name)[same], getattr(some, name)[leg]
             assert one == pytest.approx(other, rel=1e-12, nan_ok=True), name
+    # Building to hover point and back: time, charge, energy, speed, and what is in the way.
+    table = table_of(mission)
+    there, back = slice(3, None, 4), slice(4, None, 4)
+    for name in ("duration_s", "charge_As", "energy_J", "distance_m", "peak_speed_m_s"):
+        column = getattr(table, name)
+        assert column[there] == pytest.approx(column[back], rel=1e-9, nan_ok=True), name
+    assert np.array_equal(table.crosses[there], table.crosses[back])
+    assert np.array_equal(table.flyable[there], table.flyable[back])
 
 
 def test_a_building_between_two_others_blocks_their_leg() -> None:
@@ -126,20 +134,6 @@ def test_regime_legs_are_trapezoids(mission: Mission) -> None:
         assert table.peak_speed_m_s[leg] == pytest.approx(min(peak, cap), rel=1e-12)
         assert table.charge_As[leg] == pytest.approx(duration_s * given.flight_current_A)
         assert table.energy_J[leg] == pytest.approx(duration_s * given.flight_power_W)
-
-
-@pytest.mark.campaign
-@few(15, most=1000)
-@given(missions())
-def test_a_leg_costs_the_same_there_and_back(mission: Mission) -> None:
-    """Building to hover point and back: time, charge, energy, speed, and what is in the way."""
-    table = table_of(mission)
-    there, back = slice(3, None, 4), slice(4, None, 4)
-    for name in ("duration_s", "charge_As", "energy_J", "distance_m", "peak_speed_m_s"):
-        column = getattr(table, name)
-        assert column[there] == pytest.approx(column[back], rel=1e-9, nan_ok=True), name
-    assert np.array_equal(table.crosses[there], table.crosses[back])
-    assert np.array_equal(table.flyable[there], table.flyable[back])
 
 
 def test_direct_leg_of_the_shipped_mission() -> None:

@@ -78,7 +78,7 @@ def star(rng: np.random.Generator, centre: Sequence[float], convex: bool) -> Rin
 
 
 @pytest.mark.parametrize("convex", [True, False])
-@pytest.mark.parametrize(("count", "lines"), [(3, 300), (12, 300), (70, 600)])
+@pytest.mark.parametrize(("count", "lines"), [(3, 200), (12, 200), (70, 250)])
 def test_random_lines_among_random_buildings(count: int, lines: int, convex: bool) -> None:
     """A line is blocked if and only if the search finds a building, and by one that it finds.
 

@@ -39,7 +39,7 @@ def route(network: Network, index: int) -> tuple[str, ...]:
 @few(15, most=1000)
 @given(missions())
 def test_itineraries_are_all_routes_with_at_most_one_stop(mission: Mission) -> None:
-    """Direct first, then by building, rest first and hover first: the order in which ties break."""
+    """Direct first, then by building, rest first and hover first; totals are sums over the legs."""
     network = build_network(mission)
     routes = network.routes
     expected = list(in_the_order_of_ties(mission))
@@ -49,13 +49,7 @@ def test_itineraries_are_all_routes_with_at_most_one_stop(mission: Mission) -> N
         assert routes.order(index) == order
         assert routes.rest_first[index] == (order == "rest-first")
         assert route(network, index) == names
-
-
-@pytest.mark.campaign
-@few(15, most=1000)
-@given(missions())
-def test_totals_are_sums_over_the_legs(mission: Mission) -> None:
-    """Time, charge and energy; flyable if every leg is."""
+    # Time, charge and energy; flyable if every leg is.
     network = build_network(mission)
     routes, table = network.routes, network.legs
     for index, legs in enumerate(routes.legs.tolist()):

@@ -51,12 +51,12 @@ def test_each_variant_has_the_places_and_routes_of_its_own_network(name: str) ->
     variants = Variants(build_network(mission), columns)
     for number in range(COUNT):
         own = build_network(alone(mission, columns, number))
-        row = [number if len(each) > 1 else 0 for each in (variants.position_m, variants.flyable)]
+        row = [number if len(each) > 1 else 0 for each in (variants.position_m, variants.able)]
         assert variants.position_m[row[0]] == pytest.approx(own.places.position_m, nan_ok=True)
         received = [np.broadcast_to(each, (COUNT, each.shape[1])) for each in variants.received]
         assert received[0][number] == pytest.approx(own.places.charge_current_A)
         assert received[1][number] == pytest.approx(own.places.received_power_W)
-        assert list(variants.flyable[row[1]]) == list(own.routes.flyable)
+        assert list(variants.able[row[1]]) == list(own.routes.flyable)
         for figure in ("flight_time_s", "flight_charge_As", "flight_energy_J"):
             table = getattr(variants, figure)
             found = table[number if len(table) > 1 else 0]
