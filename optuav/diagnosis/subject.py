@@ -29,8 +29,9 @@ from optuav.physics.kibam import Stage
 from optuav.plan import Plan
 from optuav.solving import Program, formulate
 from optuav.solving.assemble import quantities
+from optuav.solving.outcome import Part
 from optuav.solving.packs_by_schedule import ENGINE as SIMULATION
-from optuav.solving.program import declared, groups
+from optuav.solving.program import groups
 from optuav.solving.question import PROBLEMS, Question, answer, checked_question, problem_of
 from optuav.solving.several_stops import ENGINE as SEARCH
 from optuav.solving.solve import network_of
@@ -162,8 +163,9 @@ def feasible(cases: Sequence[Case]) -> list[bool]:
     """
     found = np.zeros(len(cases), dtype=bool)
     for stack in _stacks(cases):
-        model, slot_s = declared(stack.question, stack.given), stack.question.slot_s
-        if model is None:
+        question, slot_s = stack.question, stack.question.slot_s
+        model = question.problem.model(stack.given, question.perspective)
+        if Part(model, stack.cases).rests != stack.given.rests:
             continue
         possible = _continuous(stack, model)
         if slot_s is not None:

@@ -10,8 +10,6 @@ from typing import Any
 import numpy as np
 
 from formulations.p3 import P3
-from formulations.p4 import P4
-from formulations.parameters import Quantities
 from formulations.soc import AVAILABLE, PAPER
 from optuav.arrays import Integers
 from optuav.engines.linear_form import cut_short
@@ -27,21 +25,10 @@ from optuav.modelling.classify import traits
 from optuav.network.feasibility import blocked_legs, impossibilities
 from optuav.network.network import Network, trajectory_routes
 from optuav.plan import Plan
+from optuav.solving import outcome
 from optuav.solving.assemble import quantities
 from optuav.solving.more_stops import promise
-from optuav.solving.outcome import (
-    PROVED,
-    SAME_S,
-    TIMES,
-    Part,
-    against_p1,
-    best,
-    plan_of,
-    plan_without,
-    replayed,
-    shortest_flight,
-    shortfalls,
-)
+from optuav.solving.outcome import SAME_S, Part
 from optuav.solving.question import AUTO, Question, answer, chosen_engine, refuse_unfit
 from optuav.status import Status
 
@@ -57,12 +44,12 @@ def declared_program(question: Question, network: Network) -> Program:
     for which, rests in () if reasons else groups(question, network):
         through_wells = question.perspective not in PAPER
         given = quantities(network, which, rests=rests, steps=through_wells)
-        model = declared(question, given)
-        if model is not None:
-            refuse_misfits(model, len(which))
+        part = Part(question.problem.model(given, question.perspective), which)
+        if part.rests == rests:  # else the problem has no use for the rests of these routes
+            refuse_misfits(part.model, len(which))
             if question.engine != AUTO:
-                refuse_unfit(model, question)
-            parts.append(Part(model, which))
+                refuse_unfit(part.model, question)
+            parts.append(part)
     if not parts and not reasons:
         reasons = _no_route(question, network)
     return Program(question, network, tuple(parts), reasons)
@@ -72,29 +59,19 @@ def groups(question: Question, network: Network) -> list[tuple[Integers, bool]]:
     """Routes that one declaration serves, and whether they may rest on the way."""
     routes, problem = network.routes, question.problem
     allowed = trajectory_routes(network, question.trajectory or "optimal", problem.order)
-    by_way = allowed[routes.building[allowed] >= 0]
-    direct = allowed[routes.building[allowed] < 0]
     if problem.building is not None:
         number = [each.name for each in network.mission.buildings].index(problem.building)
-        by_way = by_way[routes.building[by_way] == number]
-        direct = direct[:0]
+        allowed = allowed[routes.building[allowed] == number]
+    direct, by_way = (allowed[(routes.building[allowed] >= 0) == rests] for rests in (False, True))
     if question.slot_s is not None and question.trajectory in ("traj1", "traj2"):
         # A rest takes at least one slot, so to pass a building by is a choice of its own.
         direct = by_way
-    found = [] if isinstance(problem, P4) else [(direct, False)]
-    found += [] if isinstance(problem, P3) else [(by_way, True)]
+    found = [(direct, False), *([] if isinstance(problem, P3) else [(by_way, True)])]
     if question.perspective not in PAPER:
         # Through the wells, the order of the stays matters.
         first = routes.rest_first
         found = [(w[first[w] == each], rests) for w, rests in found for each in (True, False)]
     return [(which, rests) for which, rests in found if len(which)]
-
-
-def declared(question: Question, given: Quantities) -> Model | None:
-    """The question declared of some itineraries; None where it has no use for their rests."""
-    model = question.problem.model(given, question.perspective)
-    has_rest = any(variable.name == "rest_time_s" for variable in model.variables)
-    return model if given.rests == has_rest else None
 
 
 def _no_route(question: Question, network: Network) -> tuple[str, ...]:
@@ -209,7 +186,7 @@ class Program:
         chosen, said = self.best(self.answers()), "the best"
         if chosen is None:
             said = "no route has an answer; that of the shortest flight"
-            chosen = shortest_flight(self.network, self.parts)
+            chosen = outcome.shortest_flight(self.network, self.parts)
         part, entry = self.parts[chosen[0]], chosen[1]
         route = map(printable, self.network.route_names(int(part.routes[entry])))
         mission = printable(self.network.mission.name)
@@ -285,11 +262,13 @@ class Program:
         """
         question, network = self.question, self.network
         if not self.parts:
-            return plan_without(question, network, Status.INFEASIBLE, "physics", self.reasons)
+            return outcome.plan_without(
+                question, network, Status.INFEASIBLE, "physics", self.reasons
+            )
         if question.perspective == AVAILABLE and network.mission.battery.takes_turns:
             from optuav.solving.packs_by_schedule import packs_by_schedule
 
-            return replayed(packs_by_schedule(question, network, self.parts))
+            return outcome.replayed(packs_by_schedule(question, network, self.parts))
         return self.plan(self.answers())
 
     def answers(self) -> list[Solution]:
@@ -299,35 +278,33 @@ class Program:
     def plan(self, solutions: Sequence[Solution]) -> Plan:
         """The best plan by known answers to all parts, evaluated again outside the engine."""
         question, network, proof = self.question, self.network, solutions[0].proof
-        engine, statuses = (
-            solutions[0].engine,
-            set[Status]().union(*(s.statuses for s in solutions)),
-        )
+        engine = solutions[0].engine
         asked = replace(question, engine=engine)
-        for solution in solutions if Status.ERROR in statuses else ():
-            bounds_s = np.full(len(solution.statuses), np.nan)
-            bounds_s = bounds_s if solution.beyond is None else solution.beyond
+        for solution in solutions:
+            beyond = np.nan if solution.beyond is None else solution.beyond
+            unknown = np.isnan(np.broadcast_to(beyond, len(solution.statuses)))
             for index, status in enumerate(solution.statuses):
-                if status is Status.ERROR and np.isnan(bounds_s[index]):
+                if status is Status.ERROR and unknown[index]:
                     raise SolverError(solution.refusal(index))
+        statuses = {status for solution in solutions for status in solution.statuses}
         if Status.UNBOUNDED in statuses:
             endless = (
                 "no constraint keeps the objective finite: "
                 "given.keep_deadline(model, label, hover, rest) states the deadline"
             )
-            return plan_without(asked, network, Status.UNBOUNDED, proof, [endless])
+            return outcome.plan_without(asked, network, Status.UNBOUNDED, proof, [endless])
         chosen = self.best(solutions)
         if chosen is None and Status.ERROR in statuses:
             raise SolverError(f"{engine} found neither a plan nor proof that there is none")
         if chosen is None:
-            why = shortfalls(question, network, self.parts)
-            return plan_without(asked, network, Status.INFEASIBLE, proof, why)
+            why = outcome.shortfalls(question, network, self.parts)
+            return outcome.plan_without(asked, network, Status.INFEASIBLE, proof, why)
         number, entry = chosen
         solution = solutions[number]
         solution.verify(entry)
-        plan = plan_of(question, network, self.parts[number], solution, entry)
-        if question.problem.name in PROVED:
-            plan = against_p1(question, network, self.parts, plan)
+        plan = outcome.plan_of(question, network, self.parts[number], solution, entry)
+        if question.problem.name in outcome.PROVED:
+            plan = outcome.against_p1(question, network, self.parts, plan)
         best_s = float(solution.objective[entry])
         beyond_s = [np.nanmax(s.beyond, initial=best_s) for s in solutions if s.beyond is not None]
         notes = list(plan.notes)
@@ -337,21 +314,21 @@ class Program:
         longest = question.problem.name in LONGEST_HOVER
         if longest and question.perspective == AVAILABLE and engine == "bracket":
             notes += promise(network, self.parts, plan)
-        return replayed(plan.model_copy(update={"notes": tuple(notes)}))
+        return outcome.replayed(plan.model_copy(update={"notes": tuple(notes)}))
 
     def best(self, solutions: Sequence[Solution]) -> tuple[int, int] | None:
         """Part and entry of the best answer by the tie rule; None without an answer."""
         routes, found = self.network.routes, []
         for number, (part, solution) in enumerate(zip(self.parts, solutions, strict=True)):
             entries = np.arange(len(part.routes))
-            stays_s = sum(solution.values.get(name, np.zeros(1)) for name in TIMES)
+            stays_s = sum(solution.values.get(name, np.zeros(1)) for name in outcome.TIMES)
             mission_s = routes.flight_time_s[part.routes] + stays_s
             score = solution.objective * part.model.towards
             found.append((part.routes, np.full_like(entries, number), entries, score, mission_s))
         route, numbers, entry, score, mission_s = map(np.concatenate, zip(*found, strict=True))
         order = np.argsort(route, kind="stable")  # ties are broken in the order of the routes
         by_way = routes.building[route] >= 0
-        winner = best(score[order], mission_s[order], by_way[order])
+        winner = outcome.best(score[order], mission_s[order], by_way[order])
         return None if winner is None else (int(numbers[order][winner]), int(entry[order][winner]))
 
     def shadow_prices(self, solutions: Sequence[Solution] | None = None) -> dict[str, ShadowPrice]:
