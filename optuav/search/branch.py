@@ -10,9 +10,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from optuav.arrays import Floats
-from optuav.search.bound import BoxBound
-from optuav.search.boxes import Boxes, joined, patterns, sequences
-from optuav.search.terrain import Terrain
+from optuav.search.bounds import BoxBound
+from optuav.search.terrain import Boxes, Terrain, patterns, sequences
 from optuav.search.trial import Stops, Trial
 
 
@@ -89,16 +88,12 @@ Progress = Callable[[float, int, int], None]
 
 @dataclass(frozen=True)
 class SearchResult:
-    """What a search found, and how many boxes it looked at.
-
-    No plan hovers longer than the bound [s], −inf where it is proved that there is no plan. `ended`
-    says why the search ended early; empty if it is complete.
-    """
+    """What a search found."""
 
     stops: Stops | None
-    bound_s: float
-    examined: int
-    ended: str
+    bound_s: float  # No plan hovers longer [s]; −inf where it is proved that there is no plan
+    examined: int  # Number of boxes that it looked at
+    ended: str  # Why the search ended early; empty if it is complete
 
 
 def search(
@@ -112,21 +107,12 @@ def search(
     """The plan of the longest hover time with at most so many rests and hovers.
 
     The durations of every sequence of stops are cut into boxes, until none is left that can hold a
-    plan better than the best by more than a tie (`optuav.search.bound` has the rules). Among plans
+    plan better than the best by more than a tie (`optuav.search.bounds` has the rules). Among plans
     that tie, the one with the fewest stops is returned, then the buildings that stand first, then
     resting early; and its rests, one after another, as short as its hover time admits.
 
-    Parameters
-    ----------
-    terrain
-        Legs and stays.
-    rests, hovers
-        Most rests, ≥ 0, and hovers, ≥ 1, in any order; places may be visited again.
-    time_limit_s
-        Longest search [s]; without one, a search ends after about `MOST_BOXES` boxes. It ends at
-        an interruption (Ctrl-C), too.
-    progress
-        Called with the state of the search; see `Progress`.
+    Rests may be 0; places may be visited again. Without a time limit [s], a search ends after about
+    `MOST_BOXES` boxes. It ends at an interruption (Ctrl-C), too.
     """
     return _BranchAndBound(terrain, rests, hovers, time_limit_s, progress).run()
 
@@ -157,7 +143,6 @@ class _BranchAndBound:
     def run(self) -> SearchResult:
         ended, begun = "", False
         try:
-            self._find_a_good_plan()
             self._begin()
             begun = True
             self._divide()
@@ -172,23 +157,17 @@ class _BranchAndBound:
             best = self.incumbent.trial.with_short_rests(best)
         return SearchResult(best, bound_s, self.examined, ended)
 
-    def _find_a_good_plan(self) -> None:
-        """Follow the most promising boxes of every pattern down."""
+    def _begin(self) -> None:
+        """Look at every sequence; the most promising boxes of each pattern lead to a good plan."""
         for pattern in self.patterns:
             for roots in sequences(self.terrain, pattern):
                 boxes = self._looked_at(roots)
+                self._keep(boxes)
                 for _ in range(BEAM_LEVELS):
                     boxes = boxes.take(np.argsort(-boxes.promise, kind="stable")[:BEAM])
                     if not len(boxes):
                         break
                     boxes = self._looked_at(boxes.halves())
-
-    def _begin(self) -> None:
-        """Look at every sequence, and keep what may hold a better plan."""
-        for pattern in self.patterns:
-            kept = [self._looked_at(roots) for roots in sequences(self.terrain, pattern)]
-            if kept:
-                self._keep(joined(kept))
 
     def _divide(self) -> None:
         """Cut the open boxes until none is left, the largest first."""
@@ -200,7 +179,9 @@ class _BranchAndBound:
             self.open.popleft()
 
     def _keep(self, boxes: Boxes) -> None:
-        self.open.extend(boxes.pieces(AT_ONCE))
+        """Add boxes to the open ones, in groups of at most so many."""
+        for first in range(0, len(boxes), AT_ONCE):
+            self.open.append(boxes.take(slice(first, first + AT_ONCE)))
 
     def _looked_at(self, boxes: Boxes) -> Boxes:
         """Cut or drop boxes, look for a better plan in them, and return what is left."""

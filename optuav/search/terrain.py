@@ -1,44 +1,36 @@
-"""A mission as arrays for the search: each leg and stay is a map of the two wells.
+"""A mission as arrays for the search, and boxes of the plans over it.
 
-The state is (y, z): the total charge y = y1 + y2 and the tilt z = y1 − ωy. A leg of duration T that
-draws Q takes it to (y − Q, z e^(−k'T) + Z), a stay of duration t at the current I to
-(y + I t, z e^(−k't) + (1−ω) I (1 − e^(−k't))/k'), with k' = k_F/(ω(1−ω)); see
-`optuav.physics.kibam`.
+Each leg and stay is a map of the state (y, z): the total charge y = y1 + y2 and the tilt
+z = y1 − ωy. A leg of duration T that draws Q takes it to (y − Q, z e^(−k'T) + Z), a stay of
+duration t at the current I to (y + I t, z e^(−k't) + (1−ω) I (1 − e^(−k't))/k'), with
+k' = k_F/(ω(1−ω)); see `optuav.physics.kibam`.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+import itertools
+from collections.abc import Iterator
+from dataclasses import dataclass, fields, replace
 from typing import NamedTuple
 
 import numpy as np
 
-from optuav.arrays import Floats
+from optuav.arrays import Booleans, Floats, Integers
 from optuav.physics.kibam import Battery, Stage, Wells, levelling, step
 
 ORIGIN, HOVER, DESTINATION, FIRST_BUILDING = 0, 1, 2, 3
 """Numbers of places."""
-
-
 ROUNDING = 1e-11
 """Share of the capacity by which a limit must be missed before a box falls [-]."""
 
 
 class Flown(NamedTuple):
-    """The legs of a sequence, each (leg, box): duration [s], Q [A s], e^(−k'T) [-], Z [A s]."""
+    """What legs take and do to the wells: arrays (leg, box), or (stage, start, end) from take-off.
 
-    duration_s: Floats
-    charge_As: Floats
-    remaining: Floats
-    tilt_As: Floats
-
-
-class LegMaps(NamedTuple):
-    """What the stages of every leg do to the wells, from take-off to the end of each.
-
-    Arrays (stage, start, end): Q [A s], e^(−k'T) [-] and Z [A s].
+    Duration of the leg [s], Q [A s], e^(−k'T) [-] and Z [A s].
     """
 
+    duration_s: Floats
     charge_As: Floats
     remaining: Floats
     tilt_As: Floats
@@ -46,35 +38,19 @@ class LegMaps(NamedTuple):
 
 @dataclass(frozen=True)
 class Terrain:
-    """Places and legs between them, by number: origin, hover point, destination, then buildings.
+    """Places and legs between them, by number: origin, hover point, destination, then buildings."""
 
-    Parameters
-    ----------
-    battery
-        One battery, full at the start; B > 0, 0 < ω < 1, k_F ≥ 0.
-    deadline_s
-        T_max [s].
-    least_charge_As
-        η0 B, the charge to be left at the end [A s].
-    duration_s
-        Of the legs (start, end) [s]; ``inf`` where there is none.
-    stage_durations_s, stage_currents_A
-        Stages of the legs (stage, start, end) [s], [A]; the current that they draw, ≥ 0.
-    stay_current_A
-        Net current into the battery while staying (place,) [A]: hovering at the hover point,
-        resting elsewhere.
-    tapers
-        Whether charging tapers once y1 = ωB; else it must not go on.
-    """
-
-    battery: Battery
+    battery: Battery  # One, full at the start; B > 0, 0 < ω < 1, k_F ≥ 0
     deadline_s: float
-    least_charge_As: float
-    duration_s: Floats
+    least_charge_As: float  # η0 B, to be left at the end [A s]
+    duration_s: Floats  # Of the legs (start, end) [s]; inf where there is none
+    # Stages of the legs (stage, start, end) [s], [A]; the current that they draw, ≥ 0.
     stage_durations_s: Floats
     stage_currents_A: Floats
+    # Net current into the battery while staying (place,) [A]: hovering at the hover point, resting
+    # elsewhere.
     stay_current_A: Floats
-    tapers: bool = False
+    tapers: bool = False  # Whether charging tapers once y1 = ωB; else it must not go on
 
     @property
     def longest_stay_s(self) -> float:
@@ -94,16 +70,127 @@ class Terrain:
         drawn = self.stage_currents_A[self.stage_durations_s > 0.0]
         return bool((drawn >= self.battery.flow_rate_per_s * self.battery.capacity_As).all())
 
-    def leg_maps(self) -> LegMaps:
-        """The maps of all legs, stage by stage; only whole legs where y1 is least at their ends."""
+    def leg_maps(self) -> Flown:
+        """All legs up to the end of each stage; only whole legs where y1 is least at their ends."""
         wells, elapsed_s = Wells(0.0, 0.0), np.zeros_like(self.duration_s)
-        charge, remaining, tilt = [], [], []
-        share = self.battery.available_fraction
+        found, share = [], self.battery.available_fraction
         for current_A, time_s in zip(self.stage_currents_A, self.stage_durations_s, strict=True):
             wells = step(self.battery, wells, Stage(-current_A, time_s))
             elapsed_s = elapsed_s + time_s
-            charge.append(-wells.total_As)
-            remaining.append(levelling(self.battery, elapsed_s)[0])
-            tilt.append(wells.available_As - share * wells.total_As)
-        kept = slice(-1, None) if self.drains_steadily else slice(None)
-        return LegMaps(np.array(charge[kept]), np.array(remaining[kept]), np.array(tilt[kept]))
+            tilt_As = wells.available_As - share * wells.total_As
+            found.append((-wells.total_As, levelling(self.battery, elapsed_s)[0], tilt_As))
+        kept = found[-1:] if self.drains_steadily else found
+        return Flown(self.duration_s[None], *(np.array(table) for table in zip(*kept, strict=True)))
+
+
+Pattern = tuple[bool, ...]
+"""Kinds of the stops in order: True for a hover, False for a rest."""
+
+
+@dataclass(frozen=True)
+class Boxes:
+    """Boxes of one pattern: a sequence of stops with an interval for the duration of each stay.
+
+    Arrays have one column a box.
+    """
+
+    pattern: Pattern
+    places: Integers  # Numbers of the places, both ends included (stop + 2, box)
+    rank: Integers  # Rank of the sequence in the order in which ties are broken (box,)
+    # Shortest and longest stays (stop, box) [s].
+    low_s: Floats
+    high_s: Floats
+    promise: Floats  # How far the box is from being ruled out (box,) [A s]
+    # Whether something pulls the stay from the corner of long rests and short hovers (stop, box):
+    # the deadline, the hover time to reach, or a full battery.
+    pulled: Booleans
+
+    def __len__(self) -> int:
+        return len(self.rank)
+
+    @property
+    def hovers(self) -> list[int]:
+        """Numbers of the stops that are hovers."""
+        return [k for k, hover in enumerate(self.pattern) if hover]
+
+    @property
+    def rests(self) -> list[int]:
+        """Numbers of the stops that are rests."""
+        return [k for k, hover in enumerate(self.pattern) if not hover]
+
+    def take(self, which: Booleans | Integers | slice) -> Boxes:
+        """Some of the boxes."""
+        columns = (getattr(self, each.name) for each in fields(self)[1:])
+        return Boxes(self.pattern, *(each[..., which] for each in columns))
+
+    def halves(self) -> Boxes:
+        """Every box cut in two where it is widest, of the stays that something pulls."""
+        width_s = self.high_s - self.low_s
+        widest = np.argmax(np.where(self.pulled, width_s, 0.0), axis=0)
+        column = np.arange(len(self))
+        middle_s = self.low_s[widest, column] + 0.5 * width_s[widest, column]
+        low_s, high_s = self.low_s.copy(), self.high_s.copy()
+        high_s[widest, column] = middle_s
+        low_s[widest, column] = middle_s
+        twice = self.take(np.tile(column, 2))
+        return replace(
+            twice,
+            low_s=np.concatenate([self.low_s, low_s], axis=1),
+            high_s=np.concatenate([high_s, self.high_s], axis=1),
+        )
+
+
+AT_ONCE = 1 << 16
+"""Sequences that are made at once."""
+STOPS_FROM_BIT = 52
+"""Bits of a rank below the number of stops; more sequences than that are out of reach."""
+
+
+def patterns(rests: int, hovers: int) -> Iterator[Pattern]:
+    """Kinds of stops in order, at most so many of each and at least one hover, the short first.
+
+    Two hovers in a row are one. Among as many stops, rests come early, as ties are broken.
+    """
+    for stops in range(1, rests + hovers + 1):
+        for pattern in itertools.product((False, True), repeat=stops):
+            few = 1 <= sum(pattern) <= hovers and stops - sum(pattern) <= rests
+            if few and not any(a and b for a, b in itertools.pairwise(pattern)):
+                yield pattern
+
+
+def sequences(terrain: Terrain, pattern: Pattern) -> Iterator[Boxes]:
+    """All sequences of a pattern that can be flown, each as one box of any durations.
+
+    Two rests in a row on the same building are one, and left out. Sequences rank by the number of
+    stops, then by the buildings in order, then resting early first.
+    """
+    buildings = len(terrain.duration_s) - FIRST_BUILDING
+    rests = [stop for stop, hover in enumerate(pattern, 1) if not hover]
+    count = buildings ** len(rests)
+    for first in range(0, count, AT_ONCE):
+        number = np.arange(first, min(first + AT_ONCE, count))
+        places = np.full((len(pattern) + 2, len(number)), HOVER, dtype=np.intp)
+        places[0], places[-1] = ORIGIN, DESTINATION
+        digits = number
+        for stop in reversed(rests):
+            digits, building = np.divmod(digits, buildings)
+            places[stop] = FIRST_BUILDING + building
+        time_left_s = terrain.deadline_s - terrain.duration_s[places[:-1], places[1:]].sum(axis=0)
+        kept = time_left_s >= 0.0
+        high_s = np.broadcast_to(time_left_s[kept], (len(pattern), int(kept.sum()))).copy()
+        yield Boxes(
+            pattern,
+            places[:, kept],
+            _rank(pattern, number[kept]),
+            np.zeros_like(high_s),
+            high_s,
+            np.full(high_s.shape[1], np.inf),
+            np.ones(high_s.shape, bool),
+        )
+
+
+def _rank(pattern: Pattern, number: Integers) -> Integers:
+    """Rank of sequences by their number within the pattern."""
+    late = sum(1 << (len(pattern) - stop) for stop, hover in enumerate(pattern, 1) if hover)
+    rank: Integers = (len(pattern) << STOPS_FROM_BIT) + (number << len(pattern)) + late
+    return rank

@@ -11,8 +11,7 @@ from optuav.arrays import Booleans, Floats, Integers
 from optuav.physics.charging import tapered
 from optuav.physics.kibam import Stage, Wells, levelling
 from optuav.physics.quantity import TINY
-from optuav.search.boxes import Boxes
-from optuav.search.terrain import HOVER, LegMaps, Terrain
+from optuav.search.terrain import HOVER, Boxes, Flown, Terrain
 
 HALVINGS = 40
 """Of a hover time; what is left is some 1e-9 s."""
@@ -36,7 +35,7 @@ class Trial:
     """Plans over one terrain, with its legs stage by stage."""
 
     terrain: Terrain
-    maps: LegMaps
+    maps: Flown
 
     @classmethod
     def over(cls, terrain: Terrain) -> Trial:

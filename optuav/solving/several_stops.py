@@ -22,9 +22,8 @@ from optuav.network.places import FIRST_BUILDING, HOVER
 from optuav.network.timeline import phases_along, simulated, stay_net
 from optuav.physics.quantity import TINY
 from optuav.plan import Plan
-from optuav.search.boxes import patterns, sequences
 from optuav.search.branch import INTERRUPTED, TIE_S, Progress, SearchResult, search
-from optuav.search.terrain import Terrain
+from optuav.search.terrain import Terrain, patterns, sequences
 from optuav.search.trial import Stops
 from optuav.solving.assemble import quantities
 from optuav.solving.more_stops import all_legs, ways_around

@@ -15,10 +15,9 @@ import optuav
 from optuav.mission import Mission
 from optuav.network.network import build_network
 from optuav.physics import kibam
-from optuav.search.bound import BoxBound
-from optuav.search.boxes import Pattern, patterns, sequences
+from optuav.search.bounds import BoxBound
 from optuav.search.branch import TIE_S, SearchResult, search
-from optuav.search.terrain import Terrain
+from optuav.search.terrain import Pattern, Terrain, patterns, sequences
 from optuav.search.trial import Trial
 from optuav.solving.more_stops import all_legs
 from optuav.solving.several_stops import terrain

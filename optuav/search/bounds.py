@@ -1,0 +1,286 @@
+"""Rules that drop or cut boxes which hold no plan that hovers longer than a given time.
+
+Every rule is valid without conditions on currents and wells: it drops only times that no plan
+within 0 ≤ y1 ≤ ωB can have. They are
+
+1. *Time.* The stays and the flight fit into the deadline, and the hovers last the given time.
+2. *Envelopes.* With durations t ≥ 0, every leg and stay maps (y, y1) to
+   e^(−k't) y1 + ω (1 − e^(−k't)) y + a constant for y1 and to y + a constant for y: more of either
+   never leads to less of either. So the largest and the least (y, y1) of a box, carried from phase
+   to phase with the duration that is best or worst for each, enclose all its plans. A box is
+   dropped where the largest y1 is below 0, the least above ωB, or the largest y at the end below
+   η0 B. Between phases the envelopes are cut back to 0 ≤ y1 ≤ ωB, y1 ≤ y ≤ y1 + (1−ω)B, which all
+   its plans keep.
+3. *Trading.* One corner of a box has the longest rests and the shortest hovers. The time rule makes
+   a plan give up at least s_R of these rests and add at least s_H to these hovers. A second of stay
+   i more or less changes y1 after a later phase, by τ, by
+   ∂y1/∂t_i = ωI_i + e^(−k'τ) ((1−ω) I_i − k'z_i), where z_i is the tilt at the end of the stay;
+   interval arithmetic bounds that price over the box. The charge at the end is a limit as well,
+   where a second of a stay is worth its current. So a limit loses against the corner at least the
+   cheapest way to do so by its prices (a knapsack of fractions), and no stay is further from the
+   corner than its own loss allows, which cuts the box. A sum of limits with weights ≥ 0 is a limit
+   as well: of those on y1 ≥ 0 and y1 ≤ ωB in which the price of a rest cancels.
+
+Where charging tapers, all this is said of plans that may go past full instead: a plan that tapers
+holds no more than the one of the same times that does not (`optuav.physics.charging`), so no hover
+that is ruled out for those is possible. The limits y1 ≤ ωB and the least (y, y1) are left out then;
+the cuts to y1 ≤ ωB hold for it, and go on as they are.
+
+"More charge is better" is used nowhere: near full it is false, as charging at constant current
+may then pass y1 = ωB.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+from typing import NamedTuple
+
+import numpy as np
+
+from optuav.arrays import Booleans, Floats
+from optuav.physics.kibam import Battery, levelling
+from optuav.physics.quantity import TINY
+from optuav.search.terrain import ROUNDING, Boxes, Flown, Terrain
+
+
+@dataclass(frozen=True)
+class BoxBound:
+    """Rules that drop or cut boxes that hold no better plan, with whole legs (start, end)."""
+
+    terrain: Terrain
+    legs: Flown
+
+    @classmethod
+    def over(cls, terrain: Terrain) -> BoxBound:
+        """The rules over a terrain."""
+        return cls(terrain, Flown(*(table[-1] for table in terrain.leg_maps())))
+
+    def possible(self, boxes: Boxes, hover_s: Floats) -> Boxes:
+        """The boxes that may hold plans that hover at least so long, each cut to where these are.
+
+        The boxes are of one pattern, the total hover time to reach is (box,) [s].
+        """
+        way = boxes.places[:-1], boxes.places[1:]
+        legs = Flown(*(table[way] for table in self.legs))
+        time_left_s = self.terrain.deadline_s - legs.duration_s.sum(axis=0)
+        low_s, high_s, alive = _in_time(boxes, time_left_s, hover_s)
+        within, overfull = _enveloped(self.terrain, boxes, legs, low_s, high_s)
+        alive &= within
+        hovers, rests = boxes.hovers, boxes.rests
+        hover = np.array(boxes.pattern)[:, None]
+        hovered_s = np.maximum(hover_s, low_s[hovers].sum(axis=0))
+        more_hover_s = hovered_s - low_s[hovers].sum(axis=0)
+        less_rest_s = high_s[rests].sum(axis=0) + hovered_s - time_left_s
+        less_hover_s = high_s[hovers].sum(axis=0) + low_s[rests].sum(axis=0) - time_left_s
+        none_s = np.zeros(len(boxes))
+        width_s = high_s - low_s
+        near_s, far_s = width_s.copy(), width_s.copy()
+        promise = np.full(len(boxes), np.inf)
+        rounding_As = ROUNDING * self.terrain.battery.capacity_As
+        limits = [*_limits(self.terrain, boxes, legs, low_s, high_s)]
+        sums = _against_full(limits, rests, width_s) if overfull.any() else []
+        for limit in (*limits, *sums):
+            needs_s = (less_hover_s, none_s) if limit.full else (more_hover_s, less_rest_s)
+            moves_s = far_s if limit.full else near_s
+            groups = [(g, need_s) for g, need_s in zip((hovers, rests), needs_s, strict=True) if g]
+            losses = [_cheapest(limit.price_A[g], width_s[g], need_s) for g, need_s in groups]
+            room_As = limit.value_As + rounding_As - sum(losses)
+            promise = np.minimum(promise, room_As)
+            for (group, _), loss_As in zip(groups, losses, strict=True):
+                price_A = limit.price_A[group]
+                earned_As = np.minimum(price_A * width_s[group], 0.0).sum(axis=0)
+                room_s = (room_As + loss_As - earned_As) / np.maximum(price_A, TINY)
+                moves_s[group] = np.minimum(moves_s[group], np.maximum(room_s, 0.0))
+        # Near moves start from long rests and short hovers, far moves from the other corner.
+        low_s, high_s = (
+            np.where(hover, np.maximum(low_s, high_s - far_s), high_s - near_s),
+            np.where(hover, low_s + near_s, np.minimum(high_s, low_s + far_s)),
+        )
+        alive &= (promise >= 0.0) & (low_s <= high_s).all(axis=0)
+        pulled = overfull | np.where(hover, more_hover_s > 0.0, less_rest_s > 0.0)
+        cut = replace(boxes, low_s=low_s, high_s=high_s, promise=promise, pulled=pulled)
+        return cut if alive.all() else cut.take(alive)
+
+
+def _in_time(boxes: Boxes, time_left_s: Floats, hover_s: Floats) -> tuple[Floats, Floats, Booleans]:
+    """Intervals cut by the deadline and the hover time to reach, and whether something is left."""
+    low_s, high_s = boxes.low_s.copy(), boxes.high_s.copy()
+    hovers = boxes.hovers
+    lacking_s = np.maximum(hover_s - low_s[hovers].sum(axis=0), 0.0)
+    spare_s = time_left_s - low_s.sum(axis=0)
+    for stop, hover in enumerate(boxes.pattern):
+        more_s = spare_s if hover else spare_s - lacking_s
+        high_s[stop] = np.minimum(high_s[stop], low_s[stop] + more_s)
+    hovered_s = high_s[hovers].sum(axis=0)
+    for stop in hovers:
+        least_s = hover_s - (hovered_s - high_s[stop])
+        low_s[stop] = np.maximum(low_s[stop], least_s)
+    alive = (high_s >= low_s).all(axis=0) & (hovered_s >= hover_s) & (spare_s >= lacking_s)
+    return low_s, np.maximum(low_s, high_s), alive
+
+
+def _cheapest(price: Floats, width: Floats, need: Floats) -> Floats:
+    """Least Σ price·d with 0 ≤ d ≤ width and Σ d ≥ need; all (stay, box), the need (box,)."""
+    order = np.argsort(price, axis=0)
+    price, width = (np.take_along_axis(each, order, axis=0) for each in (price, width))
+    before = np.cumsum(width, axis=0) - width
+    taken = np.where(price < 0.0, width, np.clip(need - before, 0.0, width))
+    total: Floats = (price * taken).sum(axis=0)
+    return total
+
+
+def _enveloped(
+    terrain: Terrain, boxes: Boxes, legs: Flown, low_s: Floats, high_s: Floats
+) -> tuple[Booleans, Booleans]:
+    """Whether the envelopes leave a box possible (box,).
+
+    And whether they pass y1 = ωB at the end of a stay or of a later one (stop, box).
+    """
+    battery = terrain.battery
+    full, share = battery.full, battery.available_fraction
+    rounding_As = ROUNDING * battery.capacity_As
+    # Total charge and tilt.
+    most = least = (np.full(len(boxes), battery.capacity_As), np.zeros(len(boxes)))
+    alive, overfull = np.ones(len(boxes), bool), np.zeros(low_s.shape, bool)
+    for stop, leg in enumerate(Flown(*each) for each in zip(*legs, strict=True)):
+        most = most[0] - leg.charge_As, most[1] * leg.remaining + leg.tilt_As
+        least = least[0] - leg.charge_As, least[1] * leg.remaining + leg.tilt_As
+        alive &= share * most[0] + most[1] >= -rounding_As
+        if stop == len(boxes.pattern):
+            break
+        stay = terrain.stay_current_A[boxes.places[stop + 1]], low_s[stop], high_s[stop]
+        total, available = _farthest(battery, most, *stay, np.maximum)
+        alive &= available >= -rounding_As
+        overfull[: stop + 1] |= available > full.available_As
+        available = np.minimum(available, full.available_As)
+        total = np.minimum(total, available + full.bound_As)
+        most = total, available - share * total
+        if not terrain.tapers:
+            available = np.maximum(share * least[0] + least[1], 0.0)
+            total = np.maximum(least[0], available)
+            least = total, available - share * total
+            total, available = _farthest(battery, least, *stay, np.minimum)
+            alive &= available <= full.available_As + rounding_As
+            available = np.maximum(available, 0.0)
+            total = np.maximum(total, available)
+            least = total, available - share * total
+    return alive & (most[0] >= terrain.least_charge_As - rounding_As), overfull
+
+
+def _farthest(
+    battery: Battery,
+    state: tuple[Floats, Floats],
+    current_A: Floats,
+    low_s: Floats,
+    high_s: Floats,
+    pick: np.ufunc,
+) -> tuple[Floats, Floats]:
+    """Largest or least y and y1 [A s] after a stay of any duration between two."""
+    share, (total, tilt) = battery.available_fraction, state
+
+    def available(time_s: Floats) -> Floats:
+        """y1 after a duration."""
+        remaining, integral_s = levelling(battery, time_s)
+        tilted_As = tilt * remaining + (1.0 - share) * current_A * integral_s
+        sum_As: Floats = share * (total + current_A * time_s) + tilted_As
+        return sum_As
+
+    # dy1/dt = I − k'z vanishes where e^(−k't) = ω I / (k'z − (1−ω) I).
+    rate = np.maximum(battery.rate_per_s, TINY)
+    slope = rate * tilt - (1.0 - share) * current_A
+    turn = share * current_A / np.where(slope == 0.0, TINY, slope)
+    turn_s = -np.log(np.clip(turn, TINY, 1.0)) / rate
+    found = pick(available(low_s), available(high_s))
+    inside = (low_s < turn_s) & (turn_s < high_s)
+    if inside.any():
+        found = pick(found, available(np.where(inside, turn_s, low_s)))
+    farthest: Floats = total + pick(current_A * low_s, current_A * high_s)
+    return farthest, found
+
+
+class Limit(NamedTuple):
+    """A quantity that must not be negative, at the corner that is best for it (box,) [A s].
+
+    A price is the least that it loses a second by which a stay leaves that corner (stop, box) [A].
+    If it is `full`, it keeps y1 ≤ ωB, and its corner is the one of short rests and long hovers.
+    """
+
+    value_As: Floats
+    price_A: Floats
+    full: bool
+
+
+def _limits(
+    terrain: Terrain, boxes: Boxes, legs: Flown, low_s: Floats, high_s: Floats
+) -> Iterator[Limit]:
+    """0 ≤ y1 after every leg, y1 ≤ ωB after every stay, and the charge left at the end."""
+    battery, stops = terrain.battery, len(boxes.pattern)
+    share, rate = battery.available_fraction, battery.rate_per_s
+    hover, number = np.array(boxes.pattern)[:, None], np.arange(stops)[:, None]
+    current_A = terrain.stay_current_A[boxes.places[1:-1]]
+    remaining, integral_s = levelling(battery, np.stack([low_s, high_s]))
+    # Total charge at the corner and at the opposite one; tilt at both, and its bounds in the box.
+    total_As = np.full((2, len(boxes)), battery.capacity_As)
+    tilt_As = np.zeros((4, len(boxes)))
+    # Of every stay that is over, bounds of (1−ω) I − k'z at its end, and of e^(−k'τ) since.
+    weakest_A, strongest_A = np.zeros_like(low_s), np.zeros_like(low_s)
+    least, most = np.ones_like(low_s), np.ones_like(low_s)
+
+    def price_A(past: int) -> Floats:
+        """Prices of y1 for the stays that are over, 0 for the others."""
+        push_A = np.where(hover, strongest_A, weakest_A)
+        fade = np.where((push_A > 0.0) == hover, most, least)
+        price_A = share * current_A + push_A * fade
+        return np.where(number < past, np.where(hover, -price_A, price_A), 0.0)
+
+    for stop, leg in enumerate(Flown(*each) for each in zip(*legs, strict=True)):
+        total_As = total_As - leg.charge_As
+        tilt_As = tilt_As * leg.remaining + leg.tilt_As
+        least[:stop] *= leg.remaining
+        most[:stop] *= leg.remaining
+        yield Limit(share * total_As[0] + tilt_As[0], price_A(stop), full=False)
+        if stop == stops:
+            break
+        long = 1 - int(boxes.pattern[stop])  # where the corner has the longest stay
+        times_s = np.stack([low_s[stop], high_s[stop]])[[long, 1 - long]]
+        total_As = total_As + current_A[stop] * times_s
+        charging_A = (1.0 - share) * current_A[stop]
+        after_As = tilt_As[:, None] * remaining[:, stop] + charging_A * integral_s[:, stop]
+        tilt_As = np.stack(
+            [
+                after_As[0, long],
+                after_As[1, 1 - long],
+                after_As[2].min(axis=0),
+                after_As[3].max(axis=0),
+            ]
+        )
+        weakest_A[stop] = charging_A - rate * tilt_As[3]
+        strongest_A[stop] = charging_A - rate * tilt_As[2]
+        least[:stop] *= remaining[1, stop]
+        most[:stop] *= remaining[0, stop]
+        if not terrain.tapers:
+            room_As = battery.full.available_As - (share * total_As[1] + tilt_As[1])
+            yield Limit(room_As, price_A(stop + 1), full=True)
+    price = np.where(hover, -current_A, current_A)
+    yield Limit(total_As[0] - terrain.least_charge_As, price, full=False)
+
+
+def _against_full(limits: Sequence[Limit], rests: Sequence[int], width_s: Floats) -> list[Limit]:
+    """Sums of a limit y1 ≤ ωB after a rest and a later one, in which the price of the rest cancels.
+
+    Seen from the corner of long rests, y1 ≤ ωB has prices < 0: what leaving that corner gains.
+    """
+    found = []
+    for number, limit in enumerate(limits):
+        stay = number // 2
+        if not limit.full or stay not in rests:
+            continue
+        price_A = limit.price_A[stay]
+        missed_As = (limit.price_A * width_s).sum(axis=0)
+        for later in (each for each in limits[number + 1 :] if not each.full):
+            dear_A = np.maximum(later.price_A[stay], 0.0)
+            weight = dear_A * (price_A > TINY) / np.maximum(price_A, TINY)
+            value_As = later.value_As + weight * (limit.value_As - missed_As)
+            found.append(Limit(value_As, later.price_A - weight * limit.price_A, full=False))
+    return found
