@@ -9,7 +9,11 @@ import time
 
 from benchmarks.timing import Row
 
-NEEDED = "import numpy, pydantic, rich, shapely, typer"
+NEEDED = """
+import numpy, pydantic, shapely, typer.main
+class Model(pydantic.BaseModel):
+    figure: float
+"""
 REPEATS = 9
 
 

@@ -27,18 +27,22 @@ COMMANDS = {
 }
 """Every command, in the order of the help, with the module that has its function."""
 
-VERSION = "--version"
 
-
-def _options(
-    version: Annotated[bool, typer.Option(VERSION, help="Show the version.")] = False,
-) -> None:
-    """Take the options before the command."""
-    if version:
+def _print_version(wanted: bool) -> None:
+    if wanted:
         import optuav
 
         typer.echo(f"optuav {optuav.__version__}")
         raise typer.Exit
+
+
+VERSION = typer.Option(
+    "--version", help="Show the version.", is_eager=True, callback=_print_version
+)
+
+
+def _options(version: Annotated[bool, VERSION] = False) -> None:
+    """Take the options before the command."""
 
 
 @cache
@@ -50,14 +54,13 @@ def program(first: str | None = None) -> Any:
         epilog="Exit codes: 0 yes, 1 there is no feasible plan or it cannot be flown, 2 bad input, "
         "3 an engine failed or did not prove its answer in time.",
         no_args_is_help=True,
-        invoke_without_command=first == VERSION,
         add_completion=False,
         pretty_exceptions_enable=False,
         context_settings={"help_option_names": ["-h", "--help"]},
     )
     app.callback()(_options)
     wanted = COMMANDS if first not in COMMANDS else [first]
-    for name in () if first == VERSION else wanted:
+    for name in () if first == "--version" else wanted:
         module = import_module(f"optuav.cli.{COMMANDS[name]}")
         app.command(name)(command_of(name, getattr(module, name), module.WORDS))
     return typer.main.get_command(app)

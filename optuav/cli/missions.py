@@ -14,11 +14,12 @@ from typing import TYPE_CHECKING, Any
 
 import typer
 
+import optuav
 from optuav.cli.options import Words, mission_of, refuse_beside_plan
 from optuav.cli.output import NO, WIDTH, check_places, deliver, warning
 from optuav.errors import Fault, InputError
-from optuav.mission import load, shipped
-from optuav.mission.files import must_be_new, write_text
+from optuav.mission.files import must_be_new, read_toml, write_text
+from optuav.mission.load import LARGEST_FILE, SHIPPED, load
 from optuav.mission.schema import MissionSection
 from optuav.mission.template import Datasheet, template
 
@@ -27,7 +28,8 @@ if TYPE_CHECKING:
     from rich.table import Table
 
     from optuav.mission import Mission
-    from optuav.network.feasibility import BuildingFigures, Figure
+    from optuav.network.feasibility import BuildingFigures
+    from optuav.plan import Plan
 
 UNIT = re.compile(r"\[([^]]+)\]")
 REGIMES = "regimes"
@@ -63,12 +65,10 @@ def show(
     Exit code 1 if the saved answer is that there is no feasible plan.
     """
     check_places(None, plot)
-    shown: Any
-    if is_plan := Path(mission).suffix == ".json":
-        from optuav.plan import load_plan
-
+    shown: Plan | Mission
+    if Path(mission).suffix == ".json":
         refuse_beside_plan({"set": settings})
-        shown = load_plan(mission)
+        shown = optuav.load_plan(mission)
     else:
         shown = mission_of(mission, settings)
     written = []
@@ -76,28 +76,28 @@ def show(
         from optuav.plots import save_pictures
 
         written = save_pictures(shown, plot)
-    if is_plan:
+    if isinstance(shown, optuav.Plan):
         deliver(shown.to_dict, shown.summary(), as_json=as_json, written=written)
-        if not shown:
-            raise typer.Exit(NO)
-        return
+    else:
+        deliver(partial(_data, shown), _pieces(shown), as_json=as_json, written=written)
+    if not shown:
+        raise typer.Exit(NO)
+
+
+def _data(mission: Mission) -> dict[str, Any]:
+    """A mission with what follows from it, as plain data."""
     from optuav.network.feasibility import building_figures, derived
 
-    figures, buildings = derived(shown), building_figures(shown)
-    data = {
-        "mission": shown.to_dict(),
-        "derived": {each.name: {"value": each.value, "unit": each.unit} for each in figures},
-        "buildings": [asdict(each) for each in buildings],
-    }
-    pieces = _pieces(shown, figures, buildings)
-    deliver(lambda: data, pieces, as_json=as_json, written=written)
+    figures = {each.name: {"value": each.value, "unit": each.unit} for each in derived(mission)}
+    buildings = [asdict(each) for each in building_figures(mission)]
+    return {"mission": mission.to_dict(), "derived": figures, "buildings": buildings}
 
 
-def _pieces(
-    mission: Mission, figures: Iterable[Figure], buildings: Iterable[BuildingFigures]
-) -> Iterator[RenderableType]:
+def _pieces(mission: Mission) -> Iterator[RenderableType]:
     """The mission's tables, and what follows from them."""
     from rich.text import Text
+
+    from optuav.network.feasibility import building_figures, derived
 
     yield Text(f"{mission.name}  {mission.description}".rstrip())
     for name, section in vars(mission).items():
@@ -105,10 +105,10 @@ def _pieces(
             yield Text(f"\n[{name}]", style="bold")
             yield _lines(_settings(section))
     yield Text("\nderived", style="bold")
-    yield _lines((each.name, each.text, each.unit) for each in figures)
+    yield _lines((each.name, each.text, each.unit) for each in derived(mission))
     if mission.buildings:
         yield Text("\n[[buildings]]", style="bold")
-        yield _buildings(buildings)
+        yield _buildings(building_figures(mission))
 
 
 def _settings(section: MissionSection) -> Iterator[tuple[str, str, str]]:
@@ -186,7 +186,11 @@ def validate(mission: str, settings: list[str] | None = None, as_json: bool = Fa
 
 def missions(as_json: bool = False) -> None:
     """List the shipped missions."""
-    rows = [{"name": each.name, "description": each.description} for each in map(load, shipped())]
+    # Each file has a description of its own, so that none needs to be validated.
+    rows = [
+        {"name": name, "description": str(read_toml(path, LARGEST_FILE)["description"])}
+        for name, path in SHIPPED.items()
+    ]
     width = max(len(row["name"]) for row in rows) + 2
     lines = [("mission", "what it is"), *(row.values() for row in rows)]
     shown = (

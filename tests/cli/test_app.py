@@ -32,8 +32,9 @@ def test_every_command_has_help_in_80_columns(command: str) -> None:
 
 def test_version_is_that_of_the_package(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(vars(optuav), "__version__", "1.2.3")
-    found = run("--version")
-    assert (found.code, found.out) == (0, "optuav 1.2.3\n")
+    for more in ((), ("solve", "paper"), ("anything",)):
+        found = run("--version", *more)
+        assert (found.code, found.out) == (0, "optuav 1.2.3\n")
 
 
 def test_without_a_command_there_is_help() -> None:
