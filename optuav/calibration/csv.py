@@ -48,17 +48,15 @@ UNITS: Mapping[str, Mapping[str, float]] = {
 }
 """SI value of each unit, by kind of quantity; a balance shows thrust in grams."""
 USUAL = {
-    "time": (60.0, 1e6, "s"),
     "current": (0.01, 2e3, "A"),
     "voltage": (1.0, 2e3, "V"),
     "speed": (0.0, 300.0, "m/s"),
     "rotor speed": (10.0, 5e3, "rad/s"),
-    "force": (0.003, 0.5, "N/W"),
     "length": (0.005, 3.0, "m"),
     "density": (0.1, 3.0, "kg/m3"),
     "resistance": (1e-3, 20.0, "ohm"),
 }
-"""Lifetimes, thrusts per power, radii and what else UAVs show, from some grams to air taxis."""
+"""Least and most that UAVs show, from some grams to those that carry people, and the unit."""
 
 
 class Format(NamedTuple):
@@ -93,19 +91,19 @@ class Measurements:
         """At most one fault, for all rows that break a rule."""
         found = []
         for row in np.flatnonzero(wrong).tolist():
-            cell = (
-                self.texts[key][row] if key in self.texts else f"{self.numbers[key][row]:g}{unit}"
-            )
-            found.append((self.lines[row], cell.replace("nan", "an empty cell")))
+            cell = self.texts[key][row] if key in self.texts else "an empty cell"
+            if key in self.numbers and not math.isnan(value := self.numbers[key][row]):
+                cell = f"{value:g}{unit}"
+            found.append((self.lines[row], cell))
         if found:
             yield _fault(self.source, key, allowed, found)
 
     def doubts(self) -> Iterator[str]:
         """A warning for each column of which the largest size is none of a UAV."""
         for column, values in self.numbers.items():
-            if (kind := self.kinds[column]) in USUAL and kind not in ("time", "force"):
+            if (kind := self.kinds[column]) in USUAL:
                 largest = float(np.max(np.abs(values)))
-                yield from unit_doubts(f"the largest {column}", largest, column, kind)
+                yield from unit_doubts(f"the largest {column}", largest, column, kind, USUAL[kind])
 
 
 def read(path: Path, *formats: Format) -> Measurements:
@@ -183,9 +181,11 @@ def read_all(files: Iterable[str | Path], one: Callable[[Path], Read]) -> list[R
     return found
 
 
-def unit_doubts(words: str, size: float, column: str, kind: str) -> Iterator[str]:
+def unit_doubts(
+    words: str, size: float, column: str, kind: str, usual: tuple[float, float, str]
+) -> Iterator[str]:
     """A warning of a size in SI units that no UAV has, naming units in which it would be usual."""
-    least, most, unit = USUAL[kind]
+    least, most, unit = usual
     if not least <= size <= most:
         meant = [each for each, worth in UNITS[kind].items() if least <= size * worth <= most]
         heading = f"{column}_{next(iter(UNITS[kind]))}"

@@ -51,6 +51,7 @@ RECORD = csv.Format({"time": "time", "current": "current"}, least=3)
 ENOUGH_TO_BE_LATE = 10  # lines of a record from which on it has a usual step
 MOST_PIECES = 200_000  # most pieces of constant current of a load until the battery is empty
 LEAST_DISCHARGES = 3
+LIFETIME = (60.0, 1e6, "s")  # of a battery that flies a UAV
 SCATTER = 0.02  # relative scatter of lifetimes where there are too few to show it
 FAR = 0.2  # relative miss of a lifetime beyond which no value is stated
 JUMP = 0.1  # relative change of the capacity that may be scatter, for a jump over a pause
@@ -182,9 +183,12 @@ def fit_kibam(files: Iterable[str | Path]) -> Fit:
         ]
     warnings += [words for each in discharges for words in each.doubts]
     largest_A = max(current_A for each in discharges for current_A, _ in each.pieces)
-    warnings += csv.unit_doubts("the largest current", largest_A, "current", "current")
     shortest_s = float(lifetimes_s.min())
-    warnings += csv.unit_doubts("the shortest lifetime", shortest_s, "lifetime", "time")
+    for words, size, column, kind, usual in (
+        ("the largest current", largest_A, "current", "current", csv.USUAL["current"]),
+        ("the shortest lifetime", shortest_s, "lifetime", "time", LIFETIME),
+    ):
+        warnings += csv.unit_doubts(words, size, column, kind, usual)
     if few:
         warnings.append(
             f"{LEAST_DISCHARGES} discharges for as many parameters leave nothing over: the "

@@ -198,9 +198,8 @@ def correlation_of_neighbours(values: Floats) -> float:
     about (2 + 4 φ)/n where it is (1 + 3 φ)/n about a mean [3]_.
     """
     count = len(values)
-    place = np.arange(count) - 0.5 * (count - 1)
-    left = values - np.mean(values)
-    left = left - (place @ left) / (place @ place) * place
+    place = np.arange(count)
+    left = values - np.polyval(np.polyfit(place, values, 1), place)
     squares = float(left @ left)
     found = float(left[1:] @ left[:-1]) / squares if squares > 0.0 else 0.0
     return float(np.clip((found + 2.0 / count) / (1.0 - 4.0 / count), 0.0, MOST_ALIKE))

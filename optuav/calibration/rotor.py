@@ -158,7 +158,10 @@ def _from_bench(sources: tuple[str, ...], tables: list[csv.Measurements]) -> Fit
         panels.append(Panel(name, unit, seen, modelled, (), speed[order].tolist(), at_words))
     doubts = dict.fromkeys(words for table in tables for words in table.doubts())
     per_W = largest["thrust"] / (largest["current"] * largest["voltage"])
-    doubts |= dict.fromkeys(csv.unit_doubts("the thrust per power", per_W, "thrust", "force"))
+    usual = (0.003, 0.5, "N/W")
+    doubts |= dict.fromkeys(
+        csv.unit_doubts("the thrust per power", per_W, "thrust", "force", usual)
+    )
     fastest = Value("rotor.max_speed_rad_s", largest["speed"], "fastest point of the bench")
     return Fit(
         "rotor",

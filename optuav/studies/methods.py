@@ -265,8 +265,8 @@ def _tables(found: Results) -> Iterator[RenderableType]:
 
 def _gaps(found: Results) -> Iterator[RenderableType]:
     """Yield what slots lose of the hover by problem, five lengths of slots abreast."""
-    lengths = {row["slot_s"]: row["method"] for row in reversed(found.rows) if row["slot_s"]}
-    slots_s = [*reversed(lengths)]
+    slots_s = [*dict.fromkeys(row["slot_s"] for row in found.rows if row["slot_s"])]
+    # Of several methods in the same slots the first
     cells = {(_name(row), row["slot_s"]): row for row in reversed(found.rows)}
     yield Text("Δ in continuous times, and what is lost of it [s] in slots of")
     for first in range(0, max(1, len(slots_s)), SLOTS_ABREAST):
@@ -276,11 +276,10 @@ def _gaps(found: Results) -> Iterator[RenderableType]:
         table.add_column("agree", justify="right")
         for problem in found.facts["reasons"]:
             verdicts = {row["agrees"] for row in found.rows if _name(row) == problem}
-            agree = Text("?" if None in verdicts else "yes")
-            if False in verdicts:
-                agree = Text("NO", style="bold red")
             gaps = (_gap(cells[problem, each]) for each in abreast)
             best_s = cells[problem, None]["hover_time_s"]
+            agree = "?" if None in verdicts else "yes"
+            agree = "[bold red]NO[/]" if False in verdicts else agree
             table.add_row(Text(problem), fixed(best_s, 3), *gaps, agree)
         yield table
         yield ""

@@ -316,7 +316,7 @@ def chances(
         stated=stated,
         mean_s=float(np.mean(hover_s)),
         quantiles_s=dict(zip(QUANTILES, quantiles_s, strict=True)),
-        no_plan=1.0 - int(wins.sum()) / samples,
+        no_plan=(samples - int(wins.sum())) / samples,
         routes={name: count / samples for name, count in by_route.most_common() if count},
         kept={name: count / samples for name, count in kept.items()} or None,
         flyable=None if plan is None else flyable / samples,
