@@ -101,7 +101,7 @@ def _traits(model: Model) -> Traits:
         next((node.ufunc.__name__ for node in rough), ""),
         _first_nonlinear(model),
         longest,
-        _first_unlevelled(model) if longest else None,
+        _first_unlevelled(model) if longest and None in model.side_forms else None,
     )
 
 

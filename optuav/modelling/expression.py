@@ -20,13 +20,7 @@ Sense = Literal["<=", ">=", "=="]
 Operand: TypeAlias = Any
 """An `Expression`, a number or an array of numbers."""
 
-SENSES: Mapping[np.ufunc, Sense] = {
-    np.less_equal: "<=",
-    np.greater_equal: ">=",
-    np.equal: "==",
-}
-
-
+SENSES: Mapping[np.ufunc, Sense] = {np.less_equal: "<=", np.greater_equal: ">=", np.equal: "=="}
 INDEX = "j"
 """What runs where lines differ in a number alone."""
 
@@ -195,7 +189,6 @@ class Bounded:
     Its arguments are a bound, a constant ceiling, a level, a limit, and what `value` takes. It is
     never more than the bound or the ceiling, and equal to the bound wherever the level does not
     exceed the limit.
-
     """
 
     name: str  # For messages

@@ -128,9 +128,8 @@ def evaluate(
     """
 
     def leaf(node: Leaf) -> Operand:
-        if isinstance(node, Parameter) and node.name not in values:
-            return node.value
-        return values[node.name]
+        own = isinstance(node, Parameter) and node.name not in values
+        return node.value if own else values[node.name]  # type: ignore[union-attr]
 
     return fold(expression, leaf, lambda ufunc, arguments: ufunc(*arguments), done=done)
 

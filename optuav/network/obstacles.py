@@ -13,7 +13,7 @@ import numpy.typing as npt
 
 from optuav.arrays import Booleans, Floats, Integers
 from optuav.mission import Mission
-from optuav.mission.schema import Building, Footprint, RoofPosition
+from optuav.mission.schema import Building
 
 if TYPE_CHECKING:
     import shapely
@@ -44,47 +44,33 @@ class Prisms:
 
 def outline_m(building: Building) -> Outline | None:
     """Corners of a footprint on the map [m]; None if the building states none."""
-    stated = building.footprint_m
-    return None if stated is None else _outline_m(stated, building.position_m)
-
-
-def _outline_m(stated: Footprint, position_m: RoofPosition) -> Outline:
-    if isinstance(stated[0], tuple):
+    stated, (x, y, _) = building.footprint_m, building.position_m
+    if stated is None or isinstance(stated[0], tuple):
         return stated
-    (x, y, _), (width, depth) = position_m, stated
+    width, depth = stated
     west, east, south, north = x - width / 2, x + width / 2, y - depth / 2, y + depth / 2
     return ((west, south), (east, south), (east, north), (west, north))
 
 
 def prisms(mission: Mission) -> Prisms:
     """The mission's buildings that have a footprint."""
-    every = mission.buildings
-    building = tuple(k for k, each in enumerate(every) if each.footprint_m is not None)
-    return _prisms(
-        building,
-        tuple(every[k].footprint_m for k in building),
-        tuple(every[k].position_m for k in building),
-    )
+    outlines = tuple(map(outline_m, mission.buildings))
+    return _prisms(outlines, tuple(each.position_m[2] for each in mission.buildings))
 
 
 @lru_cache(maxsize=REMEMBERED)
-def _prisms(
-    building: tuple[int, ...],
-    footprint_m: tuple[Footprint, ...],
-    position_m: tuple[RoofPosition, ...],
-) -> Prisms:
-    """Of buildings by number; tuples of numbers compare faster than buildings do."""
+def _prisms(stated: tuple[Outline | None, ...], top_m: tuple[float, ...]) -> Prisms:
+    """Of all buildings, by outlines and heights."""
     import shapely
 
-    outlines = list(map(_outline_m, footprint_m, position_m))
+    building = np.array([k for k, each in enumerate(stated) if each is not None], dtype=np.intp)
+    outlines = [each for each in stated if each is not None]
     corners = np.array([corner for outline in outlines for corner in outline])
-    sides = np.array([len(outline) for outline in outlines], dtype=np.intp)
-    ring = np.repeat(np.arange(len(outlines)), sides)
+    ring = np.repeat(np.arange(len(outlines)), [len(outline) for outline in outlines])
     outer = shapely.polygons(shapely.linearrings(corners.reshape(-1, 2), indices=ring))
     inner = np.asarray(shapely.buffer(outer, -MARGIN_M, join_style="mitre"))
     shapely.prepare(inner)
-    roof_m = np.array(position_m, dtype=float).reshape(-1, 3)[:, 2]
-    return Prisms(shapely.STRtree(inner), np.array(building, dtype=np.intp), roof_m)
+    return Prisms(shapely.STRtree(inner), building, np.array(top_m, dtype=float)[building])
 
 
 def crossed(obstacles: Prisms, start_m: Floats, end_m: Floats, exempt: Integers) -> Integers:
