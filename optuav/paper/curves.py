@@ -155,10 +155,3 @@ def harvest(mission: Mission, source_W: float, distance_m: Floats) -> tuple[Floa
     )
     efficiency = np.asarray(laser.efficiency(power_W, source_W), dtype=float)
     return HOVER_S * np.asarray(power_W, dtype=float), efficiency
-
-
-def source_for_W(mission: Mission, received_W: float, distance_m: Floats) -> Floats:
-    """Power of the source with which so much is received [W], by distance [m]."""
-    share = laser.transmission(vehicle.attenuation_per_km(mission), distance_m)
-    needed_W = laser.source_limit(vehicle.conversion(mission), received_W, share)
-    return np.asarray(needed_W, dtype=float)

@@ -37,6 +37,8 @@ from optuav.physics import laser, rotor
 from optuav.plan import Plan
 from optuav.studies.results import as_csv
 
+HEAD = ("name", "place", "what", "stated", "unit")
+"""Fields of a statement with which its record begins."""
 NEAR_M, FAR_M = np.linspace(0.0, 1000.0, 101), np.linspace(0.0, 5000.0, 101)
 SOURCES_W = (500.0, 1000.0)
 """Distances and sources at which the trends of Fig. 10 are checked."""
@@ -100,11 +102,7 @@ class Ledger:
         """One flat record an entry."""
         return [
             {
-                "name": entry.statement.name,
-                "place": entry.statement.place,
-                "what": entry.statement.what,
-                "stated": entry.statement.stated,
-                "unit": entry.statement.unit,
+                **{name: getattr(entry.statement, name) for name in HEAD},
                 "by printed parameters": entry.shown(entry.printed),
                 "by recovered parameters": entry.shown(entry.recovered),
                 "verdict": entry.verdict.value,
@@ -219,8 +217,10 @@ def source_for_full_charge(mission: Mission) -> Value:
     assert mission.laser is not None
     places = build_network(mission).places
     there_m = places.position_m[[HOVER, *places.buildings]] - np.array(mission.laser.position_m)
+    distance_m = np.linalg.norm(there_m, axis=1)
+    share = laser.transmission(vehicle.attenuation_per_km(mission), distance_m)
     most_W = mission.battery.charge_current_A * mission.battery.nominal_voltage_V
-    needed_W = np.max(curves.source_for_W(mission, most_W, np.linalg.norm(there_m, axis=1)))
+    needed_W = np.max(laser.source_limit(vehicle.conversion(mission), most_W, share))
     return "below 1 kW" if needed_W < 1000.0 else f"{needed_W:.0f} W"
 
 

@@ -23,7 +23,7 @@ from optuav.plots import style
 from optuav.plots.charge import Course, draw_wells
 from optuav.plots.labels import place
 from optuav.plots.map import Way, draw_from_above, plan_labels
-from optuav.plots.profiles import timed, trace_bands
+from optuav.plots.profiles import replay_bands, timed
 from optuav.plots.scene import draw_plan_view, scene
 from optuav.plots.style import BLACK, BLUE, GREEN, GREY, ORANGE, PURPLE, SKY, VERMILLION
 
@@ -143,7 +143,7 @@ def _still(replayed: Replay) -> Figure:
         for label in plan_labels(view, [way], times=False)
     )
     place(left, list(short), [way.points[:, :2]], view.sight_lines[0])
-    style.draw_bands([right], list(trace_bands(trace)))
+    style.draw_bands([right], replay_bands(replayed))
     figure.set_layout_engine("none")
     return figure
 

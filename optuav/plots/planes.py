@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-import functools
 import math
 import textwrap
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from itertools import cycle
 from typing import Any, TypeAlias
 
@@ -19,7 +18,7 @@ from optuav.arrays import Booleans, Floats
 from optuav.engines import grid
 from optuav.errors import InputError
 from optuav.modelling import Constraint, Model, Variable, evaluate
-from optuav.modelling.check import holding, relations
+from optuav.modelling.check import relations
 from optuav.plan import Plan
 from optuav.plots import style
 from optuav.plots.style import BLACK, printed
@@ -35,6 +34,8 @@ BEYOND = 1.5
 """How far the grid is shown, as a multiple of how far it is feasible."""
 MARGIN = 0.07
 """Share of the plane that is shown beyond the grid."""
+ROUNDING = 1e-6
+"""By how much a constraint may be short at a point of the grid that satisfies it."""
 LETTERS = 30
 """Longest line of the legend."""
 
@@ -151,11 +152,6 @@ def _excesses(
         yield each, np.broadcast_to(np.asarray(excess, dtype=float), (len(y), len(x)))
 
 
-def _all(holds: Iterable[Booleans]) -> Booleans:
-    """Where all hold; everywhere if there are none."""
-    return np.asarray(functools.reduce(np.logical_and, holds, np.ones((), dtype=bool)))
-
-
 def _worth_seeing(
     model: Model, parameters: Values, slot_s: float, marked: Sequence[tuple[float, float]]
 ) -> list[Floats]:
@@ -163,8 +159,8 @@ def _worth_seeing(
     counted = grid.axes(model, parameters, slot_s)
     y, x = (np.linspace(0.0, values_s.max(initial=0.0), SAMPLES) for values_s in counted)
     excesses = _excesses(model, parameters, x, y)
-    holds = _all(excess >= 0.0 for each, excess in excesses if each.relation.sense != "==")
-    feasible = np.broadcast_to(holds, (SAMPLES, SAMPLES))
+    holds = [excess >= 0.0 for each, excess in excesses if each.relation.sense != "=="]
+    feasible = np.all([np.ones((SAMPLES, SAMPLES), dtype=bool), *holds], axis=0)
     reached = (y[feasible.any(axis=1)], 1), (x[feasible.any(axis=0)], 0)
     seen = []
     for values_s, (inside, number) in zip(counted, reached, strict=True):
@@ -180,12 +176,12 @@ def _draw_grid(
     """Draw the grid, dots where it is feasible and crosses elsewhere; entries of the legend."""
     every = [max(1, math.ceil(len(values) / MOST_POINTS)) for values in counted]
     upward, across = (values[::n] for values, n in zip(counted, every, strict=True))
-    y, x = (each.ravel() for each in np.meshgrid(upward, across))
-    names = [variable.name for variable in model.variables]
-    values = {**parameters, **dict(zip(names, (y, x), strict=True))}
-    stated = (constraint.relation for constraint in model.constraints)
-    sides = ((each.sense, *(evaluate(side, values) for side in each.sides)) for each in stated)
-    feasible = np.broadcast_to(_all(holding(*each) for each in sides), y.shape)
+    x, y = np.meshgrid(across, upward)
+    holds = [
+        np.abs(excess) <= ROUNDING if each.relation.sense == "==" else excess >= -ROUNDING
+        for each, excess in _excesses(model, parameters, across, upward)
+    ]
+    feasible = np.all([np.ones(x.shape, dtype=bool), *holds], axis=0)
     fewer = f", one of {every[0] * every[1]} shown" if max(every) > 1 else ""
     slots = f"(slots of {slot_s:g} s{fewer})"
     for which, marker, size, colour, words in (
@@ -207,16 +203,19 @@ def _cuts(
     """
     kept = [(each, excess, excess >= 0.0) for each, excess in sampled]
     bounding = [each for each in kept if each[0].relation.sense != "=="]
-    feasible = _all(held for *_, held in bounding)
+
+    def all_hold(but: Booleans | None = None) -> Booleans:
+        others = [held for *_, held in bounding if held is not but]
+        return np.all(others, axis=0) if others else np.ones(kept[0][1].shape, dtype=bool)
+
+    feasible = all_hold()
     for cut in list(bounding):
-        others = _all(held for *_, held in bounding if held is not cut[2])
         # What holds nowhere is named, though another constraint forbids everything as well.
-        if cut[2].any() and (others == feasible).all():
+        if cut[2].any() and (all_hold(but=cut[2]) == feasible).all():
             bounding.remove(cut)
             kept.remove(cut)
     for constraint, excess, own in kept:
-        others = _all(held for *_, held in bounding if held is not own)
-        yield constraint, excess, np.broadcast_to(others, excess.shape)
+        yield constraint, excess, all_hold(but=own)
 
 
 def _draw_constraints(

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from itertools import pairwise
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -18,7 +18,7 @@ from optuav.network.obstacles import prisms
 from optuav.network.places import build_places
 from optuav.physics import flight
 from optuav.physics.trajectory import state_at
-from optuav.plan.trace import Event, Trace
+from optuav.plan.trace import Event
 from optuav.plots import style
 from optuav.plots.labels import mark
 from optuav.plots.style import BLACK, BLUE, GREEN, GREY, ORANGE, SKY, VERMILLION, Band
@@ -106,7 +106,7 @@ def profile(replayed: Replay) -> ProfileAxes:
     below: style.Look = {"loc": "upper center", "bbox_to_anchor": (0.5, -0.42)}
     axes.power.legend(handles=entries, ncols=6, columnspacing=1.4, **below)
     style.settle(axes.altitude)
-    style.draw_bands(axes, list(trace_bands(trace)))
+    style.draw_bands(axes, replay_bands(replayed))
     events = [
         (f"{each.kind} at {each.time_s:.1f} s", each.time_s, height)
         for each in timed(replayed)[:MOST_MARKED]
@@ -121,12 +121,10 @@ def timed(replayed: Replay) -> list[Event]:
     return [event for event in replayed.violations if event.kind != "mismatch"]
 
 
-def trace_bands(trace: Trace) -> Iterator[Band]:
+def replay_bands(replayed: Replay) -> list[Band]:
     """The bands of the phases of a simulated plan."""
-    for phase in np.unique(trace.phase):
-        first, last = np.flatnonzero(trace.phase == phase)[[0, -1]]
-        times_s = float(trace.time_s[first]), float(trace.time_s[last])
-        yield style.phase_band(str(trace.kind[first]), str(trace.end_place[first]), *times_s)
+    phases = replayed.phases
+    return [style.phase_band(each.kind, each.end.name, each.start_s, each.end_s) for each in phases]
 
 
 class LegAxes(NamedTuple):

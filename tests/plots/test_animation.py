@@ -97,7 +97,7 @@ def test_a_small_file(falling: optuav.Replay, tmp_path: Path) -> None:
 
 
 def test_the_same_bytes_again(falling: optuav.Replay, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(animation, "FRAMES", 3)
+    monkeypatch.setattr(animation, "FRAMES", 2)
     monkeypatch.setattr(animation, "HELD", 1)
     one, other = (animation._gif(list(animation.frames(falling))) for _ in range(2))
     assert one == other

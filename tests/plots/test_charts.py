@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from pathlib import Path
 
 import pytest
 
@@ -72,3 +73,9 @@ def test_where_there_is_no_plan_the_words_lie_on_nothing(
     none = [text for text in charge.texts if text.get_text() == "no\nplan"]
     assert len(none) == 8
     assert all(text.get_window_extent().y0 > line_px for text in none)
+
+
+def test_files_are_the_same_bytes(tmp_path: Path) -> None:
+    ax = chart([Bar("battery", "direct", 688.8, False)])
+    first, second = (plots.save(ax, tmp_path / name) for name in ("a", "b"))
+    assert first.read_bytes() == second.read_bytes()

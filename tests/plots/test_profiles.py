@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -14,7 +13,6 @@ from matplotlib.figure import Figure
 import optuav
 from optuav import NoPlanError, plots
 from optuav.judge import Itinerary, Stop
-from optuav.plots import style
 from optuav.plots.style import BLACK, VERMILLION
 
 Overlaps = Callable[[Figure], list[tuple[str, str]]]
@@ -68,15 +66,6 @@ def test_violations_are_marked(paper: optuav.Plan, overlaps: Overlaps) -> None:
 def test_odd_itineraries(stops: tuple[Stop, ...], overlaps: Overlaps) -> None:
     axes = plots.profile(optuav.replay(Itinerary(optuav.load("paper"), stops)))
     assert overlaps(figure(axes)) == []
-
-
-def test_files_are_the_same_bytes(
-    table2: optuav.Plan, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr(style, "DOTS_PER_INCH", 40)
-    replayed = optuav.replay(table2)
-    first, second = (plots.save(plots.profile(replayed), tmp_path / name) for name in ("a", "b"))
-    assert first.read_bytes() == second.read_bytes()
 
 
 def test_what_cannot_be_drawn_is_refused() -> None:
