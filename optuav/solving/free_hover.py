@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from itertools import chain
 from typing import NamedTuple, NoReturn
@@ -19,7 +19,7 @@ import numpy as np
 
 from formulations.formulation import Given
 from formulations.p1 import P1
-from formulations.parameters import FROM_HOVER, QUANTITIES, TO_HOVER, Quantities
+from formulations.parameters import FROM_HOVER, QUANTITIES, TO_HOVER
 from optuav.arrays import Floats, Integers
 from optuav.engines.prices import ShadowPrice
 from optuav.engines.registry import Engine
@@ -32,7 +32,6 @@ from optuav.network.network import NO_LEG, Network, build_network
 from optuav.network.places import HOVER
 from optuav.network.variants import Variants
 from optuav.options import Perspective
-from optuav.physics.flight import Loads
 from optuav.physics.kibam import Stage
 from optuav.physics.quantity import TINY, Quantity, Vector, norm
 from optuav.plan import Plan
@@ -76,8 +75,7 @@ def free_program(question: Question, mission: Mission) -> FreeProgram:
         usable = (table.flyable[legs] | ~apart).all(axis=1)
         opened = replace(network, routes=replace(network.routes, flyable=usable))
         for which, rests in groups(question, opened):
-            declared = _opened(network, which, rests).model(question.perspective)
-            parts.append(Part(declared, which))
+            parts.append(Part(_declared(network, which, rests, question.perspective), which))
     return FreeProgram(question, network, tuple(parts), () if parts else own.reasons, own)
 
 
@@ -167,38 +165,6 @@ def _gain(plan: Plan, own: Plan) -> str:
     return f"hover point free: {point} gives {more_s:.4f} s more than {name}"
 
 
-def _opened(network: Network, which: Integers, rests: bool) -> FreeHover:
-    """The quantities by hover point of routes, all direct or all by way of a building."""
-    mission, table = network.mission, network.legs
-    legs = network.routes.legs[which]
-    flown = legs != NO_LEG
-    to_hover, from_hover = (flown & (ends[legs] == HOVER) for ends in (table.end, table.start))
-    apart = flown & ~to_hover & ~from_hover
-    before, after = table.start[legs[to_hover]], table.end[legs[from_hover]]
-    before_m, after_m = (tuple(network.places.position_m[each].T) for each in (before, after))
-    time_s, charge_As, energy_J = (
-        np.where(apart, figure[legs], 0.0).sum(axis=1)
-        for figure in (table.duration_s, table.charge_As, table.energy_J)
-    )
-    given = replace(
-        quantities(network, which, rests=rests, hover_open=True),
-        flight_time_s=time_s,
-        flight_charge_As=charge_As,
-        flight_energy_J=energy_J,
-        hover_current_A=float(vehicle.hover_load(mission).current_A),
-        hover_received_W=0.0,
-    )
-    return FreeHover(
-        rest_of_route=given,
-        before_m=before_m,
-        after_m=after_m,
-        device_m=mission.link.device_m,
-        laser_m=None if mission.laser is None else mission.laser.position_m,
-        leg=lambda way_m: vehicle.leg_loads(mission, way_m)[0],
-        charging=lambda distance_m: vehicle.charging(mission, distance_m),
-    )
-
-
 DESCRIPTIONS = {
     "flight_time_s": "time of all legs, two of them to w and from w",
     "flight_charge_As": "charge drawn on all legs",
@@ -210,107 +176,84 @@ DESCRIPTIONS = {
 """Printed in place of formulas in w that would fill a page."""
 
 
-@dataclass(frozen=True, kw_only=True)
-class FreeHover:
-    """The quantities of itineraries as functions of their hover point w, in sight of the laser."""
+def _declared(network: Network, which: Integers, rests: bool, perspective: Perspective) -> Model:
+    """(P1) over w, Δ and T' for some routes, all direct or all by way of a building.
 
-    # Without the legs to and from w, which the steps name `TO_HOVER` and `FROM_HOVER`; the hover
-    # current is what is drawn before anything is received.
-    rest_of_route: Quantities
-    # Places from which the UAV flies to w and to which it flies on, and positions [m].
-    before_m: Vector
-    after_m: Vector
-    device_m: Vector
-    laser_m: Vector | None
-    leg: Callable[[Vector], Loads]  # What a leg of a displacement [m] draws
-    # Current [A] and power [W] received at a distance from the laser [m].
-    charging: Callable[[Quantity], tuple[Quantity, Quantity]]
-
-    def at(self, w: Vector) -> Quantities:
-        """The quantities with the hover point at w [m]: numbers, arrays or symbols."""
-        given = self.rest_of_route
-        legs = self.leg(_way(self.before_m, w)), self.leg(_way(w, self.after_m))
-        charge_As = given.flight_charge_As + sum(leg.charge_As for leg in legs)
-        energy_J = given.flight_energy_J + sum(leg.energy_J for leg in legs)
-        stages: dict[str, list[Stage | str]] = {
-            name: [Stage(-i, t) for i, t in zip(leg.currents_A, leg.durations_s, strict=True)]
-            for name, leg in zip((TO_HOVER, FROM_HOVER), legs, strict=True)
-        }
-        moved: dict[str, Quantity] = {
-            "flight_time_s": given.flight_time_s + sum(leg.duration_s for leg in legs),
-            "flight_charge_As": charge_As,
-            "flight_energy_J": energy_J,
-            "flight_voltage_V": energy_J / charge_As,
-            "hover_distance_m": norm(_way(self.device_m, w)),
-            "hover_altitude_m": w[2],
-            "steps": [
-                *chain(*(stages.get(s, [s]) if isinstance(s, str) else [s] for s in given.steps))
-            ],
-        }
-        if self.laser_m is not None:
-            current_A, power_W = self.charging(norm(_way(self.laser_m, w)))
-            moved["hover_current_A"] = given.hover_current_A - current_A
-            moved["hover_received_W"] = power_W
-        return replace(given, **moved)
-
-    def model(self, perspective: Perspective) -> Model:
-        """(P1) over w, Δ and T', with the figures of the itineraries as parameters."""
-        model = Model("P1 with the hover point free: longest hover within reach of the device")
-        x, y, z = (
-            model.variable(f"hover_{axis}_m", f"{axis}_w", unit="m", lower=-float("inf"))
-            for axis in "xyz"
-        )
-        given = Given.of(self.rest_of_route, perspective)
-        symbols = replace(
-            self,
-            rest_of_route=given,
-            before_m=_place("before", self.before_m),
-            after_m=_place("after", self.after_m),
-        )
-        at_w = symbols.at((x, y, z))
-        named: dict[str, Quantity] = {
-            each.name: model.let(
-                each.name,
-                value,
-                symbol=each.metadata["symbol"],
-                unit=each.metadata["unit"],
-                words=DESCRIPTIONS.get(each.name, ""),
-            )
-            for each in QUANTITIES
-            if (value := getattr(at_w, each.name)) is not getattr(given, each.name)
-        }
-        P1().declare(model, replace(given, **named, steps=at_w.steps))
-        return model
-
-
-def _place(name: str, position_m: Vector) -> Vector:
-    """Symbols for the position of a place [m]."""
-    x, y, z = (
-        Parameter(f"{name}_{axis}_m", f"{axis}_{name[0]}", "m", value)
-        for axis, value in zip("xyz", position_m, strict=True)
+    The legs to and from w are expressions in w, which is taken to be in sight of the laser.
+    """
+    mission, table, legs = network.mission, network.legs, network.routes.legs[which]
+    flown = legs != NO_LEG
+    to_w, from_w = (flown & (ends[legs] == HOVER) for ends in (table.end, table.start))
+    other = flown & ~to_w & ~from_w
+    known = replace(
+        quantities(network, which, rests=rests, hover_open=True),
+        flight_time_s=np.where(other, table.duration_s[legs], 0.0).sum(axis=1),
+        flight_charge_As=np.where(other, table.charge_As[legs], 0.0).sum(axis=1),
+        flight_energy_J=np.where(other, table.energy_J[legs], 0.0).sum(axis=1),
+        hover_current_A=float(vehicle.hover_load(mission).current_A),
+        hover_received_W=0.0,
     )
-    return x, y, z
+    model = Model("P1 with the hover point free: longest hover within reach of the device")
+    w = [
+        model.variable(f"hover_{axis}_m", f"{axis}_w", unit="m", lower=-math.inf) for axis in "xyz"
+    ]
+    given, places = Given.of(known, perspective), network.places.position_m
+    before, after = (
+        [
+            Parameter(f"{name}_{axis}_m", f"{axis}_{name[0]}", "m", value)
+            for axis, value in zip("xyz", places[end].T, strict=True)
+        ]
+        for name, end in (("before", table.start[legs[to_w]]), ("after", table.end[legs[from_w]]))
+    )
+    arriving = vehicle.leg_loads(mission, _way(before, w))[0]
+    leaving = vehicle.leg_loads(mission, _way(w, after))[0]
+    stages: dict[object, list[Stage | str]] = {
+        name: [Stage(-i, t) for i, t in zip(leg.currents_A, leg.durations_s, strict=True)]
+        for name, leg in ((TO_HOVER, arriving), (FROM_HOVER, leaving))
+    }
+    steps = [stages.get(s, [s]) if isinstance(s, str) else [s] for s in given.steps]
+    charge_As = given.flight_charge_As + (arriving.charge_As + leaving.charge_As)
+    energy_J = given.flight_energy_J + (arriving.energy_J + leaving.energy_J)
+    at_w: dict[str, Quantity] = {
+        "flight_time_s": given.flight_time_s + (arriving.duration_s + leaving.duration_s),
+        "flight_charge_As": charge_As,
+        "flight_energy_J": energy_J,
+        "flight_voltage_V": energy_J / charge_As,
+        "hover_distance_m": norm(_way(mission.link.device_m, w)),
+        "hover_altitude_m": w[2],
+    }
+    if mission.laser is not None:
+        lit = vehicle.charging(mission, norm(_way(mission.laser.position_m, w)))
+        at_w["hover_current_A"] = given.hover_current_A - lit.current_A
+        at_w["hover_received_W"] = lit.power_W
+    named: dict[str, Quantity] = {
+        each.name: model.let(
+            each.name,
+            at_w[each.name],
+            symbol=each.metadata["symbol"],
+            unit=each.metadata["unit"],
+            words=DESCRIPTIONS.get(each.name, ""),
+        )
+        for each in QUANTITIES
+        if each.name in at_w
+    }
+    P1().declare(model, replace(given, **named, steps=list(chain.from_iterable(steps))))
+    return model
 
 
-def _way(start: Vector, end: Vector) -> Vector:
+def _way(start: Sequence[Quantity], end: Sequence[Quantity]) -> Vector:
     """The displacement from one point to another [m]."""
     return (end[0] - start[0], end[1] - start[1], end[2] - start[2])
 
 
 @dataclass(frozen=True)
 class Region:
-    """Where a UAV may hover: a ball around the device, cut by the altitude band.
+    """Where a UAV may hover: a ball around the device, cut by the altitude band."""
 
-    Parameters
-    ----------
-    centre_m, radius_m
-        Device and d_max [m].
-    low_m, high_m
-        Least and largest altitude in the ball and in the band [m]; low > high where there is none.
-    """
-
+    # Device and d_max [m].
     centre_m: Floats
     radius_m: float
+    # Least and largest altitude in the ball and in the band [m]; low > high where there is none.
     low_m: float
     high_m: float
 
