@@ -187,18 +187,17 @@ def build_routes(legs: Legs) -> Routes:
     numbers[0] = 0, 1, NO_LEG
     numbers[1::2] = np.stack([first, first + 1, np.ones_like(first)], axis=1)
     numbers[2::2] = np.stack([np.zeros_like(first), first + 2, first + 3], axis=1)
-    flown, count = numbers != NO_LEG, np.arange(len(numbers))
+    count = np.arange(len(numbers))
+    return routes_along(legs, numbers, (count - 1) // 2, count % 2 == 1)
+
+
+def routes_along(legs: Legs, numbers: Integers, building: Integers, rest_first: Booleans) -> Routes:
+    """Routes by the numbers of the legs that each flies, with their totals; see `Routes`."""
+    flown = numbers != NO_LEG
     figures = np.stack([legs.duration_s, legs.charge_As, legs.energy_J])
     flight_s, charge_As, energy_J = np.where(flown, figures[:, numbers], 0.0).sum(axis=2)
-    return Routes(
-        numbers,
-        (count - 1) // 2,
-        count % 2 == 1,
-        np.asarray((legs.flyable[numbers] | ~flown).all(axis=1)),
-        flight_s,
-        charge_As,
-        energy_J,
-    )
+    flyable = np.asarray((legs.flyable[numbers] | ~flown).all(axis=1))
+    return Routes(numbers, building, rest_first, flyable, flight_s, charge_As, energy_J)
 
 
 def trajectory_routes(network: Network, name: Trajectory, order: Order | None = None) -> Integers:

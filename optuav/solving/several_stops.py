@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
+from contextlib import suppress
 from dataclasses import replace
 from decimal import ROUND_CEILING, Decimal
 from typing import TYPE_CHECKING
@@ -17,7 +18,7 @@ from optuav.errors import Fault, InputError, SolverError
 from optuav.mission.messages import shown
 from optuav.network import vehicle
 from optuav.network.feasibility import never_flyable
-from optuav.network.network import NO_LEG, Network, Routes
+from optuav.network.network import NO_LEG, Network, Routes, routes_along
 from optuav.network.places import FIRST_BUILDING, HOVER
 from optuav.network.timeline import phases_along, simulated, stay_net
 from optuav.physics.quantity import TINY
@@ -50,7 +51,7 @@ def several_stops(
     graph: Graph | None = None,
     progress: Progress | None = None,
 ) -> Plan:
-    """The plan of the longest hover time with at most so many rests and hovers.
+    """The plan of the longest hover time with at most so many rests, 0 to 10, and hovers, 1 to 10.
 
     Under ``available`` it is found by branch and bound over sequences of stops and their durations.
     In the linear perspectives one rest and one hover are enough if the legs obey the triangle
@@ -59,16 +60,8 @@ def several_stops(
     where charging is best. Where edited graphs or buildings in the way break that inequality, all
     sequences are compared, each by its own linear programme with the rest on its best building.
 
-    Parameters
-    ----------
-    program
-        (P1) over the same mission with one rest and one hover.
-    rests, hovers
-        Most rests, 0 to 10, and hovers, 1 to 10.
-    graph
-        A graph that was edited: its edges replace the computed legs, also between buildings.
-    progress
-        Called with the state of the search.
+    The program is (P1) over the same mission with one rest and one hover; the edges of a graph
+    replace the computed legs, also between buildings.
 
     Raises
     ------
@@ -92,13 +85,8 @@ def several_stops(
         return program.solve()
     network = replace(program.network, legs=all_legs(program.network, graph))
     if available:
-        found = search(
-            terrain(network),
-            rests,
-            hovers,
-            time_limit_s=question.time_limit_s,
-            progress=progress,
-        )
+        limit_s = question.time_limit_s
+        found = search(terrain(network), rests, hovers, time_limit_s=limit_s, progress=progress)
         most = f"at most {rests} rest{'s' * (rests != 1)} and {hovers} hover{'s' * (hovers != 1)}"
         return _plan(program, network, found, most)
     if rests and not ways_around(network):
@@ -138,35 +126,16 @@ def terrain(network: Network) -> Terrain:
 def _routes(network: Network, places: Integers, building: Integers) -> Routes:
     """Sequences of places as routes over legs between any two places.
 
-    Parameters
-    ----------
-    network
-        Places and legs.
-    places
-        Numbers of the places (place, sequence), −1 behind the last of a sequence.
-    building
-        Number of the building that each rests on (sequence,), −1 for none.
+    By the numbers of the places (place, sequence), −1 behind the last of a sequence, and of the
+    building that each rests on (sequence,), −1 for none.
     """
     table = network.legs
     number = np.full((len(network.places.names),) * 2, NO_LEG, dtype=np.intp)
     number[table.start, table.end] = np.arange(len(table.start))
     legs = np.where(places[1:] >= 0, number[places[:-1], places[1:]], NO_LEG).T
-    flown = legs != NO_LEG
-
-    def total(per_leg: Floats) -> Floats:
-        return np.asarray(np.where(flown, per_leg[legs], 0.0).sum(axis=1))
-
     hovers_first = (places == HOVER).argmax(axis=0)
     rests_first = (places == FIRST_BUILDING + building).argmax(axis=0)
-    return Routes(
-        legs,
-        building,
-        (building >= 0) & (rests_first < hovers_first),
-        np.asarray(np.where(flown, table.flyable[legs], True).all(axis=1)),
-        total(table.duration_s),
-        total(table.charge_As),
-        total(table.energy_J),
-    )
+    return routes_along(table, legs, building, (building >= 0) & (rests_first < hovers_first))
 
 
 def _compared(program: Program, network: Network, rests: int, hovers: int) -> Program:
@@ -214,10 +183,19 @@ def _plan(program: Program, network: Network, found: SearchResult, most: str) ->
     proof, hover_s = f"branch and bound: {none_longer}", stops.hover_s if stops else -math.inf
     one = None
     if question.p1.stops and (not stops or found.ended or len(stops.stays_s) <= 2):
-        one = _with_one_stop(program)
+        with suppress(SolverError):  # a search that ends early is never worse than this
+            one = program.solve()
     if one and one.hover_time_s >= hover_s - TIE_S:
         # Of equally good plans with one rest and one hover, its own engine finds the shortest.
-        status, notes = _certainty(found, one.hover_time_s)
+        hover_s = one.hover_time_s
+    else:
+        one = None
+    gap_s, notes = found.bound_s - hover_s, list[str]()
+    status = Status.OPTIMAL if gap_s <= 3.0 * TIE_S else Status.FEASIBLE
+    if found.ended:
+        left = f"a gap of {gap_s:.3g} s is left"
+        notes.append(f"the search {found.ended}; not proved to be best, {left}")
+    if one:
         known = {"status": status, "notes": (*one.notes, *notes), "proof": proof, "engine": ENGINE}
         return one.model_copy(update=known)
     if stops is None:
@@ -229,7 +207,6 @@ def _plan(program: Program, network: Network, found: SearchResult, most: str) ->
     network = replace(network, routes=_routes(network, stops.places[:, None], np.array([-1])))
     legs = network.routes.legs[0].tolist()
     flown = simulated(network.mission, phases_along(network, legs, stops.stays_s.tolist()))
-    status, notes = _certainty(found, hover_s)
     if network.legs.edited[legs].any():
         notes.append("some legs have figures from the graph, not from the flight model")
     if network.places.edited[stops.places].any():
@@ -247,24 +224,6 @@ def _plan(program: Program, network: Network, found: SearchResult, most: str) ->
         notes=tuple(notes),
     )
     return replayed(plan.model_copy(update={"binding": tuple(_binding(plan))}))
-
-
-def _with_one_stop(program: Program) -> Plan | None:
-    """The best plan with one rest and one hover: a search that ends early is never worse."""
-    try:
-        return program.solve()
-    except SolverError:
-        return None
-
-
-def _certainty(found: SearchResult, hover_s: float) -> tuple[Status, list[str]]:
-    """What is proved of a hover time, with a note on what a search that ended early leaves open."""
-    gap_s, notes = found.bound_s - hover_s, []
-    if found.ended:
-        notes.append(
-            f"the search {found.ended}; not proved to be best, a gap of {gap_s:.3g} s is left"
-        )
-    return Status.OPTIMAL if gap_s <= 3.0 * TIE_S else Status.FEASIBLE, notes
 
 
 def _stayed(network: Network, stops: Stops) -> tuple[Quantities, tuple[float, float]]:
