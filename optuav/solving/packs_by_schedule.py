@@ -54,11 +54,17 @@ def packs_by_schedule(question: Question, network: Network, parts: Sequence[Part
     SolverError
         If the time limit passes before there is any plan.
     """
-    _refuse(question, network)
-    slot_s, schedule = question.slot_s, network.mission.battery.schedule
+    slot_s, schedule, faults = question.slot_s, network.mission.battery.schedule, []
+    words = f"under battery.schedule = {schedule!r} and perspective available"
+    if (name := question.problem.name) not in PROBLEMS:
+        faults.append(Fault("problem", name, f"{', '.join(PROBLEMS)} {words}"))
+    if (name := question.engine_name) not in (AUTO, "grid"):
+        faults.append(Fault("engine", repr(name), f"{AUTO} {words}: plans are simulated"))
+    if faults:
+        raise InputError(faults)
     step_s, clock = slot_s or STEP_S, _Clock(question.time_limit_s)
     choices = sorted((int(route), part.rests) for part in parts for route in part.routes)
-    routes = [_Route(network, *each, step_s, clock, slots=slot_s is not None) for each in choices]
+    routes = [_Route(network, *each, slot_s, clock) for each in choices]
     question, proof = replace(question, engine=ENGINE), IN_SLOTS if slot_s else CONTINUOUS
     found: list[tuple[float, Floats, _Route]] = []
     searched, least_s = 0, 0.0
@@ -71,7 +77,18 @@ def packs_by_schedule(question: Question, network: Network, parts: Sequence[Part
             least_s = max(least_s, hover_s - (0.0 if slot_s else step_s))
         searched += not clock.ended
     if not found and clock.ended:
-        raise SolverError(_no_plan_in_time(question, schedule, clock, searched, len(routes)))
+        covered, fewer = "the one route was not searched to its end", ""
+        if len(routes) > 1:
+            covered = f"{searched} of {len(routes)} routes were searched"
+            if question.trajectory == "optimal":
+                fewer = ", or one trajectory"
+            elif question.problem.order is None:
+                fewer = ", or one order"
+        raise SolverError(
+            f"the search by battery.schedule = {schedule!r} {clock.ended}, the time limit, without "
+            f"a plan or proof that there is none: {covered}, Δ and T' in steps of {step_s:g} s. "
+            f"Allow more time (time_limit_s), or ask for less: longer slots (slot_s){fewer}"
+        )
     if not found:
         why = f"no pair of Δ and T' in steps of {step_s:g} s leaves a pack to fly on to the end"
         return plan_without(question, network, Status.INFEASIBLE, proof, (why,))
@@ -105,49 +122,17 @@ def packs_by_schedule(question: Question, network: Network, parts: Sequence[Part
     )
 
 
-def _refuse(question: Question, network: Network) -> None:
-    schedule, faults = network.mission.battery.schedule, []
-    words = f"under battery.schedule = {schedule!r} and perspective available"
-    if question.problem.name not in PROBLEMS:
-        faults.append(Fault("problem", question.problem.name, f"{', '.join(PROBLEMS)} {words}"))
-    if question.engine_name not in (AUTO, "grid"):
-        faults.append(
-            Fault("engine", repr(question.engine_name), f"{AUTO} {words}: plans are simulated")
-        )
-    if faults:
-        raise InputError(faults)
-
-
-def _no_plan_in_time(
-    question: Question, schedule: str, clock: _Clock, searched: int, routes: int
-) -> str:
-    """The message where the time limit passes without a plan; it advises what is left to advise."""
-    covered, fewer = "the one route was not searched to its end", ""
-    if routes > 1:
-        covered = f"{searched} of {routes} routes were searched"
-        if question.trajectory == "optimal":
-            fewer = ", or one trajectory"
-        elif question.problem.order is None:
-            fewer = ", or one order"
-    return (
-        f"the search by battery.schedule = {schedule!r} {clock.ended}, the time limit, without a "
-        f"plan or proof that there is none: {covered}, Δ and T' in steps of "
-        f"{question.slot_s or STEP_S:g} s. Allow more time (time_limit_s), or ask for less: "
-        f"longer slots (slot_s){fewer}"
-    )
-
-
 class _Clock:
-    """The time limit of a search, and whether it has passed."""
+    """The time limit of a search, and in words whether it has passed."""
 
     def __init__(self, limit_s: float | None) -> None:
         self.limit_s, self.ended = limit_s, ""
-        self.latest_s = math.inf if limit_s is None else time.monotonic() + limit_s
+        self.started_s = time.monotonic()
 
     @property
     def is_late(self) -> bool:
         """Whether the time limit has passed; `ended` then says so."""
-        if time.monotonic() > self.latest_s:
+        if self.limit_s is not None and time.monotonic() - self.started_s > self.limit_s:
             self.ended = f"ended after {self.limit_s:g} s"
         return bool(self.ended)
 
@@ -156,21 +141,13 @@ class _Route:
     """A route on which pairs of hover and rest are simulated."""
 
     def __init__(
-        self,
-        network: Network,
-        number: int,
-        rests: bool,
-        step_s: float,
-        clock: _Clock,
-        *,
-        slots: bool,
+        self, network: Network, number: int, rests: bool, slot_s: float | None, clock: _Clock
     ) -> None:
         mission, battery = network.mission, network.mission.battery
         self.network, self.number, self.rests, self.clock = network, number, rests, clock
-        self.step_s, self.slots = step_s, slots
+        self.step_s, self.slots = slot_s or STEP_S, slot_s is not None
         phases = route_phases(network, number, 0.0, 0.0)
-        self.kinds = [each.kind for each in phases]
-        self.hover = self.kinds.index("hover")
+        self.hover = [each.kind for each in phases].index("hover")
         self.net_A = {each.kind: float(each.stages[0].current_A) for each in phases}
         self.flight_time_s = float(network.routes.flight_time_s[number])
         self.left_s = mission.limits.deadline_s - self.flight_time_s
@@ -256,18 +233,8 @@ class _Route:
     def _flyable(self, start: Packs, hovers_s: Floats, rests_s: Floats) -> Booleans:
         """Whether packs at the hover point last to the end with enough charge left."""
         rows = np.flatnonzero(hovers_s + rests_s <= self.left_s + SLACK * STEP_S)
-        rest = self.hover
-        if self.kinds[-2] == "rest":
-            # Courses that hover equally long are the same until they rest: each is carried once.
-            rest = len(self.kinds) - 2
-            once_s, same = np.unique(hovers_s[rows], return_inverse=True)
-            start = start.take(np.zeros_like(once_s, dtype=np.intp))
-            self._carry(start, once_s, rests_s, slice(self.hover, rest))
-            rows, same = rows[~start.exhausted[same]], same[~start.exhausted[same]]
-            start = start.take(same)
-        else:
-            start = start.take(rows)
-        self._carry(start, hovers_s[rows], rests_s[rows], slice(rest, None))
+        start = start.take(rows)
+        self._carry(start, hovers_s[rows], rests_s[rows], slice(self.hover, None))
         enough = np.zeros(len(hovers_s), dtype=bool)
         enough[rows] = ~start.exhausted & (start.wells.total_As.sum(axis=1) >= self.least_As)
         return enough
