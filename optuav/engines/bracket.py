@@ -2,7 +2,18 @@
 
 Takes models that maximise one of at most two times, with constraints of the form that phases of
 constant current give (see `rows`), linear ones among them. The answer comes with a time that no
-answer exceeds; `largest` says how.
+answer exceeds.
+
+Where the rows allow it, the largest y that the falling rows admit is best for every x, and the
+rows hold up to some x and nowhere beyond: both ends of an interval around it are evaluated.
+Rows that do not fit are left out first; if the point that is found satisfies them, nothing was
+lost, because leaving out rows only adds points. Otherwise x is swept downwards from there in boxes,
+each shown to hold no point at all, until a point is found.
+
+A box is dropped if the rows, each at its largest over the box, leave no y, or if a combination of
+two of them does. Where one row needs a larger y and another a smaller one, the combination is the
+one that does not change with y at the point where they are closest: the rest of it over the box is
+of second order in its size, so that boxes are large even where the rows nearly meet.
 
 Where charging tapers, wells hold no more than at constant current throughout, past full too, and
 than when full: what no time exceeds then, none exceeds here. Three answers are tried, all evaluated
@@ -14,13 +25,21 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
 from optuav.arrays import Booleans, Floats, Integers, Values
-from optuav.engines.largest import WIDTH_S, Interval, largest, shortest
 from optuav.engines.registry import Engine, capability
-from optuav.engines.rows import Rows, StatedForm, close_in, rows_of, stated_forms
+from optuav.engines.rows import (
+    Rows,
+    Section,
+    StatedForm,
+    close_in,
+    levelled,
+    rows_of,
+    stated_forms,
+)
 from optuav.engines.solution import Solution
 from optuav.errors import InputError
 from optuav.modelling.check import slack
@@ -36,6 +55,185 @@ NAME = "bracket"
 PROOF = "bracketed: a feasible time, and proof that none is longer"
 PROOF_OF_NONE = "bracketed: proof that no times satisfy all constraints"
 UNDECIDED = "found neither a time nor proof that there is none"
+WIDTH_S = 1e-8
+"""Largest distance between a point that holds and one beyond which none does [s]."""
+MOST_BOXES = 1000
+"""That a sweep tries before it gives up."""
+SMALLEST_BOX_S = 1e-10
+
+
+class Interval(NamedTuple):
+    """What is known of the largest x, one entry a programme.
+
+    A point (x, y) at which all rows hold, NaN without one; and what no point has a larger x than
+    [s], −inf where there is no point.
+    """
+
+    x: Floats
+    y: Floats
+    beyond: Floats
+
+    @property
+    def proved(self) -> Booleans:
+        """Where the two are close enough, or there is proof that no point exists."""
+        close: Booleans = (self.beyond - self.x <= 10.0 * WIDTH_S) | np.isneginf(self.beyond)
+        return close
+
+
+def largest(rows: Rows, x_top: Floats, y_top: Floats, *, any_point: bool = False) -> Interval:
+    """Bracket the largest x of every programme.
+
+    Beyond the tops [s], one a programme, the rows do not hold. Where y is 0, the points where a row
+    ceases to hold are all found, and tried from the largest. With `any_point`, any point will do
+    where looking for the largest x takes long.
+    """
+    if not y_top.any():
+        x = Section(rows.weights[:3], rows.rate_x_per_s).end(x_top)
+        beyond = np.where(np.isnan(x), -np.inf, np.minimum(x + WIDTH_S, x_top))
+        return Interval(x, 0.0 * x, beyond)
+    x, y, beyond = _monotone(rows, x_top, y_top)
+    lost = np.flatnonzero(~((rows.at_x(x).at(y) >= 0.0).all(axis=0) | np.isneginf(beyond)))
+    if len(lost):
+        y[lost] = rows.take(lost).at_x(x[lost]).end(y_top[lost], smallest=True)
+        lost = lost[np.isnan(y[lost])]
+    if len(lost):
+        x[lost], y[lost], beyond[lost] = _sweep(
+            rows.take(lost), x_top[lost], y_top[lost], beyond[lost], any_point
+        )
+    return Interval(np.where(np.isnan(y), np.nan, x), y, beyond)
+
+
+def shortest(rows: Rows, found: Interval, y_top: Floats) -> Floats:
+    """Smallest y at which all rows hold, for the x of each programme; NaN without one.
+
+    Where rounding hides it, as where x leaves no room, it is the y that is known to hold.
+    """
+    y = found.y.copy()
+    here = np.flatnonzero(~np.isnan(found.x))
+    smallest = rows.take(here).at_x(found.x[here]).end(y_top[here], smallest=True)
+    y[here] = np.fmin(smallest, y[here])
+    return y
+
+
+def _monotone(rows: Rows, x_top: Floats, y_top: Floats) -> tuple[Floats, Floats, Floats]:
+    """Largest x under the rows that fall with x, and that either rise or fall with y.
+
+    Those that fall with y and are constant in x or linear admit y up to lines start − slope · x.
+    Returns a point (x, y) and what no point is beyond, one a programme; NaN and −inf where no x
+    holds.
+    """
+    falls, rising, sinking = rows.trends(x_top, y_top)
+    helped, harmed = falls & rising, falls & sinking & ~rising
+    some = harmed.any(axis=1)
+    a, b, c, d, e, f = rows.weights[:, some]
+    straight = harmed[some] & (c == 0.0) & (e == 0.0) & (f == 0.0) & (d < 0.0)
+    fixed = harmed[some] & (b == 0.0) & (c == 0.0) & (f == 0.0) & ~straight
+    # One at a time; those that are not fixed admit any y.
+    single = np.where(fixed, (a, d, e), 0.0).reshape(3, 1, -1)
+    rate_per_s, top = (np.tile(each, len(a)) for each in (rows.rate_y_per_s, y_top))
+    ceilings = np.nan_to_num(Section(single, rate_per_s).end(top), nan=-1.0).reshape(a.shape)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        starts = np.vstack([y_top, np.where(straight, a / -d, ceilings)])
+        slopes = np.vstack([0.0 * y_top, np.where(straight, b / d, 0.0)])
+        ends = np.where(slopes > 0.0, starts / slopes, np.inf)
+    end = np.minimum(x_top, ends.min(axis=0))
+    some = helped.any(axis=1)
+    weights = rows.weights[:, some]
+    weights[0] = np.where(helped[some], weights[0], np.inf)
+    helping = rows._replace(weights=weights)
+
+    def highest(x: Floats, which: Integers) -> Floats:
+        """Largest y under the lines, not below 0."""
+        found: Floats = np.maximum((starts[:, which] - slopes[:, which] * x).min(axis=0), 0.0)
+        return found
+
+    def margin(x: Floats, which: Integers) -> Floats:
+        values = helping.take(which).at_x(x).at(highest(x, which))
+        found: Floats = values.min(axis=0, initial=np.inf)
+        return found
+
+    x, beyond = close_in(margin, 0.0 * end, np.maximum(end, 0.0), WIDTH_S)
+    impossible = (starts < 0.0).any(axis=0) | (end < 0.0) | np.isnan(x)
+    x = np.where(impossible, np.nan, x)
+    return x, highest(x, np.arange(len(x))), np.where(impossible, -np.inf, beyond)
+
+
+def _sweep(
+    rows: Rows, x_top: Floats, y_top: Floats, beyond: Floats, any_point: bool
+) -> tuple[Floats, Floats, Floats]:
+    """Lower x from its upper bound until a point is found; returns x, y and the upper bound.
+
+    The boxes double as long as they can be dropped, and halve when they cannot.
+    """
+    beyond = beyond.copy()
+    _, rising, sinking = rows.trends(x_top, y_top)
+    rising &= ~sinking
+    x, y = np.full_like(beyond, np.nan), np.full_like(beyond, np.nan)
+    size = 0.125 * beyond
+    open_ = np.flatnonzero(beyond >= 0.0)
+    for _ in range(MOST_BOXES):
+        if not len(open_):
+            break
+        here, top, high = rows.take(open_), y_top[open_], beyond[open_]
+        low = np.maximum(high - size[open_], np.nan_to_num(x[open_]))
+        empty = _empty(here, rising[:, open_], low, high, top)
+        beyond[open_] = np.where(empty, low, high)
+        beyond[open_[empty & (low == 0.0)]] = -np.inf
+        size[open_] *= np.where(empty, 2.0, 0.5)
+        # The last is near enough for a proof where small boxes cannot be shown to hold no point.
+        near = np.maximum(high - 5.0 * WIDTH_S, 0.0)
+        for tried in (high, 0.5 * (low + high), low, near):
+            found = here.at_x(tried).end(top, smallest=True)
+            better = ~empty & ~np.isnan(found) & ~(x[open_] >= tried)
+            x[open_[better]], y[open_[better]] = tried[better], found[better]
+        close = (beyond[open_] - x[open_] <= WIDTH_S) | (any_point & ~np.isnan(x[open_]))
+        stuck = (size[open_] < SMALLEST_BOX_S) & ~empty
+        open_ = open_[~(close | stuck | np.isneginf(beyond[open_]))]
+    return x, y, beyond
+
+
+def _empty(rows: Rows, rising: Booleans, low: Floats, high: Floats, y_top: Floats) -> Booleans:
+    """Which boxes from low to high hold no point."""
+    over = rows.over_x(low, high)
+    smallest = over.end(y_top, smallest=True)
+    empty = np.isnan(smallest)
+    left = np.flatnonzero(~empty)
+    if len(left):
+        reach_y = np.stack([smallest, over.end(y_top)])[:, left]
+        x, reach_x = 0.5 * (low + high)[left], 0.5 * (high - low)[left]
+        most = _most(rows.take(left), rising[:, left], x, reach_x, reach_y, y_top[left])
+        empty[left] = most < 0.0
+    return empty
+
+
+def _most(
+    rows: Rows, rising: Booleans, x: Floats, reach_x: Floats, within_y: Floats, y_top: Floats
+) -> Floats:
+    """Upper bound, around x, of the sum of two rows whose slope in y is 0 where they are closest.
+
+    Of the tightest rising and the tightest other row at the smallest y at which the rising rows
+    hold, for y within two ends: its value and slope there, and what its second derivatives add. NaN
+    where there is no such pair.
+    """
+    at_x, kx, ky = rows.at_x(x), rows.rate_x_per_s, rows.rate_y_per_s
+    only = np.where(rising, at_x.weights, np.reshape([1.0, 0.0, 0.0], (3, 1, 1)))
+    y = Section(only, ky).end(y_top, smallest=True)
+    reach_y = np.abs(within_y - y).max(axis=0)
+    values, slopes = at_x.at(y), at_x.weights[1] + at_x.weights[2] * np.exp(-ky * y)
+    programme = np.arange(len(x))
+    up = np.where(rising, values, np.inf).argmin(axis=0), programme
+    down = np.where(rising, np.inf, values).argmin(axis=0), programme
+    paired = (slopes[up] > 0.0) & (slopes[down] < 0.0) & rising[up] & ~rising[down]
+    gain, loss = np.where(paired, (slopes[up], -slopes[down]), np.nan)
+    _, b, c, _, e, f = both = loss * rows.weights[:, *up] + gain * rows.weights[:, *down]
+    V_low, V_high = levelled(kx, x - reach_x), levelled(kx, x + reach_x)
+    slope = b + (c + f * levelled(ky, y)) * np.exp(-kx * x)
+    bend_x = kx * -np.minimum(0.0, np.minimum(c, c + f * levelled(ky, y_top)))
+    bend_y = ky * -np.minimum(0.0, np.minimum(e + f * V_low, e + f * V_high))
+    bent = 0.5 * bend_x * reach_x**2 + np.abs(f) * reach_x * reach_y + 0.5 * bend_y * reach_y**2
+    here = Rows(both[:, None], kx, ky).at_x(x).at(y)[0]
+    found: Floats = here + np.abs(slope) * reach_x + bent
+    return found
 
 
 def solve(
@@ -45,23 +243,16 @@ def solve(
 
     The objective is one unknown, to be maximised; there is at most one other; both are from 0. The
     solution's `beyond` is what no answer exceeds: the status is feasible where that is farther than
-    `largest.WIDTH_S` from the answer, and error where not even that is known, or a number is NaN.
-
-    Raises
-    ------
-    InputError
-        If no linear constraint bounds an unknown.
-    NotExponentialError
-        If a constraint has another form.
+    `WIDTH_S` from the answer, and error where not even that is known, or a number is NaN.
     """
     given = values or {}
     names = sorted((each.name for each in model.variables), key=model.objective.name.__ne__)
     forms = stated_forms(model, given, relaxed=True)
     tops, usable = _reaches(forms, names, programmes)
-    rows = _rows([each for each in forms if each.constraint], names, tops)
+    rows = rows_of([each for each in forms if each.constraint], names, tops.max(axis=0))
     usable &= ~np.isnan(rows.weights).any(axis=(0, 1))
     if tapers := any(each.relaxed for each in forms):
-        found = _tapered(model, given, forms, names, tops)
+        found = _tapered(model, given, forms, names, tops, rows)
     else:
         found = largest(rows, *tops)
         found = found._replace(y=shortest(rows, found, tops[1]))
@@ -75,17 +266,15 @@ def solve(
         name: np.where(answered, each, np.nan)
         for name, each in zip(names, (found.x, found.y), strict=False)
     }
-    undecided = usable & ~answered & ~np.isneginf(found.beyond)
     return Solution(
         engine=NAME,
         proof=PROOF if answered.any() else PROOF_OF_NONE,
         statuses=[Status(each) for each in found_out.tolist()],
         objective=points[names[0]] + 0.0,
         values={each.name: points[each.name] for each in model.variables},
-        tight=None,
         duals=() if tapers else None,
         beyond=np.where(usable, found.beyond, np.nan),
-        words=[UNDECIDED if each else "" for each in undecided],
+        words=[UNDECIDED if each else "" for each in usable & (found_out == Status.ERROR)],
         model=model,
         given=given,
     )
@@ -119,15 +308,13 @@ def _reaches(
     return np.where(usable, tops, 0.0), usable
 
 
-def _rows(forms: Sequence[StatedForm], names: Sequence[str], tops: Floats) -> Rows:
-    """Forms as rows in one or two times."""
-    x, y = (*names, None)[:2]
-    assert x is not None
-    return rows_of(forms, x, y, tops.shape[1], tops.max(axis=0))
-
-
 def _tapered(
-    model: Model, given: Values, forms: Sequence[StatedForm], names: Sequence[str], tops: Floats
+    model: Model,
+    given: Values,
+    forms: Sequence[StatedForm],
+    names: Sequence[str],
+    tops: Floats,
+    relaxed: Rows,
 ) -> Interval:
     """The best of three points with the taper, with the smallest y found, and the bound above.
 
@@ -149,8 +336,7 @@ def _tapered(
                 least = np.minimum(least, share + ROUNDING)
         return least
 
-    others = _rows([each for each in forms if not each.relaxed], names, tops)
-    relaxed = _rows([each for each in forms if each.constraint], names, tops)
+    others = rows_of([each for each in forms if not each.relaxed], names, tops.max(axis=0))
     bound = largest(relaxed, *tops)
 
     def most(x: Floats, which: Integers) -> Floats:
@@ -161,7 +347,7 @@ def _tapered(
         lambda x, which: margin(x, most(x, which), which), 0.0 * bound.x, bound.x, WIDTH_S
     )
     x, y, every = np.full_like(along, np.nan), np.full_like(along, np.nan), np.arange(len(along))
-    never_full = largest(_rows(forms, names, tops), *tops)
+    never_full = largest(rows_of(forms, names, tops.max(axis=0)), *tops)
     for tried in ((bound.x, bound.y), (along, most(along, every)), (never_full.x, never_full.y)):
         better = (margin(*tried, every) >= 0.0) & ~(tried[0] <= x)
         x, y = np.where(better, tried, (x, y))
@@ -182,7 +368,7 @@ def some_point(
     names = [each.name for each in model.variables]
     forms = stated_forms(model, values or {})
     tops, usable = _reaches(forms, names, programmes)
-    rows = _rows(forms, names, tops)
+    rows = rows_of(forms, names, tops.max(axis=0))
     usable &= ~np.isnan(rows.weights).any(axis=(0, 1))
     found = largest(rows, *tops, any_point=True)
     times = (np.where(usable, each, np.nan) for each in (found.x, found.y))

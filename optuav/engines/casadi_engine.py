@@ -33,7 +33,7 @@ from optuav.status import Status
 
 NAME = "casadi"
 PROOF = "local: the best of several starts"
-OPTIONS = {
+OPTIONS: Mapping[str, Operand] = {
     "print_time": False,
     "calc_lam_p": False,
     "show_eval_warnings": False,
@@ -45,6 +45,7 @@ OPTIONS = {
 }
 SOLVED = ("Solve_Succeeded", "Solved_To_Acceptable_Level")
 TOO_SLOW = ("Maximum_WallTime_Exceeded", "Maximum_CpuTime_Exceeded")
+LATE = f"{NAME} did not finish within the time limit"
 UNBOUNDED = "Diverging_Iterates"
 UNUSABLE = "Invalid_Number_Detected"
 NO_WAY_IN = "Infeasible_Problem_Detected"
@@ -118,24 +119,25 @@ def operation(ufunc: np.ufunc) -> Callable[..., Any]:
 class Scaled(NamedTuple):
     """One programme: values of all parameters, by name and as handed over, and where to look.
 
-    The solver sees an unknown over its scale; the starts are scaled.
+    The solver sees an unknown over its scale, and the objective over its steepness.
     """
 
     parameters: Values
-    numbers: Floats
+    numbers: Floats  # Of the parameters and of the scales
     lower: Floats
     upper: Floats
     scale: Floats
     starts: Sequence[Floats]
+    steepness: float = 1.0
 
 
 class CasadiProgramme:
     """A smooth model handed to CasADi once, to be solved with changing parameters; see `Casadi`.
 
-    It is a programme over scaled unknowns for the objective over its steepness, and one for every
-    preference. Their parameters are those of the model, the scales, the steepness, and limits that
-    keep the earlier goals as good as they were; their rows are the constraints, and those limits.
-    Constraints without an unknown are `settled`: such a row leaves IPOPT no interior to walk in.
+    It is a programme for each goal: the objective, and every preference. Their parameters are those
+    of the model, the scales, the steepness, and limits that keep the earlier goals as good as they
+    were; their rows, at most 0, are the constraints and those limits. Constraints without an
+    unknown are `settled`: such a row leaves IPOPT no interior to walk in.
     """
 
     def __init__(
@@ -148,49 +150,43 @@ class CasadiProgramme:
         with errors_named():
             import casadi
 
-        self.model, self.time_limit_s, self.base = model, time_limit_s, model.row(0)
+        self.model, self.base, self.limit_s = model, model.row(0), time_limit_s or math.inf
         self.names = [variable.name for variable in model.variables]
+        self.goals = [-model.towards * model.objective, *model.preferences]
         stated = [(has_unknowns(*each.relation.sides), each) for each in model.constraints]
         self.constraints = [each for moves, each in stated if moves]
         self.settled = [each for moves, each in stated if not moves]
-        unknowns = casadi.SX.sym("x", len(self.names))
-        scales = casadi.SX.sym("s", len(self.names))
-        parameters = casadi.SX.sym("p", len(self.base))
-        steepness = casadi.SX.sym("w")
+        unknowns, scales = (casadi.SX.sym(each, len(self.names)) for each in "xs")
+        parameters, steepness = casadi.SX.sym("p", len(self.base)), casadi.SX.sym("w")
         floors = casadi.SX.sym("floor", len(model.preferences))
         leaves = {name: unknowns[k] * scales[k] for k, name in enumerate(self.names)}
         leaves |= {name: parameters[k] for k, name in enumerate(self.base)}
 
         def symbols(tree: Operand) -> Any:
-            found = fold(
-                tree, lambda leaf: leaves[leaf.name], lambda ufunc, of: operation(ufunc)(*of)
+            """A tree in CasADi's symbols."""
+            return casadi.SX(
+                fold(tree, lambda leaf: leaves[leaf.name], lambda ufunc, of: operation(ufunc)(*of))
             )
-            return casadi.SX(found)
 
-        cost = -model.towards * symbols(model.objective)
-        everything = casadi.vertcat(parameters, scales)
+        rows = []
+        for relation in (each.relation for each in self.constraints):
+            left, right = map(symbols, relation.sides)
+            rows.append(relation.signs[0] * (left - right))
+        cost, *preferences = map(symbols, self.goals)
+        numbers = casadi.vertcat(parameters, scales)
         gradient = casadi.gradient(cost, unknowns)
-        self.slope = casadi.Function("slope", [unknowns, everything], [gradient])
-        sides = [map(symbols, each.relation.sides) for each in self.constraints]
-        excess = [left - right for left, right in sides]
-        goals = [cost / steepness, *map(symbols, model.preferences)]
-        options: dict[str, Operand] = {
-            **OPTIONS,
-            "ipopt.tol": accuracy,
-            "ipopt.max_iter": iterations,
-        }
+        self.slope = casadi.Function("slope", [unknowns, numbers], [gradient])
+        options = {**OPTIONS, "ipopt.tol": accuracy, "ipopt.max_iter": iterations}
         if time_limit_s is not None:
             options["ipopt.max_wall_time"] = time_limit_s
-        self._programmes = []
-        for k, goal in enumerate(goals):
-            programme = {
-                "x": unknowns,
-                "p": casadi.vertcat(everything, steepness, *(floors[j] for j in range(k))),
-                "f": goal,
-                "g": casadi.vertcat(*excess, *(goals[j] - floors[j] for j in range(k))),
-            }
+        self._programmes, known = [], casadi.vertcat(numbers, steepness)
+        for k, goal in enumerate([cost / steepness, *preferences]):
+            programme = {"x": unknowns, "p": known, "f": goal, "g": casadi.vertcat(*rows)}
             with errors_named():
                 self._programmes.append(casadi.nlpsol("programme", "ipopt", programme, options))
+            if k < len(preferences):
+                rows.append(goal - floors[k])
+                known = casadi.vertcat(known, floors[k])
 
     @np.errstate(divide="ignore", invalid="ignore", over="ignore")
     def solve(self, values: Mapping[str, float]) -> Solution:
@@ -200,8 +196,7 @@ class CasadiProgramme:
         def none(status: Status, proof: str, words: str) -> Solution:
             return single(self.model, NAME, proof, status, parameters, words)
 
-        numbers = np.array([float(parameters[name]) for name in self.base])
-        if not np.isfinite(numbers).all():
+        if not np.isfinite([float(parameters[name]) for name in self.base]).all():
             return none(Status.ERROR, PROOF, "a parameter is no number")
         bounds = own_bounds(self.model, parameters)
         if any(lower > upper for lower, upper in bounds.values()):
@@ -210,19 +205,14 @@ class CasadiProgramme:
         if broken:
             words = f"does not hold whatever the unknowns: {', '.join(broken)}"
             return none(Status.INFEASIBLE, "evaluated", words)
-        scaled = _scaled(self.model, parameters, numbers, bounds)
-        halfway = scaled.starts[len(scaled.starts) // 2]
-        slope = np.abs(np.asarray(self.slope(halfway, np.concatenate([numbers, scaled.scale]))))
-        largest = float(slope.max(initial=0.0))
-        steepness = largest / STEEP if math.isfinite(largest) and largest > 0.0 else 1.0
-        best, said = self._best(scaled, steepness)
-        if best is None and UNBOUNDED in said:
-            somewhere, more = self._best(scaled, math.inf)  # the objective made level
-            if somewhere is not None:
-                proof = "local: the iterates diverge"
-                return none(Status.UNBOUNDED, proof, ", ".join(dict.fromkeys(said)))
-            said = more
+        scaled = self._scaled(parameters, bounds)
+        best, said = self._best(scaled)
         words = ", ".join(dict.fromkeys(said))
+        if best is None and UNBOUNDED in said:
+            level, said = self._best(scaled._replace(steepness=math.inf))
+            if level is not None:
+                return none(Status.UNBOUNDED, "local: the iterates diverge", words)
+            words = ", ".join(dict.fromkeys(said))
         if best is None and all(word == UNUSABLE for word in said):
             return none(Status.ERROR, "none", words)
         if best is None and NO_WAY_IN in said:
@@ -231,75 +221,83 @@ class CasadiProgramme:
         if best is None:
             raise SolverError(f"{NAME} found no answer and no reason why: {words}")
         point, answer = best
-        weights = np.asarray(answer["lam_g"]).ravel() * steepness
+        weights, at_bounds = (
+            np.asarray(answer[name]).ravel() * scaled.steepness for name in ("lam_g", "lam_x")
+        )
         duals = {
             each.label: float(weight if each.relation.sense == "==" else abs(weight))
             for each, weight in zip(self.constraints, weights, strict=True)
-        }
-        at_bounds = np.abs(np.asarray(answer["lam_x"]).ravel() * steepness / scaled.scale)
-        for variable, weight in zip(self.model.variables, at_bounds, strict=True):
-            duals[variable.label] = duals.get(variable.label, 0.0) + float(weight)
-        duals |= dict.fromkeys((each.label for each in self.settled), 0.0)
-        point = self._preferred(point, scaled, steepness)
-        found = Status.LOCALLY_OPTIMAL
+        } | dict.fromkeys((each.label for each in self.settled), 0.0)
+        at_bounds = np.abs(at_bounds / scaled.scale)
+        for variable, weight in zip(self.model.variables, at_bounds.tolist(), strict=True):
+            duals[variable.label] = duals.get(variable.label, 0.0) + weight
+        point, found = self._preferred(point, scaled), Status.LOCALLY_OPTIMAL
         return single(self.model, NAME, PROOF, found, parameters, words, point, duals=duals)
 
-    def _best(
-        self, scaled: Scaled, steepness: float
-    ) -> tuple[tuple[dict[str, float], Any] | None, list[str]]:
+    def _scaled(self, parameters: Values, bounds: Mapping[str, tuple[float, float]]) -> Scaled:
+        """A programme with scales and starts that its bounds and constraints suggest."""
+        lower, upper = np.array(list(bounds.values())).reshape(-1, 2).T
+        least = dict(zip(bounds, lower.tolist(), strict=True))
+        implied = implied_upper_bounds(self.model, parameters, least)
+        reach = np.minimum(upper, list(implied.values())) - lower
+        reach = np.where((reach > 0.0) & (reach < math.inf), np.maximum(reach, LEAST), TYPICAL)
+        open_below = np.where(np.isinf(upper), -0.5 * TYPICAL, upper - TYPICAL)
+        first = np.where(np.isinf(lower), open_below, lower)
+        shares = itertools.islice(itertools.product(SHARES, repeat=len(lower)), MOST_STARTS)
+        starts = [(first + np.array(share) * reach) / reach for share in shares]
+        numbers = np.array([*(float(parameters[name]) for name in self.base), *reach])
+        slope = np.abs(np.asarray(self.slope(starts[len(starts) // 2], numbers)))
+        largest = float(slope.max(initial=0.0))
+        steepness = largest / STEEP if math.isfinite(largest) and largest > 0.0 else 1.0
+        return Scaled(parameters, numbers, lower, upper, reach, starts, steepness)
+
+    def _best(self, scaled: Scaled) -> tuple[tuple[dict[str, float], Any] | None, list[str]]:
         """The best point that IPOPT reaches from any start, its answer, and all return statuses."""
-        begin, most = time.monotonic(), -math.inf
+        begin, least = time.monotonic(), math.inf
         best: tuple[dict[str, float], Any] | None = None
         said: list[str] = []
         for start in scaled.starts:
-            late = self.time_limit_s is not None and time.monotonic() - begin > self.time_limit_s
-            if not late:
-                point, answer, word = self._reached(scaled, start, [steepness])
-                said.append(word)
-            if late or word in TOO_SLOW:
-                raise SolverError(f"{NAME} did not finish within the time limit")
-            if point is None:
-                continue
-            value = evaluate(self.model.objective, {**scaled.parameters, **point})
-            value = self.model.towards * float(value)
-            if best is None or value > most + EQUAL * max(1.0, abs(most)):
-                best, most = (point, answer), value
+            if time.monotonic() - begin > self.limit_s:
+                raise SolverError(LATE)
+            point, answer, word = self._reached(scaled, start)
+            said.append(word)
+            if point is not None:
+                cost = float(evaluate(self.goals[0], {**scaled.parameters, **point}))
+                if best is None or cost < least - EQUAL * max(1.0, abs(least)):
+                    best, least = (point, answer), cost
         return best, said
 
-    def _preferred(
-        self, point: dict[str, float], scaled: Scaled, steepness: float
-    ) -> dict[str, float]:
+    def _preferred(self, point: dict[str, float], scaled: Scaled) -> dict[str, float]:
         """Of points as good as the best, the one with the smallest preferences, in their order."""
         floors: list[float] = []
-        goals = [self.model.objective, *self.model.preferences]
-        for number, goal in enumerate(goals[:-1]):
+        for goal in self.goals[:-1]:
             kept = float(evaluate(goal, {**scaled.parameters, **point}))
-            kept = kept if number else -self.model.towards * kept
-            floors.append(kept + EQUAL * max(1.0, abs(kept)))
+            kept += EQUAL * max(1.0, abs(kept))
+            floors.append(kept if floors else kept / scaled.steepness)
             start = np.array([point[name] for name in self.names]) / scaled.scale
-            more = [steepness, floors[0] / steepness, *floors[1:]]
-            point = self._reached(scaled, start, more)[0] or point
+            point = self._reached(scaled, start, floors)[0] or point
         return point
 
     def _reached(
-        self, scaled: Scaled, start: Floats, more: Sequence[float]
+        self, scaled: Scaled, start: Floats, floors: Sequence[float] = ()
     ) -> tuple[dict[str, float] | None, Any, str]:
         """The point that IPOPT reaches from a start, its answer and its return status.
 
-        `more` holds the steepness, and a limit for every earlier goal. None unless it is solved and
-        feasible; a point is moved onto bounds that it nearly reaches.
+        With a limit for every earlier goal. None unless it is solved and feasible; a point is moved
+        onto bounds that it nearly reaches.
         """
-        kept = len(more) - 1
-        senses = [each.relation.sense for each in self.constraints] + ["<="] * kept
+        equal = [each.relation.sense == "==" for each in self.constraints] + [False] * len(floors)
         arguments = {
             "x0": start,
-            "p": np.concatenate([scaled.numbers, scaled.scale, more]),
+            "p": np.array([*scaled.numbers, scaled.steepness, *floors]),
             "lbx": scaled.lower / scaled.scale,
             "ubx": scaled.upper / scaled.scale,
-            "lbg": np.array([-math.inf if sense == "<=" else 0.0 for sense in senses]),
-            "ubg": np.array([math.inf if sense == ">=" else 0.0 for sense in senses]),
+            "lbg": np.where(equal, 0.0, -math.inf),
+            "ubg": np.zeros(len(equal)),
         }
-        answer, word = run(self._programmes[kept], arguments)
+        answer, word = run(self._programmes[len(floors)], arguments)
+        if word in TOO_SLOW:
+            raise SolverError(LATE)
         found = np.clip(np.asarray(answer["x"]).ravel() * scaled.scale, scaled.lower, scaled.upper)
         for bound in (scaled.lower, scaled.upper):
             reach = AT_BOUND * np.maximum(1.0, np.abs(bound))
@@ -308,27 +306,6 @@ class CasadiProgramme:
         rows = evaluated(self.model, {**scaled.parameters, **point})
         solved = word in SOLVED and all(row.satisfied for row in rows)
         return (point if solved else None), answer, word
-
-
-def _scaled(
-    model: Model,
-    parameters: Values,
-    numbers: Floats,
-    bounds: Mapping[str, tuple[float, float]],
-) -> Scaled:
-    """A programme with scales and starts that its bounds and constraints suggest."""
-    lower, upper = np.array(list(bounds.values())).reshape(-1, 2).T
-    implied = implied_upper_bounds(model, parameters, dict(zip(bounds, lower, strict=True)))
-    likely = np.minimum(upper, list(implied.values()))
-    reach = np.where(
-        (likely > lower) & (likely < math.inf), np.maximum(likely - lower, LEAST), TYPICAL
-    )
-    open_below = np.where(np.isinf(upper), -0.5 * TYPICAL, upper - TYPICAL)
-    scale = np.where(np.isinf(lower), TYPICAL, reach)
-    first = np.where(np.isinf(lower), open_below, lower)
-    shares = itertools.islice(itertools.product(SHARES, repeat=len(lower)), MOST_STARTS)
-    starts = [(first + np.array(share) * scale) / scale for share in shares]
-    return Scaled(parameters, numbers, lower, upper, scale, starts)
 
 
 @dataclass(frozen=True)

@@ -41,13 +41,6 @@ def solve(
 
     Arguments as of `registry.Engine.solve`; a programme with a NaN among its numbers has status
     error.
-
-    Raises
-    ------
-    NotAffineError
-        If the model is not linear.
-    ValueError
-        If the model has no or more than two variables, or one without a lower bound.
     """
     unknowns, given = len(model.variables), values or {}
     if not 1 <= unknowns <= MOST_UNKNOWNS:

@@ -141,13 +141,15 @@ def _best_cell(
         values = {**parameters, **points}
         goals = [sign * evaluate(model.objective, values)]
         goals += [-evaluate(each, values) for each in model.preferences]
-        scores = []
+        where, scores = np.nonzero(kept), list[float]()
         for goal in goals:
-            top, kept = _largest(goal, kept)
-            scores.append(top)
-        if kept.any() and (best is None or _beats(scores, best[0])):
-            where = np.unravel_index(int(kept.argmax()), kept.shape)
-            cell = {n: float(np.broadcast_to(x, kept.shape)[where]) for n, x in points.items()}
+            reached = np.broadcast_to(goal, kept.shape)[where]
+            scores.append(float(np.fmax.reduce(reached, initial=-np.inf)))
+            as_good = reached >= scores[-1] - EQUAL * max(1.0, abs(scores[-1]))
+            where = tuple(each[as_good & (reached > -np.inf)] for each in where)
+        if len(where[0]) and (best is None or _beats(scores, best[0])):
+            first = tuple(each[0] for each in where)
+            cell = {n: float(np.broadcast_to(x, kept.shape)[first]) for n, x in points.items()}
             best = (scores, cell)
     if best is None:
         return None
@@ -155,17 +157,8 @@ def _best_cell(
     return {name: min(value, bounds[name][1]) for name, value in best[1].items()}
 
 
-def _largest(goal: Operand, kept: Booleans) -> tuple[float, Booleans]:
-    """Largest value of a goal over the kept cells where it has one, and the cells that reach it."""
-    goal = np.where(np.isnan(goal), -np.inf, goal)
-    goal = goal.reshape((1,) * (kept.ndim - goal.ndim) + goal.shape)
-    constant = tuple(axis for axis in range(kept.ndim) if goal.shape[axis] == 1)
-    somewhere = kept.any(axis=constant, keepdims=True)
-    top = float(np.max(goal, where=somewhere, initial=-np.inf))
-    return top, kept & (goal > -np.inf) & (goal >= top - EQUAL * max(1.0, abs(top)))
-
-
 def _beats(scores: list[float], others: list[float]) -> bool:
+    """Whether the first score that differs is larger."""
     for score, other in zip(scores, others, strict=True):
         if abs(score - other) > EQUAL * max(1.0, abs(other)):
             return score > other

@@ -171,9 +171,8 @@ def _with_longest_other(model: Model, parameters: Values, point: Values) -> list
     (other,), goal = others, model.objective.name
     top = implied_upper_bounds(model, parameters, {**point, other: 0.0})[other]
     try:
-        rows = rows_of(
-            stated_forms(model, parameters), goal, other, 1, np.array([max(top, point[goal])])
-        )
+        reach_s = np.array([max(top, point[goal])])
+        rows = rows_of(stated_forms(model, parameters), (goal, other), reach_s)
     except NotExponentialError:
         return [point]
     longest = rows.at_x(np.array([point[goal]])).end(np.array([top]))[0]

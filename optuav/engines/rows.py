@@ -210,29 +210,29 @@ class StatedForm(NamedTuple):
     relaxed: bool = False
 
 
-def rows_of(
-    stated: Sequence[StatedForm], x: str, y: str | None, programmes: int, reach_s: Floats
-) -> Rows:
-    """Rows from forms that have to be ≥ 0, in the unknowns x and y; y is None if there is none.
+def rows_of(stated: Sequence[StatedForm], names: Sequence[str], reach_s: Floats) -> Rows:
+    """Rows from forms that have to be ≥ 0, in one or two unknowns.
 
-    Those that cannot fall below 0 for x and y up to their reach [s], as far as their terms tell one
-    by one, are left out; where other programmes need them, they are infinite. The sizes and the
+    Those that cannot fall below 0 up to a reach [s], as far as their terms tell one by one, are
+    left out; where other programmes need them, they are infinite. The sizes and the
     reach say how much rounding there may be.
     """
     rates: dict[str, Operand] = {}
     for each in stated:
         rates |= each.form.rates_per_s
+    x, y = (*names, "")[:2]
     kx, ky = (
-        np.full(programmes, np.where(rate == 0.0, TINY, rate))
-        for rate in (rates.get(name or "", 0.0) for name in (x, y))
+        np.full(reach_s.shape, np.where(rate == 0.0, TINY, rate))
+        for rate in (rates.get(name, 0.0) for name in (x, y))
     )
     V, W = levelled(kx, reach_s), levelled(ky, reach_s)
     most = np.stack(np.broadcast_arrays(1.0, reach_s, V, reach_s, W, V * W))
     own: list[Monomial] = [CONSTANT, frozenset({(x, "time")}), frozenset({(x, "levelling")})]
-    if y is not None:
+    if y:
         own += [frozenset({(y, "time")}), frozenset({(y, "levelling")})]
         own += [frozenset({(x, "levelling"), (y, "levelling")})]
-    weights, sides = np.zeros((6, len(stated), programmes)), np.zeros((len(stated), programmes))
+    sides = np.zeros((len(stated), len(reach_s)))
+    weights = np.zeros((6, *sides.shape))
     for row, (form, side, *_) in enumerate(stated):
         sides[row] = side
         for place, monomial in enumerate(own):

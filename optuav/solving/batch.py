@@ -15,7 +15,7 @@ from formulations.parameters import QUANTITIES, Quantities
 from formulations.soc import AVAILABLE, PERSPECTIVES, WellLimit, pool, well_limits
 from optuav.arrays import Booleans, Floats
 from optuav.engines import bracket, closed_form
-from optuav.engines.largest import WIDTH_S, largest, shortest
+from optuav.engines.bracket import WIDTH_S, largest, shortest
 from optuav.engines.rows import StatedForm, rows_of
 from optuav.errors import Fault, InputError
 from optuav.mission.schema import Number
@@ -193,7 +193,7 @@ def longest(given: Quantities, count: int, *, shortest_rest: bool = False) -> Ho
     sized = [*(StatedForm(each, 1.0) for each in forms[:-1]), StatedForm(forms[-1], left_s)]
     x_top = np.broadcast_to(np.maximum(left_s, 0.0), count)
     y_top = x_top if given.rests else np.zeros(count)
-    rows = rows_of(sized, "hover", "rest" if given.rests else None, count, x_top)
+    rows = rows_of(sized, ("hover", "rest") if given.rests else ("hover",), x_top)
     x, y, beyond = known = largest(rows, x_top, y_top)
     return Hovers(x, shortest(rows, known, y_top) if shortest_rest else y, beyond)
 

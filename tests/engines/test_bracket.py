@@ -15,7 +15,7 @@ from scipy.integrate import solve_ivp
 import optuav
 from formulations.p4 import P4
 from optuav.engines import bracket
-from optuav.engines.largest import WIDTH_S
+from optuav.engines.bracket import WIDTH_S
 from optuav.modelling import check
 from optuav.physics.kibam import Battery, Stage
 from optuav.solving.batch import Hovers, longest_hovers

@@ -8,7 +8,7 @@ import pytest
 import optuav
 from formulations.soc import pool
 from optuav.engines import bracket
-from optuav.engines.largest import WIDTH_S
+from optuav.engines.bracket import WIDTH_S
 from optuav.physics import kibam
 from optuav.solving.assemble import quantities
 from optuav.solving.program import Program
