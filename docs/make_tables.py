@@ -128,12 +128,28 @@ def times(engine: Capability, models: Sequence[Traits] = ()) -> str:
 
 
 PURPOSES = {
-    "closed-form": "everyday answers, over thousands of routes",
-    "cvxpy": "a second opinion, binary choices, slots, a solver of your choice",
-    "casadi": "problems that are not linear, such as problems of your own",
-    "grid": "the paper's Algorithm 1, and checking the others",
-    "bracket": "plans that can be flown: the available well never runs dry",
+    "closed-form": (
+        "everyday answers, over thousands of routes",
+        "exact, over all itineraries at once, with the constraints that bind",
+    ),
+    "cvxpy": (
+        "a second opinion, binary choices, slots, a solver of your choice",
+        "global, with multipliers; binary unknowns and slots by branch and bound",
+    ),
+    "casadi": (
+        "problems that are not linear, such as problems of your own",
+        "a local optimum, the best of several starts",
+    ),
+    "grid": (
+        "the paper's Algorithm 1, and checking the others",
+        "exhaustive over whole slots: the verifying reference",
+    ),
+    "bracket": (
+        "plans that can be flown: the available well never runs dry",
+        "a feasible time and proof that none is longer, through both wells",
+    ),
 }
+"""What an engine is for, and what its answer is worth."""
 
 
 def models(engine: Capability) -> str:
@@ -147,7 +163,7 @@ def purposes() -> Iterator[Row]:
     """What each engine is for, short enough for a first page."""
     yield ("engine", "use it for", "its answer")
     for each in CAPABILITIES:
-        yield (f"`{each.name}`", PURPOSES[each.name], each.gives)
+        yield (f"`{each.name}`", *PURPOSES[each.name])
 
 
 def capabilities() -> Iterator[Row]:

@@ -15,8 +15,8 @@ from formulations.parameters import QUANTITIES, Quantities
 from formulations.soc import AVAILABLE, PAPER
 from optuav.arrays import Booleans, Floats, Integers, Values
 from optuav.engines import bracket, grid
-from optuav.engines.grid import MOST_UNKNOWNS
 from optuav.engines.linear_form import slot_ranges
+from optuav.engines.registry import MOST_UNKNOWNS
 from optuav.errors import InputError, SolverError
 from optuav.mission import Mission, load
 from optuav.modelling import Model, NotAffineError

@@ -17,7 +17,7 @@ import numpy as np
 
 from optuav.arrays import Floats, Values
 from optuav.engines.linear_form import linear_form
-from optuav.engines.registry import Engine, capability
+from optuav.engines.registry import MOST_UNKNOWNS, Engine, capability
 from optuav.engines.solution import Solution
 from optuav.modelling.model import Model
 from optuav.modelling.traversal import evaluate
@@ -25,7 +25,6 @@ from optuav.status import Status
 
 NAME = "closed-form"
 PROOF = "closed form: linear programming duality"
-MOST_UNKNOWNS = 2
 NUMBERS_AT_ONCE = 1 << 16
 TOLERANCE = 1e-11
 """Relative to the size of a candidate; rows and directions are scaled to unit length first."""

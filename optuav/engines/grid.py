@@ -23,7 +23,7 @@ import numpy as np
 
 from optuav.arrays import Booleans, Floats, Values
 from optuav.engines.linear_form import own_bounds, slot_ranges
-from optuav.engines.registry import OneByOne, Single, capability
+from optuav.engines.registry import MOST_UNKNOWNS, OneByOne, Single, capability
 from optuav.engines.solution import Solution, single
 from optuav.errors import InputError, SolverError
 from optuav.modelling.check import TOLERANCE, evaluated, holding, relations
@@ -35,7 +35,6 @@ from optuav.status import Status
 
 NAME = "grid"
 PROOF = "exhaustive"
-MOST_UNKNOWNS = 2
 CELLS_AT_ONCE = 1 << 17
 CURVED_CELLS_AT_ONCE = 1 << 15
 """The same where constraints are not linear, as every step on the way to them is kept."""

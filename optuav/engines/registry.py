@@ -34,14 +34,12 @@ Single: TypeAlias = Callable[[Mapping[str, float]], Solution]
 
 @dataclass(frozen=True)
 class Capability:
-    """What an engine takes and gives.
+    """What an engine takes.
 
     Parameters
     ----------
     name
         As `optuav.solve` takes it.
-    gives
-        What its answer is worth, for a reader.
     nonlinear
         Whether it takes models that are not linear.
     integer
@@ -57,7 +55,6 @@ class Capability:
     """
 
     name: str
-    gives: str
     nonlinear: bool = False
     integer: bool = False
     slots: bool | None = False
@@ -104,7 +101,7 @@ class Engine(Protocol):
     name: str
     """Name by which `optuav.solve` takes it."""
     takes: Capability
-    """Which models it takes, and what its answers are worth."""
+    """Which models it takes."""
 
     @abstractmethod
     def solve(
@@ -154,39 +151,11 @@ class Engine(Protocol):
 
 
 CAPABILITIES = (
-    Capability(
-        "closed-form",
-        "exact, over all itineraries at once, with the constraints that bind",
-        most_unknowns=MOST_UNKNOWNS,
-        needs=("lower bounds",),
-    ),
-    Capability(
-        "cvxpy",
-        "global, with multipliers; binary unknowns and slots by branch and bound",
-        integer=True,
-        slots=True,
-    ),
-    Capability(
-        "bracket",
-        "a feasible time and proof that none is longer, through both wells",
-        nonlinear=True,
-        most_unknowns=MOST_UNKNOWNS,
-        needs=("lower bounds", "levelling"),
-    ),
-    Capability(
-        "casadi",
-        "a local optimum, the best of several starts",
-        nonlinear=True,
-        needs=("derivatives",),
-    ),
-    Capability(
-        "grid",
-        "exhaustive over whole slots: the verifying reference",
-        nonlinear=True,
-        slots=None,
-        most_unknowns=MOST_UNKNOWNS,
-        needs=("lower bounds",),
-    ),
+    Capability("closed-form", most_unknowns=MOST_UNKNOWNS, needs=("lower bounds",)),
+    Capability("cvxpy", integer=True, slots=True),
+    Capability("bracket", True, most_unknowns=MOST_UNKNOWNS, needs=("lower bounds", "levelling")),
+    Capability("casadi", nonlinear=True, needs=("derivatives",)),
+    Capability("grid", True, slots=None, most_unknowns=MOST_UNKNOWNS, needs=("lower bounds",)),
 )
 """What the engines of the package take, in the order in which "auto" prefers them."""
 

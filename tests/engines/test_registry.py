@@ -36,11 +36,7 @@ class Halving(Engine):
     width_s: float = 1e-9
     name: str = "halving"
     takes: Capability = Capability(
-        "halving",
-        "the longest time, if all shorter ones are feasible",
-        nonlinear=True,
-        most_unknowns=1,
-        needs=("lower bounds",),
+        "halving", nonlinear=True, most_unknowns=1, needs=("lower bounds",)
     )
 
     def solve(
