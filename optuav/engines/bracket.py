@@ -73,12 +73,6 @@ class Interval(NamedTuple):
     y: Floats
     beyond: Floats
 
-    @property
-    def proved(self) -> Booleans:
-        """Where the two are close enough, or there is proof that no point exists."""
-        close: Booleans = (self.beyond - self.x <= 10.0 * WIDTH_S) | np.isneginf(self.beyond)
-        return close
-
 
 def largest(rows: Rows, x_top: Floats, y_top: Floats, *, any_point: bool = False) -> Interval:
     """Bracket the largest x of every programme.
@@ -257,7 +251,12 @@ def solve(
         found = largest(rows, *tops)
         found = found._replace(y=shortest(rows, found, tops[1]))
     found_out = np.select(
-        [~usable, np.isneginf(found.beyond), np.isnan(found.x), ~found.proved],
+        [
+            ~usable,
+            np.isneginf(found.beyond),
+            np.isnan(found.x),
+            found.beyond - found.x > 10.0 * WIDTH_S,
+        ],
         [Status.ERROR, Status.INFEASIBLE, Status.ERROR, Status.FEASIBLE],
         Status.OPTIMAL,
     )

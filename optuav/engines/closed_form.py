@@ -72,7 +72,6 @@ def solve(
         objective=form.towards * reached + 0.0,
         values=dict(zip(form.names, points, strict=True)),
         duals=None,
-        words=[""] * programmes,
         model=model,
         given=given,
     )

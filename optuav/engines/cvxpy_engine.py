@@ -132,14 +132,10 @@ class CvxpyProgramme:
         self.a, self.b = cvxpy.Parameter((rows, unknowns)), cvxpy.Parameter(rows)
         self.c = cvxpy.Parameter(unknowns)
         self.rows = self.a @ self.x <= self.b
-        goal = cvxpy.Maximize(self.c @ self.x)
-        self.problems = [cvxpy.Problem(goal, [self.rows])]
-        if goals > 1:
-            # Among equally good points: no earlier goal may get worse than it was.
-            self.kept = cvxpy.Parameter((goals - 1, unknowns))
-            self.floors = cvxpy.Parameter(goals - 1)
-            keep = self.kept @ self.x >= self.floors
-            self.problems.append(cvxpy.Problem(goal, [self.rows, keep]))
+        # Among equally good points: no earlier goal may get worse than it was.
+        self.kept, self.floors = cvxpy.Parameter((goals, unknowns)), cvxpy.Parameter(goals)
+        kept = self.kept @ self.x >= self.floors
+        self.problem: Any = cvxpy.Problem(cvxpy.Maximize(self.c @ self.x), [self.rows, kept])
 
     @np.errstate(divide="ignore", invalid="ignore", over="ignore")
     def solve(self, values: Mapping[str, float]) -> Solution:
@@ -169,10 +165,12 @@ class CvxpyProgramme:
         self.a.save_value(a)
         self.b.save_value(b)
         self.c.save_value(c[0])
-        status, words = self._run(0)
+        self.kept.save_value(np.zeros(self.kept.shape))
+        self.floors.save_value(np.zeros(self.floors.shape))
+        status, words = self._run()
         if status is None:
             self.c.save_value(np.zeros(self.c.shape))
-            feasible = (self._run(0)[0] or Status.INFEASIBLE).has_answer
+            feasible = (self._run()[0] or Status.INFEASIBLE).has_answer
             status = Status.UNBOUNDED if feasible else Status.INFEASIBLE
         if not status.has_answer:
             return none(status, words)
@@ -207,22 +205,21 @@ class CvxpyProgramme:
             duals=duals,
         )
 
-    def _run(self, number: int) -> tuple[Status | None, str]:
-        """Status of a problem that is solved, and the solver's own word for it.
+    def _run(self) -> tuple[Status | None, str]:
+        """Status of the problem as it stands, solved, and the solver's own word for it.
 
         None where it leaves open whether the problem is infeasible or unbounded.
         """
         import cvxpy
 
-        problem: Any = self.problems[number]
         try:
             with warnings.catch_warnings():
                 # The status says the same, and inaccurate answers are proved or refused.
                 warnings.filterwarnings("ignore", message="Solution may be inaccurate")
-                problem.solve(solver=self.solver, **self.options)
+                self.problem.solve(solver=self.solver, **self.options)
         except (cvxpy.error.SolverError, ValueError) as error:
             raise SolverError(f"cvxpy with {self.solver} failed: {error}") from None
-        words = str(problem.status)
+        words = str(self.problem.status)
         if words in OUT_OF_TIME:
             raise SolverError(f"cvxpy with {self.solver} stopped at its limit of time or steps")
         if words not in STATUSES and words != UNDECIDED:
@@ -251,7 +248,7 @@ class CvxpyProgramme:
             self.kept.save_value(kept.copy())
             self.floors.save_value(floors.copy())
             self.c.save_value(goal)
-            status, _ = self._run(1)
+            status, _ = self._run()
             if status is None or not status.has_answer:
                 break
             x = np.asarray(self.x.value, dtype=float)

@@ -25,16 +25,15 @@ CONTINUOUS = [case for case in CASES if "cvxpy" in case.engines and case.slot_s 
 
 
 def test_compiled_problem_is_parametrised_and_compiled_once() -> None:
-    """DPP, also of the problem for ties; another solve takes the same compiled programme."""
+    """DPP, also for ties; another solve takes the same compiled programme."""
     compiled = CvxpyProgramme(p4(R=0.0))
-    assert len(compiled.problems) == 2
-    assert all(problem.is_dcp(dpp=True) for problem in compiled.problems)
+    assert compiled.problem.is_dcp(dpp=True)
     compiled.solve({})
-    programmes = [problem._cache.param_prog for problem in compiled.problems]
-    assert None not in programmes
+    programme = compiled.problem._cache.param_prog
+    assert programme is not None
     found = compiled.solve({"T": 60.0, "C": 500.0, "I": 4.0})
     assert found.point(0) == pytest.approx({"Δ": 60.0, "T'": 0.0}, abs=1e-8)
-    assert [problem._cache.param_prog for problem in compiled.problems] == programmes
+    assert compiled.problem._cache.param_prog is programme
 
 
 def test_solves_do_not_remember_each_other() -> None:
