@@ -32,7 +32,7 @@ from optuav.network.network import Network, build_network
 from optuav.network.timeline import route_phases
 from optuav.options import ORDERS, Order
 
-Quantity = Literal[
+Cell = Literal[
     "flight_time_s",
     "mission_time_s",
     "battery_percent",
@@ -69,18 +69,18 @@ class FlownAs(BaseModel):
         return _flat(self.model_extra or {}) | ({} if self.laser else dict.fromkeys(WITHOUT_LASER))
 
 
-class TableRow(BaseModel):
+class ResultsRow(BaseModel):
     """A row of the table: how it was flown, and its numbers."""
 
     model_config = ConfigDict(extra="forbid", strict=True, allow_inf_nan=False)
     name: str = ""
     given: FlownAs = FlownAs()
-    fit: dict[Quantity, float] = {}
-    check: dict[Quantity, float] = {}
-    resolution: dict[Quantity, Positive] = {}
+    fit: dict[Cell, float] = {}
+    check: dict[Cell, float] = {}
+    resolution: dict[Cell, Positive] = {}
 
 
-class TableFile(BaseModel):
+class ResultsFile(BaseModel):
     """A table of results with what is known and what is free, keys dotted."""
 
     model_config = ConfigDict(extra="forbid", strict=True, allow_inf_nan=False)
@@ -88,15 +88,15 @@ class TableFile(BaseModel):
     known: dict[str, Any] = {}
     free: dict[str, Positive] = {}
     tied: dict[str, list[str]] = {}
-    resolution: dict[Quantity, Positive] = {}
-    rows: list[TableRow] = []
+    resolution: dict[Cell, Positive] = {}
+    rows: list[ResultsRow] = []
 
 
 class TableNumber(NamedTuple):
     """A number of the table, and whether it is to be fitted."""
 
     row: str
-    quantity: Quantity
+    quantity: Cell
     observed: float
     resolution: float
     fits: bool
@@ -105,7 +105,7 @@ class TableNumber(NamedTuple):
 class ResultsTable(NamedTuple):
     """A table of results on a mission with everything that is known."""
 
-    stated: TableFile
+    stated: ResultsFile
     mission: Mission
     base: str  # name or path of the mission that was extended
     numbers: tuple[TableNumber, ...]
@@ -230,7 +230,7 @@ def fit_table(files: Iterable[str | Path]) -> Fit:
     )
 
 
-def quantities(flown: Network, row: FlownAs) -> dict[Quantity, float]:
+def quantities(flown: Network, row: FlownAs) -> dict[Cell, float]:
     """All that a row may state."""
     mission, names = flown.mission, [building.name for building in flown.mission.buildings]
     itinerary = 0
@@ -278,13 +278,14 @@ def tie(mission: Mission, tied: Mapping[str, Sequence[str]]) -> Mission:
 
 def _panels(pairs: Sequence[tuple[TableNumber, float]], roles: Sequence[Role]) -> Iterator[Panel]:
     """One panel a quantity that the table has."""
-    for quantity in get_args(Quantity):
-        own = [each.quantity == quantity for each, _ in pairs]
-        numbers, computed = zip(*compress(pairs, own), strict=True) if any(own) else ((), ())
-        if numbers:
+    for quantity in get_args(Cell):
+        every = zip(pairs, roles, strict=True)
+        own = [(each, value, role) for (each, value), role in every if each.quantity == quantity]
+        if own:
             words, _, unit = quantity.rpartition("_")
+            numbers, computed, kinds = zip(*own, strict=True)
             observed, names = [each.observed for each in numbers], [each.row for each in numbers]
-            words, kinds = words.replace("_", " "), [*compress(roles, own)]
+            words = words.replace("_", " ")
             yield Panel(words, UNITS[unit], observed, computed, names, roles=kinds)
 
 
@@ -343,10 +344,10 @@ def read_table(path: Path) -> ResultsTable:
     return ResultsTable(stated, mission, base, numbers)
 
 
-def _valid(document: dict[str, Any]) -> tuple[TableFile, list[Fault]]:
+def _valid(document: dict[str, Any]) -> tuple[ResultsFile, list[Fault]]:
     """The file without the entries that break a rule, and a fault for each of these."""
     try:
-        return TableFile.model_validate(document), []
+        return ResultsFile.model_validate(document), []
     except ValidationError as error:
         found = error.errors(include_url=False)
     details = {tuple(part for part in each["loc"] if part != "[key]"): each for each in found}
@@ -357,7 +358,7 @@ def _valid(document: dict[str, Any]) -> tuple[TableFile, list[Fault]]:
             table = table[part]
         words, value = detail["msg"].removeprefix("Input should be "), shown(table.pop(last))
         if detail["type"] == "extra_forbidden":
-            known = (TableRow if place else TableFile).model_fields
+            known = (ResultsRow if place else ResultsFile).model_fields
             words = f"unknown key{nearest(str(last), known)}"
         parts = (f"[{each}]" if isinstance(each, int) else f".{each}" for each in (*place, last))
         faults.append(Fault("".join(parts)[1:], value, words))
