@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -23,7 +23,7 @@ from optuav.modelling import Model, evaluate
 from optuav.modelling.check import evaluated
 from optuav.modelling.classify import traits
 from optuav.modelling.traversal import has_unknowns
-from optuav.network.network import NO_LEG, Network
+from optuav.network.network import Network
 from optuav.network.places import charging_cap
 from optuav.network.timeline import route_phases, simulated
 from optuav.physics.flight import speed_warning
@@ -93,7 +93,7 @@ def plan_for(
     paper after hovering and resting for some times [s]; where packs may refuse charge, `battery`
     counts what they accepted.
     """
-    packs, notes = network.mission.battery, found.pop("notes", ())
+    packs, notes = network.mission.battery, [*found.pop("notes", ()), *_notes(network, flown)]
     if flown and given:
         soc = {p: float(np.squeeze(PERSPECTIVES[p](given, *times_s))) for p in PAPER}
         if packs.takes_turns or packs.charging != "constant":
@@ -102,11 +102,9 @@ def plan_for(
             soc["battery"] = left_As / capacity_As
             refused_As = capacity_As + sum(each.charge_As for each in flown) - left_As
             if refused_As > ROUNDING * capacity_As and not packs.takes_turns:
-                notes = (
-                    *notes,
-                    f"charging tapered: the {refused_As:.6g} A s that the full battery refused are "
-                    "lost, and only battery tells so, not energy and adjusted",
-                )
+                refused = f"the {refused_As:.6g} A s that the full battery refused are lost"
+                only = "and only battery tells so, not energy and adjusted"
+                notes.append(f"charging tapered: {refused}, {only}")
         found |= {"phases": flown, "soc": soc}
     return Plan(
         mission=network.mission,
@@ -116,9 +114,22 @@ def plan_for(
         order=question.problem.order,
         perspective=question.perspective,
         slot_s=question.slot_s,
-        notes=notes,
+        notes=tuple(notes),
         **found,
     )
+
+
+def _notes(network: Network, flown: Sequence[Phase]) -> Iterator[str]:
+    """What to know of the legs and places of some phases."""
+    if any(each.edited for each in flown if each.kind == "flight"):
+        yield "some legs have figures from the graph, not from the flight model"
+    if any(each.edited for each in flown if each.kind != "flight"):
+        yield "some places have sight or power of the laser from the graph, not from the mission"
+    if too_fast := speed_warning(max((each.peak_speed_m_s for each in flown), default=0.0)):
+        yield too_fast
+    cap = charging_cap(network.mission, network.places) if flown else None
+    if cap and any(each.end_place in cap.places for each in flown):
+        yield str(cap)
 
 
 def route_plan(
@@ -140,22 +151,11 @@ def plan_of(
         stated = "at least 0 s, or no plan is made of it: state lower=0.0"
         times = zip(TIMES, (hover_s, rest_s), strict=True)
         raise InputError([Fault(name, f"{t:g}", stated) for name, t in times if t < 0.0])
-    notes, legs = list[str](), network.routes.legs[route]
-    flown, names = legs[legs != NO_LEG], network.places.names
+    notes = []
     if part.rests and rest_s == 0.0:
         approached = "; with T' > 0, as (P4) is printed, this limit is approached but not attained"
         more = approached if isinstance(question.problem, P4) else ""
         notes.append(f"the optimum is at T' = 0: resting gains nothing here{more}")
-    if network.legs.edited[flown].any():
-        notes.append("some legs have figures from the graph, not from the flight model")
-    if network.places.edited[network.legs.end[flown]].any():
-        sight = "some places have sight or power of the laser from the graph"
-        notes.append(f"{sight}, not from the mission")
-    if too_fast := speed_warning(float(network.legs.peak_speed_m_s[flown].max())):
-        notes.append(too_fast)
-    cap = charging_cap(network.mission, network.places)
-    if cap and any(names[place] in cap.places for place in network.legs.end[flown]):
-        notes.append(str(cap))
     return route_plan(
         question,
         network,
@@ -165,7 +165,7 @@ def plan_of(
         proof=solution.proof,
         status=solution.statuses[entry],
         binding=tuple(words(network, part, entry, solution.binding_labels(entry))),
-        notes=tuple(notes),
+        notes=notes,
     )
 
 

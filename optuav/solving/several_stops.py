@@ -207,12 +207,6 @@ def _plan(program: Program, network: Network, found: SearchResult, most: str) ->
     network = replace(network, routes=_routes(network, stops.places[:, None], np.array([-1])))
     legs = network.routes.legs[0].tolist()
     flown = simulated(network.mission, phases_along(network, legs, stops.stays_s.tolist()))
-    if network.legs.edited[legs].any():
-        notes.append("some legs have figures from the graph, not from the flight model")
-    if network.places.edited[stops.places].any():
-        notes.append(
-            "some places have sight or power of the laser from the graph, not from the mission"
-        )
     plan = plan_for(
         question,
         network,
@@ -221,7 +215,7 @@ def _plan(program: Program, network: Network, found: SearchResult, most: str) ->
         engine=ENGINE,
         proof=proof,
         status=status,
-        notes=tuple(notes),
+        notes=notes,
     )
     return replayed(plan.model_copy(update={"binding": tuple(_binding(plan))}))
 
