@@ -234,8 +234,8 @@ def test_trying_lines_a_few_at_a_time_changes_nothing(monkeypatch: pytest.Monkey
 
 
 def test_legs_and_sight_of_a_crowded_town() -> None:
-    """Every leg and every beam of 80 buildings as the search along it finds."""
-    mission = crowd(80, 2)
+    """Every leg and every beam of 60 buildings as the search along it finds."""
+    mission = crowd(60, 2)
     network = build_network(mission)
     where, table = network.places, network.legs
     solids = [(outline_m(each) or (), each.position_m[2]) for each in mission.buildings]
@@ -391,7 +391,7 @@ def test_a_line_that_stays_is_judged_once_for_all() -> None:
     assert (free == [False, True]).all()
 
 
-@pytest.mark.parametrize("seed", range(4))
+@pytest.mark.parametrize("seed", range(2))
 def test_lines_of_variants_are_judged_as_single_lines(seed: int) -> None:
     """Through a square, an L and a sliver, beside and over them, from outside and from within."""
     corner = ((0.0, 0.0), (60.0, 0.0), (60.0, 20.0), (20.0, 20.0), (20.0, 60.0), (0.0, 60.0))

@@ -199,7 +199,7 @@ def test_level_leg_lifts_the_weight(
 @given(cases())
 @example(Case(AIRFRAME, CALM, TO_HOVER_M))
 @example(Case(AIRFRAME, CALM, (0.0, 0.0, -40.0)))
-@settings(few(15))
+@settings(few(8))
 def test_rotors_fly_the_leg(case: Case) -> None:
     """The equations of motion, integrated with nothing but the rotor speeds, end at the end.
 
