@@ -18,7 +18,7 @@ from optuav.mission import load
 from optuav.mission.files import must_be_new, write_text
 
 if TYPE_CHECKING:
-    from optuav.calibration import Fit, Panel, Value
+    from optuav.calibration import Fit, Panel
 
 MOST_ROWS = 40
 """Observations that the table lists one by one."""
@@ -29,14 +29,10 @@ WORDS = {
     "kind": (
         "KIND",
         "kibam (battery, from lifetimes or records of one pack), regimes (loads, from flight "
-        "logs), rotor (from a bench test or data sheets) or table (keys of a mission, from "
-        "results).",
+        "logs), rotor (from a bench test or data sheets) or table (keys, from results).",
     ),
     "files": ("FILE...", "CSV files; for table one TOML file."),
-    "extends": (
-        "--extends MISSION",
-        "Mission that the fragment extends; paper by default, for table its own.",
-    ),
+    "extends": ("--extends MISSION", "What the fragment extends: paper, or a table's own mission."),
     "save": ("--save FILE", "Write a new mission file with the values."),
 }
 
@@ -74,23 +70,19 @@ def calibrate(
 
 
 def _pieces(found: Fit) -> Iterator[RenderableType]:
-    yield Text(f"{found.kind}: {found.data}", style="bold")
-    for table in dict.fromkeys(value.key.partition(".")[0] for value in found.values):
-        yield ""
-        yield _values([each for each in found.values if each.key.startswith(f"{table}.")], table)
-    for panel in found.panels:
-        yield ""
-        yield _observations(panel) if panel.names else _spread(panel)
-
-
-def _values(values: list[Value], name: str) -> Table:
+    """The values, table by table of the mission, then what was observed."""
     from optuav.studies.results import plain_table
 
-    table = plain_table("value", "95 % between", words=[rf"\[{name}]"])
-    for each in values:
-        row = each.written(" – ") if each.determined else ["?", "not determined"]
-        table.add_row(each.key.partition(".")[2], *row, *(["–"] if each.interval is None else []))
-    return table
+    yield Text(f"{found.kind}: {found.data}", style="bold")
+    for name in dict.fromkeys(value.key.partition(".")[0] for value in found.values):
+        table = plain_table("value", "95 % between", words=[rf"\[{name}]"])
+        for each in (value for value in found.values if value.key.startswith(f"{name}.")):
+            row = each.written(" – ") if each.determined else ["?", "not determined"]
+            row += [] if each.interval else ["–"]
+            table.add_row(each.key.partition(".")[2], *row)
+        yield from ("", table)
+    for panel in found.panels:
+        yield from ("", _observations(panel) if panel.names else _spread(panel))
 
 
 def _observations(panel: Panel) -> Table:

@@ -46,10 +46,7 @@ def _words(key: str) -> tuple[str, ...]:
 
 WORDS: Words = {
     "file": ("FILE", "The file to write."),
-    "source": (
-        "--from MISSION",
-        f"Whose values to start from; {REGIMES} for your own drone's datasheet.",
-    ),
+    "source": ("--from MISSION", f"Whose values to start from; {REGIMES}: your drone's datasheet."),
     **{key: _words(key) for key in Datasheet.model_fields},
 }
 

@@ -25,8 +25,7 @@ SHARED: Words = {
     "mission": ("MISSION", "Name of a shipped mission, or a mission file."),
     "settings": (
         "--set KEY=VALUE",
-        "Change a key of the mission, as in limits.deadline_s=800; KEY= removes an optional one. "
-        "May be repeated.",
+        "Change a key, as limits.deadline_s=800; KEY= removes an optional one. Repeatable.",
     ),
     "as_json": ("--json", "Print JSON instead of text."),
     "save": ("--save FILE", "Write every detail, as .csv or .json."),

@@ -30,17 +30,14 @@ WORDS = {
     "animate": ("--animate FILE", "Write the mission as a .gif (needs matplotlib)."),
     "explain.mission": (
         "MISSION|PLAN",
-        "Name of a shipped mission, a mission file, or a saved plan (a .json file).",
+        "A shipped mission, a mission file or a saved plan (.json).",
     ),
     "plan": (
         "FILE",
         "A saved plan (.json), or an itinerary (.toml): schema, mission and tables stops with at, "
         'kind = "rest" or "hover", and duration_s.',
     ),
-    "audit.plot": (
-        "--plot FILE",
-        "Write altitude, speed and power over time as PNG (needs matplotlib).",
-    ),
+    "audit.plot": ("--plot FILE", "Draw altitude, speed and power as PNG (needs matplotlib)."),
     "latex": ("--latex", "Print LaTeX (package amsmath)."),
     "lp": ("--lp", "Print a file in CPLEX LP format."),
     "mps": ("--mps", "Print a file in free MPS format."),

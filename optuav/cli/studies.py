@@ -15,13 +15,11 @@ from optuav.options import Perspective
 WORDS = {
     "slots": (
         "--slots SECONDS",
-        "Lengths of time slots, 0.5,1,5,10,60 by default; with --by one length, continuous times "
-        "by default.",
+        "Lengths of time slots, 0.5,1,5,10,60 by default; with --by one, and none by default.",
     ),
     "compare.perspective": (
         "--perspective",
-        "How charge is counted: battery (the default), energy or adjusted; with --by also "
-        "available (the default there).",
+        "battery (the default), energy or adjusted; with --by also available (the default there).",
     ),
     "engines": (
         "--engines NAMES",
@@ -30,29 +28,22 @@ WORDS = {
     "time_limit_s": ("--time-limit-s", "Longest search for one programme in seconds."),
     "by": (
         "--by NAMES",
-        "Compare plans, not methods: by perspective,trajectory, by one of the two, or by schedule "
-        "of the packs.",
+        "Compare plans, not methods: by perspective,trajectory, one of the two, or schedule.",
     ),
     "times": ("--times", "Show the times taken, which differ from run to run."),
     "uncertainty": (
         "--uncertainty FILE",
-        "How keys are spread, as TOML; by default all that is measured is within 10 %.",
+        "Spreads of keys as TOML; 10 % of what is measured else.",
     ),
-    "perspective": (
-        "--perspective",
-        "available, battery, energy or adjusted: how charge counts.",
-    ),
+    "perspective": ("--perspective", "available, battery, energy or adjusted: how charge counts."),
     "plan": ("--plan PLAN", "A saved plan to hold fixed; by default the mission's best."),
     "samples": ("--samples", "How many samples to draw."),
     "seed": ("--seed", "Seed of the samples."),
     "out": ("--out DIR", "Where to write."),
-    "only": (
-        "--only NAME",
-        "One study by name, or by number as fig5 and table2; or ledger. Repeatable.",
-    ),
+    "only": ("--only NAME", "A study by name, or by number as fig5; or ledger. Repeatable."),
     "reproduce.mission": (
         "--mission MISSION",
-        "Make the studies for this mission, a shipped one's name or a file.",
+        "Make the studies for this mission, by name or file.",
     ),
     "names": ("[NAME]...", "Show these entries in full: names, or beginnings of names."),
     "details": ("--details", "Show every entry in full, not a summary."),
