@@ -164,12 +164,6 @@ def _labelled(label: str, lines: list[str]) -> list[str]:
     return [f"{label:<{LABEL}}{line[LABEL:]}" if not k else line for k, line in enumerate(lines)]
 
 
-def _listed(names: Iterable[str]) -> str:
-    """Names in a sentence: commas, and "and" before the last."""
-    *most, last = names
-    return f"{', '.join(most)} and {last}" if most else last
-
-
 def _with_unit(value: float, unit: str) -> str:
     """A number and its unit, none for a ratio."""
     return number_text(value) if unit == "1" else f"{number_text(value)} {unit}"
@@ -210,7 +204,7 @@ def conflict_text(conflict: Conflict, slot_s: float | None) -> Iterator[list[str
     for each in conflict.proofs:
         together = " together" if len(each.labels) > 1 else ""
         keys = f" ({', '.join(each.keys)})" if each.keys else ""
-        words = f"{where}: {_listed(each.labels)} cannot hold{together}{keys}"
+        words = f"{where}: {', '.join(each.labels)} cannot hold{together}{keys}"
         lines = _paragraph("Conflict", words)
         if isinstance(each, Certificate):
             yield [*lines, *_labelled("  proof", _columns(each.table, formulas=True))]
@@ -282,7 +276,7 @@ def _prices(explained: Explanation) -> Iterator[list[str]]:
         yield _labelled("One more", sentences)
     free = [_name(each) for each in explained.prices if not each.matters]
     if free and explained.more_stops_open:
-        yield _paragraph("Undecided", f"{_listed(free)}: {UNDECIDED}")
+        yield _paragraph("Undecided", f"{', '.join(free)}: {UNDECIDED}")
     elif free:
         yield _paragraph("No effect", ", ".join(free))
     edges = [

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -30,8 +30,8 @@ POINTS = 65
 class Stretch(NamedTuple):
     """A stretch of time in which nothing changes, with the wells of every pack before it.
 
-    It has the numbers of its phase, and of its stage counted over all phases. Currents are positive
-    while charging; a pack that is held full is offered its current and takes less.
+    It has the numbers of its phase, and of its stage in that. Currents are positive while charging;
+    a pack that is held full is offered its current and takes less.
     """
 
     phase: int
@@ -71,9 +71,9 @@ def pooled(mission: Mission, phases: Sequence[Phase]) -> Course:
     Where charging tapers it takes no more than keeps it full.
     """
     pool, tapers = vehicle.pool(mission), mission.battery.charging == "taper"
-    wells, stretches, ends, number = pool.full, list[Stretch](), list[tuple[Wells, ...]](), 0
+    wells, stretches, ends = pool.full, list[Stretch](), list[tuple[Wells, ...]]()
     for place, phase in enumerate(phases):
-        for stage in phase.stages:
+        for number, stage in enumerate(phase.stages):
             current_A, start_s, steady_s = stage.net.current_A, stage.start_s, stage.duration_s
             if tapers and current_A > 0.0:
                 steady_s = min(_filled_s(pool, wells, current_A), steady_s)
@@ -86,7 +86,6 @@ def pooled(mission: Mission, phases: Sequence[Phase]) -> Course:
                 wells = Wells(float(available_As[0]), float(bound_As[0]))
                 stretches.append(each)
                 start_s += part[0]
-            number += 1
         ends.append((wells,))
     return Course(pool, tuple(stretches), tuple(ends), tuple(_passed(pool, stretches, wells)))
 
@@ -129,7 +128,6 @@ def scheduled(mission: Mission, phases: Sequence[Phase]) -> Course:
     pack = Battery(given.capacity_As, given.available_fraction, given.flow_rate_per_s)
     flown = packs.Packs(pack, given.packs, given.schedule, given.period_s)
     stretches, ends, events = list[Stretch](), list[tuple[Wells, ...]](), list[Event]()
-    first = 0
     for place, phase in enumerate(phases):
         before = _each(flown.wells)
         stage_ends_s = np.array([stage.start_s + stage.duration_s for stage in phase.stages])
@@ -139,7 +137,7 @@ def scheduled(mission: Mission, phases: Sequence[Phase]) -> Course:
         ):
             start_s, duration_s = float(carried.start_s[0]), float(carried.duration_s[0])
             if duration_s > 0.0:
-                stage = first + int(np.searchsorted(stage_ends_s, start_s + 0.5 * duration_s))
+                stage = int(np.searchsorted(stage_ends_s, start_s + 0.5 * duration_s))
                 currents_A = tuple(map(float, carried.currents_A[0]))
                 stretches.append(Stretch(place, stage, start_s, duration_s, currents_A, before))
             before = _each(carried.wells)
@@ -153,7 +151,6 @@ def scheduled(mission: Mission, phases: Sequence[Phase]) -> Course:
                         Event(f"pack {state}", start_s + duration_s, words, violation=False)
                     )
         ends.append(before)
-        first += len(phase.stages)
     if flown.exhausted[0]:
         end_s = float(flown.clock_s[0])
         missing_As = sum(
@@ -174,40 +171,42 @@ def _each(wells: Wells) -> tuple[Wells, ...]:
 
 
 class Energies:
-    """Energies drawn in flight, drawn in hover, and gained otherwise, over the stages of a plan.
+    """Energies drawn in flight, drawn in hover, and gained otherwise, over the phases of a plan.
 
     Gained is what is received in hover, and net at rest. The full battery has E_1, E_2 and E_0 [J]
     at the voltages of flight, of hover, and nominally.
     """
 
     def __init__(self, mission: Mission, flown: Sequence[Phase]) -> None:
-        stages = [(phase.kind, each) for phase in flown for each in phase.stages]
-        kind = np.array([name for name, _ in stages])
-        flows_W = [(each.drawn.power_W, each.received.power_W) for _, each in stages]
-        drawn_W, received_W = np.array(flows_W, dtype=float).T
-        in_flight_W, in_hover_W, at_rest_W = (
-            np.where(kind == name, drawn_W, 0.0) for name in ("flight", "hover", "rest")
+        gained_J, flown_As = [(0.0, 0.0, 0.0)], 0.0
+        self.times_s = [0.0]
+        for phase in flown:
+            for each in phase.stages:
+                drawn_J = each.duration_s * float(each.drawn.power_W)
+                received_J = each.duration_s * float(each.received.power_W)
+                gained_J.append(
+                    {
+                        "flight": (drawn_J, 0.0, received_J),
+                        "hover": (0.0, drawn_J, received_J),
+                        "rest": (0.0, 0.0, received_J - drawn_J),
+                    }[phase.kind]
+                )
+                flown_As += each.duration_s * each.drawn.current_A * (phase.kind == "flight")
+                self.times_s.append(each.start_s + each.duration_s)
+        self.energies_J = np.cumsum(gained_J, axis=0).T
+        (hover_A, hover_W), given = vehicle.hover_load(mission), mission.battery
+        nominal_V, B = given.nominal_voltage_V, float(vehicle.pool(mission).capacity_As)
+        flight_V = self.energies_J[0, -1] / flown_As if flown_As else nominal_V
+        hover_V = float(hover_W / hover_A) if hover_A else nominal_V
+        self.E_0 = B * nominal_V
+        self.E_1 = given.flight_energy_J or B * flight_V
+        self.E_2 = given.hover_energy_J or B * hover_V
+
+    def soc(self, time_s: Floats, share: Floats) -> dict[str, Floats]:
+        """State of charge by perspective [-] at moments [s]; the share is (y1 + y2)/B [-]."""
+        flight_J, hover_J, gained_J = (
+            np.interp(time_s, self.times_s, energy_J) for energy_J in self.energies_J
         )
-        self.gains_W = np.stack([in_flight_W, in_hover_W, received_W - at_rest_W], axis=1)
-        gains_J = np.array([[each.duration_s] for _, each in stages]) * self.gains_W
-        # (stage + 1, 3): before every stage and after the last.
-        self.starts_J = np.concatenate([np.zeros((1, 3)), np.cumsum(gains_J, axis=0)])
-        flown_As = sum(s.duration_s * s.drawn.current_A for name, s in stages if name == "flight")
-        hover, given = vehicle.hover_load(mission), mission.battery
-        B = float(vehicle.pool(mission).capacity_As)
-        self.E_0 = B * given.nominal_voltage_V
-        mean_V = self.starts_J[-1, 0] / flown_As if flown_As else given.nominal_voltage_V
-        self.E_1 = given.flight_energy_J or B * mean_V
-        hover_V = hover.power_W / hover.current_A if hover.current_A else given.nominal_voltage_V
-        self.E_2 = given.hover_energy_J or B * float(hover_V)
-
-    def soc(self, stage: int, since_s: Floats, share: Floats) -> dict[str, Floats]:
-        """State of charge by perspective [-] at moments since a stage began [s].
-
-        The `share` is (y1 + y2)/B over all packs [-].
-        """
-        energies_J = self.starts_J[stage] + since_s[:, None] * self.gains_W[stage]
-        flight_J, hover_J, gained_J = np.moveaxis(energies_J, -1, 0)
         return {
             "battery": share,
             "energy": 1.0 - (flight_J + hover_J - gained_J) / self.E_0,
@@ -217,52 +216,43 @@ class Energies:
 
 def trace(mission: Mission, flown: Sequence[Phase], course: Course) -> Trace:
     """The table over time of phases and packs; some phase takes time."""
-    energies = Energies(mission, flown)
-    pieces = [
-        _piece(mission, flown, course.pack, each, energies)
-        for each in course.stretches
-        if each.duration_s > 0.0
-    ]
-    names = [name for name in Trace.__dataclass_fields__ if name != "soc"]
-    columns = {name: np.concatenate([getattr(each, name) for each in pieces]) for name in names}
-    soc = {name: np.concatenate([each.soc[name] for each in pieces]) for name in pieces[0].soc}
-    return Trace(**columns, soc=soc)
+    lasting = [each for each in course.stretches if each.duration_s > 0.0]
+    pieces = [_piece(mission, flown[each.phase], course.pack, each) for each in lasting]
+    columns = {name: np.concatenate([each[name] for each in pieces]) for name in pieces[0]}
+    levels_As = columns["available_As"] + columns["bound_As"]
+    share = levels_As.mean(axis=1) / course.pack.capacity_As
+    return Trace(**columns, soc=Energies(mission, flown).soc(columns["time_s"], share))
 
 
-def _piece(
-    mission: Mission, flown: Sequence[Phase], pack: Battery, stretch: Stretch, energies: Energies
-) -> Trace:
-    """The rows of a stretch."""
-    phase = flown[stretch.phase]
-    first = sum(len(each.stages) for each in flown[: stretch.phase])
-    stage = phase.stages[stretch.stage - first]
+def _piece(mission: Mission, phase: Phase, pack: Battery, stretch: Stretch) -> dict[str, Any]:
+    """The columns of a stretch."""
+    stage = phase.stages[stretch.stage]
     passed_s = np.linspace(0.0, stretch.duration_s, POINTS)
-    since_s = stretch.start_s - stage.start_s + passed_s
     # At the end of a stage the next one begins.
-    begun_s = sum(each.duration_s for each in phase.stages[: stretch.stage - first])
+    begun_s = sum(each.duration_s for each in phase.stages[: stretch.stage])
     last_s = np.nextafter(begun_s + stage.duration_s, 0.0)
+    since_s = np.clip(begun_s + (stretch.start_s - stage.start_s) + passed_s, begun_s, last_s)
     wells = stretch.wells(pack, passed_s)
     currents_A = [np.full(POINTS, each) for each in stretch.currents_A]
     if stretch.held:
         currents_A = [np.asarray(holding_current(pack, each)) for each in wells]
     available_As, bound_As = (np.stack(level, axis=1) for level in zip(*wells, strict=True))
-    share = (available_As + bound_As).sum(axis=1) / (len(wells) * pack.capacity_As)
     drawn_A, drawn_W = stage.drawn
-    return Trace(
-        time_s=stretch.start_s + passed_s,
-        **motion(mission, phase, np.clip(begun_s + since_s, begun_s, last_s)),
-        kind=np.full(POINTS, phase.kind),
-        stage=np.full(POINTS, stage.name),
-        phase=np.full(POINTS, stretch.phase),
-        start_place=np.full(POINTS, phase.start.name),
-        end_place=np.full(POINTS, phase.end.name),
-        current_A=sum(currents_A, np.zeros(POINTS)),
-        power_W=np.full(POINTS, stage.net.power_W),
-        received_power_W=np.full(POINTS, float(stage.received.power_W)),
-        voltage_V=np.full(
-            POINTS, drawn_W / drawn_A if drawn_A else mission.battery.nominal_voltage_V
-        ),
-        available_As=available_As,
-        bound_As=bound_As,
-        soc=energies.soc(stretch.stage, since_s, share),
-    )
+    same = {
+        "kind": phase.kind,
+        "stage": stage.name,
+        "phase": stretch.phase,
+        "start_place": phase.start.name,
+        "end_place": phase.end.name,
+        "power_W": stage.net.power_W,
+        "received_power_W": float(stage.received.power_W),
+        "voltage_V": drawn_W / drawn_A if drawn_A else mission.battery.nominal_voltage_V,
+    }
+    return {
+        **{name: np.full(POINTS, value) for name, value in same.items()},
+        **motion(mission, phase, since_s),
+        "time_s": stretch.start_s + passed_s,
+        "current_A": sum(currents_A, np.zeros(POINTS)),
+        "available_As": available_As,
+        "bound_As": bound_As,
+    }

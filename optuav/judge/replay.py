@@ -160,7 +160,7 @@ def replay(plan: Plan | Itinerary) -> Replay:
     course = (scheduled if mission.battery.takes_turns else pooled)(mission, flown)
     left_As = sum(float(pack.total_As) for pack in course.ends[-1])
     share = np.array([left_As / float(vehicle.pool(mission).capacity_As)])
-    levels = Energies(mission, flown).soc(-1, np.zeros(1), share)
+    levels = Energies(mission, flown).soc(np.array([flown[-1].end_s]), share)
     soc = {name: float(level[0]) for name, level in levels.items()}
     events = [*course.events, *_broken_limits(mission, flown, soc["battery"])]
     if isinstance(plan, Plan):

@@ -94,7 +94,7 @@ Conflict     on origin → hover → destination: P1.d hover time cannot hold
              sum                   0 ≤ −15.7922, which is false
 
 Conflict     on 20 routes, such as origin → b1 → hover → destination: P1.d hover
-             time, bounds of Δ and bounds of T' cannot hold together
+             time, bounds of Δ, bounds of T' cannot hold together
              (limits.deadline_s)
   proof      1 ×  P1.d hover time  Δ + T' ≤ −28.3163
              1 ×  bounds of Δ      −Δ ≤ 0
