@@ -9,10 +9,10 @@ from typing import Any, Self
 
 import numpy as np
 
-from formulations.parameters import QUANTITIES, Quantities, steps_for, symbol_for
-from formulations.soc import AVAILABLE, LABELS, PERSPECTIVES, well_limits
+from formulations.parameters import QUANTITIES, Quantities, steps_for
+from formulations.soc import AVAILABLE, LABELS, PERSPECTIVES, tapered, well_limits
 from optuav.errors import InputError
-from optuav.modelling import Expression, Model, Variable
+from optuav.modelling import Expression, Model, Parameter, Variable
 from optuav.modelling.expression import Operand
 from optuav.modelling.traversal import has_unknowns
 from optuav.options import Order, Perspective
@@ -28,7 +28,10 @@ class Given(Quantities):
     def of(cls, quantities: Quantities, perspective: Perspective) -> Self:
         """Symbols for the numbers of some itineraries; without a rest, its figures are 0."""
         symbols: dict[str, Any] = {
-            each.name: symbol_for(each, getattr(quantities, each.name)) for each in QUANTITIES
+            each.name: None
+            if (value := getattr(quantities, each.name)) is None
+            else Parameter(each.name, value=value, **each.metadata)
+            for each in QUANTITIES
         }
         if not quantities.rests:
             symbols |= {"rest_current_A": 0.0, "rest_received_W": 0.0}
@@ -58,16 +61,18 @@ class Given(Quantities):
         Without a rest the time left becomes the upper bound of Δ itself, so that the last slot of
         Δ may be cut short.
         """
-        lasts = isinstance(rest, Expression) or bool(np.any(rest))
+        lasts, left = isinstance(rest, Expression) or bool(np.any(rest)), self.time_left
         open_above = isinstance(hover.upper, float) and math.isinf(hover.upper)
-        if lasts or not open_above or has_unknowns(self.time_left):
+        if lasts or not open_above or has_unknowns(left):
             stay = hover + rest if lasts else hover
-            model.subject_to(label, stay <= self.time_left, unit="s", kind="deadline")
+            model.subject_to(label, stay <= left, unit="s", kind="deadline")
         else:
-            hover.upper, hover.label, hover.kind = self.time_left, label, "deadline"
+            hover.upper, hover.label, hover.kind = left, label, "deadline"
 
     def soc_end(self, hover: Operand, rest: Operand = 0.0) -> Operand:
         """State of charge at the end [-] after hovering and resting [s], by the perspective."""
+        if self.tapers and self.perspective == AVAILABLE:
+            return tapered(self, hover, rest)
         given = self
         if self.rests and isinstance(rest, float) and rest == 0.0:
             given = replace(self, rest_current_A=0.0, rest_received_W=0.0)
@@ -123,11 +128,6 @@ class Formulation(ABC):
         """Name of the problem for a reader."""
         return type(self).__name__
 
-    @property
-    def title(self) -> str:
-        """What is sought, in a line: the first of the docstring."""
-        return (type(self).__doc__ or self.name).strip().splitlines()[0].rstrip(".")
-
     @abstractmethod
     def declare(self, model: Model, given: Given) -> None:
         """State unknowns, objective and constraints on the model."""
@@ -135,13 +135,16 @@ class Formulation(ABC):
     def model(self, quantities: Quantities, perspective: Perspective = "battery") -> Model:
         """The declared model, with the quantities of some itineraries for its parameters.
 
+        Its title is the first line of the class's docstring.
+
         Raises
         ------
         InputError
             If no unknown or no objective is declared, or the perspective is `available` and
             `given.keep_wells` is not called.
         """
-        model = Model(self.title)
+        title = (type(self).__doc__ or self.name).strip().splitlines()[0]
+        model = Model(title.rstrip("."))
         self.declare(model, Given.of(quantities, perspective))
         if not model.variables:
             raise InputError(f"{self.name}: no unknown was declared; model.variable does")

@@ -26,7 +26,7 @@ from typing import Literal, NamedTuple, TypeAlias
 
 import numpy as np
 
-from formulations.parameters import QUANTITIES, Quantities, symbol_for
+from formulations.parameters import QUANTITIES, Quantities
 from formulations.soc import PERSPECTIVES
 from optuav.modelling import Expression, Model, Parameter, Variable
 from optuav.modelling.expression import Indexed, Operand, Relation, Sense
@@ -142,13 +142,13 @@ def _symbols(routes: Sequence[Route]) -> Iterator[Quantities]:
             for given in (route.given for route in routes)
         ]
         stated = [value for value in values if value is not None]
-        shared = symbol_for(each, stated[0]) if stated else None
+        shared = Parameter(each.name, value=stated[0], **each.metadata) if stated else None
         alike = np.array_equal(stated, stated[:1] * len(stated), equal_nan=True)
         for number, (symbols, value) in enumerate(zip(found, values, strict=True), start=1):
             symbols[each.name] = shared
             if shared is not None and not alike:
                 name, symbol = f"{each.name}[{number}]", Indexed(shared.symbol, number)
-                symbols[each.name] = Parameter(name, symbol, shared.unit, value or 0.0, shared.key)
+                symbols[each.name] = replace(shared, name=name, symbol=symbol, value=value or 0.0)
     for symbols, route in zip(found, routes, strict=True):
         yield Quantities(**symbols, rests=route.given.rests)
 

@@ -39,16 +39,6 @@ class P2(Formulation):
         """``"P2"`` or ``"P2-tight"``."""
         return "P2-tight" if self.tight else "P2"
 
-    @property
-    def title(self) -> str:
-        """What is sought, in a line."""
-        if not self.tight:
-            return super().title
-        return (
-            "P2 with the deadline tight: shortest flight and rest, hovering all the time that "
-            "is left"
-        )
-
     def declare(self, model: Model, given: Given) -> None:
         """State (P2), P2.a to P2.e; of equal plans the one with the shortest mission."""
         hover, rest = given.hover_and_rest(model)
@@ -56,5 +46,9 @@ class P2(Formulation):
         model.prefer_small(hover)
         state_limits(model, given, "P2", hover, rest)
         if self.tight:
+            model.title = (
+                "P2 with the deadline tight: shortest flight and rest, hovering all the time that "
+                "is left"
+            )
             used = hover + rest if given.rests else hover
             model.subject_to("P2.d deadline tight", used == given.time_left, unit="s")

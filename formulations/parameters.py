@@ -7,8 +7,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import MISSING, Field, dataclass, field, fields
-from functools import cached_property
+from dataclasses import MISSING, dataclass, field, fields
 from typing import Any
 
 import numpy as np
@@ -66,11 +65,10 @@ class Quantities:
     steps: Sequence[Any] = ()
     tapers: bool = False  # Whether the charging current falls once y1 = ωB, or drives y1 past it
     rests: bool = True  # Whether the route goes by way of a building, so that there is a rest time
-
-    @cached_property
-    def known_levels(self) -> list[tuple[Operand, Operand, list[Wells]]]:
-        """Wells after every step, by Δ and T', as `formulations.soc.levels` has found them."""
-        return []
+    # Wells after every step, by Δ and T', as `formulations.soc.levels` has found them.
+    known_levels: list[tuple[Operand, Operand, list[Wells]]] = field(
+        default_factory=list, init=False, repr=False, compare=False
+    )
 
     @property
     def battery_As(self) -> Operand:
@@ -89,14 +87,6 @@ class Quantities:
 
 
 QUANTITIES = tuple(each for each in fields(Quantities) if each.metadata)
-
-
-def symbol_for(quantity: Field[Any], value: Any) -> Parameter | None:
-    """The parameter that stands for a quantity in a model; none for one that is not stated."""
-    if value is None:
-        return None
-    meta = quantity.metadata
-    return Parameter(quantity.name, meta["symbol"], meta["unit"], value, meta["key"])
 
 
 def steps_for(steps: Sequence[Any], *, varies: bool = False) -> tuple[Any, ...]:

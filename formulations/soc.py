@@ -61,10 +61,8 @@ def stepwise(given: Quantities, hover: Operand, rest: Operand) -> Operand:
     return levels(given, hover, rest)[-1].total_As / given.battery_As
 
 
-def delivered(given: Quantities, hover: Operand, rest: Operand) -> Operand:
-    """(y1 + y2)/B: charge balance, unless the battery takes less once it is full."""
-    if not given.tapers:
-        return battery(given, hover, rest)
+def tapered(given: Quantities, hover: Operand, rest: Operand) -> Operand:
+    """(y1 + y2)/B where the battery takes less once it is full; a name stands for it in a tree."""
     end = levels(given, hover, rest)[-1].total_As / given.battery_As
     return Let("state of charge at the end", "η", "1", end) if isinstance(end, Expression) else end
 
@@ -80,8 +78,9 @@ PERSPECTIVES: Mapping[Perspective, StateOfCharge] = {
     "energy": energy,
     "adjusted": adjusted,
     "wells": stepwise,
-    AVAILABLE: delivered,
+    AVAILABLE: battery,
 }
+"""Where charging tapers, `tapered` has the state of charge of `available`."""
 
 
 @dataclass(frozen=True)
@@ -95,11 +94,6 @@ class _Pool(Battery):
         return Let("levelling rate", "k'", "1/s", rate) if isinstance(rate, Expression) else rate
 
 
-def pool(given: Quantities) -> Battery:
-    """All packs of an itinerary as one battery."""
-    return _Pool(given.battery_As, given.available_fraction, given.flow_rate_per_s)
-
-
 def levels(given: Quantities, hover: Operand, rest: Operand) -> Sequence[Wells]:
     """The wells after every step of the itinerary, from a full battery.
 
@@ -109,7 +103,8 @@ def levels(given: Quantities, hover: Operand, rest: Operand) -> Sequence[Wells]:
     for h, r, known in given.known_levels:
         if h is hover and r is rest:
             return known
-    whole, found = pool(given), list[Wells]()
+    whole = _Pool(given.battery_As, given.available_fraction, given.flow_rate_per_s)
+    found: list[Wells] = []
     stays = {
         "hover": Stage(-given.hover_current_A, hover),
         "rest": Stage(given.rest_current_A, rest),

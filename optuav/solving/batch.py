@@ -12,7 +12,7 @@ import numpy.typing as npt
 
 from formulations.p1 import P1
 from formulations.parameters import QUANTITIES, Quantities
-from formulations.soc import AVAILABLE, PERSPECTIVES, WellLimit, pool, well_limits
+from formulations.soc import AVAILABLE, PERSPECTIVES, WellLimit, well_limits
 from optuav.arrays import Booleans, Floats
 from optuav.engines import bracket, closed_form
 from optuav.engines.bracket import WIDTH_S, largest, shortest
@@ -232,7 +232,8 @@ def _needed(given: Quantities, limit: WellLimit) -> Booleans:
     if limit.kind == "past full":
         return np.asarray(own_A > 0.0)
     needed = np.asarray(own_A <= 0.0)
-    return needed & ~falls_throughout(pool(given), next_A[0]) if next_A else needed
+    pool = Battery(given.battery_As, given.available_fraction, given.flow_rate_per_s)
+    return needed & ~falls_throughout(pool, next_A[0]) if next_A else needed
 
 
 def _entries(given: Quantities, which: slice) -> Quantities:

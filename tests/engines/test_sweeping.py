@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 
 import optuav
-from formulations.soc import pool
 from optuav.engines import bracket
 from optuav.engines.bracket import WIDTH_S
 from optuav.physics import kibam
@@ -26,7 +25,7 @@ def scanned(program: Program, hovers_s: np.ndarray) -> np.ndarray:
     drawn_As = given.flight_charge_As + given.hover_current_A * hovers_s
     missing_As = drawn_As - (1.0 - given.min_soc) * given.battery_As
     rests_s = np.maximum(missing_As / given.rest_current_A, 0.0)
-    whole = pool(given)
+    whole = kibam.Battery(given.battery_As, given.available_fraction, given.flow_rate_per_s)
     level, margin = whole.full, np.where(hovers_s + rests_s <= given.time_left, np.inf, -np.inf)
     for step in given.steps:
         phase = {
