@@ -60,9 +60,10 @@ def tests(model: Model, parameters: Values) -> tuple[list[Test], list[Test]]:
     """Tests of the linear inequalities, and of all other constraints; the axes keep the bounds."""
     flat: list[Test] = []
     curved: list[Test] = []
+    done: dict[int, Operand] = {}
     for relation in (each.relation for each in model.constraints):
         try:
-            form, right = excess(relation, parameters)
+            form, right = excess(relation, parameters, done)
         except NotAffineError:
             form = None
         if form is None or relation.sense == "==":

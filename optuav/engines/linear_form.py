@@ -16,6 +16,7 @@ import numpy as np
 from optuav.arrays import Booleans, Floats, Values
 from optuav.errors import InputError
 from optuav.modelling.check import TOLERANCE, relations
+from optuav.modelling.expression import Operand
 from optuav.modelling.forms import Affine, NotAffineError, affine, excess
 from optuav.modelling.model import Model
 from optuav.modelling.traversal import evaluate, leaves
@@ -132,10 +133,10 @@ def implied_upper_bounds(
 ) -> dict[str, float]:
     """Upper bounds that linear constraints put on each unknown, the others at their lower."""
     upper = dict.fromkeys(lower, math.inf)
-    excesses: list[Affine] = []
+    excesses, done = list[Affine](), dict[int, Operand]()
     for relation in (each.relation for each in model.constraints):
         with suppress(NotAffineError):
-            excesses += map(excess(relation, parameters)[0].times, relation.signs)
+            excesses += map(excess(relation, parameters, done)[0].times, relation.signs)
     for constant, coefficients in excesses:
         if any(coefficient < 0.0 for coefficient in coefficients.values()):
             continue

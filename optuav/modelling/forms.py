@@ -82,6 +82,7 @@ def applied(ufunc: np.ufunc, operands: tuple[Operand, ...]) -> Operand:
 
 
 def _form(operand: Operand) -> Exponential:
+    """A form, also of a number."""
     return operand if isinstance(operand, Exponential) else Exponential({CONSTANT: operand})
 
 
@@ -95,6 +96,7 @@ def _sum(left: Exponential, right: Exponential, factor: float) -> Exponential:
 
 
 def _product(left: Exponential, right: Exponential) -> Exponential:
+    """left · right; no unknown may be in both."""
     terms: dict[Monomial, Operand] = {}
     for one, a in left.terms.items():
         for other, b in right.terms.items():
@@ -189,7 +191,9 @@ class Affine(NamedTuple):
         )
 
 
-def affine(expression: Operand, values: Mapping[str, Operand]) -> Affine:
+def affine(
+    expression: Operand, values: Mapping[str, Operand], done: dict[int, Operand] | None = None
+) -> Affine:
     """Affine form of an expression.
 
     Parameters
@@ -198,6 +202,8 @@ def affine(expression: Operand, values: Mapping[str, Operand]) -> Affine:
         The tree.
     values
         Values of parameters by name; one that is not named keeps its own.
+    done
+        As of `fold`, for trees that share nodes.
 
     Raises
     ------
@@ -213,14 +219,16 @@ def affine(expression: Operand, values: Mapping[str, Operand]) -> Affine:
     >>> float(form.constant), form.coefficients
     (0.5, {'x': 3.0, 'y': -0.25})
     """
-    terms = exponential(expression, values, call=_linear).terms
+    terms = exponential(expression, values, done, _linear).terms
     coefficients = {name: c for each, c in terms.items() for name, _ in each}
     return Affine(terms.get(CONSTANT, 0.0), coefficients)
 
 
-def excess(relation: Relation, values: Mapping[str, Operand]) -> tuple[Affine, Operand]:
+def excess(
+    relation: Relation, values: Mapping[str, Operand], done: dict[int, Operand] | None = None
+) -> tuple[Affine, Operand]:
     """Left side less right side as an affine form, and the constant on the right; see `affine`."""
-    left, right = (affine(side, values) for side in relation.sides)
+    left, right = (affine(side, values, done) for side in relation.sides)
     coefficients = dict(left.coefficients)
     for name, coefficient in right.coefficients.items():
         coefficients[name] = coefficients.get(name, 0.0) - coefficient
