@@ -171,9 +171,10 @@ def certificates(
 ) -> Iterator[Certificate]:
     """Minimal conflicts of linear constraints, no two of which share a constraint on parameters.
 
-    A repair has to resolve all of them; resolving these may bring up others. Constraints that are
-    not linear are left out: what the others prove holds with them too. In slots the unknowns take
-    at least their first slot; that slots are whole is not used.
+    A repair has to resolve all of them; resolving these may bring up others. Of constraints without
+    unknowns the first that does not hold is named. Constraints that are not linear are left out:
+    what the others prove holds with them too. In slots the unknowns take at least their first slot;
+    that slots are whole is not used.
     """
     rows = _rows(linear_part(model), parameters, slot_s)
     symbols = [each.symbol for each in model.variables]
@@ -188,6 +189,8 @@ def certificates(
         yield Certificate(tuple(replace(row, multiplier=y / first) for row, y in scaled))
         stated = [row for row in used if row.parameters] or used
         rows = [row for row in rows if not any(row is each for each in stated)]
+        if not all(row.coefficients for row in used):
+            rows = [row for row in rows if row.coefficients]
 
 
 def bound(model: Model, parameters: Values, binding: Collection[str]) -> Certificate | None:

@@ -87,7 +87,8 @@ def _of_part(program: Program, part: Part) -> Iterator[Conflict]:
     alike: dict[tuple[tuple[str, ...], ...], list[int]] = {}
     proofs: dict[int, list[Certificate]] = {}
     for entry in np.argsort(flight_s, kind="stable")[:MOST_ROUTES].tolist():
-        proofs[entry] = _certificates(part, entry, program.question.slot_s)
+        parameters = part.model.row(entry)
+        proofs[entry] = [*certificates(part.model, parameters, program.question.slot_s)]
         alike.setdefault(tuple(each.labels for each in proofs[entry]), []).append(entry)
     unproved = alike.pop((), [])
     for first, *others in alike.values():
@@ -106,18 +107,6 @@ def _of_part(program: Program, part: Part) -> Iterator[Conflict]:
 
 def _names(program: Program, part: Part, entry: int) -> tuple[str, ...]:
     return program.network.route_names(int(part.routes[entry]))
-
-
-def _certificates(part: Part, entry: int, slot_s: float | None) -> list[Certificate]:
-    """Certificates of a route; of constraints without unknowns, the first that does not hold."""
-    found: list[Certificate] = []
-    fixed_before = False
-    for each in certificates(part.model, part.model.row(entry), slot_s):
-        fixed = not any(row.coefficients for row in each.rows)
-        if not (fixed and fixed_before):
-            found.append(each)
-        fixed_before |= not all(row.coefficients for row in each.rows)
-    return found
 
 
 def _clashes(program: Program, part: Part, entries: Sequence[int]) -> Iterator[Conflict]:
