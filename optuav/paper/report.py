@@ -63,7 +63,7 @@ class Study:
                 "rotors": has_rotors(mission),
                 "buildings": mission.buildings,
                 "paper": is_papers(mission),
-                "turns": options == COUNTED[:1] or mission.battery.schedule == "pooled",
+                "turns": options == ("battery",) or mission.battery.schedule == "pooled",
             }
             try:
                 for each in self.needs:
