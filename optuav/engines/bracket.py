@@ -242,9 +242,7 @@ def solve(
     given = values or {}
     names = sorted((each.name for each in model.variables), key=model.objective.name.__ne__)
     forms = stated_forms(model, given, relaxed=True)
-    tops, usable = _reaches(forms, names, programmes)
-    rows = rows_of([each for each in forms if each.constraint], names, tops.max(axis=0))
-    usable &= ~np.isnan(rows.weights).any(axis=(0, 1))
+    rows, tops, usable = _read(forms, names, programmes)
     if tapers := any(each.relaxed for each in forms):
         found = _tapered(model, given, forms, names, tops, rows)
     else:
@@ -279,12 +277,13 @@ def solve(
     )
 
 
-def _reaches(
+def _read(
     forms: Sequence[StatedForm], names: Sequence[str], programmes: int
-) -> tuple[Floats, Booleans]:
-    """How far both times can go [s], the second 0 where there is but one, and where that is known.
+) -> tuple[Rows, Floats, Booleans]:
+    """All rows at constant current, how far both times can go [s], and where the numbers are.
 
-    By the constraints that are linear and only shorten times.
+    The times go as far as constraints allow that are linear and only shorten times; the second is 0
+    where there is but one.
     """
     tops = np.zeros((2, programmes))
     for k, name in enumerate(names):
@@ -304,7 +303,10 @@ def _reaches(
                 "given.keep_deadline states the deadline"
             )
     usable = np.asarray(~np.isnan(tops).any(axis=0))
-    return np.where(usable, tops, 0.0), usable
+    tops = np.where(usable, tops, 0.0)
+    rows = rows_of([each for each in forms if each.constraint], names, tops.max(axis=0))
+    usable &= ~np.isnan(rows.weights).any(axis=(0, 1))
+    return rows, tops, usable
 
 
 def _tapered(
@@ -366,9 +368,7 @@ def some_point(
     """
     names = [each.name for each in model.variables]
     forms = stated_forms(model, values or {})
-    tops, usable = _reaches(forms, names, programmes)
-    rows = rows_of(forms, names, tops.max(axis=0))
-    usable &= ~np.isnan(rows.weights).any(axis=(0, 1))
+    rows, tops, usable = _read(forms, names, programmes)
     found = largest(rows, *tops, any_point=True)
     times = (np.where(usable, each, np.nan) for each in (found.x, found.y))
     return dict(zip(names, times, strict=False)), usable & np.isneginf(found.beyond)

@@ -331,6 +331,8 @@ class Casadi(OneByOne):
     accuracy: float = ACCURACY
     iterations: int = ITERATIONS
 
-    def prepare(self, model: Model, slot_s: float | None, time_limit_s: float | None) -> Single:
+    def prepare(
+        self, model: Model, slot_s: float | None = None, time_limit_s: float | None = None
+    ) -> Single:
         """Hand over a model, to be solved for one programme at a time."""
         return CasadiProgramme(model, time_limit_s, self.accuracy, self.iterations).solve

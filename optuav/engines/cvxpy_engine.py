@@ -300,6 +300,8 @@ class Cvxpy(OneByOne):
     takes = capability(NAME)
     solver: str | None = None
 
-    def prepare(self, model: Model, slot_s: float | None, time_limit_s: float | None) -> Single:
+    def prepare(
+        self, model: Model, slot_s: float | None = None, time_limit_s: float | None = None
+    ) -> Single:
         """Hand over a model, to be solved for one programme at a time."""
         return CvxpyProgramme(model, slot_s, time_limit_s, self.solver).solve

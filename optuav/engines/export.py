@@ -48,11 +48,6 @@ def to_file(model: Model, values: Values, form: str, remarks: Iterable[str] = ()
 
     Values of the parameters are those of one programme, as ``model.row(index)`` gives them; others
     keep their own. Remarks are lines for the comment at the top.
-
-    Raises
-    ------
-    InputError
-        If a constraint is not linear (it is named), or a number is not finite.
     """
     import highspy
 

@@ -188,7 +188,9 @@ class Grid(OneByOne):
     name = NAME
     takes = capability(NAME)
 
-    def prepare(self, model: Model, slot_s: float | None, time_limit_s: float | None) -> Single:
+    def prepare(
+        self, model: Model, slot_s: float | None = None, time_limit_s: float | None = None
+    ) -> Single:
         """Search every cell of a programme, with slots of a length > 0 [s].
 
         The model has one or two variables in seconds, bounded by themselves or by a linear

@@ -27,35 +27,18 @@ WHOLE = 1e-9
 
 @dataclass(frozen=True)
 class LinearForm:
-    """Rows A x ≤ b and goals; an equality gives two rows with the same label.
+    """Rows A x ≤ b and goals; an equality gives two rows with the same label."""
 
-    Parameters
-    ----------
-    names
-        Names of the unknowns.
-    labels, signs
-        Label of the constraint of every row; −1 for the second row of an equality and for a lower
-        bound of an unknown, 1 otherwise.
-    normals, limits
-        A (row, unknown, programme) and b (row, programme).
-    directions, offsets
-        What to maximise first, then among equals, and so on: coefficients (goal, unknown,
-        programme) and constants (goal, programme).
-    towards
-        1 if the model maximises, −1 if it minimises: the first goal is the objective times this.
-    bounds
-        (row, unknown) of the rows that are the unknowns' own bounds.
-    """
-
-    names: tuple[str, ...]
-    labels: tuple[str, ...]
+    names: tuple[str, ...]  # Of the unknowns
+    labels: tuple[str, ...]  # Of the constraint of every row
+    # −1 for the second row of an equality and for a lower bound of an unknown, 1 otherwise
     signs: tuple[float, ...]
-    normals: Floats
-    limits: Floats
-    directions: Floats
-    offsets: Floats
-    towards: float
-    bounds: tuple[tuple[int, int], ...]
+    normals: Floats  # A (row, unknown, programme)
+    limits: Floats  # b (row, programme)
+    directions: Floats  # What to maximise first, then among equals…: (goal, unknown, programme)
+    offsets: Floats  # Constants of these goals (goal, programme)
+    towards: float  # 1 if the model maximises, −1 if it minimises: sign of the first goal
+    bounds: tuple[tuple[int, int], ...]  # (row, unknown) of the unknowns' own bounds
 
     @property
     def usable(self) -> Booleans:
@@ -67,21 +50,10 @@ class LinearForm:
 
 @np.errstate(divide="ignore", invalid="ignore", over="ignore")
 def linear_form(model: Model, values: Values, programmes: int = 1) -> LinearForm:
-    """The rows and goals of a linear model.
+    """The rows and goals of a linear model; `NotAffineError` if it is not linear.
 
-    Parameters
-    ----------
-    model
-        The declaration.
-    values
-        Values of parameters that differ from the model's, by name.
-    programmes
-        Number of entries of those parameters that are arrays.
-
-    Raises
-    ------
-    NotAffineError
-        If the model is not linear.
+    Values of parameters that differ from the model's by name: numbers, or arrays with one entry a
+    programme.
     """
     names = tuple(variable.name for variable in model.variables)
     labels: list[str] = []

@@ -12,7 +12,6 @@ rows that hold with equality; along a ray without end that side is infeasible.
 References
 ----------
 .. [1] E. G. Gol'shtein, "Theory of convex programming", AMS, 1972 (marginal values).
-.. [2] S. Boyd, L. Vandenberghe, "Convex optimization", Cambridge University Press, 2004, 5.5.3.
 """
 
 from __future__ import annotations
@@ -184,15 +183,12 @@ def _with_longest_other(model: Model, parameters: Values, point: Values) -> list
 class ShadowPrice(NamedTuple):
     """Change of the best objective per unit of a parameter, the others held.
 
-    Parameters
-    ----------
-    less, more
-        Per unit that is taken away, and per unit that is added. They differ at a kink, as where
-        another constraint takes over; infinite where that side is infeasible.
+    The sides differ at a kink, as where another constraint takes over; one that is infeasible is
+    infinite.
     """
 
-    less: float
-    more: float
+    less: float  # Per unit that is taken away
+    more: float  # Per unit that is added
 
     @property
     def has_kink(self) -> bool:

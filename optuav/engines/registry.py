@@ -9,7 +9,6 @@ from __future__ import annotations
 from abc import abstractmethod
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from functools import partial
 from importlib import import_module
 from typing import Literal, Protocol, TypeAlias
 
@@ -36,29 +35,16 @@ Single: TypeAlias = Callable[[Mapping[str, float]], Solution]
 class Capability:
     """What an engine takes.
 
-    Parameters
-    ----------
-    name
-        As `optuav.solve` takes it.
-    nonlinear
-        Whether it takes models that are not linear.
-    integer
-        Whether it takes binary unknowns.
-    slots
-        Whether it takes times in whole slots; None if it takes nothing else.
-    most_unknowns
-        Largest number of unknowns; None for any.
-    needs
-        ``"derivatives"`` everywhere; ``"lower bounds"`` on every unknown; ``"levelling"``: the
-        longest of at most two times as objective, and as constraints what phases of constant
-        current give.
+    It may need ``"derivatives"`` everywhere; ``"lower bounds"`` on every unknown; ``"levelling"``:
+    the longest of at most two times as objective, and as constraints what phases of constant
+    current give.
     """
 
-    name: str
-    nonlinear: bool = False
-    integer: bool = False
-    slots: bool | None = False
-    most_unknowns: int | None = None
+    name: str  # As `optuav.solve` takes it
+    nonlinear: bool = False  # Whether it takes models that are not linear
+    integer: bool = False  # Whether it takes binary unknowns
+    slots: bool | None = False  # Whether it takes whole slots; None if it takes nothing else
+    most_unknowns: int | None = None  # None for any number
     needs: tuple[Need, ...] = ()
 
     def obstacle(self, model: Traits, slots: bool) -> str:
@@ -135,19 +121,12 @@ class Engine(Protocol):
             If it fails, or the time limit passes.
         """
 
-    def compile(
-        self,
-        model: Model,
-        programmes: int = 1,
-        *,
-        slot_s: float | None = None,
-        time_limit_s: float | None = None,
-    ) -> Compiled:
+    def compile(self, model: Model, programmes: int = 1, **limits: float | None) -> Compiled:
         """Hand over a model once, to be solved often; the arguments are those of `solve`.
 
         Where there is nothing to prepare, the model is solved again.
         """
-        return partial(self.solve, model, programmes, slot_s=slot_s, time_limit_s=time_limit_s)
+        return lambda values: self.solve(model, programmes, values, **limits)
 
 
 CAPABILITIES = (
@@ -164,19 +143,14 @@ class OneByOne(Engine):
     """Base of engines that prepare a model, and solve one programme after the other."""
 
     @abstractmethod
-    def prepare(self, model: Model, slot_s: float | None, time_limit_s: float | None) -> Single:
+    def prepare(
+        self, model: Model, slot_s: float | None = None, time_limit_s: float | None = None
+    ) -> Single:
         """Hand over a model, to be solved for one programme at a time."""
 
-    def compile(
-        self,
-        model: Model,
-        programmes: int = 1,
-        *,
-        slot_s: float | None = None,
-        time_limit_s: float | None = None,
-    ) -> Compiled:
+    def compile(self, model: Model, programmes: int = 1, **limits: float | None) -> Compiled:
         """Hand over a model, to be solved often; see `Engine`."""
-        single = self.prepare(model, slot_s, time_limit_s)
+        single = self.prepare(model, **limits)
         rows = [model.row(index) for index in range(programmes)]
 
         def solve(values: Values) -> Solution:
@@ -237,13 +211,7 @@ def names() -> tuple[str, ...]:
 
 
 def engine(wanted: str | Engine) -> Engine:
-    """The engine of a name, with its default options; an engine stays what it is.
-
-    Raises
-    ------
-    InputError
-        If there is no engine of that name.
-    """
+    """The engine of a name, with its default options; an engine stays what it is."""
     if not isinstance(wanted, str):
         return wanted
     if wanted in _registered:
@@ -267,13 +235,7 @@ def takers(model: Traits, slots: bool) -> tuple[str, ...]:
 
 
 def need(wanted: str | Engine, model: Traits, slots: bool) -> None:
-    """Refuse an engine that does not take a model, and name those that do.
-
-    Raises
-    ------
-    InputError
-        With the reason; also if there is no such engine.
-    """
+    """Refuse an engine that does not take a model, and name those that do."""
     takes = capability(wanted) if isinstance(wanted, str) else wanted.takes
     if why := takes.obstacle(model, slots):
         others = ", ".join(takers(model, slots)) or "none"

@@ -34,45 +34,24 @@ TIGHT = 1e-7
 class Solution:
     """Answers to one or several programmes that were declared as one.
 
-    Parameters
-    ----------
-    engine
-        Name of the engine.
-    proof
-        How it knows, in a word or two.
-    model
-        The declaration that was solved.
-    statuses
-        One `Status` a programme.
-    objective
-        Objective values, one a programme; NaN without an answer.
-    values
-        Values of the variables by name, one a programme; NaN without an answer.
-    tight
-        Labels of the constraints that bind (from the grid: that a slot more or less of an unknown
-        would violate), for each programme. None where that follows from the answer.
-    duals
-        Multipliers that the engine found by label of the constraint, for each programme; empty from
-        engines that have none. None where they follow from the answer: see `multipliers_at`.
-    beyond
-        What the objective is known not to exceed, one a programme; from engines that bracket it.
-    words
-        What the engine itself said, one a programme.
-    given
-        Values of parameters that differed from the model's.
+    Sequences and arrays have one entry a programme.
     """
 
-    engine: str
-    proof: str
-    model: Model
+    engine: str  # Its name
+    proof: str  # How it knows, in a word or two
+    model: Model  # The declaration that was solved
     statuses: Sequence[Status]
-    objective: Floats
-    values: Mapping[str, Floats]
+    objective: Floats  # NaN without an answer
+    values: Mapping[str, Floats]  # Of the variables, by name; NaN without an answer
+    # Labels of the constraints that bind (from the grid: that a slot more or less of an unknown
+    # would violate). None where that follows from the answer.
     tight: Sequence[Sequence[str]] | None = None
+    # Multipliers that the engine found by label of the constraint; empty from engines that have
+    # none. None where they follow from the answer: see `multipliers_at`.
     duals: Sequence[Mapping[str, float]] | None = ()
-    beyond: Floats | None = None
-    words: Sequence[str] = ()
-    given: Values = field(default_factory=dict)
+    beyond: Floats | None = None  # What the objective is known not to exceed
+    words: Sequence[str] = ()  # What the engine itself said
+    given: Values = field(default_factory=dict)  # Values of parameters unlike the model's
 
     def __repr__(self) -> str:
         counts = Counter(status.value for status in self.statuses)
@@ -104,13 +83,7 @@ class Solution:
         )
 
     def point(self, index: int) -> dict[str, float]:
-        """Values of the variables in the answer to a programme.
-
-        Raises
-        ------
-        SolverError
-            If that programme has no answer.
-        """
+        """Values of the variables in the answer to a programme; `SolverError` without one."""
         status = self.statuses[index]
         if not status.has_answer:
             raise SolverError(f"{self.engine} has no values: the programme is {status.value}")
@@ -163,12 +136,9 @@ class Solution:
         return tuple(dict.fromkeys(found))
 
     def verify(self, index: int = 0) -> None:
-        """Evaluate the answer to a programme again, outside the engine that gave it.
+        """Evaluate an answer again, outside the engine that gave it.
 
-        Raises
-        ------
-        SolverError
-            If it violates a constraint, or there is none.
+        `SolverError` if it violates a constraint, or there is none.
         """
         rows = evaluated(self.model, self._at(index))
         broken = [f"{row.label} by {-row.slack:.3g}" for row in rows if not row.satisfied]
@@ -192,13 +162,7 @@ class Solution:
         return found
 
     def residuals(self, index: int = 0) -> Residuals:
-        """What the answer to a programme lacks of feasibility and optimality; see `Residuals`.
-
-        Raises
-        ------
-        SolverError
-            If that programme has no answer.
-        """
+        """What the answer to a programme lacks of feasibility and optimality; see `Residuals`."""
         return residuals(self.model, self._at(index), self.multipliers_at(index))
 
     def shadow_prices(self, index: int = 0) -> dict[str, ShadowPrice]:

@@ -101,10 +101,14 @@ def test_nothing_heavy_is_loaded() -> None:
     assert found == {name: set() for name in LIGHT}
 
 
-@pytest.mark.parametrize(("engine", "library"), [("cvxpy", "cvxpy"), ("casadi", "casadi")])
-def test_an_engine_loads_its_own_library(engine: str, library: str) -> None:
-    """The list above would see it."""
-    asked = f"'P3', engine={engine!r}, perspective='battery'"
-    (found,) = loaded(f"import optuav; optuav.solve('paper', {asked})")
-    assert library in found
-    assert not found & ({"cvxpy", "casadi", "matplotlib"} - {library})
+@pytest.mark.parametrize("engines", [("cvxpy", "casadi"), ("casadi", "cvxpy")])
+def test_an_engine_loads_its_own_library(engines: tuple[str, str]) -> None:
+    """The list above would see it; and both libraries live in one process, in any order.
+
+    They have been seen to fail after one another.
+    """
+    asked = "optuav.solve('paper', 'P3', engine={!r}, perspective='battery').hover_time_s"
+    programs = (f"import optuav; assert round({asked}, 3) == 688.848".format(e) for e in engines)
+    first, both = loaded(*programs)
+    assert first & {"cvxpy", "casadi", "matplotlib"} == {engines[0]}
+    assert both >= {*engines}

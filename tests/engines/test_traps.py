@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import subprocess
 import sys
 import time
 from typing import Any
@@ -400,21 +399,3 @@ def test_infeasible_or_unbounded_is_followed_up(
     say(monkeypatch, ["infeasible_or_unbounded"])
     found = compiled.solve({})
     assert (found.status, found.words) == (status, ["infeasible_or_unbounded"])
-
-
-def test_highs_and_ipopt_live_in_one_process() -> None:
-    """In any order of first use; libraries have been seen to fail after one another."""
-    program = (
-        "from optuav import solve\n"
-        "for engine in {order}:\n"
-        "    plan = solve('paper', 'P3', engine=engine, perspective='battery')\n"
-        "    print(round(plan.hover_time_s, 3))\n"
-    )
-    for order in (("cvxpy", "casadi"), ("casadi", "cvxpy")):
-        done = subprocess.run(
-            [sys.executable, "-c", program.format(order=order)],
-            capture_output=True,
-            text=True,
-            check=True,
-        )
-        assert done.stdout.split() == [str(DIRECT_S)] * 2
