@@ -63,15 +63,11 @@ SMALLEST_BOX_S = 1e-10
 
 
 class Interval(NamedTuple):
-    """What is known of the largest x, one entry a programme.
+    """What is known of the largest x, one entry a programme: a point at which all rows hold."""
 
-    A point (x, y) at which all rows hold, NaN without one; and what no point has a larger x than
-    [s], −inf where there is no point.
-    """
-
-    x: Floats
+    x: Floats  # NaN without a point
     y: Floats
-    beyond: Floats
+    beyond: Floats  # No point has a larger x than this [s]; −inf where there is none
 
 
 def largest(rows: Rows, x_top: Floats, y_top: Floats, *, any_point: bool = False) -> Interval:

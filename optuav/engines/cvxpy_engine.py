@@ -91,9 +91,7 @@ def installed(
         raise InputError(f"CVXPY has no solver {wanted!r}; installed: {', '.join(there)}")
     if whole and name not in INSTALLED_MI_SOLVERS:
         able = ", ".join(INSTALLED_MI_SOLVERS)
-        raise InputError(
-            f"the solver {name} takes no whole numbers; installed ones that do: {able}"
-        )
+        raise InputError(f"the solver {name} takes no whole numbers; these do: {able}")
     options: dict[str, Operand] = dict(SETTINGS.get(name, {}))
     if whole and name == DEFAULT_SOLVER:
         # Its presolve may cut off the best whole numbers (ERGO-Code/HiGHS issue 3073).

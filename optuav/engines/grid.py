@@ -191,15 +191,10 @@ class Grid(OneByOne):
     def prepare(
         self, model: Model, slot_s: float | None = None, time_limit_s: float | None = None
     ) -> Single:
-        """Search every cell of a programme, with slots of a length > 0 [s].
-
-        The model has one or two variables in seconds, bounded by themselves or by a linear
-        constraint.
-        """
+        """Search every cell of a model in seconds whose unknowns have bounds."""
         if slot_s is None:
             raise InputError(f"engine {NAME} needs the length of a slot")
-        if not 1 <= len(model.variables) <= MOST_UNKNOWNS:
-            unknowns = len(model.variables)
+        if not 1 <= (unknowns := len(model.variables)) <= MOST_UNKNOWNS:
             raise ValueError(f"{NAME} takes one or two unknowns, the model has {unknowns}")
         return partial(_solve, model, slot_s, time_limit_s)
 

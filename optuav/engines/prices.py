@@ -233,16 +233,13 @@ def shadow_prices(model: Model, parameters: Values, point: Values) -> dict[str, 
 class Residuals(NamedTuple):
     """By how much an answer misses the conditions of optimality; 0 where it meets them.
 
-    The violation is relative to max(1, |right side|). The last three are NaN from engines without
-    multipliers: the most negative multiplier of an inequality; the largest product of a multiplier
-    and its slack; and the largest slope of the Lagrangian along an unknown, in units of the
-    objective per unit of the unknown.
+    All but the first are NaN from engines without multipliers.
     """
 
-    violation: float
-    sign: float = math.nan
-    complementarity: float = math.nan
-    stationarity: float = math.nan
+    violation: float  # The largest, relative to max(1, |right side|)
+    sign: float = math.nan  # The most negative multiplier of an inequality
+    complementarity: float = math.nan  # The largest product of a multiplier and its slack
+    stationarity: float = math.nan  # The largest slope of the Lagrangian along an unknown
 
 
 def residuals(model: Model, values: Values, multipliers: Mapping[str, float]) -> Residuals:

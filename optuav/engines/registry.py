@@ -194,9 +194,7 @@ def register(added: Engine) -> None:
         If the package has an engine of that name.
     """
     if added.name in ENGINES:
-        raise InputError(
-            [Fault("engine", repr(added.name), "a name that the package does not use")]
-        )
+        raise InputError([Fault("engine", repr(added.name), "no name of the package")])
     _registered[added.name] = added
 
 

@@ -198,15 +198,11 @@ class Rows(NamedTuple):
 
 
 class StatedForm(NamedTuple):
-    """What has to be ≥ 0, and the size of the sides whose difference it is.
-
-    The constraint that states it is None for a limit up to which a relaxed form, an upper bound of
-    what the constraint states, is exact.
-    """
+    """What has to be ≥ 0; `relaxed` is an upper bound of what its constraint states."""
 
     form: Exponential
-    size: Operand
-    constraint: Constraint | None = None
+    size: Operand  # Of the sides whose difference it is
+    constraint: Constraint | None = None  # None for a limit up to which a bound is exact
     relaxed: bool = False
 
 
