@@ -12,7 +12,6 @@ from optuav.network import vehicle
 from optuav.network.network import NO_LEG, Network
 from optuav.network.places import FIRST_BUILDING, HOVER, as_points, as_table
 from optuav.network.variants import Variants
-from optuav.physics.flight import STAGES
 from optuav.physics.kibam import Stage
 from optuav.physics.quantity import Quantity
 
@@ -84,7 +83,7 @@ def quantities(
     apart_m = hover_m - as_points(tables.mission.link.device_m)
     on_the_way, first = list[Stage | str](), routes.rest_first[which]
     alike = steps and (first.all() or not first.any())
-    for legs, stay in _flown(network, which, rests) if alike else ():
+    for legs, stay in legs_and_stays(network, which, rests) if alike else ():
         ends = network.legs.start[legs[0]], network.legs.end[legs[0]]
         if hover_open and HOVER in ends:
             on_the_way.append(TO_HOVER if ends[1] == HOVER else FROM_HOVER)
@@ -136,27 +135,12 @@ def _mean_voltage_V(energy: Quantity, charge: Quantity, nominal_V: Quantity) -> 
     return np.where(drawn, energy / np.where(drawn, charge, 1.0), nominal_V)[()]
 
 
-def _flown(network: Network, which: Integers, rests: bool) -> Iterator[tuple[Integers, str]]:
+def legs_and_stays(
+    network: Network, which: Integers, rests: bool
+) -> Iterator[tuple[Integers, str]]:
     """The legs that itineraries fly, one after the other, each with the stay behind it."""
     for legs in network.routes.legs[which].T:
         if (legs != NO_LEG).any():
             end = network.legs.end[legs[0]]
             rest = "rest" if end >= FIRST_BUILDING and rests else ""
             yield legs, "hover" if end == HOVER else rest
-
-
-def step_ends(network: Network, which: Integers, entry: int, *, rests: bool) -> list[str]:
-    """The ends of the steps of one of some itineraries, by the places of its route.
-
-    The other arguments are those of `quantities`.
-    """
-    table, names, found = network.legs, network.places.names, list[str]()
-    for legs, stay in _flown(network, which, rests):
-        end = names[table.end[legs[entry]]]
-        flight = f"the flight {names[table.start[legs[entry]]]} → {end}"
-        stages = np.flatnonzero(table.durations_s[:, legs].any(axis=1)).tolist()
-        found += [f"after stage {stage + 1} ({STAGES[stage]}) of {flight}" for stage in stages[:-1]]
-        found += [f"at the end of {flight}"] * (len(stages) > 0)
-        if stay:
-            found.append("after the hover" if stay == "hover" else f"after the rest at {end}")
-    return found

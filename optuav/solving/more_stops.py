@@ -74,12 +74,13 @@ def by_balance(network: Network, rests: Booleans | bool) -> tuple[Floats, Floats
     drawn_A = -stay_net(network, HOVER).current_A
     charging_A = np.maximum(stay_net(network, FIRST_BUILDING + routes.building).current_A, 0.0)
     gained_A = np.where(rests & (routes.building >= 0), charging_A, 0.0)
-    with np.errstate(divide="ignore", invalid="ignore"):
+    with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
         # Resting for all the time that is left: I Δ − c (t − Δ) = Q.
         most_s = (spare_As + gained_A * left_s) / (drawn_A + gained_A)
         charges = np.where(spare_As >= drawn_A * left_s, np.inf, -np.inf)
         hover_s = np.minimum(left_s, np.where(drawn_A + gained_A > 0.0, most_s, charges))
-        rest_s = np.maximum((drawn_A * hover_s - spare_As) / gained_A, 0.0)
+        # Where next to nothing charges, rounding asks for more rest than there is time.
+        rest_s = np.clip((drawn_A * hover_s - spare_As) / gained_A, 0.0, left_s - hover_s)
     return np.where(hover_s >= 0.0, hover_s, -np.inf), np.where(gained_A > 0.0, rest_s, 0.0)
 
 

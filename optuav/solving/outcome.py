@@ -26,9 +26,9 @@ from optuav.modelling.traversal import has_unknowns
 from optuav.network.network import Network
 from optuav.network.places import charging_cap
 from optuav.network.timeline import route_phases, simulated
-from optuav.physics.flight import speed_warning
+from optuav.physics.flight import STAGES, speed_warning
 from optuav.plan import Phase, Plan
-from optuav.solving.assemble import quantities, step_ends
+from optuav.solving.assemble import legs_and_stays, quantities
 from optuav.solving.question import AUTO, PROBLEM_NAMES, Question, answer
 from optuav.status import Status
 
@@ -171,8 +171,16 @@ def plan_of(
 
 def moments(network: Network, part: Part, entry: int) -> dict[str, str]:
     """By label of a constraint that has one, the moment at which it holds on a route, by places."""
-    stated = [each for each in part.model.constraints if each.step is not None]
-    ends = step_ends(network, part.routes, entry, rests=part.rests) if stated else []
+    table, names, ends = network.legs, network.places.names, list[str]()
+    for legs, stay in legs_and_stays(network, part.routes, part.rests):
+        end = names[table.end[legs[entry]]]
+        flight = f"the flight {names[table.start[legs[entry]]]} → {end}"
+        stages = np.flatnonzero(table.durations_s[:, legs].any(axis=1)).tolist()
+        ends += [f"after stage {stage + 1} ({STAGES[stage]}) of {flight}" for stage in stages[:-1]]
+        ends += [f"at the end of {flight}"] * (len(stages) > 0)
+        if stay:
+            ends.append("after the hover" if stay == "hover" else f"after the rest at {end}")
+    stated = part.model.constraints
     return {each.label: ends[each.step] for each in stated if each.step is not None}
 
 

@@ -6,16 +6,23 @@ import itertools
 
 import numpy as np
 import pytest
+from hypothesis import HealthCheck, assume, given, settings
+from hypothesis import strategies as st
 
 import optuav
 from optuav import Mission
+from optuav.engines import closed_form
 from optuav.network import vehicle
+from optuav.network.feasibility import impossibilities
 from optuav.network.network import build_network
 from optuav.options import Perspective
-from optuav.solving.more_stops import more_stops_may_help
+from optuav.solving.assemble import quantities
+from optuav.solving.more_stops import by_balance, more_stops_may_help
 from optuav.solving.solve import network_of
 from tests.asking import solve
+from tests.mission.strategies import Document
 from tests.solving.dense import hidden, leg
+from tests.solving.test_flyable_missions import wild_documents
 
 PAPER = optuav.load("paper")
 
@@ -150,3 +157,27 @@ def test_where_more_stops_do_not_help_no_walk_hovers_longer(
     if not more_stops_may_help(build_network(mission), plan):
         hover_s = plan.hover_time_s if plan else -np.inf
         assert longest_walk_s(mission) <= hover_s + 1e-6
+
+
+@settings(suppress_health_check=[HealthCheck.filter_too_much, HealthCheck.too_slow])
+@given(wild_documents(), st.booleans())
+def test_the_balance_is_the_optimum_of_the_perspective_battery(
+    document: Document, rests: bool
+) -> None:
+    """Δ and the least T' of every route, by closed form; also where hovering charges."""
+    network = build_network(Mission.from_dict(document))
+    hovers_s, rests_s = by_balance(network, rests)
+    assume(network.routes.flyable.all() and not impossibilities(network))
+    for by_way in (False, True):
+        which = np.flatnonzero((network.routes.building >= 0) == by_way)
+        if not len(which):
+            continue
+        given = quantities(network, which, rests=by_way and rests)
+        found = closed_form.solve(optuav.P1().model(given, "battery"), len(which))
+        expected_s, found_s = found.objective, hovers_s[which]
+        known = np.isfinite(expected_s)
+        assert found_s[known] == pytest.approx(expected_s[known], rel=1e-9, abs=1e-6)
+        assert np.all(found_s[~known] <= 1e-6)  # rounding decides of a hover of 0 s
+        if by_way and rests:
+            least_s = found.values["rest_time_s"]
+            assert rests_s[which][known] == pytest.approx(least_s[known], rel=1e-6, abs=1e-5)
