@@ -283,10 +283,11 @@ class BatteryPacks(MissionSection):
         """Convert a valid rate per minute to one per second; any other is left to be refused."""
         if not isinstance(stated, dict) or "flow_rate_per_s" in stated:
             return stated
-        if not RATE_PER_MINUTE.accepts(rate := stated.get("flow_rate_per_min")):
+        rates = dict(stated)
+        rate = rates.pop("flow_rate_per_min", None)
+        if rate is None or not RATE_PER_MINUTE.accepts(rate):
             return stated
-        others = {key: value for key, value in stated.items() if key != "flow_rate_per_min"}
-        return {**others, "flow_rate_per_s": rate / SECONDS_PER_MINUTE}
+        return {**rates, "flow_rate_per_s": rate / SECONDS_PER_MINUTE}
 
 
 class Rotor(MissionSection):
