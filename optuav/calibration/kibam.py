@@ -95,15 +95,6 @@ class Discharge(NamedTuple):
                 "taken to hold until the next line"
             )
 
-    def lifetime_of(self, capacity_As: float, share: float, rate_per_s: float) -> float:
-        """How long a battery lasts under the load, followed through its pieces [s]."""
-        return lifetime(
-            self.pieces,
-            capacity_As=capacity_As,
-            available_fraction=share,
-            flow_rate_per_s=rate_per_s,
-        )
-
 
 def fit_kibam(files: Iterable[str | Path]) -> Fit:
     r"""Fit capacity [A s], ω [-] and k_F [1/s] of a battery to lifetimes.
@@ -156,7 +147,8 @@ def fit_kibam(files: Iterable[str | Path]) -> Fit:
         return left
 
     def simulated(values: Floats) -> Floats:
-        return np.array([each.lifetime_of(*values.tolist()) for each in discharges])
+        battery = dict(zip((key.partition(".")[2] for key in KEYS), values.tolist(), strict=True))
+        return np.array([lifetime(each.pieces, **battery) for each in discharges])
 
     found = estimate(
         KEYS,
