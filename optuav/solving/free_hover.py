@@ -21,7 +21,6 @@ from formulations.formulation import Given
 from formulations.p1 import P1
 from formulations.parameters import FROM_HOVER, QUANTITIES, TO_HOVER
 from optuav.arrays import Floats, Integers
-from optuav.engines.prices import ShadowPrice
 from optuav.engines.registry import Engine
 from optuav.engines.solution import Solution
 from optuav.errors import InputError, SolverError
@@ -42,6 +41,10 @@ from optuav.solving.program import Program, declared_program, groups
 from optuav.solving.question import AUTO, Question
 from optuav.status import Status
 
+REFUSED = (
+    "{}: not with hover_point = 'free'; ask it of the mission of the plan that was found, whose "
+    "route.hover_m is the point"
+)
 PROOF = "local: points all over the region, the best of them refined by ever smaller steps"
 WITHIN = 1.0 - 1e-12
 """Share of the coverage radius that is used, for rounding."""
@@ -92,13 +95,7 @@ class FreeProgram(Program):
     own: Program  # The same with the hover point of the mission itself
 
     def solve(self) -> Plan:
-        """The best plan found; locally optimal, and never worse than hovering at w_U.
-
-        Raises
-        ------
-        SolverError
-            If the time limit passes.
-        """
+        """The best plan found; locally optimal, and never worse than hovering at w_U."""
         own, mission = self.own.solve(), self.network.mission
         if not self.parts:
             return own
@@ -125,31 +122,13 @@ class FreeProgram(Program):
         local = {"proof": PROOF, "status": Status.LOCALLY_OPTIMAL, "notes": notes}
         return plans[chosen].model_copy(update=local)
 
-    def shadow_prices(self, solutions: Sequence[Solution] | None = None) -> dict[str, ShadowPrice]:
-        """Refused: a free hover point has no prices of its own.
-
-        Raises
-        ------
-        InputError
-            Always; the plan's mission, which states the point found, has shadow prices.
-        """
-        self._refuse("shadow prices")
+    def shadow_prices(self, solutions: Sequence[Solution] | None = None) -> NoReturn:
+        """Refused: the plan's mission, which states the point found, has shadow prices."""
+        raise InputError(REFUSED.format("shadow prices"))
 
     def compile(self, engine: str | Engine | None = None) -> NoReturn:
-        """Refused: the models do not know which buildings are in the way.
-
-        Raises
-        ------
-        InputError
-            Always.
-        """
-        self._refuse("compile")
-
-    def _refuse(self, what: str) -> NoReturn:
-        raise InputError(
-            f"{what}: not with hover_point = 'free'; ask it of the mission of the plan that was "
-            "found, whose route.hover_m is the point"
-        )
+        """Refused: the models do not know which buildings are in the way."""
+        raise InputError(REFUSED.format("compile"))
 
 
 def _gain(plan: Plan, own: Plan) -> str:
@@ -326,13 +305,7 @@ class _PointSearch:
         self.latest = time.monotonic() + (question.time_limit_s or math.inf)
 
     def best_m(self, routes: Integers) -> Floats | None:
-        """The best point found (3,) [m] over some routes; None where none has a plan.
-
-        Raises
-        ------
-        SolverError
-            If the time limit passes.
-        """
+        """The best point found (3,) [m] over some routes; None where none has a plan."""
         found = [self._refined(each, 0, FIRST_M) for each in self._starts(routes)]
         if not found:
             return None
@@ -360,7 +333,8 @@ class _PointSearch:
         region, found = self.region, list[_Spot]()
         near_m = [region.near(place_m) for place_m in self.places_m]
         points_m = np.concatenate([region.kept(self.places_m), region.spread(), *near_m])
-        sampled_s = self._hover_s(self.network, points_m)[:, routes]
+        network = replace(self.network, routes=self.network.routes.take(routes))
+        sampled_s = self._hover_s(network, points_m)
         least_s = max(sampled_s.max() - PROMISING_S, 0.0)
         for k in np.argsort(-sampled_s.max(axis=0), kind="stable")[:MOST_ROUTES].tolist():
             left_s = sampled_s[:, k].copy()

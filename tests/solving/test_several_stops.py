@@ -316,7 +316,7 @@ def test_an_edge_between_buildings_replaces_the_leg(monkeypatch: pytest.MonkeyPa
     legs = optuav.graph(mission)
     free = {"duration_s": 0.1, "charge_As": 0.0, "energy_J": 0.0}
     legs.add_edge("b1", "b9", **{**legs.edges["b1", "hover"], **free})
-    monkeypatch.setattr(branch, "MOST_BOXES", 20_000)
+    monkeypatch.setattr(branch, "MOST_BOXES", 2_000)
     plan = available(mission, stops=3, graph=legs)
     assert plan.route[:4] == ("origin", "b1", "b9", "hover")
     assert plan.hover_time_s > 610.0
