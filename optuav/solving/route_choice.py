@@ -45,13 +45,13 @@ class RouteChoice:
 
     plan: Plan  # The best plan, as `optuav.solve` gives it
     form: Form
+    notes: tuple[str, ...]  # How tight the form is, and whether one stop is enough
+    proof: str = "physics"
+    model: Model | None = None  # The programme; None where nothing can be flown
     # Bound on the hover time by the LP relaxation, slots and choice relaxed, and by how much that
     # exceeds the plan's hover time [s]; None without a plan.
-    relaxation_s: float | None
-    gap_s: float | None
-    model: Model | None  # The programme; None where nothing can be flown
-    proof: str
-    notes: tuple[str, ...]  # How tight the form is, and whether one stop is enough
+    relaxation_s: float | None = None
+    gap_s: float | None = None
     # λ of every route in the relaxation, by its name; empty without a plan.
     shares: Mapping[str, float] = field(default_factory=dict)
 
@@ -136,7 +136,7 @@ def route_choice(
     question, network = program.question, program.network
     enough = shortcuts_in_words(find_shortcuts(network))
     if not program.parts:
-        return RouteChoice(program.solve(), form, None, None, None, "physics", (enough,))
+        return RouteChoice(program.solve(), form, (enough,))
     routes, parts = _routes(program)
     model = joined(routes, perspective, form)
     if question.slot_s is not None:
@@ -148,7 +148,7 @@ def route_choice(
     if solution.status is Status.INFEASIBLE:
         why = shortfalls(question, network, program.parts)
         plan = plan_without(question, network, solution.status, solution.proof, why)
-        return RouteChoice(plan, form, None, None, model, solution.proof, (enough,))
+        return RouteChoice(plan, form, (enough,), solution.proof, model)
     if not solution.status.has_answer:
         raise SolverError(f"{solution.engine} did not solve the choice: {solution.words[0]}")
     chosen = solution.point(0)
@@ -167,17 +167,9 @@ def route_choice(
     proof = f"{solution.proof}; the LP relaxation leaves {max(relaxation_s - hover_s, 0.0):.3g} s"
     plan = plan_of(question, network, part, times, 0).model_copy(update={"proof": proof})
     tight = f"the LP relaxation in the form {form} bounds the hover time by {relaxation_s:.3f} s"
-    point = relaxation.point(0)
-    return RouteChoice(
-        plan,
-        form,
-        relaxation_s,
-        relaxation_s - hover_s,
-        model,
-        proof,
-        (tight, enough),
-        {each.name: point[f"choice[{k}]"] for k, each in enumerate(routes, start=1)},
-    )
+    point, gap_s = relaxation.point(0), relaxation_s - hover_s
+    shares = {each.name: point[f"choice[{k}]"] for k, each in enumerate(routes, start=1)}
+    return RouteChoice(plan, form, (tight, enough), proof, model, relaxation_s, gap_s, shares)
 
 
 def _routes(program: Program) -> tuple[list[Route], list[Part]]:
