@@ -113,7 +113,10 @@ def integrated(replayed: Replay) -> Integrated:
     wells, passed_s = np.array([ω * B, (1 - ω) * B]), dict[str, float]()
     ends_As, moments_s, available_As = [], [np.zeros(0)], [np.zeros(0)]
 
-    def pieces(current_A: float, start_s: float, duration_s: float, is_held: bool) -> Floats:
+    def integrate(
+        current_A: float, start_s: float, duration_s: float, *, is_held: bool = False
+    ) -> float:
+        """Go on from the wells; return the share of the duration after which y1 has to be held."""
         nonlocal wells
 
         def slope(_: float, y: Floats) -> list[float]:
@@ -130,7 +133,7 @@ def integrated(replayed: Replay) -> Integrated:
         dry.direction, full.direction = -1.0, 1.0  # type: ignore[attr-defined]
         full.terminal = given.charging == "taper" and not is_held  # type: ignore[attr-defined]
         if full.terminal and ω * B - wells[0] <= 1e-12 * B and slope(0.0, wells)[0] >= 0.0:
-            return np.array([0.0])
+            return 0.0
         found = solve_ivp(
             slope,
             (0.0, 1.0),
@@ -141,8 +144,8 @@ def integrated(replayed: Replay) -> Integrated:
             rtol=1e-11,
             atol=1e-12 * B,
         )
-        ends = found.t_events[1] if full.terminal and len(found.t_events[1]) else np.array([1.0])
-        wells = found.y_events[1][-1] if ends[0] < 1.0 else found.y[:, -1]
+        is_full = full.terminal and len(found.t_events[1]) > 0
+        wells = found.y_events[1][-1] if is_full else found.y[:, -1]
         moments_s.append(start_s + duration_s * found.t)
         available_As.append(found.y[0])
         for name, moments, beyond_As in zip(
@@ -150,14 +153,15 @@ def integrated(replayed: Replay) -> Integrated:
         ):
             if beyond_As > LEVEL * B and name not in passed_s:
                 passed_s[name] = start_s + duration_s * (moments[0] if len(moments) else 0.0)
-        return ends
+        return float(found.t_events[1][0]) if is_full else 1.0
 
     for phase in replayed.phases:
         for stage in phase.stages:
             current_A, start_s, duration_s = stage.net[0], stage.start_s, stage.duration_s
-            (share,) = pieces(current_A, start_s, duration_s, False)[:1]
+            share = integrate(current_A, start_s, duration_s)
             if share < 1.0:
-                pieces(current_A, start_s + share * duration_s, (1.0 - share) * duration_s, True)
+                start_s, duration_s = start_s + share * duration_s, (1.0 - share) * duration_s
+                integrate(current_A, start_s, duration_s, is_held=True)
         ends_As.append(wells)
     return Integrated(ends_As, passed_s, np.concatenate(moments_s), np.concatenate(available_As))
 
