@@ -40,7 +40,7 @@ class TableRow(NamedTuple):
     perspective: Perspective
     hover: str
     mission: str
-    soc: tuple[str, str, str]
+    soc: tuple[str, ...]
 
     @property
     def slots_s(self) -> float:
@@ -56,19 +56,18 @@ class Charge(NamedTuple):
     stated: str
 
 
-def _rows() -> Iterator[TableRow]:
-    """The rows, from the statements of their cells."""
+def _row(number: int) -> TableRow:
+    """A row, from the statements of its cells."""
     cells = {each["name"]: each for each in data()["statement"]}
-    for number in range(1, 7):
-        name = f"table2-{number}"
-        hover, mission = cells[f"{name}-hover"], cells[f"{name}-mission"]
-        _, deadline_s, perspective = hover["compute"]
-        first, second, third = (cells[f"{name}-eta{eta}"]["stated"] for eta in (1, 2, 3))
-        soc = (first, second, third)
-        yield TableRow(deadline_s, perspective, hover["stated"], mission["stated"], soc)
+    hover, mission, *soc = (
+        cells[f"table2-{number}-{each}"] for each in ("hover", "mission", "eta1", "eta2", "eta3")
+    )
+    _, deadline_s, perspective = hover["compute"]
+    stated = tuple(each["stated"] for each in soc)
+    return TableRow(deadline_s, perspective, hover["stated"], mission["stated"], stated)
 
 
-ROWS = tuple(_rows())
+ROWS = tuple(map(_row, range(1, 7)))
 
 
 def consistent_charges() -> tuple[Charge, ...]:
