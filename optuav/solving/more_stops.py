@@ -31,18 +31,15 @@ def more_stops_may_help(network: Network, plan: Plan, graph: Graph | None = None
     """Whether plans with more rests or hovers may hover longer, by arithmetic alone.
 
     False is certain, True is not. The plan answers (P1) over all routes with at most one rest and
-    one hover in one piece; the graph is the edited one that the network was read from, and may
-    state legs between buildings. False is returned for one of these reasons:
+    one hover in one piece; an edited graph may state legs between buildings. False is returned for
+    one of these reasons:
 
-    - No number of stops makes the mission flyable: the UAV is too heavy, or the device is out of
-      reach.
-    - In a linear perspective the legs obey the triangle inequality: no leg between origin, hover
-      point, building and destination takes more time, charge or energy than a way around. Any plan
+    - No number of stops makes the mission flyable.
+    - In a linear perspective no leg takes more time, charge or energy than a way around. Any plan
       may then leave out all stops but one hover and the rest where charging is best, and lose
       nothing.
-    - Under ``available`` the legs obey it too, and the plan hovers as long as the balance of charge
-      and the deadline admit on any route with one rest. Both limits hold for every plan, so the
-      same argument bounds plans with more stops.
+    - Under ``available`` the same holds of the legs, and the plan hovers as long as the balance of
+      charge and the deadline admit on any route with one rest, which bounds every plan.
     """
     if never_flyable(network):
         return False

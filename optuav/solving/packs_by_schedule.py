@@ -22,12 +22,10 @@ from optuav.network.timeline import full_packs, pack_loads, route_phases
 from optuav.physics.packs import Packs
 from optuav.plan import Plan
 from optuav.solving.outcome import Part, plan_without, route_plan
-from optuav.solving.question import AUTO, Question
+from optuav.solving.question import AUTO, LONGEST_HOVER, Question
 from optuav.status import Status
 
 ENGINE = "simulation"
-PROBLEMS = ("P1", "P3", "P4")
-"""Problems that ask for the longest hover."""
 STEP_S = 1.0
 """Step of Δ and T' [s] in continuous times."""
 FINER = (0.1, 0.01, 0.001)
@@ -56,8 +54,8 @@ def packs_by_schedule(question: Question, network: Network, parts: Sequence[Part
     """
     slot_s, schedule, faults = question.slot_s, network.mission.battery.schedule, []
     words = f"under battery.schedule = {schedule!r} and perspective available"
-    if (name := question.problem.name) not in PROBLEMS:
-        faults.append(Fault("problem", name, f"{', '.join(PROBLEMS)} {words}"))
+    if (name := question.problem.name) not in LONGEST_HOVER:
+        faults.append(Fault("problem", name, f"{', '.join(LONGEST_HOVER)} {words}"))
     if (name := question.engine_name) not in (AUTO, "grid"):
         faults.append(Fault("engine", repr(name), f"{AUTO} {words}: plans are simulated"))
     if faults:

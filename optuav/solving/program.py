@@ -29,11 +29,16 @@ from optuav.solving import outcome
 from optuav.solving.assemble import quantities
 from optuav.solving.more_stops import promise
 from optuav.solving.outcome import SAME_S, Part
-from optuav.solving.question import AUTO, Question, answer, chosen_engine, refuse_unfit
+from optuav.solving.question import (
+    AUTO,
+    LONGEST_HOVER,
+    Question,
+    answer,
+    chosen_engine,
+    refuse_unfit,
+)
 from optuav.status import Status
 
-LONGEST_HOVER = ("P1", "P3", "P4")
-"""Problems of the paper that ask for the longest hover."""
 MOST_REASONS = 10
 """Blocked legs that are named one by one."""
 
