@@ -262,15 +262,14 @@ def stated_forms(model: Model, values: Values, *, relaxed: bool = False) -> list
     known = [] if values else model.side_forms
     for each, sides in zip_longest(stated, known):
         try:
-            found += _forms(
-                each, sides or [exponential(e, values, done) for e in each.relation.sides]
-            )
+            own = sides or [exponential(e, values, done) for e in each.relation.sides]
+            found += _forms(each, own)
         except NotExponentialError as error:
             if not relaxed:
                 raise NotExponentialError(f"{each.label!r}: {error}") from error
             bounded.append(each)
     exact = Relaxation()
-    found += _relaxed_forms(bounded, values, exact)
+    found += _relaxed_forms(bounded, values, exact) if bounded else ()
     for name in exact.names:
         found += _relaxed_forms(bounded, values, Relaxation(name))
     return [*found, *(StatedForm(limit, 0.0, None, True) for limit in exact.limits)]
