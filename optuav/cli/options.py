@@ -52,7 +52,7 @@ DEFAULTS = {"perspective": "available", "slot_s": None, "engine": "auto", "time_
 
 
 @dataclass(frozen=True)
-class Programme:
+class ProblemOptions:
     """Options that state a problem and how charge and times count in it.
 
     What is not stated is None, and the library refuses what does not exist: it names every fault
@@ -90,7 +90,7 @@ class Programme:
 
 
 @dataclass(frozen=True)
-class Question(Programme):
+class SolveOptions(ProblemOptions):
     """A problem, who solves it and how long, and how many stops the search may try."""
 
     engine: str | None = None

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 import typer
 
 import optuav
-from optuav.cli.options import Programme, Question, mission_of, refuse_beside_plan
+from optuav.cli.options import ProblemOptions, SolveOptions, mission_of, refuse_beside_plan
 from optuav.cli.output import FAILED, NO, WIDTH, check_places, deliver, progress
 from optuav.errors import Fault, InputError
 from optuav.options import Perspective
@@ -47,7 +47,7 @@ WORDS = {
 
 def solve(
     mission: str,
-    asked: Question,
+    asked: SolveOptions,
     solver: str | None = None,
     settings: list[str] | None = None,
     as_json: bool = False,
@@ -111,7 +111,7 @@ def _beside(plan: Plan, problem: Formulation) -> list[Plan]:
 
 
 def explain(
-    mission: str, asked: Question, settings: list[str] | None = None, as_json: bool = False
+    mission: str, asked: SolveOptions, settings: list[str] | None = None, as_json: bool = False
 ) -> None:
     """Say why a plan is the best one, or why there is none and which changes would help.
 
@@ -160,7 +160,7 @@ def audit(plan: str, as_json: bool = False, plot: Path | None = None) -> None:
 
 def formulate(
     mission: str,
-    asked: Programme,
+    asked: ProblemOptions,
     settings: list[str] | None = None,
     latex: bool = False,
     lp: bool = False,
