@@ -296,12 +296,11 @@ class _PointSearch:
 
     def __init__(self, question: Question, mission: Mission) -> None:
         self.perspective, self.region = question.perspective, Region.of(mission)
-        w_U_m = vehicle.hover_point_m(mission.replace({"route.hover_m": None}))
+        self.w_U_m = vehicle.hover_point_m(mission.replace({"route.hover_m": None}))
         # Any point is stated, as variants of the mission have others.
         anywhere_m = tuple(self.region.inside(self.region.centre_m).tolist())
         stated = {"route.hover_m": anywhere_m, "battery.charging": "constant"}
         self.network = build_network(mission.replace(stated))
-        self.places_m = np.vstack([w_U_m, np.delete(self.network.places.position_m, HOVER, 0)])
         self.latest = time.monotonic() + (question.time_limit_s or math.inf)
 
     def best_m(self, routes: Integers) -> Floats | None:
@@ -331,9 +330,12 @@ class _PointSearch:
     def _starts(self, routes: Integers) -> list[_Spot]:
         """The points from which to refine: the best of every promising route, apart from others."""
         region, found = self.region, list[_Spot]()
-        near_m = [region.near(place_m) for place_m in self.places_m]
-        points_m = np.concatenate([region.kept(self.places_m), region.spread(), *near_m])
         network = replace(self.network, routes=self.network.routes.take(routes))
+        flown = network.routes.legs[network.routes.legs != NO_LEG]
+        ends = np.union1d(network.legs.start[flown], network.legs.end[flown])
+        places_m = np.vstack([self.w_U_m, network.places.position_m[ends[ends != HOVER]]])
+        near_m = [region.near(place_m) for place_m in places_m]
+        points_m = np.concatenate([region.kept(places_m), region.spread(), *near_m])
         sampled_s = self._hover_s(network, points_m)
         least_s = max(sampled_s.max() - PROMISING_S, 0.0)
         for k in np.argsort(-sampled_s.max(axis=0), kind="stable")[:MOST_ROUTES].tolist():
