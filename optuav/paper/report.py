@@ -1,12 +1,13 @@
-"""`reproduce`: the studies of the paper as files, with one page of them and of the ledger.
+"""`reproduce`: the studies of the paper as files, with one report of them and of the ledger.
 
-The page is a tree of elements: text is escaped when it is written, so that a name that looks like
-HTML is shown as a name.
+The report is a tree of elements: text is escaped when it is written as HTML and as Markdown, so
+that a name that looks like either is shown as a name.
 """
 
 from __future__ import annotations
 
 import base64
+import re
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from importlib.resources import files
@@ -33,6 +34,8 @@ COUNTED: tuple[Perspective, ...] = ("battery", OURS)
 """Perspectives of the figures that the paper makes in one."""
 LEDGER = "ledger"
 COLUMNS = ("place", "what", "stated", "unit", "by printed", "by recovered", "verdict", "why")
+MARKS = re.compile(r"[\\`*_\[\]<$|&~]|^\s*(?:[>#+=-]|\d+[.)])")
+"""What Markdown would read as its own."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -94,9 +97,9 @@ def reproduce(
     Parameters
     ----------
     directory
-        Where to write: ``report.html``, which needs no other file; ``figures/`` with PNG and SVG,
-        ``data/`` with CSV. Made if it is missing; files of these names are replaced, once all is
-        computed. The same call writes the same bytes.
+        Where to write: ``report.html``, which needs no other file, and ``report.md``; ``figures/``
+        with PNG and SVG, ``data/`` with CSV. Made if it is missing; files of these names are
+        replaced, once all is computed. The same call writes the same bytes.
     only
         Names of studies, or numbers of the paper such as ``"fig5"`` and ``"table2"``; all by
         default. ``"ledger"`` is the ledger of the paper's numbers.
@@ -193,7 +196,9 @@ def _files(
         sections.append(_section("not-shown", "Not shown", listing(reasons)))
     if entries:
         sections.append(_section(LEDGER, "The ledger", *_whole(entries)))
-    yield "report.html", _page(missions, sections, whole=entries is not None).encode()
+    body = _body(missions, sections, whole=entries is not None)
+    yield "report.md", markdown(body).encode()
+    yield "report.html", _page(body).encode()
 
 
 def _pictures(exhibit: Exhibit) -> Iterator[tuple[str, bytes]]:
@@ -203,8 +208,8 @@ def _pictures(exhibit: Exhibit) -> Iterator[tuple[str, bytes]]:
         yield f"figures/{exhibit.name}.{form}", image(drawn, form)
 
 
-def _page(missions: Sequence[Mission], sections: Sequence[Element], *, whole: bool) -> str:
-    """The page of the report, with its contents above its sections."""
+def _body(missions: Sequence[Mission], sections: Sequence[Element], *, whole: bool) -> Element:
+    """The report, with its contents above its sections."""
     names = [mission.name for mission in missions]
     title = "The paper, reproduced" if whole else f"The paper's studies for {', '.join(names)}"
     paper = data()["paper"]["citation"]
@@ -212,23 +217,64 @@ def _page(missions: Sequence[Mission], sections: Sequence[Element], *, whole: bo
     plans = {mission.name: solve(mission) for mission in missions}
     intro += [f"{name} has no plan: {why(plan)}." for name, plan in plans.items() if not plan]
     links = [element("a", each[0].text or "", href=f"#{each.get('id')}") for each in sections]
+    head = (element("h1", title), *(element("p", words) for words in intro))
+    return element("body", *head, element("nav", listing(links)), *sections)
+
+
+def _page(body: Element) -> str:
+    """The report as one HTML page."""
     head = (
         element("meta", charset="utf-8"),
         element("meta", name="viewport", content="width=device-width, initial-scale=1"),
-        element("title", title),
+        element("title", body[0].text or ""),
         element("style", files("optuav.paper").joinpath("report.css").read_text("utf-8")),
     )
-    body = (
-        element("h1", title),
-        *(element("p", words) for words in intro),
-        element("nav", listing(links)),
-        *sections,
-    )
-    page = element("html", element("head", *head), element("body", *body), lang="en")
+    page = element("html", element("head", *head), body, lang="en")
     for each in page.iter():
         if each.tag in ("p", "ul", "li", "tr", "figure", "section", "nav", "h1", "h2", "details"):
             each.tail = "\n"
     return f"<!DOCTYPE html>\n{tostring(page, encoding='unicode', method='html')}\n"
+
+
+def markdown(body: Element) -> str:
+    """The report as Markdown, with its pictures and data in files beside it."""
+    return "\n\n".join(_blocks(body)) + "\n"
+
+
+def _blocks(parent: Element) -> Iterator[str]:
+    """Blocks of Markdown; a picture is the file to which its caption leads first."""
+    for each in parent:
+        image, caption = each.find("div/img"), each.find("figcaption/a")
+        if image is not None and caption is not None:
+            yield f"![{_plain(image.get('alt', ''))}]({caption.get('href')})"
+        if each.tag in ("h1", "h2"):
+            yield f"{'#' * int(each.tag[1])} {_inline(each)}"
+        elif each.tag in ("p", "figcaption"):
+            yield _inline(each)
+        elif each.tag == "ul":
+            yield "\n".join(f"- {_inline(item)}" for item in each)
+        elif each.tag == "table":
+            head, *body = ([_inline(cell) for cell in row] for row in each)
+            rows = [head, ["---"] * len(head), *body]
+            yield "\n".join(f"| {' | '.join(row)} |" for row in rows)
+        elif each.tag not in ("nav", "summary"):
+            yield from _blocks(each)
+
+
+def _inline(parent: Element) -> str:
+    """The texts, code and links of an element."""
+    parts = [_plain(parent.text or "")]
+    for each in parent:
+        text = each.text or ""
+        link = f"[{_plain(text)}]({each.get('href')})"
+        parts += [f"`{text}`" if each.tag == "code" else link, _plain(each.tail or "")]
+    return "".join(parts)
+
+
+def _plain(text: str) -> str:
+    """Text on one line, what Markdown would read as its own escaped."""
+    line = " ".join(text.splitlines())
+    return MARKS.sub(lambda found: f"{found[0][:-1]}\\{found[0][-1]}", line)
 
 
 def _section(anchor: str, title: str, *content: Element) -> Element:

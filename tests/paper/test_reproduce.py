@@ -20,7 +20,7 @@ from optuav.errors import InputError  # noqa: E402
 from optuav.paper import curves, figures  # noqa: E402
 from optuav.paper.curves import solve  # noqa: E402
 from optuav.paper.figures import Exhibit, grounded, number  # noqa: E402
-from optuav.paper.report import NAMES, NUMBERS, STUDIES, element, prose, table  # noqa: E402
+from optuav.paper.report import NAMES, NUMBERS, STUDIES, element, listing, markdown, prose, table  # noqa: E402
 from optuav.plots import style  # noqa: E402
 from tests.cli.run import refused, run  # noqa: E402
 
@@ -132,6 +132,17 @@ def test_the_page_leads_to_the_files_beside_it_and_to_its_sections(written: Path
     files = [each for each in sources.links if not each.startswith("#")]
     assert len(files) >= 3 * len(sources.found)
     assert [each for each in files if not (written / each).is_file()] == []
+
+
+def test_the_markdown_leads_to_the_files_and_has_the_words_of_the_page(written: Path) -> None:
+    text = (written / "report.md").read_text("utf-8")
+    links = re.findall(r"\]\(([^)]+)\)", text)
+    pictures = re.findall(r"!\[[^]]*\]\(([^)]+)\)", text)
+    assert [each for each in links if not (written / each).is_file()] == []
+    assert len(pictures) == len([*(written / "figures").glob("*.png")])
+    headings = re.findall("^## (.*)", report(written), re.MULTILINE)
+    assert headings == re.findall("^## (.*)", text, re.MULTILINE)
+    assert "26 agree with `paper-table2`: 24 in every printed" in text
 
 
 def test_tables_are_text_and_the_ledger_is_folded(written: Path) -> None:
@@ -333,7 +344,6 @@ def test_names_are_those_of_the_studies() -> None:
 
 
 @pytest.mark.usefixtures("unrendered")
-@pytest.mark.usefixtures("unrendered")
 def test_studies_are_chosen_by_the_numbers_of_the_paper(tmp_path: Path) -> None:
     """One study has Figs. 3 to 6, and only what is asked for is shown."""
     files = optuav.reproduce(tmp_path, only=["fig4", "wind"], mission="paper")
@@ -453,19 +463,28 @@ def test_csv_holds_the_numbers_of_the_picture(written: Path) -> None:
 
 
 def test_texts_are_escaped() -> None:
-    """Marks of HTML in texts are shown, not obeyed; code is ours alone."""
-    parts = (
-        element("title", '<t>"'),
+    """Marks of HTML and of Markdown in texts are shown, not obeyed; code is ours alone."""
+    body = element(
+        "body",
+        element("h1", '<t>" $1'),
         prose("a < b & `y_2`"),
-        element("p", "`no` <script>alert(1)</script>"),
+        element("p", "# `no` <script>alert(1)</script> [link](to) \\ 1. $x$"),
+        listing(["1. one", "- two\nlines"]),
         table([("a|b",), ("<i>",)]),
     )
-    shown = "".join(tostring(each, encoding="unicode", method="html") for each in parts)
+    shown = tostring(body, encoding="unicode", method="html")
     assert "<i>" not in shown
     assert "<script>" not in shown
-    assert "<title>&lt;t&gt;" in shown
+    assert '<h1>&lt;t&gt;" $1' in shown
     assert "a &lt; b &amp; <code>y_2</code>" in shown
     assert "`no` &lt;script&gt;" in shown
+    assert markdown(body) == (
+        '# \\<t>" \\$1\n\n'
+        "a \\< b \\& `y_2`\n\n"
+        "\\# \\`no\\` \\<script>alert(1)\\</script> \\[link\\](to) \\\\ 1. \\$x\\$\n\n"
+        "- 1\\. one\n- \\- two lines\n\n"
+        "| a\\|b |\n| --- |\n| \\<i> |\n"
+    )
 
 
 @pytest.mark.parametrize(
