@@ -16,6 +16,7 @@ from tests.mission.strategies import missions
 from tests.solving.dense import best_s, delivered_s
 
 PAPER = optuav.load("paper")
+FEW = PAPER.replace({"buildings": PAPER.buildings[7:9]})
 SCREEN = {"name": "s", "position_m": [1000, 2400, 120], "footprint_m": [120, 120]}
 VARIANTS: dict[str, dict[str, Any]] = {
     "paper": {},
@@ -76,7 +77,7 @@ def test_as_good_as_a_dense_sampling_of_what_wells_deliver(changes: dict[str, An
 
 def test_where_w_U_is_best_the_plan_hovers_there() -> None:
     """At 800 s nothing is gained: the plan is the one of w_U, and says so."""
-    mission = PAPER.replace({"limits.deadline_s": 800.0})
+    mission = FEW.replace({"limits.deadline_s": 800.0})
     plan = solve(mission, optuav.P1(trajectory="direct", hover_point="free"), perspective="battery")
     at_w_U = solve(mission, trajectory="direct", perspective="battery")
     assert plan.mission.route.hover_m is None
@@ -85,7 +86,7 @@ def test_where_w_U_is_best_the_plan_hovers_there() -> None:
 
 
 def test_a_stated_hover_point_is_set_free() -> None:
-    mission = PAPER.replace({"route.hover_m": [1000, 2700, 80], "limits.deadline_s": 800.0})
+    mission = FEW.replace({"route.hover_m": [1000, 2700, 80], "limits.deadline_s": 800.0})
     plan = never_worse(mission, trajectory="direct")
     assert "more than route.hover_m" in plan.notes[0]
 
@@ -96,7 +97,7 @@ def test_a_stated_hover_point_is_set_free() -> None:
 )
 def test_variants(changes: dict[str, Any], perspective: str) -> None:
     """Without a laser, and by the other perspectives."""
-    never_worse(PAPER.replace(changes), trajectory="direct", perspective=perspective)
+    never_worse(FEW.replace(changes), trajectory="direct", perspective=perspective)
 
 
 def test_loads_by_regime() -> None:
@@ -135,7 +136,7 @@ def test_out_of_reach_is_told() -> None:
 
 def test_too_short_a_deadline_is_told() -> None:
     plan = solve(
-        PAPER.replace({"limits.deadline_s": 60.0}),
+        FEW.replace({"limits.deadline_s": 60.0}),
         optuav.P1(hover_point="free"),
         perspective="battery",
     )
