@@ -21,6 +21,7 @@ from formulations.p3 import P3
 from formulations.p4 import P4
 from formulations.soc import PAPER
 from optuav import plots
+from optuav.judge import replay
 from optuav.mission import Mission
 from optuav.network import vehicle
 from optuav.options import Perspective
@@ -29,7 +30,6 @@ from optuav.paper.curves import AXES, BEST, OURS, has_rotors, solve, with_deadli
 from optuav.paper.ledger import ledger
 from optuav.paper.statement import Verdict, agrees, data
 from optuav.plan import Plan
-from optuav.plots.charge import course
 from optuav.plots.files import modelled_leg
 from optuav.plots.style import printed
 
@@ -271,8 +271,9 @@ def wells(mission: Mission, perspective: Perspective) -> Exhibits:
 
 def _course(plan: Plan) -> list[Record]:
     """The wells of a plan over time."""
-    time_s, available_As, bound_As = course(vehicle.pool(plan.mission), plan)
-    return _columns(time_s=time_s, available_As=available_As, bound_As=bound_As)
+    trace = replay(plan).trace
+    wells = {name: getattr(trace, name).sum(axis=1) for name in ("available_As", "bound_As")}
+    return _columns(time_s=trace.time_s, **wells)
 
 
 def direct_path(mission: Mission) -> Exhibits:

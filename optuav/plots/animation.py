@@ -12,7 +12,6 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
-from matplotlib.patches import Patch
 from PIL import Image
 
 from optuav.errors import Fault, InputError
@@ -20,10 +19,10 @@ from optuav.mission.files import write_bytes
 from optuav.mission.messages import shown
 from optuav.plan import Stop
 from optuav.plots import style
-from optuav.plots.charge import Course, draw_wells
+from optuav.plots.charge import draw_wells
 from optuav.plots.labels import place
 from optuav.plots.map import Way, draw_from_above, plan_labels
-from optuav.plots.profiles import replay_bands, timed
+from optuav.plots.profiles import timed
 from optuav.plots.scene import draw_plan_view, scene
 from optuav.plots.style import BLACK, BLUE, GREEN, GREY, ORANGE, PURPLE, SKY, VERMILLION
 
@@ -112,15 +111,13 @@ def _still(replayed: Replay) -> Figure:
     figure = style.page(3.8, 7.6)
     figure.set_dpi(DOTS_PER_INCH)
     left, right = figure.subplots(1, 2, width_ratios=(1.0, 1.0))
-    lived = Course(trace.time_s, trace.available_As.sum(axis=1), trace.bound_As.sum(axis=1))
-    draw_wells(right, replayed.mission, lived)
+    _, *bands, _ = draw_wells(right, replayed)
     right.set(xlim=(0.0, trace.time_s[-1] or 1.0), xlabel=style.TIME)
     right.set_title(" ", pad=style.NAMES_PT)
     left.set_title(" ")
     view = scene(replayed.mission)
     draw_plan_view(left, view)
-    legs = [phase for phase in replayed.phases if phase.kind == "flight"]
-    names = (legs[0].start.name, *(phase.end.name for phase in legs))
+    names = tuple(replayed.route)
     stops = tuple(
         Stop(phase.kind, phase.end.name, phase.start_s, phase.duration_s)
         for phase in replayed.phases
@@ -132,8 +129,7 @@ def _still(replayed: Replay) -> Figure:
     style.group_thousands(left, right)
     entries = [
         style.entry("power from the laser", ORANGE, 1.6),
-        Patch(color=BLUE, linewidth=0.0, label="available $y_1$"),
-        Patch(color=SKY, linewidth=0.0, label="bound $y_2$"),
+        *bands,
         *style.swatches(trace.kind),
     ]
     figure.legend(handles=entries, loc="outside lower center", ncols=7)
@@ -143,7 +139,7 @@ def _still(replayed: Replay) -> Figure:
         for label in plan_labels(view, [way], times=False)
     )
     place(left, list(short), [way.points[:, :2]], view.sight_lines[0])
-    style.draw_bands([right], replay_bands(replayed))
+    style.draw_bands([right], style.phase_bands(replayed))
     figure.set_layout_engine("none")
     return figure
 

@@ -3,22 +3,20 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from typing import NamedTuple
 
 import numpy as np
 from matplotlib.artist import Artist
 from matplotlib.axes import Axes
-from matplotlib.patches import Patch
 
 from optuav.arrays import Floats
 from optuav.errors import InputError
-from optuav.mission import Mission
+from optuav.judge.replay import Replay, replay
 from optuav.network import vehicle
 from optuav.network.timeline import carry, full_packs
-from optuav.physics.charging import STEPS
 from optuav.physics.kibam import Battery, Stage, Wells, step
 from optuav.physics.packs import NOBODY, Stretch
 from optuav.plan import Plan
+from optuav.plan.trace import Trace
 from optuav.plots import style
 from optuav.plots.labels import mark
 from optuav.plots.style import BLACK, BLUE, GREY, KINDS, PURPLE, SKY, VERMILLION
@@ -38,33 +36,6 @@ COLOURS = (BLUE, VERMILLION, PURPLE, SKY)
 """Colours of the packs by number, repeated."""
 FLIES, CHARGED = (-24.0, -12.0), (-38.0, -26.0)
 """Where the strips lie that show which pack flies and which is charged [%]."""
-
-
-class Course(NamedTuple):
-    """Charge in the wells over time: arrays of one length [s], [A s]."""
-
-    time_s: Floats
-    available_As: Floats
-    bound_As: Floats
-
-    @property
-    def total_As(self) -> Floats:
-        """Charge in both wells [A s]."""
-        return self.available_As + self.bound_As
-
-
-def course(pool: Battery, plan: Plan) -> Course:
-    """Charge in the wells over time, exact at every point, both ends of every stage included."""
-    charged = STEPS[plan.mission.battery.charging]
-    wells, start_s = pool.full, 0.0
-    points = []
-    for stage in (stage for phase in plan.phases for stage in phase.stages):
-        passed_s = np.linspace(0.0, stage.duration_s, POINTS)
-        within = charged(pool, wells, Stage(stage.current_A, passed_s))
-        points.append((start_s + passed_s, *within))
-        wells = Wells(float(within.available_As[-1]), float(within.bound_As[-1]))
-        start_s += stage.duration_s
-    return Course(*map(np.concatenate, zip(*points, strict=True)))
 
 
 @style.applied()
@@ -99,42 +70,42 @@ def wells(plans: Sequence[Plan]) -> Sequence[Axes]:
     'paper, perspective battery: hover $Δ$ = 688.85 s, cannot be flown'
     """
     axes = _panels(plans, 2.0)
-    courses = [course(vehicle.pool(plan.mission), plan) for plan in plans]
-    for ax, plan, lived in zip(axes, plans, courses, strict=True):
-        draw_wells(ax, plan.mission, lived)
+    replays = [replay(plan) for plan in plans]
+    for ax, plan, replayed in zip(axes, plans, replays, strict=True):
+        drawn = draw_wells(ax, replayed)
         ax.set_title(_title(plan), pad=style.NAMES_PT)
     style.group_thousands(*axes)
-    entries = [
-        style.entry("total $y_1 + y_2$", BLACK, 0.9),
-        Patch(color=BLUE, linewidth=0.0, label="available $y_1$"),
-        Patch(color=SKY, linewidth=0.0, label="bound $y_2$"),
-        Patch(fc="none", ec=VERMILLION, hatch=HATCH, linewidth=0.0, label="not there"),
-    ]
-    _legend_below(axes, entries, plans)
-    for ax, plan, lived in zip(axes, plans, courses, strict=True):
-        lasting = (phase for phase in plan.phases if phase.duration_s > 0.0)
-        bands = [style.phase_band(p.kind, p.end_place, p.start_s, p.end_s) for p in lasting]
-        style.draw_bands([ax], bands)
+    _legend_below(axes, drawn, plans)
+    for ax, plan, replayed in zip(axes, plans, replays, strict=True):
+        style.draw_bands([ax], style.phase_bands(replayed))
+        time_s, total_As = replayed.trace.time_s, _total_As(replayed.trace)
         if plan.runs_dry_s is not None:
             ax.axvline(plan.runs_dry_s, color=VERMILLION, linewidth=0.9, zorder=FADE + 0.2)
-            rest = (plan.runs_dry_s, lived.time_s[-1])
+            rest = (plan.runs_dry_s, time_s[-1])
             ax.axvspan(*rest, color="white", alpha=FADED, linewidth=0.0, zorder=FADE)
-        shares = np.linspace(0.0, 1.0, 9)
-        under = [np.stack([lived.time_s, share * lived.total_As], axis=1) for share in shares]
-        ceiling = [(lived.time_s[end], lived.total_As[0]) for end in (0, -1)]
-        mark(ax, _events(plan, lived), under, [ceiling])
+        under = [np.stack([time_s, share * total_As], axis=1) for share in np.linspace(0, 1, 9)]
+        ceiling = [(time_s[end], total_As[0]) for end in (0, -1)]
+        mark(ax, _events(plan, replayed.trace), under, [ceiling])
     return axes
 
 
-def draw_wells(ax: Axes, mission: Mission, lived: Course) -> None:
-    """Draw both wells as bands, the available one on the bound one, with the levels of charge."""
-    time_s, bound_As, total_As = lived.time_s, lived.bound_As, lived.total_As
+def _total_As(trace: Trace) -> Floats:
+    """Charge in both wells of all packs over time [A s]."""
+    return np.asarray((trace.available_As + trace.bound_As).sum(axis=1))
+
+
+def draw_wells(ax: Axes, replayed: Replay) -> list[Artist]:
+    """Draw the wells as bands, the available one on top, with levels; entries of the legend."""
+    trace, mission = replayed.trace, replayed.mission
+    time_s, bound_As, total_As = trace.time_s, trace.bound_As.sum(axis=1), _total_As(trace)
     top_As, there_As = np.maximum(total_As, bound_As), np.minimum(total_As, bound_As)
-    ax.fill_between(time_s, 0.0, bound_As, color=SKY, linewidth=0.0, zorder=FILLS)
-    ax.fill_between(time_s, bound_As, top_As, color=BLUE, linewidth=0.0, zorder=FILLS)
+    flat: style.Look = {"linewidth": 0.0, "zorder": FILLS}
+    bound = ax.fill_between(time_s, 0.0, bound_As, color=SKY, label="bound $y_2$", **flat)
+    above = ax.fill_between(time_s, bound_As, top_As, color=BLUE, label="available $y_1$", **flat)
     lost = ax.fill_between(time_s, there_As, bound_As, facecolor="none", zorder=FADE + 0.1)
-    lost.set(edgecolor=VERMILLION, hatch=HATCH, linewidth=0.0)
-    ax.plot(time_s, total_As, color=BLACK, linewidth=0.9, zorder=FADE + 0.2)
+    lost.set(edgecolor=VERMILLION, hatch=HATCH, linewidth=0.0, label="not there")
+    (line,) = ax.plot(time_s, total_As, color=BLACK, linewidth=0.9, zorder=FADE + 0.2)
+    line.set_label("total $y_1 + y_2$")
     full_As = float(vehicle.pool(mission).capacity_As)
     least_As = mission.limits.min_soc * full_As
     for level_As in (full_As, least_As):
@@ -148,6 +119,7 @@ def draw_wells(ax: Axes, mission: Mission, lived: Course) -> None:
     side.set_yticks([*levels], [*levels.values()])
     side.tick_params(length=0.0)
     side.spines["right"].set_visible(False)
+    return [line, above, bound, lost]
 
 
 def _title(plan: Plan) -> str:
@@ -159,12 +131,12 @@ def _title(plan: Plan) -> str:
     return words if plan.runs_dry_s is None else f"{words}, cannot be flown"
 
 
-def _events(plan: Plan, lived: Course) -> Iterator[tuple[str, float, float]]:
+def _events(plan: Plan, trace: Trace) -> Iterator[tuple[str, float, float]]:
     """The moments at which the available well is driven past full and runs dry."""
     for words, moment_s in (("driven past full", plan.overfull_s), ("dry", plan.runs_dry_s)):
         if moment_s is None:
             continue
-        level_As = float(np.interp(moment_s, lived.time_s, lived.total_As))
+        level_As = float(np.interp(moment_s, trace.time_s, _total_As(trace)))
         text = f"{words} at {moment_s:.1f} s"
         if words == "dry":
             left = f"{level_As:,.0f}".replace(",", "\N{THIN SPACE}")

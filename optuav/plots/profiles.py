@@ -106,7 +106,7 @@ def profile(replayed: Replay) -> ProfileAxes:
     below: style.Look = {"loc": "upper center", "bbox_to_anchor": (0.5, -0.42)}
     axes.power.legend(handles=entries, ncols=6, columnspacing=1.4, **below)
     style.settle(axes.altitude)
-    style.draw_bands(axes, replay_bands(replayed))
+    style.draw_bands(axes, style.phase_bands(replayed))
     events = [
         (f"{each.kind} at {each.time_s:.1f} s", each.time_s, height)
         for each in timed(replayed)[:MOST_MARKED]
@@ -119,12 +119,6 @@ def profile(replayed: Replay) -> ProfileAxes:
 def timed(replayed: Replay) -> list[Event]:
     """The violations that have a moment; figures that contradict themselves have none."""
     return [event for event in replayed.violations if event.kind != "mismatch"]
-
-
-def replay_bands(replayed: Replay) -> list[Band]:
-    """The bands of the phases of a simulated plan."""
-    phases = replayed.phases
-    return [style.phase_band(each.kind, each.end.name, each.start_s, each.end_s) for each in phases]
 
 
 class LegAxes(NamedTuple):

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from functools import cache, partial
-from typing import Any, NamedTuple, TypeAlias
+from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
 
 import matplotlib.style
 import numpy as np
@@ -17,6 +17,9 @@ from matplotlib.patches import Patch
 from matplotlib.text import Annotation
 from matplotlib.ticker import FuncFormatter
 from matplotlib.typing import LineStyleType
+
+if TYPE_CHECKING:
+    from optuav.judge import Replay
 
 # The palette of Okabe and Ito, which colour-blind readers can tell apart, and two greys.
 BLACK, GREY, PALE = "#000000", "#7F7F7F", "#D9D9D9"
@@ -160,10 +163,13 @@ class Band(NamedTuple):
     names: tuple[str, ...]
 
 
-def phase_band(kind: str, place: str, begin_s: float, end_s: float) -> Band:
-    """The band of a phase; that of a rest names its place where there is room."""
-    names = (f"rest, {printed(place)}", kind) if kind == "rest" else (kind,)
-    return Band(begin_s, end_s, KINDS[kind], names)
+def phase_bands(replayed: Replay) -> list[Band]:
+    """The bands of the phases; that of a rest names its place where there is room."""
+    bands = []
+    for each in replayed.phases:
+        names = (f"rest, {printed(each.end.name)}",) if each.kind == "rest" else ()
+        bands.append(Band(each.start_s, each.end_s, KINDS[each.kind], (*names, each.kind)))
+    return bands
 
 
 def draw_bands(axes: Sequence[Axes], bands: Sequence[Band]) -> None:

@@ -18,8 +18,6 @@ from scipy.integrate import solve_ivp
 import optuav
 from optuav import plots
 from optuav.errors import InputError, NoPlanError
-from optuav.network import vehicle
-from optuav.plots.charge import course
 from optuav.plots.style import BLUE, SKY, VERMILLION
 
 CAPACITY_AS, SHARE, FLOW_PER_S = 72_000.0, 0.8, 4.5e-5
@@ -124,20 +122,31 @@ def integrated(plan: optuav.Plan) -> tuple[list[float], list[list[float]]]:
     return times, states
 
 
+def course(plan: optuav.Plan) -> tuple[Any, Any, Any]:
+    """Moments that are drawn [s], and both wells there [A s]."""
+    (ax,) = plots.wells([plan])
+    band = next(each for each in ax.collections if each.get_label() == "bound $y_2$")
+    (line,) = (each for each in ax.lines if each.get_label() == "total $y_1 + y_2$")
+    time_s, total_As = np.asarray(line.get_xydata()).T
+    bound_As = np.asarray(band.get_paths()[0].vertices)[-2 : -2 - len(time_s) : -1, 1]
+    return time_s, total_As - bound_As, bound_As
+
+
 def test_the_course_follows_the_differential_equations(paper: optuav.Plan) -> None:
     """At the ends of the phases, by integration."""
-    lived = course(vehicle.pool(paper.mission), paper)
+    drawn_s, *drawn_As = course(paper)
     for time_s, wells in zip(*integrated(paper), strict=True):
-        for level_As, drawn_As in zip(wells, (lived.available_As, lived.bound_As), strict=True):
-            assert np.interp(time_s, lived.time_s, drawn_As) == pytest.approx(level_As, abs=0.01)
-    assert lived.total_As[0] == pytest.approx(CAPACITY_AS)
-    assert lived.total_As[-1] == pytest.approx(0.05 * CAPACITY_AS)
+        for level_As, each in zip(wells, drawn_As, strict=True):
+            assert np.interp(time_s, drawn_s, each) == pytest.approx(level_As, abs=0.01)
+    total_As = sum(drawn_As)
+    assert total_As[0] == pytest.approx(CAPACITY_AS)
+    assert total_As[-1] == pytest.approx(0.05 * CAPACITY_AS)
 
 
 def test_the_course_is_exact_within_the_hover(paper: optuav.Plan) -> None:
     """Against eq (15) of the paper at every point drawn."""
     hover = next(phase for phase in paper.phases if phase.kind == "hover")
-    time_s, available, bound = course(vehicle.pool(paper.mission), paper)
+    time_s, available, bound = course(paper)
     inside = (time_s > hover.start_s) & (time_s < hover.end_s)
     y1, y2 = (np.interp(hover.start_s, time_s, each) for each in (available, bound))
     rate, current = FLOW_PER_S / (SHARE * (1 - SHARE)), hover.current_A
@@ -153,7 +162,7 @@ def test_moments_are_marked_where_the_available_well_is_full_and_empty(paper: op
     (ax,) = plots.wells([paper])
     words = {text.get_text().partition("\n")[0] for text in ax.texts}
     assert {"dry at 1095.5 s", "driven past full at 157.0 s", "rest, b1", "hover"} <= words
-    time_s, available, _ = course(vehicle.pool(paper.mission), paper)
+    time_s, available, _ = course(paper)
     for moment_s, level_As in ((paper.runs_dry_s, 0.0), (paper.overfull_s, SHARE * CAPACITY_AS)):
         assert moment_s is not None
         assert np.interp(moment_s, time_s, available) == pytest.approx(level_As, abs=1.0)
