@@ -16,7 +16,7 @@ from __future__ import annotations
 import math
 import os
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
-from dataclasses import asdict, dataclass, field, replace
+from dataclasses import asdict, dataclass, field
 from itertools import compress
 from pathlib import Path
 from typing import Any, Literal, NamedTuple, TypeAlias
@@ -26,14 +26,11 @@ import tomli_w
 
 from optuav.arrays import Floats
 from optuav.errors import Fault, InputError
-from optuav.mission import Mission, shipped
+from optuav.mission import shipped
 from optuav.mission.messages import number, printable
 from optuav.mission.schema import SCHEMA
-from optuav.network import vehicle
 
 Role: TypeAlias = Literal["fitted", "repeat", "predicted"]
-IN_THE_AIR = ("flight.flight_current_A", "flight.hover_current_A")
-LEAST_S = 120.0  # shortest time for which a full battery keeps a UAV in the air, at 30 C
 PLAIN = (1e-4, 1e6)  # sizes between which a number has no exponent
 FINEST = 1e-9  # least relative distance of an end from its value that decides on decimals
 
@@ -171,27 +168,6 @@ class Fit:
         """The values that are determined, by dotted key, as `optuav.Mission.replace` takes them."""
         found = {each.key: rounded(each.value) for each in self.values if each.determined}
         return {**self.settings, **found}
-
-    def beside(self, mission: Mission) -> Fit:
-        """The fit with a warning for every load that a mission's battery hardly holds.
-
-        Parameters
-        ----------
-        mission
-            The mission for which the values are; a battery that the fit found replaces its own.
-        """
-        found = {each.key: each.value for each in self.values if each.determined}
-        battery = {key: value for key, value in found.items() if key.startswith("battery.")}
-        capacity_As = float(vehicle.pool(mission.replace(battery)).capacity_As)
-        doubts = [
-            f"{key.rpartition('.')[2]} = {found[key]:.5g} would empty the full battery of the "
-            f"mission {printable(mission.name)}, {capacity_As:.5g} A s, in "
-            f"{capacity_As / found[key]:.3g} s: look at the units in the names of the columns, and "
-            "at the mission that is extended"
-            for key in IN_THE_AIR
-            if key in found and capacity_As < LEAST_S * found[key]
-        ]
-        return replace(self, warnings=(*self.warnings, *doubts))
 
     def to_dict(self) -> dict[str, object]:
         """Everything as plain data."""

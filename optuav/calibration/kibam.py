@@ -48,7 +48,6 @@ LIFETIMES = csv.Format(
 """A line for every piece of a load, the pieces of one load in order."""
 RECORD = csv.Format({"time": "time", "current": "current"}, least=3)
 """The record of one discharge, which ends at the moment of cut-off."""
-ENOUGH_TO_BE_LATE = 10  # lines of a record from which on it has a usual step
 MOST_PIECES = 200_000  # most pieces of constant current of a load until the battery is empty
 LEAST_DISCHARGES = 3
 LIFETIME = (60.0, 1e6, "s")  # of a battery that flies a UAV
@@ -63,13 +62,12 @@ class Discharge(NamedTuple):
     """A load, and the lifetime of a full battery under it.
 
     Pieces are pairs of current [A], positive while discharging, and duration [s], repeated until
-    the end. `late` has the moments before which a record has a long stretch without a line.
+    the end.
     """
 
     name: str
     pieces: tuple[tuple[float, float], ...]
     lifetime_s: float
-    late: Sequence[str] = ()
 
     @property
     def changes(self) -> tuple[Floats, Floats]:
@@ -80,20 +78,6 @@ class Discharge(NamedTuple):
         changes_A = np.diff(np.tile(currents_A, rounds), prepend=0.0)
         counted = (starts_s < self.lifetime_s) & (changes_A != 0.0)
         return changes_A[counted], self.lifetime_s - starts_s[counted]
-
-    @property
-    def doubts(self) -> Iterator[str]:
-        """Warnings of what may be wrong with the lifetime or the record."""
-        if float(self.changes[0].sum()) <= 0.0:
-            yield (
-                f"{self.name} is stated to end in a pause, where a battery cannot run dry: "
-                "its lifetime may be wrong"
-            )
-        for late in self.late:
-            yield (
-                f"{self.name} has long stretches without a line, before {late}: the current is "
-                "taken to hold until the next line"
-            )
 
 
 def fit_kibam(files: Iterable[str | Path]) -> Fit:
@@ -173,7 +157,12 @@ def fit_kibam(files: Iterable[str | Path]) -> Fit:
             f"{missed} by more than {FAR:.0%}; look at units, and whether it was one full battery "
             "each time"
         ]
-    warnings += [words for each in discharges for words in each.doubts]
+    warnings += [
+        f"{each.name} is stated to end in a pause, where a battery cannot run dry: its lifetime "
+        "may be wrong"
+        for each in discharges
+        if float(each.changes[0].sum()) <= 0.0
+    ]
     largest_A = max(current_A for each in discharges for current_A, _ in each.pieces)
     shortest_s = float(lifetimes_s.min())
     for words, size, column, kind, usual in (
@@ -264,7 +253,5 @@ def _recorded(name: str, table: csv.Measurements) -> Discharge:
         faults += table.faults(np.ones(len(time_s), dtype=bool), "current", words)
     if faults:
         raise InputError(faults)
-    steady = len(time_s) >= ENOUGH_TO_BE_LATE
-    late = [each.value for each in csv.gaps(table)] if steady else []
     pieces = zip(current_A[:-1].tolist(), np.diff(time_s).tolist(), strict=True)
-    return Discharge(name, tuple(pieces), float(time_s[-1] - time_s[0]), late)
+    return Discharge(name, tuple(pieces), float(time_s[-1] - time_s[0]))

@@ -1,10 +1,7 @@
 """Loads of each regime, acceleration and speed cap from flight logs.
 
-Loads are means over all time spent in a regime. Means of whole batches are nearly independent, so
-their scatter shows that of the mean [1]_. In a short record batches are alike as well, which is
-corrected for: if each sample depends on the one before, x' = φ x + noise, the mean of n has a
-variance proportional to g(n) = ((1 + φ)/(1 − φ) n − 2 φ (1 − φⁿ)/(1 − φ)²)/n² [2]_, and m batches
-show it as (g(n/m) − g(n))/(m − 1).
+Loads are means over all time spent in a regime. If each sample depends on the one before,
+x' = φ x + noise, the mean of n is as sure as that of n (1 − φ)/(1 + φ) independent ones [1]_.
 
 Acceleration and speed cap are those of the trapezoids that follow the logged speeds best. When each
 leg begins and ends is fitted as well: a distance summed up from the same speeds would share their
@@ -12,10 +9,9 @@ errors, and a cap that is compared with it would look surer than it is.
 
 References
 ----------
-.. [1] A. M. Law, "Simulation Modeling and Analysis", 5th ed., McGraw-Hill, 2015, section 9.5.3.
-.. [2] G. E. P. Box, G. M. Jenkins, G. C. Reinsel, G. M. Ljung, "Time Series Analysis", 5th ed.,
+.. [1] G. E. P. Box, G. M. Jenkins, G. C. Reinsel, G. M. Ljung, "Time Series Analysis", 5th ed.,
    Wiley, 2015, section 2.1.6.
-.. [3] F. H. C. Marriott, J. A. Pope, "Bias in the estimation of autocorrelations", Biometrika,
+.. [2] F. H. C. Marriott, J. A. Pope, "Bias in the estimation of autocorrelations", Biometrika,
    1954.
 """
 
@@ -64,7 +60,7 @@ PHASES = (*ORIGINS, "other")
 TIME = "time in the logs [s]"
 STILL_m_s = 1.0  # speed below which an airborne UAV hovers, where the log has no phases
 IDLE = 0.1  # share of the median current below which the rotors stand
-BATCHES = 10  # of a record, for the interval of its mean; it has at least as many samples
+ENOUGH = 10  # fewest samples of a regime
 MOST_ALIKE = 0.99  # largest correlation of neighbours that is believed
 LEAST_LEG = 5  # fewest samples of a leg
 REACHED = 0.98  # share of the cap that the longest leg must reach without it, for it to bind
@@ -133,10 +129,10 @@ def fit_regimes(files: Iterable[str | Path]) -> Fit:
             "power_W": mean_over_time(samples.power_W[own], samples.step_s[own]),
         }
         for phase in ORIGINS
-        if np.sum(own := samples.phase == phase) >= BATCHES
+        if np.sum(own := samples.phase == phase) >= ENOUGH
     }
     if not loads.keys() & {"flight", "hover"}:
-        words = f"at least {BATCHES} samples of flight or of hover"
+        words = f"at least {ENOUGH} samples of flight or of hover"
         raise InputError([Fault("", "", words, ", ".join(sources))])
     legs = list(_legs(samples))
     motion, panels, remarks = _motion(samples, legs)
@@ -181,13 +177,11 @@ def mean_over_time(values: Floats, steps_s: Floats) -> tuple[float, ConfidenceIn
     """Mean of samples (sample,) that stand for some time each [s], and its interval."""
     from scipy.special import stdtrit
 
-    parts = zip(np.array_split(values, BATCHES), np.array_split(steps_s, BATCHES), strict=True)
-    means = [float(np.average(part, weights=step)) for part, step in parts]
     mean = float(np.average(values, weights=steps_s))
-    alike, count = correlation_of_neighbours(values), len(values)
-    whole, batch = _variance(alike, count), _variance(alike, count / BATCHES)
-    variance = float(np.var(means, ddof=1)) / BATCHES * whole * (BATCHES - 1) / (batch - whole)
-    reach = float(stdtrit(BATCHES - 1, 0.5 + 0.5 * CONFIDENCE)) * math.sqrt(variance)
+    variance = float(np.average((values - mean) ** 2, weights=steps_s))
+    alike = correlation_of_neighbours(values)
+    freedom = max(len(values) * (1.0 - alike) / (1.0 + alike) - 1.0, 1.0)
+    reach = float(stdtrit(freedom, 0.5 + 0.5 * CONFIDENCE)) * math.sqrt(variance / freedom)
     return mean, ConfidenceInterval(mean - reach, mean + reach)
 
 
@@ -195,7 +189,7 @@ def correlation_of_neighbours(values: Floats) -> float:
     """Correlation of neighbouring samples about the straight line through a record.
 
     So a voltage that sags does not pass for one that wanders. Without the bias of short records,
-    about (2 + 4 φ)/n where it is (1 + 3 φ)/n about a mean [3]_.
+    about (2 + 4 φ)/n where it is (1 + 3 φ)/n about a mean [2]_.
     """
     count = len(values)
     place = np.arange(count)
@@ -203,12 +197,6 @@ def correlation_of_neighbours(values: Floats) -> float:
     squares = float(left @ left)
     found = float(left[1:] @ left[:-1]) / squares if squares > 0.0 else 0.0
     return float(np.clip((found + 2.0 / count) / (1.0 - 4.0 / count), 0.0, MOST_ALIKE))
-
-
-def _variance(alike: float, count: float) -> float:
-    """g(n), the variance of the mean of n samples but for a factor."""
-    ends = 2.0 * alike * (1.0 - math.pow(alike, count)) / (1.0 - alike) ** 2
-    return ((1.0 + alike) / (1.0 - alike) * count - ends) / count**2
 
 
 def _read_log(path: Path) -> tuple[Samples, tuple[str, ...]]:

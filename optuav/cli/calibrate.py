@@ -46,14 +46,14 @@ def calibrate(
     plot: Path | None = None,
 ) -> None:
     """Find parameters of a mission from measurements, and say how sure they are."""
-    base = None if extends is None else load(extends)
+    if extends is not None:
+        load(extends)  # refused before the work
     check_places(None, plot)
     if save is not None:
         must_be_new(save)
     from optuav import calibration
 
     found: Fit = getattr(calibration, f"fit_{kind}")(files)
-    found = found.beside(base or load(found.extends))
     written = []
     if save is not None:
         write_text(save, found.to_toml(extends, save))

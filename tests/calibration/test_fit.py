@@ -4,14 +4,12 @@ from __future__ import annotations
 
 import math
 import tomllib
-from pathlib import Path
 
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-import optuav
 from optuav.arrays import Floats
 from optuav.calibration import Fit, Value
 from optuav.calibration.fit import ConfidenceInterval, estimate
@@ -44,32 +42,6 @@ def test_the_ends_always_differ_from_the_value(value: float, below: float, above
     low, high = span.split()
     assert float(low) < float(text) < float(high)
     assert ("e" in text) == (not 1e-4 <= interval.high < 1e6)
-
-
-def test_loads_are_doubted_that_the_battery_hardly_holds(tmp_path: Path) -> None:
-    """Milliamperes that could be amperes: 800 A are 160 C for 5 A h, and 27 C for 30 A h."""
-    file = tmp_path / "log.csv"
-    rows = [f"{n},{800 + n % 2},22,hover" for n in range(20)]
-    file.write_text("\n".join(["time_s,current_A,voltage_V,phase", *rows]))
-    found = optuav.fit_regimes([file])
-    paper = optuav.load("paper").replace({"battery.packs": 1})
-    small, large = (paper.replace({"battery.capacity_As": 3600.0 * Ah}) for Ah in (5, 30))
-    (words,) = set(found.beside(small).warnings) - set(found.warnings)
-    assert words.startswith("hover_current_A = 800.5 would empty the full battery of the mission ")
-    assert "paper, 18000 A s, in 22.5 s: look at the units" in words
-    assert f"# Warning: {words}" in found.beside(small).to_toml()
-    assert found.beside(large) == found
-
-
-def test_a_battery_that_was_found_counts_before_that_of_the_mission() -> None:
-    """Where one fit tells capacity and load, the mission's own capacity is none of the values."""
-    values = tuple(
-        Value(key, value, "known")
-        for key, value in (("battery.capacity_As", 1e6), ("flight.hover_current_A", 800.0))
-    )
-    found = Fit("table", (), "", values, ())
-    tiny = optuav.load("paper").replace({"battery.capacity_As": 100.0})
-    assert found.beside(tiny).warnings == ()
 
 
 def test_a_fragment_is_toml_whatever_its_words() -> None:
