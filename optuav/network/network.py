@@ -128,7 +128,7 @@ def build_network(mission: Mission) -> Network:
     """
     obstacles = prisms(mission)
     places = build_places(mission, obstacles)
-    roof = places.buildings
+    roof = np.arange(FIRST_BUILDING, len(places.names))
     ways = np.array([(ORIGIN, -1), (-1, HOVER), (HOVER, -1), (-1, DESTINATION)])  # −1 for its roof
     by_roof = np.where(ways < 0, roof[:, None, None], ways).reshape(-1, 2)
     start, end = np.concatenate([[(ORIGIN, HOVER), (HOVER, DESTINATION)], by_roof]).T
@@ -150,7 +150,7 @@ def build_legs(
     if not mission.flight.through_buildings:
         # A building in the way is the same there and back, and none where an end is not known.
         lines, line = shared_lines(start, end)
-        known = places.exists[lines].all(axis=1)
+        known = np.isfinite(places.position_m)[lines].all(axis=(1, 2))
         low_m, high_m = np.moveaxis(places.position_m[lines[known]], 1, 0)
         blockers = np.full(len(lines), CLEAR, dtype=np.intp)
         blockers[known] = crossed(obstacles, low_m, high_m, lines[known] - FIRST_BUILDING)
@@ -194,7 +194,8 @@ def build_routes(legs: Legs) -> Routes:
 def routes_along(legs: Legs, numbers: Integers, building: Integers, rest_first: Booleans) -> Routes:
     """Routes by the numbers of the legs that each flies, with their totals; see `Routes`."""
     flown = numbers != NO_LEG
-    figures = np.stack([legs.duration_s, legs.charge_As, legs.energy_J])
+    stages_s = legs.durations_s
+    figures = np.stack([stages_s, stages_s * legs.currents_A, stages_s * legs.powers_W]).sum(axis=1)
     flight_s, charge_As, energy_J = np.where(flown, figures[:, numbers], 0.0).sum(axis=2)
     flyable = np.asarray((legs.flyable[numbers] | ~flown).all(axis=1))
     return Routes(numbers, building, rest_first, flyable, flight_s, charge_As, energy_J)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -64,8 +65,9 @@ def position_table(mission: Mission, roofs_m: Floats, radius_m: Quantity | None 
     [m].
     """
     route = mission.route
-    ends_m = (route.origin_m, vehicle.hover_point_m(mission, radius_m), route.destination_m)
-    return _side_by_side(*map(as_points, ends_m), roofs_m[None])
+    hover_m = vehicle.hover_point_m(mission, radius_m)
+    ends_m = as_points(route.origin_m, hover_m, route.destination_m)
+    return np.concatenate([ends_m, np.broadcast_to(roofs_m, (len(ends_m), *roofs_m.shape))], axis=1)
 
 
 def received_table(
@@ -82,26 +84,18 @@ def received_table(
     laser_m, number = as_points(mission.laser.position_m), np.arange(count)
     lines = np.stack([np.full(count, count), number], axis=1)
     own_roof = np.maximum(number - FIRST_BUILDING, CLEAR)[:, None]
-    sight = clear_lines(obstacles, _side_by_side(position_m, laser_m), lines, own_roof)
-    distance_m = norm(tuple(np.moveaxis(position_m - laser_m, -1, 0)))
-    received = vehicle.charging(mission, distance_m)
-    return sight, vehicle.Flow(*(np.where(sight, as_table(each), 0.0) for each in received))
+    from_laser_m = position_m - laser_m
+    rows = len(from_laser_m)
+    both_m = [np.broadcast_to(m, (rows, *m.shape[1:])) for m in (position_m, laser_m)]
+    sight = clear_lines(obstacles, np.concatenate(both_m, axis=1), lines, own_roof)
+    received = vehicle.charging(mission, norm(tuple(np.moveaxis(from_laser_m, -1, 0))))
+    return sight, vehicle.Flow(*(np.where(sight, each, 0.0) for each in received))
 
 
-def as_table(values: Quantity) -> Floats:
-    """Values as a table: a number has one row and one column."""
-    return np.reshape(values, (1, 1)) if np.ndim(values) == 0 else np.asarray(values)
-
-
-def as_points(vector: Vector) -> Floats:
-    """A position with components that are numbers or columns, as (variant or 1, 1, 3)."""
-    return np.stack(np.broadcast_arrays(*map(as_table, vector)), axis=-1)
-
-
-def _side_by_side(*places_m: Floats) -> Floats:
-    """Tables of places (variant or 1, place, 3) as one."""
-    rows = max(map(len, places_m))
-    return np.concatenate([np.broadcast_to(m, (rows, *m.shape[1:])) for m in places_m], axis=1)
+def as_points(*places_m: Vector) -> Floats:
+    """Places with components that are numbers or columns, as (variant or 1, place, 3)."""
+    components = itertools.chain(*places_m)
+    return np.stack(np.broadcast_arrays(*components), axis=-1).reshape(-1, len(places_m), 3)
 
 
 class ChargingCap(NamedTuple):

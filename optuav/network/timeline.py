@@ -77,22 +77,24 @@ class Phase:
     @property
     def charge_As(self) -> float:
         """Net charge into the battery [A s]."""
-        return sum(stage.current_A * stage.duration_s for stage in self.stages)
+        return self.current_A * self.duration_s
 
     @property
     def energy_J(self) -> float:
         """Net energy into the battery [J]."""
-        return sum(stage.power_W * stage.duration_s for stage in self.stages)
+        return self.power_W * self.duration_s
 
     @property
     def current_A(self) -> float:
         """Mean net current into the battery [A]."""
-        return self.charge_As / self.duration_s if self.duration_s else self.stages[0].current_A
+        charge_As = sum(stage.current_A * stage.duration_s for stage in self.stages)
+        return charge_As / self.duration_s if self.duration_s else self.stages[0].current_A
 
     @property
     def power_W(self) -> float:
         """Mean net power into the battery [W]."""
-        return self.energy_J / self.duration_s if self.duration_s else self.stages[0].power_W
+        energy_J = sum(stage.power_W * stage.duration_s for stage in self.stages)
+        return energy_J / self.duration_s if self.duration_s else self.stages[0].power_W
 
     @property
     def net(self) -> list[Stage]:
@@ -165,7 +167,7 @@ def simulated(mission: Mission, phases: Sequence[Phase]) -> tuple[Phase, ...]:
     for phase, wells in zip(phases, ends, strict=True):
         available_As, bound_As = (tuple(np.atleast_1d(well).tolist()) for well in wells)
         found.append(replace(phase, start_s=start_s, available_As=available_As, bound_As=bound_As))
-        start_s = found[-1].end_s
+        start_s += phase.duration_s
     return tuple(found)
 
 

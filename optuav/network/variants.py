@@ -20,7 +20,6 @@ from optuav.network.network import Network, shared_lines
 from optuav.network.obstacles import clear_lines, prisms
 from optuav.network.places import (
     FIRST_BUILDING,
-    as_table,
     position_table,
     received_table,
 )
@@ -103,7 +102,7 @@ class Variants:
 
         That is, all its legs can be flown and cross no building.
         """
-        able = np.isfinite(as_table(self.loads.duration_s))
+        able = np.isfinite(np.atleast_2d(self.loads.duration_s))
         if not self.mission.flight.through_buildings:
             lines, line = shared_lines(self.network.legs.start, self.network.legs.end)
             obstacles = prisms(self.network.mission)
@@ -131,7 +130,7 @@ class Variants:
     @cached_property
     def hover_load(self) -> vehicle.Flow:
         """Drawn while hovering, radio included (variant or 1, 1)."""
-        return vehicle.Flow(*map(as_table, vehicle.hover_load(self.mission)))
+        return vehicle.Flow(*map(np.atleast_2d, vehicle.hover_load(self.mission)))
 
     @cached_property
     def loads(self) -> Loads:
@@ -147,7 +146,7 @@ class Variants:
 
     def _total(self, per_leg: Quantity) -> Floats:
         """Sums over the legs of routes."""
-        table = as_table(per_leg)
+        table = np.atleast_2d(per_leg)
         padded = np.concatenate([table, np.zeros((len(table), 1))], axis=1)
         first, *others = (padded[:, legs] for legs in self.network.routes.legs.T)
         return sum(others, first)

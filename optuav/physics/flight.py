@@ -18,13 +18,14 @@ References
 
 from __future__ import annotations
 
+import itertools
 import math
 from dataclasses import dataclass
 
 import numpy as np
 
 from optuav.physics import rotor
-from optuav.physics.quantity import TINY, Quantity, Vector, dot, norm, one_where_positive
+from optuav.physics.quantity import TINY, Quantity, Vector, norm, one_where_positive
 
 STAGES = ("turn", "accelerate", "turn", "brake", "turn")
 """Stages of a leg in flight; how long the sixth, hovering, lasts is up to the mission."""
@@ -119,9 +120,10 @@ class Leg:
     """A leg of the six-stage model; every field may be an array over legs."""
 
     displacement_m: Vector  # Way from start to end [m], components (x, y, z)
-    # a2 and a4 along the path [m/s²].
+    # a2 and a4 along the path [m/s²], and the speed a2 t2 at the end of stage 2 [m/s].
     acceleration_m_s2: Quantity
     braking_m_s2: Quantity
+    peak_speed_m_s: Quantity
     # Attitude in stages 2 and 4.
     cruise: Attitude
     brake: Attitude
@@ -133,11 +135,6 @@ class Leg:
     def distance_m(self) -> Quantity:
         """Length of the path [m]."""
         return norm(self.displacement_m)
-
-    @property
-    def peak_speed_m_s(self) -> Quantity:
-        """Speed a2 t2 at the end of stage 2 [m/s]."""
-        return self.acceleration_m_s2 * self.loads.durations_s[1]
 
     @property
     def switching_times_s(self) -> tuple[Quantity, ...]:
@@ -158,20 +155,6 @@ class Leg:
         return tuple(times)
 
 
-def thrust_attitude(
-    direction: Vector, net_force_N: Quantity, external_force_N: Vector, thrust_N: Quantity
-) -> Attitude:
-    """Attitude whose thrust gives a net force along a unit vector: f = (A u − F_e)/F."""
-    fx, fy, fz = (
-        (net_force_N * u - force) / thrust_N
-        for u, force in zip(direction, external_force_N, strict=True)
-    )
-    # asin(f_y) of a unit vector, without the rounding that makes f_y exceed 1.
-    return Attitude(
-        pitch_rad=np.arctan2(fx, fz), roll_rad=np.arctan2(fy, np.sqrt(fx * fx + fz * fz))
-    )
-
-
 def leg(
     airframe: Airframe, motor: rotor.Motor, displacement_m: Vector, wind_N: Vector = (0.0, 0.0, 0.0)
 ) -> Leg:
@@ -184,15 +167,20 @@ def leg(
     force_N, thrust_N = airframe.external_force_N(wind_N), rotor.full_thrust(motor)
     distance = norm(displacement_m)
     x, y, z = (component / np.maximum(distance, TINY) for component in displacement_m)
-    forward, backward = (x, y, z), (-x, -y, -z)
     # A(u) = p + sqrt(p² + F² − |F_e|²); the reserve F² − |F_e|² is A(u) A(−u).
-    external_N, along_N = norm(force_N), dot(force_N, forward)
+    external_N, along_N = norm(force_N), force_N[0] * x + force_N[1] * y + force_N[2] * z
     margin_N = thrust_N - external_N
     reserve = one_where_positive(margin_N) * margin_N * (thrust_N + external_N)
     root_N = np.sqrt(along_N**2 + reserve)
     forward_N, backward_N = along_N + root_N, root_N - along_N
-    cruise = thrust_attitude(forward, forward_N, force_N, thrust_N)
-    brake = thrust_attitude(backward, backward_N, force_N, thrust_N)
+    attitudes = [LEVEL]
+    for net_N, direction in ((forward_N, (x, y, z)), (backward_N, (-x, -y, -z))):
+        parts = ((net_N * u - f) / thrust_N for u, f in zip(direction, force_N, strict=True))
+        fx, fy, fz = parts  # f = (A u − F_e)/F
+        # asin(f_y) of a unit vector, without the rounding that makes f_y exceed 1.
+        roll_rad = np.arctan2(fy, np.sqrt(fx * fx + fz * fz))
+        attitudes.append(Attitude(pitch_rad=np.arctan2(fx, fz), roll_rad=roll_rad))
+    _, cruise, brake = attitudes
     a2, a4 = forward_N / airframe.mass_kg, backward_N / airframe.mass_kg
     # sqrt(2 d (1/a2 + 1/a4)): the product a2 a4 is known better than its factors.
     a2_a4 = reserve / airframe.mass_kg**2
@@ -202,7 +190,7 @@ def leg(
     v_max = motor.max_speed_rad_s
     torque_Nm = airframe.arm_length_m * motor.lift_coefficient_N_s2_rad2 * v_max**2
     turns: list[Quantity] = []
-    for start, end in ((LEVEL, cruise), (cruise, brake), (brake, LEVEL)):
+    for start, end in itertools.pairwise([*attitudes, LEVEL]):
         pitch_rad = np.abs(end.pitch_rad - start.pitch_rad)
         roll_rad = np.abs(end.roll_rad - start.roll_rad)
         turns += (
@@ -216,7 +204,7 @@ def leg(
     currents_A, powers_W = ((t, f, t, f, t) for t, f in zip(turning, full, strict=True))
     t1, t3, t5 = (turns[k] + turns[k + 1] for k in (0, 2, 4))
     loads = Loads((t1, t2, t3, displacement_time - t2, t5), currents_A, powers_W)
-    return Leg(displacement_m, a2, a4, cruise, brake, tuple(turns), loads)
+    return Leg(displacement_m, a2, a4, a2 * t2, cruise, brake, tuple(turns), loads)
 
 
 def impossible(airframe: Airframe, motor: rotor.Motor, wind_N: Vector) -> str | None:

@@ -41,8 +41,3 @@ def norm(vector: Vector) -> Quantity:
     """Euclidean length of a vector given by its components."""
     x, y, z = vector
     return np.sqrt(x * x + y * y + z * z)
-
-
-def dot(left: Vector, right: Vector) -> Quantity:
-    """Scalar product of two vectors given by their components."""
-    return left[0] * right[0] + left[1] * right[1] + left[2] * right[2]

@@ -10,7 +10,6 @@ from typing import TYPE_CHECKING
 
 from optuav.mission.messages import counted_in, printable
 from optuav.network import vehicle
-from optuav.network.timeline import Phase
 
 if TYPE_CHECKING:
     from optuav.plan.plan import Plan
@@ -147,7 +146,13 @@ def _timeline(plan: Plan) -> Iterator[str]:
     columns = list(zip((kind, *others), *cells, strict=True))
     widths = [max(map(len, column)) for column in columns]
     room = WIDTH - sum(widths) - len(GAP) * len(widths)
-    places = [_as_wide(where), *(_place(phase, room) for phase in plan.phases)]
+    places = [_as_wide(where)]
+    for phase in plan.phases:  # both places of a flight, or its end, cut if need be
+        end, flies = _as_wide(phase.end_place), phase.kind == "flight"
+        end = f"→ {end}" if flies else end
+        both = f"{_as_wide(phase.start_place)} {end}" if flies else end
+        end = both if len(both) <= room else end
+        places.append(end if len(end) <= room else f"{end[: room - 1].rstrip(FILLER)}…")
     width = max(map(len, places))
     for place, what, *numbers in zip(places, *columns, strict=True):
         texts = [f"{text:>{w}}" for text, w in zip(numbers, widths[1:], strict=True)]
@@ -155,13 +160,3 @@ def _timeline(plan: Plan) -> Iterator[str]:
     yield LEGEND
     if any(phase.edited for phase in plan.phases):
         yield EDITED
-
-
-def _place(phase: Phase, room: int) -> str:
-    """The places of a phase in so many columns: both, or its end, cut if need be."""
-    end = _as_wide(phase.end_place)
-    if phase.kind == "flight":
-        end = f"→ {end}"
-        both = f"{_as_wide(phase.start_place)} {end}"
-        end = both if len(both) <= room else end
-    return end if len(end) <= room else f"{end[: room - 1].rstrip(FILLER)}…"

@@ -10,7 +10,7 @@ from formulations.parameters import FROM_HOVER, TO_HOVER, Quantities
 from optuav.arrays import Integers
 from optuav.network import vehicle
 from optuav.network.network import NO_LEG, Network
-from optuav.network.places import FIRST_BUILDING, HOVER, as_points, as_table
+from optuav.network.places import FIRST_BUILDING, HOVER, as_points
 from optuav.network.variants import Variants
 from optuav.physics.kibam import Stage
 from optuav.physics.quantity import Quantity
@@ -54,7 +54,7 @@ def quantities(
 
     def take(values: Quantity, columns: Integers | None = None) -> Quantity:
         """Entries of a table of its variants and its places, legs or routes."""
-        table = as_table(values)
+        table = np.atleast_2d(values)
         if table.shape == (1, 1):
             return float(table[0, 0])
         several = columns is not None and table.shape[1] > 1
