@@ -28,21 +28,10 @@ COMMANDS = {
 """Every command, in the order of the help, with the module that has its function."""
 
 
-def _print_version(wanted: bool) -> None:
-    if wanted:
-        import optuav
-
-        typer.echo(f"optuav {optuav.__version__}")
-        raise typer.Exit
-
-
-VERSION = typer.Option(
-    "--version", help="Show the version.", is_eager=True, callback=_print_version
-)
-
-
-def _options(version: Annotated[bool, VERSION] = False) -> None:
-    """Take the options before the command."""
+def _options(
+    version: Annotated[bool, typer.Option("--version", help="Show the version.")] = False,
+) -> None:
+    """Take the options before the command, which `main` has answered."""
 
 
 @cache
@@ -60,7 +49,7 @@ def program(first: str | None = None) -> Any:
     )
     app.callback()(_options)
     wanted = COMMANDS if first not in COMMANDS else [first]
-    for name in () if first == "--version" else wanted:
+    for name in wanted:
         module = import_module(f"optuav.cli.{COMMANDS[name]}")
         app.command(name)(command_of(name, getattr(module, name), module.WORDS))
     return typer.main.get_command(app)
@@ -75,6 +64,11 @@ def main(arguments: Sequence[str] | None = None) -> None:
         if hasattr(stream, "reconfigure"):
             stream.reconfigure(errors="replace")
     given = sys.argv[1:] if arguments is None else list(arguments)
+    if given[:1] == ["--version"]:
+        import optuav
+
+        typer.echo(f"optuav {optuav.__version__}")
+        return
     try:
         program(*given[:1])(args=given)
     except (InputError, SolverError) as error:

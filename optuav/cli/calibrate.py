@@ -18,7 +18,7 @@ from optuav.mission import load
 from optuav.mission.files import must_be_new, write_text
 
 if TYPE_CHECKING:
-    from optuav.calibration import Fit, Panel
+    from optuav.calibration import Fit
 
 MOST_ROWS = 40
 """Observations that the table lists one by one."""
@@ -74,44 +74,32 @@ def _pieces(found: Fit) -> Iterator[RenderableType]:
     from optuav.studies.results import plain_table
 
     yield Text(f"{found.kind}: {found.data}", style="bold")
-    for name in dict.fromkeys(value.key.partition(".")[0] for value in found.values):
-        table = plain_table("value", "95 % between", words=[rf"\[{name}]"])
-        for each in (value for value in found.values if value.key.startswith(f"{name}.")):
-            row = each.written(" – ") if each.determined else ["?", "not determined"]
-            row += [] if each.interval else ["–"]
-            table.add_row(each.key.partition(".")[2], *row)
+    tables: dict[str, Table] = {}
+    for each in found.values:
+        name, _, key = each.key.partition(".")
+        if name not in tables:
+            tables[name] = plain_table("value", "95 % between", words=[rf"\[{name}]"])
+        row = each.written(" – ") if each.determined else ["?", "not determined"]
+        tables[name].add_row(key, *row, *([] if each.interval else ["–"]))
+    for table in tables.values():
         yield from ("", table)
     for panel in found.panels:
-        yield from ("", _observations(panel) if panel.names else _spread(panel))
-
-
-def _observations(panel: Panel) -> Table:
-    """Every named observation beside what the fit makes of it."""
-    from optuav.studies.results import plain_table
-
-    table = plain_table(
-        "observed", "fitted", "difference", words=[escape(f"{panel.quantity} [{panel.unit}]")]
-    )
-    table.columns[0].max_width = 30
-    table.add_column("")
-    rows = zip(panel.names, panel.observed, panel.fitted, panel.each_role, strict=True)
-    for name, observed, fitted, role in islice(rows, MOST_ROWS):
-        difference = 0.0 if math.isclose(fitted, observed, rel_tol=1e-9) else fitted - observed
-        table.add_row(
-            Text(name),
-            f"{observed:.6g}",
-            f"{fitted:.6g}",
-            f"{difference:+.3g}" if difference else "0",
-            "" if role == "fitted" else role,
-        )
-    if len(panel.names) > MOST_ROWS:
-        table.add_row(f"and {len(panel.names) - MOST_ROWS} more")
-    return table
-
-
-def _spread(panel: Panel) -> Text:
-    """What the fit leaves over of many samples."""
-    squares = [(a - b) ** 2 for a, b in zip(panel.observed, panel.fitted, strict=True)]
-    left = math.sqrt(sum(squares) / len(squares))
-    count = len(panel.observed)
-    return Text(f"{panel.quantity}: {left:.3g} {panel.unit} rms left over of {count} samples")
+        yield ""
+        if not panel.names:
+            left = math.dist(panel.observed, panel.fitted) / math.sqrt(len(panel.observed))
+            words = f"{left:.3g} {panel.unit} rms left over of {len(panel.observed)} samples"
+            yield Text(f"{panel.quantity}: {words}")
+            continue
+        head = ("observed", "fitted", "difference")
+        table = plain_table(*head, words=[escape(f"{panel.quantity} [{panel.unit}]")])
+        table.columns[0].max_width = 30
+        table.add_column("")
+        rows = zip(panel.names, panel.observed, panel.fitted, panel.each_role, strict=True)
+        for name, observed, fitted, role in islice(rows, MOST_ROWS):
+            same = math.isclose(fitted, observed, rel_tol=1e-9)
+            difference = "0" if same else f"{fitted - observed:+.3g}"
+            about = "" if role == "fitted" else role
+            table.add_row(Text(name), f"{observed:.6g}", f"{fitted:.6g}", difference, about)
+        if len(panel.names) > MOST_ROWS:
+            table.add_row(f"and {len(panel.names) - MOST_ROWS} more")
+        yield table

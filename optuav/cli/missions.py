@@ -64,7 +64,7 @@ def show(
     check_places(None, plot)
     shown: Plan | Mission
     if Path(mission).suffix == ".json":
-        refuse_beside_plan({"set": settings})
+        refuse_beside_plan(["set"] if settings else [])
         shown = optuav.load_plan(mission)
     else:
         shown = mission_of(mission, settings)

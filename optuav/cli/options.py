@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import inspect
 import tomllib
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, is_dataclass
 from typing import TYPE_CHECKING, Annotated, Any, TypeAlias
 
@@ -30,7 +30,7 @@ SHARED: Words = {
     "as_json": ("--json", "Print JSON instead of text."),
     "save": ("--save FILE", "Write every detail, as .csv or .json."),
     "plot": ("--plot DIR", "Write pictures into a directory (needs matplotlib)."),
-    "problem": ("--problem", "P1, P2, P2-tight, P3 or P4.", "P1"),
+    "problem": ("--problem", "P1, P2, P2-tight, P3 or P4."),
     "trajectory": ("--trajectory", "For P1 and P2: optimal, direct, traj1 or traj2."),
     "building": ("--building", "For P4: where to rest."),
     "order": ("--order", "rest-first or hover-first; by default the better of both."),
@@ -38,54 +38,49 @@ SHARED: Words = {
     "perspective": (
         "--perspective",
         "available, battery, energy, adjusted or wells: how charge counts.",
-        "available",
     ),
     "slot_s": ("--slot-s", "Length of time slots in seconds; continuous by default."),
-    "engine": ("--engine", "auto, closed-form, cvxpy, bracket, casadi or grid.", "auto"),
+    "engine": ("--engine", "auto, closed-form, cvxpy, bracket, casadi or grid."),
     "time_limit_s": ("--time-limit-s", "Longest search in seconds."),
     "stops": ("--stops", "Most rests, in any order over all buildings; with P1.", "1"),
     "hovers": ("--hovers", "Most pieces in which to hover; with P1.", "1"),
 }
-
-DEFAULTS = {"perspective": "available", "slot_s": None, "engine": "auto", "time_limit_s": None}
-"""Options beside the problem, by their names in the library."""
 
 
 @dataclass(frozen=True)
 class ProblemOptions:
     """Options that state a problem and how charge and times count in it.
 
-    What is not stated is None, and the library refuses what does not exist: it names every fault
-    at once, which the parser of the options does not.
+    The library refuses what does not exist: it names every fault at once, which the parser of the
+    options does not.
     """
 
-    problem: str | None = None
+    problem: str = "P1"
     trajectory: str | None = None
     building: str | None = None
     order: str | None = None
     hover_point: str | None = None
-    perspective: Perspective | None = None
+    perspective: Perspective = "available"
     slot_s: float | None = None
 
-    @property
-    def options(self) -> dict[str, Any]:
-        """What is stated beside the problem, or its default."""
-        stated = ((name, getattr(self, name)) for name in DEFAULTS if hasattr(self, name))
-        return {name: DEFAULTS[name] if value is None else value for name, value in stated}
-
-    def problem_for(self, mission: Mission, **stops: Any) -> Formulation:
-        """The problem that is stated; or an `InputError`, with faults of the other options too."""
+    def question(self, mission: Mission, **stops: Any) -> tuple[Formulation, dict[str, Any]]:
+        """The problem that is stated and the options beside it; or all that is wrong with them."""
         from optuav.solving import question
 
-        names = ("trajectory", "building", "order", "hover_point")
-        stated: dict[str, Any] = {name: getattr(self, name) for name in names}
+        stated = vars(self)
+        problem = {
+            name: stated[name] for name in ("trajectory", "building", "order", "hover_point")
+        }
+        beside = ("perspective", "slot_s", "engine", "time_limit_s")
+        options = {name: stated[name] for name in beside if name in stated}
         try:
-            return question.problem_of(self.problem or "P1", **stated, **stops)
+            return question.problem_of(self.problem, **problem, **stops), options
         except InputError as error:
             try:
-                question.checked_question(mission, "P1", **{**DEFAULTS, **self.options})
-            except InputError as others:
-                raise InputError([*error.faults, *others.faults]) from None
+                others = {"engine": "auto", "time_limit_s": None, **options}
+                question.checked_question(mission, "P1", **others)
+            except InputError as more:
+                raise InputError([*error.faults, *more.faults]) from None
             raise
 
 
@@ -93,7 +88,7 @@ class ProblemOptions:
 class SolveOptions(ProblemOptions):
     """A problem, who solves it and how long, and how many stops the search may try."""
 
-    engine: str | None = None
+    engine: str = "auto"
     time_limit_s: float | None = None
     stops: int | None = None
     hovers: int | None = None
@@ -121,62 +116,53 @@ def command_of(name: str, function: Callable[..., None], words: Words) -> Callab
     parts = [part for key in own for part in fields.get(key, {key: own[key]}).values()]
     for number, part in enumerate(parts):
         said = known.get(f"{name}.{part.name}") or known[part.name]
-        parts[number] = part.replace(annotation=_annotated(part.annotation, *said))
+        flag, help, default, panel, *_ = (*said, "", "")
+        flag, _, metavar = flag.partition(" ")
+        option: Any = typer.Argument(metavar=flag, help=help, case_sensitive=False)
+        if flag.startswith("--"):
+            shown: Any = default or True
+            place: Any = {"metavar": metavar or None, "rich_help_panel": panel or None}
+            option = typer.Option(flag, help=help, show_default=shown, **place)
+        # Any word passes for a perspective: the library refuses unknown ones.
+        any_word: Any = {Perspective: str, Perspective | None: str | None}
+        kind = any_word.get(part.annotation, part.annotation)
+        parts[number] = part.replace(annotation=Annotated[kind, option])
     run.__doc__ = function.__doc__
     run.__signature__ = inspect.Signature(parts)  # type: ignore[attr-defined]
     return run
 
 
-def _annotated(kind: Any, name: str, words: str, default: str = "", panel: str = "") -> Any:
-    """The type of a parameter with what typer asks for."""
-    # Any word passes for a perspective: the library refuses unknown ones.
-    kind = {Perspective: str, Perspective | None: str | None}.get(kind, kind)
-    flag, _, metavar = name.partition(" ")
-    if not flag.startswith("--"):
-        return Annotated[kind, typer.Argument(metavar=flag, help=words, case_sensitive=False)]
-    shown: dict[str, Any] = {"show_default": default or True, "rich_help_panel": panel or None}
-    return Annotated[kind, typer.Option(flag, metavar=metavar or None, help=words, **shown)]
-
-
 def mission_of(source: str, settings: Sequence[str] | None) -> Mission:
-    """The mission of an argument with ``--set`` applied, or an `InputError` with every fault."""
+    """The mission of an argument with ``--set`` applied, or an `InputError` with every fault.
+
+    A value is what TOML reads, else the text itself; without text the key is removed.
+    """
     from optuav.mission import load
 
     mission = load(source)
     if not settings:
         return mission
-    faults, values = [], {}
+    faults, values = list[Fault](), dict[str, Any]()
     for setting in settings:
         key, equals, text = (part.strip() for part in setting.partition("="))
-        if equals and key:
-            values[key] = _value(text)
-        else:
+        if not (equals and key):
             faults.append(Fault("--set", repr(setting), "KEY=VALUE"))
+            continue
+        try:
+            values[key] = tomllib.loads(f"value = {text}")["value"] if text else None
+        except (tomllib.TOMLDecodeError, RecursionError):
+            values[key] = text
     try:
-        changed = mission.replace(values)
+        mission = mission.replace(values)
     except InputError as error:
-        raise InputError([*faults, *error.faults]) from None
+        faults += error.faults
     if faults:
         raise InputError(faults)
-    return changed
+    return mission
 
 
-def _value(text: str) -> Any:
-    """The value that TOML reads, else the text itself; None, which removes a key, for no text."""
-    if not text:
-        return None
-    try:
-        return tomllib.loads(f"value = {text}")["value"]
-    except (tomllib.TOMLDecodeError, RecursionError):
-        return text
-
-
-def refuse_beside_plan(stated: Mapping[str, object]) -> None:
+def refuse_beside_plan(stated: Iterable[str]) -> None:
     """Refuse options that change the question, where the answer is a saved plan."""
     words = "goes with a mission, not with a saved plan"
-    if faults := [
-        Fault(f"--{name.replace('_', '-')}", "", words)
-        for name, value in stated.items()
-        if value is not None
-    ]:
+    if faults := [Fault(f"--{name.replace('_', '-')}", "", words) for name in sorted(stated)]:
         raise InputError(faults)

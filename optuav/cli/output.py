@@ -88,25 +88,20 @@ def deliver(
             style = STYLES.get(line.partition(" ")[0])
             write(styled(line, style) if style else line)
     else:
-        _print_pieces(shown)
+        from rich.console import Console
+
+        from optuav.studies.results import as_text
+
+        screen = Console(highlight=False)
+        if not screen.is_terminal:
+            typer.echo(as_text(shown))
+        else:
+            for piece in shown:
+                screen.print(piece)
     for note in notes:
         write(note)
     for path in written:
         write(styled(f"wrote {path}", "dim"))
-
-
-def _print_pieces(pieces: Iterable[RenderableType]) -> None:
-    """Print text and tables: as wide as the terminal, or as in a file."""
-    from rich.console import Console
-
-    from optuav.studies.results import as_text
-
-    screen = Console(highlight=False)
-    if not screen.is_terminal:
-        typer.echo(as_text(pieces))
-        return
-    for piece in pieces:
-        screen.print(piece)
 
 
 def deliver_results(found: Results, save: Path | None, plot: Path | None, *, as_json: bool) -> None:

@@ -57,11 +57,10 @@ def solve(
 ) -> None:
     """Find the longest hover for a mission, and show the plan."""
     stated = mission_of(mission, settings)
-    problem = asked.problem_for(stated, stops=asked.stops, hovers=asked.hovers)
-    options = asked.options
-    if solver is not None and asked.engine != "cvxpy":
-        raise InputError([Fault("--solver", repr(solver), "goes with --engine cvxpy")])
+    problem, options = asked.question(stated, stops=asked.stops, hovers=asked.hovers)
     if solver is not None:
+        if asked.engine != "cvxpy":
+            raise InputError([Fault("--solver", repr(solver), "goes with --engine cvxpy")])
         options["engine"] = optuav.Cvxpy(solver=solver)
     check_places(save, plot)
     if animate is not None:
@@ -122,8 +121,8 @@ def explain(
 
     more: dict[str, Any] = {"stops": asked.stops, "hovers": asked.hovers}
     if Path(mission).suffix == ".json":
-        others = {name: value for name, value in vars(asked).items() if name not in more}
-        refuse_beside_plan(others | {"set": settings})
+        changed = vars(asked).items() - vars(SolveOptions()).items() - more.items()
+        refuse_beside_plan([*(name for name, _ in changed), *(["set"] if settings else [])])
         plan = optuav.load_plan(mission)
         if asked.stops is None and asked.hovers is None:
             explained = optuav.explain(plan)
@@ -135,8 +134,8 @@ def explain(
             explained = optuav.explain(plan.mission, problem, perspective=perspective)
     else:
         stated = mission_of(mission, settings)
-        problem = asked.problem_for(stated, **more)
-        explained = optuav.explain(stated, problem, **asked.options)
+        problem, options = asked.question(stated, **more)
+        explained = optuav.explain(stated, problem, **options)
     deliver(explained.to_dict, str(explained), as_json=as_json)
     if not explained:
         raise typer.Exit(NO)
@@ -178,7 +177,8 @@ def formulate(
         raise InputError([Fault(given, "", "one of --latex, --lp, --mps")])
     check_places(save, None)
     stated = mission_of(mission, settings)
-    program = optuav.formulate(stated, asked.problem_for(stated), **asked.options)
+    problem, options = asked.question(stated)
+    program = optuav.formulate(stated, problem, **options)
     if not program.parts:
         typer.echo(textwrap.fill(str(program), WIDTH, subsequent_indent="  "))
         raise typer.Exit(NO)
