@@ -94,9 +94,9 @@ def audit(plan: Plan | Itinerary | str | Path) -> Audit:
     Parameters
     ----------
     plan
-        A plan, an itinerary, or a file: a saved plan (JSON), whose figures are compared with the
-        simulation, or an itinerary in TOML, which states ``schema = 1``, the ``mission`` and its
-        ``[[stops]]``.
+        A plan, an itinerary, or a file: a saved plan (JSON, its name in ``.json`` or its first
+        letter ``{``), whose figures are compared with the simulation, or an itinerary in TOML,
+        which states ``schema = 1``, the ``mission`` and its ``[[stops]]``.
 
     Returns
     -------
@@ -121,7 +121,11 @@ def audit(plan: Plan | Itinerary | str | Path) -> Audit:
     """
     if isinstance(plan, Plan | Itinerary):
         return _judged(printable(plan.mission.name), plan, {})
-    return _judged(label(Path(plan)), *_read(Path(plan)))
+    file, source = Path(plan), label(Path(plan))
+    text = read_text(file, LARGEST_BYTES)
+    if file.suffix == ".json" or text.lstrip().startswith("{"):
+        return _judged(source, *parse_plan(text, source))
+    return _judged(source, _itinerary(read_toml(file, LARGEST_FILE), file), {})
 
 
 def _judged(source: str, subject: Plan | Itinerary, data: Mapping[str, object]) -> Audit:
@@ -188,23 +192,8 @@ def _lines(judged: Audit) -> Iterator[str]:
     yield f"Tolerance  {share}, of a limit, or of a figure"
 
 
-def _read(file: Path) -> tuple[Plan | Itinerary, dict[str, object]]:
-    """A saved plan (JSON) with the data of its file, which repeat figures, or an itinerary (TOML).
-
-    A name in ``.json`` or a first letter ``{`` makes it a plan. Raises `InputError`.
-    """
-    text = read_text(file, LARGEST_BYTES)
-    if file.suffix == ".json" or text.lstrip().startswith("{"):
-        return parse_plan(text, label(file))
-    return _itinerary(read_toml(file, LARGEST_FILE), file), {}
-
-
 def _itinerary(document: Document, file: Path) -> Itinerary:
-    """The itinerary that a file states, or an `InputError` with all its faults and its mission's.
-
-    The file states ``schema``, ``mission`` (the name of a shipped one, or a path relative to the
-    file) and a table ``[[stops]]`` for every stay, in order: ``at``, ``kind``, ``duration_s``.
-    """
+    """The itinerary that a file states, or an `InputError` with its faults and its mission's."""
     name, stops, source = document.get("mission"), document.get("stops", ()), label(file)
     faults, breaches, mission = list[Fault](), format_breaches(document), None
     for key in {**KEYS, **document}:

@@ -170,48 +170,35 @@ def _each(wells: Wells) -> tuple[Wells, ...]:
     return tuple(Wells(float(y1), float(y2)) for y1, y2 in zip(*(w[0] for w in wells), strict=True))
 
 
-class Energies:
-    """Energies drawn in flight, drawn in hover, and gained otherwise, over the phases of a plan.
+def soc(
+    mission: Mission, flown: Sequence[Phase], time_s: Floats, share: Floats
+) -> dict[str, Floats]:
+    """State of charge by perspective [-] at moments [s]; the share is (y1 + y2)/B [-].
 
-    Gained is what is received in hover, and net at rest. The full battery has E_1, E_2 and E_0 [J]
-    at the voltages of flight, of hover, and nominally.
+    Energies count as drawn in flight, drawn in hover, or gained, which is received in hover and net
+    at rest. The full battery has E_1, E_2 and E_0 [J] at the voltages of flight, of hover, and
+    nominally.
     """
-
-    def __init__(self, mission: Mission, flown: Sequence[Phase]) -> None:
-        gained_J, flown_As = [(0.0, 0.0, 0.0)], 0.0
-        self.times_s = [0.0]
-        for phase in flown:
-            for each in phase.stages:
-                drawn_J = each.duration_s * float(each.drawn.power_W)
-                received_J = each.duration_s * float(each.received.power_W)
-                gained_J.append(
-                    {
-                        "flight": (drawn_J, 0.0, received_J),
-                        "hover": (0.0, drawn_J, received_J),
-                        "rest": (0.0, 0.0, received_J - drawn_J),
-                    }[phase.kind]
-                )
-                flown_As += each.duration_s * each.drawn.current_A * (phase.kind == "flight")
-                self.times_s.append(each.start_s + each.duration_s)
-        self.energies_J = np.cumsum(gained_J, axis=0).T
-        (hover_A, hover_W), given = vehicle.hover_load(mission), mission.battery
-        nominal_V, B = given.nominal_voltage_V, float(vehicle.pool(mission).capacity_As)
-        flight_V = self.energies_J[0, -1] / flown_As if flown_As else nominal_V
-        hover_V = float(hover_W / hover_A) if hover_A else nominal_V
-        self.E_0 = B * nominal_V
-        self.E_1 = given.flight_energy_J or B * flight_V
-        self.E_2 = given.hover_energy_J or B * hover_V
-
-    def soc(self, time_s: Floats, share: Floats) -> dict[str, Floats]:
-        """State of charge by perspective [-] at moments [s]; the share is (y1 + y2)/B [-]."""
-        flight_J, hover_J, gained_J = (
-            np.interp(time_s, self.times_s, energy_J) for energy_J in self.energies_J
-        )
-        return {
-            "battery": share,
-            "energy": 1.0 - (flight_J + hover_J - gained_J) / self.E_0,
-            "adjusted": 1.0 - flight_J / self.E_1 - hover_J / self.E_2 + gained_J / self.E_0,
-        }
+    times_s, energies_J, flown_As = [0.0], [(0.0, 0.0, 0.0)], 0.0
+    for kind, each in ((phase.kind, stage) for phase in flown for stage in phase.stages):
+        flows = (each.drawn, each.received)
+        drawn_J, received_J = (each.duration_s * float(flow.power_W) for flow in flows)
+        in_flight, in_hover = drawn_J * (kind == "flight"), drawn_J * (kind == "hover")
+        energies_J.append((in_flight, in_hover, received_J - drawn_J * (kind == "rest")))
+        flown_As += each.duration_s * each.drawn.current_A * (kind == "flight")
+        times_s.append(each.start_s + each.duration_s)
+    total_J = np.cumsum(energies_J, axis=0).T
+    flight_J, hover_J, gained_J = (np.interp(time_s, times_s, each) for each in total_J)
+    (hover_A, hover_W), given = vehicle.hover_load(mission), mission.battery
+    nominal_V, B = given.nominal_voltage_V, float(vehicle.pool(mission).capacity_As)
+    E_0 = B * nominal_V
+    E_1 = given.flight_energy_J or (B * (total_J[0, -1] / flown_As) if flown_As else E_0)
+    E_2 = given.hover_energy_J or (B * float(hover_W / hover_A) if hover_A else E_0)
+    return {
+        "battery": share,
+        "energy": 1.0 - (flight_J + hover_J - gained_J) / E_0,
+        "adjusted": 1.0 - flight_J / E_1 - hover_J / E_2 + gained_J / E_0,
+    }
 
 
 def trace(mission: Mission, flown: Sequence[Phase], course: Course) -> Trace:
@@ -221,7 +208,7 @@ def trace(mission: Mission, flown: Sequence[Phase], course: Course) -> Trace:
     columns = {name: np.concatenate([each[name] for each in pieces]) for name in pieces[0]}
     levels_As = columns["available_As"] + columns["bound_As"]
     share = levels_As.mean(axis=1) / course.pack.capacity_As
-    return Trace(**columns, soc=Energies(mission, flown).soc(columns["time_s"], share))
+    return Trace(**columns, soc=soc(mission, flown, columns["time_s"], share))
 
 
 def _piece(mission: Mission, phase: Phase, pack: Battery, stretch: Stretch) -> dict[str, Any]:

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from optuav.errors import NoPlanError
-from optuav.judge.course import TOLERANCE, Course, Energies, pooled, scheduled, trace
+from optuav.judge.course import TOLERANCE, Course, pooled, scheduled, soc, trace
 from optuav.judge.timeline import Itinerary, Phase, Place, moves, phases, places
 from optuav.mission import Mission
 from optuav.network import vehicle
@@ -67,7 +67,7 @@ class Replay:
     @property
     def flyable(self) -> bool:
         """Whether the plan keeps every limit at every moment, and its figures are right."""
-        return not any(event.violation for event in self.events)
+        return not self.violations
 
     @property
     def mission_time_s(self) -> float:
@@ -160,14 +160,14 @@ def replay(plan: Plan | Itinerary) -> Replay:
     course = (scheduled if mission.battery.takes_turns else pooled)(mission, flown)
     left_As = sum(float(pack.total_As) for pack in course.ends[-1])
     share = np.array([left_As / float(vehicle.pool(mission).capacity_As)])
-    levels = Energies(mission, flown).soc(np.array([flown[-1].end_s]), share)
-    soc = {name: float(level[0]) for name, level in levels.items()}
-    events = [*course.events, *_broken_limits(mission, flown, soc["battery"])]
+    levels = soc(mission, flown, np.array([flown[-1].end_s]), share)
+    left = {name: float(level[0]) for name, level in levels.items()}
+    events = [*course.events, *_broken_limits(mission, flown, left["battery"])]
     if isinstance(plan, Plan):
-        figures, broken = _figures(plan, flown, course, soc), any(e.violation for e in events)
+        figures, broken = _figures(plan, flown, course, left), any(e.violation for e in events)
         events += _mismatches(plan, figures, broken)
     events.sort(key=lambda event: event.time_s)
-    return Replay(plan, flown, course, soc, tuple(events))
+    return Replay(plan, flown, course, left, tuple(events))
 
 
 def _impossible(mission: Mission, at: Mapping[str, Place]) -> Iterator[Event]:
