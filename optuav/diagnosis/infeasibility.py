@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -95,9 +96,8 @@ def _of_part(program: Program, part: Part) -> Iterator[Conflict]:
         named = []
         for proof in proofs[first]:
             labels = words(network, part, first, [row.label for row in proof.rows])
-            rows = zip(proof.rows, labels, strict=True)
-            rows_there = tuple(replace(row, label=label) for row, label in rows)
-            named.append(replace(proof, rows=rows_there))
+            rows = map(lambda row, label: replace(row, label=label), proof.rows, labels)
+            named.append(replace(proof, rows=tuple(rows)))
         yield Conflict(_names(program, part, first), 1 + len(others), tuple(named))
     if unproved and traits(part.model).linear:
         yield Conflict(_names(program, part, unproved[0]), len(unproved))
@@ -158,18 +158,17 @@ def _clash(program: Program, part: Part, entry: int, meeting: Sequence[Constrain
     sides = checked(meeting, {**row, **{each.name: 0.0 for each in model.variables}})
     broken = []
     for label, side in zip(labels, sides, strict=True):
-        moment = known.get(side.label)
-        kind = BROKEN.get(side.constraint.kind) if moment else None
-        sentence = f"the available well would be {kind} {moment}"
-        if not kind:
-            sentence = f"{label}: {side.left:.6g} {side.sense} {side.right:.6g} would be false"
-        if not side.satisfied:
-            broken.append(sentence)
+        moment, kind = known.get(side.label), BROKEN.get(side.constraint.kind)
+        if side.satisfied:
+            continue
+        if moment and kind:
+            broken.append(f"the available well would be {kind} {moment}")
+        else:
+            compared = f"{side.left:.6g} {side.sense} {side.right:.6g}"
+            broken.append(f"{label}: {compared} would be false")
     keys = dict.fromkeys(each.key for one in meeting for each in parameters_in(one) if each.key)
     far_s = FAR_S
-    try:
+    with suppress(InputError):  # the times are not bounded
         if bracket.some_point(subset(model, meeting), 1, row)[1].all():
             far_s = math.inf
-    except InputError:  # the times are not bounded
-        pass
     return Clash(labels, tuple(keys), tuple(broken), far_s)

@@ -84,9 +84,8 @@ def prices(
     own = [known.get((each.key, each.unit)) for each in stated]
     row = model.row(chosen[1])
     steps = [_step(p, key, float(row[p.name])) for p, key in zip(stated, own, strict=True)]
-    more = [*zip(stated, steps, strict=True)]
-    less = [(parameter, -step) for parameter, step in more]
-    changes = _effects(program, solutions, chosen, [*more, *less]).reshape(2, -1).T.tolist()
+    moved = [(p, sign * step) for sign in (1, -1) for p, step in zip(stated, steps, strict=True)]
+    changes = _effects(program, solutions, chosen, moved).reshape(2, -1).T.tolist()
     found = []
     for parameter, key, step, change in zip(stated, own, steps, changes, strict=True):
         rate, is_open = rates[parameter.name], bool(np.isnan(change).any())
@@ -133,34 +132,33 @@ def _effects(
     """
     if any(each.engine not in AGAIN for each in solutions):
         return np.full(len(steps), np.nan)
+    half = len(steps) // 2
+    if half and len(steps) * max(len(part.routes) for part in program.parts) > AT_ONCE:
+        halves = (_effects(program, solutions, chosen, e) for e in (steps[:half], steps[half:]))
+        return np.concatenate([*halves])
     best, is_open = np.full(len(steps), -np.inf), np.zeros(len(steps), bool)
+    changed = {parameter.name for parameter, _ in steps}
     for number, (part, solution) in enumerate(zip(program.parts, solutions, strict=True)):
-        routes, given = len(part.routes), part.model.given
         winner = [chosen[1]] if number == chosen[0] else []
-        size = max(1, AT_ONCE // routes)
-        for begin in range(0, len(steps), size):
-            some = slice(begin, begin + size)
-            shape = (len(steps[some]), routes)  # steps by row, routes by column
-            changed = {parameter.name for parameter, _ in steps[some]}
-            values = {
-                name: np.array(np.broadcast_to(each.value, shape), dtype=float)
-                for name, each in given.items()
-                if np.ndim(each.value) or name in changed
-            }
-            for k, (parameter, step) in enumerate(steps[some]):
-                if parameter.name in values:
-                    where = winner if np.ndim(parameter.value) else slice(None)
-                    values[parameter.name][k, where] += step
-            columns = {name: table.ravel() for name, table in values.items()}
-            found = AGAIN[solution.engine](part.model, shape[0] * routes, columns)
-            table = (part.model.towards * found.objective).reshape(shape)
-            best[some] = np.fmax(best[some], np.fmax.reduce(table, axis=1, initial=-np.inf))
-            words = found.words or [""] * len(found.statuses)
-            unclear = [
-                status is Status.FEASIBLE or bool(word)
-                for status, word in zip(found.statuses, words, strict=True)
-            ]
-            is_open[some] |= np.reshape(unclear, shape).any(axis=1)
+        shape = (len(steps), len(part.routes))  # steps by row, routes by column
+        values = {
+            name: np.array(np.broadcast_to(each.value, shape), dtype=float)
+            for name, each in part.model.given.items()
+            if np.ndim(each.value) or name in changed
+        }
+        for k, (parameter, step) in enumerate(steps):
+            if parameter.name in values:
+                where = winner if np.ndim(parameter.value) else slice(None)
+                values[parameter.name][k, where] += step
+        columns = {name: table.ravel() for name, table in values.items()}
+        found = AGAIN[solution.engine](part.model, math.prod(shape), columns)
+        table = (part.model.towards * found.objective).reshape(shape)
+        best = np.fmax(best, np.fmax.reduce(table, axis=1, initial=-np.inf))
+        words = found.words or [""] * len(found.statuses)
+        unclear = [
+            s is Status.FEASIBLE or bool(w) for s, w in zip(found.statuses, words, strict=True)
+        ]
+        is_open |= np.reshape(unclear, shape).any(axis=1)
     before = float(solutions[chosen[0]].objective[chosen[1]])
     change = program.parts[chosen[0]].model.towards * best - before
     exact = all(each.engine == closed_form.NAME for each in solutions)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import textwrap
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 
@@ -13,10 +12,9 @@ from optuav.diagnosis.infeasibility import Conflict
 from optuav.diagnosis.parameter_prices import Price
 from optuav.diagnosis.repair import Repair
 from optuav.plan import Plan
+from optuav.plan.summary import LABEL, WIDTH, wrapped
 from optuav.status import Status
 
-WIDTH = 80
-LABEL = 13
 MOST_REPAIRS = 12
 UNIT_NAMES = {"s": "second", "m": "metre", "A": "ampere", "W": "watt", "V": "volt", "J": "joule"}
 EXACT = "certificates are exact, as --json holds them in fractions; here they have six digits"
@@ -110,7 +108,7 @@ class Explanation:
     def __str__(self) -> str:
         head, *_ = self.plan.summary().split("\n\n")
         blocks = [head.splitlines(), *(_optimum(self) if self else _no_plan(self))]
-        blocks.append([line for note in self.notes for line in _paragraph("Note", note)])
+        blocks.append([line for note in self.notes for line in wrapped("Note", note)])
         return "\n\n".join("\n".join(block) for block in blocks if block)
 
     def to_dict(self) -> dict[str, object]:
@@ -128,18 +126,6 @@ class Explanation:
         return {"mission": plan.mission.name, "status": plan.status.value, **found}
 
 
-def _paragraph(label: str, text: str, start: str = "", indent: int = LABEL) -> list[str]:
-    """Text wrapped beside a label in the margin, or beside cells of a table."""
-    start = start or f"{label:<{LABEL}}"
-    return textwrap.wrap(
-        text,
-        WIDTH,
-        initial_indent=start,
-        subsequent_indent=" " * indent,
-        break_on_hyphens=False,
-    ) or [start.rstrip()]
-
-
 def _columns(rows: Iterable[tuple[str, ...]], *, formulas: bool = False) -> list[str]:
     """Rows as aligned columns under the label; the last column wraps.
 
@@ -155,7 +141,7 @@ def _columns(rows: Iterable[tuple[str, ...]], *, formulas: bool = False) -> list
         if formulas and LABEL <= WIDTH - len(last) < len(start):
             lines += [start.rstrip(), f"{last:>{WIDTH}}"]
         else:
-            lines += _paragraph("", last, start, len(start) + 2)
+            lines += wrapped("", last, start, len(start) + 2)
     return lines
 
 
@@ -180,46 +166,42 @@ def _no_plan(explained: Explanation) -> Iterator[list[str]]:
     for conflict in explained.conflicts:
         yield from conflict_text(conflict, plan.slot_s)
     if any(conflict.certificates for conflict in explained.conflicts):
-        yield _paragraph("Exact", EXACT)
+        yield wrapped("Exact", EXACT)
     if repairs:
         rows = ((str(each), f"now {each.now_text}") for each in repairs[:MOST_REPAIRS])
-        first, *others = _columns(rows)
-        lines = _labelled("Feasible if", [first])
-        lines += [line for each in others for line in _labelled("  or", [each])]
+        lines = [f"{'  or':<{LABEL}}{line[LABEL:]}" for line in _columns(rows)]
+        lines = _labelled("Feasible if", lines)
         if (more := len(repairs) - MOST_REPAIRS) > 0:
-            lines += _paragraph("", f"and {more} more, each larger")
-        yield [*lines, *_paragraph("", NOT_TRIED)]
+            lines += wrapped("", f"and {more} more, each larger")
+        yield [*lines, *wrapped("", NOT_TRIED)]
     elif explained.conflicts or plan.proof == "physics":
-        yield _paragraph(
-            "Repairs", NO_REPAIR if plan.slot_s is None else f"{NO_REPAIR}; {IN_SLOTS}"
-        )
+        yield wrapped("Repairs", NO_REPAIR if plan.slot_s is None else f"{NO_REPAIR}; {IN_SLOTS}")
 
 
 def conflict_text(conflict: Conflict, slot_s: float | None) -> Iterator[list[str]]:
     """A conflict with its proofs, one block of lines each."""
     places, clash = " → ".join(conflict.route), conflict.clash
-    where = (
-        f"on {conflict.routes} routes, such as {places}" if conflict.routes > 1 else f"on {places}"
-    )
+    where = f"on {conflict.routes} routes, such as {places}"
+    where = where if conflict.routes > 1 else f"on {places}"
     for each in conflict.proofs:
         together = " together" if len(each.labels) > 1 else ""
         keys = f" ({', '.join(each.keys)})" if each.keys else ""
         words = f"{where}: {', '.join(each.labels)} cannot hold{together}{keys}"
-        lines = _paragraph("Conflict", words)
+        lines = wrapped("Conflict", words)
         if isinstance(each, Certificate):
             yield [*lines, *_labelled("  proof", _columns(each.table, formulas=True))]
             continue
         if each.broken:
             even = "without" if together else "even without"
-            lines += _paragraph("  there", f"{'; '.join(each.broken)}, {even} any stay")
+            lines += wrapped("  there", f"{'; '.join(each.broken)}, {even} any stay")
         far = "" if math.isinf(each.far_s) else f" whose sum is at most {each.far_s:g} s"
         proof = f"bracketed: no times{far} satisfy them"
         if together:
             proof += " all, though they do if any one of them is left out"
-        yield [*lines, *_paragraph("  proof", proof)]
+        yield [*lines, *wrapped("  proof", proof)]
     if not (conflict.certificates or clash):
         why = "the constraints are not linear" if slot_s is None else "only whole slots do not fit"
-        yield _paragraph("Conflict", f"{where}: no certificate, {why}")
+        yield wrapped("Conflict", f"{where}: no certificate, {why}")
 
 
 # With a plan
@@ -229,10 +211,15 @@ def _optimum(explained: Explanation) -> Iterator[list[str]]:
     """What binds, what there is to spare, the proof and the prices, one block of lines each."""
     plan, sides = explained.plan, explained.constraints
     stays = [f"{stop.kind} {stop.duration_s:.2f} s at {stop.at}" for stop in plan.stops]
-    yield _paragraph("Optimum", ", ".join(stays))
+    yield wrapped("Optimum", ", ".join(stays))
     wells = [each for each in sides if each.kind in LABELS]
     others = [each for each in sides if each.kind not in LABELS]
-    stated = ((each.label, each.statement or _values(each)) for each in others if each.binds)
+    stated = (
+        (each.label, each.statement or f"{number_text(each.left)} {each.sense} {right}")
+        for each in others
+        for right in [_with_unit(each.right, each.unit)]
+        if each.binds
+    )
     names = [each.label for each in wells if each.binds] if sides else plan.binding
     lines = _columns(stated, formulas=True) + _columns((name,) for name in names)
     yield _labelled("Binding", lines)
@@ -241,22 +228,17 @@ def _optimum(explained: Explanation) -> Iterator[list[str]]:
         for each in others
         if not each.binds
     )
-    moments = [each for each in wells if not each.binds and not each.in_flight]
-    flown = [each for each in wells if not each.binds and each.in_flight]
-    rows = [(f"{number_text(each.slack)} of B", each.label) for each in moments]
-    if flown:  # the least of the moments in flight stands for all
+    free = [each for each in wells if not each.binds]
+    rows = [(f"{number_text(e.slack)} of B", e.label) for e in free if not e.in_flight]
+    if flown := [each for each in free if each.in_flight]:  # the least stands for all
         least = min(flown, key=lambda each: each.slack)
         more = f", the least of {len(flown)} such moments" if len(flown) > 1 else ""
         rows.append((f"{number_text(least.slack)} of B", f"{least.label}{more}"))
     yield _labelled("To spare", _columns(spare, formulas=True) + _columns(rows))
     if explained.bound is not None:
-        head = _paragraph("Proof", "no point that satisfies these constraints is better:")
+        head = wrapped("Proof", "no point that satisfies these constraints is better:")
         yield [*head, *_columns(explained.bound.table, formulas=True)]
     yield from _prices(explained)
-
-
-def _values(side: Side) -> str:
-    return f"{number_text(side.left)} {side.sense} {_with_unit(side.right, side.unit)}"
 
 
 def _prices(explained: Explanation) -> Iterator[list[str]]:
@@ -270,15 +252,15 @@ def _prices(explained: Explanation) -> Iterator[list[str]]:
                 rates = f"{_signed(each.less)} below, {rates} above"
             figure = f"{each.symbol} = {_with_unit(each.value, each.unit)}"
             rows.append((_name(each), figure, rates))
-            sentences += _paragraph("", _sentence(explained, each))
+            sentences += wrapped("", _sentence(explained, each))
         head = f"{explained.objective} per unit of a parameter, the others held:"
-        yield [*_paragraph("Prices", head), *_columns(rows)]
+        yield [*wrapped("Prices", head), *_columns(rows)]
         yield _labelled("One more", sentences)
     free = [_name(each) for each in explained.prices if not each.matters]
     if free and explained.more_stops_open:
-        yield _paragraph("Undecided", f"{', '.join(free)}: {UNDECIDED}")
+        yield wrapped("Undecided", f"{', '.join(free)}: {UNDECIDED}")
     elif free:
-        yield _paragraph("No effect", ", ".join(free))
+        yield wrapped("No effect", ", ".join(free))
     edges = [
         f"{word} {_name(each)}"
         for each in explained.prices
@@ -287,7 +269,7 @@ def _prices(explained: Explanation) -> Iterator[list[str]]:
         if math.isinf(rate)
     ]
     if edges:
-        yield _paragraph("At the edge", f"nothing is feasible with {', '.join(edges)}")
+        yield wrapped("At the edge", f"nothing is feasible with {', '.join(edges)}")
 
 
 def _name(price: Price) -> str:

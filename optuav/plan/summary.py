@@ -31,27 +31,27 @@ def summary(plan: Plan) -> str:
         f"perspective {plan.perspective}",
         counted_in(plan.slot_s),
     ]
-    lines = _wrapped("Mission", plan.mission.name)
-    lines += _wrapped("Problem", ", ".join(each for each in question if each))
+    lines = wrapped("Mission", plan.mission.name)
+    lines += wrapped("Problem", ", ".join(each for each in question if each))
     if plan:
         kinds = [stop.kind for stop in plan.stops]
         few = kinds.count("rest") <= 1 and kinds.count("hover") <= 1 and plan.engine != "search"
         # Plans with more stops may be longer.
         among = few and plan.problem == "P1" and plan.trajectory == "optimal"
         which = " with at most one rest and one hover in one piece" if among else ""
-        lines += _wrapped("Answer", f"{plan.status.value}{which} ({plan.proof})")
+        lines += wrapped("Answer", f"{plan.status.value}{which} ({plan.proof})")
         if plan.flyable is not None:
             words = "yes, simulated again" if plan.flyable else "NO, as its simulation shows"
-            lines += _wrapped("Flyable", words)
+            lines += wrapped("Flyable", words)
         lines += ["", *_times(plan), "", *_timeline(plan)]
     else:
-        lines += _wrapped("Answer", f"{plan.status.value.upper()} ({plan.proof})")
+        lines += wrapped("Answer", f"{plan.status.value.upper()} ({plan.proof})")
         for reason in plan.reasons:
-            lines += _wrapped("Because", reason)
+            lines += wrapped("Because", reason)
     for mark, remarks in (("Warning", plan.warnings if plan else ()), ("Note", plan.notes)):
         lines += [""] if remarks else []
         for remark in remarks:
-            lines += _wrapped(mark, remark)
+            lines += wrapped(mark, remark)
     return "\n".join(lines)
 
 
@@ -68,18 +68,19 @@ def _as_wide(text: str) -> str:
     )
 
 
-def _wrapped(label: str, text: str) -> list[str]:
-    """A labelled paragraph; a number keeps its unit on its line."""
-    wide = NUMBER_AND_UNIT.sub(NO_BREAK, _as_wide(text))
+def wrapped(label: str, text: str, start: str = "", indent: int = LABEL) -> list[str]:
+    """A paragraph beside its label, or beside a start; a number keeps its unit on its line."""
+    known = NO_BREAK.join(map(_as_wide, text.split(NO_BREAK)))
+    wide, start = NUMBER_AND_UNIT.sub(NO_BREAK, known), start or f"{label:<{LABEL}}"
     lines = textwrap.wrap(
         wide,
         # A break may part a letter from its filler.
         WIDTH - (FILLER in wide),
-        initial_indent=f"{label:<{LABEL}}",
-        subsequent_indent=" " * LABEL,
+        initial_indent=start,
+        subsequent_indent=" " * indent,
         break_on_hyphens=False,
     )
-    return [line.replace(NO_BREAK, " ").replace(FILLER, "") for line in lines]
+    return [line.replace(NO_BREAK, " ").replace(FILLER, "") for line in lines or [start.rstrip()]]
 
 
 def _number(value: float, decimals: int, sign: str = "") -> str:
@@ -102,14 +103,14 @@ def _times(plan: Plan) -> Iterator[str]:
         ("Mission", mission_s, "exactly at the deadline" if abs(left_s) < 0.005 else ends),
     ]
     for label, time_s, remark in rows:
-        yield from _wrapped(label, f"{time_s:10.2f} s   {remark}")
-    yield from _wrapped("Route", " → ".join(plan.route))
+        yield from wrapped(label, f"{time_s:10.2f} s   {remark}")
+    yield from wrapped("Route", " → ".join(plan.route))
     levels = ", ".join(
         f"{name} {_number(100 * level, 2)} %" for name, level in (plan.soc or {}).items()
     )
-    yield from _wrapped("Charge left", f"of the battery, by perspective: {levels}")
+    yield from wrapped("Charge left", f"of the battery, by perspective: {levels}")
     if plan.binding:
-        yield from _wrapped("Binding", "; ".join(plan.binding))
+        yield from wrapped("Binding", "; ".join(plan.binding))
 
 
 def _where(plan: Plan, kind: str) -> str:
