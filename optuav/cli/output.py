@@ -115,7 +115,7 @@ def deliver_results(found: Results, save: Path | None, plot: Path | None, *, as_
         written.append(save)
     if plot is not None:
         written += found.save_pictures(plot)
-    deliver(found.to_dict, found.tables(), as_json=as_json, written=written)
+    deliver(found.to_dict, found.show(found), as_json=as_json, written=written)
 
 
 @contextmanager

@@ -55,8 +55,7 @@ def save_pictures(
     ...     [path.name for path in optuav.plots.save_pictures(optuav.solve(late), folder)]
     ['map.png']
     """
-    drawn = _pictures(subject, beside)
-    return save_figures(((name, ax.get_figure(root=True)) for name, ax in drawn), Path(directory))
+    return save_figures(_pictures(subject, beside), Path(directory))
 
 
 def _pictures(subject: Plan | Mission, beside: Sequence[Plan]) -> Iterator[tuple[str, Axes]]:
@@ -107,10 +106,10 @@ def save(drawn: Axes | tuple[Axes | None, ...], path: str | Path) -> Path:
     return Path(path)
 
 
-def save_figures(figures: Iterable[tuple[str, Figure | None]], folder: Path) -> list[Path]:
-    """Write figures under the given names, all drawn before the first is written."""
+def save_figures(drawn: Iterable[tuple[str, Axes]], folder: Path) -> list[Path]:
+    """Write the figures of axes under the given names, all drawn before the first is written."""
     make_directory(folder)
-    pictures = {name: image(figure) for name, figure in figures}
+    pictures = {name: image(ax.get_figure(root=True)) for name, ax in drawn}
     for name, content in pictures.items():
         write_bytes(folder / name, content)
     return [folder / name for name in pictures]

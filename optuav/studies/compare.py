@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import itertools
-from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from functools import partial
 from pathlib import Path
@@ -28,7 +27,7 @@ from optuav.studies.methods import Progress, compare_methods
 from optuav.studies.results import LONGEST_NAME, Draw, Results, Row, fixed, plain_table
 
 if TYPE_CHECKING:
-    from matplotlib.figure import Figure
+    from matplotlib.axes import Axes
 
 COMPARED = ("closed-form", "cvxpy", "casadi", "grid")
 """Engines whose answers are compared; the bracket is for what is not linear."""
@@ -244,15 +243,12 @@ def _tables(found: Results) -> Iterator[RenderableType]:
     # The only column that gives way if the table is too wide.
     table.add_column("by way of", max_width=LONGEST_NAME)
     table.add_column("flies", no_wrap=True)
-    before, grounded, proofs = "", set[str](), dict[str, list[tuple[str, ...]]]()
+    grounded, proofs = set[str](), dict[str, dict[str, None]]()
     for row in found.rows:
-        label, flies, soc = (
-            _label(row),
-            _flies(row, found.mission.limits.min_soc),
-            row["soc_battery"],
-        )
+        label, soc = _label(row), row["soc_battery"]
+        flies = _flies(row, found.mission.limits.min_soc)
         table.add_row(
-            label[0] if by_schedule or label[0] != before else "",
+            label[0] if label[0] not in proofs else "",
             *label[1:],
             fixed(row["hover_time_s"]),
             *(fixed(row["brings_s"], otherwise="–", sign="+") for _ in brings),
@@ -261,19 +257,15 @@ def _tables(found: Results) -> Iterator[RenderableType]:
             Text(", ".join(row["route"][1:-1]) or "–", no_wrap=True, overflow="ellipsis"),
             flies,
         )
-        before = label[0]
         grounded.add(flies.split()[0])
-        proofs.setdefault(row["proof"], []).append(label)
+        proofs.setdefault(label[0], {})[row["proof"]] = None
     yield table
     yield ""
     if meanings := [f"{word}: {GROUNDED[word]}" for word in GROUNDED if word in grounded]:
         yield Text("\n".join([*meanings, ""]))
-    sizes = Counter(_label(row)[0] for row in found.rows)
-    for proof, labels in proofs.items():
-        # By their first word where all that share it are known so.
-        own = Counter(label[0] for label in labels)
-        names = (each[0] if own[each[0]] == sizes[each[0]] else " ".join(each) for each in labels)
-        yield Text(f"{', '.join(dict.fromkeys(names))}: {proof}")
+    for proof in dict.fromkeys(map("; ".join, proofs.values())):
+        names = (name for name, each in proofs.items() if "; ".join(each) == proof)
+        yield Text(f"{', '.join(names)}: {proof}")
     for reason in dict.fromkeys(reason for row in found.rows for reason in row["reasons"]):
         yield Text(f"Because {reason}")
 
@@ -302,32 +294,24 @@ def _flies(row: Row, min_soc: float) -> str:
 # The pictures
 
 
-def _choices(found: Results) -> Iterator[tuple[str, Figure | None]]:
-    """Yield the hover times by trajectory and perspective, and the charge that is left."""
+def _choices(found: Results) -> Iterator[tuple[str, Axes]]:
+    """Yield the hover times by trajectory and perspective."""
     from optuav import plots
     from optuav.plots.style import printed
 
+    bars = [
+        plots.Bar(
+            row["trajectory"], row["perspective"], row["hover_time_s"], row["flyable"] is not False
+        )
+        for row in found.rows
+    ]
     title = f"{printed(found.mission.name)}: longest hover by trajectory and perspective"
-    least = plots.Mark(100.0 * found.mission.limits.min_soc, "least, $η_0$")
-    for name, column, size, y_label, level in (
-        ("choices.png", "hover_time_s", 1.0, "hover time Δ [s]", None),
-        ("charge.png", "soc_battery", 100.0, "charge left $η_1(T)$ [%]", least),
-    ):
-        bars = [
-            plots.Bar(
-                *(row["trajectory"], row["perspective"]),
-                None if row[column] is None else size * row[column],
-                row["flyable"] is not False,
-            )
-            for row in found.rows
-        ]
-        axes = plots.bars(bars, title=title, y_label=y_label, level=level)
-        yield name, axes.get_figure(root=True)
+    yield "choices.png", plots.bars(bars, title=title, y_label="hover time Δ [s]")
 
 
-def _packs(_: Results, plans: Sequence[Plan]) -> Iterator[tuple[str, Figure | None]]:
+def _packs(_: Results, plans: Sequence[Plan]) -> Iterator[tuple[str, Axes]]:
     """Yield the wells of the packs by schedule."""
     from optuav import plots
 
     if any(plans):
-        yield "packs.png", plots.packs([plan for plan in plans if plan])[0].get_figure(root=True)
+        yield "packs.png", plots.packs([plan for plan in plans if plan])[0]

@@ -5,7 +5,7 @@ from __future__ import annotations
 import csv
 import dataclasses
 import io
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeAlias
 
@@ -18,6 +18,7 @@ from optuav.mission import Mission
 
 if TYPE_CHECKING:
     import pandas
+    from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
 SCHEMA = 2
@@ -27,7 +28,7 @@ NONE = "none"
 
 Row: TypeAlias = Mapping[str, Any]
 Show: TypeAlias = Callable[["Results"], Iterable[RenderableType]]
-Draw: TypeAlias = Callable[["Results"], Iterable[tuple[str, "Figure | None"]]]
+Draw: TypeAlias = Callable[["Results"], Iterable[tuple[str, "Axes"]]]
 
 
 @dataclasses.dataclass(frozen=True)
@@ -50,9 +51,9 @@ class Results:
         The rows, each a mapping with an entry a column; None where there is no value. A row may
         have further entries, which `to_dict` shows.
     show
-        Makes the printed text: a function of the table.
+        Makes the pieces of the printed text, for 80 columns: a function of the table.
     draw
-        Makes the pictures: a function of the table that yields names and figures.
+        Makes the pictures: a function of the table that yields names and axes.
 
     Examples
     --------
@@ -71,11 +72,7 @@ class Results:
     draw: Draw = dataclasses.field(repr=False, compare=False)
 
     def __str__(self) -> str:
-        return as_text(self.tables())
-
-    def tables(self) -> Iterator[RenderableType]:
-        """Yield the pieces of the printed text, for a screen of 80 columns."""
-        yield from self.show(self)
+        return as_text(self.show(self))
 
     def records(self) -> list[dict[str, Any]]:
         """Return the rows as flat records with an entry a column; places of a route as text."""
@@ -116,7 +113,8 @@ class Results:
         InputError
             If matplotlib is missing.
         """
-        return {name: figure for name, figure in self.draw(self) if figure is not None}
+        drawn = ((name, axes.get_figure(root=True)) for name, axes in self.draw(self))
+        return {name: figure for name, figure in drawn if figure is not None}
 
     def save_pictures(self, directory: str | Path) -> list[Path]:
         """Write the pictures into a directory, made if it is missing, and return the files.

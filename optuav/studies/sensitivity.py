@@ -42,7 +42,7 @@ from optuav.studies.uncertainty import (
 )
 
 if TYPE_CHECKING:
-    from matplotlib.figure import Figure
+    from matplotlib.axes import Axes
 
 SAMPLES = Number("-", ge=1, le=1e8, whole=True)
 SEED = Number("-", ge=0, le=2**63, whole=True)
@@ -62,7 +62,6 @@ UNITS = {
     **{"exact_less": "-", "exact_more": "-", "exact_elasticity": "-", "swing_s": "s"},
 }
 MOST_ROWS = 24
-MOST_ROUTES = 4
 MOVES_S = 5e-3
 """Keys that move the hover time less than this are only named [s]."""
 ZERO, SMALL = 1e-9, 5e-4
@@ -329,13 +328,8 @@ def _chances(found: Chances, plan_hover_s: float | None) -> Iterator[RenderableT
     yield Text(f"{count}, seed {found.seed}", style="bold")
     quantiles = ", ".join(f"{share:.0%} {s:.1f}" for share, s in found.quantiles_s.items())
     yield Text(f"Hover      mean {found.mean_s:.1f} s; quantiles [s] {quantiles}")
-    routes = [*found.routes.items()]
-    shares = dict(routes[:MOST_ROUTES])
-    if len(routes) > MOST_ROUTES:
-        shares["others"] = sum(share for _, share in routes[MOST_ROUTES:])
-    if found.no_plan:
-        shares["no plan"] = found.no_plan
-    yield Text(f"Best       {_percent(shares)}")
+    none = {"no plan": found.no_plan} if found.no_plan else {}
+    yield Text(f"Best       {_percent({**found.routes, **none})}")
     if found.kept is not None and found.flyable is not None:
         yield Text(
             f"Fixed plan {plan_hover_s:.2f} s of hover, can be flown in "
@@ -351,14 +345,14 @@ def _percent(shares: Mapping[str, float]) -> str:
     return ", ".join(f"{name} {share:.1%}" for name, share in shares.items())
 
 
-def _figures(found: Results) -> Iterator[tuple[str, Figure | None]]:
+def _figures(found: Results) -> Iterator[tuple[str, Axes]]:
     """Yield a tornado of the keys, and how the hover times of the samples are spread."""
     from optuav import plots
 
     name, facts = found.mission.name, found.facts
     ends = ("key", "low", "high", "hover_low_s", "hover_high_s")
     bars = [plots.Swing(*(row[end] for end in ends)) for row in found.rows]
-    yield "tornado.png", plots.tornado(bars, facts["hover_time_s"], name).get_figure(root=True)
+    yield "tornado.png", plots.tornado(bars, facts["hover_time_s"], name)
     if facts["chances"] is not None:
         times_s, plan_s = facts["chances"].hover_times_s, facts["plan_hover_time_s"]
-        yield "hover.png", plots.hover_times(times_s, name, fixed_s=plan_s).get_figure(root=True)
+        yield "hover.png", plots.hover_times(times_s, name, fixed_s=plan_s)
