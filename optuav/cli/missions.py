@@ -218,8 +218,9 @@ def new(file: Path, asked: Numbers, source: str = "paper") -> None:
     must_be_new(file)
     stated = vars(asked)
     if source == REGIMES:
-        missing = sys.stdin.isatty() and Datasheet.faults(stated)
-        sheet = Datasheet.of(_prompted(stated) if missing else stated)
+        needed = [name for name, each in Datasheet.model_fields.items() if each.is_required()]
+        ask = sys.stdin.isatty() and any(stated[name] is None for name in needed)
+        sheet = Datasheet.of(_prompted(stated) if ask else stated)
         mission, remarks = sheet.mission(), sheet.remarks()
     elif faults := [
         Fault(name, f"{value:g}", f"goes with --from {REGIMES}")
@@ -254,7 +255,10 @@ def _answer(name: str, text: Any) -> float:
     except ValueError:
         number = math.nan
     value = int(number) if number.is_integer() else number
-    for fault in Datasheet.faults({name: value}):
-        if fault.key == name:
-            raise typer.BadParameter(fault.allowed)
+    try:
+        Datasheet.of({name: value})
+    except InputError as error:
+        for fault in error.faults:
+            if fault.key == name:
+                raise typer.BadParameter(fault.allowed) from None
     return value

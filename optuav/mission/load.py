@@ -4,9 +4,7 @@ from __future__ import annotations
 
 import json
 import os
-from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 from optuav.errors import Fault, InputError
 from optuav.mission.files import label, read_toml
@@ -23,17 +21,6 @@ LONGEST_CHAIN = 32
 _HERE = Path(__file__).parent
 SHIPPED = dict(sorted((path.stem, path) for path in (_HERE / "shipped").iterdir()))
 """The missions that come with the package, by name."""
-
-
-@dataclass(frozen=True)
-class _File:
-    """A mission file, valid or not."""
-
-    path: Path
-    source: str
-    document: Document  # Without the keys that concern the file as such
-    extends: Any
-    faults: list[Fault]  # What is wrong with the version of the format
 
 
 def load(source: str | Path) -> Mission:
@@ -69,22 +56,8 @@ def load(source: str | Path) -> Mission:
     """
     if not isinstance(source, str | Path):
         raise InputError([Fault("", shown(source), "a shipped mission's name or a file's path")])
-    (first, *others), broken = _chain(source)
-    document, gone = dict[str, Any](), dict[Key, str]()
-    sources: dict[Key, str] = {}
-    for file in (*reversed(others), first):
-        sources[()] = file.source
-        for name, table in file.document.items():
-            keys = table if isinstance(table, dict) else ()
-            sources |= dict.fromkeys([(name,), *((name, key) for key in keys)], file.source)
-        if document:
-            document, more = overlay(document, file.document)
-            gone |= more
-        else:
-            document = file.document
-    document.setdefault("name", safe_name(first.path.stem))
-    faults = [*broken, *(fault for file in (first, *others) for fault in file.faults)]
-    return validate(Mission, StatedMission(document, sources, gone), faults, whole=not broken)
+    stated, faults, whole = _read(source, Path(), {})
+    return validate(Mission, stated, faults, whole=whole)
 
 
 def shipped() -> tuple[str, ...]:
@@ -127,38 +100,46 @@ def json_schema() -> Document:
     return schema
 
 
-def _chain(source: str | Path) -> tuple[list[_File], list[Fault]]:
-    """The file, the one it extends and so on; and why the chain breaks off, if it does."""
-    files = [_read(source, Path())]
-    while (extends := files[-1].extends) is not None:
-        try:
-            if not isinstance(extends, str):
-                raise InputError("a shipped mission's name or a path relative to this file")
-            if len(files) == LONGEST_CHAIN:
-                raise InputError(f"a chain of at most {LONGEST_CHAIN} files")
-            base = _read(extends, files[-1].path.parent)
-            if os.path.realpath(base.path) in [os.path.realpath(each.path) for each in files]:
-                circle = " -> ".join(each.source for each in (*files, base))
-                raise InputError(f"a file that does not lead back to one before it: {circle}")
-        except InputError as error:
-            return files, [Fault("extends", shown(extends), str(error), files[-1].source)]
-        for key in ("name", "description"):  # which are a file's own
-            base.document.pop(key, None)
-        files.append(base)
-    return files, []
+def _read(
+    source: str | Path, directory: Path, above: dict[str, str]
+) -> tuple[StatedMission, list[Fault], bool]:
+    """What a shipped mission or a file in a directory states on top of the one that it extends.
 
-
-def _read(source: str | Path, directory: Path) -> _File:
-    """A shipped mission's file, or one in a directory."""
+    With the faults of both, and whether all files could be read; `above` has the files that lead
+    here, by their paths.
+    """
+    if len(above) == LONGEST_CHAIN:
+        raise InputError(f"a chain of at most {LONGEST_CHAIN} files")
     if path := SHIPPED.get(str(source)) if isinstance(source, str) else None:
         name, hint = str(source), ""
     else:
         path = directory / source
         name = label(path)
         hint = nearest(path.name, SHIPPED) or f"; shipped missions are {', '.join(SHIPPED)}"
-    document = read_toml(path, LARGEST_FILE, hint=hint)
-    faults = []
-    if breaches := format_breaches(document):
-        faults = StatedMission(document, {(): name}).faults(breaches)
+    document, real = read_toml(path, LARGEST_FILE, hint=hint), os.path.realpath(path)
+    if real in above:
+        circle = " -> ".join([*above.values(), name])
+        raise InputError(f"a file that does not lead back to one before it: {circle}")
+    faults = StatedMission(document, {(): name}).faults(format_breaches(document))
     document.pop("schema", None)
-    return _File(path, name, document, document.pop("extends", None), faults)
+    extends, below, whole = document.pop("extends", None), StatedMission({}), True
+    for key in ("name", "description") if above else ():  # which are a file's own
+        document.pop(key, None)
+    sources: dict[Key, str] = {(): name}
+    for table, keys in document.items():
+        inside = keys if isinstance(keys, dict) else ()
+        sources |= dict.fromkeys([(table,), *((table, key) for key in inside)], name)
+    if extends is not None:
+        try:
+            if not isinstance(extends, str):
+                raise InputError("a shipped mission's name or a path relative to this file")
+            below, more, whole = _read(extends, path.parent, {**above, real: name})
+            faults += more
+        except InputError as error:
+            faults.insert(0, Fault("extends", shown(extends), str(error), name))
+            whole = False
+    if not above:
+        document.setdefault("name", safe_name(path.stem))
+    document, gone = overlay(below.document, document)
+    stated = StatedMission(document, {**below.sources, **sources}, {**below.displaced, **gone})
+    return stated, faults, whole

@@ -7,13 +7,11 @@ from collections.abc import Iterator, Mapping, Sequence
 from typing import Annotated, Any, Self
 
 import tomli_w
-from pydantic import ValidationError
 
-from optuav.errors import Fault, InputError
 from optuav.mission.load import load
 from optuav.mission.mission import Mission, without_none
 from optuav.mission.schema import SCHEMA, MissionSection, Number
-from optuav.mission.validation import StatedMission, breaches_of
+from optuav.mission.validation import StatedMission, validate
 
 SCENE = "matrice350"
 """The shipped mission whose places, limits, link and laser stand in for the owner's."""
@@ -110,19 +108,7 @@ class Datasheet(MissionSection):
     @classmethod
     def of(cls, values: Mapping[str, Any]) -> Self:
         """A datasheet of values by name, where None counts as not stated; raises `InputError`."""
-        if faults := cls.faults(values):
-            raise InputError(faults)
-        return cls(**without_none(values))
-
-    @classmethod
-    def faults(cls, values: Mapping[str, Any]) -> list[Fault]:
-        """Everything that is missing or not allowed among values by name."""
-        stated = StatedMission(without_none(values))
-        try:
-            cls(**stated.document)
-        except ValidationError as error:
-            return stated.faults(breaches_of(cls, error, stated))
-        return []
+        return validate(cls, StatedMission(without_none(values)))
 
     @property
     def load_factor(self) -> float:

@@ -134,9 +134,9 @@ def validate(
             return mission
     except ValidationError as error:
         breaches += breaches_of(model, error, stated)
-        if whole:
+        if whole and SECTIONS.keys() <= model.model_fields.keys():
             breaches += rules(_without(stated.document, {key for key, _ in breaches}))
-        else:
+        elif not whole:
             breaches = [each for each in breaches if stated.value(each.key) is not UNKNOWN]
     raise InputError([*faults, *stated.faults(breaches)])
 
