@@ -24,6 +24,7 @@ from optuav.modelling.check import evaluated, holding
 from optuav.modelling.classify import traits
 from optuav.modelling.forms import NotExponentialError, excess
 from optuav.network.feasibility import impossibilities
+from optuav.network.graph import edited_network
 from optuav.network.network import Network, build_network
 from optuav.physics.kibam import Stage
 from optuav.plan import Plan
@@ -34,7 +35,6 @@ from optuav.solving.packs_by_schedule import ENGINE as SIMULATION
 from optuav.solving.program import groups
 from optuav.solving.question import PROBLEMS, Question, answer, checked_question, problem_of
 from optuav.solving.several_stops import ENGINE as SEARCH
-from optuav.solving.solve import network_of
 from optuav.status import Status
 
 if TYPE_CHECKING:
@@ -74,7 +74,9 @@ class MissionQuestion:
 
     def case(self, mission: Mission) -> Case:
         """The question about another mission and its network, without declarations."""
-        return checked_question(mission, **vars(self.stated)), network_of(mission, self.graph)
+        graph = self.graph
+        network = build_network(mission) if graph is None else edited_network(mission, graph)
+        return checked_question(mission, **vars(self.stated)), network
 
     @property
     def takes_turns(self) -> bool:

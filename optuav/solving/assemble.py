@@ -42,11 +42,11 @@ def quantities(
     steps: bool = True,
     hover_open: bool = False,
 ) -> Quantities:
-    """Quantities of some itineraries: arrays with one entry each, or numbers that all share.
+    """Quantities of some itineraries, all direct or all by way of a building.
 
-    They are itineraries of a mission, or of variants of it that are numbered one by one; all of
-    them direct, or all by way of a building. The steps on the way, unless left out, are among the
-    quantities where all stay in the same order; legs to and from an open hover point are named.
+    Arrays have one entry an itinerary, of a mission or of numbered variants of it. The steps on the
+    way are among them where all stay in the same order; legs to and from an open hover point are
+    named.
     """
     tables = _Single(source) if isinstance(source, Network) else source
     network, battery, limits = tables.network, tables.mission.battery, tables.mission.limits
@@ -60,20 +60,20 @@ def quantities(
         several = columns is not None and table.shape[1] > 1
         return table[variant if len(table) > 1 else 0, columns if several else 0]
 
-    def full_J(key: str, voltage_V: Quantity) -> Quantity | None:
-        """What the full battery holds where that is stated; computed where its size varies."""
-        if getattr(network.mission.battery, key) is None:
-            return None
-        stated_J = getattr(battery, key)
-        if stated_J is None:
-            return take(battery.packs) * take(battery.capacity_As) * voltage_V
-        return take(stated_J)
-
-    nominal_V, building = take(battery.nominal_voltage_V), routes.building[which]
+    building, packs, capacity_As = routes.building[which], battery.packs, battery.capacity_As
+    packs, capacity_As, nominal_V = map(take, (packs, capacity_As, battery.nominal_voltage_V))
     flight_As, flight_J = take(tables.flight_charge_As, which), take(tables.flight_energy_J, which)
-    flight_V = _mean_voltage_V(flight_J, flight_As, nominal_V)
     hover_A, hover_W = map(take, tables.hover_load)
-    hover_V = _mean_voltage_V(hover_W, hover_A, nominal_V)
+    voltages: dict[str, Quantity] = {}
+    for load, drawn, given in ("flight", flight_As, flight_J), ("hover", hover_A, hover_W):
+        draws = np.asarray(drawn) > 0.0
+        mean_V = np.where(draws, given / np.where(draws, drawn, 1.0), nominal_V)[()]
+        # What the full battery holds where that is stated; computed where its size varies.
+        key, full_J = f"{load}_energy_J", None
+        if getattr(network.mission.battery, key) is not None:
+            stated_J = getattr(battery, key)
+            full_J = packs * capacity_As * mean_V if stated_J is None else take(stated_J)
+        voltages |= {f"{load}_voltage_V": mean_V, f"{load}_battery_J": full_J}
     received_A, received_W = (take(each[:, [HOVER]]) for each in tables.received)
     rest_A, rest_W = (
         np.where(building >= 0, take(table, FIRST_BUILDING + building) - take(drawn), 0.0)
@@ -100,8 +100,8 @@ def quantities(
     return Quantities(
         deadline_s=take(limits.deadline_s),
         min_soc=take(limits.min_soc),
-        packs=take(battery.packs),
-        capacity_As=take(battery.capacity_As),
+        packs=packs,
+        capacity_As=capacity_As,
         nominal_voltage_V=nominal_V,
         flight_time_s=take(tables.flight_time_s, which),
         flight_charge_As=flight_As,
@@ -111,10 +111,7 @@ def quantities(
         hover_received_W=received_W,
         rest_current_A=rest_A,
         rest_received_W=rest_W,
-        flight_voltage_V=flight_V,
-        hover_voltage_V=hover_V,
-        flight_battery_J=full_J("flight_energy_J", flight_V),
-        hover_battery_J=full_J("hover_energy_J", hover_V),
+        **voltages,
         available_fraction=take(battery.available_fraction),
         flow_rate_per_s=take(battery.flow_rate_per_s),
         hover_distance_m=take(np.sqrt((apart_m**2).sum(axis=-1))),
@@ -127,12 +124,6 @@ def quantities(
         tapers=battery.charging == "taper",
         rests=rests,
     )
-
-
-def _mean_voltage_V(energy: Quantity, charge: Quantity, nominal_V: Quantity) -> Quantity:
-    """The voltage at which a load draws: energy over charge or power over current; nominal at 0."""
-    drawn = np.asarray(charge) > 0.0
-    return np.where(drawn, energy / np.where(drawn, charge, 1.0), nominal_V)[()]
 
 
 def legs_and_stays(

@@ -30,16 +30,10 @@ MOST_COMPARED = 60
 def more_stops_may_help(network: Network, plan: Plan, graph: Graph | None = None) -> bool:
     """Whether plans with more rests or hovers may hover longer, by arithmetic alone.
 
-    False is certain, True is not. The plan answers (P1) over all routes with at most one rest and
-    one hover in one piece; an edited graph may state legs between buildings. False is returned for
-    one of these reasons:
-
-    - No number of stops makes the mission flyable.
-    - In a linear perspective no leg takes more time, charge or energy than a way around. Any plan
-      may then leave out all stops but one hover and the rest where charging is best, and lose
-      nothing.
-    - Under ``available`` the same holds of the legs, and the plan hovers as long as the balance of
-      charge and the deadline admit on any route with one rest, which bounds every plan.
+    False is certain: no number of stops makes the mission flyable, or no leg takes more than a way
+    around. In a linear perspective any plan may then leave out all stops but one hover and the rest
+    where charging is best; under ``available`` the plan also hovers as long as the balance of
+    charge and the deadline admit on any route with one rest, which bounds every plan.
     """
     if never_flyable(network):
         return False
@@ -102,16 +96,13 @@ def promise(network: Network, parts: Sequence[Part], plan: Plan) -> Iterator[str
 
 
 def all_legs(network: Network, graph: Graph | None = None) -> Legs:
-    """The legs between any two places of a mission.
-
-    A graph from `optuav.graph` has the legs with one building on the way, so those that it lacks
-    are forbidden; legs between other places are as computed, unless it states them too.
-    """
+    """The legs between any two places of a mission, with the figures that a graph states."""
     places = network.places
     start, end = np.nonzero(~np.eye(len(places.names), dtype=bool))
     table = build_legs(network.mission, places, prisms(network.mission), start, end)
     if graph is None:
         return table
+    # A graph has the legs with one building on the way, so those that it lacks are forbidden.
     gone = np.array([name not in graph for name in places.names])
     one_stop = np.zeros((len(gone), len(gone)), bool)
     one_stop[network.legs.start, network.legs.end] = True
@@ -120,10 +111,9 @@ def all_legs(network: Network, graph: Graph | None = None) -> Legs:
 
 
 def ways_around(network: Network) -> bool:
-    """Whether a way around takes less than a leg in time, charge or energy.
+    """Whether a way around is shorter, in any figure, than a leg that a plan with one rest flies.
 
-    The network's legs lead between any two places. Those are looked at that a plan with one rest
-    and one hover flies; one that is not there is longer than any way.
+    The network's legs lead between any two places; one that is not there is longer than any way.
     """
     table, places = network.legs, len(network.places.names)
     flown = np.zeros((places, places), bool)

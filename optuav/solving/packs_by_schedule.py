@@ -40,18 +40,7 @@ CONTINUOUS = (
 
 
 def packs_by_schedule(question: Question, network: Network, parts: Sequence[Part]) -> Plan:
-    """The plan with the longest hover that the packs deliver under the mission's schedule.
-
-    Of plans that hover equally long it is the one with the shortest mission, and it has the
-    smallest rest that its hover admits.
-
-    Raises
-    ------
-    InputError
-        If the problem or the engine needs pooled packs.
-    SolverError
-        If the time limit passes before there is any plan.
-    """
+    """The plan with the longest hover that the packs deliver, then the shortest mission."""
     slot_s, schedule, faults = question.slot_s, network.mission.battery.schedule, []
     words = f"under battery.schedule = {schedule!r} and perspective available"
     if (name := question.problem.name) not in LONGEST_HOVER:
@@ -75,17 +64,12 @@ def packs_by_schedule(question: Question, network: Network, parts: Sequence[Part
             least_s = max(least_s, hover_s - (0.0 if slot_s else step_s))
         searched += not clock.ended
     if not found and clock.ended:
-        covered, fewer = "the one route was not searched to its end", ""
-        if len(routes) > 1:
-            covered = f"{searched} of {len(routes)} routes were searched"
-            if question.trajectory == "optimal":
-                fewer = ", or one trajectory"
-            elif question.problem.order is None:
-                fewer = ", or one order"
+        fewer = ", or fewer routes (trajectory, order)" if len(routes) > 1 else ""
         raise SolverError(
             f"the search by battery.schedule = {schedule!r} {clock.ended}, the time limit, without "
-            f"a plan or proof that there is none: {covered}, Δ and T' in steps of {step_s:g} s. "
-            f"Allow more time (time_limit_s), or ask for less: longer slots (slot_s){fewer}"
+            f"a plan or proof that there is none: {searched} of {len(routes)} routes were searched "
+            f"to the end, Δ and T' in steps of {step_s:g} s. Allow more time (time_limit_s), or "
+            f"ask for less: longer slots (slot_s){fewer}"
         )
     if not found:
         why = f"no pair of Δ and T' in steps of {step_s:g} s leaves a pack to fly on to the end"
@@ -93,11 +77,8 @@ def packs_by_schedule(question: Question, network: Network, parts: Sequence[Part
     if not slot_s:
         found = [each[2].refined(*each[:2]) for each in found if each[0] >= least_s]
     hover_s = max(each[0] for each in found)
-    rested = [
-        (route.smallest_rest_s(hover_s, float(rests_s[0])), route)
-        for each_s, rests_s, route in found
-        if each_s == hover_s
-    ]
+    best = [(route, float(rests_s[0])) for each_s, rests_s, route in found if each_s == hover_s]
+    rested = [(route.smallest_rest_s(hover_s, rest_s), route) for route, rest_s in best]
     rest_s, route = min(rested, key=lambda each: each[1].flight_time_s + each[0])
     notes = [
         f"packs by schedule {schedule!r}: one flies while the laser charges another; what full "
@@ -121,16 +102,15 @@ def packs_by_schedule(question: Question, network: Network, parts: Sequence[Part
 
 
 class _Clock:
-    """The time limit of a search, and in words whether it has passed."""
+    """The time limit of a search, and in words whether it was found to have passed."""
 
     def __init__(self, limit_s: float | None) -> None:
-        self.limit_s, self.ended = limit_s, ""
-        self.started_s = time.monotonic()
+        self.limit_s, self.ended = limit_s or math.inf, ""
+        self.latest = time.monotonic() + self.limit_s
 
-    @property
     def is_late(self) -> bool:
         """Whether the time limit has passed; `ended` then says so."""
-        if self.limit_s is not None and time.monotonic() - self.started_s > self.limit_s:
+        if time.monotonic() > self.latest:
             self.ended = f"ended after {self.limit_s:g} s"
         return bool(self.ended)
 
@@ -172,13 +152,11 @@ class _Route:
     def longest_s(
         self, rests_s: Floats, step_s: float, least_s: float, most_s: float = math.inf
     ) -> Floats:
-        """Longest hovers in whole steps for some rests [s]; NaN where shorter than `least_s`.
-
-        Simulated from the top down. Bounds from above are what the deadline leaves, the balance of
-        charge, which knows of no refused charge, and what the packs last in the hover itself.
-        """
+        """Longest hovers in whole steps for some rests [s]; NaN where shorter than `least_s`."""
+        # Simulated from the top down: from what the deadline leaves, the balance of charge, which
+        # knows of no refused charge, and what the packs last in the hover itself.
         found = np.full(len(rests_s), np.nan)
-        if not len(rests_s) or self.clock.is_late:
+        if not len(rests_s) or self.clock.is_late():
             return found
         start = self._at_hover(rests_s)
         most = np.minimum(most_s, self.left_s - rests_s)
@@ -190,7 +168,7 @@ class _Route:
         most = np.where(trial.exhausted, trial.clock_s - start.clock_s, most)
         hovers_s = step_s * np.floor(most / step_s + SLACK)
         open_ = (hovers_s >= least_s) & ~start.exhausted
-        while open_.any() and not self.clock.is_late:
+        while open_.any() and not self.clock.is_late():
             rows = np.flatnonzero(open_)
             flown = self._flyable(start.take(rows), hovers_s[rows], rests_s[rows])
             found[rows[flown]] = hovers_s[rows[flown]]
@@ -200,10 +178,7 @@ class _Route:
         return found
 
     def refined(self, hover_s: float, rests_s: Floats) -> tuple[float, Floats, _Route]:
-        """The best pair in finer steps: all rests that were as good are tried, then those nearby.
-
-        Returns Δ [s], the rests that admit it [s], and this route.
-        """
+        """The best Δ in finer steps [s], the rests that admit it [s], and this route."""
         before_s = self.step_s
         for share in FINER:
             step_s = share * self.step_s
@@ -219,7 +194,7 @@ class _Route:
         """The smallest of the rests tried that admits a hover [s]; `rest_s` itself if late."""
         tried_s = self.rests_s()
         for share in (1.0,) if self.slots else (1.0, *FINER):
-            if self.clock.is_late:
+            if self.clock.is_late():
                 break
             tried_s = np.append(tried_s[tried_s < rest_s], rest_s)
             hovers_s = np.full(len(tried_s), hover_s)

@@ -45,13 +45,9 @@ BINDS = 1e-8
 
 
 def several_stops(
-    program: Program,
-    rests: int,
-    hovers: int,
-    graph: Graph | None = None,
-    progress: Progress | None = None,
+    program: Program, graph: Graph | None = None, progress: Progress | None = None
 ) -> Plan:
-    """The plan of the longest hover time with at most so many rests, 0 to 10, and hovers, 1 to 10.
+    """The plan of the longest hover time with at most as many stops as the program asks for.
 
     Under ``available`` it is found by branch and bound over sequences of stops and their durations.
     In the linear perspectives one rest and one hover are enough if the legs obey the triangle
@@ -60,18 +56,9 @@ def several_stops(
     where charging is best. Where edited graphs or buildings in the way break that inequality, all
     sequences are compared, each by its own linear programme with the rest on its best building.
 
-    The program is (P1) over the same mission with one rest and one hover; the edges of a graph
-    replace the computed legs, also between buildings.
-
-    Raises
-    ------
-    InputError
-        If several stops do not go with the mission's packs or its number of buildings.
-    SolverError
-        If the search ends early without a plan, its plan fails the simulation, or there are too
-        many sequences to compare.
     """
     question, mission = program.question, program.network.mission
+    rests, hovers = question.p1.stops, question.p1.hovers
     available, faults = question.perspective == AVAILABLE, []
     if available and mission.battery.takes_turns:
         schedule = shown(mission.battery.schedule)
@@ -124,11 +111,7 @@ def terrain(network: Network) -> Terrain:
 
 
 def _routes(network: Network, places: Integers, building: Integers) -> Routes:
-    """Sequences of places as routes over legs between any two places.
-
-    By the numbers of the places (place, sequence), −1 behind the last of a sequence, and of the
-    building that each rests on (sequence,), −1 for none.
-    """
+    """Sequences of places (place, sequence) as routes, and the building each rests on; −1: none."""
     table = network.legs
     number = np.full((len(network.places.names),) * 2, NO_LEG, dtype=np.intp)
     number[table.start, table.end] = np.arange(len(table.start))

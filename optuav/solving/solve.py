@@ -12,7 +12,7 @@ from optuav.errors import Fault, InputError
 from optuav.mission import Mission, load
 from optuav.mission.messages import shown
 from optuav.network.graph import edited_network
-from optuav.network.network import Network, build_network
+from optuav.network.network import build_network
 from optuav.options import Perspective, ProblemName
 from optuav.plan import Plan
 from optuav.solving.more_stops import more_stops_may_help
@@ -130,11 +130,11 @@ def solve(
     597.27 s, flyable: True
     """
     program = _program(mission, graph, problem, perspective, slot_s, engine, time_limit_s)
-    question, network, p1 = program.question, program.network, program.question.p1
+    question, network = program.question, program.network
     if question.several:
         from optuav.solving.several_stops import several_stops
 
-        return several_stops(program, p1.stops, p1.hovers, graph, progress)
+        return several_stops(program, graph, progress)
     plan = program.solve()
     every_route = question.problem == P1() and question.slot_s is None
     pooled = not network.mission.battery.takes_turns and question.perspective != "wells"
@@ -149,15 +149,11 @@ def _program(mission: Mission | str | Path, graph: Graph | None, *stated: Any) -
     known = mission if isinstance(mission, Mission) else load(mission)
     question = checked_question(known, *stated)
     if question.p1.hover_point == "w_U":
-        return declared_program(question, network_of(known, graph))
+        network = build_network(known) if graph is None else edited_network(known, graph)
+        return declared_program(question, network)
     from optuav.solving.free_hover import free_program
 
     if graph is not None:
         words = "none with hover_point = 'free': its legs lead to one hover point"
         raise InputError([Fault("graph", shown(graph), words)])
     return free_program(question, known)
-
-
-def network_of(mission: Mission, graph: Graph | None = None) -> Network:
-    """Places, legs and itineraries of a mission, or of its graph that was edited."""
-    return build_network(mission) if graph is None else edited_network(mission, graph)

@@ -14,11 +14,11 @@ from optuav import Mission
 from optuav.engines import closed_form
 from optuav.network import vehicle
 from optuav.network.feasibility import impossibilities
+from optuav.network.graph import edited_network
 from optuav.network.network import build_network
 from optuav.options import Perspective
 from optuav.solving.assemble import quantities
 from optuav.solving.more_stops import by_balance, more_stops_may_help
-from optuav.solving.solve import network_of
 from tests.asking import solve
 from tests.mission.strategies import Document
 from tests.solving.dense import hidden, leg
@@ -71,10 +71,10 @@ def test_an_edited_graph_may_make_a_further_stop_help() -> None:
     edited.edges["origin", "hover"]["duration_s"] = 900.0
     added.add_edge("b1", "b9", **{**added.edges["b1", "hover"], "duration_s": 0.1})
     for legs in (removed, edited):
-        assert more_stops_may_help(network_of(PAPER, legs), plan)
+        assert more_stops_may_help(edited_network(PAPER, legs), plan)
     for legs in (removed, edited, added):
-        assert more_stops_may_help(network_of(PAPER, legs), plan, legs)
-    assert not more_stops_may_help(network_of(PAPER, None), plan, optuav.graph(PAPER))
+        assert more_stops_may_help(edited_network(PAPER, legs), plan, legs)
+    assert not more_stops_may_help(build_network(PAPER), plan, optuav.graph(PAPER))
 
 
 def test_without_a_plan() -> None:
