@@ -27,7 +27,7 @@ from optuav.diagnosis.certificate import (
 from optuav.engines import bracket
 from optuav.errors import InputError
 from optuav.modelling import Model, Relation
-from optuav.modelling.check import checked
+from optuav.modelling.check import evaluated
 from optuav.modelling.classify import traits
 from optuav.modelling.forms import NotExponentialError
 from optuav.modelling.model import Constraint
@@ -155,7 +155,7 @@ def _clash(program: Program, part: Part, entry: int, meeting: Sequence[Constrain
     network, model, row = program.network, part.model, part.model.row(entry)
     labels = tuple(words(network, part, entry, [each.label for each in meeting]))
     known = moments(network, part, entry)
-    sides = checked(meeting, {**row, **{each.name: 0.0 for each in model.variables}})
+    sides = evaluated(meeting, {**row, **{each.name: 0.0 for each in model.variables}})
     broken = []
     for label, side in zip(labels, sides, strict=True):
         moment, kind = known.get(side.label), BROKEN.get(side.constraint.kind)

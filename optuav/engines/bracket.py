@@ -42,11 +42,9 @@ from optuav.engines.rows import (
 )
 from optuav.engines.solution import Solution
 from optuav.errors import InputError
-from optuav.modelling.check import slack
-from optuav.modelling.expression import Operand
+from optuav.modelling.check import evaluated
 from optuav.modelling.forms import CONSTANT, Monomial
 from optuav.modelling.model import Model
-from optuav.modelling.traversal import evaluate
 from optuav.status import Status
 
 ROUNDING = 1e-11
@@ -325,11 +323,10 @@ def _tapered(
         """How far the constraints hold, with the taper, at points of some programmes."""
         at = {name: v[which] if np.ndim(v) else v for name, v in values.items()}
         at |= dict(zip(names, (x, y), strict=False))
-        least, done = np.full(np.shape(x), np.inf), dict[int, Operand]()
+        least = np.full(np.shape(x), np.inf)
         with np.errstate(invalid="ignore"):  # where there is no point
-            for each in tapered:
-                left, right = (evaluate(side, at, done) for side in each.relation.sides)
-                share = slack(each.relation.sense, left, right) / np.maximum(1.0, np.abs(right))
+            for row in evaluated(tapered, at):
+                share = row.slack / np.maximum(1.0, np.abs(row.right))
                 least = np.minimum(least, share + ROUNDING)
         return least
 

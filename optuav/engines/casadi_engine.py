@@ -25,7 +25,7 @@ from optuav.engines.linear_form import implied_upper_bounds, own_bounds
 from optuav.engines.registry import OneByOne, Single, capability
 from optuav.engines.solution import Solution, single
 from optuav.errors import InputError, SolverError
-from optuav.modelling.check import checked, evaluated
+from optuav.modelling.check import evaluated
 from optuav.modelling.expression import Operand
 from optuav.modelling.model import Model
 from optuav.modelling.traversal import KINKED, PARTIALS, evaluate, fold, has_unknowns
@@ -201,7 +201,7 @@ class CasadiProgramme:
         bounds = own_bounds(self.model, parameters)
         if any(lower > upper for lower, upper in bounds.values()):
             return none(Status.INFEASIBLE, "bounds contradict", "not handed to IPOPT")
-        broken = [row.label for row in checked(self.settled, parameters) if not row.satisfied]
+        broken = [row.label for row in evaluated(self.settled, parameters) if not row.satisfied]
         if broken:
             words = f"does not hold whatever the unknowns: {', '.join(broken)}"
             return none(Status.INFEASIBLE, "evaluated", words)

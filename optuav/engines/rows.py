@@ -259,7 +259,7 @@ def stated_forms(model: Model, values: Values, *, relaxed: bool = False) -> list
     bounded: list[Constraint] = []
     done: dict[int, Operand] = {}
     stated = list(relations(model))  # kept, so that no two nodes share an identity
-    known = [] if values else model.side_forms
+    known = [] if values else model.walked.side_forms
     for each, sides in zip_longest(stated, known):
         try:
             own = sides or [exponential(e, values, done) for e in each.relation.sides]

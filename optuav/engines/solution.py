@@ -128,7 +128,7 @@ class Solution:
         if not self.statuses[index].has_answer:
             return ()
         found = (
-            row.label
+            row.constraint.label
             for row in evaluated(self.model, self._at(index))
             if np.abs(row.slack) <= TIGHT * np.maximum(1.0, np.abs(row.right))
             and has_unknowns(*row.constraint.relation.sides)

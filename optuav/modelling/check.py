@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
+from itertools import chain
 
 import numpy as np
 
@@ -114,13 +115,6 @@ def holding(sense: Sense, left: Operand, right: Operand) -> Operand:
     return np.abs(left - right) <= allowance
 
 
-def slack(sense: Sense, left: Operand, right: Operand) -> Operand:
-    """By how much two values compare as they should; negative where they do not."""
-    if sense == "==":
-        return -np.abs(left - right)
-    return left - right if sense == ">=" else right - left
-
-
 def check(model: Model, point: Mapping[str, Operand]) -> Checks:
     """Evaluate every constraint of a model at a point, from wherever it comes.
 
@@ -152,25 +146,18 @@ def check(model: Model, point: Mapping[str, Operand]) -> Checks:
     return evaluated(model, _numbers(point, model))
 
 
-def evaluated(model: Model, point: Mapping[str, Operand]) -> Checks:
-    """`check` without a look at the point: names that the model does not have are ignored.
+def evaluated(stated: Model | Iterable[Constraint], point: Mapping[str, Operand]) -> Checks:
+    """`check`, also of some constraints alone; names that they do not have are ignored.
 
-    Raises
-    ------
-    KeyError
-        If a variable has no value.
+    A `KeyError` names a variable without a value.
     """
-    return checked([*relations(model)], point)
-
-
-def checked(constraints: Sequence[Constraint], point: Mapping[str, Operand]) -> Checks:
-    """Some constraints at a point, see `evaluated`."""
     rows, done = [], dict[int, Operand]()
-    for each in constraints:
+    for each in [*relations(stated)] if isinstance(stated, Model) else stated:
         sense = each.relation.sense
         left, right = (evaluate(side, point, done) for side in each.relation.sides)
-        compared = slack(sense, left, right), holding(sense, left, right)
-        rows.append(Check(each, left, right, *compared))
+        slack = right - left if sense == "<=" else left - right
+        slack = -np.abs(slack) if sense == "==" else slack
+        rows.append(Check(each, left, right, slack, holding(sense, left, right)))
     return Checks(rows)
 
 
@@ -213,30 +200,24 @@ def refuse_misfits(model: Model, programmes: int) -> None:
     InputError
         Naming every constraint, or the objective, in which there is such an array.
     """
-    allowed = {(), (1,), (programmes,)}
-    if _shapes([*model.nodes, *model.expressions]) <= allowed:
-        return
-    words = f"arrays with one entry a programme, here {programmes}"
-    raise InputError(
-        [
-            Fault(label, f"array of shape {each}", words)
-            for label, sides in _stated(model).items()
-            for each in sorted(_shapes([*nodes(*sides), *sides]) - allowed)
-        ]
-    )
-
-
-def _shapes(found: Iterable[Operand]) -> set[tuple[int, ...]]:
-    """Shapes of the numbers in some nodes."""
-    shapes = set()
-    for node in found:
+    allowed, misfits = {(), (1,), (programmes,)}, dict[int, set[tuple[int, ...]]]()
+    for node in [*model.walked.nodes, *model.walked.trees]:
         if isinstance(node, Parameter):
-            shapes.add(np.shape(node.value))
+            shapes = {np.shape(node.value)}
         elif isinstance(node, Call):
-            shapes |= {np.shape(each) for each in node.arguments if isinstance(each, np.ndarray)}
-        elif not isinstance(node, Expression):
-            shapes.add(np.shape(node))
-    return shapes
+            shapes = {np.shape(each) for each in node.arguments if isinstance(each, np.ndarray)}
+        else:
+            shapes = set() if isinstance(node, Expression) else {np.shape(node)}
+        if shapes - allowed:
+            misfits[id(node)] = shapes - allowed
+    if misfits:
+        words, faults = f"arrays with one entry a programme, here {programmes}", list[Fault]()
+        for label, sides in _stated(model).items():
+            here = (misfits.get(id(each), set()) for each in (*nodes(*sides), *sides))
+            faults += [
+                Fault(label, f"array of shape {each}", words) for each in sorted({*chain(*here)})
+            ]
+        raise InputError(faults)
 
 
 @np.errstate(all="ignore")

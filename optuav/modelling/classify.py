@@ -72,13 +72,9 @@ def traits(model: Model) -> Traits:
     >>> traits(model).nonlinear
     ('curved', 'multiply of the unknowns is not linear')
     """
-    return model.remembered("traits", _traits)
-
-
-@np.errstate(all="ignore")
-def _traits(model: Model) -> Traits:
-    """The kind of a model."""
-    unknowns = model.variables
+    walked, unknowns = model.walked, model.variables
+    if isinstance(walked.traits, Traits):
+        return walked.traits
     others = [each for each in unknowns if each is not model.objective]
     bounds = [each.lower if isinstance(each.lower, float) else math.nan for each in unknowns]
     integer = any(each.binary for each in unknowns)
@@ -92,17 +88,20 @@ def _traits(model: Model) -> Traits:
     open_below = (
         each.symbol for each, bound in zip(unknowns, bounds, strict=True) if bound == -math.inf
     )
-    calls = (node for node in model.nodes if isinstance(node, Call) and node.ufunc not in PARTIALS)
-    rough = (node for node in calls if node.moves or node.ufunc not in KINKED)
-    return Traits(
-        len(unknowns),
-        integer,
-        tuple(open_below),
-        next((node.ufunc.__name__ for node in rough), ""),
-        _first_nonlinear(model),
-        longest,
-        _first_unlevelled(model) if longest and None in model.side_forms else None,
-    )
+    calls = (each for each in walked.nodes if isinstance(each, Call))
+    rough = (c for c in calls if c.ufunc not in PARTIALS and (c.moves or c.ufunc not in KINKED))
+    with np.errstate(all="ignore"):
+        found = Traits(
+            len(unknowns),
+            integer,
+            tuple(open_below),
+            next((node.ufunc.__name__ for node in rough), ""),
+            _first_nonlinear(model),
+            longest,
+            _first_unlevelled(model) if longest and None in walked.side_forms else None,
+        )
+    walked.traits = found
+    return found
 
 
 def _first_nonlinear(model: Model) -> Flaw | None:
@@ -113,7 +112,7 @@ def _first_nonlinear(model: Model) -> Flaw | None:
         label = "preference"
         for each in model.preferences:
             affine(each, {})
-        for constraint, known in zip(model.constraints, model.side_forms, strict=True):
+        for constraint, known in zip(model.constraints, model.walked.side_forms, strict=True):
             label = constraint.label
             if known is None:
                 excess(constraint.relation, {})
@@ -129,7 +128,7 @@ def _first_nonlinear(model: Model) -> Flaw | None:
 def _first_unlevelled(model: Model) -> Flaw | None:
     """The first constraint that has no form, even with bounds of `Bounded` functions."""
     done, relaxed = dict[int, Operand](), Relaxation()
-    for constraint, known in zip(model.constraints, model.side_forms, strict=True):
+    for constraint, known in zip(model.constraints, model.walked.side_forms, strict=True):
         try:
             for side in () if known else constraint.relation.sides:
                 exponential(side, {}, done, relaxed)

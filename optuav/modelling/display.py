@@ -144,8 +144,8 @@ def _named_quantities(model: Model) -> list[Let]:
 
     Of a chain of quantities that are written in words only the last is shown.
     """
-    lets = [each for each in model.nodes if isinstance(each, Let)]
-    written = [*model.expressions, *(each.expression for each in lets if not each.words)]
+    lets = [each for each in model.walked.nodes if isinstance(each, Let)]
+    written = [*model.walked.trees, *(each.expression for each in lets if not each.words)]
     seen = {id(each) for each in outermost(*written)}
     return [each for each in lets if not each.words or id(each) in seen]
 

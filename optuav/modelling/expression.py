@@ -67,7 +67,10 @@ class Expression(NDArrayOperatorsMixin):
             raise TypeError("a constraint is stated with <=, >= or ==; strict ones are not closed")
         if ufunc is np.not_equal:
             raise TypeError("a constraint is stated with <=, >= or ==; != leaves out points only")
-        operands = tuple(_operand(self, ufunc, each) for each in inputs)
+        operands = tuple(
+            each if isinstance(each, Expression | float | int) else _numbers(self, ufunc, each)
+            for each in inputs
+        )
         if ufunc in SENSES:
             return Relation(operands[0], SENSES[ufunc], operands[1])
         if (
@@ -83,10 +86,8 @@ class Expression(NDArrayOperatorsMixin):
         raise TypeError("an expression has no truth value until its variables have numbers")
 
 
-def _operand(met: Expression, ufunc: np.ufunc, operand: Operand) -> Operand:
-    """An operand as a tree holds it; refused if it is neither tree nor real numbers."""
-    if isinstance(operand, Expression | float | int):
-        return operand
+def _numbers(met: Expression, ufunc: np.ufunc, operand: Operand) -> Operand:
+    """Numbers as a tree holds them; refused if they are not real."""
     numbers = np.asarray(operand)
     if numbers.dtype.kind not in "biuf" or not numbers.size:
         words = "operands are expressions, real numbers and arrays of them"

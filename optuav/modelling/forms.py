@@ -62,37 +62,33 @@ def applied(ufunc: np.ufunc, operands: tuple[Operand, ...]) -> Operand:
     moving = [isinstance(each, Exponential) for each in operands]
     if not any(moving):
         return ufunc(*operands)
+    forms = [e if isinstance(e, Exponential) else Exponential({CONSTANT: e}) for e in operands]
+    left, right = forms[0], forms[-1]
     if ufunc in (np.add, np.subtract):
-        return _sum(_form(operands[0]), _form(operands[1]), 1.0 if ufunc is np.add else -1.0)
+        terms = dict(left.terms)
+        for monomial, coefficient in right.terms.items():
+            more = coefficient if ufunc is np.add else -coefficient
+            terms[monomial] = terms[monomial] + more if monomial in terms else more
+        return Exponential(terms, _rates(left, right))
     if ufunc is np.multiply:
-        return _product(_form(operands[0]), _form(operands[1]))
+        return _product(left, right)
     if ufunc is np.divide and not moving[1]:
         zero = isinstance(operands[1], float | int) and operands[1] == 0.0
         # Infinite as in NumPy, so that an engine can say which constraint has it.
-        return _product(operands[0], _form(math.inf if zero else 1.0 / operands[1]))
+        factor = math.inf if zero else 1.0 / operands[1]
+        return _product(left, Exponential({CONSTANT: factor}))
     if ufunc is np.negative:
-        return _product(operands[0], _form(-1.0))
+        return _product(left, Exponential({CONSTANT: -1.0}))
     if ufunc is np.positive:
-        return operands[0]
-    if ufunc is np.expm1:
-        return _lost(operands[0])
-    if ufunc is np.exp:
-        return _sum(_form(1.0), _lost(operands[0]), 1.0)
+        return left
+    if ufunc in (np.exp, np.expm1):
+        lost = _lost(left)
+        return (
+            lost
+            if ufunc is np.expm1
+            else Exponential({CONSTANT: 1.0, **lost.terms}, lost.rates_per_s)
+        )
     raise NotExponentialError(f"{ufunc.__name__} of the unknowns is no levelling")
-
-
-def _form(operand: Operand) -> Exponential:
-    """A form, also of a number."""
-    return operand if isinstance(operand, Exponential) else Exponential({CONSTANT: operand})
-
-
-def _sum(left: Exponential, right: Exponential, factor: float) -> Exponential:
-    """left + factor · right."""
-    terms = dict(left.terms)
-    for monomial, coefficient in right.terms.items():
-        more = factor * coefficient
-        terms[monomial] = terms[monomial] + more if monomial in terms else more
-    return Exponential(terms, _rates(left, right))
 
 
 def _product(left: Exponential, right: Exponential) -> Exponential:
@@ -174,7 +170,8 @@ def exponential(
             return values.get(node.name, node.value)
         return unknown(node.name)
 
-    return _form(fold(expression, leaf, call, done=done))
+    found = fold(expression, leaf, call, done=done)
+    return found if isinstance(found, Exponential) else Exponential({CONSTANT: found})
 
 
 class Affine(NamedTuple):

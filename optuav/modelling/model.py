@@ -5,19 +5,17 @@ from __future__ import annotations
 import math
 import operator
 import sys
-from collections.abc import Callable, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
 from types import FrameType
-from typing import Any, Literal, TypeVar
+from typing import Any, Literal
 
 from optuav.modelling.display import latex, text
 from optuav.modelling.expression import Expression, Let, Operand, Parameter, Relation, Variable
 from optuav.modelling.forms import Exponential, NotExponentialError, exponential
 from optuav.modelling.traversal import leaves, nodes
-
-Found = TypeVar("Found")
 
 
 @dataclass(frozen=True, eq=False)
@@ -41,6 +39,30 @@ class Constraint:
     def label(self) -> str:
         """Name and moment: no two constraints of a model have the same."""
         return self.name if self.moment is None else f"{self.name} {self.moment}"
+
+
+@dataclass(eq=False)
+class Walk:
+    """What was found by walking the trees of a model, which most often stays as declared."""
+
+    state: list[Operand]  # Those trees, and what else decides the kind of the model
+    trees: list[Operand]  # Objective, preferences, variables, bounds, both sides of constraints
+    nodes: list[Expression]  # Every node once, each after its operands
+    given: Mapping[str, Parameter]  # Everything that occurs in them and has a value, by name
+    relations: Sequence[Relation]  # Of the constraints
+    traits: object = None  # See `classify.traits`; None where they were not asked for
+
+    @cached_property
+    def side_forms(self) -> list[tuple[Exponential, Exponential] | None]:
+        """Forms of both sides of each constraint, by the parameters' values; None without one."""
+        done, found = dict[int, Operand](), list[tuple[Exponential, Exponential] | None]()
+        for each in self.relations:
+            try:
+                left, right = (exponential(side, {}, done) for side in each.sides)
+                found.append((left, right))
+            except NotExponentialError:
+                found.append(None)
+        return found
 
 
 class Model:
@@ -83,12 +105,11 @@ class Model:
         self.constraints: list[Constraint] = []
         self.lets: list[Let] = []
         self.sense: Literal["maximise", "minimise"] = "maximise"
+        self.towards = 1.0  # −1 where it minimises: times this, the objective is to be large
         self.objective: Operand = 0.0
         self.has_objective = False
         self.preferences: list[Operand] = []
-        # What was found by walking the trees, and those trees: most models stay as declared.
-        self._walked: list[Operand] = []
-        self._found: dict[str, Any] = {}
+        self._walk = Walk([], [], [], {}, ())
 
     def variable(
         self,
@@ -147,18 +168,15 @@ class Model:
 
     def maximise(self, objective: Operand) -> None:
         """State what is to be as large as possible."""
-        self.sense, self.objective, self.has_objective = "maximise", objective, True
+        self.sense, self.towards = "maximise", 1.0
+        self.objective, self.has_objective = objective, True
 
     def minimise(self, objective: Operand) -> None:
         """State what is to be as small as possible."""
-        self.sense, self.objective, self.has_objective = "minimise", objective, True
+        self.sense, self.towards = "minimise", -1.0
+        self.objective, self.has_objective = objective, True
 
     maximize, minimize = maximise, minimise
-
-    @property
-    def towards(self) -> float:
-        """1 where it maximises, −1 where it minimises: times this, the objective is to be large."""
-        return 1.0 if self.sense == "maximise" else -1.0
 
     def prefer_small(self, expression: Operand) -> None:
         """Among equally good answers, take one where this is smallest; earlier calls go first."""
@@ -196,41 +214,26 @@ class Model:
         self.constraints.append(stated)
 
     @property
-    def expressions(self) -> list[Operand]:
-        """Every tree of the model: objective, preferences, bounds and both sides of constraints."""
+    def walked(self) -> Walk:
+        """What is found by walking its trees, and again where the model has changed."""
         trees = [self.objective, *self.preferences]
         for variable in self.variables:
             trees += [variable, variable.lower, variable.upper]
-        for constraint in self.constraints:
-            trees += constraint.relation.sides
-        return trees
-
-    def remembered(self, name: str, find: Callable[[Model], Found]) -> Found:
-        """What a function finds in this model, kept under a name while the model stays the same."""
-        trees = self.expressions
+        relations = [each.relation for each in self.constraints]
+        for relation in relations:
+            trees += [relation.left, relation.right]
         state = [*trees, self.sense, *(each.binary for each in self.variables)]
-        if len(state) != len(self._walked) or any(map(operator.is_not, state, self._walked)):
-            self._walked, self._found = state, {}
-        if name not in self._found:
-            self._found[name] = find(self)
-        found: Found = self._found[name]
-        return found
+        before = self._walk.state
+        if len(state) != len(before) or any(map(operator.is_not, state, before)):
+            every = [*nodes(*trees)]
+            given = {leaf.name: leaf for leaf in leaves(*every) if isinstance(leaf, Parameter)}
+            self._walk = Walk(state, trees, every, given, relations)
+        return self._walk
 
     @property
-    def nodes(self) -> list[Expression]:
-        """Every node of its trees once, each after its operands."""
-        return self.remembered("nodes", lambda model: [*nodes(*model.expressions)])
-
-    @property
-    def side_forms(self) -> list[tuple[Exponential, Exponential] | None]:
-        """Forms of both sides of each constraint, by the parameters' values; None without one."""
-        return self.remembered("side forms", _side_forms)
-
-    @property
-    def given(self) -> dict[str, Parameter]:
+    def given(self) -> Mapping[str, Parameter]:
         """Everything that occurs in the model and has a value, by name."""
-        named = self.remembered("leaves", lambda model: leaves(*model.nodes))
-        return {leaf.name: leaf for leaf in named if isinstance(leaf, Parameter)}
+        return self.walked.given
 
     @property
     def parameters(self) -> dict[str, Parameter]:
@@ -241,7 +244,7 @@ class Model:
         """Values of all parameters for one of several programmes that are declared as one."""
         return {
             name: parameter.value[index] if getattr(parameter.value, "ndim", 0) else parameter.value
-            for name, parameter in self.given.items()
+            for name, parameter in self.walked.given.items()
         }
 
     def __str__(self) -> str:
@@ -250,19 +253,6 @@ class Model:
     def to_latex(self) -> str:
         """The programme as a LaTeX ``align*`` environment (package amsmath)."""
         return latex(self)
-
-
-def _side_forms(model: Model) -> list[tuple[Exponential, Exponential] | None]:
-    """Forms of both sides of each constraint; None without one."""
-    done = dict[int, Operand]()
-    found: list[tuple[Exponential, Exponential] | None] = []
-    for each in model.constraints:
-        try:
-            left, right = (exponential(side, {}, done) for side in each.relation.sides)
-            found.append((left, right))
-        except NotExponentialError:
-            found.append(None)
-    return found
 
 
 def _place_of_caller() -> str:
