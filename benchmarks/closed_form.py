@@ -8,8 +8,8 @@ import numpy as np
 from scipy.optimize import linprog
 
 from benchmarks.timing import Row, interleaved_s, median_s
+from formulations.p4 import P4
 from formulations.parameters import QUANTITIES, Quantities
-from formulations.problems import P4
 from optuav.engines import closed_form
 from optuav.mission import load
 from optuav.modelling import Model

@@ -112,7 +112,7 @@ assert (traits(model).linear, traits(wells).linear, traits(wells).smooth) == (Tr
 assert takers(traits(wells), slots=False) == ("bracket", "casadi", "grid")
 
 # %% [markdown]
-# The problems of the paper are declared in the same way, in `formulations/problems.py`.
+# The problems of the paper are declared in the same way: `formulations/p4.py` contains only (P4).
 # `formulate` fills in the numbers of a mission.
 
 # %%

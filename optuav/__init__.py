@@ -10,10 +10,10 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from formulations.formulation import Formulation as Formulation
-    from formulations.problems import P1 as P1
-    from formulations.problems import P2 as P2
-    from formulations.problems import P3 as P3
-    from formulations.problems import P4 as P4
+    from formulations.p1 import P1 as P1
+    from formulations.p2 import P2 as P2
+    from formulations.p3 import P3 as P3
+    from formulations.p4 import P4 as P4
     from optuav.calibration import Fit as Fit
     from optuav.calibration import fit_kibam as fit_kibam
     from optuav.calibration import fit_regimes as fit_regimes
@@ -58,7 +58,10 @@ HOMES = {
     name: module
     for module, names in {
         "formulations.formulation": "Formulation",
-        "formulations.problems": "P1 P2 P3 P4",
+        "formulations.p1": "P1",
+        "formulations.p2": "P2",
+        "formulations.p3": "P3",
+        "formulations.p4": "P4",
         "optuav.calibration": "Fit fit_kibam fit_regimes fit_rotor fit_table",
         "optuav.diagnosis": "explain",
         "optuav.engines.bracket": "Bracket",

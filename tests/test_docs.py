@@ -117,7 +117,7 @@ def test_links_lead_to_files(page: Path) -> None:
 
 @pytest.mark.parametrize("page", [*PAGES, ROOT / "CONTRIBUTING.md"], ids=lambda page: page.name)
 def test_files_that_a_page_names_exist(page: Path) -> None:
-    """Files and folders of the repository, such as ``formulations/problems.py``."""
+    """Files and folders of the repository, such as ``formulations/p4.py``."""
     named = PLACE.findall(page.read_text("utf-8"))
     assert [each for each in named if not (ROOT / each).exists()] == []
 
@@ -226,7 +226,7 @@ def test_contract_of_the_graph_is_the_graph() -> None:
 # Nomenclature
 
 SYMBOLS = table(DOCS / "nomenclature.md", "symbol", "mission key")
-FORMULATIONS = ("soc", "problems", "algorithms")
+FORMULATIONS = ("p1", "p2", "p3", "p4", "soc", "algorithms")
 PHYSICS = ("rotor", "flight", "link", "laser", "kibam")
 MODULES = {
     **{name: f"optuav.physics.{name}" for name in PHYSICS},

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from formulations.formulation import Formulation
-from formulations.problems import P1
+from formulations.p1 import P1
 from formulations.soc import AVAILABLE, PAPER, StepEnd
 from optuav.diagnosis.certificate import bound
 from optuav.diagnosis.infeasibility import conflicts

@@ -8,7 +8,8 @@ from functools import cache, lru_cache
 import numpy as np
 
 from formulations.formulation import Formulation
-from formulations.problems import P1, P3
+from formulations.p1 import P1
+from formulations.p3 import P3
 from optuav import solving
 from optuav.arrays import Floats
 from optuav.mission import Mission, load

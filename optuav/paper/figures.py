@@ -15,7 +15,10 @@ import numpy as np
 from matplotlib.axes import Axes
 
 from formulations.formulation import Formulation
-from formulations.problems import P1, P2, P3, P4
+from formulations.p1 import P1
+from formulations.p2 import P2
+from formulations.p3 import P3
+from formulations.p4 import P4
 from formulations.soc import PAPER
 from optuav import plots
 from optuav.judge import replay

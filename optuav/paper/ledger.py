@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from formulations.problems import P4
+from formulations.p4 import P4
 from formulations.soc import PAPER
 from optuav.errors import Fault, InputError
 from optuav.mission import Mission

@@ -9,8 +9,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+from formulations.p3 import P3
 from formulations.parameters import Quantities
-from formulations.problems import P3
 from formulations.soc import PAPER, PERSPECTIVES
 from optuav.arrays import Floats
 from optuav.mission import Mission

@@ -10,8 +10,8 @@ from typing import Any, Literal, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
+from formulations.p1 import P1
 from formulations.parameters import QUANTITIES, Quantities
-from formulations.problems import P1
 from formulations.soc import AVAILABLE, PERSPECTIVES, WellLimit, well_limits
 from optuav.arrays import Booleans, Floats
 from optuav.engines import bracket, closed_form

@@ -18,8 +18,8 @@ from typing import NamedTuple, NoReturn
 import numpy as np
 
 from formulations.formulation import Given
+from formulations.p1 import P1
 from formulations.parameters import FROM_HOVER, QUANTITIES, TO_HOVER
-from formulations.problems import P1
 from optuav.arrays import Floats, Integers
 from optuav.engines.registry import Engine
 from optuav.engines.solution import Solution

@@ -10,8 +10,9 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from formulations.p1 import P1
+from formulations.p4 import P4
 from formulations.parameters import Quantities
-from formulations.problems import P1, P4
 from formulations.soc import AVAILABLE, PAPER, PERSPECTIVES
 from optuav.arrays import Integers
 from optuav.engines.solution import Solution

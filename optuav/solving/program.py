@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from formulations.problems import P3
+from formulations.p3 import P3
 from formulations.soc import AVAILABLE, PAPER
 from optuav.arrays import Integers
 from optuav.engines.linear_form import cut_short

@@ -7,7 +7,10 @@ from dataclasses import dataclass, fields, replace
 from typing import Any
 
 from formulations.formulation import Formulation
-from formulations.problems import P1, P2, P3, P4
+from formulations.p1 import P1
+from formulations.p2 import P2
+from formulations.p3 import P3
+from formulations.p4 import P4
 from formulations.soc import AVAILABLE, PAPER, PERSPECTIVES
 from optuav.engines.registry import CAPABILITIES, Engine, capability, engine, names, need, takers
 from optuav.engines.solution import Solution

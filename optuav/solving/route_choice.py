@@ -16,7 +16,7 @@ import numpy as np
 
 from formulations.milp import FORMS, Form, Route
 from formulations.milp import route_choice as joined
-from formulations.problems import P1
+from formulations.p1 import P1
 from formulations.soc import PAPER
 from optuav.engines.linear_form import last_slot, own_bounds
 from optuav.errors import Fault, InputError, SolverError

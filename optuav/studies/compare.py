@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 from rich.console import RenderableType
 from rich.text import Text
 
-from formulations.problems import P1
+from formulations.p1 import P1
 from formulations.soc import AVAILABLE, PAPER
 from optuav.errors import Fault, InputError
 from optuav.judge.course import TOLERANCE

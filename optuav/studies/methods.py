@@ -11,7 +11,9 @@ from rich.console import RenderableType
 from rich.text import Text
 
 from formulations.formulation import Formulation
-from formulations.problems import P1, P3, P4
+from formulations.p1 import P1
+from formulations.p3 import P3
+from formulations.p4 import P4
 from optuav.engines.linear_form import WHOLE as SLOT_TOLERANCE
 from optuav.errors import SolverError
 from optuav.mission import Mission

@@ -12,8 +12,8 @@ import numpy as np
 from rich.console import RenderableType
 from rich.text import Text
 
+from formulations.p1 import P1
 from formulations.parameters import steps_for
-from formulations.problems import P1
 from formulations.soc import AVAILABLE, PAPER
 from optuav.arrays import Floats
 from optuav.engines import bracket, closed_form

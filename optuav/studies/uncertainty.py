@@ -12,7 +12,7 @@ from zlib import crc32
 import numpy as np
 from scipy import special
 
-from formulations.problems import P1
+from formulations.p1 import P1
 from formulations.soc import AVAILABLE
 from optuav.arrays import Booleans, Floats
 from optuav.diagnosis.repair import Key, keys

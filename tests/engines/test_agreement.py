@@ -13,8 +13,10 @@ import numpy as np
 import pytest
 
 from formulations.formulation import Formulation
+from formulations.p2 import P2
+from formulations.p3 import P3
+from formulations.p4 import P4
 from formulations.parameters import Quantities
-from formulations.problems import P2, P3, P4
 from optuav.engines import closed_form, grid
 from optuav.engines.cvxpy_engine import Cvxpy
 from optuav.engines.solution import Solution

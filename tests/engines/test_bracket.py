@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
 
 import optuav
-from formulations.problems import P4
+from formulations.p4 import P4
 from optuav.engines import bracket
 from optuav.engines.bracket import WIDTH_S
 from optuav.modelling import check

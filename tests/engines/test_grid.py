@@ -11,8 +11,9 @@ import numpy as np
 import pytest
 
 from formulations.algorithms import algorithm1, best_pair
+from formulations.p3 import P3
+from formulations.p4 import P4
 from formulations.parameters import Quantities
-from formulations.problems import P3, P4
 from optuav.engines import grid
 from optuav.errors import SolverError
 from optuav.modelling import Model, Parameter

@@ -10,8 +10,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from formulations.formulation import Formulation
+from formulations.p3 import P3
+from formulations.p4 import P4
 from formulations.parameters import Quantities
-from formulations.problems import P3, P4
 from optuav.engines import closed_form, grid
 from optuav.engines.solution import Solution
 from optuav.modelling import Model

@@ -82,7 +82,7 @@ except SystemExit as exit:
     assert not exit.code
 """
 LIGHT = {
-    "formulations": "import formulations.problems",
+    "formulations": "import formulations.p4",
     "import": "import optuav, optuav.engines.prices",
     "compile": "optuav.formulate('paper').compile().solve().shadow_prices()",
     "command line": "import optuav.cli",

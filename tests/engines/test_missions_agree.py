@@ -17,7 +17,9 @@ from hypothesis import HealthCheck, assume, given, settings
 from hypothesis import strategies as st
 
 from formulations.formulation import Formulation
-from formulations.problems import P1, P3, P4
+from formulations.p1 import P1
+from formulations.p3 import P3
+from formulations.p4 import P4
 from optuav.errors import InputError
 from optuav.mission import Mission
 from optuav.options import ORDERS

@@ -11,8 +11,11 @@ import pytest
 
 import optuav
 from formulations.formulation import Formulation
+from formulations.p1 import P1
+from formulations.p2 import P2
+from formulations.p3 import P3
+from formulations.p4 import P4
 from formulations.parameters import Quantities
-from formulations.problems import P1, P2, P3, P4
 from optuav.engines import closed_form, grid
 from optuav.engines.casadi_engine import Casadi
 from optuav.engines.prices import ShadowPrice

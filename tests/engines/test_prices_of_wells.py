@@ -11,8 +11,10 @@ import numpy as np
 import pytest
 
 from formulations.formulation import Formulation
+from formulations.p1 import P1
+from formulations.p3 import P3
+from formulations.p4 import P4
 from formulations.parameters import Quantities
-from formulations.problems import P1, P3, P4
 from optuav.engines import bracket, grid
 from optuav.engines.prices import ShadowPrice
 from optuav.engines.solution import Status

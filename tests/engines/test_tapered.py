@@ -9,8 +9,9 @@ from typing import Any
 import numpy as np
 import pytest
 
+from formulations.p3 import P3
+from formulations.p4 import P4
 from formulations.parameters import Quantities
-from formulations.problems import P3, P4
 from optuav.engines import bracket, grid
 from optuav.engines.solution import Solution
 from optuav.mission import load

@@ -14,7 +14,8 @@ import pytest
 
 import optuav
 from formulations.formulation import Formulation, Given
-from formulations.problems import P3, P4
+from formulations.p3 import P3
+from formulations.p4 import P4
 from optuav.cli import main
 from optuav.engines import casadi_engine, cvxpy_engine
 from optuav.engines.casadi_engine import Casadi, CasadiProgramme

@@ -395,10 +395,10 @@ def test_program_solution_and_checks_print_in_one_line_each() -> None:
         repr(program.compile().solve()) == "<Solution by closed-form: optimal, objective 688.848>"
     )
     charge, first, _ = map(str, program.check({"hover_time_s": 700.0}))
-    assert charge == "P3.a state of charge: 0.0363837 ≥ 0.05 VIOLATED by 0.0136163 problems.py:133"
-    assert first == "P3.b hover time: 700 ≥ 0 s holds, slack 700 s problems.py:129"
+    assert charge == "P3.a state of charge: 0.0363837 ≥ 0.05 VIOLATED by 0.0136163 p3.py:32"
+    assert first == "P3.b hover time: 700 ≥ 0 s holds, slack 700 s p3.py:28"
     _, at_least, _ = map(str, program.check({"hover_time_s": [-1.0, 2.0, 3.0]}))
-    assert at_least == "P3.b hover time: at 3 points VIOLATED at 1 by up to 1 s problems.py:129"
+    assert at_least == "P3.b hover time: at 3 points VIOLATED at 1 by up to 1 s p3.py:28"
 
 
 def test_a_check_prints_as_a_table() -> None:
@@ -408,9 +408,9 @@ def test_a_check_prints_as_a_table() -> None:
     assert str(checks) == repr(checks)
     assert str(checks).splitlines() == [
         "constraint            left and right    verdict                 declared at",
-        "P3.a state of charge  0.0363837 ≥ 0.05  VIOLATED by 0.0136163   problems.py:133",
-        "P3.b hover time       700 ≥ 0 s         holds, slack 700 s      problems.py:129",
-        "P3.b hover time       700 ≤ 1124.21 s   holds, slack 424.208 s  problems.py:129",
+        "P3.a state of charge  0.0363837 ≥ 0.05  VIOLATED by 0.0136163   p3.py:32",
+        "P3.b hover time       700 ≥ 0 s         holds, slack 700 s      p3.py:28",
+        "P3.b hover time       700 ≤ 1124.21 s   holds, slack 424.208 s  p3.py:28",
     ]
 
 
@@ -438,7 +438,7 @@ def test_a_plan_is_no_point() -> None:
 def test_line_of_the_formulation_is_told_where_others_state_for_it() -> None:
     """`keep_wells` and `hover_and_rest` stand in a file that a reader of P1 need not know."""
     checks = optuav.formulate("paper", "P1").check({"hover_time_s": 1.0, "rest_time_s": 1.0})
-    assert {row.declared_at.partition(":")[0] for row in checks} == {"problems.py"}
+    assert {row.declared_at.partition(":")[0] for row in checks} == {"p1.py"}
 
 
 class Borrowed(Formulation):

@@ -2,17 +2,17 @@
 
 from __future__ import annotations
 
-import inspect
 import re
-from types import ModuleType
+from pathlib import Path
 
 import numpy as np
 import pytest
 from matplotlib.mathtext import MathTextParser
 
-from formulations import algorithms
+import formulations
 from formulations.formulation import Formulation, Given
-from formulations.problems import P1, P2, P3, P4
+from formulations.p3 import P3
+from formulations.p4 import P4
 from optuav.engines import closed_form
 from optuav.modelling import Model, affine
 from optuav.status import Status
@@ -107,7 +107,7 @@ def test_statements_are_linear(formulation: Formulation, perspective: str) -> No
 def test_constraints_point_to_the_formulation() -> None:
     """Their lines are those of the statement, whoever builds the model."""
     places = [constraint.declared_at for constraint in P4("b1").model(quantities()).constraints]
-    assert all(re.fullmatch(r"problems\.py:\d+", place) for place in places)
+    assert all(re.fullmatch(r"p4\.py:\d+", place) for place in places)
     assert len(set(places)) == 2
 
 
@@ -208,7 +208,8 @@ def test_formulation_of_ones_own() -> None:
     assert P3().model(quantities()).title == "P3: longest hover on a given route without a rest"
 
 
-@pytest.mark.parametrize("part", [P1, P2, P3, P4, algorithms], ids=lambda part: part.__name__)
-def test_a_statement_stays_short(part: type | ModuleType) -> None:
-    """Under 75 lines each, so that it can be shown to a class."""
-    assert len(inspect.getsource(part).splitlines()) < 75
+@pytest.mark.parametrize("name", ["p1", "p2", "p3", "p4", "algorithms"])
+def test_a_statement_stays_short(name: str) -> None:
+    """Under 75 lines a file, so that it can be shown to a class."""
+    text = (Path(formulations.__file__).parent / f"{name}.py").read_text("utf-8")
+    assert len(text.splitlines()) < 75

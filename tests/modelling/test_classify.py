@@ -10,7 +10,10 @@ import numpy as np
 import pytest
 
 from formulations.formulation import Formulation
-from formulations.problems import P1, P2, P3, P4
+from formulations.p1 import P1
+from formulations.p2 import P2
+from formulations.p3 import P3
+from formulations.p4 import P4
 from optuav.engines.registry import takers
 from optuav.modelling import Model, Parameter
 from optuav.modelling.classify import traits

@@ -10,7 +10,9 @@ import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
-from formulations.problems import P1, P3, P4
+from formulations.p1 import P1
+from formulations.p3 import P3
+from formulations.p4 import P4
 from optuav.modelling import Model
 from optuav.studies.methods import bound
 from tests.formulations.given import quantities

@@ -1,0 +1,65 @@
+"""(P1) of the paper: hover as long as possible, on one route at a time."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+from formulations.formulation import Formulation, Given
+from optuav.modelling import Model, Variable
+from optuav.modelling.expression import Operand
+from optuav.options import HoverPoint, Trajectory
+
+
+@dataclass(frozen=True, kw_only=True)
+class P1(Formulation):
+    """P1: longest hover within reach of the device, with or without a rest.
+
+    Parameters
+    ----------
+    trajectory
+        Routes to choose from: ``"optimal"`` (direct or by way of any one building), ``"direct"``,
+        ``"traj1"`` (by way of the building nearest the device) or ``"traj2"`` (the shortest in
+        time by way of one building); the latter two pass by the building or rest there.
+    order
+        ``"rest-first"``, ``"hover-first"``, or None for the better of the two.
+    hover_point
+        ``"w_U"``: hover at ``route.hover_m`` of the mission, or where that is not stated at w_U of
+        the paper; ``"free"``: wherever is best within reach of the device.
+    stops, hovers
+        Most rests, 0 to 10, and most pieces in which the UAV hovers, 1 to 10, in any order over
+        all places. More than one of either needs the trajectory ``"optimal"``.
+
+    Examples
+    --------
+    >>> import optuav
+    >>> plan = optuav.solve("paper", optuav.P1(trajectory="traj1"), perspective="battery")
+    >>> f"{plan.hover_time_s:.2f}"
+    '715.05'
+    """
+
+    building: None = field(default=None, init=False, repr=False)
+    trajectory: Trajectory = "optimal"
+    hover_point: HoverPoint = "w_U"
+    stops: int = 1
+    hovers: int = 1
+
+    def declare(self, model: Model, given: Given) -> None:
+        """State (P1), P1.a to P1.e; of equal plans the one with the shortest rest."""
+        hover, rest = given.hover_and_rest(model)
+        model.maximise(hover)
+        state_limits(model, given, "P1", hover, rest)
+
+
+def state_limits(model: Model, given: Given, problem: str, hover: Variable, rest: Operand) -> None:
+    """State constraints a to e, which (P1) and (P2) have in common."""
+    in_reach = given.hover_distance_m <= given.coverage_radius_m
+    model.subject_to(f"{problem}.a outage", in_reach, unit="m", kind="outage")
+    charged = given.soc_end(hover, rest) >= given.min_soc
+    model.subject_to(f"{problem}.b state of charge", charged, kind="state of charge")
+    given.keep_wells(model, f"{problem}.b", hover, rest)
+    model.subject_to(f"{problem}.c ends", given.end_gap_m <= 0.0, unit="m")
+    given.keep_deadline(model, f"{problem}.d hover time", hover, rest)
+    high_enough = given.hover_altitude_m >= given.min_altitude_m
+    model.subject_to(f"{problem}.e altitude", high_enough, unit="m")
+    low_enough = given.hover_altitude_m <= given.max_altitude_m
+    model.subject_to(f"{problem}.e highest altitude", low_enough, unit="m")

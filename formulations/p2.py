@@ -1,0 +1,54 @@
+"""(P2) of the paper: shortest flight and rest, as printed and with the deadline tight."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+from formulations.formulation import Formulation, Given
+from formulations.p1 import state_limits
+from optuav.modelling import Model
+from optuav.options import Trajectory
+
+
+@dataclass(frozen=True, kw_only=True)
+class P2(Formulation):
+    """P2: shortest flight and rest, the hover time free.
+
+    Parameters
+    ----------
+    tight
+        Whether Δ = T_max − T_fl − T', which the paper's derivation supposes. As printed (False)
+        Δ is not in the objective: any feasible Δ is optimal, and the shortest mission is taken.
+    trajectory, order
+        As for `P1`.
+
+    Examples
+    --------
+    >>> import optuav
+    >>> plan = optuav.solve("paper", optuav.P2(tight=True), perspective="battery")
+    >>> f"{plan.hover_time_s:.2f} s of hover in {plan.mission_time_s:.0f} s"
+    '719.54 s of hover in 1200 s'
+    """
+
+    building: None = field(default=None, init=False, repr=False)
+    trajectory: Trajectory = "optimal"
+    tight: bool = False
+
+    @property
+    def name(self) -> str:
+        """``"P2"`` or ``"P2-tight"``."""
+        return "P2-tight" if self.tight else "P2"
+
+    def declare(self, model: Model, given: Given) -> None:
+        """State (P2), P2.a to P2.e; of equal plans the one with the shortest mission."""
+        hover, rest = given.hover_and_rest(model)
+        model.minimise(given.flight_time_s + rest)
+        model.prefer_small(hover)
+        state_limits(model, given, "P2", hover, rest)
+        if self.tight:
+            model.title = (
+                "P2 with the deadline tight: shortest flight and rest, hovering all the time that "
+                "is left"
+            )
+            used = hover + rest if given.rests else hover
+            model.subject_to("P2.d deadline tight", used == given.time_left, unit="s")

@@ -1,0 +1,33 @@
+"""(P3) of the paper: hover as long as possible on a given route, without a rest."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+from formulations.formulation import Formulation, Given
+from optuav.modelling import Model
+
+
+@dataclass(frozen=True, kw_only=True)
+class P3(Formulation):
+    """P3: longest hover on a given route without a rest.
+
+    Examples
+    --------
+    >>> import optuav
+    >>> plan = optuav.solve("paper", optuav.P3(), perspective="battery")
+    >>> f"{plan.hover_time_s:.3f}"
+    '688.848'
+    """
+
+    building: None = field(default=None, init=False, repr=False)
+    order: None = field(default=None, init=False, repr=False)
+
+    def declare(self, model: Model, given: Given) -> None:
+        """State (P3): P3.a state of charge, and P3.b as the upper bound of Δ."""
+        hover = model.variable("hover_time_s", "Δ", unit="s")
+        given.keep_deadline(model, "P3.b hover time", hover)
+        model.maximise(hover)
+        charged = given.soc_end(hover) >= given.min_soc
+        model.subject_to("P3.a state of charge", charged, kind="state of charge")
+        given.keep_wells(model, "P3.a", hover)

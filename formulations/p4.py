@@ -1,0 +1,41 @@
+"""(P4) of the paper: hover as long as possible with one rest on a given building."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+from formulations.formulation import Formulation, Given
+from optuav.modelling import Model
+
+
+@dataclass(frozen=True)
+class P4(Formulation):
+    """P4: longest hover with one rest on a given building.
+
+    Parameters
+    ----------
+    building
+        Name of the building to rest on.
+    order
+        ``"rest-first"``, ``"hover-first"``, or None for the better of the two.
+
+    Examples
+    --------
+    >>> import optuav
+    >>> plan = optuav.solve("paper", optuav.P4("b1"), perspective="battery")
+    >>> f"{plan.hover_time_s:.2f} s with {plan.rest_time_s:.2f} s of rest"
+    '719.54 s with 392.14 s of rest'
+    """
+
+    building: str = field(kw_only=False)
+
+    def declare(self, model: Model, given: Given) -> None:
+        """State (P4): P4.a state of charge, P4.b deadline; of equal plans the shortest rest."""
+        hover = model.variable("hover_time_s", "Δ", unit="s", first_slot=1)
+        rest = model.variable("rest_time_s", "T'", unit="s", first_slot=1)
+        model.maximise(hover)
+        model.prefer_small(rest)
+        charged = given.soc_end(hover, rest) >= given.min_soc
+        model.subject_to("P4.a state of charge", charged, kind="state of charge")
+        given.keep_wells(model, "P4.a", hover, rest)
+        given.keep_deadline(model, "P4.b deadline", hover, rest)
