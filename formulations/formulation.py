@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import math
 from abc import ABC, abstractmethod
-from dataclasses import dataclass, replace
-from typing import Any, Self
+from dataclasses import dataclass, fields
+from typing import Self
 
 import numpy as np
 
 from formulations.parameters import QUANTITIES, Quantities, steps_for
-from formulations.soc import AVAILABLE, LABELS, PERSPECTIVES, tapered, well_limits
+from formulations.soc import AVAILABLE, LABELS, STAYS, soc_end, tapered, well_limits
 from optuav.errors import InputError
 from optuav.modelling import Expression, Model, Parameter, Variable
 from optuav.modelling.expression import Operand
@@ -27,21 +27,17 @@ class Given(Quantities):
     @classmethod
     def of(cls, quantities: Quantities, perspective: Perspective) -> Self:
         """Symbols for the numbers of some itineraries; without a rest, its figures are 0."""
-        symbols: dict[str, Any] = {
-            each.name: None
-            if (value := getattr(quantities, each.name)) is None
-            else Parameter(each.name, value=value, **each.metadata)
-            for each in QUANTITIES
+        symbols = {
+            each.name: getattr(quantities, each.name) for each in fields(Quantities) if each.init
         }
-        if not quantities.rests:
-            symbols |= {"rest_current_A": 0.0, "rest_received_W": 0.0}
-        return cls(
-            **symbols,
-            steps=steps_for(quantities.steps),
-            rests=quantities.rests,
-            tapers=quantities.tapers,
-            perspective=perspective,
-        )
+        symbols |= {
+            each.name: Parameter(each.name, value=symbols[each.name], **each.metadata)
+            for each in QUANTITIES
+            if symbols[each.name] is not None
+        }
+        symbols |= {} if quantities.rests else dict.fromkeys(STAYS["rest"], 0.0)
+        symbols["steps"] = steps_for(quantities.steps)
+        return cls(**symbols, perspective=perspective)
 
     def hover_and_rest(self, model: Model) -> tuple[Variable, Operand]:
         """Declare Δ and, where the route goes by way of a building, T'; else T' is 0.0.
@@ -73,10 +69,7 @@ class Given(Quantities):
         """State of charge at the end [-] after hovering and resting [s], by the perspective."""
         if self.tapers and self.perspective == AVAILABLE:
             return tapered(self, hover, rest)
-        given = self
-        if self.rests and isinstance(rest, float) and rest == 0.0:
-            given = replace(self, rest_current_A=0.0, rest_received_W=0.0)
-        return PERSPECTIVES[self.perspective](given, hover, rest)
+        return soc_end(self, self.perspective, hover, rest)
 
     def keep_wells(self, model: Model, label: str, hover: Operand, rest: Operand = 0.0) -> None:
         """State that the battery never runs dry nor is overcharged; in `available` only."""
@@ -102,7 +95,7 @@ class Formulation(ABC):
 
     Examples
     --------
-    >>> from dataclasses import dataclass, replace
+    >>> from dataclasses import dataclass
     >>> import optuav
     >>> @dataclass(frozen=True)
     ... class LeastRest(optuav.Formulation):

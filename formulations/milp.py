@@ -27,18 +27,13 @@ from typing import Literal, NamedTuple, TypeAlias
 import numpy as np
 
 from formulations.parameters import QUANTITIES, Quantities
-from formulations.soc import PERSPECTIVES
+from formulations.soc import STAYS, soc_end
 from optuav.modelling import Expression, Model, Parameter, Variable
 from optuav.modelling.expression import Indexed, Operand, Relation, Sense
 from optuav.options import Perspective
 
 Form: TypeAlias = Literal["hull", "big-M"]
 FORMS: tuple[Form, ...] = ("hull", "big-M")
-STAYS = {
-    "hover": ("hover_current_A", "hover_power_W", "hover_received_W"),
-    "rest": ("rest_current_A", "rest_received_W"),
-}
-"""Quantities of each stay, which a route without it does not have."""
 
 
 @dataclass(frozen=True)
@@ -47,9 +42,8 @@ class Route:
 
     name: str
     given: Quantities  # Numbers
-    # Least and most Δ and T' [s]. A finite most Δ stands for the deadline.
-    hover_s: tuple[float, float] = (0.0, math.inf)
-    rest_s: tuple[float, float] = (0.0, math.inf)
+    hover_s: tuple[float, float] = (0.0, math.inf)  # A finite most Δ stands for the deadline
+    least_rest_s: float = 0.0
     cut_s: float = 0.0  # By how much the deadline cuts the last slot of Δ short [s]
 
 
@@ -88,20 +82,13 @@ def route_choice(
     model = Model(f"{title}, on one of {len(routes)} routes")
     hover = model.variable("hover_time_s", "Δ", unit="s")
     rest = model.variable("rest_time_s", "T'", unit="s")
-    options = []
+    options, hovered = [], hover
     for number, (route, own) in enumerate(zip(routes, _symbols(routes), strict=True), start=1):
+        name, symbol = f"choice[{number}]", Indexed("λ", number)
         choice = model.variable(
-            f"choice[{number}]",
-            Indexed("λ", number),
-            unit="1",
-            upper=1.0,
-            label=route.name,
-            binary=not relaxed,
+            name, symbol, unit="1", upper=1.0, label=route.name, binary=not relaxed
         )
         options.append(_Option(number, route, own, choice))
-
-    hovered = hover
-    for number, route, _, choice in options:
         if route.cut_s > 0.0:
             cut = Parameter(f"cut_s[{number}]", Indexed("c", number), "s", route.cut_s)
             hovered = hovered - cut * choice
@@ -109,9 +96,7 @@ def route_choice(
     flight = _total([each.given.flight_time_s * each.choice for each in options])
     model.prefer_small(model.let("mission time", flight + hovered + rest, symbol="T", unit="s"))
     place = _total([float(each.number) * each.choice for each in options])
-    words = "number of the route"
-    model.prefer_small(model.let("place in order", place, symbol="n", words=words))
-
+    model.prefer_small(model.let("place in order", place, symbol="n", words="number of the route"))
     model.subject_to("P1 one route", _total([each.choice for each in options]) == 1.0)
     (_hull if form == "hull" else _big_m)(model, options, perspective)
     shared = options[0].given
@@ -157,25 +142,20 @@ def _rows(option: _Option, perspective: Perspective) -> Iterator[_Row]:
     """What the times of a route have to satisfy, apart from being at least 0."""
 
     def soc(given: Quantities, hover: Operand, rest: Operand) -> Operand:
-        """The state of charge; of a stay of 0.0 s nothing is left in the tree."""
-        times = zip(STAYS.values(), (hover, rest), strict=True)
-        none = [n for names, t in times if isinstance(t, float) and t == 0.0 for n in names]
-        zeros: dict[str, Operand] = dict.fromkeys(none, 0.0)
-        return PERSPECTIVES[perspective](replace(given, **zeros), hover, rest)
+        return soc_end(given, perspective, hover, rest)
 
     route, given = option.route, option.given
+    least_s, most_s = route.hover_s
     yield _Row("P1.b state of charge", soc, ">=", given.min_soc, "1", "state of charge")
-    if math.isinf(route.hover_s[1]):
+    if math.isinf(most_s):
         left = given.time_left
         yield _Row("P1.d hover time", lambda _, h, r: h + r, "<=", left, "s", "deadline")
-    for symbol, time, (least_s, most_s) in (
-        ("Δ", lambda _, h, r: h, route.hover_s),
-        ("T'", lambda _, h, r: r, route.rest_s),
-    ):
-        if least_s > 0.0:
-            yield _Row(f"least {symbol}", time, ">=", least_s, "s")
-        if math.isfinite(most_s):
-            yield _Row(f"most {symbol}", time, "<=", most_s, "s")
+    if least_s > 0.0:
+        yield _Row("least Δ", lambda _, h, r: h, ">=", least_s, "s")
+    if math.isfinite(most_s):
+        yield _Row("most Δ", lambda _, h, r: h, "<=", most_s, "s")
+    if route.least_rest_s > 0.0:
+        yield _Row("least T'", lambda _, h, r: r, ">=", route.least_rest_s, "s")
 
 
 def _hull(model: Model, options: Sequence[_Option], perspective: Perspective) -> None:
@@ -202,10 +182,10 @@ def _hull(model: Model, options: Sequence[_Option], perspective: Perspective) ->
 def _big_m(model: Model, options: Sequence[_Option], perspective: Perspective) -> None:
     """State the rows on the shared times, switched off by M where their route is not flown."""
     hover, rest = model.variables[:2]
-    hovers: list[Operand] = []
-    for each in options:
-        most_s = each.route.hover_s[1]
-        hovers.append(most_s if math.isfinite(most_s) else each.given.time_left)
+    hovers: list[Operand] = [
+        most_s if math.isfinite(most_s := each.route.hover_s[1]) else each.given.time_left
+        for each in options
+    ]
     rests: list[Operand] = [each.given.time_left if each.given.rests else 0.0 for each in options]
     most_hover, most_rest = (
         model.let(
@@ -222,28 +202,22 @@ def _big_m(model: Model, options: Sequence[_Option], perspective: Perspective) -
         ends = (most_hover, most_rest if given.rests else 0.0)
         for k, row in enumerate(_rows(option, perspective), start=1):
             at_least, label = row.sense == ">=", f"{row.name}, {route.name}"
-            at_0, *slopes = (
+            at_0, *moved = (
                 float(np.squeeze(row.left(route.given, *times)))
                 for times in ((0.0, 0.0), (1.0, 0.0), (0.0, 1.0))
             )
             corner = [
-                end if (slope < at_0 if at_least else slope > at_0) else 0.0
-                for end, slope in zip(ends, slopes, strict=True)
+                end if (at < at_0 if at_least else at > at_0) else 0.0
+                for end, at in zip(ends, moved, strict=True)
             ]
             worst = row.left(given, *corner)
+            missed, symbol = row.right - worst if at_least else worst - row.right, f"M{k}"
             most = model.let(
-                f"M{k} of {label}",
-                row.right - worst if at_least else worst - row.right,
-                symbol=Indexed(f"M{k}", number),
-                unit=row.unit,
+                f"{symbol} of {label}", missed, symbol=Indexed(symbol, number), unit=row.unit
             )
-            off = (1.0 - choice) * most
-            relation = Relation(
-                row.left(given, hover, rest if given.rests else 0.0),
-                row.sense,
-                row.right - off if at_least else row.right + off,
-            )
-            model.subject_to(label, relation, unit=row.unit, kind=row.kind)
+            off, left = (1.0 - choice) * most, row.left(given, hover, rest if given.rests else 0.0)
+            right = row.right - off if at_least else row.right + off
+            model.subject_to(label, Relation(left, row.sense, right), unit=row.unit, kind=row.kind)
         if not given.rests:
             none = rest <= most_rest * (1.0 - choice)
             model.subject_to(f"no T', {route.name}", none, unit="s")

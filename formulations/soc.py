@@ -11,7 +11,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property, partial
-from typing import NamedTuple, TypeAlias
+from typing import Any, NamedTuple, TypeAlias
 
 from formulations.parameters import Quantities
 from optuav.modelling import Expression, Let, Relation
@@ -67,6 +67,12 @@ def tapered(given: Quantities, hover: Operand, rest: Operand) -> Operand:
     return Let("state of charge at the end", "η", "1", end) if isinstance(end, Expression) else end
 
 
+STAYS = {
+    "hover": ("hover_current_A", "hover_power_W", "hover_received_W"),
+    "rest": ("rest_current_A", "rest_received_W"),
+}
+"""Quantities of each stay, which a route without it does not have."""
+
 PAPER: tuple[Perspective, ...] = ("battery", "energy", "adjusted")
 """The perspectives of the paper."""
 
@@ -81,6 +87,17 @@ PERSPECTIVES: Mapping[Perspective, StateOfCharge] = {
     AVAILABLE: battery,
 }
 """Where charging tapers, `tapered` has the state of charge of `available`."""
+
+
+def soc_end(
+    given: Quantities, perspective: Perspective, hover: Operand, rest: Operand = 0.0
+) -> Operand:
+    """The state of charge after both stays; of one of 0.0 s nothing is left in the tree."""
+    zeros: dict[str, Any] = {}
+    for stay, time in (("hover", hover), ("rest", rest)):
+        zeros |= dict.fromkeys(STAYS[stay], 0.0) if isinstance(time, float) and not time else {}
+    given = replace(given, **zeros) if zeros else given
+    return PERSPECTIVES[perspective](given, hover, rest)
 
 
 @dataclass(frozen=True)

@@ -204,12 +204,12 @@ def _in_slots(route: Route, model: Model, slot_s: float) -> Iterator[Route]:
         each.name: max(own[each.name][0], each.first_slot * slot_s) for each in model.variables
     }
     least_s, bound_s = first["hover_time_s"], own["hover_time_s"][1]
-    rest_s = first.get("rest_time_s", 0.0), math.inf
+    route = replace(route, least_rest_s=first.get("rest_time_s", 0.0))
     if not math.isfinite(bound_s):
-        yield replace(route, hover_s=(least_s, math.inf), rest_s=rest_s)
+        yield replace(route, hover_s=(least_s, math.inf))
         return
     most_s = slot_s * last_slot(bound_s, slot_s, begun=False)
-    yield replace(route, hover_s=(least_s, most_s), rest_s=rest_s)
+    yield replace(route, hover_s=(least_s, most_s))
     if own["hover_time_s"][0] <= bound_s and bound_s > most_s:
         end_s = slot_s * last_slot(bound_s, slot_s, begun=True)
         name = f"{route.name}, last slot cut short"
