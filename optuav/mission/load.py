@@ -138,8 +138,8 @@ def _read(
         except InputError as error:
             faults.insert(0, Fault("extends", shown(extends), str(error), name))
             whole = False
-    if not above:
-        document.setdefault("name", safe_name(path.stem))
+    if not above and "name" not in document:
+        document["name"] = safe_name(path.stem)
     document, gone = overlay(below.document, document)
     stated = StatedMission(document, {**below.sources, **sources}, {**below.displaced, **gone})
     return stated, faults, whole

@@ -211,14 +211,16 @@ def overlay(base: Document, stated: Document) -> tuple[Document, dict[Key, str]]
     return joined, gone
 
 
-def without_none(value: Any, depth: int = 3) -> Any:
-    """Tables without the keys that are None, and so those in a list of tables."""
+def without_none(value: Any, depth: int = 3, *, kept: bool = False) -> Any:
+    """Tables, models and NumPy's values as plain data, without keys that are None unless kept."""
+    if isinstance(value, MissionSection):
+        return value.model_dump(mode="json", exclude_none=True)
     if depth and isinstance(value, Mapping):
-        items = value.items()
-        return {key: without_none(each, depth - 1) for key, each in items if each is not None}
+        items = [(key, each) for key, each in value.items() if kept or each is not None]
+        return {key: without_none(each, depth - 1, kept=kept) for key, each in items}
     if depth and isinstance(value, list | tuple):
-        return [without_none(each, depth - 1) for each in value]
-    return value
+        return [without_none(each, depth - 1, kept=kept) for each in value]
+    return value.tolist() if hasattr(value, "tolist") else value
 
 
 def _revised(base: Document, values: Mapping[str, object]) -> tuple[StatedMission, list[Fault]]:
@@ -229,7 +231,7 @@ def _revised(base: Document, values: Mapping[str, object]) -> tuple[StatedMissio
     """
     stated, buildings = Document(), Document()
     faults: list[Fault] = []
-    plain = ((str(key), _plain(value)) for key, value in values.items())
+    plain = ((str(key), without_none(value, 2, kept=True)) for key, value in values.items())
     # Whole tables first, so that their keys can be stated beside them.
     for key, value in sorted(plain, key=lambda item: item[0].count(".")):
         name, _, field = key.partition(".")
@@ -264,14 +266,3 @@ def _revise_buildings(buildings: list[object], values: Document) -> Iterator[Fau
         place, new = places[building], {field: value} if field else value
         known = keys_of(buildings[place])
         buildings[place] = {**known, **new} if isinstance(new, dict) else new
-
-
-def _plain(value: Any, depth: int = 2) -> Any:
-    """Models and NumPy's values, also in a list or table, as plain data."""
-    if isinstance(value, MissionSection):
-        return value.model_dump(mode="json", exclude_none=True)
-    if depth and isinstance(value, dict):
-        return {name: _plain(each, depth - 1) for name, each in value.items()}
-    if depth and isinstance(value, list | tuple):
-        return [_plain(each, depth - 1) for each in value]
-    return value.tolist() if hasattr(value, "tolist") else value

@@ -241,19 +241,21 @@ def rules(document: Document) -> Iterator[Breach]:
 
 def _flight(document: Document, flight: Document) -> Iterator[Breach]:
     """What a flight model needs of other tables, and what has no meaning with it."""
-    model = flight.get("model", "rotors")
-    charging = [key for key in _CHARGING if key in flight] if model == "regimes" else []
-    needed = dict.fromkeys(("rotor", "body") if model == "rotors" else (), 'model = "rotors"')
-    needed |= {"laser": charging[0]} if charging else {}
+    model, needed = flight.get("model", "rotors"), dict[str, str]()
+    if model == "rotors":
+        needed = dict.fromkeys(("rotor", "body"), 'model = "rotors"')
+    elif model == "regimes":
+        if charging := [key for key in _CHARGING if key in flight]:
+            needed = {"laser": charging[0]}
+            for key in {*_CHARGING}.difference(charging):
+                words = f"{allowed(RegimeFlight, key)}, stated together with {charging[0]}"
+                yield Breach(("flight", key), f"is missing; {words}")
+        force = keys_of(document.get("wind")).get("force_N", UNKNOWN)
+        if force is not UNKNOWN and any(force):
+            yield Breach(("wind", "force_N"), '[0, 0, 0] with flight.model = "regimes"')
     for name, by in needed.items():
         if name not in document:
             yield Breach((name,), f"is missing; {table(name)}, needed by flight.{by}")
-    for key in set(_CHARGING).difference(charging) if charging else ():
-        words = f"{allowed(RegimeFlight, key)}, stated together with {charging[0]}"
-        yield Breach(("flight", key), f"is missing; {words}")
-    force = keys_of(document.get("wind")).get("force_N", UNKNOWN)
-    if model == "regimes" and force is not UNKNOWN and any(force):
-        yield Breach(("wind", "force_N"), '[0, 0, 0] with flight.model = "regimes"')
 
 
 def _buildings(buildings: Sequence[Document]) -> Iterator[Breach]:
@@ -271,14 +273,8 @@ def _buildings(buildings: Sequence[Document]) -> Iterator[Breach]:
         # A size needs no judging: its centre is the position.
         if isinstance(footprint, list | tuple) and isinstance(footprint[0], list | tuple):
             rings[place] = footprint
-    if rings:
-        yield from _footprints(rings, buildings)
-
-
-def _footprints(
-    rings: Mapping[int, Sequence[Sequence[float]]], buildings: Sequence[Document]
-) -> Iterator[Breach]:
-    """Judge all polygons at once."""
+    if not rings:
+        return
     import numpy as np
     import shapely
 

@@ -87,13 +87,31 @@ class Ledger:
         for verdict in (Verdict.WITHIN, Verdict.CONTRADICTS, Verdict.UNDECIDED, Verdict.DIFFERS):
             found = [entry for entry in self.entries if entry.verdict is verdict]
             lines += ["", f"{verdict.value[0].upper()}{verdict.value[1:]}:"] if found else []
-            lines += [f"  {_line(entry)}" for entry in found]
+            for entry in found:
+                paper, ours = (
+                    entry.statement,
+                    ((entry.printed, "printed"), (entry.recovered, "recovered")),
+                )
+                known = ", ".join(f"{entry.shown(v)} {by}" for v, by in ours if v is not None)
+                stated = f"{paper.name}: {paper.stated} {paper.unit}".rstrip()
+                lines.append(f"  {stated}; ours {known}")
         return "\n".join(lines)
 
     @property
     def details(self) -> str:
         """Every entry as a few lines."""
-        return "\n\n".join(map(_block, self.records()))
+        blocks = list[str]()
+        for each in self.records():
+            lines = {
+                "paper": f"{each['stated']} {each['unit']}".rstrip(),
+                "printed": each["by printed parameters"],
+                "recovered": each["by recovered parameters"],
+                "verdict": ": ".join(filter(None, (each["verdict"], each["reason"]))),
+                "how": f"{each['how']}; {each['command']}",
+            }
+            head = f"{each['name']}  {each['place']}: {each['what']}"
+            blocks.append("\n".join([head, *(f"  {n:9}  {words}" for n, words in lines.items())]))
+        return "\n\n".join(blocks)
 
     def __str__(self) -> str:
         return self.summary
@@ -116,30 +134,6 @@ class Ledger:
     def to_csv(self) -> str:
         """`records` as comma-separated values with a line of headings."""
         return as_csv(self.records())
-
-
-def _line(entry: Entry) -> str:
-    """An entry on one line of the summary."""
-    paper = entry.statement
-    ours = ", ".join(
-        f"{entry.shown(value)} {by}"
-        for value, by in ((entry.printed, "printed"), (entry.recovered, "recovered"))
-        if value is not None
-    )
-    return f"{paper.name}: {paper.stated} {paper.unit}".rstrip() + f"; ours {ours}"
-
-
-def _block(record: Mapping[str, str]) -> str:
-    """An entry in full."""
-    lines = {
-        "paper": f"{record['stated']} {record['unit']}".rstrip(),
-        "printed": record["by printed parameters"],
-        "recovered": record["by recovered parameters"],
-        "verdict": ": ".join(filter(None, (record["verdict"], record["reason"]))),
-        "how": f"{record['how']}; {record['command']}",
-    }
-    head = f"{record['name']}  {record['place']}: {record['what']}"
-    return "\n".join([head, *(f"  {name:9}  {words}" for name, words in lines.items())])
 
 
 def ledger(names: Collection[str] = ()) -> Ledger:

@@ -24,7 +24,7 @@ from optuav.options import Perspective
 from optuav.paper import figures, table2
 from optuav.paper.curves import OURS, has_rotors, papers, solve
 from optuav.paper.figures import MINUS, Exhibit, NotShownError, is_papers, why
-from optuav.paper.ledger import Ledger, ledger
+from optuav.paper.ledger import HEAD, Ledger, ledger
 from optuav.paper.statement import Verdict, data
 from optuav.plots.files import image
 from optuav.studies.results import as_csv
@@ -33,7 +33,6 @@ Progress: TypeAlias = Callable[[int, int, str], None]
 COUNTED: tuple[Perspective, ...] = ("battery", OURS)
 """Perspectives of the figures that the paper makes in one."""
 LEDGER = "ledger"
-COLUMNS = ("place", "what", "stated", "unit", "by printed", "by recovered", "verdict", "why")
 MARKS = re.compile(r"[\\`*_\[\]<$|&~]|^\s*(?:[>#+=-]|\d+[.)])")
 """What Markdown would read as its own."""
 
@@ -343,12 +342,8 @@ def _whole(entries: Ledger) -> Iterator[Element]:
     """Every statement of the ledger, folded."""
     yield prose(data()["paper"]["ledger"])
     yield element("p", f"Not counted: {'; '.join(data()['paper']['not_counted'])}.")
-    rows = [COLUMNS]
-    for each in entries.entries:
-        paper = each.statement
-        stated = (paper.place, paper.what, paper.stated, paper.unit)
-        ours = (each.shown(each.printed), each.shown(each.recovered))
-        rows.append((*stated, *ours, each.verdict.value, each.reason))
+    keys = (*HEAD[1:], "by printed parameters", "by recovered parameters", "verdict", "reason")
+    rows = [keys, *([each[key] for key in keys] for each in entries.records())]
     summary = element("summary", f"All {len(entries.entries)} statements")
     yield element("details", summary, table(rows, cards=True))
 
