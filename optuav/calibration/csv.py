@@ -103,7 +103,7 @@ class Measurements:
         for column, values in self.numbers.items():
             if (kind := self.kinds[column]) in USUAL:
                 largest = float(np.max(np.abs(values)))
-                yield from unit_doubts(f"the largest {column}", largest, column, kind, USUAL[kind])
+                yield from unit_doubts(f"the largest {column}", largest, column, kind)
 
 
 def read(path: Path, *formats: Format) -> Measurements:
@@ -144,11 +144,13 @@ def read(path: Path, *formats: Format) -> Measurements:
     return Measurements(source, form.kinds, tuple(line for line, _ in even), numbers, texts)
 
 
-def clock_faults(table: Measurements) -> Iterator[Fault]:
-    """The lines of a record at which time stands still or runs backwards."""
-    time_s = table.numbers["time"]
+def record_faults(table: Measurements) -> Iterator[Fault]:
+    """The lines of a record at which time does not move on, and all where nothing is drawn."""
+    time_s, current_A = table.numbers["time"], table.numbers["current"]
     late = np.diff(time_s, prepend=-math.inf) > 0.0
     yield from table.faults(~late, "time", "later than the line before", " s")
+    idle = np.full(len(time_s), not np.any(current_A[:-1] > 0.0))
+    yield from table.faults(idle, "current", "some current above 0: positive is discharge")
 
 
 def gaps(table: Measurements) -> Iterator[Fault]:
@@ -182,10 +184,10 @@ def read_all(files: Iterable[str | Path], one: Callable[[Path], Read]) -> list[R
 
 
 def unit_doubts(
-    words: str, size: float, column: str, kind: str, usual: tuple[float, float, str]
+    words: str, size: float, column: str, kind: str, usual: tuple[float, float, str] | None = None
 ) -> Iterator[str]:
     """A warning of a size in SI units that no UAV has, naming units in which it would be usual."""
-    least, most, unit = usual
+    least, most, unit = usual or USUAL[kind]
     if not least <= size <= most:
         meant = [each for each, worth in UNITS[kind].items() if least <= size * worth <= most]
         heading = f"{column}_{next(iter(UNITS[kind]))}"

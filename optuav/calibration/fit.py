@@ -31,8 +31,7 @@ from optuav.mission.messages import number, printable
 from optuav.mission.schema import SCHEMA
 
 Role: TypeAlias = Literal["fitted", "repeat", "predicted"]
-PLAIN = (1e-4, 1e6)  # sizes between which a number has no exponent
-FINEST = 1e-9  # least relative distance of an end from its value that decides on decimals
+FINEST = 1e-9  # least relative distance of an end from its value that decides on digits
 
 CONFIDENCE = 0.95  # share of intervals that hold the truth
 LOGIT = 13.8  # largest size of the logit of a share: 1e-6 from 0 and 1
@@ -70,20 +69,14 @@ class Value:
     def written(self, between: str) -> list[str]:
         """The value as text, and its interval if it is known, `between` its ends.
 
-        Both have the same decimals, enough that the nearer end differs by two digits.
+        To six digits, or so many that the nearer end differs by two.
         """
         ends = self.interval or ()
         size = max(map(abs, (self.value, *ends)))
         apart = [gap for end in ends if (gap := abs(end - self.value)) > FINEST * size]
-        decimals = 1 - math.floor(math.log10(min(apart))) if apart else 0
-        if not apart:
-            form = ".6g"
-        elif PLAIN[0] <= size < PLAIN[1]:
-            form = f".{max(decimals, 0)}f"
-        else:
-            form = f".{max(decimals + math.floor(math.log10(size)), 1)}e"
-        spans = [between.join(f"{end:{form}}" for end in ends)] if ends else []
-        return [f"{self.value:{form}}", *spans]
+        digits = max(6, 2 - math.floor(math.log10(min(apart) / size))) if apart else 6
+        spans = [between.join(f"{end:.{digits}g}" for end in ends)] if ends else []
+        return [f"{self.value:.{digits}g}", *spans]
 
     def lines(self) -> Iterator[str]:
         """The value as a line of TOML, below origin and interval; as a comment if it is unsure."""
@@ -113,12 +106,6 @@ class Panel:
     at_words: str = ""
     roles: Sequence[Role] = ()
     groups: Sequence[str] = ()
-
-    @property
-    def each_role(self) -> Sequence[Role]:
-        """The role of every observation."""
-        fitted: Role = "fitted"
-        return self.roles or [fitted] * len(self.observed)
 
 
 @dataclass(frozen=True)

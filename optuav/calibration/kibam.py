@@ -165,11 +165,8 @@ def fit_kibam(files: Iterable[str | Path]) -> Fit:
     ]
     largest_A = max(current_A for each in discharges for current_A, _ in each.pieces)
     shortest_s = float(lifetimes_s.min())
-    for words, size, column, kind, usual in (
-        ("the largest current", largest_A, "current", "current", csv.USUAL["current"]),
-        ("the shortest lifetime", shortest_s, "lifetime", "time", LIFETIME),
-    ):
-        warnings += csv.unit_doubts(words, size, column, kind, usual)
+    warnings += csv.unit_doubts("the largest current", largest_A, "current", "current")
+    warnings += csv.unit_doubts("the shortest lifetime", shortest_s, "lifetime", "time", LIFETIME)
     if few:
         warnings.append(
             f"{LEAST_DISCHARGES} discharges for as many parameters leave nothing over: the "
@@ -212,8 +209,12 @@ def _starts(lifetimes_s: Floats, implied: Implied) -> Iterator[tuple[float, floa
 def _discharges(path: Path) -> list[Discharge]:
     """The discharges in a file of lifetimes, or in a record."""
     table = csv.read(path, LIFETIMES, RECORD)
-    if "time" in table.numbers:
-        return [_recorded(path.stem, table)]
+    if "time" in table.numbers:  # a record, each current of which holds until the next line
+        if wrong := [*csv.record_faults(table)]:
+            raise InputError(wrong)
+        time_s, held_A = table.numbers["time"], table.numbers["current"][:-1].tolist()
+        record = tuple(zip(held_A, np.diff(time_s).tolist(), strict=True))
+        return [Discharge(path.stem, record, float(time_s[-1] - time_s[0]))]
     names = np.array(table.texts["load"])
     current_A, lifetime_s = table.numbers["current"], table.numbers["lifetime"]
     duration_s = table.numbers["duration"]
@@ -242,16 +243,3 @@ def _discharges(path: Path) -> list[Discharge]:
     if faults:
         raise InputError(faults)
     return found
-
-
-def _recorded(name: str, table: csv.Measurements) -> Discharge:
-    """The discharge in a record; each current holds until the next line, however long."""
-    time_s, current_A = table.numbers["time"], table.numbers["current"]
-    faults = list(csv.clock_faults(table))
-    if not np.any(current_A[:-1] > 0.0):
-        words = "some current above 0: positive is discharge"
-        faults += table.faults(np.ones(len(time_s), dtype=bool), "current", words)
-    if faults:
-        raise InputError(faults)
-    pieces = zip(current_A[:-1].tolist(), np.diff(time_s).tolist(), strict=True)
-    return Discharge(name, tuple(pieces), float(time_s[-1] - time_s[0]))

@@ -123,11 +123,9 @@ def fit_regimes(files: Iterable[str | Path]) -> Fit:
         for number, (each, end_s) in enumerate(zip(logs, ends_s[:-1], strict=True))
     )
     samples = Samples(*map(np.concatenate, zip(*after, strict=True)))
+    series = {"current_A": samples.current_A, "power_W": samples.power_W}
     loads = {
-        phase: {
-            "current_A": mean_over_time(samples.current_A[own], samples.step_s[own]),
-            "power_W": mean_over_time(samples.power_W[own], samples.step_s[own]),
-        }
+        phase: {key: mean_over_time(each[own], samples.step_s[own]) for key, each in series.items()}
         for phase in ORIGINS
         if np.sum(own := samples.phase == phase) >= ENOUGH
     }
@@ -152,12 +150,9 @@ def fit_regimes(files: Iterable[str | Path]) -> Fit:
     known = np.isin(samples.phase, list(loads))
     groups, at_s = samples.phase[known].tolist(), samples.time_s[known].tolist()
     courses = []
-    for quantity, unit, observed in (
-        ("current", "A", samples.current_A),
-        ("power", "W", samples.power_W),
-    ):
-        means = [loads[each][f"{quantity}_{unit}"][0] for each in groups]
-        seen = observed[known].tolist()
+    for key, observed in series.items():
+        quantity, unit = key.split("_")
+        means, seen = [loads[each][key][0] for each in groups], observed[known].tolist()
         courses.append(Panel(quantity, unit, seen, means, (), at_s, TIME, (), groups))
     return finished(
         Fit(
@@ -204,7 +199,7 @@ def _read_log(path: Path) -> tuple[Samples, tuple[str, ...]]:
     table = csv.read(path, LOG)
     numbers, phases = table.numbers, table.texts.get("phase", ())
     current_A, speed_m_s = numbers["current"], numbers.get("speed")
-    faults = [*csv.clock_faults(table), *csv.gaps(table)]
+    faults = [*csv.record_faults(table), *csv.gaps(table)]
     if ("voltage" in numbers) == ("power" in numbers):
         words = "one of the columns voltage and power, with their units"
         faults.append(Fault("", "", words, table.source))
@@ -218,9 +213,6 @@ def _read_log(path: Path) -> tuple[Samples, tuple[str, ...]]:
         faults += table.faults(speed_m_s < 0.0, "speed", "0 or above")
     if "voltage" in numbers:
         faults += table.faults(numbers["voltage"] <= 0.0, "voltage", "above 0")
-    if not np.any(current_A > 0.0):
-        words = "some current above 0: positive is discharge"
-        faults += table.faults(current_A <= 0.0, "current", words)
     if faults:
         raise InputError(faults)
     power_W = numbers["power"] if "power" in numbers else current_A * numbers["voltage"]

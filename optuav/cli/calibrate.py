@@ -94,7 +94,8 @@ def _pieces(found: Fit) -> Iterator[RenderableType]:
         table = plain_table(*head, words=[escape(f"{panel.quantity} [{panel.unit}]")])
         table.columns[0].max_width = 30
         table.add_column("")
-        rows = zip(panel.names, panel.observed, panel.fitted, panel.each_role, strict=True)
+        roles = panel.roles or ["fitted"] * len(panel.names)
+        rows = zip(panel.names, panel.observed, panel.fitted, roles, strict=True)
         for name, observed, fitted, role in islice(rows, MOST_ROWS):
             same = math.isclose(fitted, observed, rel_tol=1e-9)
             difference = "0" if same else f"{fitted - observed:+.3g}"

@@ -82,7 +82,7 @@ def _draw_names(axes: FitAxes, panel: Panel) -> None:
     """Draw one line a named observation, from the top."""
     rows, values, residuals = np.arange(len(panel.names)), axes.values, axes.residuals
     observed, fitted = np.array(panel.observed), np.array(panel.fitted)
-    left, roles = fitted - observed, np.array(panel.each_role)
+    left, roles = fitted - observed, np.array(panel.roles or ["fitted"] * len(rows))
     ring: style.Look = {"color": BLACK, "markerfacecolor": "none", "markersize": 5.5}
     values.hlines(rows, observed, fitted, color=style.PALE, linewidth=2.5, zorder=1)
     values.plot(observed, rows, "o", label="observed", **ring)

@@ -147,7 +147,7 @@ def compare(
             times=times,
         )
     by_schedule, slot_s = names == ("schedule",), slots[0] if slots else None
-    settings = [*_settings(studied, names, perspective or AVAILABLE, periods_s or PERIODS_S)]
+    settings = _settings(studied, names, perspective or AVAILABLE, periods_s or PERIODS_S)
     rows, plans = list[Row](), list[Plan]()
     for number, setting in enumerate(settings):
         if progress is not None:
@@ -182,18 +182,16 @@ def compare(
 
 def _settings(
     mission: Mission, by: tuple[str, ...], perspective: Perspective, periods_s: Sequence[float]
-) -> Iterator[Row]:
-    """Yield what to choose for each plan: a perspective and a trajectory, or a schedule."""
+) -> list[Row]:
+    """Return what to choose for each plan: a perspective and a trajectory, or a schedule."""
     if by == ("schedule",):
         own_s = mission.battery.period_s
-        periods = dict.fromkeys([*([] if own_s is None else [own_s]), *periods_s])
-        for name in SCHEDULES:
-            turns = map(float, periods) if name == "alternating" else (None,)
-            yield from ({"schedule": name, "period_s": period_s} for period_s in turns)
-        return
+        turns = [*dict.fromkeys(map(float, [*filter(None, [own_s]), *periods_s]))]
+        periods = {name: turns if name == "alternating" else [None] for name in SCHEDULES}
+        return [{"schedule": n, "period_s": each} for n, some in periods.items() for each in some]
     alone = {"perspective": (perspective,), "trajectory": ("optimal",)}
     axes = (AXES[name] if name in by else alone[name] for name in AXES)
-    yield from (dict(zip(AXES, pair, strict=True)) for pair in itertools.product(*axes))
+    return [dict(zip(AXES, pair, strict=True)) for pair in itertools.product(*axes)]
 
 
 def _faults(

@@ -63,7 +63,7 @@ UNITS = {
 }
 MOST_ROWS = 24
 MOVES_S = 5e-3
-"""Keys that move the hover time less than this are only named [s]."""
+"""Keys that move the hover time less than this are not printed [s]."""
 ZERO, SMALL = 1e-9, 5e-4
 """Elasticities below these are 0, and have no digit to show."""
 WAVELENGTH = "laser.wavelength_nm"
@@ -179,13 +179,11 @@ def effects(
     ends_s = np.fmax.reduce(hover_times_s(ends, perspective), axis=1).reshape(-1, 2).tolist()
     for spread, (low_s, high_s), rates in zip(spreads, ends_s, exact.T.tolist(), strict=True):
         key = spread.key
-        share = key.now / hover_time_s if hover_time_s > 0.0 else 0.0
+        share = key.now / hover_time_s if hover_time_s and key.now else math.nan
         slope = (high_s - low_s) / (spread.high - spread.low)
         figures = (low_s, high_s, slope * share, *(rate * share for rate in rates))
         low, high, mean, less, more = (each if np.isfinite(each) else None for each in figures)
-        if not share:
-            mean = less = more = None
-        has_kink = less is not more
+        has_kink = (less is None) != (more is None)
         if less is not None and more is not None:
             has_kink = ShadowPrice(less, more).has_kink
         row = {
@@ -272,8 +270,7 @@ def _tables(found: Results) -> Iterator[RenderableType]:
     facts, hover_s = found.facts, found.facts["hover_time_s"]
     yield Text(f"{found.mission.name}: what matters most, {facts['perspective']}", style="bold")
     yield ""
-    moving = [row for row in found.rows if row["swing_s"] > MOVES_S]
-    rows = moving[:MOST_ROWS]
+    rows = [row for row in found.rows if row["swing_s"] > MOVES_S][:MOST_ROWS]
     itself = f"Longest hover {hover_s:.2f} s" if hover_s else "The mission has no plan"
     yield f"{itself}; one key at a time, everything else held:"
     table = plain_table("range", "Δ low", "Δ high", "% by 1 %", "exact", words=["key"], gap=1)
@@ -288,8 +285,8 @@ def _tables(found: Results) -> Iterator[RenderableType]:
             "kink" if row["has_kink"] else _rate(row["exact_elasticity"]),
         )
     yield table if rows else "no key within its range changes that; optuav explain shows what would"
-    if len(moving) > MOST_ROWS:
-        yield Text(f"and {len(moving) - MOST_ROWS} more with smaller effects")
+    if rows and (more := len(found.rows) - len(rows)):
+        yield Text(f"and {more} more with smaller effects")
     if kinks := [row for row in rows if row["has_kink"]]:
         sides = (
             f"{row['key']} {_rate(row['exact_less'])} below, {_rate(row['exact_more'])} above"
@@ -298,9 +295,6 @@ def _tables(found: Results) -> Iterator[RenderableType]:
         yield Text(f"Exact at a kink: {'; '.join(sides)}")
     if any(row["key"] == WAVELENGTH for row in rows):
         yield Text(f"{WAVELENGTH} moves the attenuation alone: slopes and offsets are held")
-    idle = [row["key"] for row in found.rows if row["swing_s"] <= MOVES_S]
-    if moving and idle:
-        yield Text(f"Less than {MOVES_S:g} s: {', '.join(idle)}")
     if facts["chances"] is not None:
         yield ""
         yield from _chances(facts["chances"], facts["plan_hover_time_s"])
@@ -334,10 +328,6 @@ def _chances(found: Chances, plan_hover_s: float | None) -> Iterator[RenderableT
         yield Text(
             f"Fixed plan {plan_hover_s:.2f} s of hover, can be flown in "
             f"{found.flyable:.1%} of the samples; it keeps {_percent(found.kept)}"
-        )
-        yield Text(
-            "Hover and Best count the fixed plan too, where it keeps the limits: its hover point "
-            "stays, while that of other plans moves with the reach of the radio."
         )
 
 

@@ -208,21 +208,19 @@ class FixedPlan:
     @classmethod
     def of(cls, plan: Plan, mission: Mission) -> FixedPlan:
         """Return the plan on a mission, or refuse one for other places or another route."""
-        words = "a plan over the places of this mission"
-        scenes = (
+        scene, other = (
             (each.route.origin_m, each.route.destination_m, each.link.device_m, each.buildings)
             + ((each.laser.position_m,) if each.laser else ())
             for each in (plan.mission, mission)
         )
-        if next(scenes) != next(scenes):
-            words += ": the same origin, destination, device, laser and buildings"
-            raise refused("plan", " → ".join(plan.route), words)
-        point_m = [float(each) for each in vehicle.hover_point_m(plan.mission)]
-        network = build_network(mission.replace({"route.hover_m": point_m}))
-        for number in range(len(network.routes)):
-            if network.route_names(number) == plan.route:
-                return cls(network.only(number), number, plan.hover_time_s, plan.rest_time_s)
-        words += ", with one hover and at most one rest"
+        if scene == other:
+            point_m = [float(each) for each in vehicle.hover_point_m(plan.mission)]
+            network = build_network(mission.replace({"route.hover_m": point_m}))
+            for number in range(len(network.routes)):
+                if network.route_names(number) == plan.route:
+                    return cls(network.only(number), number, plan.hover_time_s, plan.rest_time_s)
+        words = "a plan over the places of this mission: the same origin, destination, device, "
+        words += "laser and buildings, with one hover and at most one rest"
         raise refused("plan", " → ".join(plan.route), words)
 
     def kept(self, variants: Variants, perspective: Perspective = AVAILABLE) -> dict[str, Booleans]:

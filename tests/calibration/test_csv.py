@@ -11,10 +11,10 @@ import pytest
 from optuav.calibration.csv import (
     Format,
     Measurements,
-    clock_faults,
     gaps,
     read,
     read_all,
+    record_faults,
 )
 from optuav.errors import InputError
 
@@ -25,7 +25,7 @@ LOG = Format(KINDS, tuple(OPTIONAL), ("duration",))
 
 def record(table: Measurements) -> None:
     """Refuse what is no record over time."""
-    if found := [*clock_faults(table), *gaps(table)]:
+    if found := [*record_faults(table), *gaps(table)]:
         raise InputError(found)
 
 
