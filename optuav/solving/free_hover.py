@@ -46,19 +46,14 @@ REFUSED = (
     "route.hover_m is the point"
 )
 PROOF = "local: points all over the region, the best of them refined by ever smaller steps"
-WITHIN = 1.0 - 1e-12
-"""Share of the coverage radius that is used, for rounding."""
-SAMPLES = (60, 12, 4)
-"""Angles, radii and heights of the points that are tried."""
+WITHIN = 1.0 - 1e-12  # share of the coverage radius that is used, for rounding
+SAMPLES = (60, 12, 4)  # angles, radii and heights of the points that are tried
 NEAR, REACH = (7, 24, 9), 0.2
 """Distances, angles and slopes of the points around places; the largest distance as a share of the
 coverage radius."""
-PROMISING_S = 2.0
-"""Starts that are worse than the best by more than this are left [s]."""
-MOST_ROUTES, STARTS = 6, 2
-"""Routes refined, and starts of each."""
-APART = 0.1
-"""Distance between such starts, as a share of the coverage radius."""
+PROMISING_S = 2.0  # starts that are worse than the best by more than this are left [s]
+MOST_ROUTES, STARTS = 6, 2  # routes refined, and starts of each
+APART = 0.1  # distance between such starts, as a share of the coverage radius
 AROUND, ALONG = 120, 20
 """Points a round of refinement: all around, and along the way to each place before and after."""
 FIRST_M, LAST_M, SHRINK = 20.0, 1e-7, 0.6
@@ -69,9 +64,10 @@ differ [s], which ends them: small steps may be caught by a ridge that leads to 
 
 
 def free_program(question: Question, mission: Mission) -> FreeProgram:
-    """Declare (P1) with the hover point free, for the routes that some point may make flyable."""
-    own = declared_program(_at_one_point(question), build_network(mission))
-    region, network, parts = Region.of(mission), own.network, list[Part]()
+    """(P1) with the hover point free, declared for the routes that some point may make flyable."""
+    stated = replace(question, problem=replace(question.p1, hover_point="w_U"), engine=AUTO)
+    own = declared_program(replace(stated, time_limit_s=None), build_network(mission))
+    region, network, parts = Region(mission), own.network, list[Part]()
     if region.low_m <= region.high_m and not np.isnan(vehicle.hover_load(mission).current_A):
         legs, table = network.routes.legs, network.legs
         apart = (table.start[legs] != HOVER) & (table.end[legs] != HOVER) & (legs != NO_LEG)
@@ -80,12 +76,6 @@ def free_program(question: Question, mission: Mission) -> FreeProgram:
         for which, rests in groups(question, opened):
             parts.append(Part(_declared(network, which, rests, question.perspective), which))
     return FreeProgram(question, network, tuple(parts), () if parts else own.reasons, own)
-
-
-def _at_one_point(question: Question) -> Question:
-    """The same question with the hover point where the mission has it."""
-    problem = replace(question.p1, hover_point="w_U")
-    return replace(question, problem=problem, engine=AUTO, time_limit_s=None)
 
 
 @dataclass(frozen=True)
@@ -99,16 +89,13 @@ class FreeProgram(Program):
         own, mission = self.own.solve(), self.network.mission
         if not self.parts:
             return own
-        point_m = _PointSearch(self.question, mission).best_m(
-            np.concatenate([part.routes for part in self.parts])
-        )
-        points_m: list[Vector | None] = [] if mission.route.hover_m is None else [None]
-        points_m += [] if point_m is None else [tuple(point_m.tolist())]
-        plans = [own]
-        for hover_m in points_m:
+        routes = np.concatenate([part.routes for part in self.parts])
+        points_m = _PointSearch(self.question, mission).best_m(routes)
+        plans = [own] if own else []
+        for hover_m in (*([] if mission.route.hover_m is None else [None]), *points_m):
             moved = build_network(mission.replace({"route.hover_m": hover_m}))
-            plans.append(declared_program(_at_one_point(self.question), moved).solve())
-        plans = [plan for plan in plans if plan]
+            plan = declared_program(self.own.question, moved).solve()
+            plans += [plan] if plan else []
         if not plans:
             reasons = ("no hover point was found that has a plan", *own.reasons)
             return own.model_copy(update={"reasons": reasons})
@@ -156,10 +143,7 @@ DESCRIPTIONS = {
 
 
 def _declared(network: Network, which: Integers, rests: bool, perspective: Perspective) -> Model:
-    """(P1) over w, Δ and T' for some routes, all direct or all by way of a building.
-
-    The legs to and from w are expressions in w, which is taken to be in sight of the laser.
-    """
+    """(P1) over w, which is taken to be in sight of the laser, Δ and T' for some routes."""
     mission, table, legs = network.mission, network.legs, network.routes.legs[which]
     flown = legs != NO_LEG
     to_w, from_w = (flown & (ends[legs] == HOVER) for ends in (table.end, table.start))
@@ -225,25 +209,15 @@ def _way(start: Sequence[Quantity], end: Sequence[Quantity]) -> Vector:
     return (end[0] - start[0], end[1] - start[1], end[2] - start[2])
 
 
-@dataclass(frozen=True)
 class Region:
     """Where a UAV may hover: a ball around the device, cut by the altitude band."""
 
-    # Device and d_max [m].
-    centre_m: Floats
-    radius_m: float
-    # Least and largest altitude in the ball and in the band [m]; low > high where there is none.
-    low_m: float
-    high_m: float
-
-    @classmethod
-    def of(cls, mission: Mission) -> Region:
-        """The region of a mission."""
-        radius_m, limits = WITHIN * vehicle.coverage_radius_m(mission), mission.limits
-        device_m = np.array(mission.link.device_m)
-        low_m = max(limits.min_altitude_m, float(device_m[2]) - radius_m)
-        high_m = min(limits.max_altitude_m, float(device_m[2]) + radius_m)
-        return cls(device_m, radius_m, low_m, high_m)
+    def __init__(self, mission: Mission) -> None:
+        limits, device_m = mission.limits, np.array(mission.link.device_m)
+        self.centre_m, self.radius_m = device_m, WITHIN * vehicle.coverage_radius_m(mission)
+        # In the ball and in the band; low > high where there is no such altitude.
+        self.low_m = max(limits.min_altitude_m, float(device_m[2]) - self.radius_m)
+        self.high_m = min(limits.max_altitude_m, float(device_m[2]) + self.radius_m)
 
     def inside(self, points_m: Floats) -> Floats:
         """Points (…, 3) [m] moved into the region: up or down, then level to the device."""
@@ -295,7 +269,7 @@ class _PointSearch:
     """The search for the best hover point, with the battery charged at constant current."""
 
     def __init__(self, question: Question, mission: Mission) -> None:
-        self.perspective, self.region = question.perspective, Region.of(mission)
+        self.perspective, self.region = question.perspective, Region(mission)
         self.w_U_m = vehicle.hover_point_m(mission.replace({"route.hover_m": None}))
         # Any point is stated, as variants of the mission have others.
         anywhere_m = tuple(self.region.inside(self.region.centre_m).tolist())
@@ -303,11 +277,11 @@ class _PointSearch:
         self.network = build_network(mission.replace(stated))
         self.latest = time.monotonic() + (question.time_limit_s or math.inf)
 
-    def best_m(self, routes: Integers) -> Floats | None:
-        """The best point found (3,) [m] over some routes; None where none has a plan."""
+    def best_m(self, routes: Integers) -> list[tuple[float, ...]]:
+        """The best point found [m] over some routes; empty where none has a plan."""
         found = [self._refined(each, 0, FIRST_M) for each in self._starts(routes)]
         if not found:
-            return None
+            return []
         top = max(found, key=lambda each: each.hover_s)
         for seed in range(1, AGAIN + 1):
             step_m = AGAIN_M * np.random.default_rng(seed).normal(size=3)
@@ -317,7 +291,7 @@ class _PointSearch:
             top = max(top, again, key=lambda each: each.hover_s)
             if agrees:
                 break
-        return top.point_m
+        return [tuple(top.point_m.tolist())]
 
     def _hover_s(self, network: Network, points_m: Floats) -> Floats:
         """Δ [s] at points by the routes of a network (point, route); −∞ where there is no plan."""
@@ -350,12 +324,10 @@ class _PointSearch:
         return found
 
     def _refined(self, spot: _Spot, seed: int, reach_m: float) -> _Spot:
-        """The best point that ever smaller random steps lead to, from a first length [m] on.
-
-        Hover times have ridges where a turn of a leg vanishes: straight lines through the place
-        before or after, in the plane of its x or its y where there is no wind. A step that leaves a
-        ridge loses, so some steps keep to such lines and planes.
-        """
+        """The best point that ever smaller random steps lead to, from a first length [m] on."""
+        # Hover times have ridges where a turn of a leg vanishes: lines through the place before or
+        # after, in the plane of its x or its y without wind. A step that leaves a ridge loses, so
+        # some steps keep to such lines and planes.
         random, network = np.random.default_rng(seed), self.network.only(spot.route)
         hover_legs = (network.legs.start == HOVER) | (network.legs.end == HOVER)
         ends = network.legs.start[hover_legs] + network.legs.end[hover_legs] - HOVER

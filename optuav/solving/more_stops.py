@@ -23,8 +23,7 @@ from optuav.solving.outcome import SAME_S, Part, best
 if TYPE_CHECKING:
     from optuav.network.graph import Graph
 
-MOST_COMPARED = 60
-"""Buildings of a mission whose legs are all compared with the ways around them."""
+MOST_COMPARED = 60  # buildings of a mission whose legs are all compared with the ways around them
 
 
 def more_stops_may_help(network: Network, plan: Plan, graph: Graph | None = None) -> bool:

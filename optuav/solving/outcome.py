@@ -32,12 +32,9 @@ from optuav.solving.assemble import legs_and_stays, quantities
 from optuav.solving.question import AUTO, PROBLEM_NAMES, Question, answer
 from optuav.status import Status
 
-MOST_VIOLATED = 2
-"""Violated constraints that are stated in full."""
-ROUNDING = 1e-9
-"""Share of the capacity that rounding may take."""
-SAME_S = 1e-6
-"""Times that differ by no more than this are equal [s]."""
+MOST_VIOLATED = 2  # violated constraints that are stated in full
+ROUNDING = 1e-9  # share of the capacity that rounding may take
+SAME_S = 1e-6  # times that differ by no more than this are equal [s]
 TIMES = ("hover_time_s", "rest_time_s")
 """Unknowns that make a plan; a formulation may have others."""
 WARNED_OF = ("empty", "full")

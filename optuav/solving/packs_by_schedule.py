@@ -16,22 +16,20 @@ from dataclasses import replace
 import numpy as np
 
 from optuav.arrays import Booleans, Floats
-from optuav.errors import Fault, InputError, SolverError
+from optuav.errors import InputError, SolverError
 from optuav.network.network import Network
 from optuav.network.timeline import full_packs, pack_loads, route_phases
 from optuav.physics.packs import Packs
 from optuav.plan import Plan
 from optuav.solving.outcome import Part, plan_without, route_plan
-from optuav.solving.question import AUTO, LONGEST_HOVER, Question
+from optuav.solving.question import AUTO, LONGEST_HOVER, Question, not_with
 from optuav.status import Status
 
 ENGINE = "simulation"
-STEP_S = 1.0
-"""Step of Δ and T' [s] in continuous times."""
+STEP_S = 1.0  # step of Δ and T' [s] in continuous times
 FINER = (0.1, 0.01, 0.001)
 """Steps of the refinement around the best pair, as shares of the first step."""
-SLACK = 1e-9
-"""Share of a step, and of the capacity, that rounding may take."""
+SLACK = 1e-9  # share of a step, and of the capacity, that rounding may take
 
 IN_SLOTS = "exhaustive: every pair of slots that could be better was simulated"
 CONTINUOUS = (
@@ -41,13 +39,10 @@ CONTINUOUS = (
 
 def packs_by_schedule(question: Question, network: Network, parts: Sequence[Part]) -> Plan:
     """The plan with the longest hover that the packs deliver, then the shortest mission."""
-    slot_s, schedule, faults = question.slot_s, network.mission.battery.schedule, []
+    slot_s, schedule = question.slot_s, network.mission.battery.schedule
     words = f"under battery.schedule = {schedule!r} and perspective available"
-    if (name := question.problem.name) not in LONGEST_HOVER:
-        faults.append(Fault("problem", name, f"{', '.join(LONGEST_HOVER)} {words}"))
-    if (name := question.engine_name) not in (AUTO, "grid"):
-        faults.append(Fault("engine", repr(name), f"{AUTO} {words}: plans are simulated"))
-    if faults:
+    asked = ("problem", question.problem.name, LONGEST_HOVER)
+    if faults := [*not_with(words, asked, ("engine", question.engine_name, (AUTO, "grid")))]:
         raise InputError(faults)
     step_s, clock = slot_s or STEP_S, _Clock(question.time_limit_s)
     choices = sorted((int(route), part.rests) for part in parts for route in part.routes)
@@ -89,16 +84,9 @@ def packs_by_schedule(question: Question, network: Network, parts: Sequence[Part
         notes.append(
             f"the search {clock.ended}; there may be a longer hover, not all pairs were tried"
         )
-    return route_plan(
-        question,
-        network,
-        route.number,
-        (hover_s, rest_s),
-        engine=ENGINE,
-        proof=proof,
-        status=Status.OPTIMAL if slot_s and not clock.ended else Status.FEASIBLE,
-        notes=tuple(notes),
-    )
+    status = Status.OPTIMAL if slot_s and not clock.ended else Status.FEASIBLE
+    said = {"engine": ENGINE, "proof": proof, "status": status, "notes": notes}
+    return route_plan(question, network, route.number, (hover_s, rest_s), **said)
 
 
 class _Clock:

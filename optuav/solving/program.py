@@ -39,8 +39,7 @@ from optuav.solving.question import (
 )
 from optuav.status import Status
 
-MOST_REASONS = 10
-"""Blocked legs that are named one by one."""
+MOST_REASONS = 10  # blocked legs that are named one by one
 
 
 def declared_program(question: Question, network: Network) -> Program:

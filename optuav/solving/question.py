@@ -74,7 +74,7 @@ class Question:
 def problem_of(name: str, **stated: Any) -> Formulation:
     """The problem of a name with its fields, None for their defaults; refused with all faults."""
     if name not in PROBLEM_NAMES:
-        raise InputError([_unknown("problem", name, PROBLEM_NAMES)])
+        raise InputError([unknown("problem", name, PROBLEM_NAMES)])
     options = {field: value for field, value in stated.items() if value is not None}
     taken: dict[type[Formulation], set[str]] = {
         kind: {each.name for each in fields(kind) if each.init} for kind in (P1, P2, P3, P4)
@@ -120,7 +120,7 @@ def _faults(mission: Mission, question: Question) -> Iterator[Fault]:
     if isinstance(problem, Formulation):
         buildings = tuple(each.name for each in mission.buildings)
         if problem.order not in (None, *ORDERS):
-            yield _unknown("order", problem.order, ORDERS)
+            yield unknown("order", problem.order, ORDERS)
         if problem.building not in (None, *buildings):
             listed = ", ".join(buildings[:MOST_NAMES]) + ", …" * (len(buildings) > MOST_NAMES)
             words = f"the mission's buildings are: {listed or 'none'}"
@@ -132,22 +132,22 @@ def _faults(mission: Mission, question: Question) -> Iterator[Fault]:
         yield Fault("problem", "'P4'", 'P4 with the name of a building, as P4("b1")')
     else:
         more = "or an instance of a Formulation"
-        yield _unknown("problem", problem, (*PROBLEMS, "P4(building)"), more)
+        yield unknown("problem", problem, (*PROBLEMS, "P4(building)"), more)
     if isinstance(problem, P1 | P2):
         if problem.trajectory not in TRAJECTORIES:
-            yield _unknown("trajectory", problem.trajectory, TRAJECTORIES)
+            yield unknown("trajectory", problem.trajectory, TRAJECTORIES)
         if problem.order is not None and problem.trajectory == "direct":
             yield Fault("order", repr(problem.order), "there is no rest on the direct route")
     if question.p1.hover_point not in HOVER_POINTS:
-        yield _unknown("hover_point", question.p1.hover_point, HOVER_POINTS)
+        yield unknown("hover_point", question.p1.hover_point, HOVER_POINTS)
     counts = ("stops", question.p1.stops, RESTS), ("hovers", question.p1.hovers, HOVERS)
     for option, count, number in counts:
         if not number.accepts(count) or not isinstance(count, int):
             yield Fault(option, shown(count), number.words)
     if question.perspective not in PERSPECTIVES:
-        yield _unknown("perspective", question.perspective, tuple(PERSPECTIVES))
+        yield unknown("perspective", question.perspective, tuple(PERSPECTIVES))
     if isinstance(question.engine, str) and question.engine not in (AUTO, *names()):
-        yield _unknown("engine", question.engine, (AUTO, *names()))
+        yield unknown("engine", question.engine, (AUTO, *names()))
     limits = ("slot_s", question.slot_s, SLOT), ("time_limit_s", question.time_limit_s, LIMIT)
     for option, value, number in limits:
         if value is not None and not number.accepts(value):
@@ -159,17 +159,17 @@ def _faults(mission: Mission, question: Question) -> Iterator[Fault]:
     )
     if question.p1.hover_point == "free":
         three = ("trajectory", question.trajectory, ("optimal", "direct", "traj1"))
-        yield from _not_with("with hover_point = 'free'", three, *searched)
+        yield from not_with("with hover_point = 'free'", three, *searched)
     if question.several:
         alone = (
             ("trajectory", question.trajectory, ("optimal",)),
             ("order", question.p1.order, (None,)),
             ("hover_point", question.p1.hover_point, ("w_U",)),
         )
-        yield from _not_with("with several stops", *alone, *searched)
+        yield from not_with("with several stops", *alone, *searched)
 
 
-def _not_with(words: str, *stated: tuple[str, object, tuple[object, ...]]) -> Iterator[Fault]:
+def not_with(words: str, *stated: tuple[str, object, tuple[object, ...]]) -> Iterator[Fault]:
     """Options that do not go with another."""
     for option, value, choices in stated:
         if value not in choices:
@@ -177,7 +177,7 @@ def _not_with(words: str, *stated: tuple[str, object, tuple[object, ...]]) -> It
             yield Fault(option, repr(value), f"{allowed} {words}")
 
 
-def _unknown(option: str, value: object, allowed: Sequence[str], more: str = "") -> Fault:
+def unknown(option: str, value: object, allowed: Sequence[str], more: str = "") -> Fault:
     """A value that is none of those allowed, with the nearest of them."""
     words = ", ".join(allowed) + (f", {more}" if more else "")
     hint = nearest(value, allowed) if isinstance(value, str) else ""

@@ -19,7 +19,7 @@ from formulations.milp import route_choice as joined
 from formulations.p1 import P1
 from formulations.soc import PAPER
 from optuav.engines.linear_form import last_slot, own_bounds
-from optuav.errors import Fault, InputError, SolverError
+from optuav.errors import InputError, SolverError
 from optuav.mission import Mission
 from optuav.modelling import Model
 from optuav.network.one_stop import find_shortcuts, shortcuts_in_words
@@ -28,7 +28,7 @@ from optuav.plan import Plan
 from optuav.solving.assemble import quantities
 from optuav.solving.outcome import Part, plan_of, plan_without, shortfalls
 from optuav.solving.program import Program
-from optuav.solving.question import answer
+from optuav.solving.question import answer, unknown
 from optuav.solving.solve import formulate
 from optuav.status import Status
 
@@ -85,14 +85,12 @@ def route_choice(
 
     Parameters
     ----------
-    mission
-        A mission, the name of a shipped one, or the path of a mission file.
     form
         How the choice is stated. ``"hull"``: unknowns and homogenised rows a route, the tightest
         there is; ``"big-M"``: shared unknowns, and rows that the deadline's slack switches off;
         fewer unknowns, a looser relaxation. See `formulations.milp`.
-    trajectory, order, slot_s, graph, time_limit_s, solver
-        As for `optuav.formulate`.
+    mission, trajectory, order, slot_s, graph, time_limit_s, solver
+        As for `optuav.solve`, `P1` and `Cvxpy`.
     perspective
         ``"battery"``, ``"energy"`` or ``"adjusted"``.
 
@@ -115,12 +113,8 @@ def route_choice(
     >>> print(f"{found.plan.hover_time_s:.2f} s, relaxed {found.relaxation_s:.2f} s")
     688.85 s, relaxed 688.85 s
     """
-    faults = []
-    if form not in FORMS:
-        faults.append(Fault("form", repr(form), f"one of {', '.join(FORMS)}"))
-    if perspective not in PAPER:
-        faults.append(Fault("perspective", repr(perspective), f"one of {', '.join(PAPER)}"))
-    if faults:
+    asked = ("form", form, FORMS), ("perspective", perspective, PAPER)
+    if faults := [unknown(*each) for each in asked if each[1] not in each[2]]:
         raise InputError(faults)
     from optuav.engines.cvxpy_engine import Cvxpy
 
@@ -194,11 +188,9 @@ def _routes(program: Program) -> tuple[list[Route], list[Part]]:
 
 
 def _in_slots(route: Route, model: Model, slot_s: float) -> Iterator[Route]:
-    """A route for times in whole slots.
-
-    Where the deadline is Δ's own bound, it may cut the last slot short, which whole slots cannot
-    express: that is one more choice, with Δ at the end of that slot and the cut off the objective.
-    """
+    """A route for times in whole slots, and one more whose last slot is cut short."""
+    # Where the deadline is Δ's own bound, it may cut the last slot short, which whole slots cannot
+    # express: Δ is then at the end of that slot, and the cut off the objective.
     own = own_bounds(model, model.row(0))
     first = {
         each.name: max(own[each.name][0], each.first_slot * slot_s) for each in model.variables

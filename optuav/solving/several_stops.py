@@ -11,7 +11,6 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from formulations.parameters import Quantities
 from formulations.soc import AVAILABLE, LABELS
 from optuav.arrays import Floats, Integers
 from optuav.errors import Fault, InputError, SolverError
@@ -25,7 +24,6 @@ from optuav.physics.quantity import TINY
 from optuav.plan import Plan
 from optuav.search.branch import INTERRUPTED, TIE_S, Progress, SearchResult, search
 from optuav.search.terrain import Terrain, patterns, sequences
-from optuav.search.trial import Stops
 from optuav.solving.assemble import quantities
 from optuav.solving.more_stops import all_legs, ways_around
 from optuav.solving.outcome import Part, plan_for, plan_without, replayed, shortfalls
@@ -36,12 +34,9 @@ if TYPE_CHECKING:
     from optuav.network.graph import Graph
 
 ENGINE = "search"
-MOST_BUILDINGS = 1000
-"""With more, the legs between any two of them do not fit into memory."""
-MOST_SEQUENCES = 1 << 20
-"""Sequences that are compared at most in a linear perspective."""
-BINDS = 1e-8
-"""Share of the capacity [-] or of the deadline within which a limit is reached."""
+MOST_BUILDINGS = 1000  # with more, the legs between any two of them do not fit into memory
+MOST_SEQUENCES = 1 << 20  # sequences that are compared at most in a linear perspective
+BINDS = 1e-8  # share of the capacity [-] or of the deadline within which a limit is reached
 
 
 def several_stops(
@@ -190,24 +185,9 @@ def _plan(program: Program, network: Network, found: SearchResult, most: str) ->
     network = replace(network, routes=_routes(network, stops.places[:, None], np.array([-1])))
     legs = network.routes.legs[0].tolist()
     flown = simulated(network.mission, phases_along(network, legs, stops.stays_s.tolist()))
-    plan = plan_for(
-        question,
-        network,
-        flown,
-        *_stayed(network, stops),
-        engine=ENGINE,
-        proof=proof,
-        status=status,
-        notes=notes,
-    )
-    return replayed(plan.model_copy(update={"binding": tuple(_binding(plan))}))
-
-
-def _stayed(network: Network, stops: Stops) -> tuple[Quantities, tuple[float, float]]:
-    """The quantities of a route, rests by their mean net current, and its times of staying [s]."""
+    # All rests count as one by their mean net current.
     rests = stops.places[1:-1] >= FIRST_BUILDING
-    times_s = stops.stays_s[rests]
-    net = stay_net(network, stops.places[1:-1][rests])
+    times_s, net = stops.stays_s[rests], stay_net(network, stops.places[1:-1][rests])
     rest_time_s = float(times_s.sum())
     share = times_s / max(rest_time_s, TINY)
     given = replace(
@@ -215,7 +195,10 @@ def _stayed(network: Network, stops: Stops) -> tuple[Quantities, tuple[float, fl
         rest_current_A=float((net.current_A * share).sum()),
         rest_received_W=float((net.power_W * share).sum()),
     )
-    return given, (stops.hover_s, rest_time_s)
+    times = stops.hover_s, rest_time_s
+    said = {"engine": ENGINE, "proof": proof, "status": status, "notes": notes}
+    plan = plan_for(question, network, flown, given, times, **said)
+    return replayed(plan.model_copy(update={"binding": tuple(_binding(plan))}))
 
 
 def _binding(plan: Plan) -> Iterator[str]:
