@@ -123,7 +123,7 @@ def explain(
 def _explained(question: MissionQuestion, plan: Plan | None = None) -> Explanation:
     """The explanation of a question with one rest and one hover, and of its plan if it is known."""
     program, solutions = question.program(), None
-    if question.takes_turns:
+    if question.stated.perspective == AVAILABLE and question.mission.battery.takes_turns:
         return Explanation(plan or program.solve(), notes=(TURNS,))
     if question.stated.p1.hover_point == "free":
         return _at_its_point(question, plan or program.solve())

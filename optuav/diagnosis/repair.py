@@ -132,9 +132,10 @@ class Repair:
         return f"{low:{WRITTEN}} <= {self.key} <= {high:{WRITTEN}}"
 
     @property
-    def now_text(self) -> str:
-        """The present value as it is written."""
-        return shown(self.now) if self.comparison == "==" else f"{self.now:{WRITTEN}}"
+    def row(self) -> tuple[str, str]:
+        """The change and the present value, as they are written."""
+        now = shown(self.now) if self.comparison == "==" else f"{self.now:{WRITTEN}}"
+        return str(self), f"now {now}"
 
     def to_dict(self) -> dict[str, object]:
         """As plain data."""
@@ -150,8 +151,7 @@ def repairs(question: MissionQuestion) -> tuple[Repair, ...]:
     everything else held; flight through buildings is allowed, and a stated hover point is left out.
     Places are not moved. Changes that no value achieves, and those that break another rule of
     missions, are left out. Every change was verified by solving again: with the value that is
-    offered there is an answer, with one digit less there is none. Where packs take turns, which is
-    simulated and not declared, none are sought.
+    offered there is an answer, with one digit less there is none.
 
     Returns
     -------
@@ -159,7 +159,7 @@ def repairs(question: MissionQuestion) -> tuple[Repair, ...]:
         Sorted by relative size of the change; empty if the question is feasible already.
     """
     mission = question.mission
-    if question.takes_turns or feasible([question.case(mission)])[0]:
+    if feasible([question.case(mission)])[0]:
         return ()
     found = []
     for name, value in (("flight.through_buildings", True), ("route.hover_m", None)):

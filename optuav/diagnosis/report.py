@@ -168,8 +168,8 @@ def _no_plan(explained: Explanation) -> Iterator[list[str]]:
     if any(conflict.certificates for conflict in explained.conflicts):
         yield wrapped("Exact", EXACT)
     if repairs:
-        rows = ((str(each), f"now {each.now_text}") for each in repairs[:MOST_REPAIRS])
-        lines = [f"{'  or':<{LABEL}}{line[LABEL:]}" for line in _columns(rows)]
+        rows = _columns(each.row for each in repairs[:MOST_REPAIRS])
+        lines = [f"{'  or':<{LABEL}}{line[LABEL:]}" for line in rows]
         lines = _labelled("Feasible if", lines)
         if (more := len(repairs) - MOST_REPAIRS) > 0:
             lines += wrapped("", f"and {more} more, each larger")

@@ -12,7 +12,7 @@ import numpy as np
 
 from formulations.formulation import Formulation
 from formulations.parameters import QUANTITIES, Quantities
-from formulations.soc import AVAILABLE, PAPER
+from formulations.soc import PAPER
 from optuav.arrays import Booleans, Floats, Integers, Values
 from optuav.engines import bracket, grid
 from optuav.engines.linear_form import slot_ranges
@@ -47,13 +47,6 @@ STOPS = (
     "several stops are searched for, and no single programme declares them: constraints, prices "
     "and repairs are known for one rest and one hover only, if the mission is explained"
 )
-DEFAULTS = {
-    "problem": "P1",
-    "perspective": AVAILABLE,
-    "slot_s": None,
-    "engine": "auto",
-    "time_limit_s": None,
-}
 AT_ONCE = 1 << 13
 """Routes that are examined together: few enough to stay in the cache, and in bounded memory."""
 MOST_SLOTS, MOST_FAR = 2500, 500
@@ -78,11 +71,6 @@ class MissionQuestion:
         network = build_network(mission) if graph is None else edited_network(mission, graph)
         return checked_question(mission, **vars(self.stated)), network
 
-    @property
-    def takes_turns(self) -> bool:
-        """Whether packs take turns, which is simulated and not declared."""
-        return self.stated.perspective == AVAILABLE and self.mission.battery.takes_turns
-
     def about(self, problem: Formulation) -> MissionQuestion:
         """The question with another problem."""
         return replace(self, stated=replace(self.stated, problem=problem))
@@ -105,7 +93,7 @@ def question_of(subject: Subject, graph: Graph | None = None, **options: Any) ->
         mission, stated = subject.mission, _of_plan(subject)
     else:
         mission = subject if isinstance(subject, Mission) else load(subject)
-    checked = checked_question(mission, **{**DEFAULTS, **stated})
+    checked = checked_question(mission, **stated)
     return MissionQuestion(mission, replace(checked, slot_s=stated.get("slot_s")), graph)
 
 

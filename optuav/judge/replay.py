@@ -172,11 +172,8 @@ def replay(plan: Plan | Itinerary) -> Replay:
 
 def _impossible(mission: Mission, at: Mapping[str, Place]) -> Iterator[Event]:
     """Why moves between places cannot be simulated at all."""
-    if mission.flight.model == "rotors":
-        airframe, motor = vehicle.airframe(mission), vehicle.motor(mission)
-        why = flight.impossible(airframe, motor, mission.wind.force_N)
-        if why is not None:
-            yield Event("impossible", 0.0, f"the UAV cannot fly: {why}")
+    if why := vehicle.impossible(mission):
+        yield Event("impossible", 0.0, f"the UAV cannot fly: {why}")
     for name, place in at.items():
         if math.isnan(place.position_m[0]):
             words = f"there is no place {name}: the device is out of reach at limits.min_altitude_m"

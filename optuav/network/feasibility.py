@@ -33,11 +33,9 @@ def impossibilities(network: Network) -> tuple[str, ...]:
 def never_flyable(network: Network) -> list[str]:
     """Reasons for which no route can be flown, with any number of stops."""
     reasons, mission, limits = list[str](), network.mission, network.mission.limits
-    if mission.flight.model == "rotors":
-        airframe, motor = vehicle.airframe(mission), vehicle.motor(mission)
-        if why := flight.impossible(airframe, motor, mission.wind.force_N):
-            keys = "body.mass_kg, wind.force_N, rotor.max_speed_rad_s"
-            reasons.append(f"the UAV cannot fly: {why} ({keys})")
+    if why := vehicle.impossible(mission):
+        keys = "body.mass_kg, wind.force_N, rotor.max_speed_rad_s"
+        reasons.append(f"the UAV cannot fly: {why} ({keys})")
     radius_m, device_m = vehicle.coverage_radius_m(mission), np.array(mission.link.device_m)
     point_m = network.places.position_m[HOVER]
     if np.isnan(point_m).any():

@@ -78,6 +78,13 @@ def hover_point_m(mission: Mission, radius_m: Quantity | None = None) -> Vector:
     )
 
 
+def impossible(mission: Mission) -> str | None:
+    """Why the UAV cannot fly at all; None if it can, or its loads are by regime."""
+    if mission.flight.model == "regimes":
+        return None
+    return flight.impossible(airframe(mission), motor(mission), mission.wind.force_N)
+
+
 def hover_load(mission: Mission, wind_N: Vector | None = None) -> Flow:
     """Drawn while hovering, radio included; NaN where the UAV cannot hold its place.
 

@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
@@ -83,26 +84,18 @@ def gif_file(path: str | Path) -> Path:
 def frames(replayed: Replay) -> Iterator[Image.Image]:
     """The pictures of an animation: moments evenly over the mission, and the end for a while."""
     with style.applied():
-        still = _still(replayed)
-        figure = style.page(*reversed(still.get_size_inches()))
-        figure.set_layout_engine("none")
-        figure.set_dpi(DOTS_PER_INCH)
-        figure.figimage(np.asarray(_image(still)), zorder=-1)  # what does not move is drawn once
-        left, right = (_over(figure, ax) for ax in still.axes[:2])
-        show = _moving(left, right, replayed)
+        figure = _still(replayed)
+        canvas: Any = FigureCanvasAgg(figure)
+        canvas.draw()
+        still = canvas.copy_from_bbox(figure.bbox)
+        show = _moving(figure.axes[0], figure.axes[1], replayed)
         for moment_s in np.linspace(0.0, replayed.trace.time_s[-1], FRAMES).tolist():
-            show(moment_s)
-            image = _image(figure)
+            canvas.restore_region(still)
+            for each in show(moment_s):
+                each.draw(canvas.get_renderer())
+            image = Image.fromarray(np.array(canvas.buffer_rgba())).convert("RGB")
             yield image
     yield from [image] * HELD
-
-
-def _over(figure: Figure, ax: Axes) -> Axes:
-    """Empty axes, where others lie in a figure of the same size."""
-    over = figure.add_axes(ax.get_position().bounds)
-    over.set(xlim=ax.get_xlim(), ylim=ax.get_ylim(), xticks=[], yticks=[])
-    over.set_axis_off()
-    return over
 
 
 def _still(replayed: Replay) -> Figure:
@@ -144,8 +137,9 @@ def _still(replayed: Replay) -> Figure:
     return figure
 
 
-def _moving(left: Axes, right: Axes, replayed: Replay) -> Callable[[float], None]:
-    """A function that draws a moment [s]."""
+def _moving(left: Axes, right: Axes, replayed: Replay) -> Callable[[float], Sequence[Artist]]:
+    """A function that sets what moves to a moment [s]."""
+    left.set_autoscale_on(False)
     trace, laser = replayed.trace, replayed.mission.laser
     end_s = float(trace.time_s[-1])
     (trail,) = left.plot([], [], color=BLUE, linewidth=1.6)
@@ -157,7 +151,7 @@ def _moving(left: Axes, right: Axes, replayed: Replay) -> Callable[[float], None
     verdict = right.set_title("", y=1.0, pad=style.NAMES_PT, color=VERMILLION)
     events, name = timed(replayed), style.printed(replayed.mission.name)
 
-    def show(moment_s: float) -> None:
+    def show(moment_s: float) -> Sequence[Artist]:
         at = max(0, int(np.searchsorted(trace.time_s, moment_s, side="right")) - 1)
         here = [float(np.interp(moment_s, trace.time_s, each)) for each in trace.position_m.T[:2]]
         trail.set_data(*np.concatenate([trace.position_m[: at + 1, :2], [here]]).T)
@@ -170,15 +164,9 @@ def _moving(left: Axes, right: Axes, replayed: Replay) -> Callable[[float], None
         now.set_data([moment_s, moment_s], right.get_ylim())
         clock.set_text(f"{name}, $t$ = {moment_s:.0f} s: {trace.kind[at]}")
         verdict.set_text(", ".join(f"{each.kind} at {each.time_s:.1f} s" for each in past[:2]))
+        return trail, beam, craft, veil, now, clock, verdict
 
     return show
-
-
-def _image(figure: Figure) -> Image.Image:
-    """A figure that is laid out as an image."""
-    canvas: Any = FigureCanvasAgg(figure)
-    canvas.draw()
-    return Image.fromarray(np.array(canvas.buffer_rgba())).convert("RGB")
 
 
 def _gif(images: Sequence[Image.Image]) -> bytes:

@@ -112,7 +112,14 @@ def plane(
         *_draw_grid(ax, model, parameters, counted, slot_s),
     ]
     for plan, point in marked:
-        handles.append(_draw_optimum(ax, plan, point, (across.symbol, upward.symbol)))
+        kind = ("*", 11.0, style.YELLOW, "optimum")
+        if plan.slot_s is not None:
+            kind = ("s", 9.0, "none", f"optimum in slots of {plan.slot_s:g} s")
+        marker, size, colour, words = kind
+        (star,) = ax.plot(*point, marker, markersize=size, markerfacecolor=colour, zorder=6)
+        times = f"{across.symbol} = {point[0]:.2f} s, {upward.symbol} = {point[1]:.2f} s"
+        star.set(markeredgecolor=BLACK, markeredgewidth=0.9, label=f"{words}\n{times}")
+        handles.append(star)
     corner = (1.01, 1.0)
     ax.legend(handles=handles, loc="upper left", bbox_to_anchor=corner, labelspacing=0.9)
     style.settle(ax)
@@ -238,16 +245,3 @@ def _draw_constraints(
                 if shown.min() < 0.0 < shown.max():
                     ax.contour(x, y, shown, [0.0], colors=[colour], linewidths=width, zorder=3)
             yield style.entry(name, colour, 2.0)
-
-
-def _draw_optimum(
-    ax: Axes, plan: Plan, point: tuple[float, float], symbols: tuple[str, str]
-) -> Artist:
-    """Draw the times of a plan; its entry of the legend."""
-    times = ", ".join(f"{s} = {t:.2f} s" for s, t in zip(symbols, point, strict=True))
-    marker, size, colour, words = ("*", 11.0, style.YELLOW, "optimum")
-    if plan.slot_s is not None:
-        marker, size, colour, words = "s", 9.0, "none", f"optimum in slots of {plan.slot_s:g} s"
-    (star,) = ax.plot(*point, marker, markersize=size, markerfacecolor=colour, zorder=6)
-    star.set(markeredgecolor=BLACK, markeredgewidth=0.9, label=f"{words}\n{times}")
-    return star

@@ -189,16 +189,11 @@ def _displacement(mission: Mission, start: str, end: str) -> tuple[float, float,
         raise InputError(faults)
     first_m, last_m = (known.position_m[known.names.index(name)] for name in (start, end))
     x, y, z = (last_m - first_m).tolist()
-    here, why = f"the leg {start} → {end}", None
     if x == y == z == 0.0:
-        raise InputError(f"{here} has no length")
-    if math.isnan(x):
-        why = "there is no hover point within reach"
-    elif mission.flight.model == "rotors":
-        airframe, motor = vehicle.airframe(mission), vehicle.motor(mission)
-        why = flight.impossible(airframe, motor, mission.wind.force_N)
+        raise InputError(f"the leg {start} → {end} has no length")
+    why = "there is no hover point within reach" if math.isnan(x) else vehicle.impossible(mission)
     if why is not None:
-        raise InputError(f"{here} cannot be flown: {why}")
+        raise InputError(f"the leg {start} → {end} cannot be flown: {why}")
     return x, y, z
 
 
@@ -254,17 +249,10 @@ def _draw_constant_load(
     mission: Mission, displacement_m: tuple[float, float, float], axes: LegAxes
 ) -> tuple[float, list[Band]]:
     """Draw a leg of the regime loads; its duration [s], and no stages."""
-    given = mission.flight
+    given, (loads, peak) = mission.flight, vehicle.leg_loads(mission, displacement_m)
     assert given.model == "regimes"
-    rate, current_A, cap_m_s = given.acceleration_m_s2, given.flight_current_A, given.max_speed_m_s
-    loads, peak = flight.regime_leg(
-        math.hypot(*displacement_m),
-        rate,
-        current_A,
-        given.flight_power_W,
-        math.inf if cap_m_s is None else cap_m_s,
-    )
-    duration_s, rise_s = float(loads.duration_s), float(peak) / rate
+    duration_s, current_A = float(loads.duration_s), given.flight_current_A
+    rise_s = float(peak) / given.acceleration_m_s2
     corners_s = [0.0, rise_s, duration_s - rise_s, duration_s]
     axes.speed.plot(corners_s, [0.0, peak, peak, 0.0], color=BLACK)
     axes.speed.set(ylabel="speed [m/s]", ylim=(-0.04 * peak, 1.12 * peak))

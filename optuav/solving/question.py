@@ -96,11 +96,11 @@ def problem_of(name: str, **stated: Any) -> Formulation:
 
 def checked_question(
     mission: Mission,
-    problem: Formulation | ProblemName,
-    perspective: str,
-    slot_s: float | None,
-    engine: str | Engine,
-    time_limit_s: float | None,
+    problem: Formulation | ProblemName = "P1",
+    perspective: str = AVAILABLE,
+    slot_s: float | None = None,
+    engine: str | Engine = "auto",
+    time_limit_s: float | None = None,
 ) -> Question:
     """The options of `optuav.solve`, completed; refused with all that is wrong with them."""
     chosen = PROBLEMS.get(problem, problem) if isinstance(problem, str) else problem
