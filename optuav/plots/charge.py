@@ -18,8 +18,7 @@ from optuav.physics.packs import NOBODY, Stretch
 from optuav.plan import Plan
 from optuav.plan.trace import Trace
 from optuav.plots import style
-from optuav.plots.labels import mark
-from optuav.plots.style import BLACK, BLUE, GREY, KINDS, PURPLE, SKY, VERMILLION
+from optuav.plots.style import BLACK, BLUE, GREY, KINDS, PURPLE, SKY, VERMILLION, mark
 
 POINTS = 65
 """Points of a curve within a stage or a stretch."""

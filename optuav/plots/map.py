@@ -22,9 +22,20 @@ from optuav.mission import Mission
 from optuav.network.places import DESTINATION, HOVER, ORIGIN
 from optuav.plan import Plan, Stop
 from optuav.plots import style
-from optuav.plots.labels import Label, place
 from optuav.plots.scene import Scene, draw_plan_view, scene, scenery_labels, stop_look
-from optuav.plots.style import BLACK, BLUE, GREEN, GREY, ORANGE, SKY, VERMILLION, Look, printed
+from optuav.plots.style import (
+    BLACK,
+    BLUE,
+    GREEN,
+    GREY,
+    ORANGE,
+    SKY,
+    VERMILLION,
+    Label,
+    Look,
+    place,
+    printed,
+)
 
 SYMBOLS = {
     "origin": "origin $\\mathbf{w}_0$",

@@ -20,8 +20,7 @@ from optuav.physics import flight
 from optuav.physics.trajectory import state_at
 from optuav.plan.trace import Event
 from optuav.plots import style
-from optuav.plots.labels import mark
-from optuav.plots.style import BLACK, BLUE, GREEN, GREY, ORANGE, SKY, VERMILLION, Band
+from optuav.plots.style import BLACK, BLUE, GREEN, GREY, ORANGE, SKY, VERMILLION, Band, mark
 
 if TYPE_CHECKING:
     from optuav.judge import Replay

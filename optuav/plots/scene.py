@@ -19,8 +19,7 @@ from optuav.network import vehicle
 from optuav.network.obstacles import Prisms, outline_m, prisms
 from optuav.network.places import HOVER, Places, build_places
 from optuav.plots import style
-from optuav.plots.labels import Label
-from optuav.plots.style import GREEN, GREY, PURPLE, VERMILLION, Look
+from optuav.plots.style import GREEN, GREY, PURPLE, VERMILLION, Label, Look
 
 MARKERS = {"hover": "o", "rest": "s"}
 COVERAGE_SHARE = 0.4

@@ -116,7 +116,7 @@ def test_packs_that_take_turns_are_not_explained_by_constraints() -> None:
 def test_packs_that_take_turns_have_no_repairs() -> None:
     """No declaration knows of the turns, so that none could be verified."""
     turns = PAPER.replace({"battery.schedule": "sequential", "limits.min_soc": 0.99})
-    assert repairs(turns, problem="P3") == ()
+    assert explain(turns, problem="P3").repairs == ()
 
 
 @pytest.mark.parametrize("min_soc", [0.05, 0.99])
