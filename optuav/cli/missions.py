@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 import re
 import sys
-import textwrap
 from collections.abc import Iterable, Iterator
 from dataclasses import asdict, dataclass
 from functools import partial
@@ -16,7 +15,7 @@ import typer
 
 import optuav
 from optuav.cli.options import Words, mission_of, refuse_beside_plan
-from optuav.cli.output import NO, WIDTH, check_places, deliver, warning
+from optuav.cli.output import NO, check_places, deliver, warning
 from optuav.errors import Fault, InputError
 from optuav.mission.files import must_be_new, read_toml, write_text
 from optuav.mission.load import LARGEST_FILE, SHIPPED, load
@@ -91,18 +90,24 @@ def _data(mission: Mission) -> dict[str, Any]:
 
 
 def _pieces(mission: Mission) -> Iterator[RenderableType]:
-    """The mission's tables, and what follows from them."""
+    """The mission's tables, and what follows from them: name, value and unit, a line each."""
     from rich.text import Text
 
     from optuav.network.feasibility import building_figures, derived
+    from optuav.studies.results import plain_table
 
     yield Text(f"{mission.name}  {mission.description}".rstrip())
-    for name, section in vars(mission).items():
-        if isinstance(section, MissionSection):
-            yield Text(f"\n[{name}]", style="bold")
-            yield _lines(_settings(section))
-    yield Text("\nderived", style="bold")
-    yield _lines((each.name, each.text, each.unit) for each in derived(mission))
+    sections = [each for each in vars(mission).items() if isinstance(each[1], MissionSection)]
+    rows = {f"[{name}]": _settings(section) for name, section in sections}
+    rows["derived"] = ((each.name, each.text, each.unit) for each in derived(mission))
+    table = plain_table(words=("", "", ""))
+    table.show_header, table.columns[0].min_width = False, 30
+    for name, lines in rows.items():
+        table.add_row()
+        table.add_row(Text(name, style="bold"))
+        for line in lines:
+            table.add_row(*map(Text, line))
+    yield table
     if mission.buildings:
         yield Text("\n[[buildings]]", style="bold")
         yield _buildings(building_figures(mission))
@@ -119,25 +124,12 @@ _NO_UNITS = ("-", "rotor", "body")
 
 
 def _text(value: object) -> str:
+    """A value as a person writes it."""
     if isinstance(value, bool):
         return str(value).lower()
     if isinstance(value, tuple):
-        return "(" + ", ".join(_text(each) for each in value) + ")"
+        return f"({', '.join(map(_text, value))})"
     return f"{value:.6g}" if isinstance(value, float) else str(value)
-
-
-def _lines(rows: Iterable[tuple[str, str, str]]) -> Table:
-    """Name, value and unit, a line each."""
-    from rich.text import Text
-
-    from optuav.studies.results import plain_table
-
-    table = plain_table(words=("", "", ""))
-    table.show_header = False
-    table.columns[0].min_width = 30
-    for row in rows:
-        table.add_row(*map(Text, row))
-    return table
 
 
 def _buildings(figures: Iterable[BuildingFigures]) -> Table:
@@ -150,21 +142,16 @@ def _buildings(figures: Iterable[BuildingFigures]) -> Table:
     table = plain_table("received W", "T_fl s rest first", "hover first", words=words)
     table.columns[0].no_wrap = False
     for each in figures:
+        size = each.footprint_m or ()
+        polygon = f"{len(size)} corners" if size and isinstance(size[0], tuple) else ""
         table.add_row(
             Text(each.name),
             " ".join(f"{x:g}" for x in each.position_m),
-            _footprint(each.footprint_m),
+            polygon or " × ".join(map(_text, size)),
             f"{each.received_power_W:.1f}" if each.laser_sight else "no sight",
             *("-" if s is None else f"{s:.2f}" for s in (each.rest_first_s, each.hover_first_s)),
         )
     return table
-
-
-def _footprint(size: tuple[object, ...] | None) -> str:
-    """The sides of a rectangle, or how many corners a polygon has."""
-    if size is None:
-        return ""
-    return f"{len(size)} corners" if isinstance(size[0], tuple) else " × ".join(map(_text, size))
 
 
 def validate(mission: str, settings: list[str] | None = None, as_json: bool = False) -> None:
@@ -183,18 +170,18 @@ def validate(mission: str, settings: list[str] | None = None, as_json: bool = Fa
 
 def missions(as_json: bool = False) -> None:
     """List the shipped missions."""
+    from optuav.studies.results import plain_table
+
     # Each file has a description of its own, so that none needs to be validated.
     rows = [
         {"name": name, "description": str(read_toml(path, LARGEST_FILE)["description"])}
         for name, path in SHIPPED.items()
     ]
-    width = max(len(row["name"]) for row in rows) + 2
-    lines = [("mission", "what it is"), *(row.values() for row in rows)]
-    shown = (
-        textwrap.fill(f"{name:<{width}}{words}", WIDTH, subsequent_indent=" " * width)
-        for name, words in lines
-    )
-    deliver(lambda: rows, "\n".join(shown), as_json=as_json)
+    table = plain_table(words=("mission", "what it is"))
+    table.columns[1].no_wrap = False
+    for row in rows:
+        table.add_row(*row.values())
+    deliver(lambda: rows, [table], as_json=as_json)
 
 
 @dataclass(frozen=True)
