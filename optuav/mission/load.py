@@ -120,26 +120,27 @@ def _read(
     if real in above:
         circle = " -> ".join([*above.values(), name])
         raise InputError(f"a file that does not lead back to one before it: {circle}")
-    faults = StatedMission(document, {(): name}).faults(format_breaches(document))
+    breaches = format_breaches(document)
+    faults = StatedMission(document, {(): name}).faults(breaches) if breaches else []
     document.pop("schema", None)
-    extends, below, whole = document.pop("extends", None), StatedMission({}), True
+    extends, whole = document.pop("extends", None), True
     for key in ("name", "description") if above else ():  # which are a file's own
         document.pop(key, None)
     sources: dict[Key, str] = {(): name}
     for table, keys in document.items():
         inside = keys if isinstance(keys, dict) else ()
         sources |= dict.fromkeys([(table,), *((table, key) for key in inside)], name)
+    stated = StatedMission(document, sources)
     if extends is not None:
         try:
             if not isinstance(extends, str):
                 raise InputError("a shipped mission's name or a path relative to this file")
             below, more, whole = _read(extends, path.parent, {**above, real: name})
-            faults += more
         except InputError as error:
-            faults.insert(0, Fault("extends", shown(extends), str(error), name))
-            whole = False
+            return stated, [Fault("extends", shown(extends), str(error), name), *faults], False
+        faults += more
+        document, gone = overlay(below.document, document)
+        stated = StatedMission(document, {**below.sources, **sources}, {**below.displaced, **gone})
     if not above and "name" not in document:
         document["name"] = safe_name(path.stem)
-    document, gone = overlay(below.document, document)
-    stated = StatedMission(document, {**below.sources, **sources}, {**below.displaced, **gone})
     return stated, faults, whole

@@ -61,7 +61,7 @@ class Number(GroupedMetadata):
         """Whether the value is such a number."""
         if not isinstance(value, int | float) or isinstance(value, bool):
             return False
-        if self.whole and isinstance(value, float) and not value.is_integer():
+        if self.whole and value % 1 != 0:
             return False
         bounds = ((gt, self.gt), (ge, self.ge), (lt, self.lt), (le, self.le))
         return all(holds(value, bound) for holds, bound in bounds if bound is not None)
@@ -72,11 +72,11 @@ class Number(GroupedMetadata):
         noun = "a whole number" if self.whole else "a number"
         if self.le is not None and self.ge == -self.le:
             return f"{noun}, |x| <= {short(self.le)} [{self.unit}]{self.note}"
-        low = f"{short(self.gt)} < " if self.gt is not None else ""
-        low = f"{short(self.ge)} <= " if self.ge is not None else low
-        high = f" < {short(self.lt)}" if self.lt is not None else ""
-        high = f" <= {short(self.le)}" if self.le is not None else high
-        return f"{noun}, {low}x{high} [{self.unit}]{self.note}"
+        low = ((self.ge, "<="), (self.gt, "<"))
+        high = ((self.le, "<="), (self.lt, "<"))
+        before = [f"{short(bound)} {sign} " for bound, sign in low if bound is not None]
+        after = [f" {sign} {short(bound)}" for bound, sign in high if bound is not None]
+        return f"{noun}, {''.join(before)}x{''.join(after)} [{self.unit}]{self.note}"
 
 
 def short(number: float) -> str:
@@ -110,14 +110,12 @@ Description = Annotated[str, Strict(), Len(0, 10_000), Allowed("a string, up to 
 Switch = Annotated[bool, Strict(), Allowed("true or false")]
 
 # Space
+_THREE = "three numbers [x, y, z], each |x| <= 1e6"
 Coordinate = Annotated[float, Number("m", ge=-1e6, le=1e6)]
 Altitude = Annotated[float, Number("m", ge=0, le=1e6)]
 Length = Annotated[float, Number("m", ge=1e-3, le=1e6)]
 Position = Annotated[
-    tuple[Coordinate, Coordinate, Coordinate],
-    Strict(),
-    Listed,
-    Allowed("three numbers [x, y, z], each |x| <= 1e6 [m]"),
+    tuple[Coordinate, Coordinate, Coordinate], Strict(), Listed, Allowed(f"{_THREE} [m]")
 ]
 RoofPosition = Annotated[
     tuple[Coordinate, Coordinate, Altitude],
@@ -153,13 +151,8 @@ Energy = Annotated[float, Number("J", ge=1e-3, le=1e15)]
 Inertia = Annotated[float, Number("kg m2", ge=1e-9, le=1e6)]
 Acceleration = Annotated[float, Number("m/s2", ge=1e-6, le=1e6)]
 FORCE = Number("N", ge=-1e6, le=1e6)
-_ForceComponent = Annotated[float, FORCE]
-Force = Annotated[
-    tuple[_ForceComponent, _ForceComponent, _ForceComponent],
-    Strict(),
-    Listed,
-    Allowed("three numbers [x, y, z], each |x| <= 1e6 [N]"),
-]
+_Newton = Annotated[float, FORCE]
+Force = Annotated[tuple[_Newton, _Newton, _Newton], Strict(), Listed, Allowed(f"{_THREE} [N]")]
 
 # Light and radio
 _KNOWN = "; known at 810 and 1550 nm"
@@ -169,8 +162,6 @@ Offset = Annotated[float, Number("W", ge=-1e9, le=1e9, note=_KNOWN)]
 
 SCHEMA = 1
 """Version of the format of a mission file."""
-
-SECONDS_PER_MINUTE = 60.0
 
 _COEFFICIENTS = ("emitter_slope", "emitter_offset_W", "receiver_slope", "receiver_offset_W")
 CONVERSIONS: dict[float, dict[str, float]] = {
@@ -283,11 +274,10 @@ class BatteryPacks(MissionSection):
         """Convert a valid rate per minute to one per second; any other is left to be refused."""
         if not isinstance(stated, dict) or "flow_rate_per_s" in stated:
             return stated
-        rates = dict(stated)
-        rate = rates.pop("flow_rate_per_min", None)
-        if rate is None or not RATE_PER_MINUTE.accepts(rate):
-            return stated
-        return {**rates, "flow_rate_per_s": rate / SECONDS_PER_MINUTE}
+        others = dict(stated)
+        rate = others.pop("flow_rate_per_min", None)
+        accepted = RATE_PER_MINUTE.accepts(rate)
+        return {**others, "flow_rate_per_s": rate / 60.0} if accepted else stated
 
 
 class Rotor(MissionSection):

@@ -234,28 +234,24 @@ def rules(document: Document) -> Iterator[Breach]:
             words = f"is missing; {allowed(Laser, 'attenuation_per_km')}; or state visibility_km"
             yield Breach(("laser", "attenuation_per_km"), words)
     if isinstance(flight := document.get("flight", {}), dict):
-        yield from _flight(document, flight)
+        # What a flight model needs of other tables, and what has no meaning with it.
+        model, needed = flight.get("model", "rotors"), dict[str, str]()
+        if model == "rotors":
+            needed = dict.fromkeys(("rotor", "body"), 'model = "rotors"')
+        elif model == "regimes":
+            if charging := [key for key in _CHARGING if key in flight]:
+                needed = {"laser": charging[0]}
+                for key in {*_CHARGING}.difference(charging):
+                    words = f"{allowed(RegimeFlight, key)}, stated together with {charging[0]}"
+                    yield Breach(("flight", key), f"is missing; {words}")
+            force = keys_of(document.get("wind")).get("force_N", UNKNOWN)
+            if force is not UNKNOWN and any(force):
+                yield Breach(("wind", "force_N"), '[0, 0, 0] with flight.model = "regimes"')
+        for name, by in needed.items():
+            if name not in document:
+                yield Breach((name,), f"is missing; {table(name)}, needed by flight.{by}")
     if buildings := document.get("buildings"):
         yield from _buildings([] if buildings is UNKNOWN else list(map(keys_of, buildings)))
-
-
-def _flight(document: Document, flight: Document) -> Iterator[Breach]:
-    """What a flight model needs of other tables, and what has no meaning with it."""
-    model, needed = flight.get("model", "rotors"), dict[str, str]()
-    if model == "rotors":
-        needed = dict.fromkeys(("rotor", "body"), 'model = "rotors"')
-    elif model == "regimes":
-        if charging := [key for key in _CHARGING if key in flight]:
-            needed = {"laser": charging[0]}
-            for key in {*_CHARGING}.difference(charging):
-                words = f"{allowed(RegimeFlight, key)}, stated together with {charging[0]}"
-                yield Breach(("flight", key), f"is missing; {words}")
-        force = keys_of(document.get("wind")).get("force_N", UNKNOWN)
-        if force is not UNKNOWN and any(force):
-            yield Breach(("wind", "force_N"), '[0, 0, 0] with flight.model = "regimes"')
-    for name, by in needed.items():
-        if name not in document:
-            yield Breach((name,), f"is missing; {table(name)}, needed by flight.{by}")
 
 
 def _buildings(buildings: Sequence[Document]) -> Iterator[Breach]:
