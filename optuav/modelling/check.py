@@ -193,13 +193,7 @@ def _numbers(point: Mapping[str, Operand], model: Model) -> dict[str, Operand]:
 
 
 def refuse_misfits(model: Model, programmes: int) -> None:
-    """Refuse arrays with neither one entry nor one a programme.
-
-    Raises
-    ------
-    InputError
-        Naming every constraint, or the objective, in which there is such an array.
-    """
+    """Refuse arrays with neither one entry nor one a programme, by constraint."""
     allowed, misfits = {(), (1,), (programmes,)}, dict[int, set[tuple[int, ...]]]()
     for node in [*model.walked.nodes, *model.walked.trees]:
         if isinstance(node, Parameter):

@@ -17,7 +17,7 @@ from typing import Literal, NamedTuple, TypeAlias
 import numpy as np
 from numpy.lib.mixins import NDArrayOperatorsMixin
 
-from optuav.modelling.expression import Bounded, Leaf, Operand, Parameter, Relation
+from optuav.modelling.expression import Bounded, Operand, Relation, Variable
 from optuav.modelling.traversal import fold
 
 Factor: TypeAlias = tuple[str, Literal["time", "levelling"]]
@@ -64,36 +64,27 @@ def applied(ufunc: np.ufunc, operands: tuple[Operand, ...]) -> Operand:
         return ufunc(*operands)
     forms = [e if isinstance(e, Exponential) else Exponential({CONSTANT: e}) for e in operands]
     left, right = forms[0], forms[-1]
+    if ufunc is np.positive:
+        return left
+    if ufunc in (np.exp, np.expm1):
+        whole = {CONSTANT: 1.0} if ufunc is np.exp else {}
+        lost = _lost(left)
+        return Exponential({**whole, **lost.terms}, lost.rates_per_s)
+    terms: dict[Monomial, Operand] = {}
     if ufunc in (np.add, np.subtract):
-        terms = dict(left.terms)
+        terms |= left.terms
         for monomial, coefficient in right.terms.items():
             more = coefficient if ufunc is np.add else -coefficient
             terms[monomial] = terms[monomial] + more if monomial in terms else more
         return Exponential(terms, _rates(left, right))
-    if ufunc is np.multiply:
-        return _product(left, right)
-    if ufunc is np.divide and not moving[1]:
+    if ufunc is np.negative:
+        right = Exponential({CONSTANT: -1.0})
+    elif ufunc is np.divide and not moving[1]:
         zero = isinstance(operands[1], float | int) and operands[1] == 0.0
         # Infinite as in NumPy, so that an engine can say which constraint has it.
-        factor = math.inf if zero else 1.0 / operands[1]
-        return _product(left, Exponential({CONSTANT: factor}))
-    if ufunc is np.negative:
-        return _product(left, Exponential({CONSTANT: -1.0}))
-    if ufunc is np.positive:
-        return left
-    if ufunc in (np.exp, np.expm1):
-        lost = _lost(left)
-        return (
-            lost
-            if ufunc is np.expm1
-            else Exponential({CONSTANT: 1.0, **lost.terms}, lost.rates_per_s)
-        )
-    raise NotExponentialError(f"{ufunc.__name__} of the unknowns is no levelling")
-
-
-def _product(left: Exponential, right: Exponential) -> Exponential:
-    """left · right; no unknown may be in both."""
-    terms: dict[Monomial, Operand] = {}
+        right = Exponential({CONSTANT: math.inf if zero else 1.0 / operands[1]})
+    elif ufunc is not np.multiply:
+        raise NotExponentialError(f"{ufunc.__name__} of the unknowns is no levelling")
     for one, a in left.terms.items():
         for other, b in right.terms.items():
             if one and other and {name for name, _ in one} & {name for name, _ in other}:
@@ -156,21 +147,15 @@ def exponential(
 ) -> Exponential:
     """The form of a tree; values of parameters by name, `done` as of `fold`.
 
-    `call` says what a function of forms becomes.
-
-    Raises
-    ------
-    NotExponentialError
-        If it has none: an unknown multiplies itself, is in a divisor or in another function,
-        or levels out at two rates.
+    `call` says what a function of forms becomes. `NotExponentialError` if it has none: an unknown
+    multiplies itself, is in a divisor or in another function, or levels out at two rates.
     """
-
-    def leaf(node: Leaf) -> Operand:
-        if isinstance(node, Parameter):
-            return values.get(node.name, node.value)
-        return unknown(node.name)
-
-    found = fold(expression, leaf, call, done=done)
+    found = fold(
+        expression,
+        lambda x: unknown(x.name) if isinstance(x, Variable) else values.get(x.name, x.value),
+        call,
+        done=done,
+    )
     return found if isinstance(found, Exponential) else Exponential({CONSTANT: found})
 
 

@@ -81,10 +81,7 @@ def outermost(*expressions: Operand) -> Iterator[Leaf | Let]:
 def leaves(*expressions: Operand) -> list[Leaf]:
     """Variables and parameters of some trees, in order of first appearance, each name once.
 
-    Raises
-    ------
-    ValueError
-        If two different ones have the same name.
+    `ValueError` if two different ones have the same name.
     """
     found: dict[str, Leaf] = {}
     for node in nodes(*expressions):
@@ -200,11 +197,7 @@ def slope(
     """Value of an expression and its derivatives with respect to every leaf in it.
 
     Every node carries both (forward differentiation). Values as of `evaluate`, `done` as of `fold`.
-
-    Raises
-    ------
-    NotImplementedError
-        If the tree holds a function without a derivative here.
+    `NotImplementedError` if the tree holds a function without a derivative here.
     """
 
     def leaf(node: Leaf) -> Slope:

@@ -18,7 +18,7 @@ from optuav.mission.messages import safe_name, shown
 from optuav.mission.schema import Slot, short
 from optuav.network import vehicle
 from optuav.network.places import ENDS
-from optuav.network.timeline import Figure, Kind, Phase, carry
+from optuav.network.timeline import Figure, Phase, carry
 from optuav.physics.charging import STEPS
 from optuav.physics.kibam import time_to_empty, time_to_full
 from optuav.plan.summary import summary
@@ -171,17 +171,17 @@ class Plan(BaseModel):
     @property
     def hover_time_s(self) -> float:
         """Δ [s]."""
-        return self._time("hover")
+        return sum((p.duration_s for p in self._existing() if p.kind == "hover"), 0.0)
 
     @property
     def rest_time_s(self) -> float:
         """T' [s]."""
-        return self._time("rest")
+        return sum((p.duration_s for p in self._existing() if p.kind == "rest"), 0.0)
 
     @property
     def flight_time_s(self) -> float:
         """T_fl [s]."""
-        return self._time("flight")
+        return sum((p.duration_s for p in self._existing() if p.kind == "flight"), 0.0)
 
     @property
     def mission_time_s(self) -> float:
@@ -255,9 +255,6 @@ class Plan(BaseModel):
                 return float(start_s + min(crossing_s, stage.duration_s))
             wells, start_s = end, start_s + stage.duration_s
         return None
-
-    def _time(self, kind: Kind) -> float:
-        return sum((each.duration_s for each in self._existing() if each.kind == kind), 0.0)
 
     def summary(self) -> str:
         """The plan as an aligned block of text."""
