@@ -13,7 +13,8 @@ from __future__ import annotations
 import itertools
 import math
 import time
-from collections.abc import Callable, Iterator, Mapping, Sequence
+import warnings
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import Any, NamedTuple
@@ -84,36 +85,14 @@ def run(programme: Any, arguments: Mapping[str, Floats]) -> tuple[Any, str]:
         return programme(**arguments), programme.stats()["return_status"]
 
 
-RENAMED = {
-    "add": "plus", "subtract": "minus", "multiply": "times", "divide": "rdivide",
-    "absolute": "fabs", "maximum": "fmax", "minimum": "fmin",
-}  # fmt: skip
-"""CasADi's names of functions; the others it calls as NumPy does, or they follow from those."""
-
-
-def operation(ufunc: np.ufunc) -> Callable[..., Any]:
-    """What a ufunc becomes on CasADi's symbols."""
-    import casadi
-
-    name = ufunc.__name__
-    others: dict[str, Callable[..., Any]] = {
-        "negative": lambda a: -a,
-        "positive": lambda a: a,
-        "square": lambda a: a * a,
-        "reciprocal": lambda a: 1.0 / a,
-        "trunc": lambda a: casadi.sign(a) * casadi.floor(casadi.fabs(a)),
-        "heaviside": lambda a, b: (a > 0.0) + (a == 0.0) * b,
-        "cbrt": lambda a: casadi.sign(a) * casadi.fabs(a) ** (1.0 / 3.0),
-        "exp2": lambda a: 2.0**a,
-        "log2": lambda a: casadi.log(a) / math.log(2.0),
-        "logaddexp": lambda a, b: casadi.logsumexp(casadi.vertcat(a, b)),
-    }
-    others |= dict.fromkeys(("deg2rad", "radians"), lambda a: a * (math.pi / 180.0))
-    others |= dict.fromkeys(("rad2deg", "degrees"), lambda a: a * (180.0 / math.pi))
+def applied(ufunc: np.ufunc, operands: Sequence[Any]) -> Any:
+    """A ufunc of CasADi's symbols, which know what NumPy asks of them."""
     if ufunc not in PARTIALS and ufunc not in KINKED:
-        raise InputError(f"engine {NAME} does not know the function {name}")
-    found: Callable[..., Any] = others.get(name) or getattr(casadi, RENAMED.get(name, name))
-    return found
+        raise InputError(f"engine {NAME} does not know the function {ufunc.__name__}")
+    with warnings.catch_warnings():
+        # CasADi announces another type of result for numbers, which these are not.
+        warnings.simplefilter("ignore", FutureWarning)
+        return ufunc(*operands)
 
 
 class Scaled(NamedTuple):
@@ -164,9 +143,7 @@ class CasadiProgramme:
 
         def symbols(tree: Operand) -> Any:
             """A tree in CasADi's symbols."""
-            return casadi.SX(
-                fold(tree, lambda leaf: leaves[leaf.name], lambda ufunc, of: operation(ufunc)(*of))
-            )
+            return casadi.SX(fold(tree, lambda leaf: leaves[leaf.name], applied))
 
         rows = []
         for relation in (each.relation for each in self.constraints):

@@ -42,23 +42,15 @@ GAP = 1e-7
 """Relative gap between an answer and the bound on all others above which it counts as unproved."""
 DEFAULT_SOLVER = "HIGHS"
 SETTINGS: Mapping[str, Values] = {
-    "HIGHS": {
-        "primal_feasibility_tolerance": 1e-9,
-        "dual_feasibility_tolerance": 1e-9,
-        "mip_feasibility_tolerance": 1e-9,
-        "mip_rel_gap": 0.0,
-    },
+    "HIGHS": {"mip_rel_gap": 0.0}
+    | {f"{each}_feasibility_tolerance": 1e-9 for each in ("primal", "dual", "mip")},
     "SCIPY": {"scipy_options": {"mip_rel_gap": 0.0}},
     "OSQP": {"eps_abs": 1e-10, "eps_rel": 1e-10, "max_iter": 100_000, "polishing": False},
     "SCS": {"eps_abs": 1e-10, "eps_rel": 1e-10},
 }
 """Settings of solvers whose defaults are too coarse for seconds."""
-TIME_LIMITS = {
-    "HIGHS": "time_limit",
-    "CLARABEL": "time_limit",
-    "OSQP": "time_limit",
-    "SCS": "time_limit_secs",
-}
+TIME_LIMITS = dict.fromkeys(("HIGHS", "CLARABEL", "OSQP"), "time_limit")
+TIME_LIMITS["SCS"] = "time_limit_secs"
 """How solvers call their time limit."""
 STATUSES = {
     "optimal": Status.OPTIMAL,

@@ -269,20 +269,14 @@ def stated_forms(model: Model, values: Values, *, relaxed: bool = False) -> list
                 raise NotExponentialError(f"{each.label!r}: {error}") from error
             bounded.append(each)
     exact = Relaxation()
-    found += _relaxed_forms(bounded, values, exact) if bounded else ()
-    for name in exact.names:
-        found += _relaxed_forms(bounded, values, Relaxation(name))
+    kinds = [exact]  # Grows by what is met at the bounds: one more for each ceiling
+    for relaxation in kinds:
+        done = {}
+        for each in bounded:
+            own = [exponential(e, values, done, relaxation) for e in each.relation.sides]
+            found += _forms(each, own, relaxed=True)
+        kinds += map(Relaxation, exact.names) if relaxation is exact else ()
     return [*found, *(StatedForm(limit, 0.0, None, True) for limit in exact.limits)]
-
-
-def _relaxed_forms(
-    constraints: Sequence[Constraint], values: Values, relaxation: Relaxation
-) -> Iterator[StatedForm]:
-    """Forms of constraints with bounds or ceilings in place of `Bounded` functions."""
-    done: dict[int, Operand] = {}
-    for each in constraints:
-        sides = [exponential(side, values, done, relaxation) for side in each.relation.sides]
-        yield from _forms(each, sides, relaxed=True)
 
 
 def _forms(

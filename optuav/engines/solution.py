@@ -11,13 +11,8 @@ from itertools import chain
 import numpy as np
 
 from optuav.arrays import Floats, Values
-from optuav.engines.prices import (
-    Residuals,
-    ShadowPrice,
-    local_multipliers,
-    residuals,
-    shadow_prices,
-)
+from optuav.engines import prices
+from optuav.engines.prices import Residuals, ShadowPrice
 from optuav.errors import SolverError
 from optuav.modelling.check import evaluated, relations, unusable
 from optuav.modelling.display import table
@@ -115,7 +110,7 @@ class Solution:
         if not self.statuses[index].has_answer or self.duals is not None:
             return dict(*(self.duals or ())[index : index + 1])
         zeros = dict.fromkeys((each.label for each in relations(self.model)), 0.0)
-        return zeros | local_multipliers(self.model, self._at(index))
+        return zeros | prices.local_multipliers(self.model, self._at(index))
 
     def _at(self, index: int) -> dict[str, Operand]:
         """Values of parameters and variables in a programme that has an answer."""
@@ -163,7 +158,7 @@ class Solution:
 
     def residuals(self, index: int = 0) -> Residuals:
         """What the answer to a programme lacks of feasibility and optimality; see `Residuals`."""
-        return residuals(self.model, self._at(index), self.multipliers_at(index))
+        return prices.residuals(self.model, self._at(index), self.multipliers_at(index))
 
     def shadow_prices(self, index: int = 0) -> dict[str, ShadowPrice]:
         """Shadow price of every parameter in a programme, by name; see `ShadowPrice`.
@@ -174,7 +169,7 @@ class Solution:
         known = self.duals is None or any(self.duals[index : index + 1])
         if not known or not self.statuses[index].has_answer:
             return {}
-        return shadow_prices(self.model, self.parameters_at(index), self.point(index))
+        return prices.shadow_prices(self.model, self.parameters_at(index), self.point(index))
 
     def only(self, index: int) -> Solution:
         """The solution to a single programme."""

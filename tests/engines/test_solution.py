@@ -152,13 +152,13 @@ def test_multipliers_that_follow_from_the_answer_are_computed_on_first_use(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     """2 x under 3 x ≤ 12 gains 2/3 per unit of the right side."""
-    counted = []
+    counted, honest = [], prices.local_multipliers
 
     def local_multipliers(*arguments: object) -> dict[str, float]:
         counted.append(arguments)
-        return prices.local_multipliers(*arguments)  # type: ignore[arg-type]
+        return honest(*arguments)  # type: ignore[arg-type]
 
-    monkeypatch.setattr("optuav.engines.solution.local_multipliers", local_multipliers)
+    monkeypatch.setattr(prices, "local_multipliers", local_multipliers)
     found = replace(corner(4.0, {}), duals=None)
     found.only(0).verify()
     assert not counted
