@@ -31,15 +31,7 @@ import numpy as np
 
 from optuav.arrays import Booleans, Floats, Integers, Values
 from optuav.engines.registry import Engine, capability
-from optuav.engines.rows import (
-    Rows,
-    Section,
-    StatedForm,
-    close_in,
-    levelled,
-    rows_of,
-    stated_forms,
-)
+from optuav.engines.rows import Rows, Section, StatedForm, close_in, levelled, rows_of, stated_forms
 from optuav.engines.solution import Solution
 from optuav.errors import InputError
 from optuav.modelling.check import evaluated
@@ -52,7 +44,6 @@ ROUNDING = 1e-11
 NAME = "bracket"
 PROOF = "bracketed: a feasible time, and proof that none is longer"
 PROOF_OF_NONE = "bracketed: proof that no times satisfy all constraints"
-UNDECIDED = "found neither a time nor proof that there is none"
 WIDTH_S = 1e-8
 """Largest distance between a point that holds and one beyond which none does [s]."""
 MOST_BOXES = 1000
@@ -242,17 +233,11 @@ def solve(
     else:
         found = largest(rows, *tops)
         found = found._replace(y=shortest(rows, found, tops[1]))
-    found_out = np.select(
-        [
-            ~usable,
-            np.isneginf(found.beyond),
-            np.isnan(found.x),
-            found.beyond - found.x > 10.0 * WIDTH_S,
-        ],
-        [Status.ERROR, Status.INFEASIBLE, Status.ERROR, Status.FEASIBLE],
-        Status.OPTIMAL,
-    )
-    answered = usable & ~np.isneginf(found.beyond) & ~np.isnan(found.x)
+    none, unknown = np.isneginf(found.beyond), np.isnan(found.x)
+    open_ = found.beyond - found.x > 10.0 * WIDTH_S
+    ends = [Status.ERROR, Status.INFEASIBLE, Status.ERROR, Status.FEASIBLE]
+    found_out = np.select([~usable, none, unknown, open_], ends, Status.OPTIMAL)
+    answered = usable & ~none & ~unknown
     points = {
         name: np.where(answered, each, np.nan)
         for name, each in zip(names, (found.x, found.y), strict=False)
@@ -265,7 +250,10 @@ def solve(
         values={each.name: points[each.name] for each in model.variables},
         duals=() if tapers else None,
         beyond=np.where(usable, found.beyond, np.nan),
-        words=[UNDECIDED if each else "" for each in usable & (found_out == Status.ERROR)],
+        words=[
+            "found neither a time nor proof that there is none" if each else ""
+            for each in usable & (found_out == Status.ERROR)
+        ],
         model=model,
         given=given,
     )
@@ -313,8 +301,7 @@ def _tapered(
 ) -> Interval:
     """The best of three points with the taper, with the smallest y found, and the bound above.
 
-    The bound is that of all rows at constant current (`relaxed`); `never_full` say, besides, that
-    the available well is never past full; the `others` are of constraints without a taper.
+    The bound is that of all rows at constant current (`relaxed`).
     """
     tapered = dict.fromkeys(each.constraint for each in forms if each.relaxed and each.constraint)
     values = {name: each.value for name, each in model.given.items()} | {**given}

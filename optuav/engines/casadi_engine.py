@@ -44,12 +44,7 @@ OPTIONS: Mapping[str, Operand] = {
     "ipopt.bound_relax_factor": 0.0,
     "ipopt.diverging_iterates_tol": 1e8,
 }
-SOLVED = ("Solve_Succeeded", "Solved_To_Acceptable_Level")
-TOO_SLOW = ("Maximum_WallTime_Exceeded", "Maximum_CpuTime_Exceeded")
 LATE = f"{NAME} did not finish within the time limit"
-UNBOUNDED = "Diverging_Iterates"
-UNUSABLE = "Invalid_Number_Detected"
-NO_WAY_IN = "Infeasible_Problem_Detected"
 EQUAL = 1e-10
 """Relative loss of the objective that the preferences may use up."""
 ACCURACY = 1e-10
@@ -185,14 +180,14 @@ class CasadiProgramme:
         scaled = self._scaled(parameters, bounds)
         best, said = self._best(scaled)
         words = ", ".join(dict.fromkeys(said))
-        if best is None and UNBOUNDED in said:
+        if best is None and "Diverging_Iterates" in said:
             level, said = self._best(scaled._replace(steepness=math.inf))
             if level is not None:
                 return none(Status.UNBOUNDED, "local: the iterates diverge", words)
             words = ", ".join(dict.fromkeys(said))
-        if best is None and all(word == UNUSABLE for word in said):
+        if best is None and {*said} == {"Invalid_Number_Detected"}:
             return none(Status.ERROR, "none", words)
-        if best is None and NO_WAY_IN in said:
+        if best is None and "Infeasible_Problem_Detected" in said:
             proof = f"local: none of {len(said)} starts led to a feasible point"
             return none(Status.INFEASIBLE, proof, words)
         if best is None:
@@ -273,7 +268,7 @@ class CasadiProgramme:
             "ubg": np.zeros(len(equal)),
         }
         answer, word = run(self._programmes[len(floors)], arguments)
-        if word in TOO_SLOW:
+        if word in ("Maximum_WallTime_Exceeded", "Maximum_CpuTime_Exceeded"):
             raise SolverError(LATE)
         found = np.clip(np.asarray(answer["x"]).ravel() * scaled.scale, scaled.lower, scaled.upper)
         for bound in (scaled.lower, scaled.upper):
@@ -281,8 +276,8 @@ class CasadiProgramme:
             found = np.where(np.isfinite(bound) & (np.abs(found - bound) <= reach), bound, found)
         point = dict(zip(self.names, found.tolist(), strict=True))
         rows = evaluated(self.model, {**scaled.parameters, **point})
-        solved = word in SOLVED and all(row.satisfied for row in rows)
-        return (point if solved else None), answer, word
+        solved = word in ("Solve_Succeeded", "Solved_To_Acceptable_Level")
+        return (point if solved and all(row.satisfied for row in rows) else None), answer, word
 
 
 @dataclass(frozen=True)

@@ -33,14 +33,12 @@ from optuav.status import Status
 
 NAME = "cvxpy"
 DUALITY = "linear programming duality, KKT conditions evaluated again"
-SEARCHED = "branch and bound"
 EQUAL = 1e-11
 """Relative loss of the objective that the preferences may use up."""
 TIGHT = 1e-7
 """Relative slack below which a row counts as holding with equality."""
 GAP = 1e-7
 """Relative gap between an answer and the bound on all others above which it counts as unproved."""
-DEFAULT_SOLVER = "HIGHS"
 SETTINGS: Mapping[str, Values] = {
     "HIGHS": {"mip_rel_gap": 0.0}
     | {f"{each}_feasibility_tolerance": 1e-9 for each in ("primal", "dual", "mip")},
@@ -58,9 +56,7 @@ STATUSES = {
     "infeasible": Status.INFEASIBLE,
     "unbounded": Status.UNBOUNDED,
 }
-"""What CVXPY's words mean; all others are refused."""
-UNDECIDED = "infeasible_or_unbounded"
-OUT_OF_TIME = ("user_limit", "user_limit_inaccurate")
+"""What CVXPY's words mean; all others but infeasible_or_unbounded are refused."""
 
 
 def installed(
@@ -77,15 +73,14 @@ def installed(
         raise SolverError(f"engine cvxpy needs the package cvxpy: {error}") from error
 
     there = cvxpy.installed_solvers()  # type: ignore[no-untyped-call]
-    wanted = DEFAULT_SOLVER if name is None else name
-    name = str(wanted).upper()
+    wanted, name = name, "HIGHS" if name is None else str(name).upper()
     if name not in there:
         raise InputError(f"CVXPY has no solver {wanted!r}; installed: {', '.join(there)}")
     if whole and name not in INSTALLED_MI_SOLVERS:
         able = ", ".join(INSTALLED_MI_SOLVERS)
         raise InputError(f"the solver {name} takes no whole numbers; these do: {able}")
     options: dict[str, Operand] = dict(SETTINGS.get(name, {}))
-    if whole and name == DEFAULT_SOLVER:
+    if whole and name == "HIGHS":
         # Its presolve may cut off the best whole numbers (ERGO-Code/HiGHS issue 3073).
         options["presolve"] = "off"
     if time_limit_s is not None:
@@ -187,7 +182,7 @@ class CvxpyProgramme:
         return single(
             self.model,
             NAME,
-            f"{SEARCHED} ({self.solver})" if self.integer else DUALITY,
+            f"branch and bound ({self.solver})" if self.integer else DUALITY,
             status,
             values,
             f"{self.solver}: {words}",
@@ -210,9 +205,9 @@ class CvxpyProgramme:
         except (cvxpy.error.SolverError, ValueError) as error:
             raise SolverError(f"cvxpy with {self.solver} failed: {error}") from None
         words = str(self.problem.status)
-        if words in OUT_OF_TIME:
+        if words in ("user_limit", "user_limit_inaccurate"):
             raise SolverError(f"cvxpy with {self.solver} stopped at its limit of time or steps")
-        if words not in STATUSES and words != UNDECIDED:
+        if words not in STATUSES and words != "infeasible_or_unbounded":
             raise SolverError(f"cvxpy with {self.solver} is not sure: {words}")
         return STATUSES.get(words), words
 

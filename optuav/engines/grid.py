@@ -196,24 +196,20 @@ class Grid(OneByOne):
             raise InputError(f"engine {NAME} needs the length of a slot")
         if not 1 <= (unknowns := len(model.variables)) <= MOST_UNKNOWNS:
             raise ValueError(f"{NAME} takes one or two unknowns, the model has {unknowns}")
-        return partial(_solve, model, slot_s, time_limit_s)
 
+        @np.errstate(divide="ignore", invalid="ignore", over="ignore")
+        def solve(parameters: Mapping[str, float]) -> Solution:
+            latest = math.inf if time_limit_s is None else time.monotonic() + time_limit_s
+            if np.isnan(list(parameters.values())).any():
+                return single(model, NAME, PROOF, Status.ERROR, parameters, tight=())
+            if (best := _best_cell(model, parameters, slot_s, latest)) is None:
+                return single(model, NAME, PROOF, Status.INFEASIBLE, parameters, tight=())
+            near = {*_tight(model, parameters, best, slot_s)}
+            labels = dict.fromkeys(each.label for each in relations(model) if each.label in near)
+            found = Status.OPTIMAL
+            return single(model, NAME, PROOF, found, parameters, point=best, tight=(*labels,))
 
-@np.errstate(divide="ignore", invalid="ignore", over="ignore")
-def _solve(
-    model: Model, slot_s: float, time_limit_s: float | None, parameters: Mapping[str, float]
-) -> Solution:
-    """The best cell of one programme."""
-    latest = math.inf if time_limit_s is None else time.monotonic() + time_limit_s
-    best = None
-    if np.isnan(list(parameters.values())).any():
-        status = Status.ERROR
-    else:
-        best = _best_cell(model, parameters, slot_s, latest)
-        status = Status.INFEASIBLE if best is None else Status.OPTIMAL
-    near = {*_tight(model, parameters, best, slot_s)} if best else ()
-    tight = tuple(dict.fromkeys(each.label for each in relations(model) if each.label in near))
-    return single(model, NAME, PROOF, status, parameters, point=best, tight=tight)
+        return solve
 
 
 solve = Grid().solve
