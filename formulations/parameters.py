@@ -89,7 +89,7 @@ class Quantities:
 QUANTITIES = tuple(each for each in fields(Quantities) if each.metadata)
 
 
-def steps_for(steps: Sequence[Any], *, varies: bool = False) -> tuple[Any, ...]:
+def steps_for(steps: Sequence[Any]) -> tuple[Any, ...]:
     """Steps of a model: figures that differ between its itineraries become symbols.
 
     Parameters of the model, with shadow prices, where they vary.
@@ -100,7 +100,7 @@ def steps_for(steps: Sequence[Any], *, varies: bool = False) -> tuple[Any, ...]:
         if isinstance(step, str)
         else Stage(
             *(
-                Parameter(f"step_{number}_{name}", f"{symbol}_{number}", unit, value, varies=varies)
+                Parameter(f"step_{number}_{name}", f"{symbol}_{number}", unit, value, varies=False)
                 if np.ndim(value)
                 else value
                 for (name, symbol, unit), value in zip(words, step, strict=True)

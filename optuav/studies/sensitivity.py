@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -12,12 +11,8 @@ import numpy as np
 from rich.console import RenderableType
 from rich.text import Text
 
-from formulations.p1 import P1
-from formulations.parameters import steps_for
 from formulations.soc import AVAILABLE, PAPER
 from optuav.arrays import Floats
-from optuav.engines import bracket, closed_form
-from optuav.engines.prices import ShadowPrice
 from optuav.errors import Fault, InputError
 from optuav.mission import Mission, load
 from optuav.mission.messages import nearest, shown
@@ -27,9 +22,7 @@ from optuav.network.variants import Variants
 from optuav.options import Perspective
 from optuav.plan import Plan
 from optuav.solving import solve
-from optuav.solving.assemble import quantities
 from optuav.solving.batch import hover_times_s
-from optuav.solving.outcome import SAME_S
 from optuav.studies.results import Results, Row, fixed, plain_table
 from optuav.studies.uncertainty import (
     Chances,
@@ -48,14 +41,8 @@ SAMPLES = Number("-", ge=1, le=1e8, whole=True)
 SEED = Number("-", ge=0, le=2**63, whole=True)
 WORLD = ("battery", "rotor", "body", "laser", "link", "flight")
 """Tables of what is measured; [route] and [limits] state what is chosen."""
-PLACE = {
-    *("hover_distance_m", "coverage_radius_m", "end_gap_m"),
-    *("hover_altitude_m", "min_altitude_m", "max_altitude_m"),
-}
-"""Quantities of constraints without a time. They hold by construction: the hover point always lies
-on the rim of what the radio covers."""
-STEP = 1e-5
-"""Relative step of the derivatives of parameters by keys."""
+STEP = 1e-4
+"""Step of the exact rates, relative to the value of a key."""
 UNITS = {
     **dict.fromkeys(("key", "unit", "now", "low", "high"), ""),
     **{"hover_low_s": "s", "hover_high_s": "s", "elasticity": "-"},
@@ -64,8 +51,8 @@ UNITS = {
 MOST_ROWS = 24
 MOVES_S = 5e-3
 """Keys that move the hover time less than this are not printed [s]."""
-ZERO, SMALL = 1e-9, 5e-4
-"""Elasticities below these are 0, and have no digit to show."""
+ZERO, SMALL, KINK = 1e-6, 5e-4, 1e-5
+"""Elasticities below these are 0, or have no digit to show; beyond the last two sides differ."""
 WAVELENGTH = "laser.wavelength_nm"
 LONGEST_KEY = 34
 
@@ -107,7 +94,7 @@ def sensitivity(
         One row a key, the largest effect first: the hover times [s] at the ends of its range (the
         stated one or 10 %), None without a plan; the elasticity, percent of hover time by one
         percent of the key, as a mean over the range; and the exact one below the value and above
-        it, from shadow prices, which differ at a kink. Among the facts are ``hover_time_s``, the
+        it, which differ at a kink. Among the facts are ``hover_time_s``, the
         longest hover of the mission itself (0 without a plan), and ``chances``, what the samples
         say: quantiles of the longest hover, how often each route is the best, and the share of
         samples in which the fixed plan can be flown; None if nothing is uncertain.
@@ -174,10 +161,17 @@ def effects(
     network: Network, spreads: Sequence[Spread], perspective: Perspective, hover_time_s: float
 ) -> tuple[Row, ...]:
     """Return the effect of each key on the longest hover, the others held; the largest first."""
-    found, exact = list[Row](), _rates(network, spreads, perspective)
-    ends = _one_by_one(network, spreads, np.array([[each.low, each.high] for each in spreads]))
-    ends_s = np.fmax.reduce(hover_times_s(ends, perspective), axis=1).reshape(-1, 2).tolist()
-    for spread, (low_s, high_s), rates in zip(spreads, ends_s, exact.T.tolist(), strict=True):
+    steps = STEP * np.array([abs(each.key.now) or each.high - each.low for each in spreads])
+    values = np.array([[each.low, each.high, *[each.key.now] * 5] for each in spreads])
+    values[:, 2:] += steps[:, None] * np.arange(-2.0, 3.0)
+    times_s = hover_times_s(_one_by_one(network, spreads, values), perspective)
+    lows_s, highs_s, *near_s = np.fmax.reduce(times_s, axis=1).reshape(-1, 7).T
+    # To one side each, of second order: at the value itself another limit or route may take over.
+    below = (near_s[0] - 4.0 * near_s[1] + 3.0 * near_s[2]) / (2.0 * steps)
+    above = (4.0 * near_s[3] - near_s[4] - 3.0 * near_s[2]) / (2.0 * steps)
+    found = list[Row]()
+    table = np.transpose([lows_s, highs_s, below, above]).tolist()
+    for spread, (low_s, high_s, *rates) in zip(spreads, table, strict=True):
         key = spread.key
         share = key.now / hover_time_s if hover_time_s and key.now else math.nan
         slope = (high_s - low_s) / (spread.high - spread.low)
@@ -185,7 +179,7 @@ def effects(
         low, high, mean, less, more = (each if np.isfinite(each) else None for each in figures)
         has_kink = (less is None) != (more is None)
         if less is not None and more is not None:
-            has_kink = ShadowPrice(less, more).has_kink
+            has_kink = not math.isclose(less, more, rel_tol=KINK, abs_tol=KINK)
         row = {
             "key": key.name,
             "unit": key.unit,
@@ -216,50 +210,6 @@ def _one_by_one(network: Network, spreads: Sequence[Spread], values: Floats) -> 
             every = columns.setdefault(name, np.full(values.size, now[name]))
             every[count * number : count * (number + 1)] = column
     return Variants(network, columns)
-
-
-def _rates(network: Network, spreads: Sequence[Spread], perspective: Perspective) -> Floats:
-    """Return the rates dΔ/dkey [s per unit] below and above (2, key); NaN where there are none.
-
-    Each of the itineraries that tie has its own: below the value the one with the lowest rate is
-    the best, above it the one with the highest.
-    """
-    now = np.array([each.key.now for each in spreads])
-    here = _one_by_one(network, spreads[:1], now[:1, None])
-    here_s = hover_times_s(here, perspective)[0]
-    tied = np.flatnonzero(here_s >= np.fmax.reduce(here_s) - SAME_S)
-    if not len(tied):
-        return np.full((2, len(spreads)), np.nan)
-    steps = np.array([STEP * (abs(each.key.now) or each.high - each.low) for each in spreads])
-    near = _one_by_one(network, spreads, now[:, None] + steps[:, None] * [-1.0, 0.0, 1.0])
-    sides = np.array([_rates_of(near, each, steps, perspective) for each in tied.tolist()])
-    return np.array([sides[:, 0].min(axis=0), sides[:, 1].max(axis=0)])
-
-
-def _rates_of(near: Variants, itinerary: int, steps: Floats, perspective: Perspective) -> Floats:
-    """Return dΔ/dkey of one itinerary below and above (2, key), by the chain rule.
-
-    Each key has three variants: a step below its value, at it, and a step above. A parameter that
-    the key moves may have another price on either side; where two have, their prices do not say
-    what both together are worth, and the rate is NaN.
-    """
-    every, rests = np.arange(near.count), bool(near.network.routes.building[itinerary] >= 0)
-    which, is_available = np.full_like(every, itinerary), perspective == AVAILABLE
-    given = quantities(near, which, every, rests=rests, steps=is_available)
-    given = replace(given, steps=steps_for(given.steps, varies=True))
-    model, engine = P1().model(given, perspective), bracket if is_available else closed_form
-    prices = engine.solve(model, 1, model.row(1)).shadow_prices()
-    rates, kinks = np.zeros((2, len(steps))), np.zeros(len(steps))
-    for name in (each for each in prices if each not in PLACE):
-        figure = np.broadcast_to(model.parameters[name].value, near.count)
-        below, _, above = figure.reshape(-1, 3).T
-        slopes = (above - below) / (2.0 * steps)
-        less, more = prices[name]
-        sides = np.where(slopes > 0.0, [[less], [more]], [[more], [less]])
-        with np.errstate(invalid="ignore"):
-            rates += np.where(slopes == 0.0, 0.0, slopes * sides)
-        kinks += prices[name].has_kink & (slopes != 0.0)
-    return np.where(kinks > 1, np.nan, rates)
 
 
 # The printed text and the pictures

@@ -342,7 +342,7 @@ def direct() -> Results:
     ],
 )
 def test_exact_elasticities_of_a_battery_that_must_not_run_dry(name: str, key: str) -> None:
-    """Rates by shadow prices of both wells are those of solving again, 0.1 % to either side."""
+    """Rates at the value are those of solving again, 0.1 % to either side."""
     mission = optuav.load(name)
     now = effect(of(name), key)
     less, more = (
