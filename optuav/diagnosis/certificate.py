@@ -85,11 +85,10 @@ class Certificate:
     @property
     def coefficients(self) -> Coefficients:
         """Σ y a."""
-        symbols = dict.fromkeys(symbol for row in self.rows for symbol in row.coefficients)
-        sums = {
-            symbol: sum((r.multiplier * r.coefficients.get(symbol, ZERO) for r in self.rows), ZERO)
-            for symbol in symbols
-        }
+        sums = dict[str, Fraction]()
+        for row in self.rows:
+            for symbol, factor in row.coefficients.items():
+                sums[symbol] = sums.get(symbol, ZERO) + row.multiplier * factor
         return {symbol: value for symbol, value in sums.items() if value}
 
     @property
@@ -117,12 +116,8 @@ class Certificate:
     def table(self) -> list[tuple[str, str, str]]:
         """Multipliers, labels and rows as text with six digits, and their sum."""
         rows = [
-            (
-                f"{number_text(row.multiplier)} ×",
-                row.label,
-                _inequality(row.coefficients, row.limit),
-            )
-            for row in self.rows
+            (f"{number_text(e.multiplier)} ×", e.label, _inequality(e.coefficients, e.limit))
+            for e in self.rows
         ]
         verdict = "" if self.objective else ", which is false"
         return [*rows, ("sum", "", _inequality(self.coefficients, self.limit) + verdict)]
@@ -288,11 +283,7 @@ def combination(
         )[2]
         basis[leaving] = entering
         pivot = [x / rows[leaving][entering] for x in rows[leaving]]
-        rows = [
-            pivot
-            if k == leaving
-            else [x - row[entering] * y for x, y in zip(row, pivot, strict=True)]
-            for k, row in enumerate(rows)
-        ]
+        rows = [[x - r[entering] * y for x, y in zip(r, pivot, strict=True)] for r in rows]
+        rows[leaving] = pivot
     found = dict(zip(basis, (row[count] for row in rows), strict=False))
     return [found.get(column, ZERO) for column in range(count)]

@@ -152,11 +152,6 @@ def repairs(question: MissionQuestion) -> tuple[Repair, ...]:
     Places are not moved. Changes that no value achieves, and those that break another rule of
     missions, are left out. Every change was verified by solving again: with the value that is
     offered there is an answer, with one digit less there is none.
-
-    Returns
-    -------
-    tuple of Repair
-        Sorted by relative size of the change; empty if the question is feasible already.
     """
     mission = question.mission
     if feasible([question.case(mission)])[0]:

@@ -256,11 +256,11 @@ def _prices(explained: Explanation) -> Iterator[list[str]]:
         head = f"{explained.objective} per unit of a parameter, the others held:"
         yield [*wrapped("Prices", head), *_columns(rows)]
         yield _labelled("One more", sentences)
-    free = [_name(each) for each in explained.prices if not each.matters]
+    free = ", ".join(_name(each) for each in explained.prices if not each.matters)
     if free and explained.more_stops_open:
-        yield wrapped("Undecided", f"{', '.join(free)}: {UNDECIDED}")
+        yield wrapped("Undecided", f"{free}: {UNDECIDED}")
     elif free:
-        yield wrapped("No effect", ", ".join(free))
+        yield wrapped("No effect", free)
     edges = [
         f"{word} {_name(each)}"
         for each in explained.prices

@@ -281,34 +281,24 @@ def _draw_swing(ax: Axes, row: int, hover_time_s: float, swing: Swing) -> None:
     """
     edge_s = ax.get_xlim()[0]
     own: style.Look = {"left": hover_time_s, "height": 0.7, "linewidth": 0.0}
-    ends = [
+    tips: dict[bool, dict[str, float]] = {False: {}, True: {}}  # by whether the hover is longer
+    ends = ((swing.low, swing.hover_low_s, ORANGE), (swing.high, swing.hover_high_s, BLUE))
+    for at, end_s, colour in ends:
         # In four digits, without an exponent where it is short enough.
-        (end_s, style.minus(f"{at:.0f}" if 1e4 <= abs(at) < 1e6 else f"{at:.4g}"), colour)
-        for end_s, at, colour in (
-            (swing.hover_low_s, swing.low, ORANGE),
-            (swing.hover_high_s, swing.high, BLUE),
-        )
-    ]
-    for end_s, words, colour in sorted(
-        ends, key=lambda end: -abs((edge_s if end[0] is None else end[0]) - hover_time_s)
-    ):
-        if end_s is not None:
-            ax.barh(row, end_s - hover_time_s, color=colour, **own)
-            continue
-        (bar,) = ax.barh(row, edge_s - hover_time_s, fill=False, hatch="////", **own)
-        bar.set(edgecolor=colour, linewidth=0.5)
-        backing = {"facecolor": "white", "edgecolor": "none", "pad": 0.5}
-        shown: style.Look = {"va": "center", "fontsize": 6.5, "bbox": backing}
-        ax.annotate(f" {words}: no plan", (edge_s, row), **shown)
-    for towards in (-1.0, 1.0):
-        beyond = {
-            words: end_s
-            for end_s, words, _ in ends
-            if end_s is not None and towards * (end_s - hover_time_s) > MOVES_S
-        }
+        words = style.minus(f"{at:.0f}" if 1e4 <= abs(at) < 1e6 else f"{at:.4g}")
+        change_s = (edge_s if end_s is None else end_s) - hover_time_s
+        (bar,) = ax.barh(row, change_s, color=colour, zorder=1.0 - 1e-6 * abs(change_s), **own)
+        if end_s is None:
+            bar.set(fill=False, hatch="////", edgecolor=colour, linewidth=0.5)
+            backing = {"facecolor": "white", "edgecolor": "none", "pad": 0.5}
+            shown: style.Look = {"va": "center", "fontsize": 6.5, "bbox": backing}
+            ax.annotate(f" {words}: no plan", (edge_s, row), **shown)
+        elif abs(change_s) > MOVES_S:
+            tips[change_s > 0.0][words] = end_s
+    for longer, beyond in tips.items():
         if beyond:
-            farthest_s = max(beyond.values(), key=lambda end_s: towards * end_s)
-            tip, offset_pt = (farthest_s, float(row)), (2.0 * towards, 0.0)
+            tip = ((max if longer else min)(beyond.values()), float(row))
+            offset_pt = (2.0 if longer else -2.0, 0.0)
             style.beside(ax, " and ".join(beyond), tip, offset_pt, fontsize=6.5)
 
 

@@ -35,7 +35,8 @@ def test_ends_on_the_same_side_share_their_words() -> None:
     """As where a device moves out of the way to either side; the shorter bar stays to be seen."""
     ax = plots.tornado([swing("a.key", 103.0, 110.0)], 100.0, "mine")
     assert [text.get_text() for text in ax.texts] == ["0.9 and 1.1"]
-    assert [bar.get_width() for bar in ax.patches if bar.get_width()] == [10.0, 3.0]
+    drawn = sorted(ax.patches, key=lambda bar: bar.get_zorder())
+    assert [bar.get_width() for bar in drawn if bar.get_width()] == [10.0, 3.0]
 
 
 def test_many_keys_are_cut_and_counted() -> None:
