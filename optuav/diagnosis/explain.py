@@ -17,13 +17,7 @@ from optuav.diagnosis.infeasibility import conflicts
 from optuav.diagnosis.parameter_prices import prices
 from optuav.diagnosis.repair import repairs
 from optuav.diagnosis.report import Explanation, Side
-from optuav.diagnosis.subject import (
-    STOPS,
-    MissionQuestion,
-    Subject,
-    of_several_stops,
-    question_of,
-)
+from optuav.diagnosis.subject import STOPS, MissionQuestion, Subject, of_several_stops, question_of
 from optuav.engines.registry import Engine
 from optuav.engines.solution import Solution
 from optuav.errors import SolverError

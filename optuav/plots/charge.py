@@ -12,16 +12,13 @@ from optuav.arrays import Floats
 from optuav.errors import InputError
 from optuav.judge.replay import Replay, replay
 from optuav.network import vehicle
-from optuav.network.timeline import carry, full_packs
-from optuav.physics.kibam import Battery, Stage, Wells, step
+from optuav.network.timeline import carry
 from optuav.physics.packs import NOBODY, Stretch
 from optuav.plan import Plan
 from optuav.plan.trace import Trace
 from optuav.plots import style
 from optuav.plots.style import BLACK, BLUE, GREY, KINDS, PURPLE, SKY, VERMILLION, mark
 
-POINTS = 65
-"""Points of a curve within a stage or a stretch."""
 FADED = 0.6
 """Share of white over what follows the moment at which the battery is empty."""
 FILLS, FADE = 1.5, 2.0
@@ -208,14 +205,16 @@ def packs(plans: Sequence[Plan]) -> Sequence[Axes]:
 
 def _draw_packs(ax: Axes, plan: Plan) -> None:
     """Draw the packs of a plan over its phases."""
-    given, carried = plan.mission.battery, full_packs(plan.mission)
+    given, trace = plan.mission.battery, replay(plan).trace
     for phase in plan.phases:
         ax.axvspan(phase.start_s, phase.end_s, color=KINDS[phase.kind], alpha=0.13, linewidth=0.0)
-    wells = Wells(*(np.full(carried.count, float(well)) for well in carried.pack.full))
+    for levels_As, width in ((trace.available_As, 1.4), (trace.bound_As, 0.5)):
+        # All are full at take-off.
+        for number, percent in enumerate((100.0 * levels_As / levels_As[0]).T):
+            ax.plot(trace.time_s, percent, color=_colour(number), linewidth=width)
     for stretches in carry(plan.mission, plan.phases).stretches:
         for stretch in stretches:
-            _draw_stretch(ax, carried.pack, wells, stretch)
-            wells = Wells(*(well[0] for well in stretch.wells))
+            _draw_stretch(ax, stretch)
     ax.axhline(0.0, color=BLACK, linewidth=0.6)
     ax.set(ylim=(CHARGED[0] - 2.0, 106.0), yticks=(0, 50, 100), ylabel="$y_1/ωB$ [%]")
     beside: style.Look = {"transform": ax.get_yaxis_transform(), "ha": "right", "va": "center"}
@@ -225,18 +224,12 @@ def _draw_packs(ax: Axes, plan: Plan) -> None:
     ax.set_title(f"{given.schedule}{turn}: hovers $Δ$ = {plan.hover_time_s:.2f} s")
 
 
-def _draw_stretch(ax: Axes, pack: Battery, wells: Wells, stretch: Stretch) -> None:
-    """Draw both wells of every pack within a stretch, and who flies and takes charge in it."""
-    duration_s, carrier, served = (
-        float(each[0]) for each in (stretch.duration_s, stretch.carrier, stretch.served)
+def _draw_stretch(ax: Axes, stretch: Stretch) -> None:
+    """Draw who flies and takes charge in a stretch, and who is empty at its end."""
+    start_s, duration_s, carrier, served = (
+        float(each[0])
+        for each in (stretch.start_s, stretch.duration_s, stretch.carrier, stretch.served)
     )
-    passed_s, start_s = np.linspace(0.0, duration_s, POINTS), float(stretch.start_s[0])
-    for number, current_A in enumerate(stretch.currents_A[0]):
-        start = Wells(*(well[number] for well in wells))
-        lived = step(pack, start, Stage(current_A, passed_s))
-        for well, full, width in zip(lived, pack.full, (1.4, 0.5), strict=True):
-            level = 100.0 * well / full
-            ax.plot(start_s + passed_s, level, color=_colour(number), linewidth=width)
     if stretch.emptied[0]:
         dot: style.Look = {"markersize": 4.0, "clip_on": False, "zorder": 5}
         ax.plot(start_s + duration_s, 0.0, "o", color=_colour(int(carrier)), **dot)

@@ -201,17 +201,16 @@ def _page(shown: Scene) -> tuple[MapAxes, Axes]:
     """Axes on a page of the shape of the map, and those that get the legend."""
     width_m, depth_m = np.diff(shown.corners_m, axis=0)[0]
     if depth_m >= width_m:
-        figure = style.page(5.4)
-        grid = figure.add_gridspec(2, 2, width_ratios=(1.0, 0.95))
-        cells = (grid[:, 0], grid[0, 1], grid[1, 1])
+        cells = style.page(5.4).subplot_mosaic(
+            [["plan", "height"], ["plan", "legend"]], width_ratios=(1.0, 0.95)
+        )
     else:
         depth_in = max(1.6, 6.2 * depth_m / width_m)
-        figure = style.page(depth_in + 3.0)
-        grid = figure.add_gridspec(3, 1, height_ratios=(depth_in, 1.6, 0.7))
-        cells = (grid[0, 0], grid[1, 0], grid[2, 0])
-    plan, height, legend = (figure.add_subplot(cell) for cell in cells)
-    legend.set_axis_off()
-    return MapAxes(plan, height), legend
+        cells = style.page(depth_in + 3.0).subplot_mosaic(
+            [["plan"], ["height"], ["legend"]], height_ratios=(depth_in, 1.6, 0.7)
+        )
+    cells["legend"].set_axis_off()
+    return MapAxes(cells["plan"], cells["height"]), cells["legend"]
 
 
 def _title(subject: Plan | Mission) -> str:
