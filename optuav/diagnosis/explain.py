@@ -30,8 +30,7 @@ from optuav.network.places import charging_cap
 from optuav.options import Perspective, ProblemName
 from optuav.plan import Plan
 from optuav.solving import Program, solve
-from optuav.solving.more_stops import more_stops_may_help
-from optuav.solving.outcome import SAME_S, Part, words
+from optuav.solving.outcome import SAME_S, Part, more_stops_may_help, words
 from optuav.solving.question import answer
 from optuav.status import Status
 

@@ -42,20 +42,11 @@ RANGES = {
 
 
 class Hovers(NamedTuple):
-    """Longest hovers, arrays with one entry an itinerary.
+    """Longest hovers, arrays with one entry an itinerary."""
 
-    Parameters
-    ----------
-    hover_time_s, rest_time_s
-        Δ and T' [s]; NaN where no hover is possible. T' is admissible, the shortest if that was
-        asked for.
-    beyond_s
-        No hover is longer than this [s]; −inf where it is proved that none is possible.
-    """
-
-    hover_time_s: Floats
-    rest_time_s: Floats
-    beyond_s: Floats
+    hover_time_s: Floats  # Δ [s]; NaN where no hover is possible
+    rest_time_s: Floats  # T' [s], admissible; the shortest if that was asked for
+    beyond_s: Floats  # No hover is longer [s]; −inf where it is proved that none is possible
 
     @property
     def proved(self) -> Booleans:
@@ -167,11 +158,9 @@ def longest_hovers(
 
 
 def longest(given: Quantities, count: int, *, shortest_rest: bool = False) -> Hovers:
-    """Longest hovers of itineraries that stay in one order, at constant current.
-
-    The limits are those of (P1), handed to the physics as forms rather than declared as a model,
-    which takes four times as long for a few itineraries.
-    """
+    """Longest hovers of itineraries that stay in one order, at constant current."""
+    # The limits are those of (P1), handed to the physics as forms rather than declared as a model,
+    # which takes four times as long for a few itineraries.
     if count > AT_ONCE:
         found = []
         for first in range(0, count, AT_ONCE):
@@ -221,11 +210,9 @@ def hover_times_s(variants: Variants, perspective: Perspective) -> Floats:
 
 
 def _needed(given: Quantities, limit: WellLimit) -> Booleans:
-    """Where a limit of the available well excludes what no other does, which halves the time.
-
-    A well that only drains does not pass full, and one that only charges does not run dry; where it
-    falls all along the next step, the end of that tells more.
-    """
+    """Where a limit of the available well excludes what no other does, which halves the time."""
+    # A well that only drains does not pass full, and one that only charges does not run dry; where
+    # it falls all along the next step, the end of that tells more.
     stays_A = {"hover": -given.hover_current_A, "rest": given.rest_current_A}
     after = given.steps[limit.step : limit.step + 2]
     own_A, *next_A = (stays_A[e] if isinstance(e, str) else e.current_A for e in after)

@@ -1,11 +1,11 @@
-"""What becomes of answers: the best plan, evaluated again, or the reasons why there is none."""
+"""What becomes of answers: the best plan, what is known beyond it, or why there is none."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import numpy.typing as npt
@@ -14,7 +14,7 @@ from formulations.p1 import P1
 from formulations.p4 import P4
 from formulations.parameters import Quantities
 from formulations.soc import AVAILABLE, PAPER, PERSPECTIVES
-from optuav.arrays import Integers
+from optuav.arrays import Booleans, Floats, Integers
 from optuav.engines.solution import Solution
 from optuav.errors import Fault, InputError, SolverError
 from optuav.judge.replay import replay
@@ -23,15 +23,23 @@ from optuav.modelling import Model, evaluate
 from optuav.modelling.check import evaluated
 from optuav.modelling.classify import traits
 from optuav.modelling.traversal import has_unknowns
-from optuav.network.network import Network
-from optuav.network.places import charging_cap
-from optuav.network.timeline import route_phases, simulated
+from optuav.network.feasibility import never_flyable
+from optuav.network.graph import edited_legs
+from optuav.network.network import Legs, Network, build_legs
+from optuav.network.obstacles import prisms
+from optuav.network.one_stop import FIGURES, TOLERANCE
+from optuav.network.places import DESTINATION, FIRST_BUILDING, HOVER, ORIGIN, charging_cap
+from optuav.network.timeline import route_phases, simulated, stay_net
 from optuav.physics.flight import STAGES, speed_warning
 from optuav.plan import Phase, Plan
 from optuav.solving.assemble import legs_and_stays, quantities
 from optuav.solving.question import AUTO, PROBLEM_NAMES, Question, answer
 from optuav.status import Status
 
+if TYPE_CHECKING:
+    from optuav.network.graph import Graph
+
+MOST_COMPARED = 60  # buildings of a mission whose legs are all compared with the ways around them
 MOST_VIOLATED = 2  # violated constraints that are stated in full
 ROUNDING = 1e-9  # share of the capacity that rounding may take
 SAME_S = 1e-6  # times that differ by no more than this are equal [s]
@@ -63,10 +71,9 @@ class Part:
 def best(
     hover_time_s: npt.ArrayLike, mission_time_s: npt.ArrayLike, stops: npt.ArrayLike
 ) -> int | None:
-    """Number of the best plan, or None if there is none.
+    """Number of the plan with the longest hover, then the shortest mission, then the fewest stops.
 
-    The longest hover wins; among equals (to 1e-6 s) the shortest mission, then the fewest stops,
-    then the earliest in the list. Times are Δ and T [s], NaN where there is no plan.
+    The first of plans that tie to 1e-6 s; times [s] are NaN where there is no plan.
     """
     hover, mission = np.asarray(hover_time_s, float), np.asarray(mission_time_s, float)
     if not np.isfinite(hover).any():
@@ -84,16 +91,23 @@ def plan_for(
     times_s: tuple[float, float] = (0.0, 0.0),
     **found: Any,
 ) -> Plan:
-    """A plan as an answer to a question: what was asked, and what was found.
-
-    With phases and quantities, also the state of charge at the end [-] by the perspectives of the
-    paper after hovering and resting for some times [s]; where packs may refuse charge, `battery`
-    counts what they accepted.
-    """
-    packs, notes = network.mission.battery, [*found.pop("notes", ()), *_notes(network, flown)]
+    """What was asked and what was found as a plan, with notes on its phases."""
+    mission, notes, packs = network.mission, [*found.pop("notes", ())], network.mission.battery
     if flown and given:
+        if any(each.edited for each in flown if each.kind == "flight"):
+            notes.append("some legs have figures from the graph, not from the flight model")
+        if any(each.edited for each in flown if each.kind != "flight"):
+            notes.append(
+                "some places have sight or power of the laser from the graph, not from the mission"
+            )
+        if too_fast := speed_warning(max(each.peak_speed_m_s for each in flown)):
+            notes.append(too_fast)
+        cap = charging_cap(mission, network.places)
+        if cap and any(each.end_place in cap.places for each in flown):
+            notes.append(str(cap))
         soc = {p: float(np.squeeze(PERSPECTIVES[p](given, *times_s))) for p in PAPER}
         if packs.takes_turns or packs.charging != "constant":
+            # Packs may refuse charge: `battery` counts what they accepted.
             capacity_As = packs.packs * packs.capacity_As
             left_As = sum(flown[-1].available_As) + sum(flown[-1].bound_As)
             soc["battery"] = left_As / capacity_As
@@ -104,7 +118,7 @@ def plan_for(
                 notes.append(f"charging tapered: {refused}, {only}")
         found |= {"phases": flown, "soc": soc}
     return Plan(
-        mission=network.mission,
+        mission=mission,
         problem=question.problem.name,
         trajectory=question.trajectory,
         building=question.problem.building,
@@ -114,19 +128,6 @@ def plan_for(
         notes=tuple(notes),
         **found,
     )
-
-
-def _notes(network: Network, flown: Sequence[Phase]) -> Iterator[str]:
-    """What to know of the legs and places of some phases."""
-    if any(each.edited for each in flown if each.kind == "flight"):
-        yield "some legs have figures from the graph, not from the flight model"
-    if any(each.edited for each in flown if each.kind != "flight"):
-        yield "some places have sight or power of the laser from the graph, not from the mission"
-    if too_fast := speed_warning(max((each.peak_speed_m_s for each in flown), default=0.0)):
-        yield too_fast
-    cap = charging_cap(network.mission, network.places) if flown else None
-    if cap and any(each.end_place in cap.places for each in flown):
-        yield str(cap)
 
 
 def route_plan(
@@ -193,9 +194,8 @@ def plan_without(
 ) -> Plan:
     """The plan that says why there is none."""
     engine = "" if question.engine == AUTO else question.engine_name
-    return plan_for(
-        question, network, engine=engine, proof=proof, status=status, reasons=tuple(reasons)
-    )
+    why = tuple(reasons)
+    return plan_for(question, network, engine=engine, proof=proof, status=status, reasons=why)
 
 
 def shortest_flight(network: Network, parts: Sequence[Part]) -> tuple[int, int]:
@@ -214,7 +214,10 @@ def shortfalls(question: Question, network: Network, parts: Sequence[Part]) -> t
         late = f"longer than limits.deadline_s = {deadline_s:g} s"
         return (f"the flight alone takes {shortest_s:.2f} s, {late}",)
     model, parameters = part.model, part.model.row(entry)
-    if question.slot_s is not None and _feasible_without_slots(question, parts):
+    continuous = replace(question, slot_s=None, engine=AUTO)
+    linear = (each for each in parts if traits(each.model).linear)
+    without = (answer(each.model, len(each.routes), continuous).statuses for each in linear)
+    if question.slot_s is not None and any(s.has_answer for found in without for s in found):
         slots = f"no whole slots of {written_out(question.slot_s)} s satisfy all constraints"
         reasons = [f"{slots} together; without slots there are times that do"]
         for each in model.constraints:
@@ -237,22 +240,12 @@ def shortfalls(question: Question, network: Network, parts: Sequence[Part]) -> t
     return tuple(violated) or ("no times satisfy all constraints together",)
 
 
-def _feasible_without_slots(question: Question, parts: Sequence[Part]) -> bool:
-    """Whether there are feasible times without slots; known for linear models only."""
-    continuous = replace(question, slot_s=None, engine=AUTO)
-    linear = [part for part in parts if traits(part.model).linear]
-    answers = (answer(part.model, len(part.routes), continuous) for part in linear)
-    return any(status.has_answer for found in answers for status in found.statuses)
-
-
 def replayed(plan: Plan) -> Plan:
-    """The plan with the verdict of its simulation.
-
-    That a plan of the perspective `available` fails would be a fault of this package.
-    """
+    """The plan with the verdict of its simulation."""
     if not plan:
         return plan
     found = replay(plan)
+    # That a plan of the perspective `available` fails would be a fault of this package.
     if plan.perspective == AVAILABLE and plan.problem in PROBLEM_NAMES and not found.flyable:
         events = "; ".join(event.words + event.figures for event in found.violations)
         raise SolverError(f"{plan.engine} returned a plan that fails its simulation: {events}")
@@ -265,11 +258,9 @@ def replayed(plan: Plan) -> Plan:
 
 
 def against_p1(question: Question, network: Network, parts: Sequence[Part], plan: Plan) -> Plan:
-    """The plan of (P2) compared with (P1), and proved where (P1) is a proof.
-
-    (P2) minimises T_fl + T'. As printed it cannot be less than the shortest T_fl. With the deadline
-    tight it is T_max − Δ, and Δ cannot be more than in (P1).
-    """
+    """The plan of (P2) compared with (P1), and proved where (P1) is a proof."""
+    # (P2) minimises T_fl + T'. As printed it cannot be less than the shortest T_fl. With the
+    # deadline tight it is T_max − Δ, and Δ cannot be more than in (P1).
     name, deadline_s = question.problem.name, network.mission.limits.deadline_s
     least_s, longest_s, beyond_s = math.inf, -math.inf, -math.inf
     for part in parts:
@@ -298,3 +289,105 @@ def against_p1(question: Question, network: Network, parts: Sequence[Part], plan
     elif plan.status is Status.LOCALLY_OPTIMAL and math.isfinite(over_s):
         notes.append(f"not proved: up to {over_s:.6g} s less has not been ruled out")
     return plan.model_copy(update={"notes": tuple(notes), **changes})
+
+
+def more_stops_may_help(network: Network, plan: Plan, graph: Graph | None = None) -> bool:
+    """Whether plans with more rests or hovers may hover longer, by arithmetic alone.
+
+    False is certain: no number of stops makes the mission flyable, or no leg takes more than a way
+    around. In a linear perspective any plan may then leave out all stops but one hover and the rest
+    where charging is best; under ``available`` the plan also hovers as long as the balance of
+    charge and the deadline admit on any route with one rest, which bounds every plan.
+    """
+    if never_flyable(network):
+        return False
+    if plan.perspective == AVAILABLE:
+        hovers_s, _ = by_balance(network, rests=True)
+        most_s = hovers_s[network.routes.flyable].max(initial=-np.inf)
+        if (plan.hover_time_s if plan else -np.inf) < most_s - SAME_S:
+            return True
+    if len(network.mission.buildings) > MOST_COMPARED:
+        return True
+    legs, own = all_legs(network, graph), network.legs
+    if graph is None:
+        flyable = np.zeros((len(network.places.names),) * 2, bool)
+        flyable[legs.start, legs.end] = legs.flyable
+        if own.edited.any() or (own.flyable != flyable[own.start, own.end]).any():
+            return True
+    return ways_around(replace(network, legs=legs))
+
+
+def by_balance(network: Network, rests: Booleans | bool) -> tuple[Floats, Floats]:
+    """The longest Δ of all routes, and the least T' for it [s], by charge and deadline.
+
+    −∞ where there is none; a route by way of a building may rest there or not.
+    """
+    mission, routes = network.mission, network.routes
+    capacity_As = mission.battery.packs * mission.battery.capacity_As
+    left_s = mission.limits.deadline_s - routes.flight_time_s
+    spare_As = (1.0 - mission.limits.min_soc) * capacity_As - routes.flight_charge_As
+    drawn_A = -stay_net(network, HOVER).current_A
+    charging_A = np.maximum(stay_net(network, FIRST_BUILDING + routes.building).current_A, 0.0)
+    gained_A = np.where(rests & (routes.building >= 0), charging_A, 0.0)
+    with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
+        # Resting for all the time that is left: I Δ − c (t − Δ) = Q.
+        most_s = (spare_As + gained_A * left_s) / (drawn_A + gained_A)
+        charges = np.where(spare_As >= drawn_A * left_s, np.inf, -np.inf)
+        hover_s = np.minimum(left_s, np.where(drawn_A + gained_A > 0.0, most_s, charges))
+        # Where next to nothing charges, rounding asks for more rest than there is time.
+        rest_s = np.clip((drawn_A * hover_s - spare_As) / gained_A, 0.0, left_s - hover_s)
+    return np.where(hover_s >= 0.0, hover_s, -np.inf), np.where(gained_A > 0.0, rest_s, 0.0)
+
+
+def promise(network: Network, parts: Sequence[Part], plan: Plan) -> Iterator[str]:
+    """A note on what charge alone promises, where a battery that never runs dry gives less."""
+    routes = network.routes
+    served, rests = np.zeros((2, len(routes)), bool)
+    for part in parts:
+        served[part.routes], rests[part.routes] = True, part.rests
+    hover_s, rest_s = by_balance(network, rests)
+    hover_s = np.where(served, hover_s, -np.inf)
+    route = best(hover_s, routes.flight_time_s + hover_s + rest_s, routes.building >= 0)
+    if route is None or hover_s[route] <= plan.hover_time_s + SAME_S:
+        return
+    note = "perspective battery, which looks at the charge left at the end alone, "
+    note += f"promises {hover_s[route]:.2f} s of hover"
+    phases = route_phases(network, route, float(hover_s[route]), float(rest_s[route]))
+    flown = plan.model_copy(update={"phases": simulated(network.mission, phases)})
+    if (dry_s := flown.runs_dry_s) is not None:
+        note += f"; that plan would run dry and fall at {dry_s:.2f} s"
+    yield note
+
+
+def all_legs(network: Network, graph: Graph | None = None) -> Legs:
+    """The legs between any two places of a mission, with the figures that a graph states."""
+    places = network.places
+    start, end = np.nonzero(~np.eye(len(places.names), dtype=bool))
+    table = build_legs(network.mission, places, prisms(network.mission), start, end)
+    if graph is None:
+        return table
+    # A graph has the legs with one building on the way, so those that it lacks are forbidden.
+    gone = np.array([name not in graph for name in places.names])
+    one_stop = np.zeros((len(gone), len(gone)), bool)
+    one_stop[network.legs.start, network.legs.end] = True
+    needed = one_stop[start, end] | gone[start] | gone[end]
+    return edited_legs(table, places.names, graph, needed)
+
+
+def ways_around(network: Network) -> bool:
+    """Whether a way around is shorter, in any figure, than a leg that a plan with one rest flies.
+
+    The network's legs lead between any two places; one that is not there is longer than any way.
+    """
+    table, places = network.legs, len(network.places.names)
+    flown = np.zeros((places, places), bool)
+    flown[[ORIGIN, HOVER]] = flown[FIRST_BUILDING:, [HOVER, DESTINATION]] = True
+    flown[:, ORIGIN] = flown[ORIGIN, DESTINATION] = flown[HOVER, HOVER] = False
+    there = table.flyable & (table.end != ORIGIN) & (table.start != DESTINATION)
+    direct = np.full((len(FIGURES), places, places), np.inf)
+    figures = [getattr(table, name)[there] for name in FIGURES]
+    direct[:, table.start[there], table.end[there]] = figures
+    around = direct
+    for via in range(places):
+        around = np.minimum(around, around[:, :, via, None] + around[:, via, None])
+    return bool((flown & (direct > around * (1.0 + TOLERANCE))).any())

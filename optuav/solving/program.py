@@ -27,7 +27,6 @@ from optuav.network.network import Network, trajectory_routes
 from optuav.plan import Plan
 from optuav.solving import outcome
 from optuav.solving.assemble import quantities
-from optuav.solving.more_stops import promise
 from optuav.solving.outcome import SAME_S, Part
 from optuav.solving.question import (
     AUTO,
@@ -97,10 +96,7 @@ def _no_route(question: Question, network: Network) -> tuple[str, ...]:
 
 @dataclass(frozen=True)
 class Program:
-    """What `optuav.formulate` returns: print it, or solve it.
-
-    Without parts, the declared models over some of the network's routes each, nothing can be flown,
-    and the reasons say why.
+    """Declared models over some routes each; without any, the reasons why nothing can be flown.
 
     Examples
     --------
@@ -160,9 +156,7 @@ class Program:
         return words + (f", {len(part.routes)} routes" if len(part.routes) > 1 else "")
 
     def to_file(self, form: str) -> str:
-        """One linear programme with numbers, as a file that other solvers read.
-
-        Of several routes it is the one that is best; comments at the top name it.
+        """The linear programme of the best route with numbers, as a file that other solvers read.
 
         Parameters
         ----------
@@ -209,13 +203,12 @@ class Program:
         ----------
         point
             Values of the unknowns by name, and of parameters that differ from the mission's;
-            numbers, or arrays or lists that broadcast (with one entry an itinerary where it has
-            several).
+            numbers, or arrays or lists that broadcast (one entry an itinerary).
 
         Returns
         -------
-        One `Check` a constraint, in order; printed as a table with both sides, by how much each
-        holds or not, and the line that declared it; of several routes, those that violate it.
+        Checks
+            One `Check` a constraint, in order; of several routes, those that violate it.
 
         Raises
         ------
@@ -224,8 +217,7 @@ class Program:
             which flies one of the routes.
         """
         if not isinstance(point, Mapping):
-            words = "values of the unknowns by name, as {'hover_time_s': 10.0}; a plan's times are "
-            words += "its hover_time_s and rest_time_s"
+            words = "values by name, as {'hover_time_s': plan.hover_time_s}"
             raise InputError([Fault("point", repr(point), words)])
         unknowns = [{each.name for each in part.model.variables} for part in self.parts]
         stated = set[str]().union(*unknowns) & point.keys()
@@ -266,9 +258,8 @@ class Program:
         """
         question, network = self.question, self.network
         if not self.parts:
-            return outcome.plan_without(
-                question, network, Status.INFEASIBLE, "physics", self.reasons
-            )
+            status = Status.INFEASIBLE
+            return outcome.plan_without(question, network, status, "physics", self.reasons)
         if question.perspective == AVAILABLE and network.mission.battery.takes_turns:
             from optuav.solving.packs_by_schedule import packs_by_schedule
 
@@ -281,8 +272,8 @@ class Program:
 
     def plan(self, solutions: Sequence[Solution]) -> Plan:
         """The best plan by known answers to all parts, evaluated again outside the engine."""
-        question, network, proof = self.question, self.network, solutions[0].proof
-        engine = solutions[0].engine
+        question, network = self.question, self.network
+        engine, proof = solutions[0].engine, solutions[0].proof
         asked = replace(question, engine=engine)
         for solution in solutions:
             beyond = np.nan if solution.beyond is None else solution.beyond
@@ -317,7 +308,7 @@ class Program:
             plan = plan.model_copy(update={"status": Status.FEASIBLE})
         longest = question.problem.name in LONGEST_HOVER
         if longest and question.perspective == AVAILABLE and engine == "bracket":
-            notes += promise(network, self.parts, plan)
+            notes += outcome.promise(network, self.parts, plan)
         return outcome.replayed(plan.model_copy(update={"notes": tuple(notes)}))
 
     def best(self, solutions: Sequence[Solution]) -> tuple[int, int] | None:
@@ -338,9 +329,8 @@ class Program:
     def shadow_prices(self, solutions: Sequence[Solution] | None = None) -> dict[str, ShadowPrice]:
         """What one more unit of every named parameter brings; empty where there is no answer.
 
-        Where several itineraries tie, a change for the better may take any of them, and a change
-        for the worse has to spoil them all; a figure of a single route spoils that one alone.
-        Solutions, if they are known, are the answers to all parts.
+        Where itineraries tie, a change for the better may take any, and one for the worse has to
+        spoil them all. Solutions, if they are known, are the answers to all parts.
         """
         solutions = self.answers() if solutions is None else solutions
         chosen = self.best(solutions) if solutions else None

@@ -46,7 +46,6 @@ class RouteChoice:
     plan: Plan  # The best plan, as `optuav.solve` gives it
     form: Form
     notes: tuple[str, ...]  # How tight the form is, and whether one stop is enough
-    proof: str = "physics"
     model: Model | None = None  # The programme; None where nothing can be flown
     # Bound on the hover time by the LP relaxation, slots and choice relaxed, and by how much that
     # exceeds the plan's hover time [s]; None without a plan.
@@ -63,7 +62,7 @@ class RouteChoice:
             f"Route     {' → '.join(self.plan.route)}",
             f"Hover     {self.plan.hover_time_s:.3f} s",
             f"Relaxed   {self.relaxation_s:.3f} s ({self.form}), gap {gap_s:.3f} s",
-            f"Proof     {self.proof}",
+            f"Proof     {self.plan.proof}",
             *(f"Note      {note}" for note in self.notes),
         ]
         return "\n".join(lines)
@@ -142,7 +141,7 @@ def route_choice(
     if solution.status is Status.INFEASIBLE:
         why = shortfalls(question, network, program.parts)
         plan = plan_without(question, network, solution.status, solution.proof, why)
-        return RouteChoice(plan, form, (enough,), solution.proof, model)
+        return RouteChoice(plan, form, (enough,), model)
     if not solution.status.has_answer:
         raise SolverError(f"{solution.engine} did not solve the choice: {solution.words[0]}")
     chosen = solution.point(0)
@@ -163,7 +162,7 @@ def route_choice(
     tight = f"the LP relaxation in the form {form} bounds the hover time by {relaxation_s:.3f} s"
     point, gap_s = relaxation.point(0), relaxation_s - hover_s
     shares = {each.name: point[f"choice[{k}]"] for k, each in enumerate(routes, start=1)}
-    return RouteChoice(plan, form, (tight, enough), proof, model, relaxation_s, gap_s, shares)
+    return RouteChoice(plan, form, (tight, enough), model, relaxation_s, gap_s, shares)
 
 
 def _routes(program: Program) -> tuple[list[Route], list[Part]]:

@@ -25,8 +25,15 @@ from optuav.plan import Plan
 from optuav.search.branch import INTERRUPTED, TIE_S, Progress, SearchResult, search
 from optuav.search.terrain import Terrain, patterns, sequences
 from optuav.solving.assemble import quantities
-from optuav.solving.more_stops import all_legs, ways_around
-from optuav.solving.outcome import Part, plan_for, plan_without, replayed, shortfalls
+from optuav.solving.outcome import (
+    Part,
+    all_legs,
+    plan_for,
+    plan_without,
+    replayed,
+    shortfalls,
+    ways_around,
+)
 from optuav.solving.program import Program
 from optuav.status import Status
 

@@ -15,7 +15,7 @@ from optuav.network.graph import edited_network
 from optuav.network.network import build_network
 from optuav.options import Perspective, ProblemName
 from optuav.plan import Plan
-from optuav.solving.more_stops import more_stops_may_help
+from optuav.solving.outcome import more_stops_may_help
 from optuav.solving.program import Program, declared_program
 from optuav.solving.question import checked_question
 

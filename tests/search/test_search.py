@@ -19,7 +19,7 @@ from optuav.search.bounds import BoxBound
 from optuav.search.branch import TIE_S, SearchResult, search
 from optuav.search.terrain import Pattern, Terrain, patterns, sequences
 from optuav.search.trial import Trial
-from optuav.solving.more_stops import all_legs
+from optuav.solving.outcome import all_legs
 from optuav.solving.several_stops import terrain
 from tests.examples import few
 

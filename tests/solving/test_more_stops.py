@@ -18,7 +18,7 @@ from optuav.network.graph import edited_network
 from optuav.network.network import build_network
 from optuav.options import Perspective
 from optuav.solving.assemble import quantities
-from optuav.solving.more_stops import by_balance, more_stops_may_help
+from optuav.solving.outcome import by_balance, more_stops_may_help
 from tests.asking import solve
 from tests.mission.strategies import Document
 from tests.solving.dense import hidden, leg
