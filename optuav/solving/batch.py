@@ -67,10 +67,9 @@ def longest_hovers(
 ) -> Hovers:
     """Longest hovers that the battery can deliver, each with its proof (engine bracket).
 
-    From a full battery, 0 ≤ y1 ≤ ωB at every moment, η ≥ η0 at the end, all within the deadline.
-    Charging is at constant current; where it tapers, `optuav.solve` answers.
-    Every figure is a number, or an array of one shape for all: the itineraries, of one mission or
-    of many. No answer depends, to the last bit, on the others in the call.
+    From a full battery, 0 ≤ y1 ≤ ωB at every moment, η ≥ η0 at the end, all within the deadline;
+    charging is at constant current. Every figure is a number, or an array of one shape for all
+    itineraries. No answer depends, to the last bit, on the others in the call.
 
     Parameters
     ----------
@@ -90,8 +89,7 @@ def longest_hovers(
     Raises
     ------
     InputError
-        With everything that is wrong: other steps, shapes that differ, figures that are no numbers
-        or out of range.
+        With all other steps, shapes that differ, and figures that are no numbers or out of range.
 
     Examples
     --------

@@ -99,15 +99,11 @@ class FreeProgram(Program):
         if not plans:
             reasons = ("no hover point was found that has a plan", *own.reasons)
             return own.model_copy(update={"reasons": reasons})
-        chosen = best(
-            [plan.hover_time_s for plan in plans],
-            [plan.mission_time_s for plan in plans],
-            [len(plan.route) - 3 for plan in plans],
-        )
-        assert chosen is not None
-        notes = (_gain(plans[chosen], own), *plans[chosen].notes)
+        figures = [(each.hover_time_s, each.mission_time_s, len(each.route)) for each in plans]
+        chosen = plans[best(*zip(*figures, strict=True)) or 0]
+        notes = (_gain(chosen, own), *chosen.notes)
         local = {"proof": PROOF, "status": Status.LOCALLY_OPTIMAL, "notes": notes}
-        return plans[chosen].model_copy(update=local)
+        return chosen.model_copy(update=local)
 
     def shadow_prices(self, solutions: Sequence[Solution] | None = None) -> NoReturn:
         """Refused: the plan's mission, which states the point found, has shadow prices."""
@@ -125,10 +121,9 @@ def _gain(plan: Plan, own: Plan) -> str:
     if plan is own:
         return f"hover point free: none was found that is better than {name}"
     point = "w_U" if hover_m is None else "({:.3f}, {:.3f}, {:.3f}) m".format(*hover_m)
-    if not own:
-        return f"hover point free: {point}; at {name} there is no plan"
-    more_s = plan.hover_time_s - own.hover_time_s
-    return f"hover point free: {point} gives {more_s:.4f} s more than {name}"
+    more_s = plan.hover_time_s - own.hover_time_s if own else 0.0
+    found = f" gives {more_s:.4f} s more than {name}" if own else f"; at {name} there is no plan"
+    return f"hover point free: {point}{found}"
 
 
 DESCRIPTIONS = {

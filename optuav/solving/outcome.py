@@ -292,12 +292,12 @@ def against_p1(question: Question, network: Network, parts: Sequence[Part], plan
 
 
 def more_stops_may_help(network: Network, plan: Plan, graph: Graph | None = None) -> bool:
-    """Whether plans with more rests or hovers may hover longer, by arithmetic alone.
+    """Whether plans with more rests or hovers than a plan of (P1) may hover longer.
 
-    False is certain: no number of stops makes the mission flyable, or no leg takes more than a way
-    around. In a linear perspective any plan may then leave out all stops but one hover and the rest
-    where charging is best; under ``available`` the plan also hovers as long as the balance of
-    charge and the deadline admit on any route with one rest, which bounds every plan.
+    An edited network comes with its graph. False is certain: no number of stops makes the mission
+    flyable, or no leg takes more than a way around. In a linear perspective any plan may then leave
+    out all stops but one hover and the rest where charging is best; under ``available`` the plan
+    also hovers as long as charge and deadline admit on any route with one rest, which bounds all.
     """
     if never_flyable(network):
         return False
@@ -308,20 +308,11 @@ def more_stops_may_help(network: Network, plan: Plan, graph: Graph | None = None
             return True
     if len(network.mission.buildings) > MOST_COMPARED:
         return True
-    legs, own = all_legs(network, graph), network.legs
-    if graph is None:
-        flyable = np.zeros((len(network.places.names),) * 2, bool)
-        flyable[legs.start, legs.end] = legs.flyable
-        if own.edited.any() or (own.flyable != flyable[own.start, own.end]).any():
-            return True
-    return ways_around(replace(network, legs=legs))
+    return ways_around(replace(network, legs=all_legs(network, graph)))
 
 
 def by_balance(network: Network, rests: Booleans | bool) -> tuple[Floats, Floats]:
-    """The longest Δ of all routes, and the least T' for it [s], by charge and deadline.
-
-    −∞ where there is none; a route by way of a building may rest there or not.
-    """
+    """The longest Δ of all routes, −∞ for none, and the least T' for it [s], by charge and time."""
     mission, routes = network.mission, network.routes
     capacity_As = mission.battery.packs * mission.battery.capacity_As
     left_s = mission.limits.deadline_s - routes.flight_time_s

@@ -186,12 +186,9 @@ class Program:
             said = "no route has an answer; that of the shortest flight"
             chosen = outcome.shortest_flight(self.network, self.parts)
         part, entry = self.parts[chosen[0]], chosen[1]
-        route = map(printable, self.network.route_names(int(part.routes[entry])))
-        mission = printable(self.network.mission.name)
-        remarks = [
-            f"mission {mission}, perspective {self.question.perspective}",
-            f"route {' -> '.join(route)}",
-        ]
+        route = " -> ".join(self.network.route_names(int(part.routes[entry])))
+        mission = f"mission {self.network.mission.name}, perspective {self.question.perspective}"
+        remarks = [printable(mission), printable(f"route {route}")]
         if (count := sum(len(each.routes) for each in self.parts)) > 1:
             remarks.append(f"{said} of {count} routes, each a programme of its own")
         return to_file(part.model, part.model.row(entry), form, remarks)
@@ -289,9 +286,9 @@ class Program:
             )
             return outcome.plan_without(asked, network, Status.UNBOUNDED, proof, [endless])
         chosen = self.best(solutions)
-        if chosen is None and Status.ERROR in statuses:
-            raise SolverError(f"{engine} found neither a plan nor proof that there is none")
         if chosen is None:
+            if Status.ERROR in statuses:
+                raise SolverError(f"{engine} found neither a plan nor proof that there is none")
             why = outcome.shortfalls(question, network, self.parts)
             return outcome.plan_without(asked, network, Status.INFEASIBLE, proof, why)
         number, entry = chosen
@@ -321,10 +318,10 @@ class Program:
             score = solution.objective * part.model.towards
             found.append((part.routes, np.full_like(entries, number), entries, score, mission_s))
         route, numbers, entry, score, mission_s = map(np.concatenate, zip(*found, strict=True))
-        order = np.argsort(route, kind="stable")  # ties are broken in the order of the routes
-        by_way = routes.building[route] >= 0
-        winner = outcome.best(score[order], mission_s[order], by_way[order])
-        return None if winner is None else (int(numbers[order][winner]), int(entry[order][winner]))
+        # Ties are broken by the number of stops, then in the order of the routes.
+        rank = (routes.building[route] >= 0) * len(routes) + route
+        winner = outcome.best(score, mission_s, rank)
+        return None if winner is None else (int(numbers[winner]), int(entry[winner]))
 
     def shadow_prices(self, solutions: Sequence[Solution] | None = None) -> dict[str, ShadowPrice]:
         """What one more unit of every named parameter brings; empty where there is no answer.
@@ -409,13 +406,13 @@ class CompiledProgram:
 
         Returns
         -------
-        The solution of the best itinerary alone; its fields have one entry.
+        Solution
+            That of the best itinerary alone.
 
         Raises
         ------
         InputError
-            Listing every name that is no parameter of the program, and every value that is no
-            finite number, or none that the key of the mission may have from which it comes.
+            Listing every name that is no parameter, and every value that it cannot have.
         SolverError
             If the engine fails, or meets numbers that it cannot use.
         """

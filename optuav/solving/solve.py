@@ -39,7 +39,7 @@ def formulate(
     Parameters
     ----------
     mission, problem, perspective, slot_s, engine, graph, time_limit_s
-        As for `optuav.solve`; the problem has at most one rest and one hover in one piece.
+        As for `optuav.solve`.
 
     Returns
     -------
@@ -49,8 +49,7 @@ def formulate(
     Raises
     ------
     InputError
-        If an option does not exist or contradicts another, the problem has several stops, the
-        engine does not take the problem, or the graph is invalid.
+        As from `optuav.solve`, and if the problem has several stops.
 
     Examples
     --------

@@ -63,15 +63,12 @@ def test_a_building_in_the_way_of_a_leg_may_make_a_further_stop_help() -> None:
 
 
 def test_an_edited_graph_may_make_a_further_stop_help() -> None:
-    """A removed edge, an edited figure, and a short way between buildings, which the graph states;
-    without its graph an edited network is not sure."""
+    """A removed edge, an edited figure, and a short way between buildings that the graph states."""
     plan = solve(PAPER, perspective="battery")
     removed, edited, added = (optuav.graph(PAPER) for _ in range(3))
     removed.remove_edge("origin", "b9")
     edited.edges["origin", "hover"]["duration_s"] = 900.0
     added.add_edge("b1", "b9", **{**added.edges["b1", "hover"], "duration_s": 0.1})
-    for legs in (removed, edited):
-        assert more_stops_may_help(edited_network(PAPER, legs), plan)
     for legs in (removed, edited, added):
         assert more_stops_may_help(edited_network(PAPER, legs), plan, legs)
     assert not more_stops_may_help(build_network(PAPER), plan, optuav.graph(PAPER))
