@@ -7,8 +7,7 @@ import itertools
 import math
 import re
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
-from types import MappingProxyType
+from dataclasses import InitVar, dataclass
 from typing import Any, TypeAlias
 
 import numpy as np
@@ -54,21 +53,53 @@ class NotShownError(Exception):
     """Why a mission has no such study, or not in some part."""
 
 
-@dataclass(frozen=True)
+@dataclass(eq=False)
 class Exhibit:
     """A picture, or a table whose first row has the headings, with its numbers and findings.
 
-    `file` and `part` begin and end the name of its files; `file` is also the key of its texts.
+    `file` and `part` begin and end the name of its files; `file` is also the key of its texts in
+    the statements' file. It is drawn as these say unless it is drawn; those of their findings are
+    left out whose words are missing or None.
     """
 
     mission: Mission
     file: str
-    part: str
     records: Sequence[Record]
-    rows: Sequence[Sequence[str]]
-    axes: Axes | None
-    details: str
-    findings: Sequence[str]
+    words: InitVar[Mapping[str, object] | None] = None
+    axes: Axes | None = None
+    bars: InitVar[Sequence[plots.Bar]] = ()
+    level: InitVar[plots.Mark | None] = None
+    marks: InitVar[Sequence[plots.Mark]] = ()
+    rows: Sequence[Sequence[str]] = ()
+    part: str = ""
+    findings: Sequence[str] = ()
+    details: str = ""
+
+    def __post_init__(
+        self,
+        words: Mapping[str, object] | None,
+        bars: Sequence[plots.Bar],
+        level: plots.Mark | None,
+        marks: Sequence[plots.Mark],
+    ) -> None:
+        stated = data()["exhibit"][self.file]
+        known = {"part": self.part, "deadline_s": self.mission.limits.deadline_s, **(words or {})}
+        known = {name: value for name, value in known.items() if value is not None}
+        labels = stated.keys() & {"title", "x_label", "y_label"}
+        if texts := {each: stated[each].format(**known) for each in labels}:
+            texts["title"] = f"{printed(self.mission.name)}: {texts['title']}"
+            if bars:
+                self.axes = plots.bars(bars, **texts, level=level)
+            else:
+                lines = list(_lines(self.records, stated, known))
+                from_zero = stated.get("y_from_zero", False)
+                self.axes = plots.curves(lines, **texts, marks=marks, y_from_zero=from_zero)
+        said = []
+        for sentence in stated.get("findings", ()):
+            with contextlib.suppress(KeyError):
+                said.append(sentence.format(**known))
+        self.findings = [*said, *self.findings]
+        self.details = stated.get("details", "").format(**known)
 
     @property
     def name(self) -> str:
@@ -92,48 +123,6 @@ class Exhibit:
         )
         whole = data()["exhibit"][self.file]["words"] + (place and f" ({place} of the paper)")
         return f"{whole}: {', '.join(filter(None, (self.mission.name, self.details)))}"
-
-
-def exhibit(
-    mission: Mission,
-    file: str,
-    records: Sequence[Record],
-    words: Mapping[str, object] = MappingProxyType({}),
-    *,
-    axes: Axes | None = None,
-    bars: Sequence[plots.Bar] = (),
-    level: plots.Mark | None = None,
-    marks: Sequence[plots.Mark] = (),
-    rows: Sequence[Sequence[str]] = (),
-    part: str = "",
-    findings: Sequence[str] = (),
-) -> Exhibit:
-    """Return an exhibit with the texts of the statements' file, drawn as it says unless it is.
-
-    Of its findings those are left out whose words are missing or None.
-    """
-    stated = data()["exhibit"][file]
-    known: dict[str, object] = {"part": part, "deadline_s": mission.limits.deadline_s}
-    known |= {name: value for name, value in words.items() if value is not None}
-    texts = {
-        each: stated[each].format(**known)
-        for each in ("title", "x_label", "y_label")
-        if each in stated
-    }
-    if texts:
-        texts["title"] = f"{printed(mission.name)}: {texts['title']}"
-        if bars:
-            axes = plots.bars(bars, **texts, level=level)
-        else:
-            lines = list(_lines(records, stated, known))
-            from_zero = stated.get("y_from_zero", False)
-            axes = plots.curves(lines, **texts, marks=marks, y_from_zero=from_zero)
-    said = []
-    for sentence in stated.get("findings", ()):
-        with contextlib.suppress(KeyError):
-            said.append(sentence.format(**known))
-    details = stated.get("details", "").format(**known)
-    return Exhibit(mission, file, part, records, rows, axes, details, [*said, *findings])
 
 
 def _lines(records: Sequence[Record], stated: Record, known: Record) -> Iterator[plots.Line]:
@@ -252,7 +241,7 @@ def system(mission: Mission, perspective: Perspective) -> Exhibits:
     routes = "; ".join(f"{name} {' → '.join(plan.route)}" for name, plan in found.items())
     records, words = _records(found, "trajectory"), {"routes": routes}
     axes, lost = plots.trajectories(plans).plan, [*missing(plans)]
-    yield exhibit(mission, "system", records, words, axes=axes, part=perspective, findings=lost)
+    yield Exhibit(mission, "system", records, words, axes=axes, part=perspective, findings=lost)
 
 
 def wells(mission: Mission, perspective: Perspective) -> Exhibits:
@@ -264,7 +253,7 @@ def wells(mission: Mission, perspective: Perspective) -> Exhibits:
     )
     said = [f"{each[:1].upper()}{each[1:].removesuffix('.')}." for each in plan.warnings]
     words, axes = {"available": available, "bound": bound}, plots.wells([plan])[0]
-    yield exhibit(
+    yield Exhibit(
         mission, "wells", _course(plan), words, axes=axes, part=perspective, findings=said
     )
 
@@ -292,7 +281,7 @@ def direct_path(mission: Mission) -> Exhibits:
         values = (plan.hover_time_s, plan.mission_time_s, *(eta(plan, each) for each in PAPER))
         rows.append((name, *(number(value, 2) for value in values)))
     said, records = (*grounded(found, "rows"), *missing(plans)), _records(found, "deadline")
-    yield exhibit(mission, "direct-path", records, {"slot_s": slot_s}, rows=rows, findings=said)
+    yield Exhibit(mission, "direct-path", records, {"slot_s": slot_s}, rows=rows, findings=said)
     if is_papers(mission):
         yield _beside_the_paper(mission)
 
@@ -318,7 +307,7 @@ def _beside_the_paper(mission: Mission) -> Exhibit:
             rows.append((name, *(cell.replace("-", MINUS) for cell in own)))
     names = [each.statement.name for each in entries]
     records = _columns(cell=names, paper=stated, ours=ours, shows_the_printed_digits=same)
-    return exhibit(mission, "table2", records, rows=rows)
+    return Exhibit(mission, "table2", records, rows=rows)
 
 
 def by_perspective(mission: Mission) -> Exhibits:
@@ -340,8 +329,8 @@ def by_perspective(mission: Mission) -> Exhibits:
         found, part = existing(plans), f"{deadline_s:g}s"
         records = _records(found, "trajectory")
         said = (*_longest(chosen), *grounded(found, "bars"), *missing(plans))
-        yield exhibit(changed, "hover-time", records, bars=hovers, part=part, findings=said)
-        yield exhibit(changed, "charge-left", records, bars=charges, level=least, part=part)
+        yield Exhibit(changed, "hover-time", records, bars=hovers, part=part, findings=said)
+        yield Exhibit(changed, "charge-left", records, bars=charges, level=least, part=part)
 
 
 def _longest(plans: Mapping[tuple[Perspective, str], Plan]) -> Iterator[str]:
@@ -382,7 +371,7 @@ def least_charge(mission: Mission, perspective: Perspective) -> Exhibits:
     own_plans = {percent: plan for (speed, percent), plan in plans.items() if speed == own_speed}
     where = "" if loads else " at the mission's own v_max"
     words = {**_falls(own_plans), "where": where, "loads": loads}
-    yield exhibit(mission, "least-charge", records, words, part=perspective)
+    yield Exhibit(mission, "least-charge", records, words, part=perspective)
 
 
 def _falls(plans: Mapping[float, Plan]) -> dict[str, Any]:
@@ -430,7 +419,7 @@ def battery_size(mission: Mission, perspective: Perspective) -> Exhibits:
     words = {"own_As": own_As, "best_s": best_s, "crossing_As": crossing_As, "full_As": full_As}
     if crossing_As is not None:
         words |= {"saved_As": crossing_As - own_As, "percent": 100.0 * (crossing_As / own_As - 1.0)}
-    yield exhibit(mission, "battery-size", records, words, marks=marks, part=perspective)
+    yield Exhibit(mission, "battery-size", records, words, marks=marks, part=perspective)
 
 
 def wind(mission: Mission) -> Exhibits:
@@ -444,7 +433,7 @@ def wind(mission: Mission) -> Exhibits:
     marks = [plots.Mark(at, f"${axis}$: {number(at, 2)} N") for axis, at in ends]
     words: dict[str, object] = {"level": level[1], "down": number(up[0], 4), "up": up[1]}
     words |= {f"calm_{axis}": curves.calmest_N(mission, AXES[axis]) for axis in ("x", "z")}
-    yield exhibit(mission, "wind", records, words, marks=marks)
+    yield Exhibit(mission, "wind", records, words, marks=marks)
 
 
 def charging(mission: Mission) -> Exhibits:
@@ -461,7 +450,7 @@ def charging(mission: Mission) -> Exhibits:
         near = percent[DISTANCES_M <= NEAR_M]
         spans.append(f"{power_W:g} W {near.min():.1f} to {near.max():.1f} %")
     for file in ("harvested-energy", "harvest-efficiency"):
-        yield exhibit(mission, file, records, {"spans": "; ".join(spans)})
+        yield Exhibit(mission, file, records, {"spans": "; ".join(spans)})
 
 
 def runs_dry(mission: Mission) -> Exhibits:
@@ -476,7 +465,7 @@ def runs_dry(mission: Mission) -> Exhibits:
         "end_s": plan.mission_time_s,
         "lasting": f"Δ = {kept.hover_time_s:.2f} s" if kept else f"there is no plan: {why(kept)}",
     }
-    yield exhibit(mission, "runs-dry", _course(plan), words, axes=plots.wells([plan])[0])
+    yield Exhibit(mission, "runs-dry", _course(plan), words, axes=plots.wells([plan])[0])
 
 
 def overcharges(mission: Mission) -> Exhibits:
@@ -494,7 +483,7 @@ def overcharges(mission: Mission) -> Exhibits:
         "highest": 100.0 * max(each["available_As"] for each in records) / full_As,
         "full_s": plan.overfull_s,
     }
-    yield exhibit(mission, "overcharges", records, words, axes=plots.wells([plan])[0])
+    yield Exhibit(mission, "overcharges", records, words, axes=plots.wells([plan])[0])
 
 
 def second_problem(mission: Mission) -> Exhibits:
@@ -511,7 +500,7 @@ def second_problem(mission: Mission) -> Exhibits:
     found = existing(plans)
     records, words = _records(found, "problem"), {"hovers": "; ".join(hovers)}
     bars = _bars({labels[name]: plan for name, plan in found.items()})
-    yield exhibit(changed, "second-problem", records, words, bars=bars)
+    yield Exhibit(changed, "second-problem", records, words, bars=bars)
 
 
 def more_stops(mission: Mission) -> Exhibits:
@@ -530,7 +519,7 @@ def more_stops(mission: Mission) -> Exhibits:
     )
     bars = _bars({n.replace(", T_max", ",\n$T_{max}$"): plan for n, plan in found.items()})
     records, said = _records(found, "most"), [*hovers, *missing(plans)]
-    yield exhibit(mission, "more-stops", records, bars=bars, findings=said)
+    yield Exhibit(mission, "more-stops", records, bars=bars, findings=said)
 
 
 def _bars(plans: Mapping[str, Plan]) -> list[plots.Bar]:
@@ -551,7 +540,7 @@ def peak_speed(mission: Mission) -> Exhibits:
     cap, speed = " but the mission's" if capped else "", plan.peak_speed_m_s
     words = {"speed": speed, "kmh": 3.6 * speed, "cap": cap}
     axes = plots.leg(mission, first.start_place, first.end_place).speed
-    yield exhibit(mission, "peak-speed", records, words, axes=axes)
+    yield Exhibit(mission, "peak-speed", records, words, axes=axes)
 
 
 def misprints(mission: Mission) -> Exhibits:
@@ -559,4 +548,4 @@ def misprints(mission: Mission) -> Exhibits:
     if mission.name == "paper":
         found = data()["misprint"]
         rows = [[*found[0]], *([*each.values()] for each in found)]
-        yield exhibit(mission, "misprints", found, rows=rows)
+        yield Exhibit(mission, "misprints", found, rows=rows)
