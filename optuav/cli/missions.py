@@ -19,7 +19,8 @@ from optuav.cli.output import NO, check_places, deliver, warning
 from optuav.errors import Fault, InputError
 from optuav.mission.files import must_be_new, read_toml, write_text
 from optuav.mission.load import LARGEST_FILE, SHIPPED, load
-from optuav.mission.schema import MissionSection
+from optuav.mission.messages import described
+from optuav.mission.schema import MissionSection, Number
 from optuav.mission.template import Datasheet, template
 
 if TYPE_CHECKING:
@@ -242,10 +243,7 @@ def _answer(name: str, text: Any) -> float:
     except ValueError:
         number = math.nan
     value = int(number) if number.is_integer() else number
-    try:
-        Datasheet.of({name: value})
-    except InputError as error:
-        for fault in error.faults:
-            if fault.key == name:
-                raise typer.BadParameter(fault.allowed) from None
+    known = next(described(Datasheet, name))
+    if not (isinstance(known, Number) and known.accepts(value)):
+        raise typer.BadParameter(known.words)
     return value

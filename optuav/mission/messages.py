@@ -23,7 +23,7 @@ DIGITS = 15
 @cache
 def allowed(model: type[BaseModel], key: str) -> str:
     """What a value may be, from the type of its field: ``"a number, 0 <= x < 1 [-]"``."""
-    return next(_described(model, key)).words
+    return next(described(model, key)).words
 
 
 @cache
@@ -32,11 +32,11 @@ def number(name: str) -> Number | None:
     table, _, key = name.partition(".")
     if key not in getattr(SECTIONS.get(table), "model_fields", ()):
         return None
-    whole = next(_described(SECTIONS[table], key), None)
+    whole = next(described(SECTIONS[table], key), None)
     return whole if isinstance(whole, Number) else None
 
 
-def _described(model: type[BaseModel], key: str) -> Iterator[Allowed | Number]:
+def described(model: type[BaseModel], key: str) -> Iterator[Allowed | Number]:
     """What the type of a field says of its values, then of the components of a vector."""
     field = model.model_fields[key]
     of_options = (getattr(each, "__metadata__", ()) for each in get_args(field.annotation))

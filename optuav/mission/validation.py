@@ -169,7 +169,7 @@ def breaches_of(
                 key, _unknown(key, known if suggestions <= MOST_SUGGESTIONS else (), stated)
             )
             continue
-        name, words = str(key[0]), ""
+        name = str(key[0])
         if name not in SECTIONS or key == ("buildings",):
             words = allowed(model, name)
         else:

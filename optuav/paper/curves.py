@@ -39,6 +39,7 @@ LARGEST_PACK = 4.0
 """Largest pack that is tried, over the mission's own."""
 REMEMBERED = 512
 BEST = P1()
+_solve = lru_cache(maxsize=REMEMBERED)(solving.solve)
 
 
 @cache
@@ -55,14 +56,7 @@ def solve(
     slot_s: float | None = None,
 ) -> Plan:
     """As `optuav.solve`; a plan that was found is kept."""
-    return _solve(mission, problem, perspective, slot_s)
-
-
-@lru_cache(maxsize=REMEMBERED)
-def _solve(
-    mission: Mission, problem: Formulation, perspective: Perspective, slot_s: float | None
-) -> Plan:
-    return solving.solve(mission, problem, perspective=perspective, slot_s=slot_s)
+    return _solve(mission, problem, perspective=perspective, slot_s=slot_s)
 
 
 def with_deadline(mission: Mission, deadline_s: float) -> Mission:

@@ -313,28 +313,23 @@ def _of_the_paper(entries: Ledger) -> Iterator[Element]:
     flight_W, hover_W = table2.SHOW_ALL_W.values()
     exist = table2.loads_exist(table2.consistent_charges())
     numbers = {
-        **{**count, "cells": len(found), "exact": exact, "agreeing": exact + count["within"]},
+        **count,
+        **{"cells": len(found), "exact": exact, "agreeing": exact + count["within"]},
         "parameters": len(table2.FREE_PARAMETERS),
         "numbers": texts["different_numbers"],
         "exists": "exists" if exist else "does not exist",
         **{"flight_W": flight_W, "hover_W": hover_W},
     }
-    agreement, worth, adjusted, existence = (
-        prose(texts[name].format(**numbers))
-        for name in ("agreement", "worth", "adjusted", "existence")
-    )
+    sentences = ("agreement", "worth", "adjusted", "existence")
+    agreement, worth, *others = (prose(texts[name].format(**numbers)) for name in sentences)
     parameters = f"Free parameters: {'; '.join(table2.FREE_PARAMETERS)}."
     listed = listing((parameters, f"Data: {'; '.join(texts['data'])}."))
-    cells: list[Sequence[str]] = [
-        ("cell", "printed", "by paper-table2", "why it cannot be matched")
-    ]
-    for cell in found:
-        if cell.verdict is Verdict.CONTRADICTS:
-            what = f"{cell.statement.place}, {cell.statement.what}"
-            values = (cell.statement.stated, cell.shown(cell.recovered))
-            shown = (f"{each}\N{NO-BREAK SPACE}%".replace("-", MINUS) for each in values)
-            cells.append((what, *shown, cell.reason))
-    content = (agreement, worth, listed, adjusted, existence, table(cells, cards=True))
+    cells = [["cell", "printed", "by paper-table2", "why it cannot be matched"]]
+    for cell in (each for each in found if each.verdict is Verdict.CONTRADICTS):
+        values = (cell.statement.stated, cell.shown(cell.recovered))
+        shown = (f"{each}\N{NO-BREAK SPACE}%".replace("-", MINUS) for each in values)
+        cells.append([f"{cell.statement.place}, {cell.statement.what}", *shown, cell.reason])
+    content = (agreement, worth, listed, *others, table(cells, cards=True))
     yield _section("fit", "Table II and the fit behind it", *content)
 
 
