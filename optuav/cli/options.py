@@ -17,9 +17,10 @@ if TYPE_CHECKING:
     from formulations.formulation import Formulation
     from optuav.mission import Mission
 
-Words: TypeAlias = Mapping[str, tuple[str, ...]]
-"""By parameter, or command and parameter: an option's name and metavar, or an argument's metavar;
-its help; the default that the help shows in place of None; the panel of the help."""
+Words: TypeAlias = Mapping[str, str | tuple[str, ...]]
+"""By parameter, or command and parameter: the help of the option of its name; or an option's name
+and metavar, or an argument's metavar; its help; the default that the help shows in place of None;
+the panel of the help."""
 
 SHARED: Words = {
     "mission": ("MISSION", "Name of a shipped mission, or a mission file."),
@@ -30,18 +31,15 @@ SHARED: Words = {
     "as_json": ("--json", "Print JSON instead of text."),
     "save": ("--save FILE", "Write every detail, as .csv or .json."),
     "plot": ("--plot DIR", "Write pictures into a directory (needs matplotlib)."),
-    "problem": ("--problem", "P1, P2, P2-tight, P3 or P4."),
-    "trajectory": ("--trajectory", "For P1 and P2: optimal, direct, traj1 or traj2."),
-    "building": ("--building", "For P4: where to rest."),
-    "order": ("--order", "rest-first or hover-first; by default the better of both."),
+    "problem": "P1, P2, P2-tight, P3 or P4.",
+    "trajectory": "For P1 and P2: optimal, direct, traj1 or traj2.",
+    "building": "For P4: where to rest.",
+    "order": "rest-first or hover-first; by default the better of both.",
     "hover_point": ("--hover-point", "w_U, or free: wherever hovering is longest.", "w_U"),
-    "perspective": (
-        "--perspective",
-        "available, battery, energy, adjusted or wells: how charge counts.",
-    ),
-    "slot_s": ("--slot-s", "Length of time slots in seconds; continuous by default."),
-    "engine": ("--engine", "auto, closed-form, cvxpy, bracket, casadi or grid."),
-    "time_limit_s": ("--time-limit-s", "Longest search in seconds."),
+    "perspective": "available, battery, energy, adjusted or wells: how charge counts.",
+    "slot_s": "Length of time slots in seconds; continuous by default.",
+    "engine": "auto, closed-form, cvxpy, bracket, casadi or grid.",
+    "time_limit_s": "Longest search in seconds.",
     "stops": ("--stops", "Most rests, in any order over all buildings; with P1.", "1"),
     "hovers": ("--hovers", "Most pieces in which to hover; with P1.", "1"),
 }
@@ -116,6 +114,8 @@ def command_of(name: str, function: Callable[..., None], words: Words) -> Callab
     parts = [part for key in own for part in fields.get(key, {key: own[key]}).values()]
     for number, part in enumerate(parts):
         said = known.get(f"{name}.{part.name}") or known[part.name]
+        if isinstance(said, str):
+            said = (f"--{part.name.replace('_', '-')}", said)
         flag, help, default, panel, *_ = (*said, "", "")
         flag, _, metavar = flag.partition(" ")
         option: Any = typer.Argument(metavar=flag, help=help, case_sensitive=False)

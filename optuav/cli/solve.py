@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 import typer
 
 import optuav
-from optuav.cli.options import ProblemOptions, SolveOptions, mission_of, refuse_beside_plan
+from optuav.cli.options import ProblemOptions, SolveOptions, Words, mission_of, refuse_beside_plan
 from optuav.cli.output import FAILED, NO, WIDTH, check_places, deliver, progress
 from optuav.errors import Fault, InputError
 from optuav.options import Perspective
@@ -24,8 +24,8 @@ if TYPE_CHECKING:
 COMPARED: dict[str, Perspective] = {"battery": "available", "available": "battery"}
 """The perspective whose plan pictures show beside: one counts charge only, one both wells."""
 
-WORDS = {
-    "solver": ("--solver", "Solver behind cvxpy, by its name; HIGHS by default."),
+WORDS: Words = {
+    "solver": "Solver behind cvxpy, by its name; HIGHS by default.",
     "save": ("--save FILE", "Write the plan as JSON."),
     "animate": ("--animate FILE", "Write the mission as a .gif (needs matplotlib)."),
     "explain.mission": (
@@ -38,9 +38,9 @@ WORDS = {
         'kind = "rest" or "hover", and duration_s.',
     ),
     "audit.plot": ("--plot FILE", "Draw altitude, speed and power as PNG (needs matplotlib)."),
-    "latex": ("--latex", "Print LaTeX (package amsmath)."),
-    "lp": ("--lp", "Print a file in CPLEX LP format."),
-    "mps": ("--mps", "Print a file in free MPS format."),
+    "latex": "Print LaTeX (package amsmath).",
+    "lp": "Print a file in CPLEX LP format.",
+    "mps": "Print a file in free MPS format.",
     "formulate.save": ("--save FILE", "Write to a file instead."),
 }
 

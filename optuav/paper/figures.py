@@ -293,18 +293,16 @@ def _beside_the_paper(mission: Mission) -> Exhibit:
     ours = [each.printed if mission.name == "paper" else each.recovered for each in entries]
     same = [agrees(*pair) for pair in zip(stated, ours, strict=True)]
     above = [e.statement.stated + " †" * (e.verdict is Verdict.CONTRADICTS) for e in entries]
-    below = [
-        each.shown(value) + " *" * (not alike)
-        for each, value, alike in zip(entries, ours, same, strict=True)
-    ]
+    triples = zip(entries, ours, same, strict=True)
+    below = [each.shown(value) + " *" * (not alike) for each, value, alike in triples]
     rows: list[Sequence[str]] = [HEAD]
     for count, row in enumerate(table2.ROWS):
-        for name, cells in (
-            (f"printed: {row.deadline_s} s, {row.perspective}", above),
-            (f"ours, η at Δ = {row.slots_s:g} s", below),
-        ):
-            own = cells[5 * count : 5 * count + 5]
-            rows.append((name, *(cell.replace("-", MINUS) for cell in own)))
+        printed_row, our_row = (
+            [cell.replace("-", MINUS) for cell in cells[5 * count : 5 * count + 5]]
+            for cells in (above, below)
+        )
+        rows.append((f"printed: {row.deadline_s} s, {row.perspective}", *printed_row))
+        rows.append((f"ours, η at Δ = {row.slots_s:g} s", *our_row))
     names = [each.statement.name for each in entries]
     records = _columns(cell=names, paper=stated, ours=ours, shows_the_printed_digits=same)
     return Exhibit(mission, "table2", records, rows=rows)
@@ -323,9 +321,9 @@ def by_perspective(mission: Mission) -> Exhibits:
         plans = {f"{name}, {perspective}": plan for (perspective, name), plan in chosen.items()}
         hovers, charges = list[plots.Bar](), list[plots.Bar]()
         for names, plan in chosen.items():
-            values = (plan.hover_time_s, eta(plan, "battery")) if plan else (None, None)
-            for shown, value in zip((hovers, charges), values, strict=True):
-                shown.append(plots.Bar(*names, value, plan.flyable is not False))
+            hover_s, left = (plan.hover_time_s, eta(plan, "battery")) if plan else (None, None)
+            hovers.append(plots.Bar(*names, hover_s, plan.flyable is not False))
+            charges.append(plots.Bar(*names, left, plan.flyable is not False))
         found, part = existing(plans), f"{deadline_s:g}s"
         records = _records(found, "trajectory")
         said = (*_longest(chosen), *grounded(found, "bars"), *missing(plans))
