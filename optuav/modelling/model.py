@@ -126,10 +126,7 @@ class Model:
     ) -> Variable:
         """Declare an unknown, see `Variable`; at least zero unless stated otherwise.
 
-        Raises
-        ------
-        ValueError
-            If the model has one of that name or with that symbol.
+        `ValueError` if its name or its symbol is taken.
         """
         if any(each.name == name for each in self.variables):
             raise ValueError(f"the model has a variable {name!r} already")
@@ -143,22 +140,11 @@ class Model:
         return declared
 
     def let(
-        self,
-        name: str,
-        expression: Operand,
-        *,
-        symbol: str = "",
-        unit: str = "1",
-        words: str = "",
+        self, name: str, expression: Operand, *, symbol: str = "", unit: str = "1", words: str = ""
     ) -> Let:
         """Give an intermediate quantity a name, so that the printed programme stays short.
 
-        With words, they are printed instead of the expression.
-
-        Raises
-        ------
-        ValueError
-            If the model has one of that name.
+        With words, they are printed instead of the expression. `ValueError` if the name is taken.
         """
         if any(each.name == name for each in self.lets):
             raise ValueError(f"the model has a quantity {name!r} already")
@@ -195,12 +181,7 @@ class Model:
     ) -> None:
         """Add a constraint under a label of its own, see `Constraint`; a moment is put behind it.
 
-        Raises
-        ------
-        TypeError
-            If it compares no expressions.
-        ValueError
-            If the label is taken, or there is none.
+        `TypeError` if it compares no expressions, `ValueError` if the label is taken or empty.
         """
         if not isinstance(relation, Relation):
             raise TypeError(f"{label}: a constraint compares expressions with <=, >= or ==")
