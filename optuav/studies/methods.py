@@ -23,7 +23,7 @@ from optuav.options import ORDERS, Perspective
 from optuav.plan import Plan
 from optuav.solving import formulate, solve
 from optuav.solving.route_choice import route_choice
-from optuav.studies.results import NONE, Results, Row, fixed, plain_table
+from optuav.studies.results import LONGEST_NAME, NONE, Results, Row, fixed, plain_table
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -37,6 +37,8 @@ UNITS = {
     **{"slot_s": "s", "status": "", "hover_time_s": "s", "rest_time_s": "s"},
     **{"gap_s": "s", "largest_gap_s": "s", "agrees": "", "words": "", "proof": ""},
 }
+
+SLOTS_ABREAST = 5
 
 Progress = Callable[[int, int, str], None]
 """Called before every answer: how many are done, how many there are, and what comes now."""
@@ -236,16 +238,14 @@ def bound(model: Model, parameters: Row, slot_s: float) -> Bound:
 
 
 def _tables(found: Results) -> Iterator[RenderableType]:
-    """Yield what each method is worth, how it knows, what it is compared with, and the verdict."""
+    """Yield gaps by problem, what each method is worth, how it knows, and the verdict."""
     title = f"{found.mission.name}: longest hover Δ, {found.facts['perspective']}, by every method"
     yield Text(title, style="bold")
     yield ""
     feasible = any(row["hover_time_s"] is not None for row in found.rows)
     if feasible:
+        yield from _gaps(found)
         yield from _worth(found)
-        best = {_name(row): row["hover_time_s"] for row in found.rows if row["method"] == REFERENCE}
-        known = ", ".join(f"{name} {fixed(each, 3)}" for name, each in best.items())
-        yield Text(f"Δ in continuous times [s]: {known}\n")
     names: dict[tuple[str, ...], list[str]] = {}
     for name, reasons in found.facts["reasons"].items():
         if reasons and (feasible or name == "P1"):
@@ -264,6 +264,37 @@ def _tables(found: Results) -> Iterator[RenderableType]:
         yield Text(f"All {len(found.rows)} answers agree{on_what}.", style="bold green")
 
 
+def _gaps(found: Results) -> Iterator[RenderableType]:
+    """Yield what slots lose of the hover by problem, five lengths of slots abreast."""
+    slots_s = [*dict.fromkeys(row["slot_s"] for row in found.rows if row["slot_s"])]
+    # Of several methods in the same slots the first
+    cells = {(_name(row), row["slot_s"]): row for row in reversed(found.rows)}
+    yield Text("Δ in continuous times, and what is lost of it [s] in slots of")
+    for first in range(0, max(1, len(slots_s)), SLOTS_ABREAST):
+        abreast = slots_s[first : first + SLOTS_ABREAST]
+        table = plain_table("Δ [s]", *(f"{each:g} s" for each in abreast), words=["problem"], gap=1)
+        table.columns[0].max_width = LONGEST_NAME
+        table.add_column("agree", justify="right")
+        for problem in found.facts["reasons"]:
+            verdicts = {row["agrees"] for row in found.rows if _name(row) == problem}
+            gaps = (_gap(cells[problem, each]) for each in abreast)
+            best_s = cells[problem, None]["hover_time_s"]
+            agree = "?" if None in verdicts else "yes"
+            agree = "[bold red]NO[/]" if False in verdicts else agree
+            table.add_row(Text(problem), fixed(best_s, 3), *gaps, agree)
+        yield table
+        yield ""
+
+
+def _gap(cell: Row) -> Text:
+    """Return the gap of an answer in slots, marked where it disagrees."""
+    if cell["agrees"] is None:
+        return Text("failed", style="bold red")
+    gap_s = cell["gap_s"]
+    text = NONE if gap_s is None else f"{round(gap_s, 2) + 0.0:.2f}"
+    return Text(text) if cell["agrees"] else Text(f"{text}!", style="bold red")
+
+
 def _worth(found: Results) -> Iterator[RenderableType]:
     """Yield the largest gap of each method beside its bound, how often it agrees, and its proof."""
     times = ["time [s]"] if "time_s" in found.units else []
@@ -277,7 +308,7 @@ def _worth(found: Results) -> Iterator[RenderableType]:
         if solved:
             worst = max(solved, key=lambda row: abs(row["gap_s"]))
             limit_s = worst["largest_gap_s"] if worst["slot_s"] else worst["allowance_s"]
-            gap, limit = f"{worst['gap_s']:.3g}", "no bound" if limit_s is None else f"{limit_s:g}"
+            gap, limit = _short(worst["gap_s"]), "no bound" if limit_s is None else f"{limit_s:g}"
         table.add_row(
             method,
             "reference" if method == REFERENCE else gap,
@@ -293,6 +324,10 @@ def _worth(found: Results) -> Iterator[RenderableType]:
     for kind, words in proofs.items():
         yield Text(f"{kind}: {'; '.join(words).removeprefix(f'{kind}: ')}")
     yield ""
+
+
+def _short(seconds: float) -> str:
+    return f"{seconds:.2f}" if abs(seconds) >= 0.01 else f"{abs(seconds):.0e}" if seconds else "0"
 
 
 def _figures(found: Results) -> Iterator[tuple[str, Axes]]:
