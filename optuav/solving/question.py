@@ -38,6 +38,7 @@ LIMIT = Number("s", gt=0.0, le=1e9)
 RESTS = Number("-", ge=0, le=10, whole=True)
 HOVERS = Number("-", ge=1, le=10, whole=True)
 MOST_NAMES = 12
+MOST_BUILDINGS = 1000  # with several stops: the legs between any two have to fit into memory
 
 
 @dataclass(frozen=True)
@@ -131,8 +132,8 @@ def _faults(mission: Mission, question: Question) -> Iterator[Fault]:
     elif problem == "P4":
         yield Fault("problem", "'P4'", 'P4 with the name of a building, as P4("b1")')
     else:
-        more = "or an instance of a Formulation"
-        yield unknown("problem", problem, (*PROBLEMS, "P4(building)"), more)
+        names_too = (*PROBLEMS, "P4(building)", "or an instance of a Formulation")
+        yield unknown("problem", problem, names_too)
     if isinstance(problem, P1 | P2):
         if problem.trajectory not in TRAJECTORIES:
             yield unknown("trajectory", problem.trajectory, TRAJECTORIES)
@@ -167,6 +168,11 @@ def _faults(mission: Mission, question: Question) -> Iterator[Fault]:
             ("hover_point", question.p1.hover_point, ("w_U",)),
         )
         yield from not_with("with several stops", *alone, *searched)
+        battery, count = mission.battery, len(mission.buildings)
+        if question.perspective == AVAILABLE and battery.takes_turns:
+            yield Fault("battery.schedule", shown(battery.schedule), "pooled with several stops")
+        if count > MOST_BUILDINGS:
+            yield Fault("buildings", str(count), f"at most {MOST_BUILDINGS} with several stops")
 
 
 def not_with(words: str, *stated: tuple[str, object, tuple[object, ...]]) -> Iterator[Fault]:
@@ -177,11 +183,10 @@ def not_with(words: str, *stated: tuple[str, object, tuple[object, ...]]) -> Ite
             yield Fault(option, repr(value), f"{allowed} {words}")
 
 
-def unknown(option: str, value: object, allowed: Sequence[str], more: str = "") -> Fault:
+def unknown(option: str, value: object, allowed: Sequence[str]) -> Fault:
     """A value that is none of those allowed, with the nearest of them."""
-    words = ", ".join(allowed) + (f", {more}" if more else "")
     hint = nearest(value, allowed) if isinstance(value, str) else ""
-    return Fault(option, repr(value), f"one of {words}{hint}")
+    return Fault(option, repr(value), f"one of {', '.join(allowed)}{hint}")
 
 
 def chosen_engine(model: Model, question: Question) -> Engine:

@@ -13,8 +13,7 @@ import numpy as np
 
 from formulations.soc import AVAILABLE, LABELS
 from optuav.arrays import Floats, Integers
-from optuav.errors import Fault, InputError, SolverError
-from optuav.mission.messages import shown
+from optuav.errors import SolverError
 from optuav.network import vehicle
 from optuav.network.feasibility import never_flyable
 from optuav.network.network import NO_LEG, Network, Routes, routes_along
@@ -41,7 +40,6 @@ if TYPE_CHECKING:
     from optuav.network.graph import Graph
 
 ENGINE = "search"
-MOST_BUILDINGS = 1000  # with more, the legs between any two of them do not fit into memory
 MOST_SEQUENCES = 1 << 20  # sequences that are compared at most in a linear perspective
 BINDS = 1e-8  # share of the capacity [-] or of the deadline within which a limit is reached
 
@@ -57,23 +55,13 @@ def several_stops(
     and resting: any plan may leave out all stops but one visit to the hover point and the rest
     where charging is best. Where edited graphs or buildings in the way break that inequality, all
     sequences are compared, each by its own linear programme with the rest on its best building.
-
     """
-    question, mission = program.question, program.network.mission
+    question = program.question
     rests, hovers = question.p1.stops, question.p1.hovers
-    available, faults = question.perspective == AVAILABLE, []
-    if available and mission.battery.takes_turns:
-        schedule = shown(mission.battery.schedule)
-        faults.append(Fault("battery.schedule", schedule, "pooled with several stops"))
-    if len(mission.buildings) > MOST_BUILDINGS:
-        words = f"at most {MOST_BUILDINGS} with several stops"
-        faults.append(Fault("buildings", str(len(mission.buildings)), words))
-    if faults:
-        raise InputError(faults)
     if never_flyable(program.network):
         return program.solve()
     network = replace(program.network, legs=all_legs(program.network, graph))
-    if available:
+    if question.perspective == AVAILABLE:
         limit_s = question.time_limit_s
         found = search(terrain(network), rests, hovers, time_limit_s=limit_s, progress=progress)
         most = f"at most {rests} rest{'s' * (rests != 1)} and {hovers} hover{'s' * (hovers != 1)}"
@@ -184,8 +172,8 @@ def _plan(program: Program, network: Network, found: SearchResult, most: str) ->
         known = {"status": status, "notes": (*one.notes, *notes), "proof": proof, "engine": ENGINE}
         return one.model_copy(update=known)
     if stops is None:
-        message = f"the search {found.ended} without a plan or proof that there is none: "
-        message += none_longer
+        none = "without a plan or proof that there is none"
+        message = f"the search {found.ended} {none}: {none_longer}"
         if found.ended != INTERRUPTED:
             message += ". Allow more time (time_limit_s), or fewer stops or hovers"
         raise SolverError(message)
