@@ -90,10 +90,7 @@ QUANTITIES = tuple(each for each in fields(Quantities) if each.metadata)
 
 
 def steps_for(steps: Sequence[Any]) -> tuple[Any, ...]:
-    """Steps of a model: figures that differ between its itineraries become symbols.
-
-    Parameters of the model, with shadow prices, where they vary.
-    """
+    """Steps of a model: figures that differ between its itineraries become symbols."""
     words = (("current_A", "I", "A"), ("duration_s", "t", "s"))
     return tuple(
         step

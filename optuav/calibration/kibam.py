@@ -8,15 +8,12 @@ discharge to the next; unlike the lifetime, which jumps over a pause, they are s
 
 What varies by chance are the lifetimes, so their likelihood has a factor |d log B/d log T| for each
 discharge. It is largest where the sum of squares, over the geometric mean of these factors, is
-least, as for the transformations of Box and Cox [3]_; without it the fit would prefer batteries
+least, as for the transformations of Box and Cox [1]_; without it the fit would prefer batteries
 whose capacity hardly matters for how long they last.
 
 References
 ----------
-.. [1] J. F. Manwell, J. G. McGowan, "Lead acid battery storage model for hybrid energy systems",
-   Solar Energy, 1993.
-.. [2] M. R. Jongerden, B. R. Haverkort, "Which battery model to use?", IET Software, 2009.
-.. [3] G. E. P. Box, D. R. Cox, "An analysis of transformations", J. R. Stat. Soc. B, 1964, eq (8).
+.. [1] G. E. P. Box, D. R. Cox, "An analysis of transformations", J. R. Stat. Soc. B, 1964, eq (8).
 """
 
 from __future__ import annotations

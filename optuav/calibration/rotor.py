@@ -45,6 +45,7 @@ KEYS = (
 )
 """Of [rotor], found on a bench."""
 QUANTITIES = {"thrust": "N", "current": "A", "voltage": "V"}
+THRUST_PER_POWER = (0.003, 0.5, "N/W")  # usual, by least and most
 ROUNDS = 3  # fits, each weighted by the residuals of the one before
 LEAST_RESIDUAL = 1e-9  # of a quantity for its weight, over its largest value
 
@@ -94,11 +95,9 @@ def fit_rotor(files: Iterable[str | Path]) -> Fit:
 def _read(path: Path) -> csv.Measurements:
     """A file of either kind, all of whose numbers are above 0."""
     table = csv.read(path, BENCH, SHEET)
-    faults = [
-        fault
-        for name, values in table.numbers.items()
-        for fault in table.faults(values <= 0.0, name, "above 0")
-    ]
+    faults = list[Fault]()
+    for name, values in table.numbers.items():
+        faults += table.faults(values <= 0.0, name, "above 0")
     lines, speeds = len(table.lines), len(np.unique(table.numbers.get("speed", [])))
     if "radius" in table.numbers and lines > 1:
         faults.append(Fault("lines", f"{lines}", "1: a single propeller", table.source))
@@ -156,12 +155,9 @@ def _from_bench(sources: tuple[str, ...], tables: list[csv.Measurements]) -> Fit
         seen, modelled = measured[name][order].tolist(), fitted[name][order].tolist()
         at_words = "speed of the rotor $v$ [rad/s]"
         panels.append(Panel(name, unit, seen, modelled, (), speed[order].tolist(), at_words))
-    doubts = dict.fromkeys(words for table in tables for words in table.doubts())
+    doubts = [words for table in tables for words in table.doubts()]
     per_W = largest["thrust"] / (largest["current"] * largest["voltage"])
-    usual = (0.003, 0.5, "N/W")
-    doubts |= dict.fromkeys(
-        csv.unit_doubts("the thrust per power", per_W, "thrust", "force", usual)
-    )
+    doubts += csv.unit_doubts("the thrust per power", per_W, "thrust", "force", THRUST_PER_POWER)
     fastest = Value("rotor.max_speed_rad_s", largest["speed"], "fastest point of the bench")
     return Fit(
         "rotor",
@@ -169,7 +165,7 @@ def _from_bench(sources: tuple[str, ...], tables: list[csv.Measurements]) -> Fit
         f"{count} points of a bench test at steady speed",
         (*found.stated(f"fitted to {count} points"), fastest),
         tuple(panels),
-        (*found.warnings, *doubts),
+        (*found.warnings, *dict.fromkeys(doubts)),
     )
 
 

@@ -239,12 +239,13 @@ def quantities(flown: Network, row: FlownAs) -> dict[Cell, float]:
     given, hover = mission.battery, vehicle.hover_load(mission)
     capacity_As = float(vehicle.pool(mission).capacity_As)
     nominal_J = capacity_As * given.nominal_voltage_V
-    charge_As: dict[str, float] = {"flight": 0.0, "hover": 0.0, "rest": 0.0}
-    energy_J, flight_s = dict(charge_As), 0.0
+    charge_As, energy_J, time_s = (
+        dict.fromkeys(("flight", "hover", "rest"), 0.0) for _ in range(3)
+    )
     for phase in route_phases(flown, itinerary, row.hover_time_s, row.rest_time_s):
         charge_As[phase.kind] += float(phase.charge_As)
         energy_J[phase.kind] += float(phase.energy_J)
-        flight_s += float(phase.duration_s) if phase.kind == "flight" else 0.0
+        time_s[phase.kind] += float(phase.duration_s)
     flight_V, hover_V = energy_J["flight"] / charge_As["flight"], hover.power_W / hover.current_A
     hovering_J = hover.power_W * row.hover_time_s
     adjusted = (
@@ -253,8 +254,8 @@ def quantities(flown: Network, row: FlownAs) -> dict[Cell, float]:
         + (energy_J["hover"] + hovering_J + energy_J["rest"]) / nominal_J
     )
     return {
-        "flight_time_s": flight_s,
-        "mission_time_s": flight_s + row.hover_time_s + row.rest_time_s,
+        "flight_time_s": time_s["flight"],
+        "mission_time_s": sum(time_s.values()),
         "battery_percent": 100.0 * (1.0 + sum(charge_As.values()) / capacity_As),
         "energy_percent": 100.0 * (1.0 + sum(energy_J.values()) / nominal_J),
         "adjusted_percent": 100.0 * (1.0 + adjusted),
@@ -278,15 +279,17 @@ def tie(mission: Mission, tied: Mapping[str, Sequence[str]]) -> Mission:
 
 def _panels(pairs: Sequence[tuple[TableNumber, float]], roles: Sequence[Role]) -> Iterator[Panel]:
     """One panel a quantity that the table has."""
+    every = [(each, value, role) for (each, value), role in zip(pairs, roles, strict=True)]
     for quantity in get_args(Cell):
-        every = zip(pairs, roles, strict=True)
-        own = [(each, value, role) for (each, value), role in every if each.quantity == quantity]
+        own = [
+            (n.observed, value, n.row, role) for n, value, role in every if n.quantity == quantity
+        ]
         if own:
             words, _, unit = quantity.rpartition("_")
-            numbers, computed, kinds = zip(*own, strict=True)
-            observed, names = [each.observed for each in numbers], [each.row for each in numbers]
-            words = words.replace("_", " ")
-            yield Panel(words, UNITS[unit], observed, computed, names, roles=kinds)
+            observed, computed, names, kinds = zip(*own, strict=True)
+            yield Panel(
+                words.replace("_", " "), UNITS[unit], observed, computed, names, roles=kinds
+            )
 
 
 def read_table(path: Path) -> ResultsTable:
@@ -330,14 +333,12 @@ def read_table(path: Path) -> ResultsTable:
         faults += error.faults
     for place, row in enumerate(stated.rows):
         faults += _faults_of_row(f"rows[{place}].given", row.given, mission)
-    count = sum(each.fits for each in numbers)
-    if count < len(free):
+    if (count := sum(each.fits for each in numbers)) < len(free):
         words = f"as many numbers to fit as free keys: {len(free)}; there are {count}"
         faults.append(Fault("rows", "", words))
     unresolved = Counter(each.quantity for each in numbers if math.isnan(each.resolution))
     for quantity, count in unresolved.items():
-        words = "the step to which the table is rounded, above 0"
-        words = f"{words}, for {counted(count, 'number')}"
+        words = f"the step to which the table is rounded, above 0, for {counted(count, 'number')}"
         faults.append(Fault(f"resolution.{quantity}", "", words))
     if faults or mission is None:
         raise InputError(replace(each, source=each.source or source) for each in faults)

@@ -233,8 +233,7 @@ def _tables(found: Results) -> Iterator[RenderableType]:
     by_schedule = "schedule" in found.units
     subject = "schedule of the packs" if by_schedule else " and ".join(found.facts["by"])
     times = counted_in(found.facts["slot_s"])
-    yield Text(f"{found.mission.name}: longest hover by {subject}, {times}", style="bold")
-    yield ""
+    yield Text(f"{found.mission.name}: longest hover by {subject}, {times}\n", style="bold")
     brings = ["brings [s]"] if by_schedule else []
     words = ["schedule"] if by_schedule else list(AXES)
     table = plain_table("Δ [s]", *brings, "T' [s]", "T [s]", "η1 [%]", words=words)
@@ -257,8 +256,7 @@ def _tables(found: Results) -> Iterator[RenderableType]:
         )
         grounded.add(flies.split()[0])
         proofs.setdefault(label[0], {})[row["proof"]] = None
-    yield table
-    yield ""
+    yield from (table, "")
     if meanings := [f"{word}: {GROUNDED[word]}" for word in GROUNDED if word in grounded]:
         yield Text("\n".join([*meanings, ""]))
     for proof in dict.fromkeys(map("; ".join, proofs.values())):

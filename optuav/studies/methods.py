@@ -246,13 +246,10 @@ def _tables(found: Results) -> Iterator[RenderableType]:
     if feasible:
         yield from _gaps(found)
         yield from _worth(found)
-    names: dict[tuple[str, ...], list[str]] = {}
     for name, reasons in found.facts["reasons"].items():
         if reasons and (feasible or name == "P1"):
-            names.setdefault(reasons, []).append(name)
-    for reasons, problems in names.items():
-        who = f"{', '.join(problems)} {'has' if len(problems) == 1 else 'have'} no plan"
-        yield Text(f"{who if feasible else 'No problem has a plan'}: {'; '.join(reasons)}.")
+            who = f"{name} has no plan" if feasible else "No problem has a plan"
+            yield Text(f"{who}: {'; '.join(reasons)}.")
     unbounded = (row for row in found.rows if row["why"] and row["largest_gap_s"] is None)
     for why in dict.fromkeys(row["why"] for row in unbounded):
         yield Text(f"The theory has no bound where {why}.")

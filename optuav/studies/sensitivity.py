@@ -140,9 +140,8 @@ def sensitivity(
         uncertain = tuple(each for each in measured if "[" not in each.key.name)
     best, network = solve(studied, perspective=perspective), build_network(studied)
     held = FixedPlan.of(plan or best, studied) if plan or best else None
-    hover_s, found = best.hover_time_s if best else 0.0, None
+    hover_s, found, is_stated = best.hover_time_s if best else 0.0, None, stated is not None
     if uncertain:
-        is_stated = stated is not None
         found = chances(network, uncertain, perspective, held, samples, seed, stated=is_stated)
     facts = {
         "perspective": perspective,
@@ -218,8 +217,7 @@ def _one_by_one(network: Network, spreads: Sequence[Spread], values: Floats) -> 
 def _tables(found: Results) -> Iterator[RenderableType]:
     """Yield the effects of single keys, then what the samples say."""
     facts, hover_s = found.facts, found.facts["hover_time_s"]
-    yield Text(f"{found.mission.name}: what matters most, {facts['perspective']}", style="bold")
-    yield ""
+    yield Text(f"{found.mission.name}: what matters most, {facts['perspective']}\n", style="bold")
     rows = [row for row in found.rows if row["swing_s"] > MOVES_S][:MOST_ROWS]
     itself = f"Longest hover {hover_s:.2f} s" if hover_s else "The mission has no plan"
     yield f"{itself}; one key at a time, everything else held:"
