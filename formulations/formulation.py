@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import math
 from abc import ABC, abstractmethod
-from dataclasses import dataclass, fields
-from typing import Self
+from dataclasses import dataclass, fields, replace
+from typing import Any, Self
 
 import numpy as np
 
 from formulations.parameters import QUANTITIES, Quantities, steps_for
-from formulations.soc import AVAILABLE, LABELS, STAYS, soc_end, tapered, well_limits
+from formulations.soc import AVAILABLE, LABELS, PERSPECTIVES, STAYS, tapered, well_limits
 from optuav.errors import InputError
 from optuav.modelling import Expression, Model, Parameter, Variable
 from optuav.modelling.expression import Operand
@@ -66,10 +66,17 @@ class Given(Quantities):
             hover.upper, hover.label, hover.kind = left, label, "deadline"
 
     def soc_end(self, hover: Operand, rest: Operand = 0.0) -> Operand:
-        """State of charge at the end [-] after hovering and resting [s], by the perspective."""
+        """State of charge at the end [-] after hovering and resting [s], by the perspective.
+
+        Of a stay of 0.0 s nothing is left in the tree.
+        """
         if self.tapers and self.perspective == AVAILABLE:
             return tapered(self, hover, rest)
-        return soc_end(self, self.perspective, hover, rest)
+        zeros: dict[str, Any] = {}
+        for stay, time in (("hover", hover), ("rest", rest)):
+            zeros |= dict.fromkeys(STAYS[stay], 0.0) if isinstance(time, float) and not time else {}
+        given = replace(self, **zeros) if zeros else self
+        return PERSPECTIVES[self.perspective](given, hover, rest)
 
     def keep_wells(self, model: Model, label: str, hover: Operand, rest: Operand = 0.0) -> None:
         """State that the battery never runs dry nor is overcharged; in `available` only."""

@@ -26,9 +26,10 @@ from typing import Literal, NamedTuple, TypeAlias
 
 import numpy as np
 
+from formulations.formulation import Given
 from formulations.parameters import QUANTITIES, Quantities
-from formulations.soc import STAYS, soc_end
-from optuav.modelling import Expression, Model, Parameter, Variable
+from formulations.soc import STAYS
+from optuav.modelling import Expression, Model, Parameter, Variable, evaluate
 from optuav.modelling.expression import Indexed, Operand, Relation, Sense
 from optuav.options import Perspective
 
@@ -52,15 +53,15 @@ class _Option(NamedTuple):
 
     number: int
     route: Route
-    given: Quantities
+    given: Given
     choice: Variable
 
 
 class _Row(NamedTuple):
-    """A condition on the times of a route: left(quantities, Δ, T'), affine in both, and right."""
+    """A condition on the times of a route: left(Δ, T'), affine in both, and right."""
 
     name: str
-    left: Callable[[Quantities, Operand, Operand], Operand]
+    left: Callable[[Operand, Operand], Operand]
     sense: Sense
     right: Operand
     unit: str
@@ -83,7 +84,9 @@ def route_choice(
     hover = model.variable("hover_time_s", "Δ", unit="s")
     rest = model.variable("rest_time_s", "T'", unit="s")
     options, hovered = [], hover
-    for number, (route, own) in enumerate(zip(routes, _symbols(routes), strict=True), start=1):
+    for number, (route, own) in enumerate(
+        zip(routes, _symbols(routes, perspective), strict=True), start=1
+    ):
         name, symbol = f"choice[{number}]", Indexed("λ", number)
         choice = model.variable(
             name, symbol, unit="1", upper=1.0, label=route.name, binary=not relaxed
@@ -98,7 +101,7 @@ def route_choice(
     place = _total([float(each.number) * each.choice for each in options])
     model.prefer_small(model.let("place in order", place, symbol="n", words="number of the route"))
     model.subject_to("P1 one route", _total([each.choice for each in options]) == 1.0)
-    (_hull if form == "hull" else _big_m)(model, options, perspective)
+    (_hull if form == "hull" else _big_m)(model, options)
     shared = options[0].given
     in_reach = shared.hover_distance_m <= shared.coverage_radius_m
     model.subject_to("P1.a outage", in_reach, unit="m", kind="outage")
@@ -115,7 +118,7 @@ def _total(terms: Sequence[Operand]) -> Operand:
     return reduce(np.add, terms) if terms else 0.0
 
 
-def _symbols(routes: Sequence[Route]) -> Iterator[Quantities]:
+def _symbols(routes: Sequence[Route], perspective: Perspective) -> Iterator[Given]:
     """The quantities of every route as parameters, one for all where it has the same value."""
     found: list[dict[str, Operand]] = [{} for _ in routes]
     for each in QUANTITIES:
@@ -135,42 +138,40 @@ def _symbols(routes: Sequence[Route]) -> Iterator[Quantities]:
                 name, symbol = f"{each.name}[{number}]", Indexed(shared.symbol, number)
                 symbols[each.name] = replace(shared, name=name, symbol=symbol, value=value or 0.0)
     for symbols, route in zip(found, routes, strict=True):
-        yield Quantities(**symbols, rests=route.given.rests)
+        rests = route.given.rests
+        own = symbols if rests else symbols | dict.fromkeys(STAYS["rest"], 0.0)
+        yield Given(**own, rests=rests, perspective=perspective)
 
 
-def _rows(option: _Option, perspective: Perspective) -> Iterator[_Row]:
+def _rows(option: _Option) -> Iterator[_Row]:
     """What the times of a route have to satisfy, apart from being at least 0."""
-
-    def soc(given: Quantities, hover: Operand, rest: Operand) -> Operand:
-        return soc_end(given, perspective, hover, rest)
-
     route, given = option.route, option.given
     least_s, most_s = route.hover_s
-    yield _Row("P1.b state of charge", soc, ">=", given.min_soc, "1", "state of charge")
+    yield _Row("P1.b state of charge", given.soc_end, ">=", given.min_soc, "1", "state of charge")
     if math.isinf(most_s):
         left = given.time_left
-        yield _Row("P1.d hover time", lambda _, h, r: h + r, "<=", left, "s", "deadline")
+        yield _Row("P1.d hover time", lambda h, r: h + r, "<=", left, "s", "deadline")
     if least_s > 0.0:
-        yield _Row("least Δ", lambda _, h, r: h, ">=", least_s, "s")
+        yield _Row("least Δ", lambda h, r: h, ">=", least_s, "s")
     if math.isfinite(most_s):
-        yield _Row("most Δ", lambda _, h, r: h, "<=", most_s, "s")
+        yield _Row("most Δ", lambda h, r: h, "<=", most_s, "s")
     if route.least_rest_s > 0.0:
-        yield _Row("least T'", lambda _, h, r: r, ">=", route.least_rest_s, "s")
+        yield _Row("least T'", lambda h, r: r, ">=", route.least_rest_s, "s")
 
 
-def _hull(model: Model, options: Sequence[_Option], perspective: Perspective) -> None:
+def _hull(model: Model, options: Sequence[_Option]) -> None:
     """State the rows on times of each route's own, their constants multiplied by its choice."""
     shared = model.variables[:2]
     own: list[list[Variable]] = [[], []]
     for option in options:
-        number, route, given, choice = option
+        number, route, _, choice = option
         times: list[Operand] = [0.0, 0.0]
         for k, each in enumerate(shared[: 1 + route.given.rests]):
             symbol = Indexed(each.symbol, number)
             times[k] = model.variable(f"{each.name}[{number}]", symbol, unit="s")
             own[k].append(times[k])
-        for row in _rows(option, perspective):
-            left, constant = row.left(given, *times), row.left(given, 0.0, 0.0)
+        for row in _rows(option):
+            left, constant = row.left(*times), row.left(0.0, 0.0)
             if isinstance(constant, Expression):
                 left = left - (1.0 - choice) * constant
             relation = Relation(left, row.sense, row.right * choice)
@@ -179,7 +180,7 @@ def _hull(model: Model, options: Sequence[_Option], perspective: Perspective) ->
         model.subject_to(f"{each.symbol} of the route", each == _total(parts), unit="s")
 
 
-def _big_m(model: Model, options: Sequence[_Option], perspective: Perspective) -> None:
+def _big_m(model: Model, options: Sequence[_Option]) -> None:
     """State the rows on the shared times, switched off by M where their route is not flown."""
     hover, rest = model.variables[:2]
     hovers: list[Operand] = [
@@ -200,22 +201,22 @@ def _big_m(model: Model, options: Sequence[_Option], perspective: Perspective) -
     for option in options:
         number, route, given, choice = option
         ends = (most_hover, most_rest if given.rests else 0.0)
-        for k, row in enumerate(_rows(option, perspective), start=1):
+        for k, row in enumerate(_rows(option), start=1):
             at_least, label = row.sense == ">=", f"{row.name}, {route.name}"
             at_0, *moved = (
-                float(np.squeeze(row.left(route.given, *times)))
+                float(evaluate(row.left(*times), {}))
                 for times in ((0.0, 0.0), (1.0, 0.0), (0.0, 1.0))
             )
             corner = [
                 end if (at < at_0 if at_least else at > at_0) else 0.0
                 for end, at in zip(ends, moved, strict=True)
             ]
-            worst = row.left(given, *corner)
+            worst = row.left(*corner)
             missed, symbol = row.right - worst if at_least else worst - row.right, f"M{k}"
             most = model.let(
                 f"{symbol} of {label}", missed, symbol=Indexed(symbol, number), unit=row.unit
             )
-            off, left = (1.0 - choice) * most, row.left(given, hover, rest if given.rests else 0.0)
+            off, left = (1.0 - choice) * most, row.left(hover, rest if given.rests else 0.0)
             right = row.right - off if at_least else row.right + off
             model.subject_to(label, Relation(left, row.sense, right), unit=row.unit, kind=row.kind)
         if not given.rests:

@@ -11,7 +11,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property, partial
-from typing import Any, NamedTuple, TypeAlias
+from typing import NamedTuple, TypeAlias
 
 from formulations.parameters import Quantities
 from optuav.modelling import Expression, Let, Relation
@@ -87,17 +87,6 @@ PERSPECTIVES: Mapping[Perspective, StateOfCharge] = {
     AVAILABLE: battery,
 }
 """Where charging tapers, `tapered` has the state of charge of `available`."""
-
-
-def soc_end(
-    given: Quantities, perspective: Perspective, hover: Operand, rest: Operand = 0.0
-) -> Operand:
-    """The state of charge after both stays; of one of 0.0 s nothing is left in the tree."""
-    zeros: dict[str, Any] = {}
-    for stay, time in (("hover", hover), ("rest", rest)):
-        zeros |= dict.fromkeys(STAYS[stay], 0.0) if isinstance(time, float) and not time else {}
-    given = replace(given, **zeros) if zeros else given
-    return PERSPECTIVES[perspective](given, hover, rest)
 
 
 @dataclass(frozen=True)
@@ -212,14 +201,12 @@ def well_limits(given: Quantities, hover: Operand, rest: Operand) -> Iterator[We
         zip(given.steps, levels(given, hover, rest), strict=True)
     ):
         share = level.available_As / given.battery_As
-        if isinstance(step, str):
-            moment = StepEnd(flight, 0, step, lands=False)
-            flight, stage = flight + 1, 0
-        else:
-            stage += 1
-            lands = number == last or isinstance(given.steps[number + 1], str)
-            moment = StepEnd(flight, stage, "", lands)
+        stay = step if isinstance(step, str) else ""
+        stage = 0 if stay else stage + 1
+        lands = not stay and (number == last or isinstance(given.steps[number + 1], str))
+        moment = StepEnd(flight, stage, stay, lands)
+        flight += bool(stay)
         yield WellLimit("dry", number, moment, Relation(share, ">=", 0.0))
-        if isinstance(step, str) and not given.tapers:
+        if stay and not given.tapers:
             below = Relation(share, "<=", given.available_fraction)
             yield WellLimit("past full", number, moment, below)

@@ -121,20 +121,17 @@ def _monotone(rows: Rows, x_top: Floats, y_top: Floats) -> tuple[Floats, Floats,
     weights[0] = np.where(helped[some], weights[0], np.inf)
     helping = rows._replace(weights=weights)
 
-    def highest(x: Floats, which: Integers) -> Floats:
-        """Largest y under the lines, not below 0."""
-        found: Floats = np.maximum((starts[:, which] - slopes[:, which] * x).min(axis=0), 0.0)
-        return found
-
     def margin(x: Floats, which: Integers) -> Floats:
-        values = helping.take(which).at_x(x).at(highest(x, which))
-        found: Floats = values.min(axis=0, initial=np.inf)
+        """How far the rows hold at the largest y under the lines, not below 0."""
+        y = np.maximum((starts[:, which] - slopes[:, which] * x).min(axis=0), 0.0)
+        found: Floats = helping.take(which).at_x(x).at(y).min(axis=0, initial=np.inf)
         return found
 
     x, beyond = close_in(margin, 0.0 * end, np.maximum(end, 0.0), WIDTH_S)
     impossible = (starts < 0.0).any(axis=0) | (end < 0.0) | np.isnan(x)
     x = np.where(impossible, np.nan, x)
-    return x, highest(x, np.arange(len(x))), np.where(impossible, -np.inf, beyond)
+    y = np.maximum((starts - slopes * x).min(axis=0), 0.0)
+    return x, y, np.where(impossible, -np.inf, beyond)
 
 
 def _sweep(

@@ -12,7 +12,7 @@ References
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from itertools import zip_longest
 from typing import NamedTuple, TypeAlias
 
@@ -251,11 +251,11 @@ def rows_of(stated: Sequence[StatedForm], names: Sequence[str], reach_s: Floats)
 
 
 def stated_forms(model: Model, values: Values, *, relaxed: bool = False) -> list[StatedForm]:
-    """Every constraint of a model as forms.
+    """What has to be ≥ 0 for every constraint of a model to hold; two forms for an equation.
 
     With `relaxed`, the bounds of `Bounded` functions are taken, and where these are exact is added.
     """
-    found: list[StatedForm] = []
+    read: list[tuple[Constraint, Sequence[Exponential], bool]] = []
     bounded: list[Constraint] = []
     done: dict[int, Operand] = {}
     stated = list(relations(model))  # kept, so that no two nodes share an identity
@@ -263,7 +263,7 @@ def stated_forms(model: Model, values: Values, *, relaxed: bool = False) -> list
     for each, sides in zip_longest(stated, known):
         try:
             own = sides or [exponential(e, values, done) for e in each.relation.sides]
-            found += _forms(each, own)
+            read.append((each, own, False))
         except NotExponentialError as error:
             if not relaxed:
                 raise NotExponentialError(f"{each.label!r}: {error}") from error
@@ -274,16 +274,11 @@ def stated_forms(model: Model, values: Values, *, relaxed: bool = False) -> list
         done = {}
         for each in bounded:
             own = [exponential(e, values, done, relaxation) for e in each.relation.sides]
-            found += _forms(each, own, relaxed=True)
+            read.append((each, own, True))
         kinds += map(Relaxation, exact.names) if relaxation is exact else ()
+    found = [
+        StatedForm((right - left) * sign, np.abs(right.terms.get(CONSTANT, 0.0)), each, bounds)
+        for each, (left, right), bounds in read
+        for sign in each.relation.signs[::-1]
+    ]
     return [*found, *(StatedForm(limit, 0.0, None, True) for limit in exact.limits)]
-
-
-def _forms(
-    constraint: Constraint, sides: Sequence[Exponential], relaxed: bool = False
-) -> Iterator[StatedForm]:
-    """What has to be ≥ 0 for a constraint to hold; two forms for an equation."""
-    left, right = sides
-    margin, size = right - left, np.abs(right.terms.get(CONSTANT, 0.0))
-    for sign in constraint.relation.signs[::-1]:
-        yield StatedForm(margin * sign, size, constraint, relaxed)

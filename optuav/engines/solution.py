@@ -66,15 +66,12 @@ class Solution:
         rows, weights = [("constraint", "slack", "multiplier", "")], self.multipliers_at(0)
         for label, slack in self.slacks.items():
             weight = f"{weights[label]:.6g}" if label in weights else ""
-            binds = label in self.binding_labels(0)
-            rows.append((label, f"{slack[0]:.6g}", weight, "binds" if binds else ""))
-        return "\n".join(
-            [
-                f"{self.status.value} by {self.engine} ({self.proof})",
-                f"{self.model.sense} {self.objective[0]:.6g} at {values}",
-                table(rows),
-                ", ".join(f"{name} {amount:.1g}" for name, amount in lacks),
-            ]
+            binds = "binds" if label in self.binding_labels(0) else ""
+            rows.append((label, f"{slack[0]:.6g}", weight, binds))
+        return (
+            f"{self.status.value} by {self.engine} ({self.proof})\n"
+            f"{self.model.sense} {self.objective[0]:.6g} at {values}\n{table(rows)}\n"
+            + ", ".join(f"{name} {amount:.1g}" for name, amount in lacks)
         )
 
     def point(self, index: int) -> dict[str, float]:
