@@ -17,6 +17,7 @@ import warnings
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
+from functools import partial
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -164,32 +165,29 @@ class CasadiProgramme:
     def solve(self, values: Mapping[str, float]) -> Solution:
         """Solve with values of parameters that differ from the model's, by name."""
         parameters = {**self.base, **values}
-
-        def none(status: Status, proof: str, words: str) -> Solution:
-            return single(self.model, NAME, proof, status, parameters, words)
-
+        found = partial(single, self.model, NAME, parameters)
         if not np.isfinite([float(parameters[name]) for name in self.base]).all():
-            return none(Status.ERROR, PROOF, "a parameter is no number")
+            return found(Status.ERROR, PROOF, "a parameter is no number")
         bounds = own_bounds(self.model, parameters)
         if any(lower > upper for lower, upper in bounds.values()):
-            return none(Status.INFEASIBLE, "bounds contradict", "not handed to IPOPT")
+            return found(Status.INFEASIBLE, "bounds contradict", "not handed to IPOPT")
         broken = [row.label for row in evaluated(self.settled, parameters) if not row.satisfied]
         if broken:
             words = f"does not hold whatever the unknowns: {', '.join(broken)}"
-            return none(Status.INFEASIBLE, "evaluated", words)
+            return found(Status.INFEASIBLE, "evaluated", words)
         scaled = self._scaled(parameters, bounds)
         best, said = self._best(scaled)
         words = ", ".join(dict.fromkeys(said))
         if best is None and "Diverging_Iterates" in said:
             level, said = self._best(scaled._replace(steepness=math.inf))
             if level is not None:
-                return none(Status.UNBOUNDED, "local: the iterates diverge", words)
+                return found(Status.UNBOUNDED, "local: the iterates diverge", words)
             words = ", ".join(dict.fromkeys(said))
         if best is None and {*said} == {"Invalid_Number_Detected"}:
-            return none(Status.ERROR, "none", words)
+            return found(Status.ERROR, "none", words)
         if best is None and "Infeasible_Problem_Detected" in said:
             proof = f"local: none of {len(said)} starts led to a feasible point"
-            return none(Status.INFEASIBLE, proof, words)
+            return found(Status.INFEASIBLE, proof, words)
         if best is None:
             raise SolverError(f"{NAME} found no answer and no reason why: {words}")
         point, answer = best
@@ -203,8 +201,8 @@ class CasadiProgramme:
         at_bounds = np.abs(at_bounds / scaled.scale)
         for variable, weight in zip(self.model.variables, at_bounds.tolist(), strict=True):
             duals[variable.label] = duals.get(variable.label, 0.0) + weight
-        point, found = self._preferred(point, scaled), Status.LOCALLY_OPTIMAL
-        return single(self.model, NAME, PROOF, found, parameters, words, point, duals=duals)
+        point = self._preferred(point, scaled)
+        return found(Status.LOCALLY_OPTIMAL, PROOF, words, point, duals=duals)
 
     def _scaled(self, parameters: Values, bounds: Mapping[str, tuple[float, float]]) -> Scaled:
         """A programme with scales and starts that its bounds and constraints suggest."""

@@ -17,6 +17,7 @@ import warnings
 from collections import defaultdict
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -127,19 +128,16 @@ class CvxpyProgramme:
         """Solve with values of parameters that differ from the model's, by name."""
         values = {**self.base, **values}
         form = linear_form(self.model, values)
-
-        def none(status: Status, words: str) -> Solution:
-            return single(self.model, NAME, DUALITY, status, values, words)
-
+        found = partial(single, self.model, NAME, values)
         if not form.usable.all():
-            return none(Status.ERROR, "a parameter is no number")
+            return found(Status.ERROR, DUALITY, "a parameter is no number")
         a, b, c = form.normals[..., 0], form.limits[..., 0], form.directions[..., 0]
         if self.slot_s is not None:
             a, b = self._in_slots(form, values, self.slot_s)
             c = c * np.where(self.counted, self.slot_s, 1.0)
         for label, limit in zip(form.labels, b, strict=True):
             if limit == -np.inf:
-                return none(Status.INFEASIBLE, f"{label} can never hold")
+                return found(Status.INFEASIBLE, DUALITY, f"{label} can never hold")
         finite = np.isfinite(b)
         # Solvers' tolerances are absolute: rows and goals of size 1 put them in seconds.
         size, worth = _sizes(a), _sizes(c)
@@ -158,7 +156,7 @@ class CvxpyProgramme:
             feasible = (self._run()[0] or Status.INFEASIBLE).has_answer
             status = Status.UNBOUNDED if feasible else Status.INFEASIBLE
         if not status.has_answer:
-            return none(status, words)
+            return found(status, DUALITY, words)
         x, weights = np.asarray(self.x.value, dtype=float), None
         if not self.integer:
             weights = np.maximum(np.asarray(self.rows.dual_value, dtype=float), 0.0)
@@ -179,16 +177,9 @@ class CvxpyProgramme:
         for (label, k), weight in net.items():
             # The two bounds of an unknown push against each other.
             duals[label] += weight if k is None else abs(weight)
-        return single(
-            self.model,
-            NAME,
-            f"branch and bound ({self.solver})" if self.integer else DUALITY,
-            status,
-            values,
-            f"{self.solver}: {words}",
-            dict(zip(form.names, x.tolist(), strict=True)),
-            duals=duals,
-        )
+        proof = f"branch and bound ({self.solver})" if self.integer else DUALITY
+        point = dict(zip(form.names, x.tolist(), strict=True))
+        return found(status, proof, f"{self.solver}: {words}", point, duals=duals)
 
     def _run(self) -> tuple[Status | None, str]:
         """Status of the problem as it stands, solved, and the solver's own word for it.

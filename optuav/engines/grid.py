@@ -200,14 +200,14 @@ class Grid(OneByOne):
         @np.errstate(divide="ignore", invalid="ignore", over="ignore")
         def solve(parameters: Mapping[str, float]) -> Solution:
             latest = math.inf if time_limit_s is None else time.monotonic() + time_limit_s
+            found = partial(single, model, NAME, parameters)
             if np.isnan(list(parameters.values())).any():
-                return single(model, NAME, PROOF, Status.ERROR, parameters, tight=())
+                return found(Status.ERROR, PROOF, tight=())
             if (best := _best_cell(model, parameters, slot_s, latest)) is None:
-                return single(model, NAME, PROOF, Status.INFEASIBLE, parameters, tight=())
+                return found(Status.INFEASIBLE, PROOF, tight=())
             near = {*_tight(model, parameters, best, slot_s)}
             labels = dict.fromkeys(each.label for each in relations(model) if each.label in near)
-            found = Status.OPTIMAL
-            return single(model, NAME, PROOF, found, parameters, point=best, tight=(*labels,))
+            return found(Status.OPTIMAL, PROOF, point=best, tight=(*labels,))
 
         return solve
 

@@ -187,9 +187,9 @@ class Solution:
 def single(
     model: Model,
     engine: str,
-    proof: str,
-    status: Status,
     parameters: Values,
+    status: Status,
+    proof: str,
     words: str = "",
     point: Mapping[str, float] | None = None,
     *,

@@ -140,7 +140,7 @@ def test_a_solution_prints_its_constraints_and_what_it_lacks() -> None:
 
 def test_the_proof_of_stacked_solutions_is_of_one_that_answers() -> None:
     """Not of a route that happens to be first and has no plan."""
-    none = single(limited(), "test", "none of 9 starts", Status.INFEASIBLE, {})
+    none = single(limited(), "test", {}, Status.INFEASIBLE, "none of 9 starts")
     answer = replace(two_answers(3.0).only(0), proof="the best of 9 starts", given={})
     found = stacked([none, answer])
     assert found.proof == "the best of 9 starts"
