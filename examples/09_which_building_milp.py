@@ -36,7 +36,7 @@ print({name: f"{hover_s:.3f} s" for name, hover_s in alone_s.items()})
 # %%
 big = optuav.route_choice(few, form="big-M", order="rest-first")
 print(big.model)
-print(big.proof, big.plan.route)
+print(big.plan.proof, big.plan.route)
 
 assert math.isclose(big.plan.hover_time_s, max(alone_s.values()), abs_tol=1e-5)
 assert big.plan.route[1] == "b1"
