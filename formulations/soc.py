@@ -73,8 +73,7 @@ STAYS = {
 }
 """Quantities of each stay, which a route without it does not have."""
 
-PAPER: tuple[Perspective, ...] = ("battery", "energy", "adjusted")
-"""The perspectives of the paper."""
+PAPER: tuple[Perspective, ...] = ("battery", "energy", "adjusted")  # The perspectives of the paper
 
 AVAILABLE: Perspective = "available"
 """Charge balance as in `battery`, and a battery that never runs dry nor is overcharged."""

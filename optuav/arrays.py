@@ -11,5 +11,4 @@ import numpy.typing as npt
 Floats: TypeAlias = npt.NDArray[np.float64]
 Integers: TypeAlias = npt.NDArray[np.intp]
 Booleans: TypeAlias = npt.NDArray[np.bool_]
-Values: TypeAlias = Mapping[str, Any]
-"""Numbers, or arrays with one entry a programme, by name."""
+Values: TypeAlias = Mapping[str, Any]  # Numbers, or arrays with one entry a programme, by name

@@ -5,8 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 from dataclasses import dataclass
 
-MOST_SHOWN = 20
-"""Faults that a message lists one by one."""
+MOST_SHOWN = 20  # Faults that a message lists one by one
 
 
 class OptuavError(Exception):

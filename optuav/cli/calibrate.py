@@ -20,8 +20,7 @@ from optuav.mission.files import must_be_new, write_text
 if TYPE_CHECKING:
     from optuav.calibration import Fit
 
-MOST_ROWS = 40
-"""Observations that the table lists one by one."""
+MOST_ROWS = 40  # Observations that the table lists one by one
 
 Kind = Literal["kibam", "regimes", "rotor", "table"]
 

@@ -37,8 +37,7 @@ ZERO = Fraction(0)
 ROUNDING = Fraction(1, 10**11)
 """By how much rounding may violate a limit, relative to max(1, |limit|), without a conflict."""
 
-Coefficients = Mapping[str, Fraction]
-"""By symbol of the unknown, exact, without zeros."""
+Coefficients = Mapping[str, Fraction]  # By symbol of the unknown, exact, without zeros
 
 
 @dataclass(frozen=True)

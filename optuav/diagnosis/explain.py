@@ -49,10 +49,8 @@ WITHOUT_STOPS = (
     "constraints and prices are known for one rest and one hover: explain the mission without "
     "--stops and --hovers"
 )
-LONGEST = 60
-"""Terms of a constraint that is written out."""
-SEARCH_S = 60.0
-"""Time limit of a search for more stops where none is stated [s]."""
+LONGEST = 60  # Terms of a constraint that is written out
+SEARCH_S = 60.0  # Time limit of a search for more stops where none is stated [s]
 
 
 def explain(

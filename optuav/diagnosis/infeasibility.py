@@ -36,8 +36,7 @@ from optuav.solving.outcome import Part, moments, words
 
 MOST_ROUTES = 100
 """Routes of a declaration whose conflicts are examined: those with the shortest flights."""
-FAR_S = 1e4
-"""How far times are followed where no constraint bounds them [s]."""
+FAR_S = 1e4  # How far times are followed where no constraint bounds them [s]
 BROKEN = {"dry": "empty", "past full": "past full"}
 """What the available well is where a limit of it does not hold, by the limit's kind."""
 

@@ -20,17 +20,14 @@ from optuav.status import Status
 
 NEGLIGIBLE = 1e-7
 """Change of the objective by as much of a parameter as there is, below which it is rounding."""
-RATIO_STEP = 0.01
-"""One more unit of a ratio is one more percent."""
+RATIO_STEP = 0.01  # One more unit of a ratio is one more percent
 AGAIN = {closed_form.NAME: closed_form.solve, bracket.NAME: bracket.solve}
 """The engines that prove every answer, and quickly enough to answer once for every step."""
 ROUNDING = {closed_form.NAME: 1e-12, bracket.NAME: 1e-7}
 """Change of the objective that is rounding: as a share in closed form, in all when bracketed."""
-AT_ONCE = 1 << 14
-"""Programmes that are solved together: few enough for bounded memory."""
+AT_ONCE = 1 << 14  # Programmes that are solved together: few enough for bounded memory
 
-Step = tuple[Parameter, float]
-"""A parameter and by how much it changes."""
+Step = tuple[Parameter, float]  # A parameter and by how much it changes
 
 
 @dataclass(frozen=True)

@@ -15,22 +15,15 @@ from optuav.mission.messages import number, shown
 from optuav.mission.schema import FORCE, Number
 
 TABLES = ("limits", "battery", "body", "rotor", "laser", "link", "flight")
-MOST = 1e3
-"""Largest change that is tried, as a factor."""
-INSIDE = 1e-9
-"""Distance of the outermost value from a bound that is excluded."""
-WRITTEN = ".15g"
-"""Every digit of a rounded value: a shorter one may not repair."""
+MOST = 1e3  # Largest change that is tried, as a factor
+INSIDE = 1e-9  # Distance of the outermost value from a bound that is excluded
+WRITTEN = ".15g"  # Every digit of a rounded value: a shorter one may not repair
 NEAR = 0.1
 """Share of a value and of its change below which both are known well enough to round them."""
-NEGLIGIBLE = 1e-9
-"""Share of a change that is as good as none."""
-MOST_DIGITS = 8
-"""Digits that a small change may have; engines tell no smaller ones apart."""
-TINY = 1e-300
-"""Replaces what is nearer to 0, so that its digits are numbers."""
-FINER = 6
-"""Digits that are added where the rounded value is not feasible."""
+NEGLIGIBLE = 1e-9  # Share of a change that is as good as none
+MOST_DIGITS = 8  # Digits that a small change may have; engines tell no smaller ones apart
+TINY = 1e-300  # Replaces what is nearer to 0, so that its digits are numbers
+FINER = 6  # Digits that are added where the rounded value is not feasible
 
 Value: TypeAlias = float | bool | tuple[float, ...] | None
 

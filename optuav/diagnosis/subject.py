@@ -41,8 +41,7 @@ if TYPE_CHECKING:
     from optuav.network.graph import Graph
 
 Subject: TypeAlias = Program | Plan | Mission | str | Path
-Case: TypeAlias = tuple[Question, Network]
-"""A question about the network of a mission."""
+Case: TypeAlias = tuple[Question, Network]  # A question about the network of a mission
 STOPS = (
     "several stops are searched for, and no single programme declares them: constraints, prices "
     "and repairs are known for one rest and one hover only, if the mission is explained"

@@ -44,10 +44,8 @@ ROUNDING = 1e-11
 NAME = "bracket"
 PROOF = "bracketed: a feasible time, and proof that none is longer"
 PROOF_OF_NONE = "bracketed: proof that no times satisfy all constraints"
-WIDTH_S = 1e-8
-"""Largest distance between a point that holds and one beyond which none does [s]."""
-MOST_BOXES = 1000
-"""That a sweep tries before it gives up."""
+WIDTH_S = 1e-8  # Largest distance between a point that holds and one beyond which none does [s]
+MOST_BOXES = 1000  # That a sweep tries before it gives up
 SMALLEST_BOX_S = 1e-10
 
 

@@ -46,22 +46,16 @@ OPTIONS: Mapping[str, Operand] = {
     "ipopt.diverging_iterates_tol": 1e8,
 }
 LATE = f"{NAME} did not finish within the time limit"
-EQUAL = 1e-10
-"""Relative loss of the objective that the preferences may use up."""
-ACCURACY = 1e-10
-"""What IPOPT asks of optimality, scaled, unless a caller is content with less."""
+EQUAL = 1e-10  # Relative loss of the objective that the preferences may use up
+ACCURACY = 1e-10  # What IPOPT asks of optimality, scaled, unless a caller is content with less
 ITERATIONS = 3000
-SHARES = (0.02, 0.5, 0.98)
-"""Where the starts lie between the bounds of an unknown."""
+SHARES = (0.02, 0.5, 0.98)  # Where the starts lie between the bounds of an unknown
 MOST_STARTS = 27
-TYPICAL = 1000.0
-"""Reach of an unknown for which nothing states a bound."""
+TYPICAL = 1000.0  # Reach of an unknown for which nothing states a bound
 LEAST = 1e-3
 """Least reach by which an unknown is scaled, where the constraints leave it next to none."""
-AT_BOUND = 1e-9
-"""Relative distance from a bound that is as good as none."""
-STEEP = 100.0
-"""Largest slope of an objective as the solver sees it; its tolerances are absolute."""
+AT_BOUND = 1e-9  # Relative distance from a bound that is as good as none
+STEEP = 100.0  # Largest slope of an objective as the solver sees it; its tolerances are absolute
 
 
 @contextmanager

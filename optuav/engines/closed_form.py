@@ -28,8 +28,7 @@ PROOF = "closed form: linear programming duality"
 NUMBERS_AT_ONCE = 1 << 16
 TOLERANCE = 1e-11
 """Relative to the size of a candidate; rows and directions are scaled to unit length first."""
-PARALLEL = 1e-13
-"""Sine of the angle below which two rows do not meet."""
+PARALLEL = 1e-13  # Sine of the angle below which two rows do not meet
 
 
 @np.errstate(divide="ignore", invalid="ignore", over="ignore")

@@ -34,10 +34,8 @@ from optuav.status import Status
 
 NAME = "cvxpy"
 DUALITY = "linear programming duality, KKT conditions evaluated again"
-EQUAL = 1e-11
-"""Relative loss of the objective that the preferences may use up."""
-TIGHT = 1e-7
-"""Relative slack below which a row counts as holding with equality."""
+EQUAL = 1e-11  # Relative loss of the objective that the preferences may use up
+TIGHT = 1e-7  # Relative slack below which a row counts as holding with equality
 GAP = 1e-7
 """Relative gap between an answer and the bound on all others above which it counts as unproved."""
 SETTINGS: Mapping[str, Values] = {
@@ -49,8 +47,7 @@ SETTINGS: Mapping[str, Values] = {
 }
 """Settings of solvers whose defaults are too coarse for seconds."""
 TIME_LIMITS = dict.fromkeys(("HIGHS", "CLARABEL", "OSQP"), "time_limit")
-TIME_LIMITS["SCS"] = "time_limit_secs"
-"""How solvers call their time limit."""
+TIME_LIMITS["SCS"] = "time_limit_secs"  # How solvers call their time limit
 STATUSES = {
     "optimal": Status.OPTIMAL,
     "optimal_inaccurate": Status.FEASIBLE,

@@ -21,8 +21,7 @@ from optuav.modelling.forms import Affine, NotAffineError, affine, excess
 from optuav.modelling.model import Model
 from optuav.modelling.traversal import evaluate, leaves
 
-WHOLE = 1e-9
-"""Relative, on the number of slots that fit."""
+WHOLE = 1e-9  # Relative, on the number of slots that fit
 
 
 @dataclass(frozen=True)

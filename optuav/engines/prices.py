@@ -32,12 +32,10 @@ from optuav.modelling.forms import NotAffineError, NotExponentialError
 from optuav.modelling.model import Model
 from optuav.modelling.traversal import Slope, evaluate, slope
 
-ACTIVE = 1e-6
-"""Relative slack below which a constraint counts as holding with equality."""
+ACTIVE = 1e-6  # Relative slack below which a constraint counts as holding with equality
 NEGLIGIBLE = 1e-7
 """Multipliers and residuals of stationarity below this share of the largest are zero."""
-SAME = 1e-9
-"""Relative difference below which two objective values are the same."""
+SAME = 1e-9  # Relative difference below which two objective values are the same
 MOST_ROWS = 14
 """Rows that may hold with equality before their combinations are too many to enumerate."""
 APART_S = 1e-3

@@ -27,8 +27,7 @@ Compiled: TypeAlias = Callable[[Values], Solution]
 
 They are numbers by name, or arrays with one entry a programme.
 """
-Single: TypeAlias = Callable[[Mapping[str, float]], Solution]
-"""The same for one programme."""
+Single: TypeAlias = Callable[[Mapping[str, float]], Solution]  # The same for one programme
 
 
 @dataclass(frozen=True)
@@ -169,8 +168,7 @@ class OneByOne(Engine):
         return self.compile(model, programmes, **limits)(values or {})
 
 
-ENGINES = tuple(each.name for each in CAPABILITIES)
-"""Names of the engines of the package."""
+ENGINES = tuple(each.name for each in CAPABILITIES)  # Names of the engines of the package
 CLASSES: Mapping[str, str] = {
     "closed-form": "closed_form.ClosedForm",
     "cvxpy": "cvxpy_engine.Cvxpy",

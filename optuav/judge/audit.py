@@ -22,11 +22,9 @@ from optuav.plan import Plan
 from optuav.plan.plan import DERIVED, LARGEST_BYTES, parse_plan
 from optuav.plan.trace import Event
 
-MOST_SHOWN = 20
-"""Largest number of events that are printed one by one."""
+MOST_SHOWN = 20  # Largest number of events that are printed one by one
 
-MOST_STOPS = 10_000
-"""Largest number of stops of an itinerary."""
+MOST_STOPS = 10_000  # Largest number of stops of an itinerary
 
 KEYS = {
     "mission": "the name of a shipped mission, or a path relative to this file",

@@ -17,14 +17,11 @@ from optuav.physics.charging import held, holding_current
 from optuav.physics.kibam import Battery, Wells
 from optuav.plan.trace import Event, Trace
 
-TOLERANCE = 1e-6
-"""Share of the capacity, of a limit or of a figure by which it may be missed [-]."""
+TOLERANCE = 1e-6  # Share of the capacity, of a limit or of a figure by which it may be missed [-]
 
-FULL = 1e-12
-"""Share of the capacity by which rounding may leave a full well short [-]."""
+FULL = 1e-12  # Share of the capacity by which rounding may leave a full well short [-]
 
-POINTS = 65
-"""Moments of a stretch in a trace, its ends among them."""
+POINTS = 65  # Moments of a stretch in a trace, its ends among them
 
 
 class Stretch(NamedTuple):

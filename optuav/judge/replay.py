@@ -23,8 +23,7 @@ from optuav.plan.trace import Event, Trace
 if TYPE_CHECKING:
     import pandas
 
-MISMATCH = "mismatch"
-"""Kind of the event that a figure is not what it should be."""
+MISMATCH = "mismatch"  # Kind of the event that a figure is not what it should be
 
 IN_SLOTS = ("P1", "P2", "P2-tight", "P3", "P4")
 """Problems whose stays are whole slots; a user's own may bound them otherwise."""

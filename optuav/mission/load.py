@@ -12,11 +12,9 @@ from optuav.mission.messages import nearest, safe_name, shown
 from optuav.mission.mission import Mission, overlay
 from optuav.mission.validation import Document, Key, StatedMission, format_breaches, validate
 
-LARGEST_FILE = 2_000_000
-"""Most bytes that a mission file may have."""
+LARGEST_FILE = 2_000_000  # Most bytes that a mission file may have
 
-LONGEST_CHAIN = 32
-"""Most files that may extend one another."""
+LONGEST_CHAIN = 32  # Most files that may extend one another
 
 _HERE = Path(__file__).parent
 SHIPPED = dict(sorted((path.stem, path) for path in (_HERE / "shipped").iterdir()))

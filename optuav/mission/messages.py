@@ -16,8 +16,7 @@ from optuav.mission.schema import SECTIONS, Allowed, Number
 
 LONGEST_TEXT = 60
 LONGEST_NAME = 200
-DIGITS = 15
-"""Decimal digits that every float holds."""
+DIGITS = 15  # Decimal digits that every float holds
 
 
 @cache

@@ -16,8 +16,7 @@ from optuav.mission.validation import StatedMission, validate
 SCENE = "matrice350"
 """The shipped mission whose places, limits, link and laser stand in for the owner's."""
 
-CELL_V = 3.7
-"""Nominal voltage of a lithium-polymer cell."""
+CELL_V = 3.7  # Nominal voltage of a lithium-polymer cell
 REST_SHARE = 0.02
 """Power at rest over power in hover, an assumption: electronics awake, rotors stopped."""
 

@@ -22,8 +22,7 @@ from optuav.mission.schema import (
     RegimeFlight,
 )
 
-Document: TypeAlias = dict[str, Any]
-"""Tables and values by name, as a TOML file gives them."""
+Document: TypeAlias = dict[str, Any]  # Tables and values by name, as a TOML file gives them
 
 Key: TypeAlias = tuple[str | int, ...]
 """The place of a value: ``("limits", "min_soc")``, ``("buildings", 2, "position_m")``."""
@@ -36,8 +35,7 @@ KEYS = {
 
 RESERVED_NAMES = ("origin", "hover", "destination")
 MOST_SUGGESTIONS = 50
-UNKNOWN = object()
-"""Stands for a value that is missing or not allowed by itself: no rule judges it."""
+UNKNOWN = object()  # Stands for a value that is missing or not allowed by itself: no rule judges it
 
 _HOME = {key: f"{name}.{key}" for name, keys in KEYS.items() if name != "buildings" for key in keys}
 _RATE: Key = ("battery", "flow_rate_per_s")

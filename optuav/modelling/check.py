@@ -17,8 +17,7 @@ from optuav.modelling.writer import Text
 
 TOLERANCE = 1e-9
 """A constraint holds if it is short by no more than this, relative to max(1, |right side|)."""
-MOST_NAMED = 10
-"""Of the points at which a constraint is violated, how many are named."""
+MOST_NAMED = 10  # Of the points at which a constraint is violated, how many are named
 
 
 @dataclass(frozen=True)

@@ -26,10 +26,8 @@ LONGEST_SYMBOL = 12
 GAP = "  "
 UNMARKED = str.maketrans(MARKED, "0123456789")
 
-Line: TypeAlias = tuple[str, str]
-"""A piece of mathematics and what it is called."""
-Section: TypeAlias = tuple[str, list[Line]]
-"""Lines under a heading."""
+Line: TypeAlias = tuple[str, str]  # A piece of mathematics and what it is called
+Section: TypeAlias = tuple[str, list[Line]]  # Lines under a heading
 
 
 def table(rows: Sequence[Sequence[str]]) -> str:

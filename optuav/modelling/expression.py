@@ -17,12 +17,10 @@ from numpy.lib.mixins import NDArrayOperatorsMixin
 from optuav.errors import InputError
 
 Sense = Literal["<=", ">=", "=="]
-Operand: TypeAlias = Any
-"""An `Expression`, a number or an array of numbers."""
+Operand: TypeAlias = Any  # An `Expression`, a number or an array of numbers
 
 SENSES: Mapping[np.ufunc, Sense] = {np.less_equal: "<=", np.greater_equal: ">=", np.equal: "=="}
-INDEX = "j"
-"""What runs where lines differ in a number alone."""
+INDEX = "j"  # What runs where lines differ in a number alone
 
 DIVISIONS = (np.divide, np.floor_divide, np.remainder, np.fmod)
 

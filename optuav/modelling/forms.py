@@ -21,8 +21,7 @@ from optuav.modelling.expression import Bounded, Operand, Relation, Variable
 from optuav.modelling.traversal import fold
 
 Factor: TypeAlias = tuple[str, Literal["time", "levelling"]]
-Monomial: TypeAlias = frozenset[Factor]
-"""Factors t and (1 − exp(−kt))/k of different unknowns t."""
+Monomial: TypeAlias = frozenset[Factor]  # Factors t and (1 − exp(−kt))/k of different unknowns t
 
 CONSTANT: Monomial = frozenset()
 

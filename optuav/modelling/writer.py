@@ -21,8 +21,7 @@ from optuav.modelling.expression import (
 )
 from optuav.modelling.traversal import fold, outermost
 
-LIST, SUM, SIGN, PRODUCT, POWER, ATOM = range(6)
-"""How tightly a written expression holds together."""
+LIST, SUM, SIGN, PRODUCT, POWER, ATOM = range(6)  # How tightly a written expression holds together
 
 NAMES: Mapping[np.ufunc, str] = {
     np.log: "ln",
@@ -34,13 +33,10 @@ NAMES: Mapping[np.ufunc, str] = {
 """Functions whose name in mathematics is not NumPy's."""
 
 DIGITS = 7
-LEAST, MOST = 1e-4, 10.0**DIGITS
-"""Numbers between these are written without a power of ten."""
-GUARD = 1e-100
-"""max(x, g) with a positive g below this is written as x."""
+LEAST, MOST = 1e-4, 10.0**DIGITS  # Numbers between these are written without a power of ten
+GUARD = 1e-100  # max(x, g) with a positive g below this is written as x
 SUPERSCRIPTS = str.maketrans("−0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
-MARKED = "𝟎𝟏𝟐𝟑𝟒𝟓𝟔𝟕𝟖𝟗"
-"""Digits of the numbers of symbols while a page is put together."""
+MARKED = "𝟎𝟏𝟐𝟑𝟒𝟓𝟔𝟕𝟖𝟗"  # Digits of the numbers of symbols while a page is put together
 MARKS = str.maketrans("0123456789", MARKED)
 
 
@@ -259,8 +255,7 @@ IN_WORDS: Mapping[str, str] = {
     "&": r"\text{\&}",
 }
 """Marks among words that are mathematics in LaTeX: MathJax knows none of them in ``\\text``."""
-LINE = 64
-"""About how many characters of mathematics fit on a line beside its label."""
+LINE = 64  # About how many characters of mathematics fit on a line beside its label
 
 
 class Latex(Text):

@@ -16,8 +16,7 @@ from optuav.network.places import HOVER
 from optuav.network.timeline import stay_net
 from optuav.physics import flight, link, rotor
 
-TOLERANCE = 1e-9
-"""Relative; a hover point on the rim of the coverage is covered."""
+TOLERANCE = 1e-9  # Relative; a hover point on the rim of the coverage is covered
 
 SECONDS_PER_HOUR = 3600.0
 

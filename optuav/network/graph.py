@@ -32,10 +32,8 @@ NEEDED = {
 """What the attributes of a node have to be."""
 EDGE_FIGURES = ("duration_s", "charge_As", "energy_J", "distance_m", "peak_speed_m_s")
 SOURCE = "graph"
-ROUNDING = 1e-9
-"""Relative; a received power may exceed what the battery takes by this much."""
-SAME_PLACE_M = 1e-6
-"""A position that is off by no more than this [m] is the mission's."""
+ROUNDING = 1e-9  # Relative; a received power may exceed what the battery takes by this much
+SAME_PLACE_M = 1e-6  # A position that is off by no more than this [m] is the mission's
 
 
 def graph(mission: Mission) -> Graph:

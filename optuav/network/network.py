@@ -23,8 +23,7 @@ from optuav.options import Order, Trajectory
 from optuav.physics.quantity import norm
 
 NO_LEG = -1
-SAME_S = 1e-6
-"""Flight times that differ by no more than this are equal [s]."""
+SAME_S = 1e-6  # Flight times that differ by no more than this are equal [s]
 
 
 @dataclass(frozen=True)

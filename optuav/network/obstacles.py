@@ -20,16 +20,13 @@ if TYPE_CHECKING:
 
 MARGIN_M = 1e-6
 """How far walls and roofs are moved inwards [m], so that to graze a building is not to cross it."""
-MOST_PAIRS = 1 << 21
-"""Lines that are tried at once, times buildings."""
+MOST_PAIRS = 1 << 21  # Lines that are tried at once, times buildings
 BUILDINGS_PASSED = 4
 """About as many buildings a piece of a line passes, where they stand evenly on the map."""
 REMEMBERED = 4
 """Sets of buildings whose prisms are kept: missions that are compared share theirs as a rule."""
-CLEAR = -1
-"""In place of the number of a building: there is none."""
-Outline: TypeAlias = tuple[tuple[float, float], ...]
-"""Corners of a footprint on the map [m]."""
+CLEAR = -1  # In place of the number of a building: there is none
+Outline: TypeAlias = tuple[tuple[float, float], ...]  # Corners of a footprint on the map [m]
 
 
 @dataclass(frozen=True)

@@ -21,8 +21,7 @@ from optuav.network.places import ENDS, FIRST_BUILDING
 
 FIGURES = ("duration_s", "charge_As", "energy_J")
 UNITS = ("s", "A s", "J")
-TOLERANCE = 1e-9
-"""Relative; a detour that is shorter by rounding alone is none."""
+TOLERANCE = 1e-9  # Relative; a detour that is shorter by rounding alone is none
 
 
 class Shortcut(NamedTuple):

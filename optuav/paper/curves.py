@@ -19,8 +19,7 @@ from optuav.physics import laser, rotor
 from optuav.physics.quantity import Vector
 from optuav.plan import Plan
 
-OURS: Perspective = "available"
-"""The perspective in which the available well must last."""
+OURS: Perspective = "available"  # The perspective in which the available well must last
 TRAJECTORIES: tuple[Trajectory, ...] = ("direct", "traj1", "traj2", "optimal")
 AXES = {"x": (1.0, 0.0, 0.0), "y": (0.0, 1.0, 0.0), "z": (0.0, 0.0, 1.0)}
 
@@ -35,8 +34,7 @@ HOVER_S = 100.0
 
 WIND_POINTS = 401
 HALVINGS = 30
-LARGEST_PACK = 4.0
-"""Largest pack that is tried, over the mission's own."""
+LARGEST_PACK = 4.0  # Largest pack that is tried, over the mission's own
 REMEMBERED = 512
 BEST = P1()
 _solve = lru_cache(maxsize=REMEMBERED)(solving.solve)

@@ -43,8 +43,7 @@ DISTANCES_M, NEAR_M = np.linspace(0.0, 5000.0, 101), 1000.0
 NO_SPEED = "loads by regime"
 WAYS = {"one rest, one hover": (1, 1), "two rests": (2, 1), "two hovers": (1, 2)}
 """Most rests and most hovers."""
-LATER = (1.0, 2.0)
-"""Deadlines over the mission's own at which more stops are tried."""
+LATER = (1.0, 2.0)  # Deadlines over the mission's own at which more stops are tried
 HEAD = ("direct path", "Δ [s]", "T [s]", "η1 [%]", "η2 [%]", "η3 [%]")
 MINUS = "\N{MINUS SIGN}"
 

@@ -15,8 +15,7 @@ Value: TypeAlias = float | str | None
 Interval: TypeAlias = tuple[float, float]
 
 STATEMENTS = "statements.toml"
-SIGNIFICANT = 12
-"""Digits of our values that count; those after them are rounding of floats."""
+SIGNIFICANT = 12  # Digits of our values that count; those after them are rounding of floats
 
 
 @cache

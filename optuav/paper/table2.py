@@ -29,8 +29,7 @@ IMPOSSIBLE = {(eta, stated) for eta, stated in TABLE["impossible"]}
 BATTERY_AS = 2 * 36000.0
 NOMINAL_J = BATTERY_AS * TABLE["nominal_V"]
 FLIGHT_J = BATTERY_AS * float(TABLE["flight_V"])
-HOVER_J = BATTERY_AS * float(TABLE["hover_V"])
-"""B, E_0, E_1 and E_2 as the paper composes them."""
+HOVER_J = BATTERY_AS * float(TABLE["hover_V"])  # B, E_0, E_1 and E_2 as the paper composes them
 
 
 class TableRow(NamedTuple):

@@ -23,8 +23,7 @@ import numpy as np
 from optuav.physics.kibam import Battery, Stage, Wells, step, time_to_full
 from optuav.physics.quantity import Quantity
 
-Charging: TypeAlias = Literal["constant", "taper"]
-"""Names of the ways to charge."""
+Charging: TypeAlias = Literal["constant", "taper"]  # Names of the ways to charge
 
 Step: TypeAlias = Callable[[Battery, Wells, Stage], Wells]
 

@@ -25,11 +25,9 @@ import numpy as np
 from optuav.arrays import Booleans
 from optuav.physics.quantity import TINY, Quantity
 
-MOST_STEPS = 100
-"""Largest number of Newton's steps towards a moment; a dozen are the rule."""
+MOST_STEPS = 100  # Largest number of Newton's steps towards a moment; a dozen are the rule
 
-CLOSE = 1e-9
-"""Relative step after which the next, its square, is below rounding."""
+CLOSE = 1e-9  # Relative step after which the next, its square, is below rounding
 
 
 @dataclass(frozen=True)

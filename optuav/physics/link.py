@@ -21,17 +21,13 @@ import numpy as np
 from optuav.arrays import Booleans, Floats
 from optuav.physics.quantity import TINY, Quantity, Vector, one_where_not_negative
 
-NODES = 64
-"""Nodes of the quadrature; 48 reach rounding."""
+NODES = 64  # Nodes of the quadrature; 48 reach rounding
 
-REACH = 7.0
-"""Distance from its peak at which exp(−r²) is rounding."""
+REACH = 7.0  # Distance from its peak at which exp(−r²) is rounding
 
-LARGE = 600.0
-"""From here on the asymptotic series of I0 is exact to rounding; exp(710) overflows."""
+LARGE = 600.0  # From here on the asymptotic series of I0 is exact to rounding; exp(710) overflows
 
-ROUNDING_RAD = 1e-15
-"""Step of an angle that is rounding [rad]."""
+ROUNDING_RAD = 1e-15  # Step of an angle that is rounding [rad]
 
 MOST_STEPS = 100
 """Largest number of steps; bisection alone needs some fifty for an angle of at most π."""

@@ -33,11 +33,9 @@ Schedule: TypeAlias = Literal[
     "pooled", "sequential", "round-robin", "alternating", "most-available"
 ]
 
-SCHEDULES: tuple[Schedule, ...] = get_args(Schedule)
-"""Names of the schedules, the default first."""
+SCHEDULES: tuple[Schedule, ...] = get_args(Schedule)  # Names of the schedules, the default first
 
-ROUNDING = 1e-12
-"""Share of the capacity by which rounding may carry a well past its limit [-]."""
+ROUNDING = 1e-12  # Share of the capacity by which rounding may carry a well past its limit [-]
 
 NOBODY = -1
 

@@ -49,8 +49,7 @@ TYPES = {
 }
 """What a value may be, by pydantic's name of its error."""
 
-ROUNDING = 1e-9
-"""Share of the capacity by which rounding may carry a well past its limit [-]."""
+ROUNDING = 1e-9  # Share of the capacity by which rounding may carry a well past its limit [-]
 
 COLUMNS = (
     *("kind", "start_place", "end_place", "start_s", "duration_s", "current_A", "power_W"),

@@ -14,14 +14,11 @@ from optuav.errors import InputError
 from optuav.plots import style
 from optuav.plots.style import BLACK, BLUE
 
-GROUPS = {**style.KINDS, "charge": style.PURPLE, "": BLUE}
-"""Colours of the groups of observations."""
+GROUPS = {**style.KINDS, "charge": style.PURPLE, "": BLUE}  # Colours of the groups of observations
 ROLES = {"fitted": BLUE, "repeat": style.SKY, "predicted": style.ORANGE}
 """Colours of named observations."""
-DECADE = 10.0
-"""Largest over smallest value beyond which the axis is logarithmic."""
-FEW = 100
-"""Most observations that are drawn as large dots."""
+DECADE = 10.0  # Largest over smallest value beyond which the axis is logarithmic
+FEW = 100  # Most observations that are drawn as large dots
 PER_NAME_IN, BASE_IN, CURVE_IN = 0.21, 0.85, 1.9
 """Height of a named observation, of what surrounds them, and of a curve [inch]."""
 

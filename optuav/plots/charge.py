@@ -19,17 +19,12 @@ from optuav.plan.trace import Trace
 from optuav.plots import style
 from optuav.plots.style import BLACK, BLUE, GREY, KINDS, PURPLE, SKY, VERMILLION, mark
 
-FADED = 0.6
-"""Share of white over what follows the moment at which the battery is empty."""
-FILLS, FADE = 1.5, 2.0
-"""Heights of layers, above the bands of the phases."""
+FADED = 0.6  # Share of white over what follows the moment at which the battery is empty
+FILLS, FADE = 1.5, 2.0  # Heights of layers, above the bands of the phases
 HATCH = "//////"
-MOST = 7
-"""Largest number of entries side by side in a legend."""
-CLOSE = 0.05
-"""Distance of two levels of charge that share a line of words, as a share of the axis."""
-COLOURS = (BLUE, VERMILLION, PURPLE, SKY)
-"""Colours of the packs by number, repeated."""
+MOST = 7  # Largest number of entries side by side in a legend
+CLOSE = 0.05  # Distance of two levels of charge that share a line of words, as a share of the axis
+COLOURS = (BLUE, VERMILLION, PURPLE, SKY)  # Colours of the packs by number, repeated
 FLIES, CHARGED = (-24.0, -12.0), (-38.0, -26.0)
 """Where the strips lie that show which pack flies and which is charged [%]."""
 

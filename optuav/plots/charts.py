@@ -29,10 +29,8 @@ PRINTED = {
     "available": "available well\n(ours)",
 }
 """Names of groups that are perspectives, as the paper's figures print them."""
-LONG = 1000.0
-"""Least number that is written without a decimal."""
-GROUP = 0.8
-"""Share of the way to the next group that the bars of one take up."""
+LONG = 1000.0  # Least number that is written without a decimal
+GROUP = 0.8  # Share of the way to the next group that the bars of one take up
 HATCH = "/////"
 LINES: tuple[tuple[str, LineStyleType], ...] = (
     (BLUE, "-"),
@@ -44,13 +42,10 @@ LINES: tuple[tuple[str, LineStyleType], ...] = (
 )
 """Looks of curves, no two of which differ in colour alone."""
 COLUMNS = 3
-ROOM_ABOVE = 0.14
-"""Share of the height that is left above the curves for the words of the marks."""
+ROOM_ABOVE = 0.14  # Share of the height that is left above the curves for the words of the marks
 MOST_KEYS, LONGEST_KEY = 20, 40
-KEY_IN, AROUND_IN = 0.24, 1.5
-"""Height of a key in a tornado, and of what surrounds them [inch]."""
-MOVES_S = 5e-3
-"""Least swing that has a bar [s]."""
+KEY_IN, AROUND_IN = 0.24, 1.5  # Height of a key in a tornado, and of what surrounds them [inch]
+MOVES_S = 5e-3  # Least swing that has a bar [s]
 BINS = 60
 
 

@@ -50,8 +50,7 @@ LOOKS: tuple[Look, ...] = (
     {"color": VERMILLION, "linestyle": (0.0, (1.0, 1.0))},
     {"color": GREEN, "linestyle": (0.0, (3.0, 3.0))},
 )
-SHIFT = 2.0
-"""Distance between legs that would lie on each other [pt]."""
+SHIFT = 2.0  # Distance between legs that would lie on each other [pt]
 ARROW_AT, ARROW_STEP = 0.56, 0.05
 """Where a leg shows its direction: past the middle, so that there and back do not meet; and how
 much farther its neighbour does."""

@@ -26,18 +26,12 @@ from optuav.plots.style import BLACK, printed
 COLOURS = (style.VERMILLION, style.BLUE, style.GREEN, style.PURPLE, style.ORANGE, style.SKY)
 REACHED = {"dry": "empty", "past full": "full"}
 """What the available well is where one of its limits binds, by the kind of the constraint."""
-MOST_POINTS = 40
-"""Most points of the grid that are shown along an axis."""
-SAMPLES = 401
-"""Points along an axis at which the constraints are evaluated."""
-BEYOND = 1.5
-"""How far the grid is shown, as a multiple of how far it is feasible."""
-MARGIN = 0.07
-"""Share of the plane that is shown beyond the grid."""
-ROUNDING = 1e-6
-"""By how much a constraint may be short at a point of the grid that satisfies it."""
-LETTERS = 30
-"""Longest line of the legend."""
+MOST_POINTS = 40  # Most points of the grid that are shown along an axis
+SAMPLES = 401  # Points along an axis at which the constraints are evaluated
+BEYOND = 1.5  # How far the grid is shown, as a multiple of how far it is feasible
+MARGIN = 0.07  # Share of the plane that is shown beyond the grid
+ROUNDING = 1e-6  # By how much a constraint may be short at a point of the grid that satisfies it
+LETTERS = 30  # Longest line of the legend
 
 Values: TypeAlias = Mapping[str, object]
 

@@ -25,17 +25,13 @@ from optuav.plots.style import BLACK, BLUE, GREEN, GREY, ORANGE, SKY, VERMILLION
 if TYPE_CHECKING:
     from optuav.judge import Replay
 
-MOST_MARKED = 12
-"""Violations that are marked one by one."""
-STAGES = (*flight.STAGES, "hover")
-"""The stages of the six-stage model, and the hover after them."""
+MOST_MARKED = 12  # Violations that are marked one by one
+STAGES = (*flight.STAGES, "hover")  # The stages of the six-stage model, and the hover after them
 COLOURS = {"turn": ORANGE, "accelerate": BLUE, "brake": SKY, "hover": GREEN}
-HOVER_SHARE = 0.06
-"""Duration of the hover that is shown after the leg, as a share of the leg's."""
+HOVER_SHARE = 0.06  # Duration of the hover that is shown after the leg, as a share of the leg's
 FREEZING_STAGE = 3
 POINTS_PER_STAGE = 129
-MOST_NAMED = 12
-"""Most places that an error lists."""
+MOST_NAMED = 12  # Most places that an error lists
 
 
 class ProfileAxes(NamedTuple):

@@ -24,10 +24,8 @@ from optuav.plots.style import GREEN, GREY, PURPLE, VERMILLION, Label, Look
 MARKERS = {"hover": "o", "rest": "s"}
 COVERAGE_SHARE = 0.4
 """Most that the coverage disc adds to the map on every side, as a share of the places' span."""
-FEW = 30
-"""Most sight lines that are drawn strongly."""
-MOST_NAMED = 400
-"""Most buildings of which those off the route are named where there is room."""
+FEW = 30  # Most sight lines that are drawn strongly
+MOST_NAMED = 400  # Most buildings of which those off the route are named where there is room
 
 
 @dataclass(frozen=True)

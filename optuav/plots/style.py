@@ -34,8 +34,7 @@ BLACK, GREY, PALE = "#000000", "#7F7F7F", "#D9D9D9"
 ORANGE, SKY, GREEN, YELLOW = "#E69F00", "#56B4E9", "#009E73", "#F0E442"
 BLUE, VERMILLION, PURPLE = "#0072B2", "#D55E00", "#CC79A7"
 
-KINDS = {"flight": BLUE, "hover": GREEN, "rest": ORANGE}
-"""Colour of every kind of phase."""
+KINDS = {"flight": BLUE, "hover": GREEN, "rest": ORANGE}  # Colour of every kind of phase
 WORDS = {"direct": "Direct path", "traj1": "Traj. 1", "traj2": "Traj. 2", "optimal": "Optimal"}
 """Names of the trajectories as the paper prints them."""
 
@@ -75,20 +74,15 @@ NEAR = (4.0, 8.0)
 FAR = (14.0, 22.0, 32.0, 44.0, 58.0, 74.0, 92.0, 112.0)
 """Distances of a label from its point [pt]; far ones get a line to it."""
 DIRECTIONS = ((1, 1), (1, -1), (-1, 1), (-1, -1), (1, 0), (-1, 0), (0, 1), (0, -1))
-CLEARANCE = 1.5
-"""Least distance between two labels [pt]."""
-STRONG, FAINT = 1.0, 4.0
-"""Distance of the dots that stand for a line [pt]."""
-MOST_DOTS = 4000
-"""Most dots along a line."""
+CLEARANCE = 1.5  # Least distance between two labels [pt]
+STRONG, FAINT = 1.0, 4.0  # Distance of the dots that stand for a line [pt]
+MOST_DOTS = 4000  # Most dots along a line
 OUTSIDE, PER_POINT = 1000.0, 0.5
 """Costs of leaving the axes, and of each point of distance; a covered dot costs 1."""
-MOST_COVERED = 2
-"""Most dots that a label covers which is not needed."""
+MOST_COVERED = 2  # Most dots that a label covers which is not needed
 LEADER = {"arrowstyle": "-", "linewidth": 0.4, "color": GREY, "shrinkA": 0.0, "shrinkB": 2.0}
 
-Look: TypeAlias = dict[str, Any]
-"""Properties of a line or marker, by matplotlib's names."""
+Look: TypeAlias = dict[str, Any]  # Properties of a line or marker, by matplotlib's names
 applied = partial(matplotlib.style.context, ["default", RC])
 """The look of the pictures, for a block or a function; the user's settings come back after it."""
 

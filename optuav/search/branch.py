@@ -67,20 +67,13 @@ TIE_S = 5e-7
 """Hover times that differ by no more tie [s]; what is proved leaves a gap of twice that."""
 BEAM, BEAM_LEVELS = 64, 10
 """Boxes that are followed down, and how far, for a good plan to begin with."""
-MOST_BOXES = 1_000_000
-"""Boxes that are looked at where no time limit is given: some ten seconds."""
-AT_ONCE = 1 << 14
-"""Boxes that are looked at together."""
-GAP_HALVINGS = 20
-"""Of the gap that a search leaves which ended early."""
-GAP_BOXES = 2_000_000
-"""Boxes that are looked at for that where no time limit is given."""
-GAP_SHARE = 0.2
-"""Of a time limit that is kept for finding that gap."""
-INTERRUPTED = "was interrupted"
-"""Why a search ended early at Ctrl-C."""
-INTERRUPTED_S = 1.0
-"""That finding the gap may take then [s]."""
+MOST_BOXES = 1_000_000  # Boxes that are looked at where no time limit is given: some ten seconds
+AT_ONCE = 1 << 14  # Boxes that are looked at together
+GAP_HALVINGS = 20  # Of the gap that a search leaves which ended early
+GAP_BOXES = 2_000_000  # Boxes that are looked at for that where no time limit is given
+GAP_SHARE = 0.2  # Of a time limit that is kept for finding that gap
+INTERRUPTED = "was interrupted"  # Why a search ended early at Ctrl-C
+INTERRUPTED_S = 1.0  # That finding the gap may take then [s]
 
 Progress = Callable[[float, int, int], None]
 """Called with the best hover time so far [s], and how many boxes were examined and are open."""

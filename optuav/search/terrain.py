@@ -18,10 +18,8 @@ import numpy as np
 from optuav.arrays import Booleans, Floats, Integers
 from optuav.physics.kibam import Battery, Stage, Wells, levelling, step
 
-ORIGIN, HOVER, DESTINATION, FIRST_BUILDING = 0, 1, 2, 3
-"""Numbers of places."""
-ROUNDING = 1e-11
-"""Share of the capacity by which a limit must be missed before a box falls [-]."""
+ORIGIN, HOVER, DESTINATION, FIRST_BUILDING = 0, 1, 2, 3  # Numbers of places
+ROUNDING = 1e-11  # Share of the capacity by which a limit must be missed before a box falls [-]
 
 
 class Flown(NamedTuple):
@@ -83,8 +81,7 @@ class Terrain:
         return Flown(self.duration_s[None], *(np.array(table) for table in zip(*kept, strict=True)))
 
 
-Pattern = tuple[bool, ...]
-"""Kinds of the stops in order: True for a hover, False for a rest."""
+Pattern = tuple[bool, ...]  # Kinds of the stops in order: True for a hover, False for a rest
 
 
 @dataclass(frozen=True)
@@ -140,8 +137,7 @@ class Boxes:
         )
 
 
-AT_ONCE = 1 << 16
-"""Sequences that are made at once."""
+AT_ONCE = 1 << 16  # Sequences that are made at once
 STOPS_FROM_BIT = 52
 """Bits of a rank below the number of stops; more sequences than that are out of reach."""
 

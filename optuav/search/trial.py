@@ -13,8 +13,7 @@ from optuav.physics.kibam import Stage, Wells, levelling
 from optuav.physics.quantity import TINY
 from optuav.search.terrain import HOVER, Boxes, Flown, Terrain
 
-HALVINGS = 40
-"""Of a hover time; what is left is some 1e-9 s."""
+HALVINGS = 40  # Of a hover time; what is left is some 1e-9 s
 
 
 @dataclass(frozen=True)

@@ -43,10 +43,8 @@ MOST_COMPARED = 60  # buildings of a mission whose legs are all compared with th
 MOST_VIOLATED = 2  # violated constraints that are stated in full
 ROUNDING = 1e-9  # share of the capacity that rounding may take
 SAME_S = 1e-6  # times that differ by no more than this are equal [s]
-TIMES = ("hover_time_s", "rest_time_s")
-"""Unknowns that make a plan; a formulation may have others."""
-WARNED_OF = ("empty", "full")
-"""Events of a simulation that `Plan.warnings` states already."""
+TIMES = ("hover_time_s", "rest_time_s")  # Unknowns that make a plan; a formulation may have others
+WARNED_OF = ("empty", "full")  # Events of a simulation that `Plan.warnings` states already.
 PROVED = {
     "P2": "bounded: no flight and rest is shorter than the shortest flight",
     "P2-tight": "bounded: no flight and rest is shorter, as the engine {} proves that no hover is "

@@ -29,10 +29,8 @@ PROBLEMS: Mapping[str, Formulation] = {
     "P3": P3(),
 }
 """Names that stand for problems with their defaults."""
-PROBLEM_NAMES = (*PROBLEMS, "P4")
-"""Names of all problems of the paper; P4 needs a building too."""
-LONGEST_HOVER = ("P1", "P3", "P4")
-"""Those that ask for the longest hover."""
+PROBLEM_NAMES = (*PROBLEMS, "P4")  # Names of all problems of the paper; P4 needs a building too
+LONGEST_HOVER = ("P1", "P3", "P4")  # Those that ask for the longest hover
 AUTO = "auto"
 LIMIT = Number("s", gt=0.0, le=1e9)
 RESTS = Number("-", ge=0, le=10, whole=True)

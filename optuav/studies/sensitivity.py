@@ -41,16 +41,14 @@ SAMPLES = Number("-", ge=1, le=1e8, whole=True)
 SEED = Number("-", ge=0, le=2**63, whole=True)
 WORLD = ("battery", "rotor", "body", "laser", "link", "flight")
 """Tables of what is measured; [route] and [limits] state what is chosen."""
-STEP = 1e-4
-"""Step of the exact rates, relative to the value of a key."""
+STEP = 1e-4  # Step of the exact rates, relative to the value of a key
 UNITS = {
     **dict.fromkeys(("key", "unit", "now", "low", "high"), ""),
     **{"hover_low_s": "s", "hover_high_s": "s", "elasticity": "-"},
     **{"exact_less": "-", "exact_more": "-", "exact_elasticity": "-", "swing_s": "s"},
 }
 MOST_ROWS = 24
-MOVES_S = 5e-3
-"""Keys that move the hover time less than this are not printed [s]."""
+MOVES_S = 5e-3  # Keys that move the hover time less than this are not printed [s]
 ZERO, SMALL, KINK = 1e-6, 5e-4, 1e-5
 """Elasticities below these are 0, or have no digit to show; beyond the last two sides differ."""
 WAVELENGTH = "laser.wavelength_nm"

@@ -32,12 +32,10 @@ from optuav.solving.assemble import quantities
 from optuav.solving.batch import hover_times_s
 from optuav.solving.outcome import SAME_S
 
-SHARE = 0.1
-"""Reach of a key to either side if nothing is stated, relative to its value."""
+SHARE = 0.1  # Reach of a key to either side if nothing is stated, relative to its value
 LARGEST_FILE = 200_000
 FARTHEST_M = 1e6
-DEVIATIONS = 2.0
-"""Half the range that a picture shows of a normal distribution."""
+DEVIATIONS = 2.0  # Half the range that a picture shows of a normal distribution
 AT_ONCE = 8192
 """Samples computed together: as many as fit the cache. No result depends on it."""
 QUANTILES = (0.05, 0.25, 0.5, 0.75, 0.95)
