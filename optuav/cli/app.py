@@ -1,7 +1,7 @@
 """The application: its commands, and how errors become exit codes.
 
-Exit codes: 0 yes; 1 no (there is no feasible plan, or the plan cannot be flown); 2 bad input;
-3 an engine failed or did not prove its answer in time.
+Exit codes: 0 yes; 1 no (there is no feasible plan, or an audited plan cannot be flown); 2 bad
+input; 3 an engine failed or did not prove its answer in time.
 """
 
 from __future__ import annotations
@@ -40,8 +40,8 @@ def program(first: str | None = None) -> Any:
     app = typer.Typer(
         name="optuav",
         help="Missions of laser-charged drones: modelled, solved with proof, and checked.",
-        epilog="Exit codes: 0 yes, 1 there is no feasible plan or it cannot be flown, 2 bad input, "
-        "3 an engine failed or did not prove its answer in time.",
+        epilog="Exit codes: 0 yes, 1 there is no feasible plan or an audited plan cannot be flown, "
+        "2 bad input, 3 an engine failed or did not prove its answer in time.",
         no_args_is_help=True,
         add_completion=False,
         pretty_exceptions_enable=False,

@@ -75,9 +75,8 @@ def problem_of(name: str, **stated: Any) -> Formulation:
     if name not in PROBLEM_NAMES:
         raise InputError([unknown("problem", name, PROBLEM_NAMES)])
     options = {field: value for field, value in stated.items() if value is not None}
-    taken: dict[type[Formulation], set[str]] = {
-        kind: {each.name for each in fields(kind) if each.init} for kind in (P1, P2, P3, P4)
-    }
+    kinds: tuple[type[Formulation], ...] = (*map(type, PROBLEMS.values()), P4)
+    taken = {kind: {each.name for each in fields(kind) if each.init} for kind in kinds}
     kind = P4 if name == "P4" else type(PROBLEMS[name])
     faults = []
     for field, value in options.items():
