@@ -95,6 +95,7 @@ class Exhibit:
                 self.axes = plots.curves(lines, **texts, marks=marks, y_from_zero=from_zero)
         said = []
         for sentence in stated.get("findings", ()):
+            # What speaks of a plan or a crossing that does not exist is left unsaid.
             with contextlib.suppress(KeyError):
                 said.append(sentence.format(**known))
         self.findings = [*said, *self.findings]

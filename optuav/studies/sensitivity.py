@@ -41,7 +41,7 @@ SAMPLES = Number("-", ge=1, le=1e8, whole=True)
 SEED = Number("-", ge=0, le=2**63, whole=True)
 WORLD = ("battery", "rotor", "body", "laser", "link", "flight")
 """Tables of what is measured; [route] and [limits] state what is chosen."""
-STEP = 1e-4  # Step of the exact rates, relative to the value of a key
+STEP = 1e-4  # Step of the rates at the value of a key, relative to it
 UNITS = {
     **dict.fromkeys(("key", "unit", "now", "low", "high"), ""),
     **{"hover_low_s": "s", "hover_high_s": "s", "elasticity": "-"},
@@ -91,11 +91,13 @@ def sensitivity(
     Results
         One row a key, the largest effect first: the hover times [s] at the ends of its range (the
         stated one or 10 %), None without a plan; the elasticity, percent of hover time by one
-        percent of the key, as a mean over the range; and the exact one below the value and above
-        it, which differ at a kink. Among the facts are ``hover_time_s``, the
-        longest hover of the mission itself (0 without a plan), and ``chances``, what the samples
-        say: quantiles of the longest hover, how often each route is the best, and the share of
-        samples in which the fixed plan can be flown; None if nothing is uncertain.
+        percent of the key, as a mean over the range; and the one at the value itself, from steps of
+        0.01 and 0.02 % below it and above it, which differ at a kink (``exact_less``,
+        ``exact_more``; None where such a step leaves what is possible). Among the facts are
+        ``hover_time_s``, the longest hover of the mission itself (0 without a plan), and
+        ``chances``, what the samples say: quantiles of the longest hover, how often each route is
+        the best, and the share of samples in which the fixed plan can be flown; None if nothing is
+        uncertain.
 
     Raises
     ------
