@@ -55,7 +55,7 @@ $(VENV)/created.stamp:
 	touch $@
 
 $(VENV)/run.stamp: pyproject.toml requirements-dev.txt | $(VENV)/created.stamp
-	$(PIP) install --quiet --constraint requirements-dev.txt --editable ".[plot]"
+	$(PIP) install --quiet --constraint requirements-dev.txt --editable ".[all]"
 	touch $@
 
 $(VENV)/dev.stamp: pyproject.toml requirements-dev.txt | $(VENV)/created.stamp

@@ -20,6 +20,9 @@ from pathlib import Path
 
 import optuav
 
+if hasattr(sys.stdout, "reconfigure"):
+    sys.stdout.reconfigure(errors="replace")  # a console without Δ shows ? in its place
+
 mission = optuav.load("paper")
 print(mission.description)
 print(f"deadline {mission.limits.deadline_s:g} s, least charge {mission.limits.min_soc:.0%}")

@@ -12,8 +12,12 @@
 
 # %%
 import math
+import sys
 
 import optuav
+
+if hasattr(sys.stdout, "reconfigure"):
+    sys.stdout.reconfigure(errors="replace")  # a console without Δ shows ? in its place
 
 mission = optuav.load("paper-table2")
 PERSPECTIVES = ("battery", "energy", "adjusted")

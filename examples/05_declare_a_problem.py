@@ -12,6 +12,7 @@
 
 # %%
 import math
+import sys
 
 import numpy as np
 
@@ -21,6 +22,9 @@ from optuav.engines.registry import takers
 from optuav.modelling import Model, Parameter, check, evaluate
 from optuav.modelling.classify import traits
 from optuav.physics import kibam
+
+if hasattr(sys.stdout, "reconfigure"):
+    sys.stdout.reconfigure(errors="replace")  # a console without Δ shows ? in its place
 
 # %% [markdown]
 # ## Symbols

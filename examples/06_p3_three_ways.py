@@ -12,9 +12,13 @@
 
 # %%
 import math
+import sys
 
 import optuav
 from optuav.modelling.classify import traits
+
+if hasattr(sys.stdout, "reconfigure"):
+    sys.stdout.reconfigure(errors="replace")  # a console without Δ shows ? in its place
 
 mission = optuav.load("paper")
 program = optuav.formulate(mission, "P3", perspective="battery")

@@ -14,9 +14,13 @@
 
 # %%
 import math
+import sys
 
 import optuav
 from optuav.modelling.classify import traits
+
+if hasattr(sys.stdout, "reconfigure"):
+    sys.stdout.reconfigure(errors="replace")  # a console without Δ shows ? in its place
 
 mission = optuav.load("paper")
 few = mission.replace({f"buildings.b{k}": None for k in (2, 3, 4, 5, 6, 7, 8, 10)})

@@ -12,9 +12,13 @@
 
 # %%
 import math
+import sys
 from fractions import Fraction
 
 import optuav
+
+if hasattr(sys.stdout, "reconfigure"):
+    sys.stdout.reconfigure(errors="replace")  # a console without Δ shows ? in its place
 
 mission = optuav.load("paper-table2").replace(
     {"battery.capacity_As": 2900, "limits.deadline_s": 200}  # a lighter drone in a hurry

@@ -13,12 +13,16 @@
 
 # %%
 import math
+import sys
 from dataclasses import dataclass
 
 import optuav
 from optuav.engines.registry import takers
 from optuav.modelling import Parameter
 from optuav.modelling.classify import traits
+
+if hasattr(sys.stdout, "reconfigure"):
+    sys.stdout.reconfigure(errors="replace")  # a console without Δ shows ? in its place
 
 mission = optuav.load("paper")
 WANTED_S = 700.0

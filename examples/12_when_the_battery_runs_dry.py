@@ -20,6 +20,9 @@ import numpy as np
 
 import optuav
 
+if hasattr(sys.stdout, "reconfigure"):
+    sys.stdout.reconfigure(errors="replace")  # a console without Δ shows ? in its place
+
 mission = optuav.load("paper")
 promised = {each: optuav.solve(mission, each, perspective="battery") for each in ("P3", "P1")}
 for problem, plan in promised.items():

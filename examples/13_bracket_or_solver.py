@@ -22,6 +22,9 @@ import optuav
 from optuav.judge import Stop
 from optuav.physics.kibam import Battery, Stage
 
+if hasattr(sys.stdout, "reconfigure"):
+    sys.stdout.reconfigure(errors="replace")  # a console without Δ shows ? in its place
+
 mission = optuav.load("paper")
 problem = optuav.P4("b10", order="hover-first")
 plans = []

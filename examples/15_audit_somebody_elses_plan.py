@@ -12,6 +12,7 @@
 
 # %%
 import json
+import sys
 import tempfile
 from pathlib import Path
 
@@ -20,6 +21,9 @@ from scipy.linalg import expm
 
 import optuav
 from optuav.judge import Stop
+
+if hasattr(sys.stdout, "reconfigure"):
+    sys.stdout.reconfigure(errors="replace")  # a console without Δ shows ? in its place
 
 folder = tempfile.TemporaryDirectory()
 theirs = Path(folder.name, "theirs.toml")

@@ -13,9 +13,13 @@
 # %%
 import itertools
 import math
+import sys
 
 import optuav
 from optuav.physics.kibam import Wells, state_of_charge
+
+if hasattr(sys.stdout, "reconfigure"):
+    sys.stdout.reconfigure(errors="replace")  # a console without Δ shows ? in its place
 
 mission = optuav.load("paper")
 

@@ -13,11 +13,15 @@
 
 # %%
 import math
+import sys
 from fractions import Fraction
 
 import optuav
 from optuav.paper.statement import Verdict
 from optuav.paper.table2 import ROWS, Charge, admitted, consistent_charges, loads_exist
+
+if hasattr(sys.stdout, "reconfigure"):
+    sys.stdout.reconfigure(errors="replace")  # a console without Δ shows ? in its place
 
 paper, recovered = optuav.load("paper"), optuav.load("paper-table2")
 printed = {(row.deadline_s, row.perspective): row for row in ROWS}

@@ -20,7 +20,7 @@ from pathlib import Path
 import optuav
 from optuav.physics.packs import lifetime
 
-folder = Path(__file__).parent / "data"
+folder = Path(globals().get("__file__", "")).parent / "data"  # a notebook has no __file__
 fit = optuav.fit_kibam([folder / "lifetimes.csv"])
 (lifetimes,) = fit.panels
 for name, observed_s, fitted_s in zip(

@@ -14,8 +14,12 @@
 
 # %%
 import math
+import sys
 
 import optuav
+
+if hasattr(sys.stdout, "reconfigure"):
+    sys.stdout.reconfigure(errors="replace")  # a console without Δ shows ? in its place
 
 sheet = optuav.Datasheet(
     mass_kg=3.77,

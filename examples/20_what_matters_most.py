@@ -14,10 +14,14 @@
 
 # %%
 import math
+import sys
 
 import numpy as np
 
 import optuav
+
+if hasattr(sys.stdout, "reconfigure"):
+    sys.stdout.reconfigure(errors="replace")  # a console without Δ shows ? in its place
 
 mission = optuav.load("matrice350")
 stated = {

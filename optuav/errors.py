@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass
+from importlib import import_module
 
 MOST_SHOWN = 20  # Faults that a message lists one by one
 
@@ -110,3 +111,12 @@ class SolverError(OptuavError):
     ...     print("grid" in str(error))
     True
     """
+
+
+def require(package: str, use: str) -> None:
+    """Raise `InputError` where a package is missing that only some uses of optuav need."""
+    try:
+        import_module(package)
+    except ImportError as error:
+        words = f"{use} need {package}: python -m pip install {package}"
+        raise InputError(words) from error

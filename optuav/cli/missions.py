@@ -19,7 +19,7 @@ from optuav.cli.output import NO, check_places, deliver, warning
 from optuav.errors import Fault, InputError
 from optuav.mission.files import must_be_new, read_toml, write_text
 from optuav.mission.load import LARGEST_FILE, SHIPPED, load
-from optuav.mission.messages import described
+from optuav.mission.messages import described, printable
 from optuav.mission.schema import MissionSection, Number
 from optuav.mission.template import Datasheet, template
 
@@ -59,13 +59,20 @@ def show(
 ) -> None:
     """Show a mission with units and derived values, or a saved plan (a .json file).
 
-    Exit code 1 if the saved answer is that there is no feasible plan.
+    A plan is simulated again. Exit code 1 if the saved answer is that there is no feasible plan,
+    or if the simulation contradicts the file.
     """
     check_places(None, plot)
     shown: Plan | Mission
+    contradictions = ""
     if Path(mission).suffix == ".json":
         refuse_beside_plan(["set"] if settings else [])
         shown = optuav.load_plan(mission)
+        if shown:
+            found = optuav.audit(shown)
+            shown = shown.model_copy(update={"flyable": bool(found)})
+            if found.contradicted:
+                contradictions = f"\n\nThe simulation contradicts {printable(mission)}.\n{found}"
     else:
         shown = mission_of(mission, settings)
     written = []
@@ -74,10 +81,11 @@ def show(
 
         written = save_pictures(shown, plot)
     if isinstance(shown, optuav.Plan):
-        deliver(shown.to_dict, shown.summary(), as_json=as_json, written=written)
+        text = shown.summary() + contradictions
+        deliver(shown.to_dict, text, as_json=as_json, written=written)
     else:
         deliver(partial(_data, shown), _pieces(shown), as_json=as_json, written=written)
-    if not shown:
+    if contradictions or not shown:
         raise typer.Exit(NO)
 
 

@@ -60,6 +60,11 @@ class Audit:
         return tuple(event for event in self.events if event.violation)
 
     @property
+    def contradicted(self) -> bool:
+        """Whether the plan states a figure or a verdict that its simulation does not give."""
+        return any(event.kind == MISMATCH for event in self.events)
+
+    @property
     def flyable(self) -> bool:
         """The verdict."""
         return not self.violations

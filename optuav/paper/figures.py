@@ -8,10 +8,9 @@ import math
 import re
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import InitVar, dataclass
-from typing import Any, TypeAlias
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
-from matplotlib.axes import Axes
 
 from formulations.formulation import Formulation
 from formulations.p1 import P1
@@ -31,6 +30,9 @@ from optuav.paper.statement import Verdict, agrees, data
 from optuav.plan import Plan
 from optuav.plots.files import modelled_leg
 from optuav.plots.style import printed
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
 
 Record: TypeAlias = Mapping[str, Any]
 Exhibits: TypeAlias = Iterator["Exhibit"]

@@ -136,13 +136,14 @@ class Ledger:
         return as_csv(self.records())
 
 
-def ledger(names: Collection[str] = ()) -> Ledger:
+def ledger(names: str | Collection[str] = ()) -> Ledger:
     """Compute our values for the paper's numbers.
 
     Parameters
     ----------
     names
-        Names of entries, or beginnings of names where no entry has the name; all by default.
+        A name of an entry, or several; or beginnings of names where no entry has the name. All
+        entries by default.
 
     Returns
     -------
@@ -157,10 +158,11 @@ def ledger(names: Collection[str] = ()) -> Ledger:
     Examples
     --------
     >>> import optuav
-    >>> (hover,) = optuav.ledger(["text-voltage-hover"]).entries
+    >>> (hover,) = optuav.ledger("text-voltage-hover").entries
     >>> hover.statement.stated, f"{hover.recovered:.2f}", hover.verdict.value
     ('14.33', '14.33', 'matched with recovered parameters')
     """
+    names = [names] if isinstance(names, str) else names
     known = statements()
     every = {each.name for each in known}
     words = "the name of an entry, or its beginning"

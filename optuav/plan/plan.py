@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, Literal, Self
 from pydantic import BaseModel, ConfigDict, StrictBool, ValidationError, model_validator
 from pydantic_core import ErrorDetails, to_jsonable_python
 
-from optuav.errors import Fault, InputError, NoPlanError
+from optuav.errors import Fault, InputError, NoPlanError, require
 from optuav.mission import Mission
 from optuav.mission.files import label, read_text, write_text
 from optuav.mission.messages import safe_name, shown
@@ -291,7 +291,7 @@ class Plan(BaseModel):
         write_text(Path(path), text + "\n")
 
     def to_frame(self) -> pandas.DataFrame:
-        """One row per phase, in order; needs pandas (``pip install optuav[frame]``).
+        """One row per phase, in order; needs pandas (``python -m pip install pandas``).
 
         Returns
         -------
@@ -301,9 +301,10 @@ class Plan(BaseModel):
 
         Raises
         ------
-        ModuleNotFoundError
+        InputError
             If pandas is not installed.
         """
+        require("pandas", "data frames")
         import pandas
 
         rows = [

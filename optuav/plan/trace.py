@@ -10,6 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from optuav.arrays import Floats, Integers
+from optuav.errors import require
 
 if TYPE_CHECKING:
     import pandas
@@ -84,7 +85,7 @@ class Trace:
         return len(self.time_s)
 
     def to_frame(self) -> pandas.DataFrame:
-        """One row per moment; needs pandas (``pip install optuav[frame]``).
+        """One row per moment; needs pandas (``python -m pip install pandas``).
 
         Returns
         -------
@@ -94,9 +95,10 @@ class Trace:
 
         Raises
         ------
-        ModuleNotFoundError
+        InputError
             If pandas is not installed.
         """
+        require("pandas", "data frames")
         import pandas
 
         columns: dict[str, npt.NDArray[np.generic]] = {"time_s": self.time_s}

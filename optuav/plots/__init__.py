@@ -1,16 +1,13 @@
-"""Pictures of missions and plans; they need matplotlib (``pip install "optuav[plot]"``).
+"""Pictures of missions and plans; they need matplotlib (``python -m pip install matplotlib``).
 
 Every function takes its data and returns the axes; a picture of one axes may be drawn on given
 ones. By default it has a figure of its own that belongs to no window:
 ``wells([plan])[0].figure.savefig("wells.pdf")``.
 """
 
-from importlib.util import find_spec
+from optuav.errors import require
 
-from optuav.errors import InputError
-
-if find_spec("matplotlib") is None:
-    raise InputError('pictures need matplotlib: pip install "optuav[plot]"')
+require("matplotlib", "pictures")
 
 from optuav.plots.animation import gif_file, save_animation
 from optuav.plots.calibrations import FitAxes, fit

@@ -14,6 +14,7 @@ from rich.console import Console, RenderableType
 from rich.table import Table
 from rich.text import Text
 
+from optuav.errors import require
 from optuav.mission import Mission
 
 if TYPE_CHECKING:
@@ -100,7 +101,8 @@ class Results:
         return as_csv(self.records(), list(self.units))
 
     def to_frame(self) -> pandas.DataFrame:
-        """Return `records` as a data frame; needs pandas (``pip install optuav[frame]``)."""
+        """Return `records` as a data frame; needs pandas (``python -m pip install pandas``)."""
+        require("pandas", "data frames")
         import pandas
 
         return pandas.DataFrame(self.records(), columns=list(self.units))

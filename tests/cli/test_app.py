@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import os
 import subprocess
 import sys
+from pathlib import Path
 
 import pytest
 
@@ -70,6 +72,20 @@ def test_the_process_leaves_by_the_exit_code() -> None:
     assert found.returncode == 1
     assert "INFEASIBLE" in found.stdout
     assert found.stderr == ""
+
+
+def test_pictures_without_matplotlib_are_refused_in_one_sentence(tmp_path: Path) -> None:
+    """A module that cannot be imported stands in for one that is not installed."""
+    (tmp_path / "matplotlib.py").write_text("raise ImportError", "utf-8")
+    path = os.pathsep.join([str(tmp_path), str(Path(optuav.__file__).parents[1])])
+    for arguments in (("reproduce",), ("solve", "paper", "--plot", "plan")):
+        found = process(*arguments, env={**os.environ, "PYTHONPATH": path}, cwd=tmp_path)
+        assert found.returncode == 2
+        words = "error: pictures need matplotlib: python -m pip install matplotlib\n"
+        assert found.stderr == words
+    assert [each.name for each in tmp_path.iterdir() if each.name != "__pycache__"] == [
+        "matplotlib.py"
+    ]
 
 
 def test_a_reader_that_has_seen_enough_gets_no_traceback() -> None:

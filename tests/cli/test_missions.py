@@ -59,6 +59,21 @@ def test_a_plan_is_shown_as_solve_shows_it() -> None:
     assert json.loads(run("show", "plan.json", "--json").out)["kind"] == "optuav plan"
 
 
+def test_a_shown_plan_is_simulated_again(folder: Path) -> None:
+    """A file whose mission was changed by hand is not believed, and what differs is said."""
+    run("solve", "paper", "--save", "plan.json")
+    text = (folder / "plan.json").read_text("utf-8")
+    assert text.count('"deadline_s": 1200.0') == 1
+    edited = text.replace('"deadline_s": 1200.0', '"deadline_s": 700.0')
+    (folder / "plan.json").write_text(edited, "utf-8")
+    found = run("show", "plan.json")
+    assert found.code == 1
+    assert "Flyable      NO, as its simulation shows" in found.out
+    assert "the deadline passes before the mission ends" in found.out
+    assert "flyable: the plan says that it can be flown, it cannot" in found.out
+    assert json.loads(run("show", "plan.json", "--json").out)["flyable"] is False
+
+
 def test_an_infeasible_plan_is_shown() -> None:
     run("solve", "paper", "--set", "limits.deadline_s=60", "--save", "plan.json")
     found = run("show", "plan.json")

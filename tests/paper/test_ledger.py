@@ -267,6 +267,7 @@ def test_a_whole_name_chooses_one_entry_and_a_beginning_all() -> None:
     """`fig8-saving` is an entry, and the beginning of another."""
     for name, number in (("fig8-saving", 1), ("fig8-sav", 2)):
         assert len(optuav.ledger([name]).entries) == number
+        assert optuav.ledger(name) == optuav.ledger([name])
 
 
 @pytest.mark.parametrize(

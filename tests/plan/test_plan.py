@@ -5,6 +5,7 @@ from __future__ import annotations
 import copy
 import math
 import pickle
+import sys
 from dataclasses import replace
 from typing import Any
 
@@ -15,7 +16,7 @@ from hypothesis import strategies as st
 from pydantic import ValidationError
 
 import optuav
-from optuav import NoPlanError, Plan
+from optuav import InputError, NoPlanError, Plan
 from tests.examples import few
 from tests.mission.strategies import missions
 from tests.plan.made import INFEASIBLE, available_by_integration, feasible, plans
@@ -272,3 +273,15 @@ def test_no_plan_no_rows(kind: str) -> None:
     frame = plans()[kind].to_frame()
     assert list(frame.columns) == COLUMNS
     assert len(frame) == 0
+
+
+def test_without_pandas_a_frame_says_how_to_get_it(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(sys.modules, "pandas", None)
+    plan = optuav.solve("paper", "P3")
+    for table in (
+        plan,
+        optuav.replay(plan),
+        optuav.compare(plan.mission, engines=["grid"], slots_s=60.0),
+    ):
+        with pytest.raises(InputError, match="data frames need pandas: python -m pip install"):
+            table.to_frame()

@@ -135,7 +135,7 @@ print("matplotlib.pyplot" in sys.modules, matplotlib.get_backend(auto_select=Fal
         timeout=60,
     )
     assert ran.stdout.splitlines() == [
-        'pictures need matplotlib: pip install "optuav[plot]"',
+        "pictures need matplotlib: python -m pip install matplotlib",
         "False None",
     ]
 
