@@ -233,12 +233,6 @@ def rows_of(stated: Sequence[StatedForm], names: Sequence[str], reach_s: Floats)
     highest = weights * most[:, None]
     shares = np.abs(highest)
     size = shares.sum(axis=0)
-    for row, (form, *_) in enumerate(stated):
-        for monomial in form.terms.keys() - own:
-            # Terms that rows do not have may be rounding errors.
-            if np.any(np.abs(form.terms[monomial]) * most[1] ** 2 > ROUNDING * size[row]):
-                words = " times ".join(f"{kind} of {name}" for name, kind in sorted(monomial))
-                raise NotExponentialError(f"it holds {words}")
     # Never more than a check of the answer outside the engine admits.
     weights[0] += np.minimum(ROUNDING * (size + sides), 0.5 * TOLERANCE * np.maximum(1.0, sides))
     open_ = ~(weights[0] + np.minimum(highest[1:], 0.0).sum(axis=0) >= 0.0)

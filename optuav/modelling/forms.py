@@ -1,10 +1,10 @@
-"""Forms of expressions: affine ones, and products of times and of what levels out with them.
+"""Forms of expressions: affine ones, and those with products of what levels out with times.
 
-What phases of constant current do to the wells of a battery is a sum of products of 1, t and
-(1 − exp(−kt))/k in their durations t, each product with one factor a duration at most. It is found
-by walking a tree, or by handing `unknown` to the physics instead of a number; coefficients may be
-arrays over programmes. The integral (1 − exp(−kt))/k stands for the decay, as it keeps its digits
-where k is next to nothing.
+What phases of constant current do to the wells of a battery is a sum of 1, their durations t, and
+products of (1 − exp(−kt))/k with one factor a duration at most. It is found by walking a tree, or
+by handing `unknown` to the physics instead of a number; coefficients may be arrays over programmes.
+The integral (1 − exp(−kt))/k stands for the decay, as it keeps its digits where k is next to
+nothing.
 """
 
 from __future__ import annotations
@@ -21,9 +21,11 @@ from optuav.modelling.expression import Bounded, Operand, Relation, Variable
 from optuav.modelling.traversal import fold
 
 Factor: TypeAlias = tuple[str, Literal["time", "levelling"]]
-Monomial: TypeAlias = frozenset[Factor]  # Factors t and (1 − exp(−kt))/k of different unknowns t
+Monomial: TypeAlias = frozenset[Factor]  # A time, or factors (1 − exp(−kt))/k of different times t
 
 CONSTANT: Monomial = frozenset()
+CANCELLED = 16.0 * np.finfo(float).eps
+"""Share of two coefficients below which their difference is rounding, and their term cancels."""
 
 
 class NotExponentialError(ValueError):
@@ -57,7 +59,11 @@ def unknown(name: str) -> Exponential:
 
 
 def applied(ufunc: np.ufunc, operands: tuple[Operand, ...]) -> Operand:
-    """A function of forms and numbers."""
+    """A function of forms and numbers.
+
+    Where coefficients cancel but for rounding, their term goes: else the wells, which level out
+    from a difference, would hold a time times a levelling.
+    """
     moving = [isinstance(each, Exponential) for each in operands]
     if not any(moving):
         return ufunc(*operands)
@@ -74,7 +80,10 @@ def applied(ufunc: np.ufunc, operands: tuple[Operand, ...]) -> Operand:
         terms |= left.terms
         for monomial, coefficient in right.terms.items():
             more = coefficient if ufunc is np.add else -coefficient
-            terms[monomial] = terms[monomial] + more if monomial in terms else more
+            before = terms.get(monomial)
+            terms[monomial] = more if before is None else before + more
+            if monomial and ufunc is np.subtract and _is_rounding(terms[monomial], before):
+                del terms[monomial]
         return Exponential(terms, _rates(left, right))
     if ufunc is np.negative:
         right = Exponential({CONSTANT: -1.0})
@@ -86,11 +95,19 @@ def applied(ufunc: np.ufunc, operands: tuple[Operand, ...]) -> Operand:
         raise NotExponentialError(f"{ufunc.__name__} of the unknowns is no levelling")
     for one, a in left.terms.items():
         for other, b in right.terms.items():
-            if one and other and {name for name, _ in one} & {name for name, _ in other}:
-                raise NotExponentialError("an unknown multiplies itself")
             both = one | other
+            levelling = {name for name, kind in both if kind == "levelling"}
+            if one and other and len(levelling) < len(one) + len(other):
+                raise NotExponentialError("unknowns are multiplied")
             terms[both] = terms[both] + a * b if both in terms else a * b
     return Exponential(terms, _rates(left, right))
+
+
+def _is_rounding(difference: Operand, before: Operand) -> bool:
+    """Whether all that is left of a coefficient from which another was subtracted is rounding."""
+    if before is None:
+        return False
+    return bool(np.all((difference == 0.0) | (np.abs(difference) < CANCELLED * np.abs(before))))
 
 
 def _lost(form: Exponential) -> Exponential:
@@ -146,8 +163,8 @@ def exponential(
 ) -> Exponential:
     """The form of a tree; values of parameters by name, `done` as of `fold`.
 
-    `call` says what a function of forms becomes. `NotExponentialError` if it has none: an unknown
-    multiplies itself, is in a divisor or in another function, or levels out at two rates.
+    `call` says what a function of forms becomes. `NotExponentialError` if it has none: a time
+    multiplies an unknown, is in a divisor or in another function, or levels out at two rates.
     """
     found = fold(
         expression,

@@ -75,6 +75,15 @@ def test_only_what_is_known_to_be_smooth_is(function: Callable[[Any], Any]) -> N
     assert takers(found, slots=False) == ("grid",)
 
 
+@pytest.mark.parametrize("factor", [lambda y: y, lambda y: np.exp(-0.01 * y), lambda y: p * y])
+def test_times_that_multiply_are_not_for_bracket(factor: Callable[[Any], Any]) -> None:
+    """It takes products of what levels out, and says before it starts that it takes no others."""
+    found = traits(of(lambda x, y: x * factor(y) <= 1.0))
+    assert found.unlevelled == ("row", "unknowns are multiplied")
+    assert takers(found, slots=False) == ("casadi", "grid")
+    assert not traits(of(lambda x, y: np.exp(-x) * np.exp(-y) >= 0.5)).unlevelled
+
+
 def test_first_nonlinear_place_is_named() -> None:
     """The objective, a preference, then constraints in order; with the function to blame."""
     model = of(lambda x, y: x * y <= 1.0)
