@@ -15,7 +15,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from optuav.arrays import Floats, Values
+from optuav.arrays import Floats, Integers, Values
 from optuav.engines.linear_form import linear_form
 from optuav.engines.registry import MOST_UNKNOWNS, Engine, capability
 from optuav.engines.solution import Solution
@@ -28,6 +28,7 @@ PROOF = "closed form: linear programming duality"
 NUMBERS_AT_ONCE = 1 << 16
 TOLERANCE = 1e-11
 """Relative to the size of a candidate; rows and directions are scaled to unit length first."""
+FOUND_OUT = (Status.OPTIMAL, Status.INFEASIBLE, Status.UNBOUNDED, Status.ERROR)
 PARALLEL = 1e-13  # Sine of the angle below which two rows do not meet
 
 
@@ -59,15 +60,15 @@ def solve(
         for first in range(0, programmes, chunk)
     ]
     points, found_out = (np.concatenate(each, axis=-1) for each in zip(*parts, strict=True))
-    found_out = np.where(form.usable, found_out, Status.ERROR)
+    found_out = np.where(form.usable, found_out, FOUND_OUT.index(Status.ERROR))
     # A vertex may lie beyond a bound by rounding; no unknown does.
     points = np.array([np.maximum(*each) for each in zip(points, lower, strict=True)])
-    points = np.where(found_out == Status.OPTIMAL, points, np.nan)
+    points = np.where(found_out == FOUND_OUT.index(Status.OPTIMAL), points, np.nan)
     reached = (form.directions[0] * points).sum(axis=0) + form.offsets[0]
     return Solution(
         engine=NAME,
         proof=PROOF,
-        statuses=[Status(each) for each in found_out.tolist()],
+        statuses=[FOUND_OUT[each] for each in found_out.tolist()],
         objective=form.towards * reached + 0.0,
         values=dict(zip(form.names, points, strict=True)),
         duals=None,
@@ -78,8 +79,8 @@ def solve(
 
 def _best_vertices(
     bases: Sequence[tuple[int, ...]], normals: Floats, limits: Floats, directions: Floats
-) -> tuple[Floats, Floats]:
-    """Best vertices of programmes and their statuses.
+) -> tuple[Floats, Integers]:
+    """Best vertices of programmes and the numbers of their statuses in `FOUND_OUT`.
 
     normals (row, unknown, programme), limits (row, programme), directions (goal, unknown,
     programme): what to maximise first, then among equals, and so on.
@@ -100,8 +101,7 @@ def _best_vertices(
         if not goal:
             proved = (best & (multipliers >= -TOLERANCE).all(axis=1)).any(axis=0)
     points = candidates[best.argmax(axis=0), :, np.arange(a.shape[2])].T + 0.0
-    ends = [Status.INFEASIBLE, Status.UNBOUNDED]
-    return points, np.select([~feasible.any(axis=0), ~proved], ends, Status.OPTIMAL)
+    return points, np.where(feasible.any(axis=0), np.where(proved, 0, 2), 1)
 
 
 def _sizes(vectors: Floats) -> Floats:

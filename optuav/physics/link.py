@@ -1,31 +1,29 @@
 """The radio link to the ground device: outage probability, coverage radius and hover point.
 
 Over a Rician channel the outage probability is P_out = 1 − Q1(sqrt(2K), sqrt(2 γ_th (1+K) N0 d^β /
-P_u)), Q1 the Marcum function: the distribution of an amplitude with the Rice density. It is
-integrated here, because importing `scipy.special` takes longer than solving most missions.
+P_u)), Q1 the Marcum function: the probability that an amplitude with the Rice density is below a
+level. Its series is summed here, because importing `scipy.special` takes longer than solving most
+missions.
 
 References
 ----------
 .. [1] W. Jaafar, H. Yanikomeroglu, "Dynamics of laser-charged UAVs: a battery perspective",
    IEEE Internet of Things Journal, 2020, eq (17).
-.. [2] M. K. Simon, M.-S. Alouini, "Digital communication over fading channels", 2004, eq 4.33.
+.. [2] M. K. Simon, M.-S. Alouini, "Digital communication over fading channels", 2004, eqs 4.33 and
+   4.35.
+.. [3] W. Gautschi, "Computational aspects of three-term recurrence relations", SIAM Review, 1967.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import cache
 
 import numpy as np
 
-from optuav.arrays import Booleans, Floats
+from optuav.arrays import Booleans
 from optuav.physics.quantity import TINY, Quantity, Vector, one_where_not_negative
 
-NODES = 64  # Nodes of the quadrature; 48 reach rounding
-
-REACH = 7.0  # Distance from its peak at which exp(−r²) is rounding
-
-LARGE = 600.0  # From here on the asymptotic series of I0 is exact to rounding; exp(710) overflows
+REACH = 7.0  # So far above the direct part an amplitude is reached but for exp(−49), rounding
 
 ROUNDING_RAD = 1e-15  # Step of an angle that is rounding [rad]
 
@@ -56,7 +54,9 @@ def outage_probability(channel: Channel, distance_m: Quantity) -> Quantity:
     """P_out [-] at a distance d from the device [m], ≥ 0; floats and arrays. [1]_ eq (17)."""
     path_loss = np.asarray(distance_m, dtype=float) ** channel.path_loss_exponent
     level = np.sqrt(0.5 * channel.squared_argument_at_1_m * path_loss)
-    return _amplitude_probability(level, np.sqrt(channel.rice_factor))[()]
+    direct = np.sqrt(channel.rice_factor)
+    probability, _ = _below(np.minimum(level, direct + REACH)[()], direct)
+    return np.minimum(probability, 1.0)
 
 
 @np.errstate(divide="ignore", invalid="ignore")
@@ -70,9 +70,8 @@ def coverage_radius(channel: Channel, outage_limit: Quantity) -> Quantity:
     start = 1.0 + direct**2 - np.sqrt((2.0 + 4.0 * direct**2) * -np.log(outage_limit))
     level = np.sqrt(np.maximum(-np.log1p(-outage_limit), start))
     for _ in range(MOST_STEPS):
-        below = _amplitude_probability(level, direct)
-        slope = _amplitude_density(level, direct) / below
-        nearer = level - np.log(below / outage_limit) / slope
+        below, series = _below(level, direct)
+        nearer = level - np.log(below / outage_limit) * series / (2.0 * level)
         if not np.any(nearer > level):
             break
         # Rounding alone turns a step back.
@@ -81,30 +80,22 @@ def coverage_radius(channel: Channel, outage_limit: Quantity) -> Quantity:
     return path_loss[()] ** (1.0 / channel.path_loss_exponent)
 
 
-@cache
-def _nodes() -> tuple[Floats, Floats]:
-    """Nodes in (−1, 1) and weights of Gauss-Legendre quadrature."""
-    nodes, weights = np.polynomial.legendre.leggauss(NODES)
-    return nodes, weights
+def _below(level: Quantity, direct: Quantity) -> tuple[Quantity, Quantity]:
+    """Probability F that an amplitude with direct part a is below r, and 2 r by the slope of log F.
 
-
-def _amplitude_density(level: Quantity, direct: Quantity) -> Quantity:
-    """Rice density 2 r exp(−(r − a)²) I0(2 r a)/exp(2 r a) of an amplitude r, direct part a."""
-    z = 2.0 * level * direct
-    near, eighth = np.minimum(z, LARGE), 0.125 / np.maximum(z, LARGE)
-    far = 1.0 + eighth * (1.0 + eighth * (4.5 + eighth * (37.5 + eighth * 459.375)))
-    bessel = np.where(z < LARGE, np.i0(near) * np.exp(-near), np.sqrt(4.0 * eighth / np.pi) * far)
-    return 2.0 * level * np.exp(-((level - direct) ** 2)) * bessel
-
-
-def _amplitude_probability(level: Quantity, direct: Quantity) -> Quantity:
-    """1 − Q1(a sqrt(2), r sqrt(2)): the Rice density integrated where it counts."""
-    high = np.minimum(level, direct + REACH)
-    half = 0.5 * (high - np.maximum(np.minimum(level, direct) - REACH, 0.0))
-    nodes, weights = (each.reshape(-1, *(1 for _ in np.shape(half))) for each in _nodes())
-    parts = weights * _amplitude_density(high - half * (1.0 - nodes), direct)
-    # cumsum adds in the same order for a scalar as for an array, sum does not.
-    return np.minimum(half * np.cumsum(parts, axis=0)[-1], 1.0)
+    F = exp(−r² − a²) Σ (r/a)ⁿ I_n(2 r a) over n ≥ 1; the second number is that sum over I0 [2]_.
+    All terms are positive. The ratios I_n/I_(n−1) come from their continued fraction, and I0 from
+    exp(z) = I0(z) + 2 Σ I_n(z) [3]_. A term is the probability that Poisson numbers of means r² and
+    a² differ by n, which tells how many of them count.
+    """
+    more, less, product = level * level, direct * direct, level * direct
+    spread = np.maximum(more - less, 0.0) + 9.0 * np.sqrt(more + less)
+    ratio = above = both = 0.0 * spread
+    for n in range(25 + int(np.max(spread)), 0, -1):
+        ratio = 1.0 / (n + product * product * ratio)  # of I_n to I_(n−1), over r a
+        above = more * ratio * (1.0 + above)
+        both = product * ratio * (1.0 + both)
+    return np.exp(-((level - direct) ** 2)) * above / (1.0 + 2.0 * both), above
 
 
 def hover_point(
