@@ -35,6 +35,7 @@ KEYS = {
 
 RESERVED_NAMES = ("origin", "hover", "destination")
 MOST_SUGGESTIONS = 50
+MOST_TURNS = 20_000  # Of packs by the clock, up to the deadline: each is simulated, in some 60 µs
 UNKNOWN = object()  # Stands for a value that is missing or not allowed by itself: no rule judges it
 
 _HOME = {key: f"{name}.{key}" for name, keys in KEYS.items() if name != "buildings" for key in keys}
@@ -224,6 +225,10 @@ def rules(document: Document) -> Iterator[Breach]:
         yield Breach(("battery", "period_s"), f"is missing; {words}")
     elif schedule not in ("alternating", UNKNOWN) and "period_s" in battery:
         yield Breach(("battery", "period_s"), 'goes with schedule = "alternating" only')
+    deadline_s, period_s = limits.get("deadline_s", UNKNOWN), battery.get("period_s", UNKNOWN)
+    if UNKNOWN not in (deadline_s, period_s) and period_s < (least_s := deadline_s / MOST_TURNS):
+        words = f"a number, x >= limits.deadline_s / {MOST_TURNS} = {least_s:g} [s]"
+        yield Breach(("battery", "period_s"), f"{words}, as every turn is simulated")
     if isinstance(laser := document.get("laser"), dict):
         twins = [key for key in _ATTENUATION if key in laser]
         if len(twins) == 2:

@@ -16,12 +16,13 @@ from dataclasses import replace
 import numpy as np
 
 from optuav.arrays import Booleans, Floats
+from optuav.engines.linear_form import slot_ranges
 from optuav.errors import InputError, SolverError
 from optuav.network.network import Network
 from optuav.network.timeline import full_packs, pack_loads, route_phases
 from optuav.physics.packs import Packs
 from optuav.plan import Plan
-from optuav.solving.outcome import Part, plan_without, route_plan
+from optuav.solving.outcome import TIMES, Part, plan_without, route_plan
 from optuav.solving.question import AUTO, LONGEST_HOVER, Question, not_with
 from optuav.status import Status
 
@@ -45,8 +46,9 @@ def packs_by_schedule(question: Question, network: Network, parts: Sequence[Part
     if faults := [*not_with(words, asked, ("engine", question.engine_name, (AUTO, "grid")))]:
         raise InputError(faults)
     step_s, clock = slot_s or STEP_S, _Clock(question.time_limit_s)
-    choices = sorted((int(route), part.rests) for part in parts for route in part.routes)
-    routes = [_Route(network, *each, slot_s, clock) for each in choices]
+    entries = ((part, entry) for part in parts for entry in range(len(part.routes)))
+    routes = [_Route(network, *each, slot_s, clock) for each in entries]
+    routes.sort(key=lambda each: (each.number, each.part.rests))
     question, proof = replace(question, engine=ENGINE), IN_SLOTS if slot_s else CONTINUOUS
     found: list[tuple[float, Floats, _Route]] = []
     searched, least_s = 0, 0.0
@@ -54,8 +56,9 @@ def packs_by_schedule(question: Question, network: Network, parts: Sequence[Part
         rests_s = route.rests_s()
         hovers_s = route.longest_s(rests_s, step_s, least_s)
         if np.isfinite(hovers_s).any():
-            hover_s = float(np.nanmax(hovers_s))
-            found.append((hover_s, rests_s[hovers_s == hover_s], route))
+            whole_s = float(np.nanmax(hovers_s))
+            hover_s = min(whole_s, route.left_s)  # The deadline may cut the last slot short.
+            found.append((hover_s, rests_s[hovers_s == whole_s], route))
             least_s = max(least_s, hover_s - (0.0 if slot_s else step_s))
         searched += not clock.ended
     if not found and clock.ended:
@@ -107,31 +110,40 @@ class _Route:
     """A route on which pairs of hover and rest are simulated."""
 
     def __init__(
-        self, network: Network, number: int, rests: bool, slot_s: float | None, clock: _Clock
+        self, network: Network, part: Part, entry: int, slot_s: float | None, clock: _Clock
     ) -> None:
         mission, battery = network.mission, network.mission.battery
-        self.network, self.number, self.rests, self.clock = network, number, rests, clock
+        self.network, self.part, self.clock = network, part, clock
         self.step_s, self.slots = slot_s or STEP_S, slot_s is not None
+        self.number = number = int(part.routes[entry])
         phases = route_phases(network, number, 0.0, 0.0)
         self.hover = [each.kind for each in phases].index("hover")
         self.net_A = {each.kind: float(each.stages[0].current_A) for each in phases}
         self.flight_time_s = float(network.routes.flight_time_s[number])
         self.left_s = mission.limits.deadline_s - self.flight_time_s
+        if slot_s:  # The balance of charge, as if packs were pooled, bounds what packs deliver.
+            steps = slot_ranges(part.model, part.model.row(entry), slot_s)
+        else:
+            last = math.floor(self.left_s / self.step_s + SLACK)
+            steps = dict.fromkeys(TIMES if part.rests else TIMES[:1], (0, last))
+        (first, last), self.rest_steps = (steps.get(name, (0, 0)) for name in TIMES)
+        self.least_s, self.longest_stay_s = (
+            self.step_s * first,
+            max(self.left_s, self.step_s * last),
+        )
         capacity_As = battery.packs * battery.capacity_As
         self.least_As = (mission.limits.min_soc - SLACK) * capacity_As
         self.spare_As = (1.0 - mission.limits.min_soc) * capacity_As
         self.spare_As -= float(network.routes.flight_charge_As[number])
 
     def rests_s(self) -> Floats:
-        """Rests to try [s]: every whole step up to the deadline; in slots, one at least."""
-        if not self.rests:
-            return np.zeros(1)
-        last = np.floor(self.left_s / self.step_s + SLACK)
-        return self.step_s * np.arange(float(self.slots), last + 1.0)
+        """Rests to try [s]: every whole step up to the deadline; in slots, those that count."""
+        first, last = self.rest_steps
+        return self.step_s * np.arange(first, last + 1.0)
 
     def near(self, rest_s: float, reach_s: float, step_s: float) -> Floats:
         """Rests around one [s], in steps."""
-        if not self.rests:
+        if not self.part.rests:
             return np.zeros(1)
         steps = round(reach_s / step_s)
         found = rest_s + step_s * np.arange(-steps, steps + 1.0)
@@ -146,8 +158,8 @@ class _Route:
         found = np.full(len(rests_s), np.nan)
         if not len(rests_s) or self.clock.is_late():
             return found
-        start = self._at_hover(rests_s)
-        most = np.minimum(most_s, self.left_s - rests_s)
+        start, least_s = self._at_hover(rests_s), max(least_s, self.least_s)
+        most = np.minimum(most_s, self.longest_stay_s - rests_s)
         if self.net_A["hover"] < 0.0:
             spare_As = self.spare_As + self.net_A.get("rest", 0.0) * rests_s
             most = np.minimum(most, spare_As / -self.net_A["hover"])
@@ -186,18 +198,25 @@ class _Route:
                 break
             tried_s = np.append(tried_s[tried_s < rest_s], rest_s)
             hovers_s = np.full(len(tried_s), hover_s)
-            rest_s = float(tried_s[self._flyable(self._at_hover(tried_s), hovers_s, tried_s)][0])
+            flown = self._flyable(self._at_hover(tried_s), hovers_s, tried_s)
+            rest_s = min(tried_s[flown].tolist(), default=rest_s)
             reach_s = share * self.step_s
             tried_s = self.near(rest_s, reach_s, 0.1 * reach_s)
         return rest_s
 
     def _flyable(self, start: Packs, hovers_s: Floats, rests_s: Floats) -> Booleans:
-        """Whether packs at the hover point last to the end with enough charge left."""
-        rows = np.flatnonzero(hovers_s + rests_s <= self.left_s + SLACK * STEP_S)
-        start = start.take(rows)
-        self._carry(start, hovers_s[rows], rests_s[rows], slice(self.hover, None))
-        enough = np.zeros(len(hovers_s), dtype=bool)
-        enough[rows] = ~start.exhausted & (start.wells.total_As.sum(axis=1) >= self.least_As)
+        """Whether packs at the hover point last to the end with enough charge left.
+
+        A slot that the deadline cuts short has to be affordable whole as well. False if late.
+        """
+        enough = np.asarray(hovers_s + rests_s <= self.longest_stay_s + SLACK * STEP_S)
+        for most_s in {self.longest_stay_s, self.left_s}:
+            rows = np.flatnonzero(enough)
+            packs = start.take(rows)
+            stays_s = np.minimum(hovers_s[rows], most_s)
+            self._carry(packs, stays_s, rests_s[rows], slice(self.hover, None))
+            left_As = packs.wells.total_As.sum(axis=1)
+            enough[rows] = ~packs.exhausted & (left_As >= self.least_As) & (not self.clock.ended)
         return enough
 
     def _at_hover(self, rests_s: Floats) -> Packs:
@@ -209,4 +228,6 @@ class _Route:
     def _carry(self, packs: Packs, hovers_s: Floats, rests_s: Floats, which: slice) -> None:
         """Let packs carry some phases, with one hover and one rest [s] a course."""
         for each in route_phases(self.network, self.number, hovers_s, rests_s)[which]:
-            packs.job(pack_loads(self.network.mission, each))
+            for _ in packs.stretches(pack_loads(self.network.mission, each)):
+                if self.clock.is_late():
+                    return

@@ -3,10 +3,13 @@
 from __future__ import annotations
 
 import functools
+from typing import Any
 
 import numpy as np
 import pytest
 
+import optuav
+from optuav import P4
 from optuav.errors import InputError, SolverError
 from optuav.mission import Mission, load
 from optuav.network.network import Network, build_network
@@ -109,6 +112,56 @@ def test_continuous_times_are_no_worse_than_slots_and_can_be_flown(schedule: str
     assert not can_be_flown(network, route, plan.hover_time_s + 0.002, plan.rest_time_s)
 
 
+@pytest.mark.parametrize("schedule", ["pooled", *SCHEDULES])
+@pytest.mark.parametrize(
+    ("problem", "deadline_s", "slot_s", "hover_s"),
+    [
+        ("P1", 100.0, 10.0, 24.2078),  # the last slot is cut short by the deadline
+        ("P1", 100.0, 24.0, 24.2078),
+        ("P1", 100.0, 1e4, 0.0),  # which has to be affordable whole
+        ("P3", 95.0, 5.0, 19.2078),
+        (P4("b1"), 100.0, 10.0, None),  # no pair of whole slots fits
+        (P4("b1"), 110.0, 10.0, 10.0),  # nothing of it is cut short
+        (P4("b1"), 110.0, 9.0, 9.0),
+    ],
+)
+def test_slots_are_the_same_under_every_schedule(
+    schedule: str, problem: Any, deadline_s: float, slot_s: float, hover_s: float | None
+) -> None:
+    """Where charge is plenty: a stay takes a slot at least, and the same slots may be cut short."""
+    values = {"limits.deadline_s": deadline_s, "battery.schedule": schedule}
+    mission = load("paper").replace({**values, **SCHEDULES.get(schedule, {})})
+    plan = optuav.solve(mission, problem, slot_s=slot_s)
+    assert plan.status is (Status.INFEASIBLE if hover_s is None else Status.OPTIMAL)
+    if hover_s is not None:
+        assert plan.hover_time_s == pytest.approx(hover_s, abs=1e-4)
+        assert plan.rest_time_s == (slot_s if isinstance(problem, P4) else 0.0)
+
+
+def test_a_slot_that_is_cut_short_has_to_be_affordable_whole() -> None:
+    """As for pooled packs: 66 s of hover are left, and charge for 65 s."""
+    mission = small("sequential", **{"limits.deadline_s": 66.0 + 75.792246115529})
+    longest_s = solve(mission, "P3").hover_time_s
+    for slot_s in (1.0, 2.0, 5.0, 7.0):
+        slots = solve(mission, "P3", slot_s=slot_s)
+        assert slots.hover_time_s == slot_s * (longest_s // slot_s)
+
+
+def test_the_time_limit_holds_among_many_turns(monkeypatch: pytest.MonkeyPatch) -> None:
+    """It is looked at after every turn, which nobody keeps; too many turns are refused at once."""
+    mission = small("sequential")
+    turns = {"battery.schedule": "alternating", "battery.period_s": 0.01}
+    clock = Ticking()
+    monkeypatch.setattr(packs_by_schedule, "time", clock)
+    with pytest.raises(SolverError, match="ended after 50 s"):
+        solve(mission.replace(turns), time_limit_s=50.0)
+    assert clock.seconds < 60.0
+    with pytest.raises(
+        InputError, match=r"period_s = 0\.001: .*limits.deadline_s / 20000 = 0\.01 \[s\]"
+    ):
+        mission.replace({**turns, "battery.period_s": 0.001})
+
+
 def test_every_pack_is_told_at_the_end_of_every_phase() -> None:
     plan = solve(small("sequential"), "P3", perspective="available")
     assert all(len(phase.available_As) == 2 for phase in plan.phases)
@@ -175,7 +228,7 @@ class Ticking:
         return self.seconds
 
 
-@pytest.mark.parametrize(("slot_s", "short_s"), [(None, 60.5), (8.0, 12.5)])
+@pytest.mark.parametrize(("slot_s", "short_s"), [(None, 400.5), (8.0, 100.5)])
 def test_past_the_time_limit_the_best_so_far_is_the_answer(
     slot_s: float | None, short_s: float, monkeypatch: pytest.MonkeyPatch
 ) -> None:
