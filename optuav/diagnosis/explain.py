@@ -10,8 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from formulations.formulation import Formulation
-from formulations.p1 import P1
-from formulations.soc import AVAILABLE, PAPER, StepEnd
+from formulations.soc import AVAILABLE, StepEnd
 from optuav.diagnosis.certificate import bound
 from optuav.diagnosis.infeasibility import conflicts
 from optuav.diagnosis.parameter_prices import prices
@@ -124,15 +123,7 @@ def _explained(question: MissionQuestion, plan: Plan | None = None) -> Explanati
     plan = plan or program.solve()
     cap = charging_cap(program.network.mission, program.network.places)
     notes = [str(cap)] if cap and any(part.rests for part in program.parts) else []
-    problem, perspective = question.stated.problem, question.stated.perspective
-    more_stops_open = (  # may give a longer hover than (P1) over all routes
-        isinstance(problem, P1)
-        and (problem.trajectory, problem.order) == ("optimal", None)
-        and question.stated.slot_s is None
-        and perspective in (*PAPER, AVAILABLE)
-        and (bool(plan) or plan.status is Status.INFEASIBLE)
-        and more_stops_may_help(program.network, plan, question.graph)
-    )
+    more_stops_open = more_stops_may_help(program.question, program.network, plan, question.graph)
     if plan:
         found = _optimum(program, plan, solutions)
         return replace(found, notes=(*found.notes, *notes), more_stops_open=more_stops_open)

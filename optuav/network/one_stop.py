@@ -1,27 +1,33 @@
-"""Whether one stop is enough: the triangle inequality in time, charge and energy of the legs.
+"""Whether one rest and one hover are enough: the triangle inequality of the legs.
 
-Routes with more than one stop never pay in the linear perspectives if no detour over a building is
-shorter than the leg it replaces: resting may then be moved to the stop that charges best, and the
-other stops left out. Hovering in two pieces around a rest never pays if either piece can be moved
-to the other, that is if flying to the building first, or straight from it to the destination, is no
-longer than over the hover point. Flight models obey this; the figures of an edited graph, and
+In the linear perspectives a plan may leave out all stops but one hover and the rest where charging
+is best, if no way by a third place takes less time, charge or energy than a leg that is then flown
+instead. Two hovers around a rest become one if either can be moved to the other: if flying to the
+building first, or straight from it to the destination, takes no more than over the hover point.
+Longer ways are no shorter then either. Flight models obey this; the figures of an edited graph, and
 buildings in the way of a leg, may not.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
-from typing import NamedTuple
+from dataclasses import replace
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from optuav.network.network import Network
-from optuav.network.places import ENDS, FIRST_BUILDING
+from optuav.network.graph import edited_legs
+from optuav.network.network import Legs, Network, build_legs
+from optuav.network.obstacles import prisms
+from optuav.network.places import DESTINATION, FIRST_BUILDING, HOVER, ORIGIN
+
+if TYPE_CHECKING:
+    from optuav.network.graph import Graph
 
 FIGURES = ("duration_s", "charge_As", "energy_J")
 UNITS = ("s", "A s", "J")
-TOLERANCE = 1e-9  # Relative; a detour that is shorter by rounding alone is none
+TOLERANCE = 1e-9  # Relative; a way around that is shorter by rounding alone is none
+MOST_COMPARED = 60  # buildings of a mission whose legs are all compared with the ways around them
 
 
 class Shortcut(NamedTuple):
@@ -44,35 +50,68 @@ class Shortcut(NamedTuple):
         )
 
 
-def find_shortcuts(network: Network) -> tuple[Shortcut, ...]:
-    """Where routes with more than one stop could pay in the linear perspectives.
+def all_legs(network: Network, graph: Graph | None = None) -> Legs:
+    """The legs between any two places of a mission, with the figures that a graph states."""
+    places = network.places
+    start, end = np.nonzero(~np.eye(len(places.names), dtype=bool))
+    table = build_legs(network.mission, places, prisms(network.mission), start, end)
+    if graph is None:
+        return table
+    # A graph has the legs with one building on the way, so those that it lacks are forbidden.
+    gone = np.array([name not in graph for name in places.names])
+    one_stop = np.zeros((len(gone), len(gone)), bool)
+    one_stop[network.legs.start, network.legs.end] = True
+    needed = one_stop[start, end] | gone[start] | gone[end]
+    return edited_legs(table, places.names, graph, needed)
 
-    Empty if one stop is enough; two legs with no direct leg in their place count once.
+
+def find_shortcuts(network: Network) -> tuple[Shortcut, ...]:
+    """Where plans with more than one rest and one hover could pay in the linear perspectives.
+
+    The network's legs lead between any two places. Of every leg that a plan with one rest and one
+    hover may fly, the shortest way by a third place that takes less, one a figure; a leg that is
+    not there is longer than any way, and counts once.
     """
-    legs, names = network.legs, network.places.names[FIRST_BUILDING:]
-    figures = np.stack([getattr(legs, each) for each in FIGURES], axis=1)
-    figures[~legs.flyable] = np.inf
-    arriving, leaving = figures[:2]
-    there, to_hover, back, onward = np.moveaxis(figures[2:].reshape(-1, 4, 3), 1, 0)
-    direct = np.stack(np.broadcast_arrays(arriving, leaving, there, onward))
-    by_way = np.stack([there + to_hover, back + onward, arriving + back, to_hover + leaving])
-    less = direct > by_way * (1.0 + TOLERANCE)
-    less[..., 1:] &= np.isfinite(direct[..., 1:])
-    both = less[2:].any(axis=2).all(axis=0)  # pieces of a hover around a rest
-    less[2:] &= np.asarray(both)[:, None]
-    origin, hover, destination = ENDS
+    table, names = network.legs, network.places.names
+    figures = np.full((len(FIGURES), len(names), len(names)), np.inf)
+    used = table.flyable & (table.end != ORIGIN) & (table.start != DESTINATION)
+    stated = [getattr(table, name)[used] for name in FIGURES]
+    figures[:, table.start[used], table.end[used]] = stated
+    flown = np.zeros(figures.shape[1:], bool)
+    flown[[ORIGIN, HOVER]] = flown[FIRST_BUILDING:, [HOVER, DESTINATION]] = True
+    flown[:, ORIGIN] = flown[ORIGIN, DESTINATION] = flown[HOVER, HOVER] = False
+    start, end = np.nonzero(flown)
+    direct = figures[:, start, end][..., None]
+    around = figures[:, start] + figures[:, :, end].swapaxes(1, 2)  # (figure, leg, third place)
+    less = direct > around * (1.0 + TOLERANCE)
+    less[1:] &= np.isfinite(direct[1:])
+    # Over the hover point, to a building and on from it: one of the two hovers may be moved.
+    there = (start == ORIGIN) & (end >= FIRST_BUILDING)
+    back = (start >= FIRST_BUILDING) & (end == DESTINATION)
+    stay = less[:, there, HOVER].any(axis=0) & less[:, back, HOVER].any(axis=0)
+    less[:, there, HOVER] &= stay
+    less[:, back, HOVER] &= stay
+    third = np.where(less, around, np.inf).argmin(axis=2)
     found = []
-    for number, k, figure in np.argwhere(less.swapaxes(0, 1)).tolist():
-        name = names[number]
-        ways = (origin, name, hover), (hover, name, destination)
-        places = (*ways, (origin, hover, name), (name, hover, destination))[k]
-        numbers = float(direct[k, number, figure]), float(by_way[k, number, figure])
+    for leg, figure in np.argwhere(less.any(axis=2).T).tolist():
+        via = third[figure, leg]
+        places = names[start[leg]], names[via], names[end[leg]]
+        numbers = float(direct[figure, leg, 0]), float(around[figure, leg, via])
         found.append(Shortcut(places, FIGURES[figure], *numbers))
     return tuple(found)
 
 
-def shortcuts_in_words(shortcuts: Sequence[Shortcut]) -> str:
-    """What shortcuts mean for routes with more than one stop, in a sentence."""
+def one_stop_is_enough(network: Network, graph: Graph | None = None) -> bool:
+    """Whether it is known that no leg takes more than a way around; not of many buildings."""
+    few = len(network.mission.buildings) <= MOST_COMPARED
+    return few and not find_shortcuts(replace(network, legs=all_legs(network, graph)))
+
+
+def one_stop_in_words(network: Network, graph: Graph | None = None) -> str:
+    """Whether routes with more than one stop may be better, in a sentence."""
+    if len(network.mission.buildings) > MOST_COMPARED:
+        return "a route with more than one stop may be better and was not tried"
+    shortcuts = find_shortcuts(replace(network, legs=all_legs(network, graph)))
     if not shortcuts:
         return (
             "one stop is enough: times, charges and energies of the legs obey the triangle "

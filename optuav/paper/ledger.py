@@ -19,7 +19,7 @@ from optuav.mission import Mission
 from optuav.mission.messages import nearest
 from optuav.network import vehicle
 from optuav.network.network import build_network
-from optuav.network.one_stop import find_shortcuts
+from optuav.network.one_stop import one_stop_is_enough
 from optuav.network.places import HOVER
 from optuav.options import Perspective
 from optuav.paper import curves, table2
@@ -374,7 +374,7 @@ def _crossing_As(mission: Mission, hover_s: float) -> float:
 
 FORMULAS: dict[str, Callable[..., Any]] = {
     "setting": lambda m, key: float(reduce(getattr, key.split("."), m)),
-    "rests_that_pay": lambda m: None if find_shortcuts(build_network(m)) else 1.0,
+    "rests_that_pay": lambda m: 1.0 if one_stop_is_enough(build_network(m)) else None,
     "weight_N": lambda m: -float(vehicle.airframe(m).weight_N),
     "nominal_energy_J": lambda m: vehicle.pool(m).capacity_As * m.battery.nominal_voltage_V,
     "full_battery_J": lambda m, voltage_V: vehicle.pool(m).capacity_As * voltage_V,

@@ -24,11 +24,9 @@ from optuav.modelling.check import evaluated
 from optuav.modelling.classify import traits
 from optuav.modelling.traversal import has_unknowns
 from optuav.network.feasibility import never_flyable
-from optuav.network.graph import edited_legs
-from optuav.network.network import Legs, Network, build_legs
-from optuav.network.obstacles import prisms
-from optuav.network.one_stop import FIGURES, TOLERANCE
-from optuav.network.places import DESTINATION, FIRST_BUILDING, HOVER, ORIGIN, charging_cap
+from optuav.network.network import Network
+from optuav.network.one_stop import one_stop_is_enough
+from optuav.network.places import FIRST_BUILDING, HOVER, charging_cap
 from optuav.network.timeline import route_phases, simulated, stay_net
 from optuav.physics.flight import STAGES, speed_warning
 from optuav.plan import Phase, Plan
@@ -39,7 +37,6 @@ from optuav.status import Status
 if TYPE_CHECKING:
     from optuav.network.graph import Graph
 
-MOST_COMPARED = 60  # buildings of a mission whose legs are all compared with the ways around them
 MOST_VIOLATED = 2  # violated constraints that are stated in full
 ROUNDING = 1e-9  # share of the capacity that rounding may take
 SAME_S = 1e-6  # times that differ by no more than this are equal [s]
@@ -289,24 +286,28 @@ def against_p1(question: Question, network: Network, parts: Sequence[Part], plan
     return plan.model_copy(update={"notes": tuple(notes), **changes})
 
 
-def more_stops_may_help(network: Network, plan: Plan, graph: Graph | None = None) -> bool:
-    """Whether plans with more rests or hovers than a plan of (P1) may hover longer.
+def more_stops_may_help(
+    question: Question, network: Network, plan: Plan, graph: Graph | None = None
+) -> bool:
+    """Whether plans with more rests or hovers can be asked for and may hover longer than a plan.
 
-    An edited network comes with its graph. False is certain: no number of stops makes the mission
-    flyable, or no leg takes more than a way around. In a linear perspective any plan may then leave
-    out all stops but one hover and the rest where charging is best; under ``available`` the plan
-    also hovers as long as charge and deadline admit on any route with one rest, which bounds all.
+    An edited network comes with its graph. No is certain: there is nowhere to rest, no number of
+    stops makes the mission flyable, or one rest and one hover are enough (`optuav.network.one_stop`
+    says when); under ``available`` the plan also hovers as long as charge and deadline admit on any
+    route with one rest, which bounds all.
     """
-    if never_flyable(network):
+    mission, perspective = network.mission, question.perspective
+    turns = mission.battery.takes_turns and perspective == AVAILABLE
+    if question.problem != P1() or question.slot_s is not None or turns:
         return False
-    if plan.perspective == AVAILABLE:
+    if perspective not in (*PAPER, AVAILABLE) or not mission.buildings or never_flyable(network):
+        return False
+    if perspective == AVAILABLE:
         hovers_s, _ = by_balance(network, rests=True)
         most_s = hovers_s[network.routes.flyable].max(initial=-np.inf)
         if (plan.hover_time_s if plan else -np.inf) < most_s - SAME_S:
             return True
-    if len(network.mission.buildings) > MOST_COMPARED:
-        return True
-    return ways_around(replace(network, legs=all_legs(network, graph)))
+    return not one_stop_is_enough(network, graph)
 
 
 def by_balance(network: Network, rests: Booleans | bool) -> tuple[Floats, Floats]:
@@ -346,37 +347,3 @@ def promise(network: Network, parts: Sequence[Part], plan: Plan) -> Iterator[str
     if (dry_s := flown.runs_dry_s) is not None:
         note += f"; that plan would run dry and fall at {dry_s:.2f} s"
     yield note
-
-
-def all_legs(network: Network, graph: Graph | None = None) -> Legs:
-    """The legs between any two places of a mission, with the figures that a graph states."""
-    places = network.places
-    start, end = np.nonzero(~np.eye(len(places.names), dtype=bool))
-    table = build_legs(network.mission, places, prisms(network.mission), start, end)
-    if graph is None:
-        return table
-    # A graph has the legs with one building on the way, so those that it lacks are forbidden.
-    gone = np.array([name not in graph for name in places.names])
-    one_stop = np.zeros((len(gone), len(gone)), bool)
-    one_stop[network.legs.start, network.legs.end] = True
-    needed = one_stop[start, end] | gone[start] | gone[end]
-    return edited_legs(table, places.names, graph, needed)
-
-
-def ways_around(network: Network) -> bool:
-    """Whether a way around is shorter, in any figure, than a leg that a plan with one rest flies.
-
-    The network's legs lead between any two places; one that is not there is longer than any way.
-    """
-    table, places = network.legs, len(network.places.names)
-    flown = np.zeros((places, places), bool)
-    flown[[ORIGIN, HOVER]] = flown[FIRST_BUILDING:, [HOVER, DESTINATION]] = True
-    flown[:, ORIGIN] = flown[ORIGIN, DESTINATION] = flown[HOVER, HOVER] = False
-    there = table.flyable & (table.end != ORIGIN) & (table.start != DESTINATION)
-    direct = np.full((len(FIGURES), places, places), np.inf)
-    figures = [getattr(table, name)[there] for name in FIGURES]
-    direct[:, table.start[there], table.end[there]] = figures
-    around = direct
-    for via in range(places):
-        around = np.minimum(around, around[:, :, via, None] + around[:, via, None])
-    return bool((flown & (direct > around * (1.0 + TOLERANCE))).any())

@@ -22,7 +22,7 @@ from optuav.engines.linear_form import last_slot, own_bounds
 from optuav.errors import InputError, SolverError
 from optuav.mission import Mission
 from optuav.modelling import Model
-from optuav.network.one_stop import find_shortcuts, shortcuts_in_words
+from optuav.network.one_stop import one_stop_in_words
 from optuav.options import Order, Perspective, Trajectory
 from optuav.plan import Plan
 from optuav.solving.assemble import quantities
@@ -127,7 +127,7 @@ def route_choice(
         time_limit_s=time_limit_s,
     )
     question, network = program.question, program.network
-    enough = shortcuts_in_words(find_shortcuts(network))
+    enough = one_stop_in_words(network, graph)
     if not program.parts:
         return RouteChoice(program.solve(), form, (enough,))
     routes, parts = _routes(program)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import suppress
 from dataclasses import replace
 from decimal import ROUND_CEILING, Decimal
@@ -15,8 +15,9 @@ from formulations.soc import AVAILABLE, LABELS
 from optuav.arrays import Floats, Integers
 from optuav.errors import SolverError
 from optuav.network import vehicle
-from optuav.network.feasibility import never_flyable
+from optuav.network.feasibility import blocked_legs, never_flyable
 from optuav.network.network import NO_LEG, Network, Routes, routes_along
+from optuav.network.one_stop import all_legs, find_shortcuts
 from optuav.network.places import FIRST_BUILDING, HOVER
 from optuav.network.timeline import phases_along, simulated, stay_net
 from optuav.physics.quantity import TINY
@@ -24,15 +25,7 @@ from optuav.plan import Plan
 from optuav.search.branch import INTERRUPTED, TIE_S, Progress, SearchResult, search
 from optuav.search.terrain import Terrain, patterns, sequences
 from optuav.solving.assemble import quantities
-from optuav.solving.outcome import (
-    Part,
-    all_legs,
-    plan_for,
-    plan_without,
-    replayed,
-    shortfalls,
-    ways_around,
-)
+from optuav.solving.outcome import Part, plan_for, plan_without, replayed, shortfalls
 from optuav.solving.program import Program
 from optuav.status import Status
 
@@ -61,16 +54,22 @@ def several_stops(
     if never_flyable(program.network):
         return program.solve()
     network = replace(program.network, legs=all_legs(program.network, graph))
+    most = f"at most {rests} rest{'s' * (rests != 1)} and {hovers} hover{'s' * (hovers != 1)}"
     if question.perspective == AVAILABLE:
         limit_s = question.time_limit_s
         found = search(terrain(network), rests, hovers, time_limit_s=limit_s, progress=progress)
-        most = f"at most {rests} rest{'s' * (rests != 1)} and {hovers} hover{'s' * (hovers != 1)}"
         return _plan(program, network, found, most)
-    if rests and not ways_around(network):
+    if rests and not find_shortcuts(network):
         plan = program.solve()
         note = "one rest and one hover are enough: no way around is shorter than a leg"
         return plan.model_copy(update={"notes": (*plan.notes, note)})
-    return _compared(program, network, rests, hovers).solve()
+    compared = _compared(program, network, rests, hovers)
+    if not compared.parts:
+        why = f"no sequence of stops with {most} can be flown within the deadline"
+        compared = replace(compared, reasons=(why, *_why_none(program)))
+    plan = compared.solve()
+    proof = f"all sequences with {most} compared, each by {plan.proof}"
+    return plan.model_copy(update={"engine": ENGINE, "proof": proof}) if compared.parts else plan
 
 
 def terrain(network: Network) -> Terrain:
@@ -116,7 +115,8 @@ def _compared(program: Program, network: Network, rests: int, hovers: int) -> Pr
     question, known = program.question, terrain(network)
     net = stay_net(network, np.arange(FIRST_BUILDING, len(known.duration_s)))
     gain = net.current_A if question.perspective == "battery" else net.power_W
-    worth = np.concatenate([np.full(FIRST_BUILDING, -np.inf), gain])
+    # Behind the last stop of a sequence stands −1, which takes the last entry: no place.
+    worth = np.concatenate([np.full(FIRST_BUILDING, -np.inf), gain, [-np.inf]])
     columns, count = list[Integers](), 0
     for pattern in patterns(rests, hovers):
         for boxes in sequences(known, pattern):
@@ -135,19 +135,24 @@ def _compared(program: Program, network: Network, rests: int, hovers: int) -> Pr
     for rested in (False, True):
         which = np.flatnonzero((building >= 0) == rested)
         if len(which):
-            given = quantities(network, which, rests=rested)
+            given = quantities(network, which, rests=rested, steps=False)
             parts.append(Part(question.problem.model(given, question.perspective), which))
     return replace(program, network=network, parts=tuple(parts))
+
+
+def _why_none(program: Program) -> Sequence[str]:
+    """Why not even one rest, if there may be any, and one hover make a plan."""
+    parts = [part for part in program.parts if program.question.p1.stops or not part.rests]
+    if parts:
+        return shortfalls(program.question, program.network, parts)
+    return program.reasons or blocked_legs(program.network, 0)
 
 
 def _plan(program: Program, network: Network, found: SearchResult, most: str) -> Plan:
     """The plan of a search result, or that of one rest and one hover where it is as good."""
     question, stops = replace(program.question, engine=ENGINE), found.stops
     if stops is None and found.bound_s <= 0.0:
-        why = program.reasons
-        if program.parts:
-            why = shortfalls(question, program.network, program.parts)
-        why = (f"no plan with {most} keeps the battery and the deadline", *why)
+        why = (f"no plan with {most} keeps the battery and the deadline", *_why_none(program))
         proof = "branch and bound over all sequences of stops"
         return plan_without(question, program.network, Status.INFEASIBLE, proof, why)
     # Rounded up: no plan hovers longer than the number that is written either.

@@ -6,7 +6,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from formulations.formulation import Formulation
-from formulations.p1 import P1
 from optuav.engines.registry import Engine
 from optuav.errors import Fault, InputError
 from optuav.mission import Mission, load
@@ -135,9 +134,7 @@ def solve(
 
         return several_stops(program, graph, progress)
     plan = program.solve()
-    every_route = question.problem == P1() and question.slot_s is None
-    pooled = not network.mission.battery.takes_turns and question.perspective != "wells"
-    if every_route and pooled and more_stops_may_help(network, plan, graph):
+    if more_stops_may_help(question, network, plan, graph):
         note = "more stops are not excluded: --stops 2 --hovers 2, or P1(stops=2, hovers=2)"
         return plan.model_copy(update={"notes": (*plan.notes, note)})
     return plan

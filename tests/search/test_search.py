@@ -14,12 +14,12 @@ from hypothesis import strategies as st
 import optuav
 from optuav.mission import Mission
 from optuav.network.network import build_network
+from optuav.network.one_stop import all_legs
 from optuav.physics import kibam
 from optuav.search.bounds import BoxBound
 from optuav.search.branch import TIE_S, SearchResult, search
 from optuav.search.terrain import Pattern, Terrain, patterns, sequences
 from optuav.search.trial import Trial
-from optuav.solving.outcome import all_legs
 from optuav.solving.several_stops import terrain
 from tests.examples import few
 

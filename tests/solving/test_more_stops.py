@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+from typing import Any
 
 import numpy as np
 import pytest
@@ -10,15 +11,15 @@ from hypothesis import HealthCheck, assume, given, settings
 from hypothesis import strategies as st
 
 import optuav
-from optuav import Mission
+from optuav import InputError, Mission
 from optuav.engines import closed_form
 from optuav.network import vehicle
 from optuav.network.feasibility import impossibilities
-from optuav.network.graph import edited_network
 from optuav.network.network import build_network
 from optuav.options import Perspective
 from optuav.solving.assemble import quantities
 from optuav.solving.outcome import by_balance, more_stops_may_help
+from optuav.solving.question import checked_question
 from tests.asking import solve
 from tests.mission.strategies import Document
 from tests.solving.dense import hidden, leg
@@ -27,8 +28,15 @@ from tests.solving.test_flyable_missions import wild_documents
 PAPER = optuav.load("paper")
 
 
-def may_help(mission: Mission, perspective: Perspective = "available") -> bool:
-    return more_stops_may_help(build_network(mission), solve(mission, perspective=perspective))
+def may_help(
+    mission: Mission, perspective: Perspective = "available", graph: Any = None, **options: Any
+) -> bool:
+    """Whether `optuav.solve` says so, and `optuav.explain`, in their notes."""
+    told = solve(mission, perspective=perspective, graph=graph, **options).notes
+    explained = optuav.explain(mission, perspective=perspective, graph=graph, **options)
+    found = [any("more stops" in each for each in notes) for notes in (told, explained.notes)]
+    assert found == [explained.more_stops_open] * 2
+    return explained.more_stops_open
 
 
 @pytest.mark.parametrize("deadline_s", [800.0, 1200.0, 3000.0])
@@ -51,11 +59,14 @@ def test_more_stops_do_not_help_in_the_linear_perspectives(perspective: Perspect
     assert not may_help(PAPER, perspective)
 
 
-def test_a_building_in_the_way_of_a_leg_may_make_a_further_stop_help() -> None:
+def blocked_by_a_wall() -> Mission:
     """The direct way to b9 is blocked, a way over b1 is not."""
     wall = {"name": "wall", "position_m": [400, 900, 300], "footprint_m": [30, 300]}
-    changes = {"buildings": [*PAPER.to_dict()["buildings"], wall]}
-    blocked = PAPER.replace(changes)
+    return PAPER.replace({"buildings": [*PAPER.to_dict()["buildings"], wall]})
+
+
+def test_a_building_in_the_way_of_a_leg_may_make_a_further_stop_help() -> None:
+    blocked = blocked_by_a_wall()
     network = build_network(blocked)
     assert not network.legs.flyable.all()
     assert may_help(blocked, "battery")
@@ -64,14 +75,29 @@ def test_a_building_in_the_way_of_a_leg_may_make_a_further_stop_help() -> None:
 
 def test_an_edited_graph_may_make_a_further_stop_help() -> None:
     """A removed edge, an edited figure, and a short way between buildings that the graph states."""
-    plan = solve(PAPER, perspective="battery")
     removed, edited, added = (optuav.graph(PAPER) for _ in range(3))
     removed.remove_edge("origin", "b9")
     edited.edges["origin", "hover"]["duration_s"] = 900.0
     added.add_edge("b1", "b9", **{**added.edges["b1", "hover"], "duration_s": 0.1})
     for legs in (removed, edited, added):
-        assert more_stops_may_help(edited_network(PAPER, legs), plan, legs)
-    assert not more_stops_may_help(build_network(PAPER), plan, optuav.graph(PAPER))
+        assert may_help(PAPER, "battery", legs)
+    assert not may_help(PAPER, "battery", optuav.graph(PAPER))
+
+
+@pytest.mark.parametrize("perspective", ["battery", "available"])
+def test_without_a_building_there_is_nowhere_to_stop(perspective: Perspective) -> None:
+    """The note stood where charge or deadline left the battery more to give."""
+    assert not may_help(PAPER.replace({"buildings": []}), perspective)
+
+
+def test_packs_that_take_turns_take_more_stops_in_the_linear_perspectives_alone() -> None:
+    """There they do not count; under ``available`` several stops are refused."""
+    turns = blocked_by_a_wall().replace({"battery.schedule": "sequential"})
+    assert may_help(turns, "battery")
+    assert solve(turns, optuav.P1(stops=2), perspective="battery")
+    assert not may_help(turns, slot_s=100.0)
+    with pytest.raises(InputError, match="pooled with several stops"):
+        solve(turns, optuav.P1(stops=2))
 
 
 def test_without_a_plan() -> None:
@@ -151,7 +177,8 @@ def test_where_more_stops_do_not_help_no_walk_hovers_longer(
     """By the balance of charge, which bounds what the wells deliver."""
     mission = town(seed)
     plan = solve(mission, perspective=perspective)
-    if not more_stops_may_help(build_network(mission), plan):
+    question = checked_question(mission, perspective=perspective)
+    if not more_stops_may_help(question, build_network(mission), plan):
         hover_s = plan.hover_time_s if plan else -np.inf
         assert longest_walk_s(mission) <= hover_s + 1e-6
 
