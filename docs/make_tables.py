@@ -15,7 +15,7 @@ from typer.core import TyperArgument
 import optuav
 from formulations.formulation import Given
 from formulations.soc import PAPER, PERSPECTIVES
-from optuav.cli.app import program
+from optuav.cli.app import COMMANDS, program
 from optuav.engines.registry import CAPABILITIES, Capability
 from optuav.modelling import Model
 from optuav.modelling.classify import Traits, traits
@@ -181,7 +181,8 @@ def capabilities() -> Iterator[Row]:
 def commands() -> Iterator[Row]:
     """Every command, and the first paragraph of its help."""
     yield ("command", "does")
-    for name, command in program().commands.items():
+    for name in COMMANDS:
+        command = program(name)
         arguments = [each.metavar for each in command.params if isinstance(each, TyperArgument)]
         words = " ".join(command.help.partition("\n\n")[0].split()).removesuffix(".")
         yield (f"`{' '.join(['optuav', name, *arguments])}`", words[0].lower() + words[1:])

@@ -6,6 +6,8 @@ input; 3 an engine failed or did not prove its answer in time.
 
 from __future__ import annotations
 
+import gc
+import os
 import signal
 import sys
 from collections.abc import Sequence
@@ -34,24 +36,32 @@ def _options(
     """Take the options before the command, which `main` has answered."""
 
 
+def _listed() -> None:
+    """Stand for a command in the list of all, which does not run it."""
+
+
 @cache
-def program(first: str | None = None) -> Any:
-    """All commands as one; where the first argument names one, that one alone is loaded."""
+def program(name: str | None = None) -> Any:
+    """One command with its options; or the list of all commands, each with its first line."""
     app = typer.Typer(
-        name="optuav",
         help="Missions of laser-charged drones: modelled, solved with proof, and checked.",
         epilog="Exit codes: 0 yes, 1 there is no feasible plan or an audited plan cannot be flown, "
         "2 bad input, 3 an engine failed or did not prove its answer in time.",
         no_args_is_help=True,
         add_completion=False,
         pretty_exceptions_enable=False,
-        context_settings={"help_option_names": ["-h", "--help"]},
+        rich_markup_mode=None,
+        # An option --help that is given or not, never None, needs no pydantic to read it.
+        context_settings={"help_option_names": ["-h", "--help"], "default_map": {"help": False}},
     )
-    app.callback()(_options)
-    wanted = COMMANDS if first not in COMMANDS else [first]
-    for name in wanted:
-        module = import_module(f"optuav.cli.{COMMANDS[name]}")
-        app.command(name)(command_of(name, getattr(module, name), module.WORDS))
+    if name is None:
+        app.callback()(_options)
+    for each in COMMANDS if name is None else [name]:
+        module = import_module(f"optuav.cli.{COMMANDS[each]}")
+        function = getattr(module, each)
+        line, *_ = str(function.__doc__).splitlines()
+        run = _listed if name is None else command_of(each, function, module.WORDS)
+        app.command(each, short_help=line)(run)
     return typer.main.get_command(app)
 
 
@@ -63,14 +73,24 @@ def main(arguments: Sequence[str] | None = None) -> None:
     for stream in (sys.stdout, sys.stderr):
         if hasattr(stream, "reconfigure"):
             stream.reconfigure(errors="replace")
+    if arguments is None:
+        # The process is ours: a short one has no need to search its memory for garbage or its
+        # packages for plugins of pydantic, which take a tenth of its time.
+        gc.set_threshold(100_000)
+        os.environ.setdefault("PYDANTIC_DISABLE_PLUGINS", "__all__")
     given = sys.argv[1:] if arguments is None else list(arguments)
+    if given[:1] == ["--"]:
+        del given[0]
     if given[:1] == ["--version"]:
         import optuav
 
         typer.echo(f"optuav {optuav.__version__}")
         return
     try:
-        program(*given[:1])(args=given)
+        if given and given[0] in COMMANDS:
+            program(given[0])(args=given[1:], prog_name=f"optuav {given[0]}")
+        else:
+            program()(args=given, prog_name="optuav")
     except (InputError, SolverError) as error:
         indented = str(error).replace("\n", "\n       ")
         typer.echo(f"{styled('error:', 'bold red')} {indented}", err=True)

@@ -8,16 +8,12 @@ from itertools import islice
 from pathlib import Path
 from typing import TYPE_CHECKING, Literal
 
-from rich.console import RenderableType
-from rich.markup import escape
-from rich.table import Table
-from rich.text import Text
-
 from optuav.cli.output import check_places, deliver, warning
-from optuav.mission import load
-from optuav.mission.files import must_be_new, write_text
 
 if TYPE_CHECKING:
+    from rich.console import RenderableType
+    from rich.table import Table
+
     from optuav.calibration import Fit
 
 MOST_ROWS = 40  # Observations that the table lists one by one
@@ -45,6 +41,9 @@ def calibrate(
     plot: Path | None = None,
 ) -> None:
     """Find parameters of a mission from measurements, and say how sure they are."""
+    from optuav.mission import load
+    from optuav.mission.files import must_be_new, write_text
+
     if extends is not None:
         load(extends)  # refused before the work
     check_places(None, plot)
@@ -70,6 +69,9 @@ def calibrate(
 
 def _pieces(found: Fit) -> Iterator[RenderableType]:
     """The values, table by table of the mission, then what was observed."""
+    from rich.markup import escape
+    from rich.text import Text
+
     from optuav.studies.results import plain_table
 
     yield Text(f"{found.kind}: {found.data}", style="bold")

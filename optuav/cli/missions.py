@@ -5,6 +5,8 @@ from __future__ import annotations
 import math
 import re
 import sys
+import textwrap
+import tomllib
 from collections.abc import Iterable, Iterator
 from dataclasses import asdict, dataclass
 from functools import partial
@@ -15,40 +17,22 @@ import typer
 
 import optuav
 from optuav.cli.options import Words, mission_of, refuse_beside_plan
-from optuav.cli.output import NO, check_places, deliver, warning
+from optuav.cli.output import NO, WIDTH, check_places, deliver, warning
 from optuav.errors import Fault, InputError
-from optuav.mission.files import must_be_new, read_toml, write_text
-from optuav.mission.load import LARGEST_FILE, SHIPPED, load
-from optuav.mission.messages import described, printable
-from optuav.mission.schema import MissionSection, Number
-from optuav.mission.template import Datasheet, template
 
 if TYPE_CHECKING:
     from rich.console import RenderableType
     from rich.table import Table
 
     from optuav.mission import Mission
+    from optuav.mission.schema import MissionSection
     from optuav.network.feasibility import BuildingFigures
     from optuav.plan import Plan
 
 UNIT = re.compile(r"\[([^]]+)\]")
 REGIMES = "regimes"
-
-
-def _words(key: str) -> tuple[str, ...]:
-    """What the help says of a number of the datasheet."""
-    field = Datasheet.model_fields[key]
-    known = not field.is_required() and field.default is not None
-    help = Datasheet.descriptions()[key] + (f" {field.default:g} if left out." if known else "")
-    panel = f"With --from {REGIMES}; what is missing is asked for on a terminal"
-    return f"--{key.replace('_', '-')}", help.replace("[", r"\["), "", panel
-
-
-WORDS: Words = {
-    "file": ("FILE", "The file to write."),
-    "source": ("--from MISSION", f"Whose values to start from; {REGIMES}: your drone's datasheet."),
-    **{key: _words(key) for key in Datasheet.model_fields},
-}
+SHIPPED = Path(optuav.__file__).parent / "mission" / "shipped"
+"""The shipped missions, as `optuav.shipped` names them; found here without the mission's schema."""
 
 
 def show(
@@ -69,6 +53,8 @@ def show(
         refuse_beside_plan(["set"] if settings else [])
         shown = optuav.load_plan(mission)
         if shown:
+            from optuav.mission.messages import printable
+
             found = optuav.audit(shown)
             shown = shown.model_copy(update={"flyable": bool(found)})
             if found.contradicted:
@@ -102,6 +88,7 @@ def _pieces(mission: Mission) -> Iterator[RenderableType]:
     """The mission's tables, and what follows from them: name, value and unit, a line each."""
     from rich.text import Text
 
+    from optuav.mission.schema import MissionSection
     from optuav.network.feasibility import building_figures, derived
     from optuav.studies.results import plain_table
 
@@ -179,18 +166,16 @@ def validate(mission: str, settings: list[str] | None = None, as_json: bool = Fa
 
 def missions(as_json: bool = False) -> None:
     """List the shipped missions."""
-    from optuav.studies.results import plain_table
-
     # Each file has a description of its own, so that none needs to be validated.
     rows = [
-        {"name": name, "description": str(read_toml(path, LARGEST_FILE)["description"])}
-        for name, path in SHIPPED.items()
+        {"name": path.stem, "description": tomllib.loads(path.read_text("utf-8"))["description"]}
+        for path in sorted(SHIPPED.iterdir(), key=lambda path: path.stem)
     ]
-    table = plain_table(words=("mission", "what it is"))
-    table.columns[1].no_wrap = False
-    for row in rows:
-        table.add_row(*row.values())
-    deliver(lambda: rows, [table], as_json=as_json)
+    margin = 2 + max(len(row["name"]) for row in rows)
+    wrapped = partial(textwrap.fill, width=WIDTH, subsequent_indent=margin * " ")
+    lines = [f"{row['name']:{margin}}{row['description']}" for row in rows]
+    table = "\n".join(map(wrapped, [f"{'mission':{margin}}what it is", *lines]))
+    deliver(lambda: rows, table, as_json=as_json)
 
 
 @dataclass(frozen=True)
@@ -209,8 +194,32 @@ class Numbers:
     laser_power_W: float | None = None
 
 
+def _words(key: str) -> str:
+    """What the help says of a number of the datasheet."""
+    from optuav.mission.template import Datasheet
+
+    field = Datasheet.model_fields[key]
+    known = not field.is_required() and field.default is not None
+    return Datasheet.descriptions()[key] + (f" {field.default:g} if left out." if known else "")
+
+
+WORDS: Words = {
+    "file": ("FILE", "The file to write."),
+    "source": (
+        "--from MISSION",
+        f"Whose values to start from; {REGIMES}: your drone's datasheet, its numbers by the other "
+        "options. What is missing is asked for on a terminal.",
+    ),
+    **dict.fromkeys(Numbers.__dataclass_fields__, _words),
+}
+
+
 def new(file: Path, asked: Numbers, source: str = "paper") -> None:
     """Write a mission file in which every key is explained."""
+    from optuav.mission import load
+    from optuav.mission.files import must_be_new, write_text
+    from optuav.mission.template import Datasheet, template
+
     must_be_new(file)
     stated = vars(asked)
     if source == REGIMES:
@@ -232,6 +241,8 @@ def new(file: Path, asked: Numbers, source: str = "paper") -> None:
 
 def _prompted(stated: dict[str, Any]) -> dict[str, Any]:
     """The stated numbers; a person at the terminal gives the others."""
+    from optuav.mission.template import Datasheet
+
     answers = dict(stated)
     for name, field in Datasheet.model_fields.items():
         if answers[name] is None:
@@ -246,6 +257,10 @@ def _prompted(stated: dict[str, Any]) -> dict[str, Any]:
 
 def _answer(name: str, text: Any) -> float:
     """A number that the datasheet takes; the prompt repeats after anything else."""
+    from optuav.mission.messages import described
+    from optuav.mission.schema import Number
+    from optuav.mission.template import Datasheet
+
     try:
         number = float(text)
     except ValueError:

@@ -17,10 +17,10 @@ if TYPE_CHECKING:
     from formulations.formulation import Formulation
     from optuav.mission import Mission
 
-Words: TypeAlias = Mapping[str, str | tuple[str, ...]]
-"""By parameter, or command and parameter: the help of the option of its name; or an option's name
-and metavar, or an argument's metavar; its help; the default that the help shows in place of None;
-the panel of the help."""
+Words: TypeAlias = Mapping[str, str | tuple[str, ...] | Callable[[str], str]]
+"""By parameter, or command and parameter: the help of the option of its name, or a function that
+finds it; or an option's name and metavar, or an argument's metavar; its help; and the default that
+the help shows in place of None."""
 
 SHARED: Words = {
     "mission": ("MISSION", "Name of a shipped mission, or a mission file."),
@@ -114,15 +114,15 @@ def command_of(name: str, function: Callable[..., None], words: Words) -> Callab
     parts = [part for key in own for part in fields.get(key, {key: own[key]}).values()]
     for number, part in enumerate(parts):
         said = known.get(f"{name}.{part.name}") or known[part.name]
-        if isinstance(said, str):
-            said = (f"--{part.name.replace('_', '-')}", said)
-        flag, help, default, panel, *_ = (*said, "", "")
+        if not isinstance(said, tuple):
+            text = said if isinstance(said, str) else said(part.name)
+            said = (f"--{part.name.replace('_', '-')}", text)
+        flag, help, default, *_ = (*said, "")
         flag, _, metavar = flag.partition(" ")
         option: Any = typer.Argument(metavar=flag, help=help, case_sensitive=False)
         if flag.startswith("--"):
             shown: Any = default or True
-            place: Any = {"metavar": metavar or None, "rich_help_panel": panel or None}
-            option = typer.Option(flag, help=help, show_default=shown, **place)
+            option = typer.Option(flag, help=help, show_default=shown, metavar=metavar or None)
         # Any word passes for a perspective: the library refuses unknown ones.
         any_word: Any = {Perspective: str, Perspective | None: str | None}
         kind = any_word.get(part.annotation, part.annotation)

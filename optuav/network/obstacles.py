@@ -5,7 +5,7 @@ from __future__ import annotations
 import itertools
 import math
 from dataclasses import dataclass
-from functools import lru_cache
+from functools import cached_property, lru_cache
 from typing import TYPE_CHECKING, TypeAlias
 
 import numpy as np
@@ -33,10 +33,21 @@ Outline: TypeAlias = tuple[tuple[float, float], ...]  # Corners of a footprint o
 class Prisms:
     """Footprints with a spatial index."""
 
-    # `shapely.STRtree` of the footprints, each smaller by `MARGIN_M` all round.
-    tree: shapely.STRtree
+    footprints: tuple[Outline, ...]
     building: Integers  # Number of the building of every footprint
     roof_m: Floats  # Height of its roof over ground [m]
+
+    @cached_property
+    def tree(self) -> shapely.STRtree:
+        """`shapely.STRtree` of the footprints, each smaller by `MARGIN_M` all round."""
+        import shapely
+
+        corners = np.array([corner for outline in self.footprints for corner in outline])
+        ring = np.repeat(np.arange(len(self.footprints)), list(map(len, self.footprints)))
+        outer = shapely.polygons(shapely.linearrings(corners.reshape(-1, 2), indices=ring))
+        inner = np.asarray(shapely.buffer(outer, -MARGIN_M, join_style="mitre"))
+        shapely.prepare(inner)
+        return shapely.STRtree(inner)
 
 
 def outline_m(building: Building) -> Outline | None:
@@ -58,16 +69,9 @@ def prisms(mission: Mission) -> Prisms:
 @lru_cache(maxsize=REMEMBERED)
 def _prisms(stated: tuple[Outline | None, ...], top_m: tuple[float, ...]) -> Prisms:
     """Of all buildings, by outlines and heights."""
-    import shapely
-
     building = np.array([k for k, each in enumerate(stated) if each is not None], dtype=np.intp)
-    outlines = [each for each in stated if each is not None]
-    corners = np.array([corner for outline in outlines for corner in outline])
-    ring = np.repeat(np.arange(len(outlines)), [len(outline) for outline in outlines])
-    outer = shapely.polygons(shapely.linearrings(corners.reshape(-1, 2), indices=ring))
-    inner = np.asarray(shapely.buffer(outer, -MARGIN_M, join_style="mitre"))
-    shapely.prepare(inner)
-    return Prisms(shapely.STRtree(inner), building, np.array(top_m, dtype=float)[building])
+    footprints = tuple(each for each in stated if each is not None)
+    return Prisms(footprints, building, np.array(top_m, dtype=float)[building])
 
 
 def crossed(obstacles: Prisms, start_m: Floats, end_m: Floats, exempt: Integers) -> Integers:
@@ -80,6 +84,8 @@ def crossed(obstacles: Prisms, start_m: Floats, end_m: Floats, exempt: Integers)
     low_m, high_m = np.where(swap, end_m, start_m), np.where(swap, start_m, end_m)
     found = np.full(len(start_m), CLEAR, dtype=np.intp)
     count = len(obstacles.building)
+    if not count:
+        return found
     at_once = 1 + MOST_PAIRS // max(1, count)
     # Buildings in the way stand near the low end as a rule; short pieces have slim boxes.
     cuts = np.linspace(0.0, 1.0, 2 + int(math.sqrt(count) / BUILDINGS_PASSED))

@@ -40,10 +40,49 @@ def test_version_is_that_of_the_package(monkeypatch: pytest.MonkeyPatch) -> None
         assert (found.code, found.out) == (0, "optuav 1.2.3\n")
 
 
+LOADED = """
+import sys
+from optuav.cli import main
+try:
+    main({arguments!r})
+except SystemExit:
+    pass
+known = ("casadi", "cvxpy", "highspy", "matplotlib", "networkx", "numpy", "pandas", "pydantic",
+         "rich", "scipy", "shapely")
+print("loaded:", *(name for name in known if name in sys.modules))
+"""
+
+
+def test_a_command_loads_no_library_that_it_does_not_need() -> None:
+    """In one process, from the command that needs least to the one that needs most."""
+    bare = [f"--set=buildings.{each.name}.footprint_m=" for each in optuav.load("paper").buildings]
+    needed = {
+        ("--version",): set(),
+        ("--help",): set(),
+        ("missions",): set(),
+        ("missions", "--json"): set(),
+        ("solve", "--help"): set(),
+        ("solve", "paper", *bare): {"numpy", "pydantic"},
+        ("solve", "paper"): {"numpy", "pydantic", "shapely"},
+        ("show", "paper"): {"numpy", "pydantic", "shapely", "rich"},
+    }
+    script = "".join(LOADED.format(arguments=list(arguments)) for arguments in needed)
+    done = subprocess.run(
+        [sys.executable, "-c", script], capture_output=True, text=True, check=True
+    )
+    lines = [line.split() for line in done.stdout.splitlines() if line.startswith("loaded:")]
+    assert [set(names) for _, *names in lines] == list(needed.values())
+
+
+def test_a_command_may_come_after_two_dashes() -> None:
+    """As shells write it where options end: it is run, and not only listed."""
+    assert run("--", "missions") == run("missions")
+
+
 def test_without_a_command_there_is_help() -> None:
     found = run()
     assert found.code == 2
-    assert words(found.out) == words(run("--help").out)
+    assert found.err == run("--help").out
 
 
 @pytest.mark.parametrize(
