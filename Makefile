@@ -12,11 +12,11 @@ run: $(VENV)/run.stamp
 	$(BIN)/optuav solve paper --plot plan-paper
 	$(BIN)/optuav solve matrice350 --plot plan-matrice350
 
-test: lint doctest
+test: lint
 	$(BIN)/python -m pytest -n 2 --dist worksteal
 
 doctest: $(VENV)/dev.stamp
-	$(BIN)/python -m pytest -q --doctest-modules optuav formulations
+	$(BIN)/python -m pytest -q tests/test_examples_of_public_names.py
 
 # A selection: make test-portable TESTS="tests/cli -x"
 test-portable: $(VENV)/dev.stamp

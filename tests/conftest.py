@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 import zlib
 
 import pytest
@@ -44,15 +45,25 @@ def pytest_addoption(parser: pytest.Parser) -> None:
     parser.addoption("--soak", action="store_true", help="run the tests marked soak as well")
 
 
+@pytest.hookimpl(trylast=True)
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
-    """Slow tests first, so that none of them is left to one worker at the end."""
+    """Slow tests first, so that none of them is left to one worker at the end; no soak tests."""
     items.sort(key=lambda item: item.get_closest_marker("slow") is None)
     if config.getoption("--soak") or "soak" in config.getoption("-m"):
         return
-    skip = pytest.mark.skip(reason="a soak test: give --soak")
-    for item in items:
-        if item.get_closest_marker("soak"):
-            item.add_marker(skip)
+    soak = [item for item in items if item.get_closest_marker("soak")]
+    if len(soak) == len(items):  # A soak test that is asked for by name says what it waits for.
+        for item in soak:
+            item.add_marker(pytest.mark.skip(reason="a soak test: give --soak"))
+        return
+    items[:] = [item for item in items if not item.get_closest_marker("soak")]
+    config.hook.pytest_deselected(items=soak)
+
+
+def pytest_collection_finish() -> None:
+    """What was imported and collected stays: the garbage collector need not look at it again."""
+    gc.collect()
+    gc.freeze()
 
 
 def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter) -> None:

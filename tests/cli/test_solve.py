@@ -170,13 +170,13 @@ def test_pictures_go_into_a_new_directory(tmp_path: Path, monkeypatch: pytest.Mo
     asked = ("solve", "paper", "--problem", "P3", "--plot", str(folder))
     counts: list[int] = []
     monkeypatch.setattr(files, "image", lambda figure: counts.append(len(figure.axes)) or b"")
-    for perspective in ("energy", "battery", "available"):
+    for perspective in ("energy", "available"):
         found = run(*asked, "--perspective", perspective)
         assert found.code == 0
         assert found.out.count("wrote ") == 3
     assert sorted(path.name for path in folder.iterdir()) == ["leg.png", "map.png", "wells.png"]
     # the plan, and but for energy the one in the other perspective
-    assert counts[4] == counts[7] > counts[1] >= 1
+    assert counts[4] > counts[1] >= 1
 
 
 def test_pictures_cannot_go_where_a_file_is(tmp_path: Path) -> None:

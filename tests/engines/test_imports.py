@@ -101,7 +101,9 @@ def test_nothing_heavy_is_loaded() -> None:
     assert found == {name: set() for name in LIGHT}
 
 
-@pytest.mark.parametrize("engines", [("cvxpy", "casadi"), ("casadi", "cvxpy")])
+@pytest.mark.parametrize(
+    "engines", [("cvxpy", "casadi"), pytest.param(("casadi", "cvxpy"), marks=pytest.mark.soak)]
+)
 def test_an_engine_loads_its_own_library(engines: tuple[str, str]) -> None:
     """The list above would see it; and both libraries live in one process, in any order.
 

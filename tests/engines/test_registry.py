@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-import doctest
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
-from importlib import import_module
 
 import numpy as np
 import pytest
@@ -141,11 +139,3 @@ def test_the_grid_needs_slots() -> None:
     (part,) = optuav.formulate("paper", "P3", **ASKED).parts
     with pytest.raises(InputError, match="slot"):
         Grid().solve(part.model, 1)
-
-
-@pytest.mark.parametrize("place", ["registry", *registry.CLASSES.values()])
-def test_examples_run(place: str) -> None:
-    """Each engine shows how it is asked, and prints what it says."""
-    tried = doctest.testmod(import_module(f"optuav.engines.{place.partition('.')[0]}"))
-    assert tried.attempted > 0
-    assert not tried.failed

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import doctest
-import importlib
 import json
 import pickle
 import subprocess
@@ -627,11 +625,3 @@ def test_reading_a_mission_imports_no_heavy_library() -> None:
         cwd=PACKAGE.parents[1],
     )
     assert process.stdout.strip() == ""
-
-
-@pytest.mark.parametrize("name", ["load", "mission", "template"])
-def test_examples_in_docstrings_print_what_they_show(name: str) -> None:
-    """Those of the public names."""
-    tried = doctest.testmod(importlib.import_module(f"optuav.mission.{name}"))
-    assert tried.attempted > 0
-    assert tried.failed == 0

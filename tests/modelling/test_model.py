@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import doctest
-import importlib
 import inspect
 import pickle
 from typing import Any, cast
@@ -137,9 +135,3 @@ def test_a_pickled_model_is_the_same_model() -> None:
     assert check(again, {"x": 2.75}).satisfied == check(model, {"x": 2.75}).satisfied
     for one, expected in zip(again.constraints, (2.0, 0.5), strict=True):
         assert affine(one.relation.left, {}).coefficients == {"x": expected}
-
-
-@pytest.mark.parametrize("name", ["check", "classify", "forms", "model", "traversal"])
-def test_examples_run(name: str) -> None:
-    tried = doctest.testmod(importlib.import_module(f"optuav.modelling.{name}"))
-    assert (tried.failed, tried.attempted > 0) == (0, True)

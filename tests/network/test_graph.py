@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import doctest
-import importlib
 import itertools
 import json
 import math
@@ -381,11 +379,3 @@ def test_a_round_trip_through_a_file_keeps_the_graph() -> None:
     assert optuav.solve(PAPER, graph=view, perspective="battery") == optuav.solve(
         PAPER, perspective="battery"
     )
-
-
-@pytest.mark.parametrize("name", ["graph", "places"])
-def test_examples_in_docstrings_print_what_they_show(name: str) -> None:
-    """Those of the public names, and of the key that caps the charging current."""
-    tried = doctest.testmod(importlib.import_module(f"optuav.network.{name}"))
-    assert tried.attempted > 0
-    assert tried.failed == 0

@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import csv
-import doctest
-import importlib
 import inspect
 import io
 import math
@@ -336,14 +334,3 @@ def test_the_csv_has_a_line_an_entry() -> None:
     rows = list(csv.DictReader(io.StringIO(chosen.to_csv())))
     assert [row["stated"] for row in rows] == ["950", "1009.35", "5.09", "-25.58", "11.71"]
     assert {row["verdict"] for row in rows} <= {verdict.value for verdict in Verdict}
-
-
-@pytest.mark.parametrize("module", ["ledger", "report"])
-def test_examples_of_the_docstrings_run(module: str) -> None:
-    """They need no picture and solve little."""
-    tried = doctest.testmod(
-        importlib.import_module(f"optuav.paper.{module}"),
-        optionflags=doctest.ELLIPSIS | doctest.IGNORE_EXCEPTION_DETAIL,
-    )
-    assert tried.attempted > 1
-    assert tried.failed == 0

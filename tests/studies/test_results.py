@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import csv
-import doctest
-import importlib
 import io
 import json
 
@@ -69,10 +67,3 @@ def test_a_table_without_rows_keeps_its_columns(table: Results) -> None:
     assert found.to_csv() == "name,time_s,route\n"
     assert str(found) == "text"
     assert found.plot() == {}
-
-
-@pytest.mark.parametrize("name", ["compare", "results", "sensitivity"])
-def test_examples_print_what_they_show(name: str) -> None:
-    tried = doctest.testmod(importlib.import_module(f"optuav.studies.{name}"))
-    assert tried.attempted > 0
-    assert tried.failed == 0

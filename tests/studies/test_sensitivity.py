@@ -96,18 +96,28 @@ def wide(mission: optuav.Mission) -> dict[str, dict[str, Any]]:
     return stated
 
 
-@pytest.mark.parametrize("at_once", [1, 7, pytest.param(100, marks=pytest.mark.soak)])
 @pytest.mark.parametrize(
-    ("name", "changes", "perspective", "samples"),
+    ("name", "changes", "perspective", "samples", "at_once"),
     [
-        ("paper", {}, "available", 14),
-        ("paper", {}, "battery", 14),
-        ("paper", {"limits.deadline_s": 800}, "available", 14),
-        ("paper", {"battery.charging": "taper"}, "available", 5),
-        ("matrice350", {}, "available", 9),
-        ("matrice350", {}, "adjusted", 9),
-        pytest.param("paper", {}, "available", 500, marks=pytest.mark.soak),
-        pytest.param("matrice350", {}, "available", 200, marks=pytest.mark.soak),
+        ("paper", {}, "available", 14, 1),
+        ("paper", {}, "available", 14, 7),
+        ("paper", {}, "battery", 14, 7),
+        ("paper", {"limits.deadline_s": 800}, "available", 14, 7),
+        ("paper", {"battery.charging": "taper"}, "available", 5, 2),
+        ("matrice350", {}, "available", 9, 4),
+        ("matrice350", {}, "adjusted", 9, 1),
+        *(
+            pytest.param(*each, marks=pytest.mark.soak)
+            for at_once in (1, 7, 100)
+            for each in (
+                ("paper", {}, "available", 500, at_once),
+                ("paper", {}, "battery", 14, at_once),
+                ("paper", {"limits.deadline_s": 800}, "available", 14, at_once),
+                ("paper", {"battery.charging": "taper"}, "available", 5, at_once),
+                ("matrice350", {}, "available", 200, at_once),
+                ("matrice350", {}, "adjusted", 9, at_once),
+            )
+        ),
     ],
 )
 def test_samples_do_not_depend_on_how_many_are_computed_at_once(
