@@ -43,12 +43,14 @@ MARKS = str.maketrans("0123456789", MARKED)
 class Written(NamedTuple):
     """An expression in writing, how tightly it holds together, and its negative if that is simpler.
 
-    With the negative, −(exp(x) − 1) is written 1 − exp(x), and a·(−b) as −a·b.
+    With the negative, −(exp(x) − 1) is written 1 − exp(x), and a·(−b) as −a·b. A sum has its
+    opposite beside it: where a + b is too long for a bracket, c − (a + b) is written c − a − b.
     """
 
     text: str
     level: int
     negative: Written | None = None
+    opposite: str = ""
 
 
 ONE = Written("1", ATOM)
@@ -72,6 +74,8 @@ class Text:
     root_takes = ATOM
     """How tightly what stands below a root must hold together."""
     senses: Mapping[Sense, str] = {"<=": "≤", ">=": "≥", "==": "="}
+    longest_bracket = np.inf
+    """Width up to which a sum is subtracted in brackets, within which no line is broken."""
 
     def __init__(self, *, marks: bool = False) -> None:
         self.marks = marks
@@ -178,6 +182,8 @@ class Text:
         if ufunc is np.subtract:
             if rest[0].negative is not None:
                 return self._sum(first, rest[0].negative)
+            if rest[0].opposite and _width(rest[0].text) > self.longest_bracket:
+                return self._sum(first, Written(rest[0].opposite, SUM))
             return self._join(first, self.minus, self._at_least(PRODUCT, rest[0]))
         if ufunc is np.negative:
             return self._negative(first)
@@ -210,7 +216,14 @@ class Text:
     def _join(self, left: Written, operator: str, right: str) -> Written:
         if right == "0":
             return left
-        return Written(f"{self._at_least(SUM, left)} {operator}{self.after}{right}", SUM)
+        term = self._at_least(SUM, left)
+        signed = term.removeprefix(self.minus) if left.level == SIGN else f"{self.minus}{term}"
+        other = "+" if operator == self.minus else self.minus
+        return Written(
+            f"{term} {operator}{self.after}{right}",
+            SUM,
+            opposite=f"{left.opposite or signed} {other}{self.after}{right}",
+        )
 
     def _negative(self, written: Written) -> Written:
         if written.negative is not None:
@@ -255,7 +268,7 @@ IN_WORDS: Mapping[str, str] = {
     "&": r"\text{\&}",
 }
 """Marks among words that are mathematics in LaTeX: MathJax knows none of them in ``\\text``."""
-LINE = 64  # About how many characters of mathematics fit on a line beside its label
+LINE = 42  # About how many characters of mathematics fit beside a label on A4
 
 
 class Latex(Text):
@@ -267,6 +280,7 @@ class Latex(Text):
     bracketed, size, root = r"\left({}\right)", r"\left|{}\right|", r"\sqrt{{{}}}"
     root_takes = LIST
     senses: Mapping[Sense, str] = {"<=": r"\leq", ">=": r"\geq", "==": "="}
+    longest_bracket = LINE
 
     def symbol(self, symbol: str) -> str:
         """A symbol with its subscripts; sums of symbols are sums, and words stay words."""
