@@ -12,7 +12,7 @@ from optuav.judge.course import TOLERANCE
 from optuav.judge.replay import MISMATCH, Replay, replay, same
 from optuav.judge.timeline import STOP, Itinerary, Stop, stop_breaches
 from optuav.mission import load, shipped
-from optuav.mission.files import label, read_text, read_toml
+from optuav.mission.files import label, read_text, read_toml, refusal
 from optuav.mission.load import LARGEST_FILE
 from optuav.mission.messages import nearest, printable, shown
 from optuav.mission.schema import LARGEST
@@ -197,6 +197,8 @@ def _lines(judged: Audit) -> Iterator[str]:
 
 def _itinerary(document: Document, file: Path) -> Itinerary:
     """The itinerary that a file states, or an `InputError` with its faults and its mission's."""
+    if not KEYS.keys() & document.keys() and {"extends", "limits", "route"} & document.keys():
+        raise refusal(file, "is a mission, not an itinerary; optuav solve and validate take it")
     name, stops, source = document.get("mission"), document.get("stops", ()), label(file)
     faults, breaches, mission = list[Fault](), format_breaches(document), None
     for key in {**KEYS, **document}:

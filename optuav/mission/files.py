@@ -63,6 +63,8 @@ def read_toml(path: Path, limit: int, *, hint: str = "") -> dict[str, Any]:
     except RecursionError:
         raise refusal(path, "is nested too deeply") from None
     except ValueError as error:
+        if '"kind": "optuav plan"' in text[:1000]:
+            raise refusal(path, "is a saved plan; optuav show and optuav audit take it") from None
         raise refusal(path, f"is not TOML: {safe_name(str(error))}") from None
 
 

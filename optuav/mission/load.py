@@ -7,7 +7,7 @@ import os
 from pathlib import Path
 
 from optuav.errors import Fault, InputError
-from optuav.mission.files import label, read_toml
+from optuav.mission.files import label, read_toml, refusal
 from optuav.mission.messages import nearest, safe_name, shown
 from optuav.mission.mission import Mission, overlay
 from optuav.mission.validation import Document, Key, StatedMission, format_breaches, validate
@@ -115,6 +115,8 @@ def _read(
         name = label(path)
         hint = nearest(path.name, SHIPPED) or f"; shipped missions are {', '.join(SHIPPED)}"
     document, real = read_toml(path, LARGEST_FILE, hint=hint), os.path.realpath(path)
+    if {"mission", "stops"} <= document.keys():
+        raise refusal(path, "is an itinerary, not a mission; optuav audit takes it")
     if real in above:
         circle = " -> ".join([*above.values(), name])
         raise InputError(f"a file that does not lead back to one before it: {circle}")

@@ -110,6 +110,23 @@ def test_a_broken_plan_is_refused(folder: Path, content: str | None, words: str)
     assert words in refused("show", "plan.json")
 
 
+def test_a_file_of_another_kind_is_called_by_its_name(folder: Path) -> None:
+    """With the command that takes it, and without faults of a schema that is not its own."""
+    run("solve", "paper", "--save", "plan.json")
+    run("new", "town.toml")
+    text = 'schema = 1\nmission = "paper"\nstops = []\n'
+    (folder / "stops.toml").write_text(text, "utf-8")
+    (folder / "own.toml").write_text('schema = 1\nextends = "stops.toml"\n', "utf-8")
+    plan = "is a saved plan; optuav show and optuav audit take it"
+    itinerary = "is an itinerary, not a mission; optuav audit takes it"
+    for command in ("solve", "validate"):
+        assert refused(command, "plan.json") == f"error: plan.json: {plan}\n"
+        assert refused(command, "stops.toml") == f"error: stops.toml: {itinerary}\n"
+    assert itinerary in refused("show", "own.toml")
+    words = "is a mission, not an itinerary; optuav solve and validate take it"
+    assert refused("audit", "town.toml") == f"error: town.toml: {words}\n"
+
+
 def test_a_plan_takes_no_settings() -> None:
     run("solve", "paper", "--save", "plan.json")
     words = refused("show", "plan.json", "--set", "limits.deadline_s=1")
