@@ -20,6 +20,7 @@ from optuav.mission.validation import Breach, Document, StatedMission, format_br
 from optuav.network import vehicle
 from optuav.plan import Plan
 from optuav.plan.plan import DERIVED, LARGEST_BYTES, parse_plan
+from optuav.plan.summary import wrapped
 from optuav.plan.trace import Event
 
 MOST_SHOWN = 20  # Largest number of events that are printed one by one
@@ -186,7 +187,9 @@ def _lines(judged: Audit) -> Iterator[str]:
         if events:
             yield ""
             yield heading
-        yield from (printable(str(event)) for event in events[:MOST_SHOWN])
+        for event in events[:MOST_SHOWN]:
+            start = f"{event.time_s:10.2f} s  "
+            yield from wrapped("", event.words + event.figures, start, len(start))
         if len(events) > MOST_SHOWN:
             yield f"and {len(events) - MOST_SHOWN} more"
     capacity_As = float(vehicle.pool(mission).capacity_As)

@@ -108,15 +108,17 @@ def _passed(pool: Battery, stretches: Sequence[Stretch], last: Wells) -> Iterato
     ends_As = np.array([*(each.before[0].available_As for each in stretches[1:]), last[0]])
     full_As, slack_As = float(pool.full.available_As), TOLERANCE * float(pool.capacity_As)
     dry, over = "the available well runs dry", "charging drives the available well past full"
-    for kind, crossing_s, beyond, limit_As, worst_As, words in (
-        ("empty", kibam.time_to_empty, ends_As < -slack_As, 0.0, ends_As.min(), dry),
-        ("full", kibam.time_to_full, ends_As > full_As + slack_As, full_As, ends_As.max(), over),
+    for kind, crossing_s, beyond, limit_As, worst, words in (
+        ("empty", kibam.time_to_empty, ends_As < -slack_As, 0.0, ends_As.argmin(), dry),
+        ("full", kibam.time_to_full, ends_As > full_As + slack_As, full_As, ends_As.argmax(), over),
     ):
         if beyond.any():
+            worst_s = stretches[worst].start_s + stretches[worst].duration_s
             found = stretches[int(beyond.argmax())]
             passed_s = float(crossing_s(pool, found.before[0], found.currents_A[0]))
             time_s = found.start_s + min(passed_s, found.duration_s)
-            yield Event(kind, time_s, words, float(worst_As), limit_As, "A s")
+            figures = float(ends_As[worst]), limit_As, "A s"
+            yield Event(kind, time_s, words, *figures, value_s=worst_s)
 
 
 def scheduled(mission: Mission, phases: Sequence[Phase]) -> Course:

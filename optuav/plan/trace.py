@@ -38,6 +38,7 @@ class Event:
     limit: float | None = None
     unit: str = ""  # Of both
     violation: bool = True  # Whether the plan cannot be flown because of it
+    value_s: float | None = None  # Moment of the value, where that is another one [s]
 
     def __str__(self) -> str:
         return f"{self.time_s:10.2f} s  {self.words}{self.figures}"
@@ -49,8 +50,9 @@ class Event:
             return ""
         if self.limit is None:
             return f": {self.value:.6g} {self.unit}"
+        when = "" if self.value_s is None else f" at {self.value_s:.2f} s"
         sense = "at least" if self.value < self.limit else "at most"
-        return f": {self.value:.6g}, {sense} {self.limit:.6g} {self.unit}".rstrip()
+        return f": {self.value:.6g}{when}, {sense} {self.limit:.6g} {self.unit}".rstrip()
 
 
 @dataclass(frozen=True)
