@@ -113,12 +113,14 @@ def _passed(pool: Battery, stretches: Sequence[Stretch], last: Wells) -> Iterato
         ("full", kibam.time_to_full, ends_As > full_As + slack_As, full_As, ends_As.argmax(), over),
     ):
         if beyond.any():
-            worst_s = stretches[worst].start_s + stretches[worst].duration_s
+            farthest = stretches[int(worst)]
             found = stretches[int(beyond.argmax())]
             passed_s = float(crossing_s(pool, found.before[0], found.currents_A[0]))
             time_s = found.start_s + min(passed_s, found.duration_s)
             figures = float(ends_As[worst]), limit_As, "A s"
-            yield Event(kind, time_s, words, *figures, value_s=worst_s)
+            yield Event(
+                kind, time_s, words, *figures, value_s=farthest.start_s + farthest.duration_s
+            )
 
 
 def scheduled(mission: Mission, phases: Sequence[Phase]) -> Course:
