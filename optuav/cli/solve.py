@@ -94,6 +94,11 @@ def solve(
     if plan.status is Status.INFEASIBLE and explained:
         notes = [f"optuav explain {shlex.quote(mission)} … shows what would make it feasible"]
     deliver(plan.to_dict, plan.summary(), as_json=as_json, notes=notes, written=written)
+    _leave(plan)
+
+
+def _leave(plan: Plan) -> None:
+    """Leave with the exit code of an answer: of none, or of one that is not proved."""
     if not plan:
         raise typer.Exit(NO)
     if plan.status is Status.FEASIBLE:
@@ -115,7 +120,8 @@ def explain(
     """Say why a plan is the best one, or why there is none and which changes would help.
 
     With --stops or --hovers, search for more stops and say what they bring, for a minute unless
-    --time-limit-s says otherwise. Exit code 1 if there is no feasible plan.
+    --time-limit-s says otherwise. Exit code 1 if there is no feasible plan, 3 if
+    the plan is not proved.
     """
     from optuav.solving.question import problem_of
 
@@ -137,8 +143,7 @@ def explain(
         problem, options = asked.question(stated, **more)
         explained = optuav.explain(stated, problem, **options)
     deliver(explained.to_dict, str(explained), as_json=as_json)
-    if not explained:
-        raise typer.Exit(NO)
+    _leave(explained.plan)
 
 
 def audit(plan: str, as_json: bool = False, plot: Path | None = None) -> None:

@@ -13,6 +13,7 @@ import optuav
 from optuav.cli.options import command_of
 from optuav.cli.solve import WORDS, explain
 from optuav.errors import InputError
+from tests.cli.run import run as command
 from tests.diagnosis.missions import SMALL, only
 
 app = typer.Typer()
@@ -96,3 +97,17 @@ def test_a_search_for_more_stops_by_option(tmp_path: Path) -> None:
     of_plan = run(str(tmp_path / "p.json"), "--hovers", "2")
     assert of_plan.output == found.output
     assert "212.77 s longer" in " ".join(found.output.split())
+
+
+@pytest.mark.parametrize(
+    ("settings", "code"),
+    [
+        (["limits.deadline_s=200"], 0),
+        (["limits.deadline_s=200", "battery.schedule=sequential"], 3),
+        (["limits.deadline_s=60", "battery.schedule=sequential"], 1),
+    ],
+)
+def test_solve_and_explain_leave_with_one_code(settings: list[str], code: int) -> None:
+    """A plan that nothing proves is code 3 of both."""
+    asked = ("paper", "--problem", "P3", *(part for each in settings for part in ("--set", each)))
+    assert [command(name, *asked).code for name in ("solve", "explain")] == [code, code]

@@ -5,17 +5,21 @@ from __future__ import annotations
 import copy
 import pickle
 from collections.abc import Callable
+from concurrent.futures import ProcessPoolExecutor
 from dataclasses import replace
+from multiprocessing import get_context
 from typing import Any
 
 import numpy as np
 import pytest
 
+import optuav
 from optuav import formulate
-from optuav.engines import prices
+from optuav.engines import prices, registry
 from optuav.engines.solution import Solution, single, stacked
 from optuav.errors import SolverError
 from optuav.modelling import Model, Parameter
+from optuav.options import Perspective
 from optuav.status import Status
 
 
@@ -204,3 +208,44 @@ def test_a_program_and_its_solution_survive_a_copy(asked: Any, again: Callable[[
     assert [str(part.model) for part in later.parts] == [str(part.model) for part in program.parts]
     assert str(found) == str(solution)
     assert found.shadow_prices() == solution.shadow_prices()
+
+
+COPIES: dict[str, Callable[[Any], Any]] = {
+    "pickle": lambda each: pickle.loads(pickle.dumps(each)),
+    "copy": copy.copy,
+    "deepcopy": copy.deepcopy,
+}
+
+
+@pytest.mark.parametrize("copied", COPIES.values(), ids=COPIES)
+@pytest.mark.parametrize("engine", registry.ENGINES)
+def test_programs_and_solutions_survive_copies(engine: str, copied: Callable[[Any], Any]) -> None:
+    """Solved before and after: nothing that they found depends on the identity of objects."""
+    perspective: Perspective = "available" if engine in ("bracket", "grid") else "battery"
+    slot_s = 60.0 if engine == "grid" else None
+    program = optuav.formulate(
+        "paper", optuav.P4("b1"), perspective=perspective, engine=engine, slot_s=slot_s
+    )
+    solution = program.compile().solve()
+    said = [str(program), str(solution), solution.slacks, solution.shadow_prices()]
+    again = copied(solution)
+    assert [str(copied(program)), str(again), again.slacks, again.shadow_prices()] == said
+    assert copied(program).compile().solve().values == solution.values
+    fresh = optuav.formulate("paper", optuav.P4("b1"), perspective=perspective, slot_s=slot_s)
+    assert copied(fresh).compile(engine).solve().values == solution.values
+
+
+def _solved(program: optuav.Program) -> optuav.Program:
+    program.solve()
+    return program
+
+
+@pytest.mark.soak
+def test_programs_survive_a_process_pool() -> None:
+    """There and back, and solved in both places."""
+    program = optuav.formulate("paper", "P3", perspective="battery")
+    plan = program.solve()
+    with ProcessPoolExecutor(2, mp_context=get_context("spawn")) as pool:
+        for each in pool.map(_solved, [program] * 4):
+            assert each.solve() == plan
+            assert str(each) == str(program)
