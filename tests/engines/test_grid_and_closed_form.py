@@ -124,6 +124,8 @@ def easier(given: Quantities, way: str, by: float) -> Quantities:
 
 
 @pytest.mark.parametrize("way", ["deadline", "capacity", "limit", "charge"])
+@few(12, most=1000)
+@pytest.mark.campaign
 @given(st.data(), PERSPECTIVE, st.floats(0.0, 1.0))
 def test_easier_missions_are_never_worse(
     way: str, data: st.DataObject, perspective: str, by: float

@@ -21,6 +21,7 @@ from optuav.solving.assemble import quantities
 from optuav.solving.outcome import by_balance, more_stops_may_help
 from optuav.solving.question import checked_question
 from tests.asking import solve
+from tests.examples import few
 from tests.mission.strategies import Document
 from tests.solving.dense import hidden, leg
 from tests.solving.test_flyable_missions import wild_documents
@@ -183,7 +184,11 @@ def test_where_more_stops_do_not_help_no_walk_hovers_longer(
         assert longest_walk_s(mission) <= hover_s + 1e-6
 
 
-@settings(suppress_health_check=[HealthCheck.filter_too_much, HealthCheck.too_slow])
+@pytest.mark.campaign
+@settings(
+    few(12, most=1000),
+    suppress_health_check=[HealthCheck.filter_too_much, HealthCheck.too_slow],
+)
 @given(wild_documents(), st.booleans())
 def test_the_balance_is_the_optimum_of_the_perspective_battery(
     document: Document, rests: bool

@@ -153,7 +153,9 @@ def test_each_cell_says_how_it_knows(paper: Results) -> None:
     assert "branch and bound" in cell(paper, "P1", "MILP 60 s")["proof"]
 
 
-@pytest.mark.parametrize("perspective", ["energy", "adjusted"])
+@pytest.mark.parametrize(
+    "perspective", ["energy", pytest.param("adjusted", marks=pytest.mark.soak)]
+)
 def test_the_other_linear_perspectives(perspective: str) -> None:
     """CasADi takes their own statement; no wells are behind them."""
     found = optuav.compare(one_building("paper-table2"), slots_s=(5.0,), perspective=perspective)
