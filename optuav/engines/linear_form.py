@@ -59,9 +59,10 @@ def linear_form(model: Model, values: Values, programmes: int = 1) -> LinearForm
     signs: list[float] = []
     forms: list[Affine] = []
     bounds: list[tuple[int, int]] = []
+    done = {} if values else model.walked.forms
     for number, constraint in enumerate(relations(model)):
         relation, own = constraint.relation, number >= len(model.constraints)
-        form, right = excess(relation, values)
+        form, right = excess(relation, values, done)
         if not form.coefficients:
             # Nothing but rounding stands between two stated figures that ought to be equal.
             allowance = TOLERANCE * np.maximum(1.0, np.abs(right))
@@ -71,8 +72,8 @@ def linear_form(model: Model, values: Values, programmes: int = 1) -> LinearForm
             labels.append(constraint.label)
             signs.append(sign if own or relation.sense == "==" else 1.0)
             forms.append(form.times(sign))
-    goals = [affine(model.objective, values).times(model.towards)]
-    goals += [affine(each, values).times(-1.0) for each in model.preferences]
+    goals = [affine(model.objective, values, done).times(model.towards)]
+    goals += [affine(each, values, done).times(-1.0) for each in model.preferences]
 
     def stack(forms: Sequence[Affine]) -> tuple[Floats, Floats]:
         """Coefficients (form, unknown, programme) and constants (form, programme)."""

@@ -13,7 +13,6 @@ References
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from itertools import zip_longest
 from typing import NamedTuple, TypeAlias
 
 import numpy as np
@@ -248,12 +247,10 @@ def stated_forms(model: Model, values: Values, *, relaxed: bool = False) -> list
     """
     read: list[tuple[Constraint, Sequence[Exponential], bool]] = []
     bounded: list[Constraint] = []
-    done: dict[int, Operand] = {}
-    stated = list(relations(model))  # kept, so that no two nodes share an identity
-    known = [] if values else model.walked.side_forms
-    for each, sides in zip_longest(stated, known):
+    done: dict[int, Operand] = {} if values else model.walked.forms
+    for each in relations(model):
         try:
-            own = sides or [exponential(e, values, done) for e in each.relation.sides]
+            own = [exponential(e, values, done) for e in each.relation.sides]
             read.append((each, own, False))
         except NotExponentialError as error:
             if not relaxed:

@@ -10,7 +10,7 @@ import numpy as np
 
 from optuav.errors import Fault, InputError
 from optuav.modelling.display import table
-from optuav.modelling.expression import Call, Expression, Operand, Parameter, Sense
+from optuav.modelling.expression import Call, Operand, Parameter, Sense
 from optuav.modelling.model import Constraint, Model
 from optuav.modelling.traversal import evaluate, has_unknowns, nodes
 from optuav.modelling.writer import Text
@@ -195,14 +195,12 @@ def refuse_misfits(model: Model, programmes: int) -> None:
     """Refuse arrays with neither one entry nor one a programme, by constraint."""
     allowed, misfits = {(), (1,), (programmes,)}, dict[int, set[tuple[int, ...]]]()
     for node in [*model.walked.nodes, *model.walked.trees]:
-        if isinstance(node, Parameter):
-            shapes = {np.shape(node.value)}
-        elif isinstance(node, Call):
-            shapes = {np.shape(each) for each in node.arguments if isinstance(each, np.ndarray)}
+        if isinstance(node, Call):
+            numbers = [each for each in node.arguments if isinstance(each, np.ndarray)]
         else:
-            shapes = set() if isinstance(node, Expression) else {np.shape(node)}
-        if shapes - allowed:
-            misfits[id(node)] = shapes - allowed
+            numbers = [node.value if isinstance(node, Parameter) else node]
+        if shapes := {getattr(each, "shape", ()) for each in numbers} - allowed:
+            misfits[id(node)] = shapes
     if misfits:
         words, faults = f"arrays with one entry a programme, here {programmes}", list[Fault]()
         for label, sides in _stated(model).items():

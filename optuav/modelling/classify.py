@@ -8,7 +8,7 @@ from typing import TypeAlias
 
 import numpy as np
 
-from optuav.modelling.expression import Call, Operand
+from optuav.modelling.expression import Call, Expression, Operand
 from optuav.modelling.forms import (
     NotAffineError,
     NotExponentialError,
@@ -98,7 +98,7 @@ def traits(model: Model) -> Traits:
             next((node.ufunc.__name__ for node in rough), ""),
             _first_nonlinear(model),
             longest,
-            _first_unlevelled(model) if longest and None in walked.side_forms else None,
+            _first_unlevelled(model) if longest else None,
         )
     walked.traits = found
     return found
@@ -106,20 +106,15 @@ def traits(model: Model) -> Traits:
 
 def _first_nonlinear(model: Model) -> Flaw | None:
     """The first that is not affine, with the function to blame."""
-    label = "objective"
+    done, label = model.walked.forms, "objective"
     try:
-        affine(model.objective, {})
+        affine(model.objective, {}, done)
         label = "preference"
         for each in model.preferences:
-            affine(each, {})
-        for constraint, known in zip(model.constraints, model.walked.side_forms, strict=True):
+            affine(each, {}, done)
+        for constraint in model.constraints:
             label = constraint.label
-            if known is None:
-                excess(constraint.relation, {})
-            for monomial in (each for form in known or () for each in form.terms):
-                if len(monomial) > 1 or any(kind == "levelling" for _, kind in monomial):
-                    name = "multiply" if len(monomial) > 1 else "exp"
-                    raise NotAffineError(f"{name} of the unknowns is not linear")
+            excess(constraint.relation, {}, done)
     except NotAffineError as error:
         return label, str(error)
     return None
@@ -127,11 +122,12 @@ def _first_nonlinear(model: Model) -> Flaw | None:
 
 def _first_unlevelled(model: Model) -> Flaw | None:
     """The first constraint that has no form, even with bounds of `Bounded` functions."""
-    done, relaxed = dict[int, Operand](), Relaxation()
-    for constraint, known in zip(model.constraints, model.walked.side_forms, strict=True):
+    done, relaxed, forms = dict[int, Operand](), Relaxation(), model.walked.forms
+    for constraint in model.constraints:
         try:
-            for side in () if known else constraint.relation.sides:
-                exponential(side, {}, done, relaxed)
+            for side in constraint.relation.sides:
+                if isinstance(side, Expression) and id(side) not in forms:
+                    exponential(side, {}, done, relaxed)
         except NotExponentialError as error:
             return constraint.label, str(error)
     return None

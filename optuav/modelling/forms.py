@@ -217,7 +217,13 @@ def affine(
     >>> float(form.constant), form.coefficients
     (0.5, {'x': 3.0, 'y': -0.25})
     """
-    terms = exponential(expression, values, done, _linear).terms
+    try:
+        terms = exponential(expression, values, done).terms
+        linear = all(len(each) == 1 and kind == "time" for each in terms for _, kind in each)
+    except NotExponentialError:
+        linear = False
+    if not linear:
+        terms = exponential(expression, values, None, _linear).terms  # names what is not
     coefficients = {name: c for each, c in terms.items() for name, _ in each}
     return Affine(terms.get(CONSTANT, 0.0), coefficients)
 

@@ -6,6 +6,7 @@ import math
 import operator
 import sys
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -14,7 +15,7 @@ from typing import Any, Literal
 
 from optuav.modelling.display import latex, text
 from optuav.modelling.expression import Expression, Let, Operand, Parameter, Relation, Variable
-from optuav.modelling.forms import Exponential, NotExponentialError, exponential
+from optuav.modelling.forms import NotExponentialError, exponential
 from optuav.modelling.traversal import leaves, nodes
 
 
@@ -49,20 +50,16 @@ class Walk:
     trees: list[Operand]  # Objective, preferences, variables, bounds, both sides of constraints
     nodes: list[Expression]  # Every node once, each after its operands
     given: Mapping[str, Parameter]  # Everything that occurs in them and has a value, by name
-    relations: Sequence[Relation]  # Of the constraints
     traits: object = None  # See `classify.traits`; None where they were not asked for
 
     @cached_property
-    def side_forms(self) -> list[tuple[Exponential, Exponential] | None]:
-        """Forms of both sides of each constraint, by the parameters' values; None without one."""
-        done, found = dict[int, Operand](), list[tuple[Exponential, Exponential] | None]()
-        for each in self.relations:
-            try:
-                left, right = (exponential(side, {}, done) for side in each.sides)
-                found.append((left, right))
-            except NotExponentialError:
-                found.append(None)
-        return found
+    def forms(self) -> dict[int, Operand]:
+        """Forms of the nodes by the parameters' own values, by identity, of those that have one."""
+        done: dict[int, Operand] = {}
+        for tree in self.trees:
+            with suppress(NotExponentialError):
+                exponential(tree, {}, done)
+        return done
 
 
 class Model:
@@ -109,7 +106,7 @@ class Model:
         self.objective: Operand = 0.0
         self.has_objective = False
         self.preferences: list[Operand] = []
-        self._walk = Walk([], [], [], {}, ())
+        self._walk = Walk([], [], [], {})
 
     def variable(
         self,
@@ -200,15 +197,18 @@ class Model:
         trees = [self.objective, *self.preferences]
         for variable in self.variables:
             trees += [variable, variable.lower, variable.upper]
-        relations = [each.relation for each in self.constraints]
-        for relation in relations:
-            trees += [relation.left, relation.right]
+        for each in self.constraints:
+            trees += each.relation.sides
         state = [*trees, self.sense, *(each.binary for each in self.variables)]
         before = self._walk.state
         if len(state) != len(before) or any(map(operator.is_not, state, before)):
             every = [*nodes(*trees)]
-            given = {leaf.name: leaf for leaf in leaves(*every) if isinstance(leaf, Parameter)}
-            self._walk = Walk(state, trees, every, given, relations)
+            symbols = [each for each in every if isinstance(each, Variable | Parameter)]
+            by_name = {each.name: each for each in symbols}
+            if len(by_name) < len(symbols):
+                leaves(*trees)  # refused, with the name that two have
+            given = {n: each for n, each in by_name.items() if isinstance(each, Parameter)}
+            self._walk = Walk(state, trees, every, given)
         return self._walk
 
     @property

@@ -29,7 +29,7 @@ def fold(
     """
     done = {} if done is None else done
     get: Callable[[int, Any], Any] = done.get
-    for node in nodes(expression, done=done):
+    for node in () if id(expression) in done else nodes(expression, done=done):
         if isinstance(node, Call):
             operands = [get(id(each), each) for each in node.arguments]
             done[id(node)] = call(node.ufunc, tuple(operands))
