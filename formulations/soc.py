@@ -114,22 +114,26 @@ def levels(given: Quantities, hover: Operand, rest: Operand) -> Sequence[Wells]:
         "hover": Stage(-given.hover_current_A, hover),
         "rest": Stage(given.rest_current_A, rest),
     }
-    level: Operand = whole.full
+    wells, level = whole.full, whole.full.level(whole)
     for number, step in enumerate(given.steps, start=1):
         stay = isinstance(step, str)
         stage, words = (stays[step], "") if stay else (step, "by eqs (15)-(16), a stage of flight")
         if stay and given.tapers:
-            level = _tapered(whole, level, stage, step)
+            wells = _tapered(whole, wells, stage, step)
             words = f"after the {step}, whose current tapers once y1 = ωB"
         else:
-            level = kibam.step(whole, level, stage)
-        if isinstance(level.total_As, Expression):
+            # A stay is written by the named wells; from one stage of flight to the next, without.
+            level = kibam.onward(whole, wells.level(whole) if stay else level, stage)
+            wells = level.wells(whole)
+        if isinstance(wells.available_As, Expression):
             y1, y2 = (Indexed(symbol, number) for symbol in ("y1", "y2"))
-            level = Wells(
-                Let(f"available after step {number}", y1, "A s", level.available_As, words),
-                Let(f"bound after step {number}", y2, "A s", level.bound_As, words),
+            wells = Wells(
+                Let(f"available after step {number}", y1, "A s", wells.available_As, words),
+                Let(f"bound after step {number}", y2, "A s", wells.bound_As, words),
             )
-        found.append(level)
+        if stay:
+            level = wells.level(whole)
+        found.append(wells)
     given.known_levels.append((hover, rest, found))
     return found
 

@@ -20,9 +20,13 @@ Sense = Literal["<=", ">=", "=="]
 Operand: TypeAlias = Any  # An `Expression`, a number or an array of numbers
 
 SENSES: Mapping[np.ufunc, Sense] = {np.less_equal: "<=", np.greater_equal: ">=", np.equal: "=="}
+REFUSED: Mapping[np.ufunc, str] = {
+    **dict.fromkeys((np.less, np.greater), "strict ones are not closed"),
+    np.not_equal: "!= leaves out points only",
+}
 INDEX = "j"  # What runs where lines differ in a number alone
 
-DIVISIONS = (np.divide, np.floor_divide, np.remainder, np.fmod)
+DIVISIONS = frozenset((np.divide, np.floor_divide, np.remainder, np.fmod))
 
 
 class Indexed(str):
@@ -61,13 +65,13 @@ class Expression(NDArrayOperatorsMixin):
         rebinds = options.pop("out", (self,))[0] is self  # x += y calls the sum x from there on
         if method != "__call__" or options or ufunc.nout > 1 or not rebinds:
             return NotImplemented
-        if ufunc in (np.less, np.greater):
-            raise TypeError("a constraint is stated with <=, >= or ==; strict ones are not closed")
-        if ufunc is np.not_equal:
-            raise TypeError("a constraint is stated with <=, >= or ==; != leaves out points only")
+        if ufunc in REFUSED:
+            raise TypeError(f"a constraint is stated with <=, >= or ==; {REFUSED[ufunc]}")
         operands = tuple(
-            each if isinstance(each, Expression | float | int) else _numbers(self, ufunc, each)
-            for each in inputs
+            [
+                each if isinstance(each, (Expression, float, int)) else _numbers(self, ufunc, each)
+                for each in inputs
+            ]
         )
         if ufunc in SENSES:
             return Relation(operands[0], SENSES[ufunc], operands[1])

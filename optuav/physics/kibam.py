@@ -41,8 +41,9 @@ class Battery:
 
     @property
     def rate_per_s(self) -> Quantity:
-        """k' = k_F/(ω(1−ω)) [1/s], the rate at which the wells level out."""
-        return self.flow_rate_per_s / (self.available_fraction * (1.0 - self.available_fraction))
+        """k' = k_F/(ω(1−ω)) [1/s], the rate at which the wells level out; `TINY` for 0."""
+        share = self.available_fraction
+        return np.maximum(self.flow_rate_per_s / (share * (1.0 - share)), TINY)
 
     @property
     def full(self) -> Wells:
@@ -64,6 +65,23 @@ class Wells(NamedTuple):
         """y = y1 + y2 [A s]."""
         return self.available_As + self.bound_As
 
+    def level(self, battery: Battery) -> Level:
+        """Total and tilt."""
+        total_As = self.total_As
+        return Level(total_As, self.available_As - battery.available_fraction * total_As)
+
+
+class Level(NamedTuple):
+    """The same charge as total y and tilt z = y1 − ωy [A s]."""
+
+    total_As: Quantity
+    tilt_As: Quantity
+
+    def wells(self, battery: Battery) -> Wells:
+        """Charge in the two wells [A s]."""
+        (total_As, tilt_As), share = self, battery.available_fraction
+        return Wells(share * total_As + tilt_As, (1.0 - share) * total_As - tilt_As)
+
 
 class Stage(NamedTuple):
     """A stage of constant current: I [A], > 0 while charging, for a duration [s], ≥ 0."""
@@ -74,8 +92,8 @@ class Stage(NamedTuple):
 
 def levelling(battery: Battery, duration_s: Quantity) -> tuple[Quantity, Quantity]:
     """exp(−k't) [-] and its integral (1 − exp(−k't))/k' [s], accurate for small and large k't."""
-    rate = np.maximum(battery.rate_per_s, TINY)
-    return np.exp(-rate * duration_s), -np.expm1(-rate * duration_s) / rate
+    exponent = -battery.rate_per_s * duration_s
+    return np.exp(exponent), -np.expm1(exponent) / battery.rate_per_s
 
 
 def step(battery: Battery, wells: Wells, stage: Stage) -> Wells:
@@ -97,13 +115,15 @@ def step(battery: Battery, wells: Wells, stage: Stage) -> Wells:
     >>> print(f"{available_As:.3f} A s available, {bound_As:.3f} A s bound")
     5696.064 A s available, 13557.936 A s bound
     """
-    share, (current_A, duration_s) = battery.available_fraction, stage
+    return onward(battery, wells.level(battery), stage).wells(battery)
+
+
+def onward(battery: Battery, level: Level, stage: Stage) -> Level:
+    """Total and tilt [A s] after a stage of constant current, as `step`."""
+    (total_As, tilt_As), (current_A, duration_s) = level, stage
     remaining, integral_s = levelling(battery, duration_s)
-    total_As = wells.total_As
-    tilt_As = (wells.available_As - share * total_As) * remaining
-    tilt_As = tilt_As + (1.0 - share) * current_A * integral_s
-    total_As = total_As + current_A * duration_s
-    return Wells(share * total_As + tilt_As, (1.0 - share) * total_As - tilt_As)
+    gained_As = (1.0 - battery.available_fraction) * current_A * integral_s
+    return Level(total_As + current_A * duration_s, tilt_As * remaining + gained_As)
 
 
 def after(battery: Battery, wells: Wells, stages: Iterable[Stage]) -> Wells:
@@ -152,7 +172,7 @@ def _crossing(
     """
     current = np.asarray(current_A, dtype=float)
     latest_s = np.maximum((bound.total_As - wells.total_As) / current, 0.0)
-    share, rate = battery.available_fraction, np.maximum(battery.rate_per_s, TINY)
+    share, rate = battery.available_fraction, battery.rate_per_s
     tilt = wells.available_As - share * wells.total_As - (1.0 - share) * current / rate
     moment_s = np.where(direction * tilt > 0.0, latest_s, 0.0)
     settled: Booleans = np.zeros_like(moment_s, dtype=bool)

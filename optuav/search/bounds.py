@@ -187,7 +187,7 @@ def _farthest(
         return sum_As
 
     # dy1/dt = I − k'z vanishes where e^(−k't) = ω I / (k'z − (1−ω) I).
-    rate = np.maximum(battery.rate_per_s, TINY)
+    rate = battery.rate_per_s
     slope = rate * tilt - (1.0 - share) * current_A
     turn = share * current_A / np.where(slope == 0.0, TINY, slope)
     turn_s = -np.log(np.clip(turn, TINY, 1.0)) / rate
