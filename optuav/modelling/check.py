@@ -10,7 +10,7 @@ import numpy as np
 
 from optuav.errors import Fault, InputError
 from optuav.modelling.display import table
-from optuav.modelling.expression import Call, Operand, Parameter, Sense
+from optuav.modelling.expression import Call, Operand, Sense
 from optuav.modelling.model import Constraint, Model
 from optuav.modelling.traversal import evaluate, has_unknowns, nodes
 from optuav.modelling.writer import Text
@@ -151,7 +151,9 @@ def evaluated(stated: Model | Iterable[Constraint], point: Mapping[str, Operand]
     A `KeyError` names a variable without a value.
     """
     rows, done = [], dict[int, Operand]()
-    for each in [*relations(stated)] if isinstance(stated, Model) else stated:
+    if isinstance(stated, Model):
+        evaluate(0.0, point, done, stated.walked.nodes)
+    for each in relations(stated) if isinstance(stated, Model) else stated:
         sense = each.relation.sense
         left, right = (evaluate(side, point, done) for side in each.relation.sides)
         slack = right - left if sense == "<=" else left - right
@@ -194,13 +196,15 @@ def _numbers(point: Mapping[str, Operand], model: Model) -> dict[str, Operand]:
 def refuse_misfits(model: Model, programmes: int) -> None:
     """Refuse arrays with neither one entry nor one a programme, by constraint."""
     allowed, misfits = {(), (1,), (programmes,)}, dict[int, set[tuple[int, ...]]]()
-    for node in [*model.walked.nodes, *model.walked.trees]:
-        if isinstance(node, Call):
-            numbers = [each for each in node.arguments if isinstance(each, np.ndarray)]
-        else:
-            numbers = [node.value if isinstance(node, Parameter) else node]
-        if shapes := {getattr(each, "shape", ()) for each in numbers} - allowed:
-            misfits[id(node)] = shapes
+    stated: list[tuple[Operand, tuple[Operand, ...]]] = [
+        (node, node.arguments) for node in model.walked.nodes if isinstance(node, Call)
+    ]
+    stated += [(node, (node.value,)) for node in model.given.values()]
+    stated += [(tree, (tree,)) for tree in model.walked.trees]
+    for node, numbers in stated:
+        shapes = {each.shape for each in numbers if isinstance(each, np.ndarray)}
+        if shapes - allowed:
+            misfits[id(node)] = shapes - allowed
     if misfits:
         words, faults = f"arrays with one entry a programme, here {programmes}", list[Fault]()
         for label, sides in _stated(model).items():

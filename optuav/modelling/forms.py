@@ -10,15 +10,16 @@ nothing.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
+from contextlib import suppress
 from dataclasses import dataclass, field
 from typing import Literal, NamedTuple, TypeAlias
 
 import numpy as np
 from numpy.lib.mixins import NDArrayOperatorsMixin
 
-from optuav.modelling.expression import Bounded, Operand, Relation, Variable
-from optuav.modelling.traversal import fold
+from optuav.modelling.expression import Bounded, Call, Expression, Operand, Relation, Variable
+from optuav.modelling.traversal import fold, nodes
 
 Factor: TypeAlias = tuple[str, Literal["time", "levelling"]]
 Monomial: TypeAlias = frozenset[Factor]  # A time, or factors (1 − exp(−kt))/k of different times t
@@ -47,10 +48,18 @@ class Exponential(NDArrayOperatorsMixin):
     terms: Mapping[Monomial, Operand]
     rates_per_s: Mapping[str, Operand] = field(default_factory=dict)
 
+    @property
+    def linear(self) -> bool:
+        """Whether each term is a number times one time at most."""
+        return not self.rates_per_s and max(map(len, self.terms), default=0) < 2
+
     def __array_ufunc__(
         self, ufunc: np.ufunc, method: str, *inputs: Operand, **options: Operand
     ) -> Operand:
         return NotImplemented if method != "__call__" or options else applied(ufunc, inputs)
+
+
+NOWHERE = Exponential({CONSTANT: math.nan}, {"": math.nan})  # In place of the form of what has none
 
 
 def unknown(name: str) -> Exponential:
@@ -65,7 +74,7 @@ def applied(ufunc: np.ufunc, operands: tuple[Operand, ...]) -> Operand:
     from a difference, would hold a time times a levelling.
     """
     moving = [isinstance(each, Exponential) for each in operands]
-    if not any(moving):
+    if True not in moving:
         return ufunc(*operands)
     forms = [e if isinstance(e, Exponential) else Exponential({CONSTANT: e}) for e in operands]
     left, right = forms[0], forms[-1]
@@ -160,8 +169,9 @@ def exponential(
     values: Mapping[str, Operand],
     done: dict[int, Operand] | None = None,
     call: Callable[[Operand, tuple[Operand, ...]], Operand] = applied,
+    every: Iterable[Expression] | None = None,
 ) -> Exponential:
-    """The form of a tree; values of parameters by name, `done` as of `fold`.
+    """The form of a tree; values of parameters by name, `done` and `every` as of `fold`.
 
     `call` says what a function of forms becomes. `NotExponentialError` if it has none: a time
     multiplies an unknown, is in a divisor or in another function, or levels out at two rates.
@@ -171,6 +181,7 @@ def exponential(
         lambda x: unknown(x.name) if isinstance(x, Variable) else values.get(x.name, x.value),
         call,
         done=done,
+        every=every,
     )
     return found if isinstance(found, Exponential) else Exponential({CONSTANT: found})
 
@@ -217,15 +228,17 @@ def affine(
     >>> float(form.constant), form.coefficients
     (0.5, {'x': 3.0, 'y': -0.25})
     """
-    try:
-        terms = exponential(expression, values, done).terms
-        linear = all(len(each) == 1 and kind == "time" for each in terms for _, kind in each)
-    except NotExponentialError:
-        linear = False
-    if not linear:
-        terms = exponential(expression, values, None, _linear).terms  # names what is not
-    coefficients = {name: c for each, c in terms.items() for name, _ in each}
-    return Affine(terms.get(CONSTANT, 0.0), coefficients)
+    done = {} if done is None else done
+    form, done = NOWHERE, {} if done is None else done
+    with suppress(NotExponentialError):
+        form = exponential(expression, values, done)
+    if not form.linear:
+        forms = ((each, done.get(id(each), NOWHERE)) for each in nodes(expression))
+        calls = (each for each, f in forms if isinstance(f, Exponential) and not f.linear)
+        name = next(each.ufunc.__name__ for each in calls if isinstance(each, Call))
+        raise NotAffineError(f"{name} of the unknowns is not linear")
+    coefficients = {name: c for each, c in form.terms.items() for name, _ in each}
+    return Affine(form.terms.get(CONSTANT, 0.0), coefficients)
 
 
 def excess(
@@ -237,14 +250,3 @@ def excess(
     for name, coefficient in right.coefficients.items():
         coefficients[name] = coefficients.get(name, 0.0) - coefficient
     return Affine(left.constant - right.constant, coefficients), right.constant
-
-
-def _linear(ufunc: np.ufunc, operands: tuple[Operand, ...]) -> Operand:
-    """A function of affine forms and numbers; refused where the result is not affine."""
-    if ufunc not in (np.add, np.subtract, np.negative, np.positive):
-        moving = [isinstance(each, Exponential) for each in operands]
-        by_number = ufunc is np.multiply and not all(moving)
-        by_number |= ufunc is np.divide and not moving[-1]
-        if any(moving) and not by_number:
-            raise NotAffineError(f"{ufunc.__name__} of the unknowns is not linear")
-    return applied(ufunc, operands)

@@ -56,9 +56,12 @@ class Walk:
     def forms(self) -> dict[int, Operand]:
         """Forms of the nodes by the parameters' own values, by identity, of those that have one."""
         done: dict[int, Operand] = {}
-        for tree in self.trees:
-            with suppress(NotExponentialError):
-                exponential(tree, {}, done)
+        try:
+            exponential(0.0, {}, done, every=self.nodes)
+        except NotExponentialError:  # what has no form may stand before what has one
+            for tree in self.trees:
+                with suppress(NotExponentialError):
+                    exponential(tree, {}, done)
         return done
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, MutableMapping
+from collections.abc import Callable, Iterable, Iterator, Mapping, MutableMapping
 from dataclasses import dataclass
 from typing import Any, TypeVar
 
@@ -19,20 +19,23 @@ def fold(
     call: Callable[[Any, tuple[Any, ...]], Result],
     let: Callable[[Let, Result], Result] | None = None,
     done: dict[int, Result] | None = None,
+    every: Iterable[Expression] | None = None,
 ) -> Any:
     """What a tree becomes, from the bottom up, every node once; a bare number is returned as it is.
 
     `leaf` and `call` say what a variable or parameter, and what a ufunc on folded arguments,
     becomes (numbers among the arguments stay as they are), and `let` what a named quantity does: by
     default what it stands for. `done` holds what nodes became, by identity: hand the same one to
-    the walks of trees that share nodes, and keep these trees as long.
+    the walks of trees that share nodes, and keep these trees as long. Where `every` node that is
+    not yet done is known, in the order of `nodes`, none is looked for.
     """
     done = {} if done is None else done
     get: Callable[[int, Any], Any] = done.get
-    for node in () if id(expression) in done else nodes(expression, done=done):
+    if every is None:
+        every = () if id(expression) in done else nodes(expression, done=done)
+    for node in every:
         if isinstance(node, Call):
-            operands = [get(id(each), each) for each in node.arguments]
-            done[id(node)] = call(node.ufunc, tuple(operands))
+            done[id(node)] = call(node.ufunc, tuple([get(id(e), e) for e in node.arguments]))
         elif isinstance(node, Let):
             inner = get(id(node.expression), node.expression)
             done[id(node)] = inner if let is None else let(node, inner)
@@ -96,7 +99,10 @@ def has_unknowns(*expressions: Operand) -> bool:
 
 
 def evaluate(
-    expression: Operand, values: Mapping[str, Operand], done: dict[int, Operand] | None = None
+    expression: Operand,
+    values: Mapping[str, Operand],
+    done: dict[int, Operand] | None = None,
+    every: Iterable[Expression] | None = None,
 ) -> Operand:
     """Value of an expression with numbers or arrays in place of its variables and parameters.
 
@@ -106,7 +112,7 @@ def evaluate(
         The tree.
     values
         By name; a parameter that is not named keeps its own value.
-    done
+    done, every
         As of `fold`, for trees that share nodes.
 
     Raises
@@ -128,7 +134,7 @@ def evaluate(
         own = isinstance(node, Parameter) and node.name not in values
         return node.value if own else values[node.name]  # type: ignore[union-attr]
 
-    return fold(expression, leaf, lambda ufunc, arguments: ufunc(*arguments), done=done)
+    return fold(expression, leaf, lambda ufunc, arguments: ufunc(*arguments), None, done, every)
 
 
 Partials = Callable[..., tuple[Operand, ...]]
