@@ -14,7 +14,7 @@ from optuav.arrays import Floats, Values
 from optuav.engines import prices
 from optuav.engines.prices import Residuals, ShadowPrice
 from optuav.errors import SolverError
-from optuav.modelling.check import evaluated, relations, unusable
+from optuav.modelling.check import Checks, evaluated, relations, unusable
 from optuav.modelling.display import table
 from optuav.modelling.expression import Operand
 from optuav.modelling.model import Model
@@ -106,35 +106,38 @@ class Solution:
         if not self.statuses[index].has_answer or self.duals is not None:
             return dict(*(self.duals or ())[index : index + 1])
         zeros = dict.fromkeys((each.label for each in relations(self.model)), 0.0)
-        return zeros | prices.local_multipliers(self.model, self._at(index))
+        at = {**self.parameters_at(index), **self.point(index)}
+        return zeros | prices.local_multipliers(self.model, at)
 
-    def _at(self, index: int) -> dict[str, Operand]:
-        """Values of parameters and variables in a programme that has an answer."""
-        return {**self.parameters_at(index), **self.point(index)}
+    def binding_labels(self, index: int, rows: Checks | None = None) -> tuple[str, ...]:
+        """Labels of the constraints that bind in the answer to a programme; see `tight`.
 
-    def binding_labels(self, index: int) -> tuple[str, ...]:
-        """Labels of the constraints that bind in the answer to a programme; see `tight`."""
+        The rows are those of `verify` where they are known.
+        """
         if self.tight is not None:
             return tuple(self.tight[index])
         if not self.statuses[index].has_answer:
             return ()
+        if rows is None:
+            rows = evaluated(self.model, {**self.parameters_at(index), **self.point(index)})
         found = (
             row.constraint.label
-            for row in evaluated(self.model, self._at(index))
-            if np.abs(row.slack) <= TIGHT * np.maximum(1.0, np.abs(row.right))
+            for row in rows
+            if abs(row.slack) <= TIGHT * max(1.0, abs(row.right))
             and has_unknowns(*row.constraint.relation.sides)
         )
         return tuple(dict.fromkeys(found))
 
-    def verify(self, index: int = 0) -> None:
+    def verify(self, index: int = 0) -> Checks:
         """Evaluate an answer again, outside the engine that gave it.
 
         `SolverError` if it violates a constraint, or there is none.
         """
-        rows = evaluated(self.model, self._at(index))
+        rows = evaluated(self.model, {**self.parameters_at(index), **self.point(index)})
         broken = [f"{row.label} by {-row.slack:.3g}" for row in rows if not row.satisfied]
         if broken:
             raise SolverError(f"{self.engine} returned a point that violates {', '.join(broken)}")
+        return rows
 
     @cached_property
     def slacks(self) -> Mapping[str, Floats]:
@@ -154,7 +157,8 @@ class Solution:
 
     def residuals(self, index: int = 0) -> Residuals:
         """What the answer to a programme lacks of feasibility and optimality; see `Residuals`."""
-        return prices.residuals(self.model, self._at(index), self.multipliers_at(index))
+        at = {**self.parameters_at(index), **self.point(index)}
+        return prices.residuals(self.model, at, self.multipliers_at(index))
 
     def shadow_prices(self, index: int = 0) -> dict[str, ShadowPrice]:
         """Shadow price of every parameter in a programme, by name; see `ShadowPrice`.

@@ -137,7 +137,8 @@ def route_plan(
 def plan_of(
     question: Question, network: Network, part: Part, solution: Solution, entry: int
 ) -> Plan:
-    """The plan that belongs to the answer to one entry of a part."""
+    """The plan that belongs to the answer to one entry of a part, which is evaluated again."""
+    rows = solution.verify(entry)
     point, route = solution.point(entry), int(part.routes[entry])
     hover_s, rest_s = (point.get(name, 0.0) for name in TIMES)
     if min(hover_s, rest_s) < 0.0:
@@ -157,7 +158,7 @@ def plan_of(
         engine=solution.engine,
         proof=solution.proof,
         status=solution.statuses[entry],
-        binding=tuple(words(network, part, entry, solution.binding_labels(entry))),
+        binding=tuple(words(network, part, entry, solution.binding_labels(entry, rows))),
         notes=notes,
     )
 
