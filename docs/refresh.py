@@ -20,7 +20,7 @@ import make_mission_keys
 import make_tables
 
 from optuav.cli.app import main
-from optuav.engines.registry import ENGINES, names, unregister
+from optuav.engines.registry import ENGINES, capabilities, unregister
 
 DOCS = Path(__file__).parent
 PAGES = (DOCS.parent / "README.md", *sorted(DOCS.glob("*.md")))
@@ -108,7 +108,7 @@ def refreshed(page: Path) -> str:
         patch.dict(os.environ, COLUMNS="80"),
     ):
         text = BLOCK.sub(reader.block, text)
-    for added in set(names()) - set(ENGINES):
+    for added in set(capabilities) - set(ENGINES):
         unregister(added)
     assert not reader.unseen, f"not shown: {reader.unseen}"
     return text

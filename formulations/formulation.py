@@ -4,18 +4,19 @@ from __future__ import annotations
 
 import math
 from abc import ABC, abstractmethod
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, field, fields, replace
 from typing import Any, Self
 
 import numpy as np
 
-from formulations.parameters import QUANTITIES, Quantities, steps_for
+from formulations.parameters import QUANTITIES, Quantities
 from formulations.soc import AVAILABLE, LABELS, PERSPECTIVES, STAYS, tapered, well_limits
 from optuav.errors import InputError
 from optuav.modelling import Expression, Model, Parameter, Variable
 from optuav.modelling.expression import Operand
 from optuav.modelling.traversal import has_unknowns
-from optuav.options import Order, Perspective
+from optuav.options import Order, Perspective, Trajectory
+from optuav.physics.kibam import Stage
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -36,7 +37,21 @@ class Given(Quantities):
             if symbols[each.name] is not None
         }
         symbols |= {} if quantities.rests else dict.fromkeys(STAYS["rest"], 0.0)
-        symbols["steps"] = steps_for(quantities.steps)
+        words = (("current_A", "I", "A"), ("duration_s", "t", "s"))
+        symbols["steps"] = tuple(
+            step
+            if isinstance(step, str)
+            else Stage(
+                *(
+                    # Figures that differ between the itineraries become symbols.
+                    Parameter(f"step_{n}_{name}", f"{symbol}_{n}", unit, value, varies=False)
+                    if np.ndim(value)
+                    else value
+                    for (name, symbol, unit), value in zip(words, step, strict=True)
+                )
+            )
+            for n, step in enumerate(quantities.steps, start=1)
+        )
         return cls(**symbols, perspective=perspective)
 
     def hover_and_rest(self, model: Model) -> tuple[Variable, Operand]:
@@ -122,6 +137,7 @@ class Formulation(ABC):
 
     building: str | None = None
     order: Order | None = None
+    trajectory: Trajectory | None = field(default=None, init=False, repr=False)  # All routes
 
     @property
     def name(self) -> str:

@@ -10,11 +10,8 @@ from collections.abc import Sequence
 from dataclasses import MISSING, dataclass, field, fields
 from typing import Any
 
-import numpy as np
-
-from optuav.modelling import Parameter
 from optuav.modelling.expression import Operand
-from optuav.physics.kibam import Stage, Wells
+from optuav.physics.kibam import Wells
 
 TO_HOVER, FROM_HOVER = "to hover", "from hover"
 """Among the steps of an itinerary, the legs whose figures depend on a free hover point."""
@@ -87,21 +84,3 @@ class Quantities:
 
 
 QUANTITIES = tuple(each for each in fields(Quantities) if each.metadata)
-
-
-def steps_for(steps: Sequence[Any]) -> tuple[Any, ...]:
-    """Steps of a model: figures that differ between its itineraries become symbols."""
-    words = (("current_A", "I", "A"), ("duration_s", "t", "s"))
-    return tuple(
-        step
-        if isinstance(step, str)
-        else Stage(
-            *(
-                Parameter(f"step_{number}_{name}", f"{symbol}_{number}", unit, value, varies=False)
-                if np.ndim(value)
-                else value
-                for (name, symbol, unit), value in zip(words, step, strict=True)
-            )
-        )
-        for number, step in enumerate(steps, start=1)
-    )

@@ -11,6 +11,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property, partial
+from itertools import groupby
 from typing import NamedTuple, TypeAlias
 
 from formulations.parameters import Quantities
@@ -114,26 +115,23 @@ def levels(given: Quantities, hover: Operand, rest: Operand) -> Sequence[Wells]:
         "hover": Stage(-given.hover_current_A, hover),
         "rest": Stage(given.rest_current_A, rest),
     }
-    wells, level = whole.full, whole.full.level(whole)
-    for number, step in enumerate(given.steps, start=1):
-        stay = isinstance(step, str)
-        stage, words = (stays[step], "") if stay else (step, "by eqs (15)-(16), a stage of flight")
+    for stay, run in groupby(given.steps, lambda step: step if isinstance(step, str) else ""):
+        wells, stages = found[-1] if found else whole.full, [stays[stay]] if stay else [*run]
         if stay and given.tapers:
-            wells = _tapered(whole, wells, stage, step)
-            words = f"after the {step}, whose current tapers once y1 = ωB"
+            ends = [_tapered(whole, wells, stages[0], stay)]
+            words = f"after the {stay}, whose current tapers once y1 = ωB"
         else:
-            # A stay is written by the named wells; from one stage of flight to the next, without.
-            level = kibam.onward(whole, wells.level(whole) if stay else level, stage)
-            wells = level.wells(whole)
-        if isinstance(wells.available_As, Expression):
-            y1, y2 = (Indexed(symbol, number) for symbol in ("y1", "y2"))
-            wells = Wells(
-                Let(f"available after step {number}", y1, "A s", wells.available_As, words),
-                Let(f"bound after step {number}", y2, "A s", wells.bound_As, words),
-            )
-        if stay:
-            level = wells.level(whole)
-        found.append(wells)
+            ends = kibam.steps(whole, wells, stages)
+            words = "" if stay else "by eqs (15)-(16), a stage of flight"
+        if isinstance(ends[0].available_As, Expression):
+            ends = [
+                Wells(
+                    Let(f"available after step {n}", Indexed("y1", n), "A s", y1, words),
+                    Let(f"bound after step {n}", Indexed("y2", n), "A s", y2, words),
+                )
+                for n, (y1, y2) in enumerate(ends, start=len(found) + 1)
+            ]
+        found += ends
     given.known_levels.append((hover, rest, found))
     return found
 

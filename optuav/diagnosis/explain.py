@@ -122,7 +122,7 @@ def _explained(question: MissionQuestion, plan: Plan | None = None) -> Explanati
         plan = plan or program.plan(solutions)
     plan = plan or program.solve()
     cap = charging_cap(program.network.mission, program.network.places)
-    notes = [str(cap)] if cap and any(part.rests for part in program.parts) else []
+    notes = [cap.words] if cap and any(part.rests for part in program.parts) else []
     more_stops_open = more_stops_may_help(program.question, program.network, plan, question.graph)
     if plan:
         found = _optimum(program, plan, solutions)

@@ -30,7 +30,7 @@ from typing import NamedTuple
 import numpy as np
 
 from optuav.arrays import Booleans, Floats, Integers, Values
-from optuav.engines.registry import Engine, capability
+from optuav.engines.registry import Engine, capabilities
 from optuav.engines.rows import Rows, Section, StatedForm, close_in, levelled, rows_of, stated_forms
 from optuav.engines.solution import Solution
 from optuav.errors import InputError
@@ -363,5 +363,5 @@ class Bracket(Engine):
     """
 
     name = NAME
-    takes = capability(NAME)
+    takes = capabilities[NAME]
     solve = staticmethod(solve)

@@ -24,7 +24,7 @@ import numpy as np
 
 from optuav.arrays import Floats, Values
 from optuav.engines.linear_form import implied_upper_bounds, own_bounds
-from optuav.engines.registry import OneByOne, Single, capability
+from optuav.engines.registry import OneByOne, Single, capabilities
 from optuav.engines.solution import Solution, single
 from optuav.errors import InputError, SolverError
 from optuav.modelling.check import evaluated
@@ -291,7 +291,7 @@ class Casadi(OneByOne):
     """
 
     name = NAME
-    takes = capability(NAME)
+    takes = capabilities[NAME]
     accuracy: float = ACCURACY
     iterations: int = ITERATIONS
 

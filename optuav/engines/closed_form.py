@@ -17,7 +17,7 @@ import numpy as np
 
 from optuav.arrays import Floats, Integers, Values
 from optuav.engines.linear_form import linear_form
-from optuav.engines.registry import MOST_UNKNOWNS, Engine, capability
+from optuav.engines.registry import MOST_UNKNOWNS, Engine, capabilities
 from optuav.engines.solution import Solution
 from optuav.modelling.model import Model
 from optuav.modelling.traversal import evaluate
@@ -149,5 +149,5 @@ class ClosedForm(Engine):
     """
 
     name = NAME
-    takes = capability(NAME)
+    takes = capabilities[NAME]
     solve = staticmethod(solve)

@@ -24,7 +24,7 @@ import numpy as np
 
 from optuav.arrays import Floats, Values
 from optuav.engines.linear_form import LinearForm, linear_form, own_bounds, slot_ranges
-from optuav.engines.registry import OneByOne, Single, capability
+from optuav.engines.registry import OneByOne, Single, capabilities
 from optuav.engines.solution import Solution, single
 from optuav.errors import InputError, SolverError
 from optuav.modelling.check import TOLERANCE
@@ -270,7 +270,7 @@ class Cvxpy(OneByOne):
     """
 
     name = NAME
-    takes = capability(NAME)
+    takes = capabilities[NAME]
     solver: str | None = None
 
     def prepare(

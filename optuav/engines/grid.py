@@ -23,7 +23,7 @@ import numpy as np
 
 from optuav.arrays import Booleans, Floats, Values
 from optuav.engines.linear_form import own_bounds, slot_ranges
-from optuav.engines.registry import MOST_UNKNOWNS, OneByOne, Single, capability
+from optuav.engines.registry import MOST_UNKNOWNS, OneByOne, Single, capabilities
 from optuav.engines.solution import Solution, single
 from optuav.errors import InputError, SolverError
 from optuav.modelling.check import TOLERANCE, evaluated, holding, relations
@@ -186,7 +186,7 @@ class Grid(OneByOne):
     """
 
     name = NAME
-    takes = capability(NAME)
+    takes = capabilities[NAME]
 
     def prepare(
         self, model: Model, slot_s: float | None = None, time_limit_s: float | None = None

@@ -179,6 +179,8 @@ CLASSES: Mapping[str, str] = {
 """Module and class of each."""
 
 _registered: dict[str, Engine] = {}
+capabilities = {each.name: each for each in CAPABILITIES}
+"""What all engines take, by name: those of the package first, then those that were added."""
 
 
 def register(added: Engine) -> None:
@@ -193,17 +195,12 @@ def register(added: Engine) -> None:
     """
     if added.name in ENGINES:
         raise InputError([Fault("engine", repr(added.name), "no name of the package")])
-    _registered[added.name] = added
+    _registered[added.name], capabilities[added.name] = added, added.takes
 
 
 def unregister(name: str) -> None:
     """Take out an engine that was added."""
-    del _registered[name]
-
-
-def names() -> tuple[str, ...]:
-    """Names of all engines, those of the package first."""
-    return (*ENGINES, *_registered)
+    del _registered[name], capabilities[name]
 
 
 def engine(wanted: str | Engine) -> Engine:
@@ -213,26 +210,20 @@ def engine(wanted: str | Engine) -> Engine:
     if wanted in _registered:
         return _registered[wanted]
     if wanted not in CLASSES:
-        raise InputError([Fault("engine", repr(wanted), f"one of {', '.join(names())}")])
+        raise InputError([Fault("engine", repr(wanted), f"one of {', '.join(capabilities)}")])
     module, _, name = CLASSES[wanted].partition(".")
     found: Engine = getattr(import_module(f"optuav.engines.{module}"), name)()
     return found
 
 
-def capability(name: str) -> Capability:
-    """What the engine of a name takes; those of the package are not loaded for it."""
-    found = next((each for each in CAPABILITIES if each.name == name), None)
-    return engine(name).takes if found is None else found
-
-
 def takers(model: Traits, slots: bool) -> tuple[str, ...]:
     """Names of the engines that take a model."""
-    return tuple(name for name in names() if not capability(name).obstacle(model, slots))
+    return tuple(name for name, each in capabilities.items() if not each.obstacle(model, slots))
 
 
 def need(wanted: str | Engine, model: Traits, slots: bool) -> None:
     """Refuse an engine that does not take a model, and name those that do."""
-    takes = capability(wanted) if isinstance(wanted, str) else wanted.takes
+    takes = capabilities[wanted] if isinstance(wanted, str) else wanted.takes
     if why := takes.obstacle(model, slots):
         others = ", ".join(takers(model, slots)) or "none"
         raise InputError(

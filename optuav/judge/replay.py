@@ -202,7 +202,17 @@ def _broken_limits(mission: Mission, flown: Sequence[Phase], soc: float) -> Iter
             yield Event("building", phase.start_s, words)
         if phase.kind != "flight" and phase.duration_s > 0.0:
             yield from _stay(mission, phase)
-    yield from _fastest(mission, [phase for phase in flown if phase.kind == "flight"])
+    if legs := [phase for phase in flown if phase.kind == "flight"]:
+        leg = max(legs, key=lambda each: each.peak_speed_m_s)
+        speed_m_s, peak_s = leg.peak_speed_m_s, leg.start_s
+        if not leg.stated and mission.flight.model == "regimes":
+            peak_s += speed_m_s / mission.flight.acceleration_m_s2
+        elif not leg.stated:
+            peak_s += sum(stage.duration_s for stage in leg.stages[:2])
+        words = f"the peak speed is reached on the leg {leg.start.name} → {leg.end.name}"
+        yield Event("peak speed", peak_s, words, speed_m_s, None, "m/s", violation=False)
+        if warning := flight.speed_warning(speed_m_s):
+            yield Event("no drag", peak_s, warning, violation=False)
     if end_s > deadline_s * (1.0 + TOLERANCE):
         words = "the deadline passes before the mission ends"
         yield Event("deadline", deadline_s, words, end_s, deadline_s, "s")
@@ -233,23 +243,6 @@ def _stay(mission: Mission, phase: Phase) -> Iterator[Event]:
     if mission.laser is not None and not place.sight and not phase.stated:
         words = f"no sight of the laser at {place.name}: nothing charges the battery there"
         yield Event("no sight", start_s, words, violation=False)
-
-
-def _fastest(mission: Mission, legs: Sequence[Phase]) -> Iterator[Event]:
-    """The peak speed and when it is reached, with a warning where drag would matter."""
-    if not legs:
-        return
-    leg = max(legs, key=lambda each: each.peak_speed_m_s)
-    speed_m_s, peak_s = leg.peak_speed_m_s, leg.start_s
-    if not leg.stated and mission.flight.model == "regimes":
-        peak_s += speed_m_s / mission.flight.acceleration_m_s2
-    elif not leg.stated:
-        peak_s += sum(stage.duration_s for stage in leg.stages[:2])
-    words = f"the peak speed is reached on the leg {leg.start.name} → {leg.end.name}"
-    yield Event("peak speed", peak_s, words, speed_m_s, None, "m/s", violation=False)
-    warning = flight.speed_warning(speed_m_s)
-    if warning is not None:
-        yield Event("no drag", peak_s, warning, violation=False)
 
 
 def same(stated: float, found: float, scale: float = 0.0) -> bool:

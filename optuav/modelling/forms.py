@@ -51,7 +51,7 @@ class Exponential(NDArrayOperatorsMixin):
     @property
     def linear(self) -> bool:
         """Whether each term is a number times one time at most."""
-        return not self.rates_per_s and max(map(len, self.terms), default=0) < 2
+        return all(len(each) == 1 and kind == "time" for each in self.terms for _, kind in each)
 
     def __array_ufunc__(
         self, ufunc: np.ufunc, method: str, *inputs: Operand, **options: Operand
@@ -59,7 +59,8 @@ class Exponential(NDArrayOperatorsMixin):
         return NotImplemented if method != "__call__" or options else applied(ufunc, inputs)
 
 
-NOWHERE = Exponential({CONSTANT: math.nan}, {"": math.nan})  # In place of the form of what has none
+NOWHERE = Exponential({frozenset({("", "levelling")}): math.nan})
+"""In place of the form of what has none."""
 
 
 def unknown(name: str) -> Exponential:
@@ -80,11 +81,18 @@ def applied(ufunc: np.ufunc, operands: tuple[Operand, ...]) -> Operand:
     left, right = forms[0], forms[-1]
     if ufunc is np.positive:
         return left
-    if ufunc in (np.exp, np.expm1):
-        whole = {CONSTANT: 1.0} if ufunc is np.exp else {}
-        lost = _lost(left)
-        return Exponential({**whole, **lost.terms}, lost.rates_per_s)
     terms: dict[Monomial, Operand] = {}
+    if ufunc in (np.exp, np.expm1):  # exp(−kt) = 1 − k (1 − exp(−kt))/k
+        own = {each: c for each, c in left.terms.items() if each != CONSTANT or np.any(c)}
+        if len(own) != 1:
+            raise NotExponentialError("exp of a sum")
+        ((monomial, coefficient),) = own.items()
+        ((name, kind), *others) = monomial
+        if others or kind != "time":
+            raise NotExponentialError("exp of a product of unknowns")
+        terms[frozenset({(name, "levelling")})] = coefficient
+        whole = {CONSTANT: 1.0} if ufunc is np.exp else {}
+        return Exponential({**whole, **terms}, {name: -coefficient})
     if ufunc in (np.add, np.subtract):
         terms |= left.terms
         for monomial, coefficient in right.terms.items():
@@ -117,18 +125,6 @@ def _is_rounding(difference: Operand, before: Operand) -> bool:
     if before is None:
         return False
     return bool(np.all((difference == 0.0) | (np.abs(difference) < CANCELLED * np.abs(before))))
-
-
-def _lost(form: Exponential) -> Exponential:
-    """exp(−kt) − 1 for an unknown t."""
-    moving = {each: c for each, c in form.terms.items() if each != CONSTANT or np.any(c)}
-    if len(moving) != 1:
-        raise NotExponentialError("exp of a sum")
-    ((monomial, coefficient),) = moving.items()
-    ((name, kind), *others) = monomial
-    if others or kind != "time":
-        raise NotExponentialError("exp of a product of unknowns")
-    return Exponential({frozenset({(name, "levelling")}): coefficient}, {name: -coefficient})
 
 
 def _rates(left: Exponential, right: Exponential) -> Mapping[str, Operand]:

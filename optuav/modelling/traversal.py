@@ -129,12 +129,13 @@ def evaluate(
     >>> evaluate(decay, {"x": np.array([0.0, 2.0])}).round(4)
     array([1.    , 0.3679])
     """
-
-    def leaf(node: Leaf) -> Operand:
-        own = isinstance(node, Parameter) and node.name not in values
-        return node.value if own else values[node.name]  # type: ignore[union-attr]
-
-    return fold(expression, leaf, lambda ufunc, arguments: ufunc(*arguments), None, done, every)
+    return fold(
+        expression,
+        lambda x: values[x.name] if isinstance(x, Variable) else values.get(x.name, x.value),
+        lambda ufunc, arguments: ufunc(*arguments),
+        done=done,
+        every=every,
+    )
 
 
 Partials = Callable[..., tuple[Operand, ...]]

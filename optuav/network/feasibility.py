@@ -21,16 +21,8 @@ TOLERANCE = 1e-9  # Relative; a hover point on the rim of the coverage is covere
 SECONDS_PER_HOUR = 3600.0
 
 
-def impossibilities(network: Network) -> tuple[str, ...]:
-    """Reasons for which no route can be flown; empty if there are none."""
-    reasons = never_flyable(network)
-    if not reasons and not network.routes.flyable.any():
-        reasons = blocked_legs(network, 0)
-    return tuple(reasons)
-
-
-def never_flyable(network: Network) -> list[str]:
-    """Reasons for which no route can be flown, with any number of stops."""
+def impossibilities(network: Network, *, one_stop: bool = True) -> tuple[str, ...]:
+    """Reasons for which no route can be flown, with one stop or else with any number of them."""
     reasons, mission, limits = list[str](), network.mission, network.mission.limits
     if why := vehicle.impossible(mission):
         keys = "body.mass_kg, wind.force_N, rotor.max_speed_rad_s"
@@ -59,7 +51,9 @@ def never_flyable(network: Network) -> list[str]:
                 f"[{limits.min_altitude_m:g}, {limits.max_altitude_m:g}] m "
                 "(limits.min_altitude_m, limits.max_altitude_m)"
             )
-    return reasons
+    if one_stop and not reasons and not network.routes.flyable.any():
+        reasons = blocked_legs(network, 0)
+    return tuple(reasons)
 
 
 def blocked_legs(network: Network, route: int) -> list[str]:

@@ -105,13 +105,7 @@ class ChargingCap(NamedTuple):
     current_A: float
     places: tuple[str, ...]  # Names of the places where it holds
     everywhere: bool  # Whether those are all places in sight of the laser
-
-    def __str__(self) -> str:
-        at = "wherever the laser is in sight" if self.everywhere else f"at {listed(self.places)}"
-        return (
-            f"{self.key} = {self.current_A:g} A caps the charging current {at}: a stronger laser "
-            "changes nothing there"
-        )
+    words: str  # The same as a sentence
 
 
 def charging_cap(mission: Mission, places: Places) -> ChargingCap | None:
@@ -136,5 +130,11 @@ def charging_cap(mission: Mission, places: Places) -> ChargingCap | None:
     distance_m = norm(tuple((places.position_m - mission.laser.position_m).T))
     free_A = vehicle.charging(mission, distance_m, capped=False).current_A
     capped = lit if stated is not None else lit & (free_A > current_A)
+    if not capped.any():
+        return None
     names = tuple(places.names[place] for place in np.flatnonzero(capped))
-    return ChargingCap(key, current_A, names, bool((capped == lit).all())) if names else None
+    everywhere = bool((capped == lit).all())
+    at = "wherever the laser is in sight" if everywhere else f"at {listed(names)}"
+    caps = f"{key} = {current_A:g} A caps the charging current {at}"
+    words = f"{caps}: a stronger laser changes nothing there"
+    return ChargingCap(key, current_A, names, everywhere, words)

@@ -65,23 +65,6 @@ class Wells(NamedTuple):
         """y = y1 + y2 [A s]."""
         return self.available_As + self.bound_As
 
-    def level(self, battery: Battery) -> Level:
-        """Total and tilt."""
-        total_As = self.total_As
-        return Level(total_As, self.available_As - battery.available_fraction * total_As)
-
-
-class Level(NamedTuple):
-    """The same charge as total y and tilt z = y1 − ωy [A s]."""
-
-    total_As: Quantity
-    tilt_As: Quantity
-
-    def wells(self, battery: Battery) -> Wells:
-        """Charge in the two wells [A s]."""
-        (total_As, tilt_As), share = self, battery.available_fraction
-        return Wells(share * total_As + tilt_As, (1.0 - share) * total_As - tilt_As)
-
 
 class Stage(NamedTuple):
     """A stage of constant current: I [A], > 0 while charging, for a duration [s], ≥ 0."""
@@ -115,22 +98,24 @@ def step(battery: Battery, wells: Wells, stage: Stage) -> Wells:
     >>> print(f"{available_As:.3f} A s available, {bound_As:.3f} A s bound")
     5696.064 A s available, 13557.936 A s bound
     """
-    return onward(battery, wells.level(battery), stage).wells(battery)
+    return steps(battery, wells, [stage])[0]
 
 
-def onward(battery: Battery, level: Level, stage: Stage) -> Level:
-    """Total and tilt [A s] after a stage of constant current, as `step`."""
-    (total_As, tilt_As), (current_A, duration_s) = level, stage
-    remaining, integral_s = levelling(battery, duration_s)
-    gained_As = (1.0 - battery.available_fraction) * current_A * integral_s
-    return Level(total_As + current_A * duration_s, tilt_As * remaining + gained_As)
+def steps(battery: Battery, wells: Wells, stages: Iterable[Stage]) -> list[Wells]:
+    """Wells [A s] after each of several stages; total y and tilt z go on from one to the next."""
+    share, total_As, found = battery.available_fraction, wells.total_As, list[Wells]()
+    tilt_As = wells.available_As - share * total_As
+    for current_A, duration_s in stages:
+        remaining, integral_s = levelling(battery, duration_s)
+        tilt_As = tilt_As * remaining + (1.0 - share) * current_A * integral_s
+        total_As = total_As + current_A * duration_s
+        found.append(Wells(share * total_As + tilt_As, (1.0 - share) * total_As - tilt_As))
+    return found
 
 
 def after(battery: Battery, wells: Wells, stages: Iterable[Stage]) -> Wells:
-    """Wells [A s] after several stages, one `step` each."""
-    for stage in stages:
-        wells = step(battery, wells, stage)
-    return wells
+    """Wells [A s] after several stages."""
+    return [wells, *steps(battery, wells, stages)][-1]
 
 
 def falls_throughout(battery: Battery, current_A: Quantity) -> Quantity:

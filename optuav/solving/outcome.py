@@ -23,7 +23,7 @@ from optuav.modelling import Model, evaluate
 from optuav.modelling.check import evaluated
 from optuav.modelling.classify import traits
 from optuav.modelling.traversal import has_unknowns
-from optuav.network.feasibility import never_flyable
+from optuav.network.feasibility import impossibilities
 from optuav.network.network import Network
 from optuav.network.one_stop import one_stop_is_enough
 from optuav.network.places import FIRST_BUILDING, HOVER, charging_cap
@@ -99,7 +99,7 @@ def plan_for(
             notes.append(too_fast)
         cap = charging_cap(mission, network.places)
         if cap and any(each.end_place in cap.places for each in flown):
-            notes.append(str(cap))
+            notes.append(cap.words)
         soc = {p: float(np.squeeze(PERSPECTIVES[p](given, *times_s))) for p in PAPER}
         if packs.takes_turns or packs.charging != "constant":
             # Packs may refuse charge: `battery` counts what they accepted.
@@ -115,7 +115,7 @@ def plan_for(
     return Plan(
         mission=mission,
         problem=question.problem.name,
-        trajectory=question.trajectory,
+        trajectory=question.problem.trajectory,
         building=question.problem.building,
         order=question.problem.order,
         perspective=question.perspective,
@@ -301,7 +301,9 @@ def more_stops_may_help(
     turns = mission.battery.takes_turns and perspective == AVAILABLE
     if question.problem != P1() or question.slot_s is not None or turns:
         return False
-    if perspective not in (*PAPER, AVAILABLE) or not mission.buildings or never_flyable(network):
+    if perspective not in (*PAPER, AVAILABLE) or not mission.buildings:
+        return False
+    if impossibilities(network, one_stop=False):
         return False
     if perspective == AVAILABLE:
         hovers_s, _ = by_balance(network, rests=True)

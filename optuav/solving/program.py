@@ -14,7 +14,7 @@ from formulations.soc import AVAILABLE, PAPER
 from optuav.arrays import Integers
 from optuav.engines.linear_form import cut_short
 from optuav.engines.prices import ShadowPrice
-from optuav.engines.registry import Engine, names, takers
+from optuav.engines.registry import Engine, capabilities, takers
 from optuav.engines.solution import Solution
 from optuav.errors import Fault, InputError, NoPlanError, SolverError
 from optuav.mission.messages import nearest, printable, shown, written_out
@@ -61,12 +61,12 @@ def declared_program(question: Question, network: Network) -> Program:
 def groups(question: Question, network: Network) -> list[tuple[Integers, bool]]:
     """Routes that one declaration serves, and whether they may rest on the way."""
     routes, problem = network.routes, question.problem
-    allowed = trajectory_routes(network, question.trajectory or "optimal", problem.order)
+    allowed = trajectory_routes(network, problem.trajectory or "optimal", problem.order)
     if problem.building is not None:
         number = [each.name for each in network.mission.buildings].index(problem.building)
         allowed = allowed[routes.building[allowed] == number]
     direct, by_way = (allowed[(routes.building[allowed] >= 0) == rests] for rests in (False, True))
-    if question.slot_s is not None and question.trajectory in ("traj1", "traj2"):
+    if question.slot_s is not None and problem.trajectory in ("traj1", "traj2"):
         # A rest takes at least one slot, so to pass a building by is a choice of its own.
         direct = by_way
     found = [(direct, False), *([] if isinstance(problem, P3) else [(by_way, True)])]
@@ -129,7 +129,7 @@ class Program:
         """Names of the engines that take every declared model, in slots if they were asked for."""
         slots = self.question.slot_s is not None
         able = [takers(traits(part.model), slots) for part in self.parts]
-        return tuple(name for name in names() if able and all(name in each for each in able))
+        return tuple(name for name in capabilities if able and all(name in each for each in able))
 
     def to_latex(self) -> str:
         """The declared models as LaTeX ``align*`` environments (package amsmath)."""

@@ -12,7 +12,7 @@ from formulations.p2 import P2
 from formulations.p3 import P3
 from formulations.p4 import P4
 from formulations.soc import AVAILABLE, PAPER, PERSPECTIVES
-from optuav.engines.registry import CAPABILITIES, Engine, capability, engine, names, need, takers
+from optuav.engines.registry import Engine, capabilities, engine, need, takers
 from optuav.engines.solution import Solution
 from optuav.errors import Fault, InputError
 from optuav.mission import Mission
@@ -20,7 +20,7 @@ from optuav.mission.messages import nearest, shown
 from optuav.mission.schema import SLOT, Number
 from optuav.modelling import Model
 from optuav.modelling.classify import traits
-from optuav.options import HOVER_POINTS, ORDERS, TRAJECTORIES, Perspective, ProblemName, Trajectory
+from optuav.options import HOVER_POINTS, ORDERS, TRAJECTORIES, Perspective, ProblemName
 
 PROBLEMS: Mapping[str, Formulation] = {
     "P1": P1(),
@@ -53,11 +53,6 @@ class Question:
     def engine_name(self) -> str:
         """Name of the engine, or "auto"."""
         return self.engine if isinstance(self.engine, str) else self.engine.name
-
-    @property
-    def trajectory(self) -> Trajectory | None:
-        """Routes that P1 and P2 may take; None for other problems."""
-        return self.problem.trajectory if isinstance(self.problem, P1 | P2) else None
 
     @property
     def p1(self) -> P1:
@@ -131,21 +126,22 @@ def _faults(mission: Mission, question: Question) -> Iterator[Fault]:
     else:
         names_too = (*PROBLEMS, "P4(building)", "or an instance of a Formulation")
         yield unknown("problem", problem, names_too)
+    p1 = question.p1
     if isinstance(problem, P1 | P2):
         if problem.trajectory not in TRAJECTORIES:
             yield unknown("trajectory", problem.trajectory, TRAJECTORIES)
         if problem.order is not None and problem.trajectory == "direct":
             yield Fault("order", repr(problem.order), "there is no rest on the direct route")
-    if question.p1.hover_point not in HOVER_POINTS:
-        yield unknown("hover_point", question.p1.hover_point, HOVER_POINTS)
-    counts = ("stops", question.p1.stops, RESTS), ("hovers", question.p1.hovers, HOVERS)
+    if p1.hover_point not in HOVER_POINTS:
+        yield unknown("hover_point", p1.hover_point, HOVER_POINTS)
+    counts = ("stops", p1.stops, RESTS), ("hovers", p1.hovers, HOVERS)
     for option, count, number in counts:
         if not number.accepts(count) or not isinstance(count, int):
             yield Fault(option, shown(count), number.words)
     if question.perspective not in PERSPECTIVES:
         yield unknown("perspective", question.perspective, tuple(PERSPECTIVES))
-    if isinstance(question.engine, str) and question.engine not in (AUTO, *names()):
-        yield unknown("engine", question.engine, (AUTO, *names()))
+    if isinstance(question.engine, str) and question.engine not in (AUTO, *capabilities):
+        yield unknown("engine", question.engine, (AUTO, *capabilities))
     limits = ("slot_s", question.slot_s, SLOT), ("time_limit_s", question.time_limit_s, LIMIT)
     for option, value, number in limits:
         if value is not None and not number.accepts(value):
@@ -155,14 +151,14 @@ def _faults(mission: Mission, question: Question) -> Iterator[Fault]:
         ("slot_s", question.slot_s, (None,)),
         ("engine", question.engine_name, (AUTO,)),
     )
-    if question.p1.hover_point == "free":
-        three = ("trajectory", question.trajectory, ("optimal", "direct", "traj1"))
+    if p1.hover_point == "free":
+        three = ("trajectory", p1.trajectory, ("optimal", "direct", "traj1"))
         yield from not_with("with hover_point = 'free'", three, *searched)
     if question.several:
         alone = (
-            ("trajectory", question.trajectory, ("optimal",)),
-            ("order", question.p1.order, (None,)),
-            ("hover_point", question.p1.hover_point, ("w_U",)),
+            ("trajectory", p1.trajectory, ("optimal",)),
+            ("order", p1.order, (None,)),
+            ("hover_point", p1.hover_point, ("w_U",)),
         )
         yield from not_with("with several stops", *alone, *searched)
         battery, count = mission.battery, len(mission.buildings)
@@ -193,7 +189,7 @@ def chosen_engine(model: Model, question: Question) -> Engine:
         return engine(question.engine)
     found, slots = traits(model), question.slot_s is not None
     able = takers(found, slots)
-    slots_only = [name for name in able if capability(name).slots is None]
+    slots_only = [name for name in able if capabilities[name].slots is None]
     others = [name for name in able if name not in slots_only]
     if not (preferred := [*slots_only, *others] if slots else others):
         more = f"; with slot_s, {slots_only[0]} does" if slots_only else ""
@@ -207,7 +203,7 @@ def refuse_unfit(model: Model, question: Question) -> None:
     try:
         need(question.engine, found, question.slot_s is not None)
     except InputError as error:
-        linear_only = [each.name for each in CAPABILITIES if not each.nonlinear]
+        linear_only = [name for name, each in capabilities.items() if not each.nonlinear]
         beyond_it = question.engine_name in linear_only and not found.linear
         if question.perspective != AVAILABLE or not beyond_it:
             raise

@@ -15,7 +15,7 @@ from formulations.soc import AVAILABLE, LABELS
 from optuav.arrays import Floats, Integers
 from optuav.errors import SolverError
 from optuav.network import vehicle
-from optuav.network.feasibility import blocked_legs, never_flyable
+from optuav.network.feasibility import blocked_legs, impossibilities
 from optuav.network.network import NO_LEG, Network, Routes, routes_along
 from optuav.network.one_stop import all_legs, find_shortcuts
 from optuav.network.places import FIRST_BUILDING, HOVER
@@ -51,7 +51,7 @@ def several_stops(
     """
     question = program.question
     rests, hovers = question.p1.stops, question.p1.hovers
-    if never_flyable(program.network):
+    if impossibilities(program.network, one_stop=False):
         return program.solve()
     network = replace(program.network, legs=all_legs(program.network, graph))
     most = f"at most {rests} rest{'s' * (rests != 1)} and {hovers} hover{'s' * (hovers != 1)}"
