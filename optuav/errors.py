@@ -7,6 +7,23 @@ from dataclasses import dataclass
 from importlib import import_module
 
 MOST_SHOWN = 20  # Faults that a message lists one by one
+LONGEST_NAME, LONGEST_WORDS = 200, 2000  # Most characters of a name and of a sentence in a message
+
+
+def printable(text: str, kept: str = "") -> str:
+    """Text from anywhere without control characters but those kept, safe to print."""
+    if text.isprintable():
+        return text
+    safe = (
+        each if each.isprintable() or each in kept else "\N{REPLACEMENT CHARACTER}" for each in text
+    )
+    return "".join(safe)
+
+
+def safe_name(part: object, longest: int = LONGEST_NAME) -> str:
+    """A name or a part of a dotted key as it may be printed: the start of a very long one."""
+    text = str(part)
+    return printable(text if len(text) <= longest else f"{text[: longest - 3]}...")
 
 
 class OptuavError(Exception):
@@ -48,9 +65,11 @@ class Fault:
     source: str = ""
 
     def __str__(self) -> str:
-        where = ": ".join(part for part in (self.source, self.key) if part)
-        what = f" = {self.value}" if self.value and self.key else self.value
-        return f"{where}{what}: {self.allowed}" if where or what else self.allowed
+        source, value = (safe_name(each, LONGEST_WORDS // 2) for each in (self.source, self.value))
+        key, allowed = safe_name(self.key), safe_name(self.allowed, LONGEST_WORDS)
+        where = ": ".join(part for part in (source, key) if part)
+        what = f" = {value}" if value and key else value
+        return f"{where}{what}: {allowed}" if where or what else allowed
 
 
 class InputError(OptuavError, ValueError):

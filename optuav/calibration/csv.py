@@ -6,12 +6,10 @@ remarks. Numbers are returned in SI units.
 
 from __future__ import annotations
 
-import csv
 import math
+from array import array
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from hashlib import sha256
-from itertools import compress
 from pathlib import Path
 from typing import NamedTuple, TypeVar
 
@@ -19,15 +17,17 @@ import numpy as np
 
 from optuav.arrays import Booleans, Floats
 from optuav.errors import Fault, InputError
-from optuav.mission.files import label, read_text
+from optuav.mission.files import csv_rows, label, number_in, read_text
 from optuav.mission.messages import nearest, shown
 from optuav.mission.schema import short
 
 Read = TypeVar("Read")
 
-LARGEST_FILE = 50_000_000  # bytes
+LARGEST_FILE = 20_000_000  # bytes
+MOST_WRONG = 1000  # Wrong cells after which a file is read no further
 SMALLEST, LARGEST = 1e-9, 1e10  # measured values but for 0, in SI units; clocks count from 1970
 WIDEST_STEP = 10.0  # longest step of a record, in median steps, that is not a gap
+MOST_SUGGESTIONS = 50
 MOST_VALUES, MOST_RUNS = 5, 5  # wrong values and runs of lines that a fault lists
 
 GRAVITY_N_KG = 9.80665
@@ -57,6 +57,18 @@ USUAL = {
     "resistance": (1e-3, 20.0, "ohm"),
 }
 """Least and most that UAVs show, from some grams to those that carry people, and the unit."""
+
+
+class Source(NamedTuple):
+    """The text of a file, and its name as a fault shows it."""
+
+    name: str
+    text: str
+
+    @classmethod
+    def of(cls, path: Path) -> Source:
+        """A file, read once."""
+        return cls(label(path), read_text(path, LARGEST_FILE))
 
 
 class Format(NamedTuple):
@@ -106,42 +118,52 @@ class Measurements:
                 yield from unit_doubts(f"the largest {column}", largest, column, kind)
 
 
-def read(path: Path, *formats: Format) -> Measurements:
+def read(file: Source, *formats: Format) -> Measurements:
     """Read a CSV file in that of the formats to which most headings belong, or refuse it."""
-    source = label(path)
-    lines = [
-        (number, [cell.strip() for cell in next(csv.reader([line]))])
-        for number, line in enumerate(read_text(path, LARGEST_FILE).splitlines(), start=1)
-        if line.strip(" ,\t") and not line.startswith("#")
-    ]
-    if not lines:
+    source, rows = file.name, csv_rows(file.text, file.name)
+    first, headings = next(rows, (0, list[str]()))
+    if not headings:
         raise InputError([Fault("", "", "a header and lines of measurements", source)])
-    (first, headings), *rows = lines
     form = max(formats, key=lambda each: len([*filter(each.named, headings)]))
     places, faults = _places(f"{source}, line {first}", headings, form)
-    even = [(line, cells) for line, cells in rows if len(cells) == len(headings)]
-    uneven = [(line, str(len(cells))) for line, cells in rows if len(cells) != len(headings)]
-    broken = [("cells", f"as many as in the header, {len(headings)}", uneven)]
-    numbers, texts = dict[str, Floats](), dict[str, tuple[str, ...]]()
-    for place, column in places.items():
-        heading, stated = headings[place], tuple(cells[place] for _, cells in even)
-        if form.kinds[column] == "text":
-            texts[column], wrong, words = stated, [not cell for cell in stated], "a word"
+    lines, read_lines = array("l"), 0
+    texts: dict[str, list[str]] = {c: [] for c in places.values() if form.kinds[c] == "text"}
+    columns = {column: array("d") for column in places.values() if column not in texts}
+    sizes = {c: form.headings(c)[headings[place]] for place, c in places.items()}
+    uneven = list[tuple[int, str]]()
+    wrong = {place: list[tuple[int, str]]() for place in places}
+    for line, cells in rows:
+        read_lines += 1
+        if len(cells) != len(headings):
+            uneven.append((line, str(len(cells))))
         else:
-            size, words = form.headings(column)[heading], "a number, 0 or 1e-9 to 1e10 in SI units"
-            numbers[column] = np.array([_value(cell, size) for cell in stated])
-            blank = [column in form.blanks and not cell for cell in stated]
-            wrong = (np.isnan(numbers[column]) & ~np.array(blank, bool)).tolist()
-        named = [(line, row[place] or "an empty cell") for line, row in even]
-        broken.append((heading, words, [*compress(named, wrong)]))
-    numbers |= {each: np.full(len(even), math.nan) for each in form.blanks if each not in numbers}
+            lines.append(line)
+            for place, column in places.items():
+                cell = cells[place]
+                if column in texts:
+                    texts[column].append(cell)
+                    is_wrong = not cell
+                else:
+                    columns[column].append(value := _value(cell, sizes[column]))
+                    is_wrong = math.isnan(value) and not (column in form.blanks and not cell)
+                if is_wrong:
+                    wrong[place].append((line, cell or "an empty cell"))
+        if sum(map(len, wrong.values()), len(uneven)) > MOST_WRONG:
+            break
+    broken = [("cells", f"as many as in the header, {len(headings)}", uneven)]
+    for place, column in places.items():
+        words = "a word" if column in texts else "a number, 0 or 1e-9 to 1e10 in SI units"
+        broken.append((headings[place], words, wrong[place]))
+    numbers = {column: np.array(values) for column, values in columns.items()}
+    numbers |= {each: np.full(len(lines), math.nan) for each in form.blanks if each not in numbers}
     faults += [_fault(source, *each) for each in broken if each[-1]]
-    if len(rows) < form.least:
-        words = f"at least {counted(form.least, 'line')} of measurements; there are {len(rows)}"
+    if read_lines < form.least:
+        words = f"at least {counted(form.least, 'line')} of measurements; there are {read_lines}"
         faults.append(Fault("", "", words, source))
     if faults:
         raise InputError(faults)
-    return Measurements(source, form.kinds, tuple(line for line, _ in even), numbers, texts)
+    stated = {column: tuple(cells) for column, cells in texts.items()}
+    return Measurements(source, form.kinds, tuple(lines), numbers, stated)
 
 
 def record_faults(table: Measurements) -> Iterator[Fault]:
@@ -162,20 +184,21 @@ def gaps(table: Measurements) -> Iterator[Fault]:
         yield from table.faults(steps_s > WIDEST_STEP * usual_s, "time", words, " s")
 
 
-def read_all(files: Iterable[str | Path], one: Callable[[Path], Read]) -> list[Read]:
+def read_all(files: Iterable[str | Path], one: Callable[[Source], Read]) -> list[Read]:
     """What `one` reads from each file; or all their faults, also of two with the same content."""
     found, faults = list[Read](), list[Fault]()
-    first: dict[bytes, Path] = {}
+    first: dict[str, Source] = {}
     for path in map(Path, files):
         try:
-            found.append(one(path))
+            file = Source.of(path)
+            found.append(one(file))
         except InputError as error:
             faults += error.faults
             continue
-        other = first.setdefault(sha256(path.read_bytes()).digest(), path)
-        if other is not path:
-            words = f"has the content of {label(other)}: name each measurement once"
-            faults.append(Fault("", "", words, label(path)))
+        other = first.setdefault(file.text, file)
+        if other is not file:
+            words = f"has the content of {other.name}: name each measurement once"
+            faults.append(Fault("", "", words, file.name))
     if faults:
         raise InputError(faults)
     if not found:
@@ -209,9 +232,10 @@ def _places(
     for place, heading in enumerate(headings):
         column = known.get(heading)
         if column is None:
-            words = f"a column that is known{nearest(heading, known)}; known are {', '.join(known)}"
-            if (like := form.named(heading)) is not None:
-                words = f"a unit that belongs to it, {' or '.join(form.headings(like))}"
+            like = nearest(heading, known) if place < MOST_SUGGESTIONS else ""
+            words = f"a column that is known{like}; known are {', '.join(known)}"
+            if (column := form.named(heading)) is not None:
+                words = f"a unit that belongs to it, {' or '.join(form.headings(column))}"
             faults.append(Fault("column", shown(heading), words, source))
         elif column in found.values():
             faults.append(Fault(heading, "", f"a second column of {column}", source))
@@ -229,7 +253,7 @@ def _places(
 def _value(cell: str, size: float) -> float:
     """The number in a cell in SI units, NaN where there is none that can be."""
     try:
-        value = size * float(cell)
+        value = size * number_in(cell)
     except ValueError:
         return math.nan
     return value if value == 0.0 or SMALLEST <= abs(value) <= LARGEST else math.nan

@@ -25,9 +25,9 @@ import numpy as np
 import tomli_w
 
 from optuav.arrays import Floats
-from optuav.errors import Fault, InputError
+from optuav.errors import Fault, InputError, printable
 from optuav.mission import shipped
-from optuav.mission.messages import number, printable
+from optuav.mission.messages import number
 from optuav.mission.schema import SCHEMA
 
 Role: TypeAlias = Literal["fitted", "repeat", "predicted"]

@@ -203,15 +203,15 @@ def _starts(lifetimes_s: Floats, implied: Implied) -> Iterator[tuple[float, floa
         yield float(np.exp(np.mean(np.log(capacities_As)))), share, flow_rate_per_s
 
 
-def _discharges(path: Path) -> list[Discharge]:
+def _discharges(file: csv.Source) -> list[Discharge]:
     """The discharges in a file of lifetimes, or in a record."""
-    table = csv.read(path, LIFETIMES, RECORD)
+    table = csv.read(file, LIFETIMES, RECORD)
     if "time" in table.numbers:  # a record, each current of which holds until the next line
         if wrong := [*csv.record_faults(table)]:
             raise InputError(wrong)
         time_s, held_A = table.numbers["time"], table.numbers["current"][:-1].tolist()
         record = tuple(zip(held_A, np.diff(time_s).tolist(), strict=True))
-        return [Discharge(path.stem, record, float(time_s[-1] - time_s[0]))]
+        return [Discharge(Path(file.name).stem, record, float(time_s[-1] - time_s[0]))]
     names = np.array(table.texts["load"])
     current_A, lifetime_s = table.numbers["current"], table.numbers["lifetime"]
     duration_s = table.numbers["duration"]

@@ -194,9 +194,9 @@ def correlation_of_neighbours(values: Floats) -> float:
     return float(np.clip((found + 2.0 / count) / (1.0 - 4.0 / count), 0.0, MOST_ALIKE))
 
 
-def _read_log(path: Path) -> tuple[Samples, tuple[str, ...]]:
+def _read_log(file: csv.Source) -> tuple[Samples, tuple[str, ...]]:
     """The samples of a log, its time from 0, and doubts about its units."""
-    table = csv.read(path, LOG)
+    table = csv.read(file, LOG)
     numbers, phases = table.numbers, table.texts.get("phase", ())
     current_A, speed_m_s = numbers["current"], numbers.get("speed")
     faults = [*csv.record_faults(table), *csv.gaps(table)]

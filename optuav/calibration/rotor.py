@@ -92,9 +92,9 @@ def fit_rotor(files: Iterable[str | Path]) -> Fit:
     return finished(_from_sheet(sources, sheets[0]) if sheets else _from_bench(sources, tables))
 
 
-def _read(path: Path) -> csv.Measurements:
+def _read(file: csv.Source) -> csv.Measurements:
     """A file of either kind, all of whose numbers are above 0."""
-    table = csv.read(path, BENCH, SHEET)
+    table = csv.read(file, BENCH, SHEET)
     faults = list[Fault]()
     for name, values in table.numbers.items():
         faults += table.faults(values <= 0.0, name, "above 0")

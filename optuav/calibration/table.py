@@ -45,7 +45,6 @@ Cell = Literal[
 UNITS = {"s": "s", "percent": "%", "V": "V"}
 Positive = Annotated[float, Number("-", gt=0)]
 Duration = Annotated[float, Number("s", ge=0)]
-LARGEST_FILE = 2_000_000
 ROUNDING = 1.0 / math.sqrt(12.0)  # standard deviation of its error, in steps
 IMPOSSIBLE = 1e9  # residual where a row cannot be flown, or no mission may have the values
 DIGITS = 6  # decimals in which a repeated number is the same
@@ -295,7 +294,7 @@ def _panels(pairs: Sequence[tuple[TableNumber, float]], roles: Sequence[Role]) -
 def read_table(path: Path) -> ResultsTable:
     """Read a table of results, or refuse it with every fault of the file."""
     source = label(path)
-    document = read_toml(path, LARGEST_FILE)
+    document = read_toml(path)
     for key in ("known", "free", "tied"):
         if isinstance(document.get(key), dict):
             document[key] = _flat(document[key])

@@ -18,7 +18,7 @@ import typer
 import optuav
 from optuav.cli.options import Words, mission_of, refuse_beside_plan
 from optuav.cli.output import NO, WIDTH, check_places, deliver, warning
-from optuav.errors import Fault, InputError
+from optuav.errors import Fault, InputError, printable
 
 if TYPE_CHECKING:
     from rich.console import RenderableType
@@ -53,8 +53,6 @@ def show(
         refuse_beside_plan(["set"] if settings else [])
         shown = optuav.load_plan(mission)
         if shown:
-            from optuav.mission.messages import printable
-
             found = optuav.audit(shown)
             shown = shown.model_copy(update={"flyable": bool(found)})
             if found.contradicted:

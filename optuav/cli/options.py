@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import inspect
-import tomllib
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, is_dataclass
 from typing import TYPE_CHECKING, Annotated, Any, TypeAlias
@@ -138,6 +137,7 @@ def mission_of(source: str, settings: Sequence[str] | None) -> Mission:
     A value is what TOML reads, else the text itself; without text the key is removed.
     """
     from optuav.mission import load
+    from optuav.mission.files import parse_toml
 
     mission = load(source)
     if not settings:
@@ -149,9 +149,10 @@ def mission_of(source: str, settings: Sequence[str] | None) -> Mission:
             faults.append(Fault("--set", repr(setting), "KEY=VALUE"))
             continue
         try:
-            values[key] = tomllib.loads(f"value = {text}")["value"] if text else None
-        except (tomllib.TOMLDecodeError, RecursionError):
-            values[key] = text
+            found = parse_toml(f"value = {text}") if text else {"value": None}
+        except InputError:
+            found = {}
+        values[key] = found["value"] if found.keys() == {"value"} else text
     try:
         mission = mission.replace(values)
     except InputError as error:

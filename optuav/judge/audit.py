@@ -7,14 +7,13 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import TypeGuard
 
-from optuav.errors import Fault, InputError
+from optuav.errors import Fault, InputError, printable
 from optuav.judge.course import TOLERANCE
 from optuav.judge.replay import MISMATCH, Replay, replay, same
 from optuav.judge.timeline import STOP, Itinerary, Stop, stop_breaches
 from optuav.mission import load, shipped
-from optuav.mission.files import label, read_text, read_toml, refusal
-from optuav.mission.load import LARGEST_FILE
-from optuav.mission.messages import nearest, printable, shown
+from optuav.mission.files import label, parse_toml, read_text, refusal
+from optuav.mission.messages import nearest, shown
 from optuav.mission.schema import LARGEST
 from optuav.mission.validation import Breach, Document, StatedMission, format_breaches
 from optuav.network import vehicle
@@ -129,7 +128,7 @@ def audit(plan: Plan | Itinerary | str | Path) -> Audit:
     text = read_text(file, LARGEST_BYTES)
     if file.suffix == ".json" or text.lstrip().startswith("{"):
         return _judged(source, *parse_plan(text, source))
-    return _judged(source, _itinerary(read_toml(file, LARGEST_FILE), file), {})
+    return _judged(source, _itinerary(parse_toml(text, source), file), {})
 
 
 def _judged(source: str, subject: Plan | Itinerary, data: Mapping[str, object]) -> Audit:

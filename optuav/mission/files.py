@@ -1,27 +1,63 @@
-"""Text files, read and written whole; what is wrong with one is raised as an `InputError`."""
+"""The one way in for TOML, JSON and CSV, and the one way out for every file that the package makes.
+
+What is wrong with a file is raised as an `InputError`.
+"""
 
 from __future__ import annotations
 
 import contextlib
+import errno
+import io
+import json
 import os
 import re
 import stat
+import sys
+import time
 import tomllib
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
+from contextvars import ContextVar
 from pathlib import Path
 from typing import Any
 
-from optuav.errors import Fault, InputError
-from optuav.mission.messages import printable, safe_name
+from optuav.errors import Fault, InputError, printable
 
-# tomllib's time grows with the square of the parts of a dotted key.
-_PART = r"""(?>[\w-]+|"[^"\n]*"|'[^'\n]*')[ \t]*"""
-_DEEP_KEY = re.compile(rf"(?<![\w-])(?>{_PART}\.[ \t]*){{32}}", re.ASCII)
+LARGEST_TOML = 2_000_000  # bytes
+MOST_PARTS = 8  # Of a dotted key: the time and memory of tomllib grow with the square of the parts
+MOST_KEYS = 10_000  # Of one table
+MOST_VALUES = 2_000_000  # Of one JSON file
+MOST_LINES, LONGEST_LINE = 1_000_000, 10_000  # Of one CSV file
+
+_PART = r"""(?:[\w-]++|"(?:[^"\\\n]|\\.)*+"?|'[^'\n]*+'?)[ \t]*+"""
+_SHALLOW = re.compile(
+    rf"""(?:
+        \"\"\"(?:[^"\\]|\\.|"(?!""))*+(?:"{{3,5}})?  # strings of several lines
+        | '''(?:[^']|'(?!''))*+(?:'{{3,5}})?
+        | \#[^\n]*+
+        | (?!(?:{_PART}\.[ \t]*+){{{MOST_PARTS}}}){_PART}
+        | [^\w"'\#-]
+    )*+""",
+    re.ASCII | re.DOTALL | re.VERBOSE,
+)
+"""All of a TOML file up to a key of more than `MOST_PARTS` parts; in linear time."""
+
+STANDARD = Path("-")
+"""Stands for the standard input where it is read, and for the standard output where written."""
+TEMPORARY = ".optuav.tmp"
+"""What is not yet a whole file; one a folder, as writers of one folder wait for one another."""
+LONGEST_WAIT_S, A_MOMENT_S = 10.0, 0.01
+MARK, HEAD, LEAST_START = b"optuav", 4096, 20
+"""What the first bytes of our files hold; or else their first line, if it is so long."""
+
+unfinished: set[Path] = set()
+"""Files that a signal handler which ends the process has to delete."""
+only_ours: ContextVar[bool] = ContextVar("only_ours", default=False)
+"""Whether only files that optuav has written may be replaced."""
 
 
 def label(path: Path) -> str:
     """The path as a fault shows it."""
-    return printable(str(path))
+    return "standard input" if path == STANDARD else printable(str(path))
 
 
 def refusal(path: Path, words: str) -> InputError:
@@ -32,18 +68,21 @@ def refusal(path: Path, words: str) -> InputError:
 def read_text(path: Path, limit: int, *, hint: str = "") -> str:
     """The text of a regular file in UTF-8, with or without a byte-order mark, up to `limit` bytes.
 
-    The hint is added where there is no such file.
+    The hint is added where there is no such file; ``-`` is the standard input.
     """
     with refusals(path, "read"):
-        try:
-            kind = path.stat().st_mode
-        except FileNotFoundError:
-            raise refusal(path, f"there is no such file{hint}") from None
-        if not stat.S_ISREG(kind):
-            what = "a directory, not a file" if stat.S_ISDIR(kind) else "not a regular file"
-            raise refusal(path, f"is {what}")
-        with path.open("rb") as file:
-            content = file.read(limit + 1)
+        if path == STANDARD:
+            content = sys.stdin.buffer.read(limit + 1) if sys.stdin else b""
+        else:
+            try:
+                kind = path.stat().st_mode
+            except FileNotFoundError:
+                raise refusal(path, f"there is no such file{hint}") from None
+            if not stat.S_ISREG(kind):
+                what = "a directory, not a file" if stat.S_ISDIR(kind) else "not a regular file"
+                raise refusal(path, f"is {what}")
+            with path.open("rb") as file:
+                content = file.read(limit + 1)
     if len(content) > limit:
         raise refusal(path, f"is larger than the {limit / 1e6:g} MB that are read")
     try:
@@ -53,19 +92,91 @@ def read_text(path: Path, limit: int, *, hint: str = "") -> str:
         raise refusal(path, words) from None
 
 
-def read_toml(path: Path, limit: int, *, hint: str = "") -> dict[str, Any]:
-    """The tables of a TOML file, see `read_text`; refused if they are nested too deeply."""
-    text = read_text(path, limit, hint=hint)
-    if _DEEP_KEY.search(text):
-        raise refusal(path, "has a dotted name of more than 32 parts")
-    try:
-        return tomllib.loads(text)
-    except RecursionError:
-        raise refusal(path, "is nested too deeply") from None
-    except ValueError as error:
-        if '"kind": "optuav plan"' in text[:1000]:
-            raise refusal(path, "is a saved plan; optuav show and optuav audit take it") from None
-        raise refusal(path, f"is not TOML: {safe_name(str(error))}") from None
+def read_toml(path: Path, *, hint: str = "") -> dict[str, Any]:
+    """The tables of a TOML file, see `read_text` and `parse_toml`."""
+    return parse_toml(read_text(path, LARGEST_TOML, hint=hint), label(path))
+
+
+def parse_toml(text: str, source: str = "") -> dict[str, Any]:
+    """The tables of a TOML text; refused if they are nested too deeply or have too many keys."""
+    words = f"has a dotted name of more than {MOST_PARTS} parts"
+    if len(text) > LARGEST_TOML:
+        words = f"is larger than the {LARGEST_TOML / 1e6:g} MB that are read"
+    elif _SHALLOW.fullmatch(text):
+        try:
+            found = tomllib.loads(text)
+        except RecursionError:
+            words = "is nested too deeply"
+        except ValueError as error:
+            words = f"is not TOML: {error}"
+            if '"kind": "optuav plan"' in text[:1000]:
+                words = "is a saved plan; optuav show and optuav audit take it"
+        else:
+            tables = [each for each in found.values() if isinstance(each, dict)]
+            if max(map(len, [found, *tables])) <= MOST_KEYS:
+                return found
+            words = f"has a table of more than {MOST_KEYS} keys"
+    raise InputError([Fault("", "", words, source)])
+
+
+def parse_json(text: str, source: str) -> Any:
+    """The value that a JSON text holds; refused if it is nested too deeply or has too many."""
+    words = f"has more than {MOST_VALUES} values"
+    if sum(map(text.count, ",[{")) <= MOST_VALUES:
+        try:
+            return json.loads(text, parse_constant=_no_constant)
+        except RecursionError:
+            words = "is not JSON: it is nested too deeply"
+        except ValueError as error:
+            words = f"is not JSON: {error}"
+    raise InputError([Fault("", "", words, source)])
+
+
+def _no_constant(name: str) -> float:
+    raise ValueError(f"{name} is no JSON number")
+
+
+def csv_rows(text: str, source: str) -> Iterator[tuple[int, list[str]]]:
+    """The lines of a CSV text by number, without those that are blank or begin with ``#``."""
+    import csv
+
+    for number, line in enumerate(io.StringIO(text, newline=None), start=1):
+        if number > MOST_LINES:
+            raise InputError([Fault("", "", f"has more than {MOST_LINES} lines", source)])
+        if len(line) > LONGEST_LINE:
+            words = f"has more than {LONGEST_LINE} characters"
+            raise InputError([Fault("", "", words, f"{source}, line {number}")])
+        if line.strip(" ,\t\n") and not line.startswith("#"):
+            yield number, [cell.strip() for cell in next(csv.reader([line.rstrip("\n")]))]
+
+
+def number_in(text: str) -> float:
+    """The number that a text is; of Python's spellings not ``1_0`` and no digits but 0 to 9."""
+    if "_" in text or not text.isascii():
+        raise ValueError(f"{text!r} is not a number")
+    return float(text)
+
+
+def check_place(path: Path, content: bytes | None = None) -> None:
+    """Refuse a place that no file can be written to, or not this content, where it is known."""
+    with refusals(path, "written"):
+        if path == STANDARD:
+            return
+        target = Path(os.path.realpath(path))
+        if path.is_dir():
+            raise refusal(path, "is a directory, not a file")
+        if not (path.exists() or target.parent.is_dir()):
+            raise refusal(path, f"there is no directory {label(target.parent)}")
+        if not only_ours.get() or not path.is_file() or not path.stat().st_size:
+            return
+        if content is None and path.suffix == ".csv":
+            return  # only its header can tell
+        with path.open("rb") as file:
+            head = file.read(HEAD)
+    start = (content or b"").partition(b"\n")[0]
+    if MARK not in head and not (len(start) >= LEAST_START and head.startswith(start)):
+        words = "is not from optuav and stays; name another file, or give --force to replace it"
+        raise refusal(path, words)
 
 
 def must_be_new(path: Path) -> None:
@@ -76,26 +187,129 @@ def must_be_new(path: Path) -> None:
 
 
 def write_text(path: Path, text: str) -> None:
-    """Write a text file in UTF-8, see `write_bytes`."""
-    write_bytes(path, text.encode("utf-8"))
+    """Write a text file in UTF-8, see `write_files`."""
+    write_files({path: text.encode("utf-8")})
 
 
-def write_bytes(path: Path, content: bytes) -> None:
-    """Write all of a file, or leave what was there; a link is followed."""
-    with refusals(path, "written"):
-        target = Path(os.path.realpath(path))
-        if target.is_dir():
-            raise refusal(path, "is a directory, not a file")
-        if not target.parent.is_dir():
-            raise refusal(path, f"there is no directory {label(target.parent)}")
-        temporary = target.with_name(f".{os.urandom(8).hex()}.tmp")
+def write_files(files: Mapping[Path, bytes]) -> None:
+    """Write each file whole or not at all; none if one has no place.
+
+    A regular file is replaced and keeps its mode, its owner and all links to it; any other is
+    written to, and ``-`` is the standard output.
+    """
+    for path, content in files.items():
+        check_place(path, content)
+    for path, content in files.items():
+        with refusals(path, "written"):
+            try:
+                old = None if path == STANDARD else path.stat()
+            except FileNotFoundError:
+                old = None
+            if path == STANDARD or (old and _is_output(old)):
+                sys.stdout.flush()
+                sys.stdout.buffer.write(content)
+                sys.stdout.flush()
+            elif old and not stat.S_ISREG(old.st_mode):
+                with path.open("wb", buffering=0) as device:
+                    _put(device.fileno(), content)
+            else:
+                _replace(Path(os.path.realpath(path)), old, content)
+
+
+def _is_output(status: os.stat_result) -> bool:
+    """Whether a regular file is where the standard output goes, which others write to as well."""
+    with contextlib.suppress(OSError):
+        return stat.S_ISREG(status.st_mode) and os.path.samestat(status, os.fstat(1))
+    return False
+
+
+def _replace(target: Path, old: os.stat_result | None, content: bytes) -> None:
+    """Put a new file in the place of an old one, or of none."""
+    if old and not os.access(target, os.W_OK):
+        raise PermissionError(errno.EACCES, os.strerror(errno.EACCES))
+    temporary = target.with_name(TEMPORARY)
+    with _locked(target.parent) as folder:
+        unfinished.add(temporary)
         try:
-            with temporary.open("xb") as file:
-                file.write(content)
-            os.replace(temporary, target)
+            temporary.unlink(missing_ok=True)  # what a kill has left
+            flags = os.O_WRONLY | os.O_CREAT | os.O_EXCL | getattr(os, "O_BINARY", 0)
+            number = os.open(temporary, flags, 0o666)
+            try:
+                kept = old is None or _alike(number, old)
+                _put(number, content)
+                os.fsync(number)
+            finally:
+                os.close(number)
+            if folder is not None:
+                os.fsync(folder)
+            if kept:
+                os.replace(temporary, target)
+            else:
+                _overwrite(target, content)
         finally:
             with contextlib.suppress(OSError):
                 temporary.unlink(missing_ok=True)
+            unfinished.discard(temporary)
+
+
+def _alike(number: int, old: os.stat_result) -> bool:
+    """Give a new file the owner and the mode of the old; False where it cannot take its place."""
+    if sys.platform == "win32":
+        return True
+    new = os.fstat(number)
+    try:
+        if (new.st_uid, new.st_gid) != (old.st_uid, old.st_gid):
+            os.fchown(number, old.st_uid, old.st_gid)
+    except PermissionError:
+        return False
+    os.fchmod(number, stat.S_IMODE(old.st_mode))
+    return old.st_nlink == 1
+
+
+def _overwrite(target: Path, content: bytes) -> None:
+    """Change a file that has other names or another owner; where that fails it has what it had."""
+    with target.open("r+b", buffering=0) as file:
+        before = file.read()
+        try:
+            _put(file.fileno(), content, anew=True)
+        except OSError:
+            _put(file.fileno(), before, anew=True)
+            raise
+
+
+def _put(number: int, content: bytes, *, anew: bool = False) -> None:
+    """Write all bytes, from the start of a file that then ends there, or where it stands."""
+    if anew:
+        os.lseek(number, 0, os.SEEK_SET)
+    left = memoryview(content)
+    while left:
+        left = left[os.write(number, left) :]
+    if anew:
+        os.ftruncate(number, len(content))
+        os.fsync(number)
+
+
+@contextlib.contextmanager
+def _locked(folder: Path) -> Iterator[int | None]:
+    """A folder in which no other process writes meanwhile, as a descriptor; None on Windows."""
+    if sys.platform == "win32":
+        yield None
+        return
+    import fcntl
+
+    number, latest_s = os.open(folder, os.O_RDONLY), time.monotonic() + LONGEST_WAIT_S
+    try:
+        while True:
+            try:
+                fcntl.flock(number, fcntl.LOCK_EX | fcntl.LOCK_NB)
+                break
+            except BlockingIOError:
+                if time.monotonic() > latest_s:
+                    raise
+                time.sleep(A_MOMENT_S)
+        yield number
+    finally:
+        os.close(number)
 
 
 def make_directory(path: Path) -> None:

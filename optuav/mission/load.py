@@ -6,13 +6,11 @@ import json
 import os
 from pathlib import Path
 
-from optuav.errors import Fault, InputError
+from optuav.errors import Fault, InputError, safe_name
 from optuav.mission.files import label, read_toml, refusal
-from optuav.mission.messages import nearest, safe_name, shown
+from optuav.mission.messages import nearest, shown
 from optuav.mission.mission import Mission, overlay
 from optuav.mission.validation import Document, Key, StatedMission, format_breaches, validate
-
-LARGEST_FILE = 2_000_000  # Most bytes that a mission file may have
 
 LONGEST_CHAIN = 32  # Most files that may extend one another
 
@@ -114,7 +112,7 @@ def _read(
         path = directory / source
         name = label(path)
         hint = nearest(path.name, SHIPPED) or f"; shipped missions are {', '.join(SHIPPED)}"
-    document, real = read_toml(path, LARGEST_FILE, hint=hint), os.path.realpath(path)
+    document, real = read_toml(path, hint=hint), os.path.realpath(path)
     if {"mission", "stops"} <= document.keys():
         raise refusal(path, "is an itinerary, not a mission; optuav audit takes it")
     if real in above:
@@ -137,7 +135,8 @@ def _read(
                 raise InputError("a shipped mission's name or a path relative to this file")
             below, more, whole = _read(extends, path.parent, {**above, real: name})
         except InputError as error:
-            return stated, [Fault("extends", shown(extends), str(error), name), *faults], False
+            words = "; ".join(str(error).splitlines())
+            return stated, [Fault("extends", shown(extends), words, name), *faults], False
         faults += more
         document, gone = overlay(below.document, document)
         stated = StatedMission(document, {**below.sources, **sources}, {**below.displaced, **gone})

@@ -7,7 +7,7 @@ import difflib
 import reprlib
 from collections.abc import Iterable, Iterator, Sequence
 from decimal import Decimal
-from functools import cache, lru_cache
+from functools import cache
 from typing import get_args
 
 from pydantic import BaseModel
@@ -15,7 +15,6 @@ from pydantic import BaseModel
 from optuav.mission.schema import SECTIONS, Allowed, Number
 
 LONGEST_TEXT = 60
-LONGEST_NAME = 200
 DIGITS = 15  # Decimal digits that every float holds
 
 
@@ -71,20 +70,6 @@ def nearest(key: str, known: Iterable[str]) -> str:
 def listed(names: Sequence[str]) -> str:
     """The first ten names."""
     return ", ".join(names[:10]) + (", …" if len(names) > 10 else "")
-
-
-def printable(text: str) -> str:
-    """A key or a path without control characters, safe to print."""
-    if text.isprintable():
-        return text
-    return "".join(each if each.isprintable() else "\N{REPLACEMENT CHARACTER}" for each in text)
-
-
-@lru_cache
-def safe_name(part: str | int) -> str:
-    """A name or a part of a dotted key as it may be printed: the start of a very long one."""
-    text = printable(str(part))
-    return text if len(text) <= LONGEST_NAME else f"{text[: LONGEST_NAME - 3]}..."
 
 
 def written_out(value: float) -> str:

@@ -10,8 +10,8 @@ from typing import Any, NamedTuple, TypeAlias, TypeVar
 
 from pydantic import BaseModel, ValidationError
 
-from optuav.errors import Fault, InputError
-from optuav.mission.messages import allowed, nearest, safe_name, shown, table
+from optuav.errors import Fault, InputError, safe_name
+from optuav.mission.messages import allowed, nearest, shown, table
 from optuav.mission.schema import (
     RATE_PER_MINUTE,
     REGIME_KEYS,

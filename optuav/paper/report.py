@@ -18,7 +18,7 @@ from xml.etree.ElementTree import Element, tostring
 
 from optuav.errors import Fault, InputError
 from optuav.mission import Mission, load
-from optuav.mission.files import make_directory, write_bytes
+from optuav.mission.files import make_directory, write_files
 from optuav.mission.messages import nearest
 from optuav.options import Perspective
 from optuav.paper import figures, table2
@@ -131,12 +131,12 @@ def reproduce(
     missions = papers() if own is None else (own,)
     _check(only, own=mission is not None)
     folder = Path(directory)
-    made = dict(_files(missions, only, mission is None, progress))
+    files = _files(missions, only, mission is None, progress)
+    made = {folder / name: content for name, content in files}
     for name in ("figures", "data"):
         make_directory(folder / name)
-    for name, content in made.items():
-        write_bytes(folder / name, content)
-    return [folder / name for name in made]
+    write_files(made)
+    return list(made)
 
 
 def _check(only: Sequence[str], *, own: bool) -> None:
@@ -224,6 +224,7 @@ def _page(body: Element) -> str:
     """The report as one HTML page."""
     head = (
         element("meta", charset="utf-8"),
+        element("meta", name="generator", content="optuav"),
         element("meta", name="viewport", content="width=device-width, initial-scale=1"),
         element("title", body[0].text or ""),
         element("style", files("optuav.paper").joinpath("report.css").read_text("utf-8")),

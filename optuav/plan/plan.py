@@ -11,10 +11,10 @@ from typing import TYPE_CHECKING, Any, Literal, Self
 from pydantic import BaseModel, ConfigDict, StrictBool, ValidationError, model_validator
 from pydantic_core import ErrorDetails, to_jsonable_python
 
-from optuav.errors import Fault, InputError, NoPlanError, require
+from optuav.errors import Fault, InputError, NoPlanError, require, safe_name
 from optuav.mission import Mission
-from optuav.mission.files import label, read_text, write_text
-from optuav.mission.messages import safe_name, shown
+from optuav.mission.files import label, parse_json, read_text, write_text
+from optuav.mission.messages import shown
 from optuav.mission.schema import Slot, short
 from optuav.network import vehicle
 from optuav.network.places import ENDS
@@ -30,7 +30,7 @@ if TYPE_CHECKING:
 
 SCHEMA = 1
 KIND = "optuav plan"
-LARGEST_BYTES = 200_000_000
+LARGEST_BYTES = 32_000_000
 
 DERIVED = (
     *("hover_time_s", "rest_time_s", "flight_time_s", "mission_time_s", "peak_speed_m_s"),
@@ -324,7 +324,7 @@ def load_plan(path: str | Path) -> Plan:
     Parameters
     ----------
     path
-        A JSON file, up to 200 MB.
+        A JSON file, up to 32 MB.
 
     Returns
     -------
@@ -363,11 +363,7 @@ def parse_plan(text: str, source: str) -> tuple[Plan, dict[str, Any]]:
 
     Raises `InputError` with everything that keeps the text from being a plan.
     """
-    try:
-        data = json.loads(text, parse_constant=_no_constant)
-    except (ValueError, RecursionError) as error:
-        words = "it is nested too deeply" if isinstance(error, RecursionError) else error
-        raise InputError([Fault("", "", f"is not JSON: {words}", source)]) from None
+    data = parse_json(text, source)
     if not isinstance(data, dict) or "kind" not in data:
         raise InputError([Fault("", "", f'is no plan: "kind": "{KIND}" is missing', source)])
     if data["kind"] != KIND:
@@ -395,10 +391,6 @@ def parse_plan(text: str, source: str) -> tuple[Plan, dict[str, Any]]:
     if faults:
         raise InputError(faults)
     return plan, data
-
-
-def _no_constant(name: str) -> float:
-    raise ValueError(f"{name} is no JSON number")
 
 
 def _record_faults(error: ValidationError, source: str) -> Iterator[Fault]:

@@ -8,7 +8,8 @@ import unicodedata
 from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
-from optuav.mission.messages import counted_in, printable
+from optuav.errors import printable
+from optuav.mission.messages import counted_in
 from optuav.network import vehicle
 
 if TYPE_CHECKING:

@@ -16,7 +16,7 @@ from matplotlib.figure import Figure
 from PIL import Image
 
 from optuav.errors import Fault, InputError
-from optuav.mission.files import write_bytes
+from optuav.mission.files import write_files
 from optuav.mission.messages import shown
 from optuav.plan import Stop
 from optuav.plots import style
@@ -68,7 +68,7 @@ def save_animation(replayed: Replay, path: str | Path) -> Path:
     optuav.errors.InputError: animation = 'mission.mp4': a name that ends in .gif
     """
     file = gif_file(path)
-    write_bytes(file, _gif(list(frames(replayed))))
+    write_files({file: _gif(list(frames(replayed)))})
     return file
 
 

@@ -11,7 +11,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from optuav.mission import Mission
-from optuav.mission.files import make_directory, write_bytes
+from optuav.mission.files import make_directory, write_files
 from optuav.plan import Phase, Plan
 from optuav.plots import style
 from optuav.plots.charge import packs, wells
@@ -102,24 +102,23 @@ def save(drawn: Axes | tuple[Axes | None, ...], path: str | Path) -> Path:
     """
     ax = drawn[0] if isinstance(drawn, tuple) else drawn
     assert ax is not None
-    write_bytes(Path(path), image(ax.get_figure(root=True)))
+    write_files({Path(path): image(ax.get_figure(root=True))})
     return Path(path)
 
 
 def save_figures(drawn: Iterable[tuple[str, Axes]], folder: Path) -> list[Path]:
     """Write the figures of axes under the given names, all drawn before the first is written."""
+    pictures = {folder / name: image(ax.get_figure(root=True)) for name, ax in drawn}
     make_directory(folder)
-    pictures = {name: image(ax.get_figure(root=True)) for name, ax in drawn}
-    for name, content in pictures.items():
-        write_bytes(folder / name, content)
-    return [folder / name for name in pictures]
+    write_files(pictures)
+    return list(pictures)
 
 
 def image(figure: Figure | None, form: Literal["png", "svg"] = "png") -> bytes:
     """A figure as a file, without the date and the version of matplotlib that it has by default."""
     assert figure is not None
     content = io.BytesIO()
-    metadata = {"Software": None} if form == "png" else {"Date": None, "Creator": None}
+    metadata = {"Software": "optuav"} if form == "png" else {"Date": None, "Creator": "optuav"}
     figure.set_layout_engine("none")  # the picture is laid out already
     with style.applied():
         figure.savefig(content, format=form, dpi=figure.dpi, metadata=metadata)

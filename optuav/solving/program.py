@@ -16,8 +16,8 @@ from optuav.engines.linear_form import cut_short
 from optuav.engines.prices import ShadowPrice
 from optuav.engines.registry import Engine, capabilities, takers
 from optuav.engines.solution import Solution
-from optuav.errors import Fault, InputError, NoPlanError, SolverError
-from optuav.mission.messages import nearest, printable, shown, written_out
+from optuav.errors import Fault, InputError, NoPlanError, SolverError, printable
+from optuav.mission.messages import nearest, shown, written_out
 from optuav.mission.messages import number as number_of_key
 from optuav.modelling import Check, Checks, Model, check
 from optuav.modelling.check import refuse_misfits

@@ -33,7 +33,6 @@ from optuav.solving.batch import hover_times_s
 from optuav.solving.outcome import SAME_S
 
 SHARE = 0.1  # Reach of a key to either side if nothing is stated, relative to its value
-LARGEST_FILE = 200_000
 FARTHEST_M = 1e6
 DEVIATIONS = 2.0  # Half the range that a picture shows of a normal distribution
 AT_ONCE = 8192
@@ -132,7 +131,7 @@ def spreads(mission: Mission, stated: Mapping[str, object] | str | Path) -> tupl
     source = ""
     if not isinstance(stated, Mapping):
         path = Path(stated)
-        source, stated = label(path), read_toml(path, LARGEST_FILE)
+        source, stated = label(path), read_toml(path)
     known = spreadable(mission)
     found, faults = [], []
     for table, content in stated.items():

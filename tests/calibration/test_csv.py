@@ -11,6 +11,7 @@ import pytest
 from optuav.calibration.csv import (
     Format,
     Measurements,
+    Source,
     gaps,
     read,
     read_all,
@@ -37,7 +38,7 @@ def file(tmp_path: Path) -> Path:
 def faults(file: Path, text: str, least: int = 1) -> list[str]:
     file.write_text(text, "utf-8")
     with pytest.raises(InputError) as caught:
-        record(read(file, LOG._replace(least=least)))
+        record(read(Source.of(file), LOG._replace(least=least)))
     return [str(fault).replace(str(file), "log.csv") for fault in caught.value.faults]
 
 
@@ -46,7 +47,7 @@ def test_units_of_the_header_become_si(file: Path) -> None:
     file.write_text(
         "# a remark\ntime_min, current_mA,speed_rpm,phase\n1,500,60,hover\n\n2,5e2,0,rest\n"
     )
-    table = read(file, LOG)
+    table = read(Source.of(file), LOG)
     assert table.numbers["time"].tolist() == [60.0, 120.0]
     assert table.numbers["current"].tolist() == [0.5, 0.5]
     assert table.numbers["speed"][0] == pytest.approx(2.0 * math.pi)
@@ -56,7 +57,7 @@ def test_units_of_the_header_become_si(file: Path) -> None:
 
 def test_a_blank_is_no_number_where_blanks_are_allowed(file: Path) -> None:
     file.write_text("time_s,current_A,duration_s\n0,1,\n1,1,2\n")
-    assert np.isnan(read(file, LOG).numbers["duration"][0])
+    assert np.isnan(read(Source.of(file), LOG).numbers["duration"][0])
 
 
 def test_all_faults_come_at_once(file: Path) -> None:
@@ -99,6 +100,39 @@ def test_too_few_lines_and_empty_files(file: Path) -> None:
     assert "a header and lines" in faults(file, "# nothing\n")[0]
 
 
+@pytest.mark.parametrize(
+    "number", ["1_0", "\N{FULLWIDTH DIGIT ONE}", "0x1", "1e", "+-1", "infinity"]
+)
+def test_a_number_has_plain_digits(number: str, file: Path) -> None:
+    """What Python alone takes for a number is none."""
+    assert "a number, 0 or 1e-9" in faults(file, f"time_s,current_A\n0,{number}\n")[0]
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("time_s,current_A\n0," + "1" * 140_000, "line 2: has more than 10000 characters"),
+        ("x," * 4_900 + "\n1\n", "column = 'x': a column that is known"),
+        ("time_s,current_A\n" + "1\n" * 1_000_000, "cells = 1: as many as in the header, 2"),
+        ("\x1b[31m,\x1b]0;x\x07\n1,2\n", "column = '\\x1b[31m': a column that is known"),
+        ("time_s,current_A\n0,\x1b[31m\n", "current_A = \N{REPLACEMENT CHARACTER}[31m: a number"),
+        (b"time_s\xff", "is not text in UTF-8: byte 0xff at 6"),
+        ("time_s,current_A\n0," + "9" * 5000 + "\n", "current_A = 999"),
+        ("a" * 20_000_001, "larger than the 20 MB"),
+    ],
+    ids=["cell", "columns", "lines", "heading", "escape", "bytes", "digits", "size"],
+)
+def test_a_hostile_file_gets_a_short_answer(text: str | bytes, words: str, file: Path) -> None:
+    """However long or wild its content, the message is short and safe to print."""
+    file.write_bytes(text.encode() if isinstance(text, str) else text)
+    with pytest.raises(InputError) as caught:
+        read(Source.of(file), LOG)
+    said = str(caught.value)
+    assert words in said
+    assert len(said) < 20_000
+    assert all(line.isprintable() for line in said.split("\n"))
+
+
 def test_clocks_and_gaps_of_a_record(file: Path) -> None:
     """A step of more than ten usual ones is a gap; the clock must move on."""
     rows = "".join(f"{time_s},1\n" for time_s in (0, 1, 2, 3, 20, 21, 21, 20, 22, 23))
@@ -114,7 +148,7 @@ def test_faults_of_several_files_come_read_all(tmp_path: Path) -> None:
         (tmp_path / f"{name}.csv").write_text("time_s\n1\n")
     paths = [tmp_path / name for name in ("a.csv", "b.csv", "missing.csv")]
     with pytest.raises(InputError) as caught:
-        read_all(paths, lambda path: read(path, LOG))
+        read_all(paths, lambda file: read(file, LOG))
     assert len(caught.value.faults) == 3
     assert "there is no such file" in str(caught.value.faults[-1])
 
@@ -145,15 +179,15 @@ def test_the_format_with_most_headings_is_read(file: Path) -> None:
     """And the first of several that have as many."""
     other = Format({"time": "time", "force": "force"})
     file.write_text("time_s,force_g\n1,1000\n")
-    assert read(file, LOG, other).numbers["force"] == pytest.approx([9.80665])
+    assert read(Source.of(file), LOG, other).numbers["force"] == pytest.approx([9.80665])
     file.write_text("time_s,phase\n1,rest\n")
     with pytest.raises(InputError, match="there is no column current_A"):
-        read(file, other, LOG)
+        read(Source.of(file), other, LOG)
 
 
 def test_no_file_at_all() -> None:
     with pytest.raises(InputError, match="no file"):
-        read_all([], lambda path: read(path, LOG))
+        read_all([], lambda file: read(file, LOG))
 
 
 def test_a_file_counts_once_under_all_its_names(tmp_path: Path) -> None:
@@ -166,7 +200,7 @@ def test_a_file_counts_once_under_all_its_names(tmp_path: Path) -> None:
     again = ["below/../a.csv", "link.csv", "copy.csv"]
     paths = [tmp_path / name for name in ("a.csv", "other.csv", *again, "missing.csv")]
     with pytest.raises(InputError) as caught:
-        read_all(paths, lambda path: read(path, Format({"time": "time"})))
+        read_all(paths, lambda file: read(file, Format({"time": "time"})))
     *twice, missing = map(str, caught.value.faults)
     assert [words.partition(": ")[0] for words in twice] == [str(each) for each in paths[2:5]]
     assert all(f"has the content of {paths[0]}: name each" in words for words in twice)

@@ -11,7 +11,7 @@ from hypothesis import HealthCheck, given, settings
 
 from optuav.errors import MOST_SHOWN, InputError
 from optuav.mission import Mission, load
-from optuav.mission.load import LARGEST_FILE
+from optuav.mission.files import LARGEST_TOML, MOST_PARTS
 from tests.mission.strategies import mutated_toml
 
 HEAD = 'schema = 1\nextends = "paper"\n'
@@ -64,12 +64,14 @@ def test_a_damaged_file_is_refused_in_words_or_is_a_mission(scratch: Path, conte
         ("", "schema"),
         (b"\x89PNG\r\n\x1a\n\x00\x00\x00\rIHDR", "not text in UTF-8: byte 0x89 at 0"),
         (b"\x00" * 1000, "not TOML"),
-        (b"#" * (LARGEST_FILE + 1), "larger than the 2 MB"),
+        (b"#" * (LARGEST_TOML + 1), "larger than the 2 MB"),
         ("a = " + "[" * 100_000, "nested too deeply"),
         ("a = " + "{a=" * 100_000, "nested too deeply"),
-        ("a." * 100_000 + "a = 1", "dotted name of more than 32 parts"),
-        ("[" + "'a' . " * 100_000 + "a]", "dotted name of more than 32 parts"),
-        (HEAD + "a." * 31 + "a = 1", "unknown key"),
+        ("a." * 100_000 + "a = 1", "dotted name of more than 8 parts"),
+        ("[" + "'a' . " * 100_000 + "a]", "dotted name of more than 8 parts"),
+        (r'"\"".' * 100_000 + "a = 1", "dotted name of more than 8 parts"),
+        (HEAD + "a." * (MOST_PARTS - 1) + "a = 1", "unknown key"),
+        (HEAD + "".join(f"k{n} = 1\n" for n in range(10_000)), "more than 10000 keys"),
         (HEAD + "limits.deadline_s = " + "9" * 5000, "not TOML"),
         (HEAD + "limits.deadline_s = 0x" + "f" * 5000, "an integer of 20000 bits"),
         (HEAD + "limits.deadline_s = " + "9" * 400, "an integer of 1329 bits: a number, 0 < x"),
@@ -125,7 +127,7 @@ def test_one_clear_error(tmp_path: Path, content: str | bytes, words: str) -> No
 def test_a_file_at_the_largest_size_is_read(tmp_path: Path) -> None:
     """The limit itself is allowed, and comments are not mistaken for rubbish."""
     path = tmp_path / "mission.toml"
-    path.write_bytes(HEAD.encode() + b"#" * (LARGEST_FILE - len(HEAD)))
+    path.write_bytes(HEAD.encode() + b"#" * (LARGEST_TOML - len(HEAD)))
     assert load(path).limits == load("paper").limits
 
 
@@ -140,10 +142,11 @@ def test_a_byte_order_mark_and_windows_line_ends_are_read(tmp_path: Path) -> Non
 
 def test_dotted_text_is_no_dotted_key(tmp_path: Path) -> None:
     """The guard against deep keys lets numbers and sentences with many dots pass."""
-    text = "one. " * 20 + "1.5, " * 100 + "..." * 100
+    text = "one. " * 20 + "1.5, " * 100 + "..." * 100 + "a.b.c.d.e.f.g.h.i.j"
     path = tmp_path / "mission.toml"
-    path.write_text(HEAD + f"description = '{text}'\n", "utf-8")
-    assert load(path).description == text
+    for quote in ('"', "'", '"""', "'''"):
+        path.write_text(HEAD + f"description = {quote}{text}{quote} # {text}\n", "utf-8")
+        assert load(path).description == text
 
 
 @pytest.mark.parametrize("count", [5_000, pytest.param(100_000, marks=pytest.mark.soak), 100_001])
@@ -246,6 +249,6 @@ def test_no_permission_to_read(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) 
 
 def test_tomllib_reads_what_the_guards_let_through(tmp_path: Path) -> None:
     """A dotted key of as many parts as are allowed is parsed as TOML."""
-    text = ".".join(["a"] * 32) + " = 1"
+    text = ".".join(["a"] * MOST_PARTS) + " = 1"
     assert tomllib.loads(text)
     assert refusal(tmp_path / "mission.toml", HEAD + text).faults[0].key == "a"

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 import pickle
 import subprocess
 import sys
@@ -578,10 +579,10 @@ def test_saving_where_that_is_impossible(
     with pytest.raises(InputError, match="is not a possible path"):
         paper.save("a\0b")
 
-    def refuse(self: Path, *_: object, **__: object) -> None:
-        raise PermissionError(13, "Permission denied", str(self))
+    def refuse(path: object, *_: object, **__: object) -> None:
+        raise PermissionError(13, "Permission denied", str(path))
 
-    monkeypatch.setattr(Path, "open", refuse)
+    monkeypatch.setattr(os, "open", refuse)
     with pytest.raises(InputError, match=r"m\.toml: cannot be written: Permission denied"):
         paper.save(tmp_path / "m.toml")
 
