@@ -8,7 +8,7 @@ import sys
 import textwrap
 import tomllib
 from collections.abc import Iterable, Iterator
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -26,6 +26,7 @@ if TYPE_CHECKING:
 
     from optuav.mission import Mission
     from optuav.mission.schema import MissionSection
+    from optuav.mission.template import Datasheet
     from optuav.network.feasibility import BuildingFigures
     from optuav.plan import Plan
 
@@ -187,6 +188,8 @@ class Numbers:
     capacity_mAh: float | None = None
     hover_min: float | None = None
     cruise_min: float | None = None
+    hover_power_W: float | None = None
+    cruise_power_W: float | None = None
     cruise_speed_m_s: float | None = None
     reserve_percent: float | None = None
     laser_power_W: float | None = None
@@ -216,17 +219,16 @@ def new(file: Path, asked: Numbers, source: str = "paper") -> None:
     """Write a mission file in which every key is explained."""
     from optuav.mission import load
     from optuav.mission.files import must_be_new, write_text
-    from optuav.mission.template import Datasheet, template
+    from optuav.mission.template import template
 
     must_be_new(file)
     stated = vars(asked)
     if source == REGIMES:
-        needed = [name for name, each in Datasheet.model_fields.items() if each.is_required()]
-        ask = sys.stdin.isatty() and any(stated[name] is None for name in needed)
-        sheet = Datasheet.of(_prompted(stated) if ask else stated)
+        sheet = _sheet(stated)
         mission, remarks = sheet.mission(), sheet.remarks()
+        typer.echo("\n".join(sheet.assumptions()))
     elif faults := [
-        Fault(name, f"{value:g}", f"goes with --from {REGIMES}")
+        Fault(_flag(name), f"{value:g}", f"goes with --from {REGIMES}")
         for name, value in stated.items()
         if value is not None
     ]:
@@ -237,13 +239,31 @@ def new(file: Path, asked: Numbers, source: str = "paper") -> None:
     typer.echo(f"wrote {file}; next: optuav validate {file}")
 
 
+def _flag(name: str) -> str:
+    """The option for a number of the datasheet."""
+    return f"--{name.replace('_', '-')}"
+
+
+def _sheet(stated: dict[str, Any]) -> Datasheet:
+    """The datasheet; a person at a terminal is asked for what it needs. Faults name options."""
+    from optuav.mission.template import INSTEAD, Datasheet
+
+    missing = {name for name, each in Datasheet.model_fields.items() if each.is_required()}
+    missing -= {INSTEAD.get(name, name) for name, value in stated.items() if value is not None}
+    try:
+        return Datasheet.of(_prompted(stated) if missing and sys.stdin.isatty() else stated)
+    except InputError as error:
+        raise InputError(replace(each, key=_flag(each.key)) for each in error.faults) from None
+
+
 def _prompted(stated: dict[str, Any]) -> dict[str, Any]:
     """The stated numbers; a person at the terminal gives the others."""
-    from optuav.mission.template import Datasheet
+    from optuav.mission.template import INSTEAD, Datasheet
 
     answers = dict(stated)
+    by_power = {INSTEAD[name] for name in INSTEAD if stated[name] is not None}
     for name, field in Datasheet.model_fields.items():
-        if answers[name] is None:
+        if answers[name] is None and name not in by_power | INSTEAD.keys():
             default = answers["hover_min"] if name == "cruise_min" else field.get_default()
             answers[name] = typer.prompt(
                 Datasheet.descriptions()[name].rstrip("."),

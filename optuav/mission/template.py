@@ -3,14 +3,18 @@
 from __future__ import annotations
 
 import math
+import textwrap
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Annotated, Any, Self
 
 import tomli_w
+from pydantic import model_validator
 
+from optuav.errors import Fault
 from optuav.mission.load import load
+from optuav.mission.messages import described
 from optuav.mission.mission import Mission, without_none
-from optuav.mission.schema import SCHEMA, MissionSection, Number
+from optuav.mission.schema import SCHEMA, MissionSection, Number, short
 from optuav.mission.validation import StatedMission, validate
 
 SCENE = "matrice350"
@@ -24,6 +28,10 @@ _AS_PER_MAH = 3.6
 _S_PER_MIN = 60.0
 
 Minutes = Annotated[float, Number("min", ge=1, le=1e4)]
+Watts = Annotated[float, Number("W", ge=1, le=1e6)]
+
+INSTEAD = {"hover_power_W": "hover_min", "cruise_power_W": "cruise_min"}
+"""Powers that may be stated in place of times."""
 
 
 def template(mission: Mission, name: str, remarks: Sequence[str] = ()) -> str:
@@ -97,6 +105,10 @@ class Datasheet(MissionSection):
     """Hover time without payload until the battery is empty [min]."""
     cruise_min: Minutes | None = None
     """Flight time at cruise speed until empty; without it that of hovering [min]."""
+    hover_power_W: Watts | None = None
+    """In place of hover_min, the power in hover without payload [W]."""
+    cruise_power_W: Watts | None = None
+    """In place of cruise_min, the power at cruise speed without payload [W]."""
     cruise_speed_m_s: Annotated[float, Number("m/s", ge=0.5, le=100)]
     """Cruise speed [m/s]."""
     reserve_percent: Annotated[float, Number("%", ge=0, le=90)] = 20.0
@@ -107,7 +119,18 @@ class Datasheet(MissionSection):
     @classmethod
     def of(cls, values: Mapping[str, Any]) -> Self:
         """A datasheet of values by name, where None counts as not stated; raises `InputError`."""
-        return validate(cls, StatedMission(without_none(values)))
+        known = without_none(values)
+        faults = [
+            Fault(power, short(known[power]), f"either {power} or {minutes}")
+            for power, minutes in INSTEAD.items()
+            if {power, minutes} <= known.keys()
+        ]
+        return validate(cls, StatedMission(known if faults else with_times(known)), faults)
+
+    @model_validator(mode="before")
+    @classmethod
+    def _with_times(cls, stated: Mapping[str, Any]) -> dict[str, Any]:
+        return with_times(stated)
 
     @property
     def load_factor(self) -> float:
@@ -153,9 +176,36 @@ class Datasheet(MissionSection):
     def remarks(self) -> tuple[str, ...]:
         """Lines on what the mission was made of, and what was assumed."""
         stated = self.model_dump(exclude_none=True).items()
-        return (
-            *(f"{name} = {value:g}" for name, value in stated),
-            f"Assumed: {CELL_V:g} V a cell, charging at 1 C, {REST_SHARE:.0%} of the hover power",
-            f"at rest; power grows with mass to the power of 1.5, {self.load_factor:.4g} times.",
-            f"Places, wells, link and air are those of `{SCENE}`: put yours in.",
+        return (*(f"{name} = {value:g}" for name, value in stated), *self.assumptions())
+
+    def assumptions(self) -> list[str]:
+        """What the mission states beyond the datasheet, in lines."""
+        return textwrap.wrap(
+            f"Assumed: {CELL_V:g} V a cell, charging at 1 C, {REST_SHARE:.0%} of the hover power "
+            "at rest. A drone of twice the mass takes 2.8 times the power, and this payload makes "
+            f"it {self.load_factor:.4g} times. Places, buildings, wells, link, air and laser "
+            f"({self.laser_power_W:g} W) are those of the mission {SCENE}: put yours in.",
+            width=78,
         )
+
+
+def with_times(stated: Mapping[str, Any]) -> dict[str, Any]:
+    """The values of a datasheet with times in place of powers: the packs' energy over the power.
+
+    Values out of range are left to be refused.
+    """
+    known = {"packs": 1, **stated}
+    for power, minutes in INSTEAD.items():
+        names = ("packs", "cells", "capacity_mAh", power)
+        ranges = (next(described(Datasheet, name)) for name in names)
+        if not all(
+            isinstance(each, Number) and each.accepts(known.get(name))
+            for name, each in zip(names, ranges, strict=True)
+        ):
+            continue
+        if minutes in known:
+            raise ValueError(f"either {power} or {minutes}")
+        packs, cells, capacity_mAh, power_W = (known[name] for name in names)
+        known[minutes] = packs * cells * CELL_V * capacity_mAh * _AS_PER_MAH / power_W / _S_PER_MIN
+        del known[power]
+    return known

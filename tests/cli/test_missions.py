@@ -10,6 +10,7 @@ import pytest
 
 import optuav
 from tests.cli.run import refused, run, widest
+from tests.cli.run import words as said
 
 
 @pytest.fixture(autouse=True)
@@ -235,13 +236,30 @@ def test_a_terminal_is_asked_for_what_is_missing(monkeypatch: pytest.MonkeyPatch
     assert asked.replace('"asked"', '"stated"').replace("# cruise_min = 36\n", "") == stated
 
 
+def test_power_in_watts_stands_for_a_time_and_what_is_assumed_is_said() -> None:
+    """Six cells of 3.7 V with 22 Ah hold 488.4 Wh: 32.56 min at 900 W."""
+    sheet = ("--mass-kg", "6", "--cells", "6", "--capacity-mAh", "22000", "--cruise-speed-m-s", "9")
+    made = run("new", "mine.toml", "--from", "regimes", *sheet, "--hover-power-W", "900")
+    assert made.code == 0
+    assert "laser (5000 W) are those of the mission matrice350" in said(made.out)
+    flight = optuav.load("mine.toml").flight
+    assert flight.model == "regimes"
+    assert flight.hover_power_W == pytest.approx(900, abs=0.01)
+    assert flight.flight_current_A == pytest.approx(22.0 / (32.56 / 60), rel=1e-5)
+    both = refused("new", "w.toml", "--from", "regimes", *SHEET, "--hover-power-W", "900")
+    assert "--hover-power-W = 900: either hover_power_W or hover_min" in both
+
+
 @pytest.mark.parametrize(
     ("arguments", "words"),
     [
-        (("--from", "regimes", *SHEET[2:]), "mass_kg: is missing; a number"),
-        (("--from", "regimes", *SHEET, "--payload-kg", "-1"), "payload_kg = -1.0: a number"),
-        (("--from", "regimes", *SHEET, "--laser-power-W", "nan"), "laser_power_W = nan: a number"),
-        (SHEET[:2], "mass_kg = 4: goes with --from regimes"),
+        (("--from", "regimes", *SHEET[2:]), "--mass-kg: is missing; a number"),
+        (("--from", "regimes", *SHEET, "--payload-kg", "-1"), "--payload-kg = -1.0: a number"),
+        (
+            ("--from", "regimes", *SHEET, "--laser-power-W", "nan"),
+            "--laser-power-W = nan: a number",
+        ),
+        (SHEET[:2], "--mass-kg = 4: goes with --from regimes"),
     ],
 )
 def test_a_datasheet_that_is_refused(arguments: tuple[str, ...], words: str) -> None:

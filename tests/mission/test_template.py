@@ -14,7 +14,7 @@ from pydantic import BaseModel
 
 import optuav
 from optuav.mission import Mission
-from optuav.mission.template import Datasheet, template
+from optuav.mission.template import INSTEAD, Datasheet, template
 from tests.examples import few
 from tests.mission.strategies import NAMES, missions
 
@@ -155,5 +155,5 @@ def test_all_faults_are_told_at_once() -> None:
 
 
 def test_there_are_ten_numbers() -> None:
-    """As many as the documentation promises."""
-    assert len(Datasheet.model_fields) == 10
+    """As many as the documentation promises, beside powers in place of times."""
+    assert len(Datasheet.model_fields.keys() - INSTEAD) == 10
