@@ -155,6 +155,9 @@ def validate(mission: str, settings: list[str] | None = None, as_json: bool = Fa
 
     checked = mission_of(mission, settings)
     warnings = list(advice(checked))
+    if not (plan := optuav.solve(checked)):
+        found = [reason for reason in plan.reasons if reason not in warnings]
+        warnings += [f"no plan can be flown: {'; '.join(found)}"] if found else []
     deliver(
         lambda: {"mission": checked.name, "valid": True, "warnings": warnings},
         f"{checked.name}: every key of the mission is in order",

@@ -12,7 +12,8 @@ from optuav.mission import Mission
 from optuav.mission.messages import listed
 from optuav.network import vehicle
 from optuav.network.network import NO_LEG, Network, build_network
-from optuav.network.places import HOVER
+from optuav.network.obstacles import CLEAR, crossed, prisms
+from optuav.network.places import DESTINATION, HOVER, ORIGIN
 from optuav.network.timeline import stay_net
 from optuav.physics import flight, link, rotor
 
@@ -77,19 +78,18 @@ def blocked_legs(network: Network, route: int) -> list[str]:
 def advice(mission: Mission) -> tuple[str, ...]:
     """Warnings about a valid mission; empty if there is nothing to say."""
     network = build_network(mission)
-    found = impossibilities(network)
-    return (*found, *_advice(network, flies=not found))
+    return (*impossibilities(network), *_advice(network))
 
 
-def _advice(network: Network, *, flies: bool) -> Iterator[str]:
-    mission, places, legs, routes = network.mission, network.places, network.legs, network.routes
-    if flies:
-        shortest_s = float(routes.flight_time_s[routes.flyable].min())
-        if shortest_s > mission.limits.deadline_s:
-            yield (
-                f"limits.deadline_s = {mission.limits.deadline_s:g} s is shorter than the flight "
-                f"alone, {shortest_s:.2f} s"
-            )
+def _advice(network: Network) -> Iterator[str]:
+    mission, places, legs = network.mission, network.places, network.legs
+    ends = np.array([ORIGIN, HOVER, DESTINATION])
+    ends = ends[np.isfinite(places.position_m[ends]).all(axis=1)]
+    at_m = places.position_m[ends]
+    inside = crossed(prisms(mission), at_m, at_m, np.full((len(ends), 1), CLEAR))
+    for place, building in zip(ends, inside, strict=True):
+        if building != CLEAR:
+            yield f"{places.names[place]} lies inside building {mission.buildings[building].name}"
     speeds_m_s = np.where(legs.flyable & ~legs.edited, legs.peak_speed_m_s, 0.0)
     fastest = int(speeds_m_s.argmax())
     warning = flight.speed_warning(float(speeds_m_s[fastest]))

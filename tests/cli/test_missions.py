@@ -202,6 +202,16 @@ def test_what_is_in_order_but_cannot_fly_is_told() -> None:
     ]
 
 
+def test_a_mission_without_a_plan_is_in_order_and_warned_of() -> None:
+    for setting, why in {
+        "limits.deadline_s=60": "the flight alone takes 75.79 s, longer than limits.deadline_s",
+        "battery.capacity_As=100": "P1.b state of charge",
+    }.items():
+        found = run("validate", "paper", "--set", setting)
+        assert found.code == 0
+        assert f"no plan can be flown: {why}" in said(found.out)
+
+
 SHEET = (
     *("--mass-kg", "4", "--packs", "2", "--cells", "10", "--capacity-mAh", "6000"),
     *("--hover-min", "36", "--cruise-speed-m-s", "10"),

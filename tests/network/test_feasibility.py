@@ -157,8 +157,10 @@ def test_packs_that_are_used_as_one_are_charged_as_one() -> None:
 @pytest.mark.parametrize(
     ("changes", "words"),
     [
-        ({"limits.deadline_s": 75}, "limits.deadline_s = 75 s is shorter than the flight alone"),
-        ({"limits.deadline_s": 75}, "75.79 s"),
+        (
+            {"buildings.b1.position_m": (0, 0, 80), "buildings.b1.footprint_m": (50, 50)},
+            "origin lies inside building b1",
+        ),
         ({"battery.charge_current_A": 20.1}, "battery.charge_current_A = 20.1 A is above 1 C"),
         ({"battery.packs": 1, "battery.capacity_As": 35000}, "9.72222 A"),
         ({"body.mass_kg": 2}, "the UAV cannot fly"),
