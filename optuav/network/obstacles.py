@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-import itertools
 import math
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
-from typing import TYPE_CHECKING, TypeAlias
+from typing import TypeAlias
 
 import numpy as np
 import numpy.typing as npt
@@ -14,15 +14,13 @@ import numpy.typing as npt
 from optuav.arrays import Booleans, Floats, Integers
 from optuav.mission import Mission
 from optuav.mission.schema import Building
-
-if TYPE_CHECKING:
-    import shapely
+from optuav.physics.quantity import TINY, Quantity
 
 MARGIN_M = 1e-6
 """How far walls and roofs are moved inwards [m], so that to graze a building is not to cross it."""
-MOST_PAIRS = 1 << 21  # Lines that are tried at once, times buildings
-BUILDINGS_PASSED = 4
-"""About as many buildings a piece of a line passes, where they stand evenly on the map."""
+MOST_PAIRS = 1 << 15
+"""Pairs of lines and footprints that are tried at once, about: as many as fit the cache."""
+FEW = 16  # So many footprints are all tried on every line
 REMEMBERED = 4
 """Sets of buildings whose prisms are kept: missions that are compared share theirs as a rule."""
 CLEAR = -1  # In place of the number of a building: there is none
@@ -30,24 +28,63 @@ Outline: TypeAlias = tuple[tuple[float, float], ...]  # Corners of a footprint o
 
 
 @dataclass(frozen=True)
-class Prisms:
-    """Footprints with a spatial index."""
+class Cells:
+    """The map in cells, as many across as along, and the footprints that reach into each.
 
-    footprints: tuple[Outline, ...]
-    building: Integers  # Number of the building of every footprint
+    Cells are numbered along y within x, and again along x within y.
+    """
+
+    low_m: Floats
+    size_m: Floats
+    across: int
+    # By numbering: footprints in the order of the cells, and where those of each cell begin.
+    footprints: Sequence[Integers]
+    begins: Sequence[Integers]
+
+
+@dataclass(frozen=True)
+class Prisms:
+    """Footprints, each smaller by `MARGIN_M` all round."""
+
+    corners_m: Floats  # Of all footprints as stated (corner, axis) [m]
+    sizes: Integers  # Number of corners of every footprint
+    # Ends of the box around it (axis, footprint) [m], and whether it fills that box.
+    low_m: Floats
+    high_m: Floats
+    is_box: Booleans
+    building: Integers  # Number of its building
     roof_m: Floats  # Height of its roof over ground [m]
 
     @cached_property
-    def tree(self) -> shapely.STRtree:
-        """`shapely.STRtree` of the footprints, each smaller by `MARGIN_M` all round."""
+    def polygons(self) -> npt.NDArray[np.object_]:
+        """The footprints as polygons of `shapely`."""
         import shapely
 
-        corners = np.array([corner for outline in self.footprints for corner in outline])
-        ring = np.repeat(np.arange(len(self.footprints)), list(map(len, self.footprints)))
-        outer = shapely.polygons(shapely.linearrings(corners.reshape(-1, 2), indices=ring))
-        inner = np.asarray(shapely.buffer(outer, -MARGIN_M, join_style="mitre"))
+        ring = np.repeat(np.arange(len(self.sizes)), self.sizes)
+        outer = shapely.polygons(shapely.linearrings(self.corners_m, indices=ring))
+        inner = shapely.buffer(outer, -MARGIN_M, join_style="mitre")
         shapely.prepare(inner)
-        return shapely.STRtree(inner)
+        return np.asarray(inner)
+
+    @cached_property
+    def cells(self) -> Cells:
+        """Cells no smaller than footprints as a rule, so that each reaches into few."""
+        low_m, high_m, count = self.low_m - MARGIN_M, self.high_m + MARGIN_M, len(self.sizes)
+        origin_m = low_m.min(axis=1, keepdims=True)
+        reach_m = high_m.max(axis=1, keepdims=True) - origin_m
+        typical_m = np.sqrt(((high_m - low_m) ** 2).mean(axis=1, keepdims=True))
+        most = int(min(float((reach_m / typical_m).min()), math.sqrt(count)))
+        size_m = reach_m / (across := max(1, most) if count > FEW else 1)
+        ends = np.stack([low_m - origin_m, high_m - origin_m]) / size_m
+        first, last = np.clip(ends.astype(np.intp), 0, across - 1)
+        entries = (spans := last - first + 1).prod(axis=0)
+        footprint = np.repeat(np.arange(count), entries)
+        number = np.arange(len(footprint)) - np.repeat(np.cumsum(entries) - entries, entries)
+        x, y = first[:, footprint] + np.divmod(number, spans[1, footprint])
+        numbers = x * across + y, y * across + x
+        order = [np.argsort(each, kind="stable") for each in numbers]
+        begins = [np.cumsum(np.bincount(each + 1, minlength=across**2 + 1)) for each in numbers]
+        return Cells(origin_m, size_m, across, [footprint[each] for each in order], begins)
 
 
 def outline_m(building: Building) -> Outline | None:
@@ -70,8 +107,19 @@ def prisms(mission: Mission) -> Prisms:
 def _prisms(stated: tuple[Outline | None, ...], top_m: tuple[float, ...]) -> Prisms:
     """Of all buildings, by outlines and heights."""
     building = np.array([k for k, each in enumerate(stated) if each is not None], dtype=np.intp)
-    footprints = tuple(each for each in stated if each is not None)
-    return Prisms(footprints, building, np.array(top_m, dtype=float)[building])
+    outlines = [each for each in stated if each is not None]
+    corners = np.array([corner for outline in outlines for corner in outline]).reshape(-1, 2)
+    sizes = np.array([*map(len, outlines)], dtype=np.intp)
+    first = np.cumsum(sizes) - sizes
+    low_m, high_m = (each.reduceat(corners, first).T for each in (np.minimum, np.maximum))
+    low_m, high_m = low_m + MARGIN_M, high_m - MARGIN_M
+    # Four corners, and every edge along an axis.
+    (four,) = np.nonzero((sizes == 4) & (low_m < high_m).all(axis=0))
+    ring = corners[first[four, None] + np.arange(4)]
+    is_box = np.zeros(len(sizes), bool)
+    is_box[four] = ((ring != np.roll(ring, 1, axis=1)).sum(axis=2) == 1).all(axis=1)
+    roof_m = np.array(top_m, dtype=float)[building]
+    return Prisms(corners, sizes, low_m, high_m, is_box, building, roof_m)
 
 
 def crossed(obstacles: Prisms, start_m: Floats, end_m: Floats, exempt: Integers) -> Integers:
@@ -80,56 +128,99 @@ def crossed(obstacles: Prisms, start_m: Floats, end_m: Floats, exempt: Integers)
     A line crosses a building if it runs inside the footprint below the roof; to graze a wall, a
     corner or the roof is not to cross. The `exempt` buildings (line, k) do not block a line.
     """
-    swap = (start_m[:, 2] > end_m[:, 2])[:, None]
-    low_m, high_m = np.where(swap, end_m, start_m), np.where(swap, start_m, end_m)
     found = np.full(len(start_m), CLEAR, dtype=np.intp)
-    count = len(obstacles.building)
-    if not count:
+    if not len(obstacles.building):
         return found
-    at_once = 1 + MOST_PAIRS // max(1, count)
-    # Buildings in the way stand near the low end as a rule; short pieces have slim boxes.
-    cuts = np.linspace(0.0, 1.0, 2 + int(math.sqrt(count) / BUILDINGS_PASSED))
-    for first in range(0, len(found), at_once):
-        lines = np.arange(first, min(first + at_once, len(found)))
-        for begin, end in itertools.pairwise(cuts):
-            way_m = high_m[lines] - low_m[lines]
-            line, building = _through(
-                obstacles, low_m[lines] + begin * way_m, low_m[lines] + end * way_m, exempt[lines]
-            )
-            found[lines[line]] = building
-            lines = lines[found[lines] == CLEAR]
+    swap = start_m[:, 2] > end_m[:, 2]
+    low_m, high_m = np.where(swap, end_m.T, start_m.T), np.where(swap, start_m.T, end_m.T)
+    way_m, cells = high_m - low_m, obstacles.cells
+    at_once = 1 + MOST_PAIRS * cells.across**2 // len(cells.footprints[0])
+    steep = np.abs(way_m[1]) > np.abs(way_m[0])
+    for axis in (0, 1):
+        along = np.flatnonzero(steep == axis)
+        for first in range(0, len(along), at_once):
+            some = along[first : first + at_once]
+            blocker = np.full(len(some), CLEAR, dtype=np.intp)
+            lines = low_m[:, some], way_m[:, some]
+            for line, footprint in _boxes_met(obstacles, axis, *lines, blocker):
+                blocks = (exempt[some[line]] != obstacles.building[footprint, None]).all(axis=1)
+                other = np.flatnonzero(blocks & ~obstacles.is_box[footprint])
+                if len(other):
+                    low, way = (each[:, line[other]] for each in lines)
+                    blocks[other] = _enters(obstacles, low, way, footprint[other])
+                blocker[line[blocks]] = obstacles.building[footprint[blocks]]
+            found[some] = blocker
     return found
 
 
-def _through(
-    obstacles: Prisms, low_m: Floats, high_m: Floats, exempt: Integers
-) -> tuple[Integers, Integers]:
-    """Pairs of lines and buildings that they cross; each line by its low and its high end."""
+def _boxes_met(
+    obstacles: Prisms, axis: int, low_m: Floats, way_m: Floats, blocker: Integers
+) -> Iterator[tuple[Integers, Integers]]:
+    """Lines (axis, line) and footprints whose boxes they meet, from the low ends of the lines on.
+
+    A line that has a `blocker` by then is followed no further.
+    """
+    cells, n = obstacles.cells, obstacles.cells.across
+    if n == 1:
+        boxes = obstacles.low_m[:, None], obstacles.high_m[:, None], obstacles.roof_m
+        enter, leave = _stretch(low_m[..., None], way_m[..., None], *boxes)
+        line, footprint = np.nonzero(enter <= leave)
+        yield line, footprint
+        return
+    enter, leave = _stretch(
+        low_m, way_m, cells.low_m, cells.low_m + n * cells.size_m, obstacles.roof_m.max()
+    )
+    place, way = (low_m[:2] - cells.low_m) / cells.size_m, way_m[:2] / cells.size_m
+    along = np.where(np.abs(way[axis]) < TINY, TINY, way[axis])
+    lines = np.stack([place[1 - axis], way[1 - axis], place[axis], along, enter, leave])
+    (live,) = np.nonzero(enter <= leave)
+    lines = lines[:, live]
+    column, last = np.clip((lines[2] + lines[4:] * lines[3]).astype(np.intp), 0, n - 1)
+    while len(live):
+        aside, across, begin, along, enter, leave = lines
+        shares = np.clip((np.stack([column, column + 1]) - begin) / along, enter, leave)
+        row = np.clip((aside + shares * across).astype(np.intp), 0, n - 1)
+        first = cells.begins[axis][column * n + row.min(axis=0)]
+        entries = cells.begins[axis][column * n + row.max(axis=0) + 1] - first
+        line = np.repeat(live, entries)
+        number = np.arange(len(line)) + np.repeat(first - np.cumsum(entries) + entries, entries)
+        footprint = cells.footprints[axis][number]
+        box = obstacles.low_m[:, footprint], obstacles.high_m[:, footprint]
+        starts, ends = _stretch(low_m[:, line], way_m[:, line], *box, obstacles.roof_m[footprint])
+        met = starts <= ends
+        yield line[met], footprint[met]
+        (on,) = np.nonzero((blocker[live] == CLEAR) & (column != last))
+        live, lines, last = live[on], lines[:, on], last[on]
+        column = column[on] + np.sign(last - column[on])
+
+
+def _stretch(
+    low_m: Floats, way_m: Floats, box_low_m: Floats, box_high_m: Floats, roof_m: Quantity
+) -> tuple[Floats, Floats]:
+    """From which to which share of their way lines run in boxes and below roofs.
+
+    They do not where the first is larger.
+    """
+    way = np.where(np.abs(way_m) < TINY, TINY, way_m)
+    one, other = (box_low_m - low_m[:2]) / way[:2], (box_high_m - low_m[:2]) / way[:2]
+    depth_m = roof_m - MARGIN_M - low_m[2]
+    highest = np.where(depth_m > 0.0, np.minimum(depth_m / way[2], 1.0), -1.0)
+    enter = np.minimum(one, other).max(axis=0)
+    return np.maximum(enter, 0.0), np.minimum(np.maximum(one, other).min(axis=0), highest)
+
+
+def _enters(obstacles: Prisms, low_m: Floats, way_m: Floats, footprint: Integers) -> Booleans:
+    """Whether lines (axis, line) run through footprints of any shape, below their roofs."""
     import shapely
 
-    line, footprint = obstacles.tree.query(_on_map(low_m, high_m))
-    depth_m = obstacles.roof_m[footprint] - MARGIN_M - low_m[line, 2]
-    kept = depth_m > 0.0
-    kept &= (exempt[line] != obstacles.building[footprint, None]).all(axis=1)
-    if not kept.any():
-        return line[kept], obstacles.building[footprint[kept]]
-    line, footprint, depth_m = line[kept], footprint[kept], depth_m[kept]
-    way_m = high_m[line] - low_m[line]
-    share = np.where(way_m[:, 2] > depth_m, depth_m / np.maximum(way_m[:, 2], depth_m), 1.0)
-    below = _on_map(low_m[line], low_m[line] + share[:, None] * way_m)
-    inside = shapely.intersects(obstacles.tree.geometries[footprint], below)
-    return line[inside], obstacles.building[footprint[inside]]
-
-
-def _on_map(start_m: Floats, end_m: Floats) -> npt.NDArray[np.object_]:
-    """Lines seen from above; an upright one is a point."""
-    import shapely
-
-    seen = np.asarray(shapely.linestrings(np.stack([start_m[:, :2], end_m[:, :2]], axis=1)))
-    upright = (start_m[:, :2] == end_m[:, :2]).all(axis=1)
-    if upright.any():
-        seen[upright] = shapely.points(start_m[upright, :2])
-    return seen
+    boxes = obstacles.low_m[:, footprint], obstacles.high_m[:, footprint]
+    shares = _stretch(low_m, way_m, *boxes, obstacles.roof_m[footprint])
+    ends_m = np.stack([(low_m + share * way_m)[:2].T for share in shares], axis=1)
+    seen = np.asarray(shapely.linestrings(ends_m))
+    # Seen from above, an upright line is a point.
+    upright = (ends_m[:, 0] == ends_m[:, 1]).all(axis=1)
+    seen[upright] = shapely.points(ends_m[upright, 0])
+    return np.asarray(shapely.intersects(obstacles.polygons[footprint], seen))
 
 
 def clear_lines(
@@ -142,10 +233,19 @@ def clear_lines(
     """
     known = np.asarray(np.isfinite(position_m).all(axis=2))
     free = np.asarray(known[:, lines].all(axis=2))
-    moves = (position_m != position_m[:1]).any(axis=(0, 2))[lines].any(axis=1)
-    first = np.arange(len(position_m))[:, None] == 0
-    # A line that is the same in all variants is tried once.
-    variant, line = np.nonzero(free & (moves | first))
+    low_m, high_m = (each.reduce(position_m, axis=0)[lines] for each in (np.fmin, np.fmax))
+    moves = (low_m != high_m).any(axis=(1, 2))
+    for k in np.flatnonzero(moves).tolist():
+        # In no variant is it farther from the middle one than its ends may be.
+        middle_m, reach_m = 0.5 * (low_m + high_m)[k], 0.5 * (high_m - low_m)[k].max(axis=0)
+        start_m, end_m = middle_m[np.argsort(middle_m[:, 2])]
+        wider_m = reach_m[:2, None]
+        boxes = obstacles.low_m - wider_m, obstacles.high_m + wider_m, obstacles.roof_m + reach_m[2]
+        enter, leave = _stretch(start_m[:, None], (end_m - start_m)[:, None], *boxes)
+        moves[k] = ((enter <= leave) & ~np.isin(obstacles.building, exempt[k])).any()
+    every = np.arange(len(position_m))[:, None]
+    # A line that is the same in all variants is tried once, and so is one that is always clear.
+    variant, line = np.nonzero(free & (moves | (every == 0)))
     start_m, end_m = np.moveaxis(position_m[variant[:, None], lines[line]], 1, 0)
     blocked = np.zeros_like(free)
     blocked[variant, line] = crossed(obstacles, start_m, end_m, exempt[line]) != CLEAR

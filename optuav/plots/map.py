@@ -342,13 +342,13 @@ def _buildings_along(shown: Scene, way: Way) -> Iterator[tuple[float, float, flo
     """Where a way is over a footprint, from and to [m] over ground, and the roof [m]."""
     import shapely
 
-    tree, roofs_m = shown.obstacles.tree, shown.obstacles.roof_m
+    footprints, roofs_m = shown.obstacles.polygons, shown.obstacles.roof_m
     for (start, end), begin_m in zip(pairwise(way.points[:, :2]), way.side[:, 0], strict=False):
         if (start == end).all():
             continue
         line = shapely.LineString([start, end])
-        for number in np.sort(tree.query(line, predicate="intersects")):
-            common = shapely.intersection(line, tree.geometries[number])
+        for number in np.flatnonzero(shapely.intersects(footprints, line)):
+            common = shapely.intersection(line, footprints[number])
             for part in shapely.get_parts(common):
                 along = [begin_m + math.dist(start, point) for point in part.coords]
                 yield float(min(along)), float(max(along)), float(roofs_m[number])

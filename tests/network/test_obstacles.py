@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import itertools
 import math
+import sys
 from collections.abc import Sequence
 
 import numpy as np
@@ -323,6 +324,18 @@ def test_what_is_out_of_reach_blocks_nothing() -> None:
     assert table.flyable[(table.start != HOVER) & (table.end != HOVER)].any()
 
 
+def test_rectangles_need_no_geometry_library(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Walls along the axes are compared as numbers; slanting ones are shapely's."""
+    boxes = [(40, 10), ((-20, -5), (-20, 5), (20, 5), (20, -5))]
+    triangle = ((-20, -5), (20, -5), (-20, 5), (-20, -5))
+    boxed, other = ([town((each, (-15, 0, 30))) for each in some] for some in (boxes, [triangle]))
+    monkeypatch.setitem(sys.modules, "shapely", None)
+    for mission in boxed:
+        assert blocker(mission, (-50, 0, 5), (50, 0, 5)) == 0
+    with pytest.raises(ImportError):
+        blocker(other[0], (-50, 0, 5), (50, 0, 5))
+
+
 def test_missions_share_prisms_without_comparing_buildings(monkeypatch: pytest.MonkeyPatch) -> None:
     """In a large town that takes longer than to make them anew."""
     mission = town(((40, 10), (100, 200, 30)), (None, (0, 0, 50)), (L_SHAPE, (5, 5, 20)))
@@ -340,7 +353,7 @@ def test_prisms_follow_footprints_and_roofs(key: str, value: object) -> None:
     """No other town's are taken for them."""
     mission = town(((40, 10), (100, 200, 30)), (None, (0, 0, 50)), (L_SHAPE, (5, 5, 20)))
     before, after = prisms(mission), prisms(mission.replace({f"buildings.{key}": value}))
-    bounds_m = [shapely.bounds(each.tree.geometries) for each in (before, after)]
+    bounds_m = [shapely.bounds(each.polygons) for each in (before, after)]
     assert not np.array_equal(*bounds_m) or not np.array_equal(before.roof_m, after.roof_m)
 
 
