@@ -223,7 +223,8 @@ def takers(model: Traits, slots: bool) -> tuple[str, ...]:
 
 def need(wanted: str | Engine, model: Traits, slots: bool) -> None:
     """Refuse an engine that does not take a model, and name those that do."""
-    takes = capabilities[wanted] if isinstance(wanted, str) else wanted.takes
+    known = capabilities.get(wanted) if isinstance(wanted, str) else None
+    takes = known or engine(wanted).takes  # which refuses a name that is not known
     if why := takes.obstacle(model, slots):
         others = ", ".join(takers(model, slots)) or "none"
         raise InputError(

@@ -26,6 +26,7 @@ from optuav.modelling.forms import (
     Monomial,
     NotExponentialError,
     Relaxation,
+    applied,
     exponential,
 )
 from optuav.modelling.model import Constraint, Model
@@ -265,7 +266,12 @@ def stated_forms(model: Model, values: Values, *, relaxed: bool = False) -> list
             read.append((each, own, True))
         kinds += map(Relaxation, exact.names) if relaxation is exact else ()
     found = [
-        StatedForm((right - left) * sign, np.abs(right.terms.get(CONSTANT, 0.0)), each, bounds)
+        StatedForm(
+            applied(np.multiply, (applied(np.subtract, (right, left)), sign)),
+            np.abs(right.terms.get(CONSTANT, 0.0)),
+            each,
+            bounds,
+        )
         for each, (left, right), bounds in read
         for sign in each.relation.signs[::-1]
     ]

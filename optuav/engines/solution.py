@@ -93,8 +93,9 @@ class Solution:
 
     def parameters_at(self, index: int) -> dict[str, Operand]:
         """Values of all parameters in a programme, by name."""
-        given = {n: value[index] if np.ndim(value) else value for n, value in self.given.items()}
-        return {**self.model.row(index), **given}
+        stated = {name: each.value for name, each in self.model.walked.given.items()}
+        every = {**stated, **self.given}.items()
+        return {name: value[index] if np.ndim(value) else value for name, value in every}
 
     def multipliers_at(self, index: int) -> dict[str, float]:
         """Multiplier of every constraint in the answer to a programme, by label.

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
@@ -84,7 +84,24 @@ def pooled(mission: Mission, phases: Sequence[Phase]) -> Course:
                 stretches.append(each)
                 start_s += part[0]
         ends.append((wells,))
-    return Course(pool, tuple(stretches), tuple(ends), tuple(_passed(pool, stretches, wells)))
+    # y1 leaves its bounds within a stretch only if it is outside at the end, so the ends decide
+    # whether it does, and the first stretch that ends outside is searched for the moment.
+    ends_As = np.array([*(each.before[0].available_As for each in stretches[1:]), wells[0]])
+    full_As, slack_As = float(pool.full.available_As), TOLERANCE * float(pool.capacity_As)
+    dry, over = "the available well runs dry", "charging drives the available well past full"
+    events = list[Event]()
+    for kind, crossing_s, beyond, limit_As, worst, words in (
+        ("empty", kibam.time_to_empty, ends_As < -slack_As, 0.0, ends_As.argmin(), dry),
+        ("full", kibam.time_to_full, ends_As > full_As + slack_As, full_As, ends_As.argmax(), over),
+    ):
+        if beyond.any():
+            farthest, found = stretches[int(worst)], stretches[int(beyond.argmax())]
+            passed_s = float(crossing_s(pool, found.before[0], found.currents_A[0]))
+            time_s = found.start_s + min(passed_s, found.duration_s)
+            figures = float(ends_As[worst]), limit_As, "A s"
+            worst_s = farthest.start_s + farthest.duration_s
+            events.append(Event(kind, time_s, words, *figures, value_s=worst_s))
+    return Course(pool, tuple(stretches), tuple(ends), tuple(events))
 
 
 def _filled_s(pool: Battery, wells: Wells, current_A: float) -> float:
@@ -97,30 +114,6 @@ def _filled_s(pool: Battery, wells: Wells, current_A: float) -> float:
     if full and holding_current(pool, wells) <= current_A:
         return 0.0
     return float(kibam.time_to_full(pool, wells, current_A))
-
-
-def _passed(pool: Battery, stretches: Sequence[Stretch], last: Wells) -> Iterator[Event]:
-    """When the available well first runs dry and is first driven past full, if ever.
-
-    y1 leaves its bounds within a stretch only if it is outside at the end, so the ends decide
-    whether it does, and the first stretch that ends outside is searched for the moment.
-    """
-    ends_As = np.array([*(each.before[0].available_As for each in stretches[1:]), last[0]])
-    full_As, slack_As = float(pool.full.available_As), TOLERANCE * float(pool.capacity_As)
-    dry, over = "the available well runs dry", "charging drives the available well past full"
-    for kind, crossing_s, beyond, limit_As, worst, words in (
-        ("empty", kibam.time_to_empty, ends_As < -slack_As, 0.0, ends_As.argmin(), dry),
-        ("full", kibam.time_to_full, ends_As > full_As + slack_As, full_As, ends_As.argmax(), over),
-    ):
-        if beyond.any():
-            farthest = stretches[int(worst)]
-            found = stretches[int(beyond.argmax())]
-            passed_s = float(crossing_s(pool, found.before[0], found.currents_A[0]))
-            time_s = found.start_s + min(passed_s, found.duration_s)
-            figures = float(ends_As[worst]), limit_As, "A s"
-            yield Event(
-                kind, time_s, words, *figures, value_s=farthest.start_s + farthest.duration_s
-            )
 
 
 def scheduled(mission: Mission, phases: Sequence[Phase]) -> Course:

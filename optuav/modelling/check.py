@@ -199,7 +199,7 @@ def refuse_misfits(model: Model, programmes: int) -> None:
     stated: list[tuple[Operand, tuple[Operand, ...]]] = [
         (node, node.arguments) for node in model.walked.nodes if isinstance(node, Call)
     ]
-    stated += [(node, (node.value,)) for node in model.given.values()]
+    stated += [(node, (node.value,)) for node in model.walked.given.values()]
     stated += [(tree, (tree,)) for tree in model.walked.trees]
     for node, numbers in stated:
         shapes = {each.shape for each in numbers if isinstance(each, np.ndarray)}

@@ -14,7 +14,6 @@ from optuav.modelling.forms import (
     NotExponentialError,
     Relaxation,
     affine,
-    excess,
     exponential,
 )
 from optuav.modelling.model import Model
@@ -91,6 +90,7 @@ def traits(model: Model) -> Traits:
     calls = (each for each in walked.nodes if isinstance(each, Call))
     rough = (c for c in calls if c.ufunc not in PARTIALS and (c.moves or c.ufunc not in KINKED))
     with np.errstate(all="ignore"):
+        forms = walked.forms
         found = Traits(
             len(unknowns),
             integer,
@@ -98,7 +98,7 @@ def traits(model: Model) -> Traits:
             next((node.ufunc.__name__ for node in rough), ""),
             _first_nonlinear(model),
             longest,
-            _first_unlevelled(model) if longest else None,
+            _first_unlevelled(model) if longest and len(forms) < len(walked.nodes) else None,
         )
     walked.traits = found
     return found
@@ -114,7 +114,8 @@ def _first_nonlinear(model: Model) -> Flaw | None:
             affine(each, {}, done)
         for constraint in model.constraints:
             label = constraint.label
-            excess(constraint.relation, {}, done)
+            for side in constraint.relation.sides:
+                affine(side, {}, done)
     except NotAffineError as error:
         return label, str(error)
     return None

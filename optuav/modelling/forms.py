@@ -99,8 +99,10 @@ def applied(ufunc: np.ufunc, operands: tuple[Operand, ...]) -> Operand:
             more = coefficient if ufunc is np.add else -coefficient
             before = terms.get(monomial)
             terms[monomial] = more if before is None else before + more
-            if monomial and ufunc is np.subtract and _is_rounding(terms[monomial], before):
-                del terms[monomial]
+            if monomial and ufunc is np.subtract and before is not None:
+                rest = np.abs(terms[monomial])
+                if np.all((rest == 0.0) | (rest < CANCELLED * np.abs(before))):
+                    del terms[monomial]
         return Exponential(terms, _rates(left, right))
     if ufunc is np.negative:
         right = Exponential({CONSTANT: -1.0})
@@ -118,13 +120,6 @@ def applied(ufunc: np.ufunc, operands: tuple[Operand, ...]) -> Operand:
                 raise NotExponentialError("unknowns are multiplied")
             terms[both] = terms[both] + a * b if both in terms else a * b
     return Exponential(terms, _rates(left, right))
-
-
-def _is_rounding(difference: Operand, before: Operand) -> bool:
-    """Whether all that is left of a coefficient from which another was subtracted is rounding."""
-    if before is None:
-        return False
-    return bool(np.all((difference == 0.0) | (np.abs(difference) < CANCELLED * np.abs(before))))
 
 
 def _rates(left: Exponential, right: Exponential) -> Mapping[str, Operand]:

@@ -92,14 +92,24 @@ def _number(value: float, decimals: int, sign: str = "") -> str:
 
 
 def _times(plan: Plan) -> Iterator[str]:
-    rests = any(stop.kind == "rest" for stop in plan.stops)
+    rows: list[tuple[str, float, str]] = []
+    for kind, time_s in (("hover", plan.hover_time_s), ("rest", plan.rest_time_s)):
+        stops = [stop for stop in plan.stops if stop.kind == kind]
+        served = [f"{each.duration_s:.2f} s at {each.at}" for each in stops if each.duration_s]
+        if len(served) < 2:
+            served = [
+                f"at {each.at}, from {each.start_s:.2f} s"
+                if each.duration_s
+                else f"passes by {each.at}"
+                for each in stops
+            ]
+        if stops or kind == "hover":
+            rows.append((kind.capitalize(), time_s, ", ".join(served)))
     flown = f"{len(plan.route) - 1} legs, up to {_number(plan.peak_speed_m_s, 1)} m/s"
     mission_s = plan.mission_time_s
     left_s = plan.mission.limits.deadline_s - mission_s
     ends = f"{abs(left_s):.2f} s {'before' if left_s > 0.0 else 'AFTER'} the deadline"
-    rows = [
-        ("Hover", plan.hover_time_s, _where(plan, "hover")),
-        *([("Rest", plan.rest_time_s, _where(plan, "rest"))] if rests else []),
+    rows += [
         ("Flight", plan.flight_time_s, flown),
         ("Mission", mission_s, "exactly at the deadline" if abs(left_s) < 0.005 else ends),
     ]
@@ -112,17 +122,6 @@ def _times(plan: Plan) -> Iterator[str]:
     yield from wrapped("Charge left", f"of the battery, by perspective: {levels}")
     if plan.binding:
         yield from wrapped("Binding", "; ".join(plan.binding))
-
-
-def _where(plan: Plan, kind: str) -> str:
-    stops = [stop for stop in plan.stops if stop.kind == kind]
-    served = [stop for stop in stops if stop.duration_s]
-    if len(served) > 1:
-        return ", ".join(f"{stop.duration_s:.2f} s at {stop.at}" for stop in served)
-    return ", ".join(
-        f"at {stop.at}, from {stop.start_s:.2f} s" if stop.duration_s else f"passes by {stop.at}"
-        for stop in stops
-    )
 
 
 HEADINGS = ("what", "where", "start s", "for s", "A", "W", "avail. %", "bound %")

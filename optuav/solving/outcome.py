@@ -240,17 +240,17 @@ def replayed(plan: Plan) -> Plan:
     """The plan with the verdict of its simulation."""
     if not plan:
         return plan
-    found = replay(plan)
+    events = replay(plan).violations
     # That a plan of the perspective `available` fails would be a fault of this package.
-    if plan.perspective == AVAILABLE and plan.problem in PROBLEM_NAMES and not found.flyable:
-        events = "; ".join(event.words + event.figures for event in found.violations)
-        raise SolverError(f"{plan.engine} returned a plan that fails its simulation: {events}")
+    if plan.perspective == AVAILABLE and plan.problem in PROBLEM_NAMES and events:
+        why = "; ".join(event.words + event.figures for event in events)
+        raise SolverError(f"{plan.engine} returned a plan that fails its simulation: {why}")
     more = tuple(
         f"this plan cannot be flown: {event.words}{event.figures}"
-        for event in found.violations
+        for event in events
         if event.kind not in WARNED_OF
     )
-    return plan.model_copy(update={"flyable": found.flyable, "notes": (*plan.notes, *more)})
+    return plan.model_copy(update={"flyable": not events, "notes": (*plan.notes, *more)})
 
 
 def against_p1(question: Question, network: Network, parts: Sequence[Part], plan: Plan) -> Plan:
@@ -335,7 +335,7 @@ def by_balance(network: Network, rests: Booleans | bool) -> tuple[Floats, Floats
 def promise(network: Network, parts: Sequence[Part], plan: Plan) -> Iterator[str]:
     """A note on what charge alone promises, where a battery that never runs dry gives less."""
     routes = network.routes
-    served, rests = np.zeros((2, len(routes)), bool)
+    served, rests = np.zeros((2, routes.building.size), bool)
     for part in parts:
         served[part.routes], rests[part.routes] = True, part.rests
     hover_s, rest_s = by_balance(network, rests)

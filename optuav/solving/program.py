@@ -318,7 +318,7 @@ class Program:
             found.append((part.routes, np.full_like(entries, number), entries, score, mission_s))
         route, numbers, entry, score, mission_s = map(np.concatenate, zip(*found, strict=True))
         # Ties are broken by the number of stops, then in the order of the routes.
-        rank = (routes.building[route] >= 0) * len(routes) + route
+        rank = (routes.building[route] >= 0) * routes.building.size + route
         winner = outcome.best(score, mission_s, rank)
         return None if winner is None else (int(numbers[winner]), int(entry[winner]))
 

@@ -12,7 +12,7 @@ from formulations.p2 import P2
 from formulations.p3 import P3
 from formulations.p4 import P4
 from formulations.soc import AVAILABLE, PAPER, PERSPECTIVES
-from optuav.engines.registry import Engine, capabilities, engine, need, takers
+from optuav.engines.registry import Engine, capabilities, engine, need
 from optuav.engines.solution import Solution
 from optuav.errors import Fault, InputError
 from optuav.mission import Mission
@@ -188,9 +188,9 @@ def chosen_engine(model: Model, question: Question) -> Engine:
         refuse_unfit(model, question)
         return engine(question.engine)
     found, slots = traits(model), question.slot_s is not None
-    able = takers(found, slots)
-    slots_only = [name for name in able if capabilities[name].slots is None]
-    others = [name for name in able if name not in slots_only]
+    able = [each for each in capabilities.values() if not each.obstacle(found, slots)]
+    slots_only = [each.name for each in able if each.slots is None]
+    others = [each.name for each in able if each.slots is not None]
     if not (preferred := [*slots_only, *others] if slots else others):
         more = f"; with slot_s, {slots_only[0]} does" if slots_only else ""
         raise InputError(f"no engine takes this model: {found}{more}")
