@@ -12,7 +12,7 @@ import numpy as np
 
 from optuav.errors import NoPlanError
 from optuav.judge.course import TOLERANCE, Course, pooled, scheduled, soc, trace
-from optuav.judge.timeline import Itinerary, Phase, Place, moves, phases, places
+from optuav.judge.timeline import Itinerary, Phase, moves, phases, places
 from optuav.mission import Mission
 from optuav.network import vehicle
 from optuav.network.obstacles import CLEAR
@@ -152,7 +152,12 @@ def replay(plan: Plan | Itinerary) -> Replay:
         plan.route  # noqa: B018  (raises where there is no plan)
     mission, planned = plan.mission, tuple(moves(plan))
     at = places(mission, planned)
-    events = list(_impossible(mission, at))
+    events = list[Event]()
+    if why := vehicle.impossible(mission):
+        events.append(Event("impossible", 0.0, f"the UAV cannot fly: {why}"))
+    for name in (name for name, place in at.items() if math.isnan(place.position_m[0])):
+        words = f"there is no place {name}: the device is out of reach at limits.min_altitude_m"
+        events.append(Event("impossible", 0.0, words))
     if events:
         return Replay(plan, (), None, {}, tuple(events))
     flown = phases(mission, at, planned)
@@ -167,16 +172,6 @@ def replay(plan: Plan | Itinerary) -> Replay:
         events += _mismatches(plan, figures, broken)
     events.sort(key=lambda event: event.time_s)
     return Replay(plan, flown, course, left, tuple(events))
-
-
-def _impossible(mission: Mission, at: Mapping[str, Place]) -> Iterator[Event]:
-    """Why moves between places cannot be simulated at all."""
-    if why := vehicle.impossible(mission):
-        yield Event("impossible", 0.0, f"the UAV cannot fly: {why}")
-    for name, place in at.items():
-        if math.isnan(place.position_m[0]):
-            words = f"there is no place {name}: the device is out of reach at limits.min_altitude_m"
-            yield Event("impossible", 0.0, words)
 
 
 def _broken_limits(mission: Mission, flown: Sequence[Phase], soc: float) -> Iterator[Event]:

@@ -105,7 +105,8 @@ def _times(plan: Plan) -> Iterator[str]:
             ]
         if stops or kind == "hover":
             rows.append((kind.capitalize(), time_s, ", ".join(served)))
-    flown = f"{len(plan.route) - 1} legs, up to {_number(plan.peak_speed_m_s, 1)} m/s"
+    fastest_m_s = max(phase.peak_speed_m_s for phase in plan.phases)
+    flown = f"{len(plan.route) - 1} legs, up to {_number(fastest_m_s, 1)} m/s"
     mission_s = plan.mission_time_s
     left_s = plan.mission.limits.deadline_s - mission_s
     ends = f"{abs(left_s):.2f} s {'before' if left_s > 0.0 else 'AFTER'} the deadline"
