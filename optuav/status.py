@@ -13,7 +13,8 @@ class Status(StrEnum):
     FEASIBLE = "feasible"
     INFEASIBLE = "infeasible"
     UNBOUNDED = "unbounded"
-    ERROR = "error"
+    UNKNOWN = "unknown"  # Neither a point nor proof that there is none
+    ERROR = "error"  # A number of the programme is no number
 
     @property
     def has_answer(self) -> bool:

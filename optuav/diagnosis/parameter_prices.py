@@ -151,10 +151,7 @@ def _effects(
         found = AGAIN[solution.engine](part.model, math.prod(shape), columns)
         table = (part.model.towards * found.objective).reshape(shape)
         best = np.fmax(best, np.fmax.reduce(table, axis=1, initial=-np.inf))
-        words = found.words or [""] * len(found.statuses)
-        unclear = [
-            s is Status.FEASIBLE or bool(w) for s, w in zip(found.statuses, words, strict=True)
-        ]
+        unclear = [each in (Status.FEASIBLE, Status.UNKNOWN) for each in found.statuses]
         is_open |= np.reshape(unclear, shape).any(axis=1)
     before = float(solutions[chosen[0]].objective[chosen[1]])
     change = program.parts[chosen[0]].model.towards * best - before

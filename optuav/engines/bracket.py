@@ -217,7 +217,7 @@ def solve(
 
     The objective is one unknown, to be maximised; there is at most one other; both are from 0. The
     solution's `beyond` is what no answer exceeds: the status is feasible where that is farther than
-    `WIDTH_S` from the answer, and error where not even that is known, or a number is NaN.
+    `WIDTH_S` from the answer, unknown where there is none, and error where a number is NaN.
     """
     given = values or {}
     names = sorted((each.name for each in model.variables), key=model.objective.name.__ne__)
@@ -230,7 +230,7 @@ def solve(
         found = found._replace(y=shortest(rows, found, tops[1]))
     none, unknown = np.isneginf(found.beyond), np.isnan(found.x)
     open_ = found.beyond - found.x > 10.0 * WIDTH_S
-    ends = [Status.ERROR, Status.INFEASIBLE, Status.ERROR, Status.FEASIBLE]
+    ends = [Status.ERROR, Status.INFEASIBLE, Status.UNKNOWN, Status.FEASIBLE]
     found_out = np.select([~usable, none, unknown, open_], ends, Status.OPTIMAL)
     answered = usable & ~none & ~unknown
     points = {
@@ -245,10 +245,6 @@ def solve(
         values={each.name: points[each.name] for each in model.variables},
         duals=() if tapers else None,
         beyond=np.where(usable, found.beyond, np.nan),
-        words=[
-            "found neither a time nor proof that there is none" if each else ""
-            for each in usable & (found_out == Status.ERROR)
-        ],
         model=model,
         given=given,
     )

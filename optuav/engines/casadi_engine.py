@@ -28,6 +28,7 @@ from optuav.engines.registry import OneByOne, Single, capabilities
 from optuav.engines.solution import Solution, single
 from optuav.errors import InputError, SolverError
 from optuav.modelling.check import evaluated
+from optuav.modelling.classify import traits
 from optuav.modelling.expression import Operand
 from optuav.modelling.model import Model
 from optuav.modelling.traversal import KINKED, PARTIALS, evaluate, fold, has_unknowns
@@ -179,11 +180,11 @@ class CasadiProgramme:
             words = ", ".join(dict.fromkeys(said))
         if best is None and {*said} == {"Invalid_Number_Detected"}:
             return found(Status.ERROR, "none", words)
-        if best is None and "Infeasible_Problem_Detected" in said:
-            proof = f"local: none of {len(said)} starts led to a feasible point"
-            return found(Status.INFEASIBLE, proof, words)
         if best is None:
-            raise SolverError(f"{NAME} found no answer and no reason why: {words}")
+            # Where all is linear, the least violation nearby is the least of all.
+            proved = "Infeasible_Problem_Detected" in said and traits(self.model).linear
+            proof = f"local: none of {len(said)} starts led to a feasible point"
+            return found(Status.INFEASIBLE if proved else Status.UNKNOWN, proof, words)
         point, answer = best
         weights, at_bounds = (
             np.asarray(answer[name]).ravel() * scaled.steepness for name in ("lam_g", "lam_x")

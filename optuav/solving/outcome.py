@@ -15,6 +15,7 @@ from formulations.p4 import P4
 from formulations.parameters import Quantities
 from formulations.soc import AVAILABLE, PAPER, PERSPECTIVES
 from optuav.arrays import Booleans, Floats, Integers
+from optuav.engines.registry import MOST_UNKNOWNS
 from optuav.engines.solution import Solution
 from optuav.errors import Fault, InputError, SolverError
 from optuav.judge.replay import replay
@@ -22,6 +23,7 @@ from optuav.mission.messages import written_out
 from optuav.modelling import Model, evaluate
 from optuav.modelling.check import evaluated
 from optuav.modelling.classify import traits
+from optuav.modelling.forms import NotExponentialError
 from optuav.modelling.traversal import has_unknowns
 from optuav.network.feasibility import impossibilities
 from optuav.network.network import Network
@@ -194,6 +196,20 @@ def plan_without(
     return plan_for(question, network, engine=engine, proof=proof, status=status, reasons=why)
 
 
+def proof_of_none(parts: Sequence[Part]) -> str:
+    """How it is known that no times are feasible, whatever an engine found; empty if it is not."""
+    from optuav.engines.bracket import PROOF_OF_NONE, some_point
+
+    found = [traits(each.model) for each in parts]
+    if any(each.integer or each.unknowns > MOST_UNKNOWNS for each in found):
+        return ""
+    try:
+        none = [some_point(each.model, len(each.routes))[1].all() for each in parts]
+    except (NotExponentialError, InputError):
+        return ""
+    return PROOF_OF_NONE if all(none) else ""
+
+
 def shortest_flight(network: Network, parts: Sequence[Part]) -> tuple[int, int]:
     """Part and entry of the route with the shortest flight."""
     flight_s = [network.routes.flight_time_s[part.routes] for part in parts]
@@ -202,7 +218,7 @@ def shortest_flight(network: Network, parts: Sequence[Part]) -> tuple[int, int]:
 
 
 def shortfalls(question: Question, network: Network, parts: Sequence[Part]) -> tuple[str, ...]:
-    """Why no times are feasible, for the route with the shortest flight."""
+    """Why no times are feasible: what does not hold at the least on the shortest flight."""
     number, entry = shortest_flight(network, parts)
     part, deadline_s = parts[number], network.mission.limits.deadline_s
     shortest_s = network.routes.flight_time_s[part.routes[entry]]
@@ -226,14 +242,15 @@ def shortfalls(question: Question, network: Network, parts: Sequence[Part]) -> t
     times = ", ".join(f"{each.symbol} = {least[each.name]:g}" for each in model.variables)
     broken = [row for row in evaluated(model, {**parameters, **least}) if not row.satisfied]
     labels = words(network, part, entry, [row.label for row in broken])
+    way = " → ".join(network.route_names(int(part.routes[entry])))
     violated = [
-        f"{label}: {row.left:.6g} {row.sense} {row.right:.6g} does not hold at {times}, "
-        "nor at any longer time that the other constraints admit"
+        f"{label}: {row.left:.6g} {row.sense} {row.right:.6g} does not hold at {times} on {way}"
         for label, row in zip(labels, broken, strict=True)
     ]
     if (more := len(violated) - MOST_VIOLATED) > 0:
         violated[MOST_VIOLATED:] = [f"nor do {more} other constraints hold there"]
-    return tuple(violated) or ("no times satisfy all constraints together",)
+    kind = "times" if question.slot_s is None else "whole slots"
+    return tuple(violated) or (f"no {kind} satisfy all constraints together",)
 
 
 def replayed(plan: Plan) -> Plan:

@@ -11,6 +11,7 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Sequence
+from copy import copy
 from dataclasses import replace
 
 import numpy as np
@@ -22,7 +23,7 @@ from optuav.network.network import Network
 from optuav.network.timeline import full_packs, pack_loads, route_phases
 from optuav.physics.packs import Packs
 from optuav.plan import Plan
-from optuav.solving.outcome import TIMES, Part, plan_without, route_plan
+from optuav.solving.outcome import TIMES, Part, plan_without, proof_of_none, route_plan
 from optuav.solving.question import AUTO, LONGEST_HOVER, Question, not_with
 from optuav.status import Status
 
@@ -61,6 +62,11 @@ def packs_by_schedule(question: Question, network: Network, parts: Sequence[Part
             found.append((hover_s, rests_s[hovers_s == whole_s], route))
             least_s = max(least_s, hover_s - (0.0 if slot_s else step_s))
         searched += not clock.ended
+    if not found and not slot_s and not clock.ended and not (proof := _proof_of_none(parts)):
+        raise SolverError(
+            f"the search by battery.schedule = {schedule!r} found neither a plan nor proof "
+            f"that there is none, Δ and T' in steps of {step_s:g} s; with slot_s it is a proof"
+        )
     if not found and clock.ended:
         fewer = ", or fewer routes (trajectory, order)" if len(routes) > 1 else ""
         raise SolverError(
@@ -90,6 +96,20 @@ def packs_by_schedule(question: Question, network: Network, parts: Sequence[Part
     status = Status.OPTIMAL if slot_s and not clock.ended else Status.FEASIBLE
     said = {"engine": ENGINE, "proof": proof, "status": status, "notes": notes}
     return route_plan(question, network, route.number, (hover_s, rest_s), **said)
+
+
+def _proof_of_none(parts: Sequence[Part]) -> str:
+    """How it is known that no times are feasible; empty if it is not.
+
+    The wells of pooled packs that may be past full hold no less than those of packs in turns.
+    """
+    pooled = []
+    for part in parts:
+        model = copy(part.model)
+        model.constraints = [each for each in model.constraints if each.kind != "past full"]
+        pooled.append(replace(part, model=model))
+    proof = proof_of_none(pooled)
+    return f"{proof}, even if the packs were pooled" if proof else ""
 
 
 class _Clock:

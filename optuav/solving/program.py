@@ -273,11 +273,8 @@ class Program:
         engine, proof = solutions[0].engine, solutions[0].proof
         asked = replace(question, engine=engine)
         for solution in solutions:
-            beyond = np.nan if solution.beyond is None else solution.beyond
-            unknown = np.isnan(np.broadcast_to(beyond, len(solution.statuses)))
-            for index, status in enumerate(solution.statuses):
-                if status is Status.ERROR and unknown[index]:
-                    raise SolverError(solution.refusal(index))
+            if Status.ERROR in solution.statuses:
+                raise SolverError(solution.refusal(solution.statuses.index(Status.ERROR)))
         statuses = {status for solution in solutions for status in solution.statuses}
         if Status.UNBOUNDED in statuses:
             endless = (
@@ -287,8 +284,12 @@ class Program:
             return outcome.plan_without(asked, network, Status.UNBOUNDED, proof, [endless])
         chosen = self.best(solutions)
         if chosen is None:
-            if Status.ERROR in statuses:
-                raise SolverError(f"{engine} found neither a plan nor proof that there is none")
+            if Status.UNKNOWN in statuses:
+                said = dict.fromkeys(each for s in solutions for each in s.words if each)
+                words = "".join(f": {each}" for each in said)
+                if not (proof := outcome.proof_of_none(self.parts)):
+                    nothing = "neither a plan nor proof that there is none"
+                    raise SolverError(f"{engine} found {nothing}{words}")
             why = outcome.shortfalls(question, network, self.parts)
             return outcome.plan_without(asked, network, Status.INFEASIBLE, proof, why)
         number, entry = chosen
@@ -301,6 +302,11 @@ class Program:
         notes = list(plan.notes)
         if (open_s := max(beyond_s, default=best_s) - best_s) > SAME_S:
             notes.append(f"not proved: up to {open_s:.6g} s more has not been ruled out")
+            plan = plan.model_copy(update={"status": Status.FEASIBLE})
+        elif solution.statuses[entry] is Status.OPTIMAL and any(
+            each.beyond is None and Status.UNKNOWN in each.statuses for each in solutions
+        ):
+            notes.append(f"not proved: on some routes {engine} found neither times nor proof")
             plan = plan.model_copy(update={"status": Status.FEASIBLE})
         longest = question.problem.name in LONGEST_HOVER
         if longest and question.perspective == AVAILABLE and engine == "bracket":
@@ -427,6 +433,9 @@ class CompiledProgram:
                 return solution.only(solution.statuses.index(Status.UNBOUNDED))
         chosen = self.program.best(solutions)
         if chosen is None:
+            for solution in solutions:
+                if Status.UNKNOWN in solution.statuses:
+                    return solution.only(solution.statuses.index(Status.UNKNOWN))
             return solutions[0].only(0)
         number, entry = chosen
         solution = solutions[number]

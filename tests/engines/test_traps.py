@@ -134,8 +134,7 @@ def test_point_that_ipopt_calls_solved_is_evaluated_again(monkeypatch: pytest.Mo
         return {**answer, "x": answer["x"] * (1.0 + 5e-3)}, word
 
     monkeypatch.setattr(casadi_engine, "run", beyond)
-    with pytest.raises(SolverError, match="casadi found no answer"):
-        compiled.solve({})
+    assert compiled.solve({}).status is Status.UNKNOWN
 
 
 @pytest.mark.parametrize("engine", CONTINUOUS)
