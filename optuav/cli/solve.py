@@ -98,11 +98,11 @@ def solve(
 
 
 def _leave(plan: Plan) -> None:
-    """Leave with the exit code of an answer: of none, or of one that is not proved."""
+    """Leave with the exit code of an answer: of one that is not proved, or of none."""
+    if plan.status in (Status.FEASIBLE, Status.UNKNOWN):
+        raise typer.Exit(FAILED)
     if not plan:
         raise typer.Exit(NO)
-    if plan.status is Status.FEASIBLE:
-        raise typer.Exit(FAILED)
 
 
 def _beside(plan: Plan, problem: Formulation) -> list[Plan]:
@@ -121,7 +121,7 @@ def explain(
 
     With --stops or --hovers, search for more stops and say what they bring, for a minute unless
     --time-limit-s says otherwise. Exit code 1 if there is no feasible plan, 3 if
-    the plan is not proved.
+    the answer is not proved.
     """
     from optuav.solving.question import problem_of
 
@@ -174,7 +174,8 @@ def formulate(
     """Print a problem as it is solved, with its parameters.
 
     --lp and --mps hold one linear programme with numbers, its times continuous:
-    of several routes the one that solve takes. Exit code 1 if nothing can fly.
+    of several routes the one that solve takes. Exit code 1 if there is no model,
+    as no route can be flown with any deadline; solve says whether one has an answer.
     """
     forms = [name for name, wanted in (("latex", latex), ("lp", lp), ("mps", mps)) if wanted]
     if len(forms) > 1:

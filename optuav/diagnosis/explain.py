@@ -153,7 +153,11 @@ def _with_more_stops(question: MissionQuestion) -> Explanation:
         plan = solve(question.mission, graph=question.graph, **options)
     except SolverError as error:
         explained = _explained(one)
-        return replace(explained, notes=(f"at most {asked_for}: {error}", *explained.notes))
+        known = Status.FEASIBLE if explained else Status.UNKNOWN
+        proof = f"known for one rest and one hover only: {explained.plan.proof}"
+        answered = explained.plan.model_copy(update={"status": known, "proof": proof})
+        note = f"at most {asked_for}: {error}"
+        return replace(explained, plan=answered, notes=(note, *explained.notes))
     if not plan:
         return replace(_explained(one), plan=plan)
     alone = one.program().solve()

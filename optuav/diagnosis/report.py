@@ -13,7 +13,6 @@ from optuav.diagnosis.parameter_prices import Price
 from optuav.diagnosis.repair import Repair
 from optuav.plan import Plan
 from optuav.plan.summary import LABEL, WIDTH, wrapped
-from optuav.status import Status
 
 MOST_REPAIRS = 12
 UNIT_NAMES = {"s": "second", "m": "metre", "A": "ampere", "W": "watt", "V": "volt", "J": "joule"}
@@ -161,8 +160,6 @@ def _with_unit(value: float, unit: str) -> str:
 def _no_plan(explained: Explanation) -> Iterator[list[str]]:
     """Conflicts and repairs, one block of lines each."""
     plan, repairs = explained.plan, explained.repairs
-    if plan.status is not Status.INFEASIBLE:
-        return
     for conflict in explained.conflicts:
         yield from conflict_text(conflict, plan.slot_s)
     if any(conflict.certificates for conflict in explained.conflicts):

@@ -144,3 +144,12 @@ def test_what_cannot_fly_is_an_honest_no() -> None:
 )
 def test_bad_input_is_refused_in_words(arguments: tuple[str, ...], words: str) -> None:
     assert words in refused("formulate", "paper", "--perspective", "battery", *arguments)
+
+
+@pytest.mark.parametrize(
+    ("setting", "code"), [("limits.deadline_s=60", 0), ("body.mass_kg=9", 1), ("link.gamma=1", 2)]
+)
+def test_the_exit_code_says_whether_there_is_a_model(setting: str, code: int) -> None:
+    """A deadline shorter than any flight leaves a model, whose answer `solve` gives with code 1."""
+    assert run("formulate", "paper", "--problem", "P3", "--set", setting).code == code
+    assert run("solve", "paper", "--problem", "P3", "--set", setting).code == (code or 1)

@@ -16,6 +16,12 @@ from optuav.errors import InputError
 from tests.cli.run import run as command
 from tests.diagnosis.missions import SMALL, only
 
+POOR = {
+    "limits.min_soc": 0.9,
+    "laser.power_W": 100.0,
+    "buildings": optuav.load("paper").buildings[:1],
+}
+"""Changes of `paper` with which one rest makes no plan, and more may."""
 app = typer.Typer()
 app.command()(command_of("explain", explain, WORDS))
 
@@ -111,3 +117,20 @@ def test_solve_and_explain_leave_with_one_code(settings: list[str], code: int) -
     """A plan that nothing proves is code 3 of both."""
     asked = ("paper", "--problem", "P3", *(part for each in settings for part in ("--set", each)))
     assert [command(name, *asked).code for name in ("solve", "explain")] == [code, code]
+
+
+def test_a_search_that_its_time_limit_ends_leaves_the_answer_open(tmp_path: Path) -> None:
+    """It left with 1, as if more stops were known to make no plan.
+
+    What is known of them stays: conflicts and repairs, under an answer that is unknown.
+    """
+    limit = ("--stops", "3", "--time-limit-s", "1e-9")
+    path = tmp_path / "poor.toml"
+    optuav.load("paper").replace(POOR).save(path)
+    explained = command("explain", str(path), *limit)
+    assert [command("solve", str(path), *limit).code, explained.code] == [3, 3]
+    words = " ".join(explained.out.split())
+    assert "UNKNOWN (known for one rest and one hover only: " in words
+    assert "at most 3 rests and 1 hover: the search ended after 1e-09 s" in words
+    assert "Conflict" in words
+    assert "Feasible if" in words

@@ -11,7 +11,7 @@ import pytest
 import optuav
 from formulations.formulation import Formulation, Given
 from optuav.engines.closed_form import ClosedForm
-from optuav.engines.registry import Engine, capability
+from optuav.engines.registry import Engine
 from optuav.engines.solution import Solution
 from optuav.errors import SolverError
 from optuav.modelling import Model
@@ -38,7 +38,7 @@ class Guess(Engine):
 
     kept: Sequence[int] = ()  # Numbers of the programmes of the first part that it answers
     name = "guess"
-    takes = capability("closed-form")
+    takes = ClosedForm.takes
 
     def solve(self, model: Model, programmes: int, *_: object, **__: object) -> Solution:
         found = ClosedForm.solve(model, programmes)
