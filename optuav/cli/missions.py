@@ -8,7 +8,7 @@ import sys
 import textwrap
 import tomllib
 from collections.abc import Iterable, Iterator
-from dataclasses import asdict, dataclass, replace
+from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -79,7 +79,7 @@ def _data(mission: Mission) -> dict[str, Any]:
     from optuav.network.feasibility import building_figures, derived
 
     figures = {each.name: {"value": each.value, "unit": each.unit} for each in derived(mission)}
-    buildings = [asdict(each) for each in building_figures(mission)]
+    buildings = [each._asdict() for each in building_figures(mission)]
     return {"mission": mission.to_dict(), "derived": figures, "buildings": buildings}
 
 

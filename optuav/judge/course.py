@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -51,8 +50,7 @@ class Stretch(NamedTuple):
         return [Wells(np.full_like(passed_s, each[0]), each[1]) for each in after]
 
 
-@dataclass(frozen=True)
-class Course:
+class Course(NamedTuple):
     """The packs over a plan; packs used as one count as one."""
 
     pack: Battery  # One of them

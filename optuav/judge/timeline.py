@@ -155,8 +155,7 @@ class Place(NamedTuple):
     received: Flow
 
 
-@dataclass(frozen=True)
-class Stage:
+class Stage(NamedTuple):
     """A stage of constant current: start, counted from take-off, duration, and what flows.
 
     The name is ``"turn"``, ``"accelerate"`` or ``"brake"`` on a leg of six stages; ``"flight"``,

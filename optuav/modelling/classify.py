@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
-from typing import TypeAlias
+from typing import NamedTuple, TypeAlias
 
 import numpy as np
 
@@ -23,8 +22,7 @@ Flaw: TypeAlias = tuple[str, str]
 """Label of a constraint, or "objective", and what it is not and why."""
 
 
-@dataclass(frozen=True)
-class Traits:
+class Traits(NamedTuple):
     """Properties of a model."""
 
     unknowns: int  # Number of variables

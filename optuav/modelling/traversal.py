@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Mapping, MutableMapping
-from dataclasses import dataclass
-from typing import Any, TypeVar
+from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
 
@@ -189,8 +188,7 @@ KINKED: Mapping[np.ufunc, Partials] = {
 """The same of functions with steps and kinks, beside these."""
 
 
-@dataclass(frozen=True)
-class Slope:
+class Slope(NamedTuple):
     """Value of an expression and its derivatives by the names of its leaves."""
 
     value: Operand

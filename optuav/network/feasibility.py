@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -109,8 +109,7 @@ def _advice(network: Network) -> Iterator[str]:
         yield f"the laser does not see {listed(names)}: no charging there"
 
 
-@dataclass(frozen=True)
-class Figure:
+class Figure(NamedTuple):
     """A derived value."""
 
     name: str
@@ -127,8 +126,7 @@ class Figure:
         return f"{self.value:.6g}"
 
 
-@dataclass(frozen=True)
-class BuildingFigures:
+class BuildingFigures(NamedTuple):
     """What follows for a building."""
 
     # As the mission states them.

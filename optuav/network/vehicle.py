@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import fields
 from functools import lru_cache, partial
 from typing import NamedTuple, TypeVar
 
@@ -19,7 +18,7 @@ Model = TypeVar("Model", rotor.Motor, flight.Airframe, link.Channel, laser.Conve
 def _of(model: type[Model], table: str, mission: Mission) -> Model:
     """A model of the physics from the keys of the same names in a table of the mission."""
     section = getattr(mission, table)
-    return model(**{each.name: getattr(section, each.name) for each in fields(model)})
+    return model(*(getattr(section, name) for name in model._fields))
 
 
 motor = partial(_of, rotor.Motor, "rotor")

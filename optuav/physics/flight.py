@@ -20,7 +20,7 @@ from __future__ import annotations
 
 import itertools
 import math
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -52,8 +52,7 @@ def speed_warning(peak_speed_m_s: float) -> str | None:
     return f"a peak of {peak_speed_m_s:.1f} m/s is not realistic: this model has no drag"
 
 
-@dataclass(frozen=True)
-class Airframe:
+class Airframe(NamedTuple):
     """Mass and inertia of the UAV."""
 
     mass_kg: Quantity  # m [kg], > 0
@@ -75,8 +74,7 @@ class Airframe:
         return x, y, z - self.mass_kg * self.gravity_m_s2
 
 
-@dataclass(frozen=True)
-class Loads:
+class Loads(NamedTuple):
     """What a leg draws in each of its stages."""
 
     # Duration of every stage [s], one entry a stage, each a scalar or an array over legs; NaN where
@@ -103,8 +101,7 @@ class Loads:
         return sum(t * p for t, p in zip(self.durations_s, self.powers_W, strict=True))
 
 
-@dataclass(frozen=True)
-class Attitude:
+class Attitude(NamedTuple):
     """Attitude of the UAV; its yaw stays 0."""
 
     # ψ_p = atan2(f_x, f_z) [rad], positive with the nose down, thrust towards +x.
@@ -115,8 +112,7 @@ class Attitude:
 LEVEL = Attitude(0.0, 0.0)
 
 
-@dataclass(frozen=True)
-class Leg:
+class Leg(NamedTuple):
     """A leg of the six-stage model; every field may be an array over legs."""
 
     displacement_m: Vector  # Way from start to end [m], components (x, y, z)

@@ -16,7 +16,7 @@ References
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -25,8 +25,7 @@ from optuav.physics.quantity import Quantity
 METRES_PER_KILOMETRE = 1000.0
 
 
-@dataclass(frozen=True)
-class Conversion:
+class Conversion(NamedTuple):
     """Straight-line fits of emitter and receiver, which depend on the wavelength."""
 
     # a1 [-], > 0, and b1 [W]: light = a1 P_s + b1.

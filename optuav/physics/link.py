@@ -16,7 +16,7 @@ References
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -31,8 +31,7 @@ MOST_STEPS = 100
 """Largest number of steps; bisection alone needs some fifty for an angle of at most π."""
 
 
-@dataclass(frozen=True)
-class Channel:
+class Channel(NamedTuple):
     """Rician air-to-ground channel of the device."""
 
     noise_power_W: Quantity  # N0 [W], > 0

@@ -13,7 +13,7 @@ References
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -25,8 +25,7 @@ RPM_PER_RAD_S = 9.5493
 """60/(2π) to the digits of the paper's Table I, which its numbers are computed with."""
 
 
-@dataclass(frozen=True)
-class Motor:
+class Motor(NamedTuple):
     """Constants of one rotor with its motor and propeller (four equal ones make a quadrotor)."""
 
     lift_coefficient_N_s2_rad2: Quantity  # ϱ, thrust over squared speed [N s²/rad²], > 0

@@ -13,7 +13,7 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Iterator
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -22,8 +22,7 @@ from optuav.physics.flight import LEVEL, TURNING_SPEEDS, Attitude, Leg
 from optuav.physics.quantity import TINY, Quantity, Vector
 
 
-@dataclass(frozen=True)
-class LegState:
+class LegState(NamedTuple):
     """Where the UAV is on a leg, and what it does, at some moments.
 
     Where there is no state, on a leg that cannot be flown or before the leg begins, the stage is 0

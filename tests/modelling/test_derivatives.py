@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping
-from dataclasses import asdict
 from typing import Any
 
 import numpy as np
@@ -182,15 +181,15 @@ def through(function: Callable[..., Any], constants: Mapping[str, float]) -> tup
 
 def leg(**numbers: Any) -> Any:
     """Charge of a flight leg plus its time, as a function of everything in it."""
-    airframe = flight.Airframe(**{name: numbers.pop(name) for name in asdict(AIRFRAME)})
-    motor = rotor.Motor(**{name: numbers.pop(name) for name in asdict(MOTOR)})
+    airframe = flight.Airframe(**{name: numbers.pop(name) for name in AIRFRAME._fields})
+    motor = rotor.Motor(**{name: numbers.pop(name) for name in MOTOR._fields})
     way_m = tuple(numbers[name] for name in ("dx", "dy", "dz"))
     wind_N = tuple(numbers[name] for name in ("wx", "wy", "wz"))
     flown = flight.leg(airframe, motor, way_m, wind_N)
     return flown.loads.charge_As + 100.0 * flown.loads.duration_s
 
 
-LEG = {**asdict(AIRFRAME), **asdict(MOTOR), "dx": 1000.0, "dy": -2501.0, "dz": 30.0,
+LEG = {**AIRFRAME._asdict(), **MOTOR._asdict(), "dx": 1000.0, "dy": -2501.0, "dz": 30.0,
        "wx": 1.0, "wy": -0.5, "wz": 0.2}  # fmt: skip
 
 

@@ -5,7 +5,6 @@ from __future__ import annotations
 import itertools
 import math
 from collections.abc import Callable
-from dataclasses import fields, replace
 from typing import NamedTuple
 
 import numpy as np
@@ -37,8 +36,8 @@ LIFT, V_MAX = 3.8305e-6, 1060.0
 TO_HOVER_M: Triple = (1000.0, 2501.0152, 0.0)
 PAPER = flight.leg(AIRFRAME, MOTOR, TO_HOVER_M)
 
-FIVE_NEWTON = replace(MOTOR, lift_coefficient_N_s2_rad2=0.3125, max_speed_rad_s=2.0)
-FOUR_NEWTON = replace(AIRFRAME, mass_kg=4.0, gravity_m_s2=1.0)
+FIVE_NEWTON = MOTOR._replace(lift_coefficient_N_s2_rad2=0.3125, max_speed_rad_s=2.0)
+FOUR_NEWTON = AIRFRAME._replace(mass_kg=4.0, gravity_m_s2=1.0)
 
 
 class Case(NamedTuple):
@@ -468,11 +467,9 @@ def test_force_just_below_the_thrust_is_possible(wind_N: Triple, way: Triple) ->
 def test_symbols_give_what_floats_give() -> None:
     """The whole leg as a tree over position, wind, airframe and motor."""
 
-    def symbols(constants: object) -> dict[str, Parameter]:
-        return {
-            field.name: Parameter(field.name, "", "1", getattr(constants, field.name))
-            for field in fields(constants)  # type: ignore[arg-type]
-        }
+    def symbols(constants: flight.Airframe | rotor.Motor) -> dict[str, Parameter]:
+        stated = constants._asdict()
+        return {name: Parameter(name, "", "1", value) for name, value in stated.items()}
 
     x, y = (Variable(name, name, "m", 0.0, 1e4, "", 0) for name in "xy")
     gust = Parameter("gust", "F_w", "N", 0.0)

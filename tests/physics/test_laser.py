@@ -179,7 +179,7 @@ def test_symbols_give_what_floats_give() -> None:
     d = Variable("distance", "d", "m", 0.0, 1e4, "", 0)
     V = Parameter("visibility", "V", "km", 10.0)
     conversion = laser.Conversion(
-        *(Parameter(name, name, "1", getattr(CONVERSION, name)) for name in vars(CONVERSION))
+        *(Parameter(name, name, "1", getattr(CONVERSION, name)) for name in CONVERSION._fields)
     )
     α = laser.attenuation(1550.0, V)
     tree = laser.received_power(conversion, P_s, α, d, LIMIT_W)

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import itertools
 import math
-from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -85,7 +84,7 @@ def test_outage_is_the_integral_of_the_rice_density(channel: link.Channel, limit
 @pytest.mark.parametrize("rice_factor", [0.0, 1e-3, 0.5, 20.0, 100.0, 350.0, 1e4])
 def test_outage_is_a_noncentral_chi_squared_distribution(rice_factor: float) -> None:
     """Probability and coverage against SciPy's, with noncentrality 2K, over the ranges allowed."""
-    channel = replace(CHANNEL, rice_factor=rice_factor)
+    channel = CHANNEL._replace(rice_factor=rice_factor)
     at_1_m = 2.0 * 10.0 ** (channel.snr_threshold_dB / 10.0) * (1.0 + rice_factor)
     at_1_m *= channel.noise_power_W / channel.transmit_power_W
     limits = np.array([1e-12, 1e-6, 1e-4, 0.01, 0.5, 0.9, 0.99])
@@ -106,7 +105,7 @@ def test_outage_is_a_noncentral_chi_squared_distribution(rice_factor: float) -> 
 @given(CHANNELS, st.floats(1e-3, 2.0))
 def test_outage_without_line_of_sight(channel: link.Channel, share: float) -> None:
     """K = 0 is Rayleigh's channel: 1 − exp(−γ_th N0 d^β / P_u)."""
-    rayleigh = replace(channel, rice_factor=0.0)
+    rayleigh = channel._replace(rice_factor=0.0)
     noise_W = 10 ** (channel.snr_threshold_dB / 10) * channel.noise_power_W
     distance_m = share * (channel.transmit_power_W / noise_W) ** (1 / channel.path_loss_exponent)
     expected = -math.expm1(
@@ -132,7 +131,7 @@ def test_outage_from_beside_the_device_to_far_away() -> None:
 
 @pytest.mark.parametrize(("decibel", "ratio"), [(-10.0, 0.1), (0.0, 1.0), (20.0, 100.0)])
 def test_threshold_is_in_decibel(decibel: float, ratio: float) -> None:
-    found, at_0_dB = (replace(CHANNEL, snr_threshold_dB=each) for each in (decibel, 0.0))
+    found, at_0_dB = (CHANNEL._replace(snr_threshold_dB=each) for each in (decibel, 0.0))
     expected = ratio * at_0_dB.squared_argument_at_1_m
     assert found.squared_argument_at_1_m == pytest.approx(expected)
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from dataclasses import fields, replace
 
 import numpy as np
 import pytest
@@ -98,7 +97,7 @@ def test_polynomial_is_the_power(motor: rotor.Motor, v: float, acceleration: flo
 
 def test_polynomial_of_a_motor_without_friction() -> None:
     """T_f = 0 divides nothing."""
-    motor = replace(MOTOR, friction_torque_Nm=0.0)
+    motor = MOTOR._replace(friction_torque_Nm=0.0)
     assert rotor.polynomial_power(motor, 900.0, 10.0) == pytest.approx(
         rotor.power(motor, 900.0, 10.0), rel=1e-13
     )
@@ -141,7 +140,7 @@ def test_hover_speed_balances_the_force(force_N: tuple[float, float, float]) -> 
 
 def test_hovering_takes_the_full_thrust_at_most() -> None:
     """At |F_e| = F exactly the UAV hovers with v_max; one float above it cannot."""
-    motor = replace(MOTOR, lift_coefficient_N_s2_rad2=0.3125, max_speed_rad_s=2.0)
+    motor = MOTOR._replace(lift_coefficient_N_s2_rad2=0.3125, max_speed_rad_s=2.0)
     assert rotor.hover_speed(motor, (3.0, 0.0, -4.0)) == 2.0
     down_N = np.array([5.0, math.nextafter(5.0, 0.0), math.nextafter(5.0, 6.0)])
     speeds = rotor.hover_speed(motor, (0.0, 0.0, -down_N))
@@ -193,12 +192,8 @@ def test_arrays_are_scalars_element_by_element() -> None:
 
 def test_symbols_give_what_floats_give() -> None:
     """The functions build a tree whose value is theirs."""
-    motor = rotor.Motor(
-        **{
-            field.name: Parameter(field.name, "", "1", getattr(MOTOR, field.name))
-            for field in fields(rotor.Motor)
-        }
-    )
+    symbols = (Parameter(name, "", "1", value) for name, value in MOTOR._asdict().items())
+    motor = rotor.Motor(*symbols)
     v = Variable("v", "v", "rad/s", 0.0, 1060.0, "", 0)
     for function in (rotor.current, rotor.power, rotor.polynomial_power):
         assert evaluate(function(motor, v), {"v": 800.0}) == function(MOTOR, 800.0)
