@@ -11,7 +11,7 @@ from resource import RUSAGE_CHILDREN, getrusage
 from benchmarks.timing import Row
 
 NEEDED = """
-import numpy, pydantic, shapely, typer.main
+import numpy, pydantic, typer.main
 class Model(pydantic.BaseModel):
     figure: float
 """
