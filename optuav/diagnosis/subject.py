@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Hashable, Iterator, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
@@ -252,5 +253,4 @@ def _in_slots(model: Model, parameters: Values, slot_s: float) -> bool:
         slots = np.union1d(np.arange(min(count, MOST_SLOTS)), far[far < count])
         axes.append(slot_s * (first + slots))
     points = dict(zip(ranges, np.ix_(*axes), strict=True))
-    flat, curved = grid.tests(model, parameters)
-    return bool(grid.cells([*flat, *curved], points).any())
+    return bool(grid.cells(itertools.chain(*grid.tests(model, parameters)), points).any())

@@ -16,6 +16,7 @@ import itertools
 import math
 import time
 from collections.abc import Callable, Iterable, Iterator, Mapping
+from contextlib import suppress
 from dataclasses import dataclass
 from functools import partial
 
@@ -24,11 +25,12 @@ import numpy as np
 from optuav.arrays import Booleans, Floats, Values
 from optuav.engines.linear_form import own_bounds, slot_ranges
 from optuav.engines.registry import MOST_UNKNOWNS, OneByOne, Single, capabilities
+from optuav.engines.rows import TINY, levelled
 from optuav.engines.solution import Solution, single
 from optuav.errors import InputError, SolverError
 from optuav.modelling.check import TOLERANCE, evaluated, holding, relations
 from optuav.modelling.expression import Operand, Relation
-from optuav.modelling.forms import NotAffineError, excess
+from optuav.modelling.forms import CONSTANT, Exponential, NotExponentialError, exponential
 from optuav.modelling.model import Model
 from optuav.modelling.traversal import evaluate
 from optuav.status import Status
@@ -56,31 +58,44 @@ Test = Callable[[Mapping[str, Floats], dict[int, Operand]], Operand]
 """Which of the points satisfy a constraint; the tests of the same points share what they found."""
 
 
-def tests(model: Model, parameters: Values) -> tuple[list[Test], list[Test]]:
-    """Tests of the linear inequalities, and of all other constraints; the axes keep the bounds."""
-    flat: list[Test] = []
-    curved: list[Test] = []
-    done: dict[int, Operand] = {}
+def tests(model: Model, parameters: Values) -> tuple[list[Test], list[Test], list[Test]]:
+    """Tests of the linear inequalities, of those with a form, and of all other constraints.
+
+    The axes keep the bounds.
+    """
+    found: tuple[list[Test], list[Test], list[Test]] = [], [], []
+    forms: dict[int, Operand] = {}
     for relation in (each.relation for each in model.constraints):
-        try:
-            form, right = excess(relation, parameters, done)
-        except NotAffineError:
-            form = None
-        if form is None or relation.sense == "==":
-            curved.append(partial(_holds, relation, parameters))
-            continue
-        constant, coefficients = form.times(*relation.signs)
-        limit = TOLERANCE * max(1.0, abs(right)) - constant
-        flat.append(partial(_compares, coefficients, limit))
-    return flat, curved
+        test: Test = partial(_holds, relation, parameters)
+        kind = 2
+        with suppress(NotExponentialError):
+            left, right = (exponential(side, parameters, forms) for side in relation.sides)
+            if relation.sense != "==":
+                form = (left - right) * relation.signs[0]
+                limit = TOLERANCE * max(1.0, abs(right.terms.get(CONSTANT, 0.0)))
+                test, kind = partial(_compares, form, limit), 0 if form.linear else 1
+        found[kind].append(test)
+    return found
 
 
 def _compares(
-    coefficients: Values, limit: float, points: Mapping[str, Floats], done: dict[int, Operand]
+    form: Exponential, limit: float, points: Mapping[str, Floats], done: dict[int, Operand]
 ) -> Operand:
-    """A linear inequality, by comparing two axes without an array of cells."""
-    *outer, last = (coefficients.get(name, 0.0) * x for name, x in points.items())
-    return sum(outer) <= limit - last
+    """An inequality, by functions of one axis each, and products of two of them."""
+    own, both = dict.fromkeys(points, 0.0 * limit), list[Operand]()
+    for monomial, coefficient in form.terms.items():
+        product = coefficient
+        for name, kind in monomial:
+            rate_per_s = np.asarray(form.rates_per_s.get(name) or TINY, dtype=float)
+            x = points[name]
+            product = product * (x if kind == "time" else levelled(rate_per_s, x))
+        if len(monomial) > 1:
+            both.append(product)
+        else:
+            name = next((name for name, _ in monomial), next(iter(points)))
+            own[name] = own[name] + product
+    *outer, last = own.values()
+    return sum(both, sum(outer)) <= limit - last
 
 
 def _holds(
@@ -126,7 +141,7 @@ def _best_cell(
 ) -> dict[str, float] | None:
     """The best feasible cell, ties broken by the model's preferences; None if there is none."""
     sign = model.towards
-    flat, curved = tests(model, parameters)
+    flat, formed, curved = tests(model, parameters)
     most = CURVED_CELLS_AT_ONCE if curved else CELLS_AT_ONCE
     best: tuple[list[float], dict[str, float]] | None = None
     for block in _blocks(model, parameters, slot_s, most):
@@ -135,7 +150,7 @@ def _best_cell(
         least = -math.inf if best is None else best[0][0] - EQUAL * max(1.0, abs(best[0][0]))
         points = _cut(block, sign * evaluate(model.objective, {**parameters, **block}) >= least)
         points = _cut(points, cells(flat, points))
-        kept = cells([*flat, *curved], points)
+        kept = cells([*flat, *formed, *curved], points)
         if not kept.any():
             continue
         values = {**parameters, **points}
