@@ -146,7 +146,7 @@ def replay(plan: Plan | Itinerary) -> Replay:
     >>> found.flyable
     False
     >>> print(found.violations[0])
-        660.26 s  the available well runs dry: -9425.68, at least 0 A s
+        660.26 s  the available well runs dry: -9425.68 at 764.59 s, at least 0 A s
     """
     if isinstance(plan, Plan):
         plan.route  # noqa: B018  (raises where there is no plan)
