@@ -139,3 +139,5 @@ def require(package: str, use: str) -> None:
     except ImportError as error:
         words = f"{use} need {package}: python -m pip install {package}"
         raise InputError(words) from error
+    except ValueError as error:  # as matplotlib refuses a setting of the environment
+        raise InputError(f"{use} need {package}, which does not start: {error}") from error

@@ -1,5 +1,57 @@
 """The command line: says and shows, computes nothing."""
 
-from optuav.cli.app import main
+from __future__ import annotations
 
-__all__ = ["main"]
+import contextlib
+import os
+import signal
+import sys
+from _thread import start_new_thread
+from collections.abc import Sequence
+
+INTERRUPTED = 130
+
+
+def main(arguments: Sequence[str] | None = None) -> None:
+    """Run a command and leave with its exit code."""
+    if arguments is None and signal.getsignal(signal.SIGINT) is signal.default_int_handler:
+        _end_when_interrupted()
+    from optuav.cli.app import run
+
+    run(arguments)
+
+
+def _end_when_interrupted() -> None:
+    """Let Ctrl-C end the process at once, also while it imports or a library is at work.
+
+    Python itself handles a signal between two steps of the main thread, and some libraries swallow
+    the exception. Whichever thread is first to hear of the signal leaves.
+    """
+    signal.signal(signal.SIGINT, _leave)
+    if os.name == "posix":
+        reading, writing = os.pipe()
+        os.set_blocking(writing, False)
+        signal.set_wakeup_fd(writing, warn_on_full_buffer=False)
+        start_new_thread(_wait, (reading,))
+
+
+def _wait(reading: int) -> None:
+    """Leave when a signal has come."""
+    os.read(reading, 1)
+    _leave()
+
+
+def _leave(*_: object) -> None:
+    """End the process with its children, and leave no half-written file and no hidden cursor."""
+    with contextlib.suppress(Exception):
+        files = sys.modules.get("optuav.mission.files")
+        for path in tuple(getattr(files, "unfinished", ())):
+            path.unlink(missing_ok=True)
+        if processes := sys.modules.get("multiprocessing"):
+            for child in processes.active_children():
+                child.kill()
+        if sys.stderr.isatty():
+            os.write(2, b"\x1b[?25h")
+    with contextlib.suppress(OSError):
+        os.write(2, b"\ninterrupted\n")
+    os._exit(INTERRUPTED)

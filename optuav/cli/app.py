@@ -19,7 +19,7 @@ from typing import Annotated, Any
 import typer
 
 from optuav.cli.options import command_of
-from optuav.cli.output import BAD_INPUT, FAILED, styled
+from optuav.cli.output import BAD_INPUT, FAILED, say
 from optuav.errors import InputError, SolverError
 
 COMMANDS = {
@@ -66,8 +66,11 @@ def program(name: str | None = None) -> Any:
     return typer.main.get_command(app)
 
 
-def main(arguments: Sequence[str] | None = None) -> None:
+def run(arguments: Sequence[str] | None = None) -> None:
     """Run a command and leave with its exit code."""
+    if sys.stdout is None:
+        say("error: the standard output is closed", error=True)
+        sys.exit(BAD_INPUT)
     if hasattr(signal, "SIGPIPE"):
         # A reader that has seen enough, as `| head`, ends the command without a message.
         signal.signal(signal.SIGPIPE, signal.SIG_DFL)
@@ -86,14 +89,22 @@ def main(arguments: Sequence[str] | None = None) -> None:
     if given[:1] == ["--version"]:
         import optuav
 
-        typer.echo(f"optuav {optuav.__version__}")
+        say(f"optuav {optuav.__version__}")
         return
     try:
-        if given and given[0] in COMMANDS:
-            program(given[0])(args=given[1:], prog_name=f"optuav {given[0]}")
-        else:
-            program()(args=given, prog_name="optuav")
+        try:
+            if given and given[0] in COMMANDS:
+                program(given[0])(args=given[1:], prog_name=f"optuav {given[0]}")
+            else:
+                program()(args=given, prog_name="optuav")
+        finally:
+            sys.stdout.flush()
     except (InputError, SolverError) as error:
         indented = str(error).replace("\n", "\n       ")
-        typer.echo(f"{styled('error:', 'bold red')} {indented}", err=True)
+        say(f"error: {indented}", error=True)
         sys.exit(BAD_INPUT if isinstance(error, InputError) else FAILED)
+    except OSError as error:
+        # Files are written elsewhere. What is still to be written must not fail again at the end.
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        say(f"error: the output cannot be written: {error.strerror}", error=True)
+        sys.exit(BAD_INPUT)

@@ -17,7 +17,7 @@ import typer
 
 import optuav
 from optuav.cli.options import Words, mission_of, refuse_beside_plan
-from optuav.cli.output import NO, WIDTH, check_places, deliver, warning
+from optuav.cli.output import NO, WIDTH, check_places, deliver, say, warning
 from optuav.errors import Fault, InputError, printable
 
 if TYPE_CHECKING:
@@ -239,7 +239,7 @@ def new(file: Path, asked: Numbers, source: str = "paper") -> None:
     else:
         mission, remarks = load(source), ()
     write_text(file, template(mission, file.stem, remarks))
-    typer.echo(f"wrote {file}; next: optuav validate {file}")
+    say(f"wrote {file}; next: optuav validate {file}")
 
 
 def _flag(name: str) -> str:

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, TypeAlias
 
 import typer
 
-from optuav.errors import Fault, InputError
+from optuav.errors import Fault, InputError, printable
 
 if TYPE_CHECKING:
     from rich.console import RenderableType
@@ -24,12 +24,14 @@ WIDTH = 80
 NO, BAD_INPUT, FAILED = 1, 2, 3
 """Exit codes: no feasible or flyable plan; bad input; an engine that failed or proved nothing."""
 STYLES = {
+    "error:": "bold red",
+    "warning:": "bold yellow",
     **dict.fromkeys(("Hover", "Answer", "Violated", "Contradicted", "To"), "bold"),
     **dict.fromkeys(("Because", "NOT"), "bold red"),
     "Warning": "bold yellow",
-    "FLYABLE:": "bold green",
+    "FLYABLE": "bold green",
 }
-"""Styles of lines by their first word."""
+"""Styles of lines by their first word; of that word alone where it ends in a colon."""
 
 Progress: TypeAlias = Callable[[int, int | None, str], None]
 
@@ -46,24 +48,42 @@ def check_places(save: Path | None, plot: Path | None, *endings: str) -> None:
             raise refusal(save, f"there is no directory {label(save.parent)}")
     if plot is not None:
         from optuav import plots
-        from optuav.mission.files import make_directory
+        from optuav.mission.files import refusal
 
         _ = plots.curves  # refused here where matplotlib is missing
-        make_directory(plot)
+        made = next(each for each in (plot, *plot.absolute().parents) if each.exists())
+        if not made.is_dir():
+            raise refusal(plot, "is not a directory")
+        if not os.access(made, os.W_OK):
+            raise refusal(plot, "cannot be made or written to")
 
 
-def styled(text: str, style: str) -> str:
-    """Text in a style, if it goes to a terminal that has some."""
-    if not sys.stdout.isatty() or os.environ.get("NO_COLOR") or os.environ.get("TERM") == "dumb":
-        return text
-    weight, _, colour = style.partition(" ")
-    return typer.style(text, fg=colour or None, **{weight: True})
+def say(text: str, style: str = "", *, error: bool = False) -> None:
+    """Write lines, those of some first words in a style if they go to a terminal that has some.
+
+    Control characters, which a file may hold, are replaced.
+    """
+    stream = sys.stderr if error else sys.stdout
+    if stream is None:
+        return
+    # `typer.echo` would write UTF-8 where the console says that it reads ASCII.
+    write = typer.echo if (terminal := stream.isatty()) else print
+    plain = os.environ.get("NO_COLOR") or os.environ.get("TERM") == "dumb" or not terminal
+    for line in printable(text, "\n").split("\n"):
+        word = line.partition(" ")[0]
+        look = style or STYLES.get(word, "")
+        weight, _, colour = look.partition(" ")
+        start = word if word.endswith(":") else line
+        if not look or plain:
+            write(line, file=stream)
+        else:
+            styled = typer.style(start, fg=colour or None, **{weight: True})
+            write(styled + line[len(start) :], file=stream)
 
 
 def warning(words: str) -> str:
     """A paragraph that warns."""
-    lines = textwrap.fill(f"warning: {words}", WIDTH)
-    return lines.replace("warning:", styled("warning:", "bold yellow"), 1)
+    return textwrap.fill(f"warning: {words}", WIDTH)
 
 
 def deliver(
@@ -79,29 +99,28 @@ def deliver(
     Where JSON is asked for, nothing is taken from `shown`.
     """
     if as_json:
-        typer.echo(json.dumps(data(), indent=2, ensure_ascii=False))
+        say(json.dumps(data(), indent=2))  # escapes what is not ASCII, for any console
         return
-    # `typer.echo` would write UTF-8 where the console says that it reads ASCII.
-    write = typer.echo if sys.stdout.isatty() else print
     if isinstance(shown, str):
-        for line in shown.splitlines():
-            style = STYLES.get(line.partition(" ")[0])
-            write(styled(line, style) if style else line)
+        say(shown.rstrip("\n"))
     else:
         from rich.console import Console
+        from rich.segment import Segments
 
         from optuav.studies.results import as_text
 
         screen = Console(highlight=False)
         if not screen.is_terminal:
-            typer.echo(as_text(shown))
+            say(as_text(shown))
         else:
             for piece in shown:
-                screen.print(piece)
+                parts = screen.render(piece)
+                safe = (part._replace(text=printable(part.text, "\n")) for part in parts)
+                screen.print(Segments(safe))
     for note in notes:
-        write(note)
+        say(note)
     for path in written:
-        write(styled(f"wrote {path}", "dim"))
+        say(f"wrote {path}", "dim")
 
 
 def deliver_results(found: Results, save: Path | None, plot: Path | None, *, as_json: bool) -> None:

@@ -12,7 +12,7 @@ import typer
 
 import optuav
 from optuav.cli.options import ProblemOptions, SolveOptions, Words, mission_of, refuse_beside_plan
-from optuav.cli.output import FAILED, NO, WIDTH, check_places, deliver, progress
+from optuav.cli.output import FAILED, NO, WIDTH, check_places, deliver, progress, say
 from optuav.errors import Fault, InputError
 from optuav.options import Perspective
 from optuav.status import Status
@@ -90,7 +90,7 @@ def solve(
 
         written.append(save_animation(optuav.replay(plan), animate))
     elif animate is not None:
-        typer.echo(f"{animate} is not written: there is no plan to show", err=True)
+        say(f"{animate} is not written: there is no plan to show", error=True)
     if plan.status is Status.INFEASIBLE and explained:
         notes = [f"optuav explain {shlex.quote(mission)} … shows what would make it feasible"]
     deliver(plan.to_dict, plan.summary(), as_json=as_json, notes=notes, written=written)
@@ -186,16 +186,16 @@ def formulate(
     problem, options = asked.question(stated)
     program = optuav.formulate(stated, problem, **options)
     if not program.parts:
-        typer.echo(textwrap.fill(str(program), WIDTH, subsequent_indent="  "))
+        say(textwrap.fill(str(program), WIDTH, subsequent_indent="  "))
         raise typer.Exit(NO)
     if lp or mps:
         text = program.to_file(*forms).rstrip("\n")
     else:
         text = program.to_latex() if latex else str(program)
     if save is None:
-        typer.echo(text)
+        say(text)
     else:
         from optuav.mission.files import write_text
 
         write_text(save, f"{text}\n")
-        typer.echo(f"wrote {save}")
+        say(f"wrote {save}")

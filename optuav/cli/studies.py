@@ -8,7 +8,7 @@ import typer
 
 import optuav
 from optuav.cli.options import Words, mission_of
-from optuav.cli.output import FAILED, NO, check_places, deliver, deliver_results, progress
+from optuav.cli.output import FAILED, NO, check_places, deliver, deliver_results, progress, say
 from optuav.errors import Fault, InputError
 from optuav.options import Perspective
 
@@ -139,9 +139,9 @@ def reproduce(
     own = None if mission is None else optuav.load(mission)
     with progress() as bar:
         written = optuav.reproduce(out, only=only or (), mission=own, progress=bar)
-    typer.echo(f"wrote {len(written)} files, among them {out / 'report.html'}")
+    say(f"wrote {len(written)} files, among them {out / 'report.html'}")
     if own is not None and not (plan := solve(own)):
-        typer.echo(f"{own.name} has no plan: {why(plan)}")
+        say(f"{own.name} has no plan: {why(plan)}")
         raise typer.Exit(NO)
 
 

@@ -5,8 +5,10 @@ from __future__ import annotations
 import itertools
 import math
 from collections.abc import Iterable, Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass
-from functools import cache, partial
+from functools import cache
+from threading import RLock
 from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
 
 import matplotlib.style
@@ -83,8 +85,17 @@ MOST_COVERED = 2  # Most dots that a label covers which is not needed
 LEADER = {"arrowstyle": "-", "linewidth": 0.4, "color": GREY, "shrinkA": 0.0, "shrinkB": 2.0}
 
 Look: TypeAlias = dict[str, Any]  # Properties of a line or marker, by matplotlib's names
-applied = partial(matplotlib.style.context, ["default", RC])
-"""The look of the pictures, for a block or a function; the user's settings come back after it."""
+_ONE_AT_A_TIME = RLock()
+
+
+@contextmanager
+def applied() -> Iterator[None]:
+    """The look of the pictures, for a block or a function; the user's settings come back after it.
+
+    The settings are those of the process: threads draw one after the other.
+    """
+    with _ONE_AT_A_TIME, matplotlib.style.context(["default", RC]):
+        yield
 
 
 def page(height_in: float, width_in: float = WIDTH_IN) -> Figure:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import os
 import subprocess
 import sys
@@ -11,7 +12,7 @@ import pytest
 
 import optuav
 from optuav.cli.app import COMMANDS as ALL
-from tests.cli.run import refused, run, widest, words
+from tests.cli.run import Pipe, refused, run, widest, words
 
 COMMANDS = ("solve", "compare", "formulate", "show", "validate", "new", "missions")
 
@@ -155,3 +156,93 @@ def test_an_infeasible_mission_leads_to_its_explanation() -> None:
     assert run(*asked, *deadline).out.splitlines()[-1] == hint
     assert "explain" not in run(*asked, *deadline, "--json").out
     assert "explain" not in run(*asked).out
+
+
+@pytest.mark.skipif(not Path("/dev/full").exists(), reason="the system has no full device")
+def test_an_output_that_is_full_or_closed_is_one_sentence() -> None:
+    """Whatever the command, without a traceback, and by exit code 2."""
+    shell = f"{sys.executable} -m optuav"
+    for line, said in (
+        (f"{shell} missions --json > /dev/full", "cannot be written: No space left on device"),
+        (f"{shell} show paper > /dev/full", "cannot be written: No space left on device"),
+        (f"{shell} missions >&-", "the standard output is closed"),
+    ):
+        found = subprocess.run(["sh", "-c", line], capture_output=True, text=True, check=False)
+        assert found.returncode == 2
+        assert found.stderr.count("\n") == 1
+        assert said in found.stderr
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="signals are sent as POSIX has them")
+@pytest.mark.parametrize(
+    ("arguments", "after_s"),
+    [
+        (("sensitivity", "paper"), 0.1),  # while it imports
+        (("solve", "paper", "--engine", "casadi", "--problem", "P2"), 1.0),  # which swallows it
+    ],
+)
+def test_control_c_ends_a_command_at_once(
+    arguments: tuple[str, ...], after_s: float, tmp_path: Path
+) -> None:
+    """By exit code 130, in one line, and what is half written goes."""
+    code = f"""
+import os, pathlib, signal, sys, threading
+import optuav.cli
+from optuav.mission import files
+half = pathlib.Path("half"); half.touch(); files.unfinished.add(half)
+threading.Timer({after_s}, os.kill, (os.getpid(), signal.SIGINT)).start()
+sys.argv = ["optuav", *{arguments!r}]
+optuav.cli.main()
+"""
+    found = subprocess.run(
+        [sys.executable, "-c", code], capture_output=True, text=True, check=False, cwd=tmp_path
+    )
+    assert (found.returncode, found.stdout, found.stderr) == (130, "", "\ninterrupted\n")
+    assert not list(tmp_path.iterdir())
+
+
+def test_json_is_plain_ascii() -> None:
+    """Any console shows it, and what it shows can be read back."""
+    found = run("solve", "paper", "--perspective", "battery", "--json").out
+    assert found.isascii()
+    assert json.loads(found)["notes"] == list(optuav.solve("paper", perspective="battery").notes)
+
+
+ESCAPE = "\x1b[31m\x1b]0;title\x07"
+
+
+def test_what_a_file_says_does_not_steer_the_terminal(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Escapes in a description, in the texts of a plan, and in a cell are shown as letters.
+
+    On a terminal too, where our own colours are escapes of another kind.
+    """
+    monkeypatch.chdir(tmp_path)
+    plan = optuav.solve("paper", perspective="battery").to_dict()
+    plan |= {"notes": [ESCAPE], "proof": ESCAPE, "engine": ESCAPE}
+    Path("plan.json").write_text(json.dumps(plan))
+    Path("cell.csv").write_text(
+        f"load,current_A,lifetime_s\n{ESCAPE},1,900\nb,2,400\nc,4,{ESCAPE}\n"
+    )
+    described = ("--set", f'description="{ESCAPE}"'.replace("\x1b", "\\u001b").replace("\x07", ""))
+    shown = "\N{REPLACEMENT CHARACTER}[31m"
+    commands = [
+        ("show", "paper", *described),
+        ("show", "plan.json"),
+        ("calibrate", "kibam", "cell.csv"),
+    ]
+    for terminal in (False, True):
+        monkeypatch.setattr(Pipe, "isatty", lambda _, terminal=terminal: terminal)
+        monkeypatch.setenv("TERM", "dumb")
+        for command in commands:
+            found = run(*command)  # which looks for escapes
+            assert shown in found.out + found.err
+
+
+def test_a_refused_command_makes_no_folder(tmp_path: Path) -> None:
+    folder = tmp_path / "new" / "pictures"
+    assert "min_soc" in refused(
+        "solve", "paper", "--set", "limits.min_soc=2", "--plot", str(folder)
+    )
+    assert not list(tmp_path.iterdir())

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import subprocess
 import sys
+import time
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
@@ -15,7 +17,7 @@ from matplotlib.figure import Figure  # noqa: E402
 
 import optuav  # noqa: E402
 from optuav import plots  # noqa: E402
-from optuav.errors import InputError  # noqa: E402
+from optuav.errors import InputError, require  # noqa: E402
 from optuav.plots import files, style  # noqa: E402
 
 PNG = b"\x89PNG\r\n\x1a\n"
@@ -143,3 +145,29 @@ print("matplotlib.pyplot" in sys.modules, matplotlib.get_backend(auto_select=Fal
 def test_every_public_name_is_of_the_package() -> None:
     for name in plots.__all__:
         assert getattr(plots, name).__module__.startswith("optuav.plots.")
+
+
+def test_pictures_made_in_threads_leave_the_settings_as_they_were() -> None:
+    """The settings are those of the process: one thread may not restore what another has set."""
+    mine = settings()
+
+    def draw(_: int) -> None:
+        with style.applied():
+            time.sleep(0.002)
+            with style.applied():
+                assert matplotlib.rcParams["font.size"] == 8.0
+
+    with ThreadPoolExecutor(4) as threads:
+        list(threads.map(draw, range(12)))
+    assert settings() == mine
+
+
+def test_a_backend_that_does_not_exist_is_one_sentence(monkeypatch: pytest.MonkeyPatch) -> None:
+    """As by MPLBACKEND=nosuch, which ends the import of matplotlib."""
+
+    def refuse(_: str) -> None:
+        raise ValueError("'nosuch' is not valid")
+
+    monkeypatch.setattr("optuav.errors.import_module", refuse)
+    with pytest.raises(InputError, match=r"pictures need matplotlib.*'nosuch' is not valid"):
+        require("matplotlib", "pictures")
