@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import operator
 import sys
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from functools import cached_property
@@ -63,6 +63,14 @@ class Walk:
                 with suppress(NotExponentialError):
                     exponential(tree, {}, done)
         return done
+
+    def forms_without(self, names: Collection[str]) -> dict[int, Operand]:
+        """The forms of the nodes that hold none of some parameters."""
+        changed = {id(self.given[name]) for name in self.given.keys() & names}
+        for node in self.nodes:
+            if not changed.isdisjoint(map(id, node.below)):
+                changed.add(id(node))
+        return {node: form for node, form in self.forms.items() if node not in changed}
 
 
 class Model:
