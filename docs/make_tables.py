@@ -8,12 +8,15 @@ from __future__ import annotations
 import itertools
 import re
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
+from dataclasses import fields
+from pathlib import Path
 from typing import Any
 
 from typer.core import TyperArgument
 
 import optuav
 from formulations.formulation import Given
+from formulations.parameters import Quantities
 from formulations.soc import PAPER, PERSPECTIVES
 from optuav.cli.app import COMMANDS, program
 from optuav.engines.registry import CAPABILITIES, Capability
@@ -230,6 +233,18 @@ def merged(rows: Iterable[Row], column: int) -> Iterator[Row]:
         yield (*row[:column], ", ".join(dict.fromkeys(found)), *row[column:])
 
 
+def quantities() -> Iterator[Row]:
+    """What `given` has in `declare`, with the words of the nomenclature."""
+    page = Path(__file__).with_name("nomenclature.md").read_text("utf-8")
+    words = dict(re.findall(r"`Quantities\.(\w+)`.*\| (.*) \|$", page, re.MULTILINE))
+    yield ("in `declare`", "symbol", "unit", "mission key", "what it is")
+    for each in fields(Quantities):
+        if known := each.metadata:
+            what = words[each.name]
+            key = f"`{known['key']}`" if known["key"] else NONE
+            yield (f"`given.{each.name}`", known["symbol"], known["unit"], key, what)
+
+
 TABLES: Mapping[str, Callable[[], Iterator[Row]]] = {
     "commands": commands,
     "options": options,
@@ -237,6 +252,7 @@ TABLES: Mapping[str, Callable[[], Iterator[Row]]] = {
     "purposes": purposes,
     "capabilities": capabilities,
     "paper": paper,
+    "quantities": quantities,
 }
 
 

@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from itertools import islice
 from pathlib import Path
 from typing import Annotated, Any, Self
 
 from pydantic import Strict, model_validator
 
-from optuav.errors import MOST_SHOWN, Fault, InputError
+from optuav.errors import MOST_SHOWN, Fault, InputError, printable
 from optuav.mission import schema
 from optuav.mission.files import write_text
 from optuav.mission.messages import nearest, shown
@@ -33,6 +33,9 @@ from optuav.mission.validation import (
     rules,
     validate,
 )
+
+COLUMNS, SIZES = ("name", "x_m", "y_m", "z_m"), ("width_m", "depth_m")
+"""Columns of a table of buildings; those of their footprints may be left out."""
 
 _ENERGIES = frozenset({"flight_energy_J", "hover_energy_J"})
 
@@ -132,6 +135,85 @@ class Mission(MissionSection):
             raise InputError([Fault("", shown(values), "values by dotted key in a dict")])
         stated, faults = _revised(self.model_dump(mode="json", exclude_none=True), values)
         return validate(type(self), stated, faults)
+
+    def with_buildings(self, table: Mapping[str, Iterable[object]]) -> Self:
+        """Make a mission with other buildings, in place of all that there are.
+
+        Parameters
+        ----------
+        table
+            Columns of equal length, such as a pandas data frame of a CSV file: ``name``; ``x_m``,
+            ``y_m`` and ``z_m``, the position [m] with the height of the roof; and for footprints
+            ``width_m`` and ``depth_m``, the sizes along x and y [m], NaN or None where a building
+            has none.
+
+        Returns
+        -------
+        Mission
+            The new mission, validated as a whole.
+
+        Raises
+        ------
+        InputError
+            With every fault, unknown and missing columns among them.
+
+        Examples
+        --------
+        >>> import optuav
+        >>> roofs = {"name": ["a", "b"], "x_m": [0, 90], "y_m": [500, 700], "z_m": [60, 40]}
+        >>> optuav.load("paper").with_buildings(roofs).buildings[1].position_m
+        (90.0, 700.0, 40.0)
+        """
+        columns = {str(name): [without_none(each) for each in table[name]] for name in table}
+        faults = [
+            Fault(name, "", f"unknown column{nearest(name, COLUMNS + SIZES)}")
+            for name in columns.keys() - {*COLUMNS, *SIZES}
+        ]
+        faults += [Fault(name, "", "is missing") for name in COLUMNS if name not in columns]
+        if len({len(column) for column in columns.values()}) > 1:
+            lengths = ", ".join(f"{name} {len(column)}" for name, column in columns.items())
+            faults.append(Fault("columns", printable(lengths), "of equal length"))
+        if faults:
+            raise InputError(faults)
+        buildings = []
+        for cells in zip(*columns.values(), strict=True):
+            row = dict(zip(columns, cells, strict=True))
+            building = {"name": row["name"], "position_m": [row[name] for name in COLUMNS[1:]]}
+            size = [row.get(name) for name in SIZES]
+            if any(each is not None and str(each) != "nan" for each in size):
+                building["footprint_m"] = size
+            buildings.append(building)
+        return self.replace({"buildings": buildings})
+
+    def summary(self) -> str:
+        """The mission in a few lines: what it is, where, how long, and with what.
+
+        Examples
+        --------
+        >>> import optuav
+        >>> print(optuav.load("paper").summary())
+        Mission    paper: 10 buildings, a laser of 1000 W
+        Route      (0, 0, 50) m to (2000, 0, 50) m within 1200 s
+        Device     (1000, 3000, 0) m, outage at most 0.01
+        Battery    2 × 36000 A s, pooled, at least 5 % left
+        Flight     model "rotors", 50 to 100 m above ground
+        """
+        route, limits, battery, laser = self.route, self.limits, self.battery, self.laser
+        start, end, device = (
+            f"({', '.join(f'{each:g}' for each in point)}) m"
+            for point in (route.origin_m, route.destination_m, self.link.device_m)
+        )
+        source = f"a laser of {laser.power_W:g} W" if laser else "no laser"
+        lines = {
+            "Mission": f"{printable(self.name)}: {len(self.buildings)} buildings, {source}",
+            "Route": f"{start} to {end} within {limits.deadline_s:g} s",
+            "Device": f"{device}, outage at most {limits.outage_probability:g}",
+            "Battery": f"{battery.packs} × {battery.capacity_As:g} A s, {battery.schedule}, "
+            f"at least {100 * limits.min_soc:g} % left",
+            "Flight": f'model "{self.flight.model}", {limits.min_altitude_m:g} to '
+            f"{limits.max_altitude_m:g} m above ground",
+        }
+        return "\n".join(f"{head:11}{words}" for head, words in lines.items())
 
     def to_dict(self) -> Document:
         """Every value as plain data, as a file without ``extends`` states it.

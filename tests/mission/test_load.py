@@ -626,3 +626,42 @@ def test_reading_a_mission_imports_no_heavy_library() -> None:
         cwd=PACKAGE.parents[1],
     )
     assert process.stdout.strip() == ""
+
+
+def test_buildings_from_a_table(tmp_path: Path) -> None:
+    """Columns of a CSV file by pandas, and the same as plain lists; NaN is no footprint."""
+    pandas = pytest.importorskip("pandas")
+    path = tmp_path / "roofs.csv"
+    path.write_text("name,x_m,y_m,z_m,width_m,depth_m\na,0,500,60,20,30\nb,90,700,40,,\n", "utf-8")
+    paper = optuav.load("paper")
+    mission = paper.with_buildings(pandas.read_csv(path))
+    assert (
+        mission.buildings
+        == paper.replace(
+            {
+                "buildings": [
+                    {"name": "a", "position_m": [0, 500, 60], "footprint_m": [20, 30]},
+                    {"name": "b", "position_m": [90, 700, 40]},
+                ]
+            }
+        ).buildings
+    )
+    empty = dict.fromkeys(("name", "x_m", "y_m", "z_m"), ())
+    assert paper.with_buildings(empty).buildings == ()
+
+
+def test_a_table_of_buildings_is_refused_with_all_its_faults() -> None:
+    paper = optuav.load("paper")
+    with pytest.raises(optuav.InputError) as caught:
+        paper.with_buildings({"name": ["a"], "x_mm": [0, 1], "y_m": [0], "z_m": [1]})
+    told = sorted(map(str, caught.value.faults))
+    assert told == [
+        "columns = name 1, x_mm 2, y_m 1, z_m 1: of equal length",
+        "x_mm: unknown column; did you mean 'x_m'?",
+        "x_m: is missing",
+    ]
+    nan = float("nan")
+    with pytest.raises(optuav.InputError, match=r"buildings\[0\]\.footprint_m"):
+        paper.with_buildings(
+            {"name": ["a"], "x_m": [0], "y_m": [9], "z_m": [1], "width_m": [3], "depth_m": [nan]}
+        )
