@@ -167,7 +167,8 @@ class Mission(MissionSection):
         columns = {str(name): [without_none(each) for each in table[name]] for name in table}
         faults = [
             Fault(name, "", f"unknown column{nearest(name, COLUMNS + SIZES)}")
-            for name in columns.keys() - {*COLUMNS, *SIZES}
+            for name in columns
+            if name not in COLUMNS + SIZES
         ]
         faults += [Fault(name, "", "is missing") for name in COLUMNS if name not in columns]
         if len({len(column) for column in columns.values()}) > 1:

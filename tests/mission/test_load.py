@@ -657,8 +657,8 @@ def test_a_table_of_buildings_is_refused_with_all_its_faults() -> None:
     told = sorted(map(str, caught.value.faults))
     assert told == [
         "columns = name 1, x_mm 2, y_m 1, z_m 1: of equal length",
-        "x_mm: unknown column; did you mean 'x_m'?",
         "x_m: is missing",
+        "x_mm: unknown column; did you mean 'x_m'?",
     ]
     nan = float("nan")
     with pytest.raises(optuav.InputError, match=r"buildings\[0\]\.footprint_m"):
