@@ -661,7 +661,7 @@ def test_a_table_of_buildings_is_refused_with_all_its_faults() -> None:
         "x_mm: unknown column; did you mean 'x_m'?",
     ]
     nan = float("nan")
-    with pytest.raises(optuav.InputError, match=r"buildings\[0\]\.footprint_m"):
+    with pytest.raises(optuav.InputError, match=r"buildings\.a\.footprint_m"):
         paper.with_buildings(
             {"name": ["a"], "x_m": [0], "y_m": [9], "z_m": [1], "width_m": [3], "depth_m": [nan]}
         )
