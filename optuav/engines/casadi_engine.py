@@ -57,6 +57,7 @@ LEAST = 1e-3
 """Least reach by which an unknown is scaled, where the constraints leave it next to none."""
 AT_BOUND = 1e-9  # Relative distance from a bound that is as good as none
 STEEP = 100.0  # Largest slope of an objective as the solver sees it; its tolerances are absolute
+PRICED = 1e-3 * STEEP  # Multiplier, as the solver sees it, that is no leftover of its barrier
 
 
 @contextmanager
@@ -122,6 +123,7 @@ class CasadiProgramme:
 
         self.model, self.base, self.limit_s = model, model.row(0), time_limit_s or math.inf
         self.names = [variable.name for variable in model.variables]
+        self.linear = traits(model).linear
         self.goals = [-model.towards * model.objective, *model.preferences]
         stated = [(has_unknowns(*each.relation.sides), each) for each in model.constraints]
         self.constraints = [each for moves, each in stated if moves]
@@ -144,6 +146,8 @@ class CasadiProgramme:
         numbers = casadi.vertcat(parameters, scales)
         gradient = casadi.gradient(cost, unknowns)
         self.slope = casadi.Function("slope", [unknowns, numbers], [gradient])
+        normals = casadi.jacobian(casadi.SX(casadi.vertcat(*rows)), unknowns)
+        self.normals = casadi.Function("normals", [unknowns, numbers], [normals])
         options = {**OPTIONS, "ipopt.tol": accuracy, "ipopt.max_iter": iterations}
         if time_limit_s is not None:
             options["ipopt.max_wall_time"] = time_limit_s
@@ -196,7 +200,8 @@ class CasadiProgramme:
         at_bounds = np.abs(at_bounds / scaled.scale)
         for variable, weight in zip(self.model.variables, at_bounds.tolist(), strict=True):
             duals[variable.label] = duals.get(variable.label, 0.0) + weight
-        point = self._preferred(point, scaled)
+        if not (self.linear and self._is_alone(answer, scaled)):
+            point = self._preferred(point, scaled)
         return found(Status.LOCALLY_OPTIMAL, PROOF, words, point, duals=duals)
 
     def _scaled(self, parameters: Values, bounds: Mapping[str, tuple[float, float]]) -> Scaled:
@@ -210,10 +215,12 @@ class CasadiProgramme:
         first = np.where(np.isinf(lower), open_below, lower)
         shares = itertools.islice(itertools.product(SHARES, repeat=len(lower)), MOST_STARTS)
         starts = [(first + np.array(share) * reach) / reach for share in shares]
+        middle = starts[len(starts) // 2]
         numbers = np.array([*(float(parameters[name]) for name in self.base), *reach])
-        slope = np.abs(np.asarray(self.slope(starts[len(starts) // 2], numbers)))
+        slope = np.abs(np.asarray(self.slope(middle, numbers)))
         largest = float(slope.max(initial=0.0))
         steepness = largest / STEEP if math.isfinite(largest) and largest > 0.0 else 1.0
+        starts = [middle, *starts] if self.linear else starts
         return Scaled(parameters, numbers, lower, upper, reach, starts, steepness)
 
     def _best(self, scaled: Scaled) -> tuple[tuple[dict[str, float], Any] | None, list[str]]:
@@ -230,7 +237,18 @@ class CasadiProgramme:
                 cost = float(evaluate(self.goals[0], {**scaled.parameters, **point}))
                 if best is None or cost < least - EQUAL * max(1.0, abs(least)):
                     best, least = (point, answer), cost
+                if self.linear:  # any local optimum is the global one
+                    break
         return best, said
+
+    def _is_alone(self, answer: Any, scaled: Scaled) -> bool:
+        """Whether no other point of a linear model is as good: what has a price holds it there."""
+        weights, at_bounds = (np.abs(np.asarray(answer[k]).ravel()) for k in ("lam_g", "lam_x"))
+        rows = np.asarray(self.normals(answer["x"], scaled.numbers)).reshape(-1, len(self.names))
+        prices = np.concatenate([weights * np.linalg.norm(rows, axis=1), at_bounds])
+        held = (prices > PRICED)[:, None]
+        rank = np.linalg.matrix_rank(np.vstack([rows, np.eye(len(self.names))]) * held)
+        return bool(rank == len(self.names))
 
     def _preferred(self, point: dict[str, float], scaled: Scaled) -> dict[str, float]:
         """Of points as good as the best, the one with the smallest preferences, in their order."""

@@ -157,6 +157,27 @@ def test_earlier_preferences_go_first() -> None:
     assert (x_s, y_s) == pytest.approx((0.0, 0.0), abs=1e-7)
 
 
+def test_a_linear_model_is_solved_from_one_start(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Any local optimum is the global one; preferences are asked where others are as good only."""
+    calls: list[str] = []
+    run = casadi_engine.run
+
+    def counted(programme: Any, arguments: Any) -> Any:
+        calls.append("")
+        return run(programme, arguments)
+
+    monkeypatch.setattr(casadi_engine, "run", counted)
+    model = Model("two")
+    x, y = (model.variable(name, name, unit="s", upper=2.0) for name in ("x", "y"))
+    model.prefer_small(y)
+    model.subject_to("sum", x + y <= 3.0)
+    for goal, point, solved in ((2.0 * x + y, (2.0, 1.0), 1), (x, (2.0, 0.0), 2)):
+        model.maximise(goal)
+        assert (*Casadi().solve(model, 1).point(0).values(),) == pytest.approx(point, abs=1e-6)
+        assert len(calls) == solved
+        calls.clear()
+
+
 @few(8)
 @given(st.floats(0.1, 50.0), st.floats(0.1, 5.0), st.floats(0.5, 3.0))
 def test_known_optimum_of_a_curved_programme(P: float, c: float, power: float) -> None:
