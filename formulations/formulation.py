@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import math
+import operator
 from abc import ABC, abstractmethod
 from dataclasses import dataclass, field, fields, replace
+from functools import reduce
 from typing import Any, Self
 
 import numpy as np
@@ -151,7 +153,8 @@ class Formulation(ABC):
     def model(self, quantities: Quantities, perspective: Perspective = "battery") -> Model:
         """The declared model, with the quantities of some itineraries for its parameters.
 
-        Its title is the first line of the class's docstring.
+        Its title is the first line of the class's docstring. Stays that are neither the objective
+        nor preferred to be short are so last of all, so that answers of routes can be compared.
 
         Raises
         ------
@@ -174,4 +177,8 @@ class Formulation(ABC):
                 "given.keep_wells(model, label, hover, rest) in declare, or take another "
                 "perspective"
             )
+        goals, names = (model.objective, *model.preferences), [f"{stay}_time_s" for stay in STAYS]
+        stays = [each for each in model.variables if each.name in names]
+        if open_ := [each for each in stays if all(each is not goal for goal in goals)]:
+            model.prefer_small(reduce(operator.add, open_))
         return model

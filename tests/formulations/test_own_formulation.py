@@ -76,7 +76,7 @@ def answered(model: Model, engine: str, slot_s: float = 5.0) -> Solution:
 PAGE = """\
 Least rest for a wanted hover time
 
-minimise   T'
+minimise   T', then smallest Δ
 over       Δ ∈ [0, ∞) s
            T' ∈ [0, ∞) s
 subject to
@@ -292,6 +292,43 @@ def test_makes_a_plan_that_can_be_kept(tmp_path: Path) -> None:
     assert plan.route == ("origin", "hover", "destination")
     plan.save(tmp_path / "plan.json")
     assert optuav.load_plan(tmp_path / "plan.json") == plan
+
+
+class AtLeast(Formulation):
+    """Least rest for 300 s of hover or more, which no rest takes."""
+
+    def declare(self, model: Model, given: Given) -> None:
+        hover, rest = given.hover_and_rest(model)
+        model.minimise(rest)
+        model.subject_to("wanted hover", hover >= 300.0, unit="s")
+        model.subject_to("charge", given.soc_end(hover, rest) >= given.min_soc)
+        given.keep_deadline(model, "deadline", hover, rest)
+
+
+class AtLeastLong(AtLeast):
+    """The same, with the longest hover among those that need no rest."""
+
+    def declare(self, model: Model, given: Given) -> None:
+        super().declare(model, given)
+        model.prefer_small(-model.variables[0])
+
+
+@pytest.mark.parametrize("engine", ["closed-form", "cvxpy", "casadi", "grid"])
+def test_of_equal_objectives_the_shortest_mission_wins(engine: str) -> None:
+    """It rested 0 s at b1, on the way back from 653 s of hover: any hover was as good."""
+    options = {"slot_s": 10.0} if engine == "grid" else {}
+    few = MISSION.replace({"buildings": MISSION.buildings[:1]})
+    plan = optuav.solve(few, AtLeast(), engine=engine, perspective="battery", **options)
+    assert plan.route == ("origin", "hover", "destination")
+    assert plan.hover_time_s == pytest.approx(300.0, abs=1e-6)
+    assert plan.rest_time_s == 0.0
+
+
+def test_what_a_problem_prefers_goes_before_the_shortest_stays() -> None:
+    """688.848 s are what the battery hovers without a rest."""
+    direct = MISSION.replace({"buildings": []})
+    plan = optuav.solve(direct, AtLeastLong(), perspective="battery")
+    assert plan.hover_time_s == pytest.approx(688.848, abs=1e-3)
 
 
 class LastingRest(LeastRest):
