@@ -68,8 +68,14 @@ def solve(
 
         gif_file(animate)
     one_stop = not {asked.stops, asked.hovers} - {None, 1}
-    with nullcontext() if one_stop else progress() as bar:
-        if bar is not None:
+    in_slots = "grid" in (asked.engine, asked.slot_s and asked.engine.replace("auto", "grid"))
+    with progress() if in_slots or not one_stop else nullcontext() as bar:
+        if bar is not None and in_slots:
+            from optuav.engines.grid import Grid
+
+            cells = "{:.3g} of {:.3g} pairs of slots of a route".format
+            options["engine"] = Grid(lambda tried, most: bar(tried, most, cells(tried, most)))
+        elif bar is not None:
             options["progress"] = lambda best_s, examined, left: bar(
                 examined,
                 None,

@@ -15,9 +15,9 @@ from __future__ import annotations
 import itertools
 import math
 import time
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import partial
 
 import numpy as np
@@ -27,7 +27,7 @@ from optuav.engines.linear_form import own_bounds, slot_ranges
 from optuav.engines.registry import MOST_UNKNOWNS, OneByOne, Single, capabilities
 from optuav.engines.rows import TINY, levelled
 from optuav.engines.solution import Solution, single
-from optuav.errors import InputError, SolverError
+from optuav.errors import Fault, InputError, SolverError
 from optuav.modelling.check import TOLERANCE, evaluated, holding, relations
 from optuav.modelling.expression import Operand, Relation
 from optuav.modelling.forms import CONSTANT, Exponential, NotExponentialError, exponential
@@ -42,18 +42,28 @@ CURVED_CELLS_AT_ONCE = 1 << 15
 """The same where constraints are not linear, as every step on the way to them is kept."""
 MOST_SLOTS = 1 << 24
 """Most slots that an unknown may run through, so that they fit in memory."""
+MOST_CELLS = 10**11
+"""Most cells that are tried without a time limit: in minutes, or hours through the wells."""
 EQUAL = 1e-9
 """Relative difference below which two objective values are the same."""
 
 
-def axes(model: Model, parameters: Values, slot_s: float) -> list[Floats]:
-    """Values that each unknown takes [s]: whole slots, in the order of the variables."""
+def axes(model: Model, parameters: Values, slot_s: float, *, limited: bool = True) -> list[Floats]:
+    """Values that each unknown takes [s]: whole slots, in the order of the variables.
+
+    Refused are more than fit in memory and, unless the time is limited, than can be tried.
+    """
     ranges = slot_ranges(model, parameters, slot_s).values()
     if any(last - first >= MOST_SLOTS for first, last in ranges):
         raise InputError(f"slots of {slot_s:g} s are too short: more than {MOST_SLOTS} of them fit")
+    count = math.prod(last - first + 1 for first, last in ranges)
+    if count > MOST_CELLS and not limited:
+        words = f"longer slots, or time_limit_s: without it at most {MOST_CELLS:.0g} pairs are"
+        raise InputError([Fault("slot_s", f"{slot_s:g}", f"{words} tried, these make {count:.3g}")])
     return [slot_s * np.arange(first, last + 1, dtype=float) for first, last in ranges]
 
 
+Progress = Callable[[int, int], None]
 Test = Callable[[Mapping[str, Floats], dict[int, Operand]], Operand]
 """Which of the points satisfy a constraint; the tests of the same points share what they found."""
 
@@ -116,11 +126,9 @@ def cells(constraints: Iterable[Test], points: Mapping[str, Floats]) -> Booleans
     return np.broadcast_to(holds, shape)
 
 
-def _blocks(
-    model: Model, parameters: Values, slot_s: float, most: int
-) -> Iterator[dict[str, Floats]]:
+def _blocks(model: Model, ways: Sequence[Floats], most: int) -> Iterator[dict[str, Floats]]:
     """All cells in blocks of at most so many: axes by name, shaped to broadcast."""
-    *outer, last = axes(model, parameters, slot_s)
+    *outer, last = ways
     *first, name = (variable.name for variable in model.variables)
     step = max(1, most // max([1, *map(len, outer)]))
     for begin in range(0, len(last), step):
@@ -137,16 +145,19 @@ def _cut(points: Mapping[str, Floats], kept: Operand) -> Mapping[str, Floats]:
 
 
 def _best_cell(
-    model: Model, parameters: Values, slot_s: float, latest: float
+    model: Model, parameters: Values, ways: list[Floats], latest: float, seen: Progress | None
 ) -> dict[str, float] | None:
     """The best feasible cell, ties broken by the model's preferences; None if there is none."""
-    sign = model.towards
+    sign, tried, count = model.towards, 0, math.prod(map(len, ways))
     flat, formed, curved = tests(model, parameters)
     most = CURVED_CELLS_AT_ONCE if curved else CELLS_AT_ONCE
     best: tuple[list[float], dict[str, float]] | None = None
-    for block in _blocks(model, parameters, slot_s, most):
+    for block in _blocks(model, ways, most):
+        if seen:
+            seen(tried, count)
         if time.monotonic() > latest:
-            raise SolverError(f"{NAME} did not see every cell within the time limit")
+            raise SolverError(f"{NAME} saw {tried:.3g} of {count:.3g} cells within the time limit")
+        tried += math.prod(map(np.size, block.values()))
         least = -math.inf if best is None else best[0][0] - EQUAL * max(1.0, abs(best[0][0]))
         points = _cut(block, sign * evaluate(model.objective, {**parameters, **block}) >= least)
         points = _cut(points, cells(flat, points))
@@ -181,15 +192,27 @@ def _beats(scores: list[float], others: list[float]) -> bool:
 
 
 def _tight(model: Model, parameters: Values, point: Values, slot_s: float) -> Iterator[str]:
-    """Labels of constraints that a slot more or less of some unknown would violate."""
+    """Labels of constraints that a slot would violate which does not worsen the objective.
+
+    Of those of one kind the first.
+    """
+    here = {**parameters, **point}
     for variable, step_s in itertools.product(model.variables, (slot_s, -slot_s)):
-        moved = {**parameters, **point, variable.name: point[variable.name] + step_s}
-        yield from (row.label for row in evaluated(model, moved) if not row.satisfied)
+        moved = {**here, variable.name: point[variable.name] + step_s}
+        better = evaluate(model.objective, moved) - evaluate(model.objective, here)
+        if model.towards * better >= 0.0:
+            broken = [row.constraint for row in evaluated(model, moved) if not row.satisfied]
+            yield from {each.kind or each.label: each.label for each in broken[::-1]}.values()
 
 
 @dataclass(frozen=True)
 class Grid(OneByOne):
     """The engine that searches all whole slots.
+
+    Parameters
+    ----------
+    progress
+        Called now and then with the numbers of cells of a programme tried so far, and of all.
 
     Examples
     --------
@@ -200,6 +223,7 @@ class Grid(OneByOne):
     540.000 s, optimal
     """
 
+    progress: Progress | None = field(default=None, compare=False, repr=False)
     name = NAME
     takes = capabilities[NAME]
 
@@ -218,7 +242,8 @@ class Grid(OneByOne):
             found = partial(single, model, NAME, parameters)
             if np.isnan(list(parameters.values())).any():
                 return found(Status.ERROR, PROOF, tight=())
-            if (best := _best_cell(model, parameters, slot_s, latest)) is None:
+            ways = axes(model, parameters, slot_s, limited=time_limit_s is not None)
+            if (best := _best_cell(model, parameters, ways, latest, self.progress)) is None:
                 return found(Status.INFEASIBLE, PROOF, tight=())
             near = {*_tight(model, parameters, best, slot_s)}
             labels = dict.fromkeys(each.label for each in relations(model) if each.label in near)

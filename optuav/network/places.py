@@ -109,7 +109,7 @@ class ChargingCap(NamedTuple):
 
 
 def charging_cap(mission: Mission, places: Places) -> ChargingCap | None:
-    """Which key caps the charging current, and where; None if more laser power charges faster.
+    """Which key caps the charging current, and where; None if none does, or nothing may charge.
 
     Places whose power was stated in a graph are left out.
 
@@ -130,7 +130,7 @@ def charging_cap(mission: Mission, places: Places) -> ChargingCap | None:
     distance_m = norm(tuple((places.position_m - mission.laser.position_m).T))
     free_A = vehicle.charging(mission, distance_m, capped=False).current_A
     capped = lit if stated is not None else lit & (free_A > current_A)
-    if not capped.any():
+    if not (current_A and capped.any()):
         return None
     names = tuple(places.names[place] for place in np.flatnonzero(capped))
     everywhere = bool((capped == lit).all())

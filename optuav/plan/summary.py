@@ -122,7 +122,11 @@ def _times(plan: Plan) -> Iterator[str]:
     )
     yield from wrapped("Charge left", f"of the battery, by perspective: {levels}")
     if plan.binding:
-        yield from wrapped("Binding", "; ".join(plan.binding))
+        limits = "; ".join(plan.binding)
+        if plan.engine == "grid":
+            yield from wrapped("Next slot", f"would break {limits}")
+        else:
+            yield from wrapped("Binding", limits)
 
 
 HEADINGS = ("what", "where", "start s", "for s", "A", "W", "avail. %", "bound %")

@@ -17,13 +17,13 @@ from dataclasses import replace
 import numpy as np
 
 from optuav.arrays import Booleans, Floats
-from optuav.engines.linear_form import slot_ranges
+from optuav.engines.grid import axes
 from optuav.errors import InputError, SolverError
 from optuav.network.network import Network
 from optuav.network.timeline import full_packs, pack_loads, route_phases
 from optuav.physics.packs import Packs
 from optuav.plan import Plan
-from optuav.solving.outcome import TIMES, Part, plan_without, proof_of_none, route_plan
+from optuav.solving.outcome import Part, plan_without, proof_of_none, route_plan
 from optuav.solving.question import AUTO, LONGEST_HOVER, Question, not_with
 from optuav.status import Status
 
@@ -54,7 +54,7 @@ def packs_by_schedule(question: Question, network: Network, parts: Sequence[Part
     found: list[tuple[float, Floats, _Route]] = []
     searched, least_s = 0, 0.0
     for route in routes:
-        rests_s = route.rests_s()
+        rests_s = route.rests_s
         hovers_s = route.longest_s(rests_s, step_s, least_s)
         if np.isfinite(hovers_s).any():
             whole_s = float(np.nanmax(hovers_s))
@@ -142,24 +142,18 @@ class _Route:
         self.flight_time_s = float(network.routes.flight_time_s[number])
         self.left_s = mission.limits.deadline_s - self.flight_time_s
         if slot_s:  # The balance of charge, as if packs were pooled, bounds what packs deliver.
-            steps = slot_ranges(part.model, part.model.row(entry), slot_s)
+            limited = math.isfinite(clock.limit_s)
+            steps_s = axes(part.model, part.model.row(entry), slot_s, limited=limited)
         else:
-            last = math.floor(self.left_s / self.step_s + SLACK)
-            steps = dict.fromkeys(TIMES if part.rests else TIMES[:1], (0, last))
-        (first, last), self.rest_steps = (steps.get(name, (0, 0)) for name in TIMES)
-        self.least_s, self.longest_stay_s = (
-            self.step_s * first,
-            max(self.left_s, self.step_s * last),
-        )
+            last = math.floor(self.left_s / STEP_S + SLACK)
+            steps_s = [STEP_S * np.arange(last + 1.0)] * (1 + part.rests)
+        hovers_s, self.rests_s = [*steps_s, np.zeros(1)][:2]
+        self.least_s = hovers_s.min(initial=math.inf)
+        self.longest_stay_s = hovers_s.max(initial=self.left_s)
         capacity_As = battery.packs * battery.capacity_As
         self.least_As = (mission.limits.min_soc - SLACK) * capacity_As
         self.spare_As = (1.0 - mission.limits.min_soc) * capacity_As
         self.spare_As -= float(network.routes.flight_charge_As[number])
-
-    def rests_s(self) -> Floats:
-        """Rests to try [s]: every whole step up to the deadline; in slots, those that count."""
-        first, last = self.rest_steps
-        return self.step_s * np.arange(first, last + 1.0)
 
     def near(self, rest_s: float, reach_s: float, step_s: float) -> Floats:
         """Rests around one [s], in steps."""
@@ -212,7 +206,7 @@ class _Route:
 
     def smallest_rest_s(self, hover_s: float, rest_s: float) -> float:
         """The smallest of the rests tried that admits a hover [s]; `rest_s` itself if late."""
-        tried_s = self.rests_s()
+        tried_s = self.rests_s
         for share in (1.0,) if self.slots else (1.0, *FINER):
             if self.clock.is_late():
                 break

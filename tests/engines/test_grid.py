@@ -6,16 +6,18 @@ import itertools
 import math
 from collections.abc import Callable
 from itertools import chain
+from typing import Any
 
 import numpy as np
 import pytest
 
+import optuav
 from formulations.algorithms import algorithm1, best_pair
 from formulations.p3 import P3
 from formulations.p4 import P4
 from formulations.parameters import Quantities
 from optuav.engines import grid
-from optuav.errors import SolverError
+from optuav.errors import InputError, SolverError
 from optuav.modelling import Model, Parameter
 from optuav.physics.kibam import Battery, Stage, after, state_of_charge
 from optuav.status import Status
@@ -154,7 +156,7 @@ def test_shortest_rest_of_the_longest_hover() -> None:
     assert found.point(0) == {"hover_time_s": 103.0, "rest_time_s": 46.0}
 
 
-def test_binding_constraints_are_those_that_a_slot_more_or_less_would_break() -> None:
+def test_binding_constraints_are_those_that_the_next_slot_would_break() -> None:
     """Another second of hover lacks charge; with charge in plenty it lacks time."""
     labels = grid.solve(P4("b1").model(quantities()), 1, slot_s=1.0).binding_labels(0)
     assert labels == ("P4.a state of charge",)
@@ -213,7 +215,7 @@ def test_no_block_is_larger_than_allowed() -> None:
     """Memory is bounded, and the blocks together hold every cell that can be feasible once."""
     model = P4("b1").model(quantities())
     seen = []
-    for points in grid._blocks(model, model.row(0), 1.0, 500):
+    for points in grid._blocks(model, grid.axes(model, model.row(0), 1.0), 500):
         hover, rest = np.broadcast_arrays(points["hover_time_s"], points["rest_time_s"])
         assert hover.size <= 500
         seen += list(zip(hover.ravel(), rest.ravel(), strict=True))
@@ -223,6 +225,36 @@ def test_no_block_is_larger_than_allowed() -> None:
         for hover, rest in itertools.product(range(1, 150), repeat=2)
         if hover + rest <= 150
     }
+
+
+def test_of_what_the_next_slot_would_break_the_first_of_each_kind_is_named() -> None:
+    """A slot that is far too long, with 89 % of the charge left; one less would be no hover."""
+    plan = optuav.solve("paper", slot_s=1e4)
+    assert plan.hover_time_s == 0.0
+    kinds = ("state of charge", "not dry after the hover")
+    assert plan.binding == (*(f"P1.b {kind}" for kind in kinds), "P1.d hover time")
+    said = "Next slot would break P1.b state of charge; P1.b not dry after the hover; P1.d hover"
+    assert said in " ".join(plan.summary().split())
+
+
+def test_more_cells_than_anyone_waits_for_need_a_time_limit() -> None:
+    """Refused with their number before the first is tried; the limit ends what it admits."""
+    asked: dict[str, Any] = {"slot_s": 1e-3, "perspective": "battery"}
+    with pytest.raises(InputError, match=r"slot_s = 0\.001: longer slots, .* make 1\.2\de\+12"):
+        optuav.solve("paper", P4("b1"), **asked)
+    with pytest.raises(SolverError, match=r"saw \S+ of 1\.2\de\+12 cells within the time limit"):
+        optuav.solve("paper", P4("b1"), **asked, time_limit_s=1e-6)
+
+
+def test_cells_are_counted_while_they_are_tried(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(grid, "CELLS_AT_ONCE", 1000)
+    seen: list[tuple[int, int]] = []
+    engine = grid.Grid(lambda tried, count: seen.append((tried, count)))
+    engine.solve(P4("b1").model(quantities()), 1, slot_s=1.0)
+    assert len(seen) > 10
+    assert seen == sorted(seen)
+    assert {count for _, count in seen} == {(seen[-1][1])}
+    assert seen[-1][0] < seen[-1][1]
 
 
 def test_passed_time_limit_is_an_error() -> None:

@@ -215,6 +215,7 @@ def test_the_key_that_caps_the_charging_current_is_named() -> None:
     assert (strong.key, strong.current_A) == ("battery.charge_current_A", 10.0)
     assert strong.everywhere
     assert strong.words.startswith("battery.charge_current_A = 10 A caps the charging current")
+    assert cap({"battery.charge_current_A": 0.0}) is None
     assert cap({"laser.power_W": 100.0}) is None
     assert cap({"laser": None}) is None
     hazy = cap({"laser.visibility_km": 3.0})

@@ -156,6 +156,15 @@ def test_the_rim_of_the_disc_has_the_outage_that_is_allowed(
     assert outage == pytest.approx(1e-2, rel=1e-9)
 
 
+def test_a_rim_far_beyond_the_map_is_not_drawn_where_it_is() -> None:
+    """A radius of 5e15 m would be drawn in pieces without end; the disc covers all of the map."""
+    axes = plots.mission_map(changed(link__noise_power_W=1e-30)).plan
+    (disc,) = [each for each in axes.patches if isinstance(each, Circle)]
+    corners_m = np.array(np.meshgrid(axes.get_xlim(), axes.get_ylim())).reshape(2, 4).T
+    farthest_m = np.hypot(*(corners_m - disc.center).T).max()
+    assert farthest_m < disc.radius < 1e4 * farthest_m
+
+
 def test_only_the_sight_line_through_the_wall_is_blocked() -> None:
     mission = changed(laser__position_m=[1000, 0, 5])
     buildings = [building.model_dump() for building in mission.buildings]

@@ -31,7 +31,7 @@ PROVED_S = 1e-6
 EXACT_S = {"closed-form": 1e-6, "bracket": 1e-6, "cvxpy": 1e-5, "casadi": 1e-4}
 """How far an engine may be from exact arithmetic in a linear perspective."""
 TOWNS = ("paper", "paper-table2")
-OTHERS_EVERY = 10
+OTHERS_EVERY = 25
 """One question in so many is handed to all engines that take it."""
 
 
