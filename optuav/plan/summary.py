@@ -35,7 +35,7 @@ def summary(plan: Plan) -> str:
     lines = wrapped("Mission", plan.mission.name)
     lines += wrapped("Problem", ", ".join(each for each in question if each))
     if plan:
-        kinds = [stop.kind for stop in plan.stops]
+        kinds = [phase.kind for phase in plan.phases]
         few = kinds.count("rest") <= 1 and kinds.count("hover") <= 1 and plan.engine != "search"
         # Plans with more stops may be longer.
         among = few and plan.problem == "P1" and plan.trajectory == "optimal"
@@ -94,13 +94,15 @@ def _number(value: float, decimals: int, sign: str = "") -> str:
 def _times(plan: Plan) -> Iterator[str]:
     rows: list[tuple[str, float, str]] = []
     for kind, time_s in (("hover", plan.hover_time_s), ("rest", plan.rest_time_s)):
-        stops = [stop for stop in plan.stops if stop.kind == kind]
-        served = [f"{each.duration_s:.2f} s at {each.at}" for each in stops if each.duration_s]
+        stops = [phase for phase in plan.phases if phase.kind == kind]
+        served = [
+            f"{each.duration_s:.2f} s at {each.end_place}" for each in stops if each.duration_s
+        ]
         if len(served) < 2:
             served = [
-                f"at {each.at}, from {each.start_s:.2f} s"
+                f"at {each.end_place}, from {each.start_s:.2f} s"
                 if each.duration_s
-                else f"passes by {each.at}"
+                else f"passes by {each.end_place}"
                 for each in stops
             ]
         if stops or kind == "hover":
