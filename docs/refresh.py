@@ -19,7 +19,7 @@ from unittest.mock import patch
 import make_mission_keys
 import make_tables
 
-from optuav.cli.app import main
+from optuav.cli import main
 from optuav.engines.registry import ENGINES, capabilities, unregister
 
 DOCS = Path(__file__).parent
