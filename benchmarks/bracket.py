@@ -1,4 +1,4 @@
-"""The engine bracket over arrays of itineraries, against IPOPT and the times it may take."""
+"""The engine bracket over arrays of itineraries, against the times it may take."""
 
 from __future__ import annotations
 
@@ -12,15 +12,13 @@ import numpy as np
 from benchmarks.timing import Row, median_s
 from benchmarks.towns import town
 from formulations.parameters import Quantities
-from optuav.engines.casadi_engine import Casadi
 from optuav.mission import Mission, load
 from optuav.network.network import build_network
 from optuav.physics.kibam import Battery, Stage
-from optuav.solving import formulate, solve
+from optuav.solving import solve
 from optuav.solving.assemble import quantities
 from optuav.solving.batch import Hovers, longest_hovers
 
-SAME_S = 1e-4
 PAIRS = 1_000_000
 """Of a building's two orders, each pair with a battery and a deadline of its own."""
 
@@ -43,16 +41,15 @@ class Batch:
 def run() -> list[Row]:
     """All itineraries of the shipped mission, of towns, and of a million pairs."""
     mission = load("paper")
-    few = list(_batches(mission))
+    few = list(batches(mission))
     count = sum(map(len, few))
     few_s = median_s(lambda: [each.solve() for each in few], 101)
     rows = [
         Row(f"all {count} itineraries of paper / 5 ms", few_s, 5e-3, at_most=1.0),
-        Row(f"bracket / IPOPT, an itinerary ({count} of them)", few_s / count, _ipopt_s(mission)),
     ]
     each_s = None
     for buildings in (100, 1_000, 10_000, 100_000):
-        many = [each for each in _batches(town(buildings)) if "rest" in each.steps]
+        many = [each for each in batches(town(buildings)) if "rest" in each.steps]
         seconds = median_s(lambda: [each.solve() for each in many], 5)  # noqa: B023
         if buildings == 10_000:
             rows.append(Row("10 000 buildings, both orders / 0.1 s", seconds, 0.1, at_most=1.0))
@@ -69,7 +66,7 @@ def run() -> list[Row]:
     return rows
 
 
-def _batches(mission: Mission) -> Iterator[Batch]:
+def batches(mission: Mission) -> Iterator[Batch]:
     """The itineraries of a mission that can be flown, by the order of their stays."""
     network = build_network(mission)
     routes = network.routes
@@ -113,13 +110,3 @@ def _peak_bytes(batch: Batch) -> int:
     tracemalloc.stop()
     assert found.proved.all()
     return peak - sum(each.nbytes for each in found)
-
-
-def _ipopt_s(mission: Mission) -> float:
-    """Time of IPOPT, an itinerary [s]; its answers are not above what is proved."""
-    parts = formulate(mission, perspective="available").parts
-    proved = max(np.nanmax(each.solve().beyond_s) for each in _batches(mission))
-    found = [Casadi().solve(part.model, len(part.routes)).objective for part in parts]
-    assert abs(max(np.nanmax(each) for each in found) - proved) <= SAME_S
-    count = sum(len(part.routes) for part in parts)
-    return median_s(lambda: [Casadi().solve(p.model, len(p.routes)) for p in parts], 1) / count

@@ -24,7 +24,7 @@ def run() -> list[Row]:
     ours_s, linprog_s = interleaved_s(
         lambda: closed_form.solve(model, count), lambda: _linprog(model, count), 15
     )
-    hot_s = median_s(_hot_highs(model, count), 15)
+    hot_s = median_s(hot_highs(model, count), 15)
     rows = [
         Row(
             f"closed form / linprog, a programme ({count} of them)",
@@ -61,7 +61,7 @@ def _linprog(model: Model, count: int) -> list[float]:
     return found
 
 
-def _hot_highs(model: Model, count: int) -> Any:
+def hot_highs(model: Model, count: int) -> Any:
     """A call that re-solves one loaded HiGHS model with the data of every itinerary."""
     import highspy
 

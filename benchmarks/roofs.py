@@ -1,0 +1,25 @@
+"""Legs and sight among roofs with walls, which stand in the way of both."""
+
+from __future__ import annotations
+
+import resource
+
+from benchmarks.timing import Row, median_s
+from benchmarks.towns import town
+from optuav.network.network import build_network
+
+FOOTPRINT_M = 20.0
+APART_M = 200.0  # Each has a square of this side to itself on average, in a town of any size
+
+
+def run() -> list[Row]:
+    """Towns of 10³ to 10⁵ buildings, which should take a time in proportion."""
+    rows, each_s = list[Row](), 0.0
+    for buildings, repeats in ((1_000, 5), (10_000, 3), (100_000, 1)):
+        mission = town(buildings, FOOTPRINT_M, APART_M)
+        seconds = median_s(lambda: build_network(mission), repeats)  # noqa: B023
+        each_s = each_s or seconds / buildings
+        rows.append(Row(f"a building of {buildings} / of 1000", seconds / buildings, each_s))
+    peak_MB = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
+    what = f"legs and sight of 10⁵ buildings, {peak_MB:.0f} MB with the mission / 5 s"
+    return [*rows, Row(what, seconds, 5.0, at_most=1.0)]
