@@ -5,7 +5,9 @@ The public names load on first use, so that importing the package is quick.
 
 from __future__ import annotations
 
+import os
 from importlib import import_module
+from importlib.util import find_spec
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
@@ -86,6 +88,14 @@ HOMES = {
     for name in names.split()
 }
 """Where each public name is defined."""
+
+_FOUND = find_spec("formulations")
+_FOLDERS = (_FOUND and _FOUND.submodule_search_locations) or ()
+if not any(os.path.exists(os.path.join(each, "formulation.py")) for each in _FOLDERS):
+    raise ImportError(
+        f"{_FOUND.origin if _FOUND else 'nothing'} is found as 'formulations', and hides the "
+        "package of this name that comes with optuav: rename it, or work in another folder"
+    )
 
 __all__ = ["__version__", "plots", *sorted(HOMES)]  # noqa: PLE0604
 

@@ -82,11 +82,11 @@ class Value:
         """The value as a line of TOML, below origin and interval; as a comment if it is unsure."""
         entry = _entry(self.key.partition(".")[2], rounded(self.value))
         if self.determined:
-            yield f"; {CONFIDENCE:.0%}: ".join([f"# {self.origin}", *self.written(" to ")[1:]])
+            yield _remark(f"; {CONFIDENCE:.0%}: ".join([self.origin, *self.written(" to ")[1:]]))
             yield entry
         else:
-            yield f"# {self.origin}; the data do not determine it"
-            yield f"# {entry}"
+            yield _remark(f"{self.origin}; the data do not determine it")
+            yield _remark(entry)
 
 
 @dataclass(frozen=True)
@@ -174,11 +174,11 @@ class Fit:
         base = self.extends if extends is None else extends
         if base not in shipped():
             base = Path(os.path.relpath(base, Path(file).parent)).as_posix()
-        names = [printable(Path(source).name) for source in self.sources]
+        names = ", ".join(Path(source).name for source in self.sources)
         lines = [
-            f"# By optuav calibrate {self.kind} from {', '.join(names)}:",
-            f"# {self.data}.",
-            *(f"# Warning: {words}" for words in self.warnings),
+            _remark(f"By optuav calibrate {self.kind} from {names}:"),
+            _remark(f"{self.data}."),
+            *(_remark(f"Warning: {words}") for words in self.warnings),
             "",
             _entry("schema", SCHEMA),
             _entry("extends", base),
@@ -322,6 +322,11 @@ def finished(found: Fit, hint: str = "") -> Fit:
 def rounded(value: float) -> float:
     """A value to seven digits, more than any measurement has."""
     return float(f"{value:.7g}")
+
+
+def _remark(words: str) -> str:
+    """A comment in TOML, which ends where its line does."""
+    return f"# {printable(words)}"
 
 
 def _entry(key: str, value: object) -> str:

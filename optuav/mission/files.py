@@ -15,7 +15,7 @@ import stat
 import sys
 import time
 import tomllib
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from contextvars import ContextVar
 from pathlib import Path
 from typing import Any
@@ -46,6 +46,7 @@ STANDARD = Path("-")
 TEMPORARY = ".optuav.tmp"
 """What is not yet a whole file; one a folder, as writers of one folder wait for one another."""
 LONGEST_WAIT_S, A_MOMENT_S = 10.0, 0.01
+NOT_OFFERED = (errno.EINVAL, errno.ENOLCK, errno.ENOSYS, errno.EOPNOTSUPP)
 MARK, HEAD, LEAST_START = b"optuav", 4096, 20
 """What the first bytes of our files hold; or else their first line, if it is so long."""
 
@@ -241,7 +242,7 @@ def _replace(target: Path, old: os.stat_result | None, content: bytes) -> None:
             finally:
                 os.close(number)
             if folder is not None:
-                os.fsync(folder)
+                _where_offered(os.fsync, folder)
             if kept:
                 os.replace(temporary, target)
             else:
@@ -289,6 +290,15 @@ def _put(number: int, content: bytes, *, anew: bool = False) -> None:
         os.fsync(number)
 
 
+def _where_offered(call: Callable[..., object], *given: object) -> None:
+    """Call the system for what some file systems do not offer, and others do well without."""
+    try:
+        call(*given)
+    except OSError as error:
+        if error.errno not in NOT_OFFERED:
+            raise
+
+
 @contextlib.contextmanager
 def _locked(folder: Path) -> Iterator[int | None]:
     """A folder in which no other process writes meanwhile, as a descriptor; None on Windows."""
@@ -301,7 +311,7 @@ def _locked(folder: Path) -> Iterator[int | None]:
     try:
         while True:
             try:
-                fcntl.flock(number, fcntl.LOCK_EX | fcntl.LOCK_NB)
+                _where_offered(fcntl.flock, number, fcntl.LOCK_EX | fcntl.LOCK_NB)
                 break
             except BlockingIOError:
                 if time.monotonic() > latest_s:

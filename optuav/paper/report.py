@@ -33,7 +33,7 @@ Progress: TypeAlias = Callable[[int, int, str], None]
 COUNTED: tuple[Perspective, ...] = ("battery", OURS)
 """Perspectives of the figures that the paper makes in one."""
 LEDGER = "ledger"
-MARKS = re.compile(r"[\\`*_\[\]<$|&~]|^\s*(?:[>#+=-]|\d+[.)])")
+MARKS = re.compile(r"[\\`*_\[\]<$|&~]|:(?=//)|(?<=www)\.|^\s*(?:[>#+=-]|\d+[.)])")
 """What Markdown would read as its own."""
 
 

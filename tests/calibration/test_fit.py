@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import tomllib
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -13,6 +14,7 @@ from hypothesis import strategies as st
 from optuav.arrays import Floats
 from optuav.calibration import Fit, Value
 from optuav.calibration.fit import ConfidenceInterval, estimate
+from optuav.mission import load
 
 
 @pytest.mark.parametrize(
@@ -111,3 +113,16 @@ def test_of_equally_good_optima_none_is_stated_unless_another_measure_decides() 
     found = estimate(["x"], residuals, starts, spread=1e-3, miss=lambda x: abs(float(x[0]) - 2.9))
     assert found.undetermined == ()
     assert found.values == pytest.approx([3.0])
+
+
+def test_no_word_of_a_fragment_ends_its_comment(tmp_path: Path) -> None:
+    """Names of files, cells and warnings may hold line breaks and other control characters."""
+    hostile = "a\nschema = 2\r\x0b\x85\u2028.csv"
+    value = Value("battery.capacity_As", 5.0, hostile)
+    unsure = Value("battery.charge_current_A", 5.0, hostile, determined=False)
+    fit = Fit("kibam", (hostile,), hostile, (value, unsure), (), (hostile,))
+    base = tmp_path / 'we"ird \\name.toml'
+    base.write_text("schema = 1\nextends = 'paper'\n")
+    file = tmp_path / "fragment.toml"
+    file.write_text(fit.to_toml(str(base), file))
+    assert load(file).battery.capacity_As == 5.0

@@ -246,3 +246,14 @@ def test_a_refused_command_makes_no_folder(tmp_path: Path) -> None:
         "solve", "paper", "--set", "limits.min_soc=2", "--plot", str(folder)
     )
     assert not list(tmp_path.iterdir())
+
+
+def test_an_own_module_of_the_name_formulations_is_named(tmp_path: Path) -> None:
+    """It hides our package from Python, where it lies in the working folder."""
+    own = tmp_path / "formulations.py"
+    own.write_text("x = 1\n")
+    code = "import sys; sys.path.insert(0, ''); import optuav"
+    found = subprocess.run(
+        [sys.executable, "-c", code], capture_output=True, text=True, check=False, cwd=tmp_path
+    )
+    assert f"{own} is found as 'formulations', and hides the package" in found.stderr

@@ -6,12 +6,14 @@ import csv
 import html.parser
 import io
 import re
+from html import escape
 from pathlib import Path
 from typing import Any
 from xml.etree.ElementTree import tostring
 
 import numpy as np
 import pytest
+from markdown_it import MarkdownIt
 
 matplotlib = pytest.importorskip("matplotlib")
 
@@ -493,3 +495,16 @@ def test_texts_are_escaped() -> None:
 def test_numbers_in_sentences(value: float, digits: int, words: str) -> None:
     """A minus, not a hyphen, and no sign before 0."""
     assert number(value, digits) == words
+
+
+@pytest.mark.parametrize(
+    "name",
+    ["*a* _b_ `c`", "[x](http://e.org)", "<b>|</b>", "http://e.org www.e.org", "# a", "1. a"],
+)
+def test_a_name_is_text_in_markdown(name: str) -> None:
+    """Whatever it is made of, a reader of Markdown shows the name and nothing else."""
+    text = markdown(element("body", element("p", name)))
+    parsed = MarkdownIt("commonmark").enable("table").render(text)
+    assert parsed == f"<p>{escape(name)}</p>\n"
+    assert "http://" not in text  # which some readers make a link of
+    assert "www.e" not in text
