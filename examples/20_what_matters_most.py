@@ -46,7 +46,7 @@ print(found)
 prices = optuav.formulate(mission).shadow_prices()
 by_key = {row["key"]: row for row in found.rows}
 price = prices["capacity_As"].more
-exact = by_key["battery.capacity_As"]["exact_elasticity"]
+exact = by_key["battery.capacity_As"]["local_elasticity"]
 by_hand = price * mission.battery.capacity_As / longest_s
 print(f"{price:.5f} s per As, {by_hand:.4f} % by %; the table has {exact:.4f}")
 
@@ -59,8 +59,8 @@ assert math.isclose(by_hand, exact, rel_tol=1e-6)
 # %%
 factors = [by_key[f"laser.{name}"] for name in ("power_W", "emitter_slope", "receiver_slope")]
 for each in factors:
-    print(f"{each['key']:24}{each['exact_elasticity']:8.4f}, swing {each['swing_s']:6.1f} s")
-rates = [each["exact_elasticity"] for each in factors]
+    print(f"{each['key']:24}{each['local_elasticity']:8.4f}, swing {each['swing_s']:6.1f} s")
+rates = [each["local_elasticity"] for each in factors]
 
 assert np.allclose(rates, rates[0], rtol=1e-6)
 assert factors[2]["swing_s"] > factors[0]["swing_s"]
@@ -75,14 +75,14 @@ assert factors[2]["swing_s"] > factors[0]["swing_s"]
 
 # %%
 share = by_key["battery.available_fraction"]
-print(f"ω = {share['now']}: rate {share['exact_elasticity']:.3f}; ", end="")
+print(f"ω = {share['now']}: rate {share['local_elasticity']:.3f}; ", end="")
 print(f"ω = {share['low']}: {share['hover_low_s']:.1f} s")
 wells = by_key["battery.flow_rate_per_s"]
 slow = mission.replace({"battery.flow_rate_per_s": 1e-5, "battery.available_fraction": 0.8})
 plan = optuav.solve(slow, perspective="battery")
 print(f"effect of k_F: {wells['swing_s']:.3f} s; with slow wells:", *plan.warnings)
 
-assert abs(share["exact_elasticity"]) < 1e-9
+assert abs(share["local_elasticity"]) < 1e-9
 assert share["hover_low_s"] < longest_s - 50.0
 assert math.isclose(wells["swing_s"], 0.0, abs_tol=1e-6)
 assert plan.runs_dry_s is not None

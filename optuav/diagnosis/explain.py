@@ -195,20 +195,25 @@ def _optimum(program: Program, plan: Plan, solutions: Sequence[Solution] | None)
     if solutions is None:
         continuous = replace(program.question, slot_s=None, engine="auto")
         solutions = [answer(part.model, len(part.routes), continuous) for part in program.parts]
-    chosen = program.best(solutions)
-    if chosen is None:
+    tied = program.tied(solutions)
+    if not tied:
         return Explanation(plan, notes=("the question, asked again, has no answer",))
-    number, entry = chosen
+    number, entry = tied[0]
     part, solution = program.parts[number], solutions[number]
     point, row = solution.point(entry), part.model.row(entry)
-    hover_s, note = point.get("hover_time_s", 0.0), ""
+    hover_s, notes = point.get("hover_time_s", 0.0), list[str]()
     if program.question.slot_s is not None:
-        note = (
+        notes.append(
             "an answer in slots has no shadow prices: constraints, proof and prices are those of "
             f"the optimum with continuous times, {hover_s:.2f} s of hover"
         )
     elif abs(hover_s - plan.hover_time_s) > SAME_S * max(1.0, hover_s):
-        note = f"solving again gives {hover_s:.6f} s of hover, not the plan's"
+        notes.append(f"solving again gives {hover_s:.6f} s of hover, not the plan's")
+    if len(tied) > 1:
+        routes = [program.network.route_names(program.parts[k].routes[e])[1:-1] for k, e in tied]
+        ways = ", ".join(" → ".join(each) for each in routes[:4])
+        more = f" and {len(tied) - 4} more" if len(tied) > 4 else ""
+        notes.append(f"{ways}{more} tie: each side of a price is that of the best of them there")
     try:
         proof = bound(part.model, row, solution.binding_labels(entry))
     except NotAffineError:
@@ -219,8 +224,8 @@ def _optimum(program: Program, plan: Plan, solutions: Sequence[Solution] | None)
         sense=part.model.sense,
         constraints=tuple(_sides(program, part, entry, {**row, **point})),
         bound=proof,
-        prices=prices(program, solutions, chosen),
-        notes=(note,) if note else (),
+        prices=prices(program, solutions, tied[0]),
+        notes=tuple(notes),
     )
 
 

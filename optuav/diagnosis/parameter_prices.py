@@ -39,8 +39,8 @@ class Price:
     unit: str
     key: str  # The mission's key of the same meaning and unit; empty if it is derived
     value: float
-    # Change of the objective per unit on either side: they differ at a kink, and are infinite on a
-    # side that is infeasible.
+    # Change of the objective per unit on either side: they differ at a kink, are infinite on a side
+    # that is infeasible, and NaN, as are gain and loss, beyond the range of the key.
     less: float
     more: float
     step: float  # How much "one more" is
@@ -56,20 +56,19 @@ class Price:
     @property
     def matters(self) -> bool:
         """Whether a change to either side moves the objective, to a rounding."""
-        steepest = max(abs(self.less), abs(self.more))
-        return steepest * max(abs(self.value), self.step) > NEGLIGIBLE
+        size = max(abs(self.value), self.step)
+        return any(abs(side) * size > NEGLIGIBLE for side in (self.less, self.more))
 
     @property
     def at_edge(self) -> bool:
         """Whether one side is infeasible, and the other one without effect."""
-        finite = [each for each in (self.less, self.more) if math.isfinite(each)]
-        return len(finite) < 2 and not any(finite)
+        return {math.inf, 0.0} >= {abs(self.less), abs(self.more)} != {0.0}
 
 
 def prices(
     program: Program, solutions: Sequence[Solution], chosen: tuple[int, int]
 ) -> tuple[Price, ...]:
-    """Shadow prices of the winning programme; where itineraries tie, those of the best of them.
+    """Shadow prices of the winning programme; where routes tie, of the best of them on either side.
 
     Chosen are the part and entry of the best of the answers with continuous times. Parameters that
     the programme only compares with other figures, as the altitude of the hover point with its
@@ -86,7 +85,9 @@ def prices(
     found = []
     for parameter, key, step, change in zip(stated, own, steps, changes, strict=True):
         rate, is_open = rates[parameter.name], bool(np.isnan(change).any())
-        gain, loss = (rate.more * step, -rate.less * step) if is_open else change
+        by_rate = rate.more * step, -rate.less * step
+        both = zip(by_rate, change, strict=True)
+        gain, loss = (rated if is_open or math.isnan(rated) else again for rated, again in both)
         what = parameter.name, parameter.symbol, parameter.unit, key.name if key else ""
         value = float(row[parameter.name])
         found.append(Price(*what, value, rate.less, rate.more, step, gain, loss, not is_open))
@@ -125,7 +126,7 @@ def _effects(
     """Change of the best objective by each of some steps, solved again by the same engines.
 
     Infinite where a step leaves no plan; NaN where an engine is not among `AGAIN`, or leaves an
-    answer open. A figure of a single route changes on the winning one alone.
+    answer open. A figure of a route changes on all routes alike.
     """
     if any(each.engine not in AGAIN for each in solutions):
         return np.full(len(steps), np.nan)
@@ -135,8 +136,7 @@ def _effects(
         return np.concatenate([*halves])
     best, is_open = np.full(len(steps), -np.inf), np.zeros(len(steps), bool)
     changed = {parameter.name for parameter, _ in steps}
-    for number, (part, solution) in enumerate(zip(program.parts, solutions, strict=True)):
-        winner = [chosen[1]] if number == chosen[0] else []
+    for part, solution in zip(program.parts, solutions, strict=True):
         shape = (len(steps), len(part.routes))  # steps by row, routes by column
         values = {
             name: np.array(np.broadcast_to(each.value, shape), dtype=float)
@@ -145,8 +145,7 @@ def _effects(
         }
         for k, (parameter, step) in enumerate(steps):
             if parameter.name in values:
-                where = winner if np.ndim(parameter.value) else slice(None)
-                values[parameter.name][k, where] += step
+                values[parameter.name][k] += step
         columns = {name: table.ravel() for name, table in values.items()}
         found = AGAIN[solution.engine](part.model, math.prod(shape), columns)
         table = (part.model.towards * found.objective).reshape(shape)

@@ -15,6 +15,9 @@ from optuav.mission.messages import number, shown
 from optuav.mission.schema import FORCE, Number
 
 TABLES = ("limits", "battery", "body", "rotor", "laser", "link", "flight")
+PLANNED = ["limits.deadline_s", "limits.min_soc", "battery.packs", "battery.capacity_As"]
+PLANNED += ["battery.charge_", "laser.power_W", "route.", "flight.through_buildings", "limits."]
+"""What a planner can change, the easiest first; repairs of loads and physics come after these."""
 MOST = 1e3  # Largest change that is tried, as a factor
 INSIDE = 1e-9  # Distance of the outermost value from a bound that is excluded
 WRITTEN = ".15g"  # Every digit of a rounded value: a shorter one may not repair
@@ -137,11 +140,12 @@ class Repair:
 
 
 def repairs(question: MissionQuestion) -> tuple[Repair, ...]:
-    """Single changes that make an infeasible question feasible, the smallest first.
+    """Single changes that make an infeasible question feasible, what is `PLANNED` first.
 
-    Each numeric key of limits, battery, body, rotor, laser, link and flight, and each component of
-    the wind that is not 0, is moved up and down within its range, at most a thousandfold,
-    everything else held; flight through buildings is allowed, and a stated hover point is left out.
+    Among alike the smallest comes first. Each numeric key of limits, battery, body, rotor, laser,
+    link and flight, and each component of the wind that is not 0, is moved up and down within its
+    range, at most a thousandfold, everything else held; flight through buildings is allowed, and a
+    stated hover point is left out.
     Places are not moved. Changes that no value achieves, and those that break another rule of
     missions, are left out. Every change was verified by solving again: with the value that is
     offered there is an answer, with one digit less there is none.
@@ -159,7 +163,8 @@ def repairs(question: MissionQuestion) -> tuple[Repair, ...]:
     moved = (*keys(mission), *(_key(f"wind.force_N[{k}]", now, FORCE) for k, now in wind if now))
     ways = [(key, sign) for key in moved for sign in (1, -1)]
     found += searched(ways, partial(_repaired, question)).values()
-    return tuple(sorted(found, key=lambda each: (each.size, each.key)))
+    places = {each: [not each.key.startswith(name) for name in PLANNED] for each in found}
+    return tuple(sorted(found, key=lambda each: (places[each], each.size, each.key)))
 
 
 Trial: TypeAlias = tuple[Key, float]

@@ -64,7 +64,7 @@ class Explanation:
         Without a plan: which constraints conflict, with proofs; empty where the reasons of the
         plan are physical.
     repairs
-        Without a plan: single changes that make it feasible, the smallest first.
+        Without a plan: single changes that make it feasible, those a planner can make first.
     constraints
         With a plan: the constraints of its programme.
     bound
@@ -169,7 +169,7 @@ def _no_plan(explained: Explanation) -> Iterator[list[str]]:
         lines = [f"{'  or':<{LABEL}}{line[LABEL:]}" for line in rows]
         lines = _labelled("Feasible if", lines)
         if (more := len(repairs) - MOST_REPAIRS) > 0:
-            lines += wrapped("", f"and {more} more, each larger")
+            lines += wrapped("", f"and {more} more")
         yield [*lines, *wrapped("", NOT_TRIED)]
     elif explained.conflicts or plan.proof == "physics":
         yield wrapped("Repairs", NO_REPAIR if plan.slot_s is None else f"{NO_REPAIR}; {IN_SLOTS}")
@@ -274,8 +274,8 @@ def _name(price: Price) -> str:
 
 
 def _signed(value: float) -> str:
-    if math.isinf(value):
-        return "no plan"
+    if not math.isfinite(value):
+        return "no plan" if math.isinf(value) else "end of the range"
     return f"{value:+.6g}".replace("-", "−") if value else "0"
 
 
@@ -283,8 +283,8 @@ def _sentence(explained: Explanation, price: Price) -> str:
     """For example: one more second of limits.deadline_s brings 0.102 s of hover."""
 
     def change(value: float) -> str:
-        if math.isinf(value):
-            return "leaves no plan"
+        if not math.isfinite(value):
+            return "leaves no plan" if math.isinf(value) else "is beyond the range"
         if value == 0.0:
             return "changes nothing"
         gain = "brings" if explained.sense == "maximise" else "saves"

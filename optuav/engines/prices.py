@@ -26,18 +26,21 @@ import numpy as np
 from optuav.arrays import Floats, Values
 from optuav.engines.linear_form import implied_upper_bounds, linear_form
 from optuav.engines.rows import rows_of, stated_forms
-from optuav.modelling.check import evaluated, relations
-from optuav.modelling.expression import Operand, Relation, Variable
+from optuav.modelling.check import TOLERANCE, evaluated, relations
+from optuav.modelling.expression import Operand, Relation
 from optuav.modelling.forms import NotAffineError, NotExponentialError
 from optuav.modelling.model import Model
-from optuav.modelling.traversal import Slope, evaluate, slope
+from optuav.modelling.traversal import Slope, evaluate, leaves, slope
 
-ACTIVE = 1e-6  # Relative slack below which a constraint counts as holding with equality
+MET, NEARLY_MET = 1e-8, 1e-6
+"""Slack, as a share of its largest term, below which a row holds with equality: at an answer that
+is exact, and at one that a solver has come near to."""
 NEGLIGIBLE = 1e-7
 """Multipliers and residuals of stationarity below this share of the largest are zero."""
 SAME = 1e-9  # Relative difference below which two objective values are the same
 MOST_ROWS = 14
 """Rows that may hold with equality before their combinations are too many to enumerate."""
+BESIDE = 1e-150  # Distance from 0, and from its kinks, at which functions have a slope
 APART_S = 1e-3
 """Least distance of two points that are not one and the same but for the accuracy of an engine."""
 
@@ -54,18 +57,24 @@ def _gap(relation: Relation, values: Values, done: dict[int, Operand]) -> tuple[
     return Slope(left.value - right.value, by), right
 
 
-def _met(model: Model, values: Values, names: Sequence[str]) -> dict[tuple[int, float], Floats]:
+def _met(
+    model: Model, values: Values, names: Sequence[str], share: float = NEARLY_MET
+) -> dict[tuple[int, float], Floats]:
     """Derivatives by some names of the rows g ≤ 0 that hold with equality at a point.
 
     By number of the constraint among `relations` and by sign: an equality gives two.
     """
     rows: dict[tuple[int, float], Floats] = {}
     done: dict[int, Operand] = {}
+    count = len(model.variables)
+    sizes = np.array([max(abs(values[name]), k < count) for k, name in enumerate(names)], float)
     stated = list(relations(model))  # kept, so that no two nodes share an identity
     for number, relation in enumerate(each.relation for each in stated):
         gap, right = _gap(relation, values, done)
-        if np.abs(gap.value) <= ACTIVE * np.maximum(1.0, np.abs(right.value)):
-            rows |= {(number, sign): sign * _rate(gap, names) for sign in relation.signs}
+        rate = _rate(gap, names)
+        least = (not rate[:count].any()) * TOLERANCE * np.maximum(1.0, np.abs(right.value))
+        if np.abs(gap.value) <= np.max(share * np.abs(rate) * sizes, initial=least):
+            rows |= {(number, sign): sign * rate for sign in relation.signs}
     return rows
 
 
@@ -161,17 +170,19 @@ def optimal_points(model: Model, parameters: Values, point: Values) -> list[Valu
 
 
 def _with_longest_other(model: Model, parameters: Values, point: Values) -> list[Values]:
-    """An answer through both wells, and the one with the longest other time, if it is another."""
-    others = [each.name for each in model.variables if each is not model.objective]
-    if not isinstance(model.objective, Variable) or len(others) != 1:
+    """An answer through both wells, and the one with the longest time beside the objective's."""
+    held = {each.name for each in leaves(model.objective)}
+    unknowns = sorted((each.name not in held, each.name) for each in model.variables)
+    if [other for other, _ in unknowns] != [False, True]:
         return [point]
-    (other,), goal = others, model.objective.name
+    goal, other = (name for _, name in unknowns)
     top = implied_upper_bounds(model, parameters, {**point, other: 0.0})[other]
     try:
         reach_s = np.array([max(top, point[goal])])
         rows = rows_of(stated_forms(model, parameters), (goal, other), reach_s)
     except NotExponentialError:
         return [point]
+    rows.weights[0] += TOLERANCE  # Rounding ends no time that may be of any length
     longest = rows.at_x(np.array([point[goal]])).end(np.array([top]))[0]
     if np.isnan(longest) or longest - point[other] < APART_S:
         return [point]
@@ -182,50 +193,53 @@ class ShadowPrice(NamedTuple):
     """Change of the best objective per unit of a parameter, the others held.
 
     The sides differ at a kink, as where another constraint takes over; one that is infeasible is
-    infinite.
+    infinite, and one beyond the range of the parameter NaN.
     """
 
-    less: float  # Per unit that is taken away
-    more: float  # Per unit that is added
+    less: float  # Per unit that is taken away: what holds below the value
+    more: float  # Per unit that is added: what holds above it
 
     @property
     def has_kink(self) -> bool:
-        """Whether the two sides differ."""
+        """Whether the two sides differ, or one is beyond the range."""
         return not math.isclose(self.less, self.more, rel_tol=1e-6, abs_tol=1e-9)
 
 
-def shadow_prices(model: Model, parameters: Values, point: Values) -> dict[str, ShadowPrice]:
-    """Shadow price of every parameter at an optimal point.
+def shadow_prices(
+    model: Model, parameters: Values, point: Values, share: float = MET
+) -> dict[str, ShadowPrice]:
+    """Shadow price of every parameter at an optimal point; `share` as of `MET`.
 
     Empty where there are no multipliers, or too many rows hold with equality to enumerate them.
     """
     sign, count, named = model.towards, len(model.variables), list(model.parameters)
     names = [*(variable.name for variable in model.variables), *named]
-    points = [{**parameters, **each} for each in optimal_points(model, parameters, point)]
-    goals = [sign * _rate(slope(model.objective, each), names) for each in points]
-    local = [_met(model, each, names) for each in points]
-    common = [key for key in local[0] if all(key in rows for rows in local)]
-    slopes = [np.array([rows[k] for k in common]).reshape(-1, len(names)) for rows in local]
-    normals = slopes[0][:, :count]
-    if np.count_nonzero(normals.any(axis=1)) > MOST_ROWS:
-        return {}
-    weights = np.array([*basic_multipliers(normals, goals[0][:count])])
-    if not len(weights):
-        return {}
-    endless = np.vstack([np.empty((0, len(common))), *rays(normals)])
-    size = NEGLIGIBLE / np.maximum(1.0, np.abs([float(parameters[name]) for name in named]))
-    sides = []
-    for goal, rows in zip(goals, slopes, strict=True):
-        rates = goal[count:] - weights @ rows[:, count:]
-        blocked = endless @ rows[:, count:]
-        less = np.where((blocked < -size).any(axis=0), np.inf, rates.max(axis=0))
-        more = np.where((blocked > size).any(axis=0), -np.inf, rates.min(axis=0))
-        sides.append((less, -more))
-    less, more = np.min(sides, axis=0)
-    return {
-        name: ShadowPrice(float(sign * low), float(-sign * high))
-        for name, low, high in zip(named, less, more, strict=True)
-    }
+    points, at = optimal_points(model, parameters, point), np.array([parameters[n] for n in named])
+    size = NEGLIGIBLE / np.maximum(1.0, np.abs(at))
+    gains = []
+    for side in (-1.0, 1.0):
+        moved = at + side * np.maximum(np.abs(at) * 4e-16, BESIDE)
+        beside = dict(zip(named, moved.tolist(), strict=True))
+        values = [{**parameters, **beside, **each} for each in points]
+        goals = [sign * _rate(slope(model.objective, each), names) for each in values]
+        local = [_met(model, each, names, share) for each in values]
+        common = [key for key in local[0] if all(key in rows for rows in local)]
+        slopes = [np.array([rows[k] for k in common]).reshape(-1, len(names)) for rows in local]
+        normals = slopes[0][:, :count]
+        if np.count_nonzero(normals.any(axis=1)) > MOST_ROWS:
+            return {}
+        weights = np.array([*basic_multipliers(normals, goals[0][:count])])
+        if not len(weights):
+            return {}
+        endless = np.vstack([np.empty((0, len(common))), *rays(normals)])
+        at_points = []
+        for goal, rows in zip(goals, slopes, strict=True):
+            rates = side * (goal[count:] - weights @ rows[:, count:])
+            blocked = (side * endless @ rows[:, count:] > size).any(axis=0)
+            at_points.append(np.where(blocked, -np.inf, rates.min(axis=0)))
+        gains.append(sign * side * np.max(at_points, axis=0))
+    sides = np.transpose(gains).tolist()
+    return {name: ShadowPrice(*each) for name, each in zip(named, sides, strict=True)}
 
 
 class Residuals(NamedTuple):

@@ -187,12 +187,15 @@ KINKED: Mapping[np.ufunc, Partials] = {
 }
 """The same of functions with steps and kinks, beside these."""
 
+SMALL = 1e-3  # Exponent below which a series keeps more digits than the rule of quotients
+
 
 class Slope(NamedTuple):
     """Value of an expression and its derivatives by the names of its leaves."""
 
     value: Operand
     by: Mapping[str, Operand]
+    of: tuple[np.ufunc, tuple[Operand, ...]] | None = None  # A function and its operands
 
 
 @np.errstate(divide="ignore", invalid="ignore")  # the exponent of most powers is a number
@@ -215,10 +218,28 @@ def slope(
             raise NotImplementedError(f"{ufunc.__name__} has no derivative here")
         numbers = [each.value if isinstance(each, Slope) else each for each in arguments]
         value, by = ufunc(*numbers), dict[str, Operand]()
-        for argument, partial in zip(arguments, partials(value, *numbers), strict=True):
+        pair, rates = _levelling(ufunc, arguments) or (arguments, partials(value, *numbers))
+        for argument, partial in zip(pair, rates, strict=True):
             for name, inner in argument.by.items() if isinstance(argument, Slope) else ():
                 by[name] = by.get(name, 0.0) + partial * inner
-        return Slope(value, by)
+        return Slope(value, by, (ufunc, arguments))
 
     found = fold(expression, leaf, call, done=done)
     return found if isinstance(found, Slope) else Slope(found, {})
+
+
+def _levelling(
+    ufunc: np.ufunc, arguments: tuple[Operand, ...]
+) -> tuple[tuple[Operand, Operand], tuple[Operand, Operand]] | None:
+    """k and t of (1 − exp(−kt))/k, and its derivatives by them; None of another function."""
+    match ufunc, arguments:
+        case np.divide, (Slope(of=(np.negative, (Slope(of=(np.expm1, (x,))),))), Slope() as k):
+            match x:
+                case Slope(of=(np.multiply, (Slope(of=(np.negative, (same,))), t))) if same is k:
+                    t_s = t.value if isinstance(t, Slope) else t
+                    low, high = np.minimum(-x.value, SMALL), np.maximum(-x.value, SMALL)
+                    series = 0.5 - low / 3.0 + low**2 / 8.0 - low**3 / 30.0
+                    share = (1.0 - (1.0 + high) * np.exp(-high)) / high**2
+                    share = np.where(high > SMALL, share, series)[()]
+                    return (k, t), (-share * t_s**2, np.exp(x.value))
+    return None

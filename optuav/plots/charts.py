@@ -328,6 +328,7 @@ def hover_times(
     weights = np.full(len(values), 100.0 / len(times_s))
     ax.hist(values, bins=BINS, weights=weights, color=GREEN, linewidth=0.0)
     ax.axvspan(low_s, high_s, color=GREEN, alpha=0.15, linewidth=0.0)
+    ax.set_xlim(left=values.min())
     ax.axvline(middle_s, color=BLACK, linewidth=1.0)
     words = [f"median {middle_s:.0f} s", f"90 % within {low_s:.0f} to {high_s:.0f} s"]
     if fixed_s is not None:

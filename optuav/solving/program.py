@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import reprlib
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -328,34 +329,38 @@ class Program:
         winner = outcome.best(score, mission_s, rank)
         return None if winner is None else (int(numbers[winner]), int(entry[winner]))
 
+    def tied(self, solutions: Sequence[Solution]) -> list[tuple[int, int]]:
+        """Part and entry of all best answers, that of the tie rule first; empty without one."""
+        chosen = self.best(solutions) if solutions else None
+        if chosen is None:
+            return []
+        best_s = solutions[chosen[0]].objective[chosen[1]]
+        near = [np.flatnonzero(np.abs(each.objective - best_s) <= SAME_S) for each in solutions]
+        every = ((number, entry) for number, some in enumerate(near) for entry in some.tolist())
+        return [*dict.fromkeys((chosen, *every))]
+
     def shadow_prices(self, solutions: Sequence[Solution] | None = None) -> dict[str, ShadowPrice]:
         """What one more unit of every named parameter brings; empty where there is no answer.
 
-        Where itineraries tie, a change for the better may take any, and one for the worse has to
-        spoil them all. Solutions, if they are known, are the answers to all parts.
+        A figure of a route changes on all routes alike. Where routes tie, a change for the better
+        may take any, and one for the worse has to spoil them all. A side beyond the range of a key
+        is NaN. Solutions, if they are known, are the answers to all parts.
         """
         solutions = self.answers() if solutions is None else solutions
-        chosen = self.best(solutions) if solutions else None
-        if chosen is None:
+        every = [solutions[k].shadow_prices(index) for k, index in self.tied(solutions)]
+        if not all(every):
             return {}
-        number, entry = chosen
-        best_s = solutions[number].objective[entry]
-        rivals = [
-            solution.shadow_prices(index)
-            for k, solution in enumerate(solutions)
-            for index in np.flatnonzero(np.abs(solution.objective - best_s) <= SAME_S).tolist()
-            if (k, index) != chosen
-        ]
-        model, nothing = self.parts[number].model, ShadowPrice(0.0, 0.0)
-        better, worse = (max, min) if model.sense == "maximise" else (min, max)
-        found = {}
-        for name, own in solutions[number].shadow_prices(entry).items():
-            # A figure of this route alone leaves the routes that it ties with where they are.
-            shared = np.ndim(model.parameters[name].value) == 0
-            every = [own, *(each.get(name, nothing) if shared else nothing for each in rivals)]
-            found[name] = ShadowPrice(
-                less=worse(each.less for each in every), more=better(each.more for each in every)
-            )
+        better, worse = (max, min) if self.parts[0].model.sense == "maximise" else (min, max)
+        stated = {name: p for part in self.parts for name, p in part.model.parameters.items()}
+        nothing, found = ShadowPrice(0.0, 0.0), {}
+        for name in dict.fromkeys(name for each in every for name in each):
+            less, more = zip(*(each.get(name, nothing) for each in every), strict=True)
+            sides, now = [worse(less), better(more)], stated[name].value
+            allowed = number_of_key(stated[name].key)
+            for k, end in enumerate((-math.inf, math.inf)):
+                if allowed and not (allowed.whole or allowed.accepts(math.nextafter(now, end))):
+                    sides[k] = math.nan
+            found[name] = ShadowPrice(*sides)
         return found
 
     def compile(self, engine: str | Engine | None = None) -> CompiledProgram:

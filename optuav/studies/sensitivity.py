@@ -45,12 +45,13 @@ STEP = 1e-4  # Step of the rates at the value of a key, relative to it
 UNITS = {
     **dict.fromkeys(("key", "unit", "now", "low", "high"), ""),
     **{"hover_low_s": "s", "hover_high_s": "s", "elasticity": "-"},
-    **{"exact_less": "-", "exact_more": "-", "exact_elasticity": "-", "swing_s": "s"},
+    **{"local_less": "-", "local_more": "-", "local_elasticity": "-", "swing_s": "s"},
 }
-MOST_ROWS = 24
+MOST_ROWS = 10
 MOVES_S = 5e-3  # Keys that move the hover time less than this are not printed [s]
-ZERO, SMALL, KINK = 1e-6, 5e-4, 1e-5
-"""Elasticities below these are 0, or have no digit to show; beyond the last two sides differ."""
+ZERO, SMALL, KINK, CURVED = 1e-6, 5e-4, 1e-5, 0.01
+"""Elasticities below these are 0, or have no digit to show; sides that differ by less than KINK, or
+by this share of themselves as by a curve, are one."""
 WAVELENGTH = "laser.wavelength_nm"
 LONGEST_KEY = 34
 
@@ -76,7 +77,8 @@ def sensitivity(
         ``{ deviation = 0.1 }`` (normal about the mission's value, cut off at what is allowed) or
         ``{ percent = 5 }`` (uniform); ``along = ["table.key"]`` changes other keys by the same
         factor. Or the same as a dict. By default every number that is measured rather than chosen
-        is within 10 % of its value. Keys are independent of each other.
+        is within 10 % of its value; gravity varies only where it is stated. Keys are independent of
+        each other.
     perspective
         How charge is counted: ``"available"``, ``"battery"``, ``"energy"`` or ``"adjusted"``.
     plan
@@ -91,13 +93,13 @@ def sensitivity(
     Results
         One row a key, the largest effect first: the hover times [s] at the ends of its range (the
         stated one or 10 %), None without a plan; the elasticity, percent of hover time by one
-        percent of the key, as a mean over the range; and the one at the value itself, from steps of
-        0.01 and 0.02 % below it and above it, which differ at a kink (``exact_less``,
-        ``exact_more``; None where such a step leaves what is possible). Among the facts are
-        ``hover_time_s``, the longest hover of the mission itself (0 without a plan), and
-        ``chances``, what the samples say: quantiles of the longest hover, how often each route is
-        the best, and the share of samples in which the fixed plan can be flown; None if nothing is
-        uncertain.
+        percent of the key, as a mean over the range; and the local one at the value itself, from
+        steps of 0.01 and 0.02 % below it and above it, which differ at a kink (``local_less``,
+        ``local_more``; None where such a step leaves what is possible, ``at_end`` if that is the
+        range of the key). Among the facts are ``hover_time_s``, the longest hover of the mission
+        itself (0 without a plan), and ``chances``, what the samples say: quantiles of the longest
+        hover, how often each route is the best, and the share of samples in which the fixed plan
+        can be flown; None if nothing is uncertain.
 
     Raises
     ------
@@ -112,7 +114,7 @@ def sensitivity(
     >>> capacity = next(row for row in found.rows if row["key"] == "battery.capacity_As")
     >>> round(capacity["hover_low_s"], 1), round(capacity["hover_high_s"], 1)
     (649.7, 789.4)
-    >>> round(capacity["exact_elasticity"], 3)
+    >>> round(capacity["local_elasticity"], 3)
     0.971
     """
     faults = [
@@ -163,22 +165,27 @@ def effects(
     steps = STEP * np.array([abs(each.key.now) or each.high - each.low for each in spreads])
     values = np.array([[each.low, each.high, *[each.key.now] * 5] for each in spreads])
     values[:, 2:] += steps[:, None] * np.arange(-2.0, 3.0)
+    ends = np.array([[each.key.low, each.key.high] for each in spreads])
+    allowed = (values >= ends[:, :1]) & (values <= ends[:, 1:])
+    values = np.where(allowed, values, values[:, 4:5])
     times_s = hover_times_s(_one_by_one(network, spreads, values), perspective)
-    lows_s, highs_s, *near_s = np.fmax.reduce(times_s, axis=1).reshape(-1, 7).T
+    best_s = np.fmax.reduce(times_s, axis=1).reshape(-1, 7)
+    lows_s, highs_s, *near_s = np.where(allowed, best_s, np.nan).T
     # To one side each, of second order: at the value itself another limit or route may take over.
     below = (near_s[0] - 4.0 * near_s[1] + 3.0 * near_s[2]) / (2.0 * steps)
     above = (4.0 * near_s[3] - near_s[4] - 3.0 * near_s[2]) / (2.0 * steps)
     found = list[Row]()
     table = np.transpose([lows_s, highs_s, below, above]).tolist()
-    for spread, (low_s, high_s, *rates) in zip(spreads, table, strict=True):
+    for spread, inside, (low_s, high_s, *rates) in zip(spreads, allowed, table, strict=True):
         key = spread.key
         share = key.now / hover_time_s if hover_time_s and key.now else math.nan
         slope = (high_s - low_s) / (spread.high - spread.low)
         figures = (low_s, high_s, slope * share, *(rate * share for rate in rates))
         low, high, mean, less, more = (each if np.isfinite(each) else None for each in figures)
-        has_kink = (less is None) != (more is None)
+        at_end = not inside[2:].all()
+        has_kink = (less is None) != (more is None) and not at_end
         if less is not None and more is not None:
-            has_kink = not math.isclose(less, more, rel_tol=KINK, abs_tol=KINK)
+            has_kink = not math.isclose(less, more, rel_tol=CURVED, abs_tol=KINK)
         row = {
             "key": key.name,
             "unit": key.unit,
@@ -188,10 +195,11 @@ def effects(
             "hover_low_s": low,
             "hover_high_s": high,
             "elasticity": mean,
-            "exact_less": less,
-            "exact_more": more,
-            "exact_elasticity": None if has_kink else more,
+            "local_less": less,
+            "local_more": more,
+            "local_elasticity": None if has_kink else less if more is None else more,
             "has_kink": has_kink,
+            "at_end": at_end,
             "swing_s": max(abs((each or 0.0) - hover_time_s) for each in (low, high)),
             "along": tuple(other.name for other in spread.along),
         }
@@ -221,26 +229,28 @@ def _tables(found: Results) -> Iterator[RenderableType]:
     rows = [row for row in found.rows if row["swing_s"] > MOVES_S][:MOST_ROWS]
     itself = f"Longest hover {hover_s:.2f} s" if hover_s else "The mission has no plan"
     yield f"{itself}; one key at a time, everything else held:"
-    table = plain_table("range", "Δ low", "Δ high", "% by 1 %", "exact", words=["key"], gap=1)
+    table = plain_table("range", "Δ low", "Δ high", "% by 1 %", "local", words=["key"], gap=1)
     table.columns[0].max_width = LONGEST_KEY
     for row in rows:
+        bend = "kink" if row["has_kink"] else "end" if row["at_end"] else ""
         table.add_row(
             Text(row["key"] + ("+" if row["along"] else "")),
             _range(row["now"], row["low"], row["high"]),
             fixed(row["hover_low_s"]),
             fixed(row["hover_high_s"]),
             _rate(row["elasticity"]),
-            "kink" if row["has_kink"] else _rate(row["exact_elasticity"]),
+            bend or _rate(row["local_elasticity"]),
         )
     yield table if rows else "no key within its range changes that; optuav explain shows what would"
     if rows and (more := len(found.rows) - len(rows)):
         yield Text(f"and {more} more with smaller effects")
-    if kinks := [row for row in rows if row["has_kink"]]:
+    if kinks := [row for row in rows if row["has_kink"] or row["at_end"]]:
         sides = (
-            f"{row['key']} {_rate(row['exact_less'])} below, {_rate(row['exact_more'])} above"
+            f"{row['key']} {_rate(row['local_less'])} below, {_rate(row['local_more'])} above"
+            + (", the end of the range" if row["at_end"] else "")
             for row in kinks
         )
-        yield Text(f"Exact at a kink: {'; '.join(sides)}")
+        yield Text(f"Local on either side: {'; '.join(sides)}")
     if any(row["key"] == WAVELENGTH for row in rows):
         yield Text(f"{WAVELENGTH} moves the attenuation alone: slopes and offsets are held")
     if facts["chances"] is not None:
@@ -269,7 +279,11 @@ def _chances(found: Chances, plan_hover_s: float | None) -> Iterator[RenderableT
     count = f"{len(found.uncertain)} keys at once, {how}: {found.samples} samples"
     yield Text(f"{count}, seed {found.seed}", style="bold")
     quantiles = ", ".join(f"{share:.0%} {s:.1f}" for share, s in found.quantiles_s.items())
-    yield Text(f"Hover      mean {found.mean_s:.1f} s; quantiles [s] {quantiles}")
+    mean = f"mean {found.mean_s:.1f} s"
+    if 0.0 < found.no_plan < 1.0:
+        flown_s = found.mean_s / (1.0 - found.no_plan)
+        mean += f" with 0 s for no plan, {flown_s:.1f} s where there is one"
+    yield Text(f"Hover      {mean}; quantiles [s] {quantiles}")
     none = {"no plan": found.no_plan} if found.no_plan else {}
     yield Text(f"Best       {_percent({**found.routes, **none})}")
     if found.kept is not None and found.flyable is not None:

@@ -32,6 +32,7 @@ from optuav.solving.assemble import quantities
 from optuav.solving.batch import hover_times_s
 from optuav.solving.outcome import SAME_S
 
+KNOWN = "body.gravity_m_s2"  # It varies only where its spread is stated
 SHARE = 0.1  # Reach of a key to either side if nothing is stated, relative to its value
 FARTHEST_M = 1e6
 DEVIATIONS = 2.0  # Half the range that a picture shows of a normal distribution
@@ -101,10 +102,10 @@ def drawn(spreads: Sequence[Spread], seed: int, first: int, count: int) -> dict[
 
 
 def around(key: Key) -> Spread | None:
-    """Return a key within 10 %; None if that is no range, as for 0 or a whole number."""
+    """Return a key within 10 %; None if it is known or that is no range, as for a whole number."""
     ends = sorted(float(f"{key.now * share:.12g}") for share in (1.0 - SHARE, 1.0 + SHARE))
     low, high = (min(max(end, key.low), key.high) for end in ends)
-    return None if key.whole or low == high else Spread(key, low, high)
+    return None if key.whole or low == high or key.name == KNOWN else Spread(key, low, high)
 
 
 def spreadable(mission: Mission) -> dict[str, Key]:
@@ -251,6 +252,7 @@ class Chances:
     stated: bool
     """Whether their spread was stated; else all are within 10 % of their values."""
     mean_s: float
+    """Mean hover time [s], with 0 for a sample without a plan, as in the quantiles."""
     quantiles_s: Mapping[float, float]
     """Hover times [s] that so large a share of the samples does not reach."""
     no_plan: float

@@ -104,9 +104,9 @@ Conflict     on 20 routes, such as origin → b1 → hover → destination: P1.d
 Exact        certificates are exact, as --json holds them in fractions; here
              they have six digits
 
-Feasible if  1240 <= rotor.max_speed_rad_s <= 110000       now 1060
+Feasible if  limits.deadline_s >= 75.8                     now 60
+  or         1240 <= rotor.max_speed_rad_s <= 110000       now 1060
   or         link.path_loss_exponent <= 1.66               now 2
-  or         limits.deadline_s >= 75.8                     now 60
   or         rotor.lift_coefficient_N_s2_rad2 >= 5.19e-06  now 3.8305e-06
   or         body.mass_kg <= 0.931                         now 1.3
   or         link.snr_threshold_dB <= -22                  now -11
@@ -304,14 +304,38 @@ def test_the_price_of_flight_time_is_that_of_an_edited_leg() -> None:
     assert price.more == pytest.approx((after - before) / 0.01, rel=1e-6)
 
 
-def test_a_tie_has_two_sides() -> None:
-    """b1 first and b2 last are equal: one of them flying longer costs nothing, shorter pays."""
-    found = prices(explain("paper", perspective="battery"))
-    flight = found["flight_time_s"]
-    assert (flight.more, flight.gain) == (0.0, 0.0)
-    assert flight.less == pytest.approx(-found["deadline_s"].more)
-    assert flight.loss == pytest.approx(-flight.less, rel=1e-6)
-    assert not found["deadline_s"].has_kink
+def test_where_routes_tie_the_price_of_a_figure_is_that_of_all() -> None:
+    """b1 first and b2 last are equal: an ampere less for both to rest with costs 4.05 s."""
+    explained = explain("paper", perspective="battery")
+    found = prices(explained)
+    rest, flight = found["rest_current_A"], found["flight_time_s"]
+    assert not any(each.has_kink for each in (rest, flight))
+    assert rest.loss == pytest.approx(-4.05, abs=0.01)
+    assert rest.loss == pytest.approx(-rest.less, rel=0.02)
+    assert flight.more == pytest.approx(-found["deadline_s"].more)
+    assert "b1 → hover, hover → b2 tie: each side of a price" in " ".join(str(explained).split())
+
+
+def test_at_the_end_of_a_range_a_price_has_one_side() -> None:
+    """No less than k_F = 0 is allowed, and it says so; more brings hover."""
+    still = PAPER.replace({"battery.flow_rate_per_s": 0.0})
+    explained = explain(still, "P3")
+    price = prices(explained)["flow_rate_per_s"]
+    assert (math.isnan(price.less), math.isnan(price.loss)) == (True, True)
+    assert price.more == pytest.approx(262_817, rel=1e-5)
+    text = " ".join(str(explained).split())
+    assert "k_F = 0 1/s end of the range below, +262817 above" in text
+    assert "flow_rate_per_s" not in text.partition("No effect")[2]
+    (row,) = (e for e in explained.to_dict()["prices"] if e["name"] == "flow_rate_per_s")
+    assert (row["less"], row["loss"]) == (None, None)
+
+
+def test_what_a_planner_can_change_is_offered_first() -> None:
+    """The deadline before the physics of the radio, of which a smaller change would do."""
+    explained = explain(PAPER.replace({"limits.deadline_s": 50}))
+    first, *others = [str(each) for each in explained.repairs]
+    assert first == "limits.deadline_s >= 75.8"
+    assert others[0].startswith("link.path_loss_exponent")
 
 
 def test_the_dual_values_of_the_paper() -> None:

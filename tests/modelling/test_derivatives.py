@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping
+from fractions import Fraction
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -237,3 +239,17 @@ def test_physics_goes_through_unchanged(
         assert found.by.get(name, 0.0) == pytest.approx(
             expected[name], rel=1e-6, abs=1e-8 * size
         ), name
+
+
+@pytest.mark.parametrize("rate_per_s", [1e-190, 1e-18, 1e-12, 1e-7, 9.9e-6, 1.01e-5, 5e-4, 0.3])
+def test_levelling_keeps_its_digits_at_any_rate(rate_per_s: float) -> None:
+    """(1 − exp(−kt))/k and its derivative by k, by the series of exp in fractions."""
+    k, t = Fraction(rate_per_s), Fraction(100)
+    rate = Parameter("k", "k", "1/s", rate_per_s)
+    _, integral = kibam.levelling(SimpleNamespace(rate_per_s=rate), 100.0)
+    terms = [(n, t ** (n + 1) * Fraction((-1) ** n, math.factorial(n + 1))) for n in range(160)]
+    value = sum(term * k**n for n, term in terms)
+    by_rate = sum(n * term * k ** (n - 1) for n, term in terms[1:])
+    found = slope(integral, {})
+    assert found.value == pytest.approx(float(value), rel=1e-13)
+    assert found.by["k"] == pytest.approx(float(by_rate), rel=1e-9)

@@ -57,6 +57,7 @@ def test_hover_times_are_shares_of_all_samples() -> None:
     ax = plots.hover_times(times_s, "mine", fixed_s=150.0)
     assert sum(bar.get_height() for bar in ax.patches[:60]) == pytest.approx(75.0)
     assert "no plan in 25" in ax.get_title(loc="left")
+    assert ax.get_xlim()[0] == pytest.approx(100.0)  # at the first bar
     assert plots.hover_times(np.zeros(5), "mine") is not None
     assert plots.hover_times(np.full(5, 3.0), "mine") is not None
 
