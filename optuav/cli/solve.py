@@ -73,8 +73,8 @@ def solve(
         if bar is not None and in_slots:
             from optuav.engines.grid import Grid
 
-            cells = "{:.3g} of {:.3g} pairs of slots of a route".format
-            options["engine"] = Grid(lambda tried, most: bar(tried, most, cells(tried, most)))
+            words = "pairs of slots of a route"
+            options["engine"] = Grid(lambda tried, most: bar(tried, most, f"{most:.3g} {words}"))
         elif bar is not None:
             options["progress"] = lambda best_s, examined, left: bar(
                 examined,

@@ -40,12 +40,9 @@ PROOF = "exhaustive"
 CELLS_AT_ONCE = 1 << 17
 CURVED_CELLS_AT_ONCE = 1 << 15
 """The same where constraints are not linear, as every step on the way to them is kept."""
-MOST_SLOTS = 1 << 24
-"""Most slots that an unknown may run through, so that they fit in memory."""
-MOST_CELLS = 10**11
-"""Most cells that are tried without a time limit: in minutes, or hours through the wells."""
-EQUAL = 1e-9
-"""Relative difference below which two objective values are the same."""
+MOST_SLOTS = 1 << 24  # That an unknown may run through, so that they fit in memory
+MOST_CELLS = 10**11  # That are tried without a time limit: some hours at most for a route
+EQUAL = 1e-9  # Relative difference below which two objective values are the same
 
 
 def axes(model: Model, parameters: Values, slot_s: float, *, limited: bool = True) -> list[Floats]:
@@ -192,10 +189,7 @@ def _beats(scores: list[float], others: list[float]) -> bool:
 
 
 def _tight(model: Model, parameters: Values, point: Values, slot_s: float) -> Iterator[str]:
-    """Labels of constraints that a slot would violate which does not worsen the objective.
-
-    Of those of one kind the first.
-    """
+    """Labels of what a slot that leaves the objective as good would violate, the first by kind."""
     here = {**parameters, **point}
     for variable, step_s in itertools.product(model.variables, (slot_s, -slot_s)):
         moved = {**here, variable.name: point[variable.name] + step_s}

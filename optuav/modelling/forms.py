@@ -25,8 +25,7 @@ Factor: TypeAlias = tuple[str, Literal["time", "levelling"]]
 Monomial: TypeAlias = frozenset[Factor]  # A time, or factors (1 − exp(−kt))/k of different times t
 
 CONSTANT: Monomial = frozenset()
-CANCELLED = 16.0 * np.finfo(float).eps
-"""Share of two coefficients below which their difference is rounding, and their term cancels."""
+CANCELLED = 4e-15  # Share of a coefficient below which its difference to another is rounding
 
 
 class NotExponentialError(ValueError):

@@ -24,7 +24,7 @@ from optuav.plots.style import GREEN, GREY, PURPLE, VERMILLION, Label, Look
 MARKERS = {"hover": "o", "rest": "s"}
 COVERAGE_SHARE = 0.4
 """Most that the coverage disc adds to the map on every side, as a share of the places' span."""
-FAR = 100.0  # Times the size of a map: what lies beyond is not seen on it
+FAR = 100.0  # Sizes of a map up to which a rim is drawn: one far off has billions of pieces
 FEW = 30  # Most sight lines that are drawn strongly
 MOST_NAMED = 400  # Most buildings of which those off the route are named where there is room
 
@@ -95,7 +95,6 @@ def draw_plan_view(ax: Axes, shown: Scene) -> list[Artist]:
     ax.update_datalim(np.transpose([style.margins(values) for values in shown.corners_m.T]))
     device = mission.link.device_m[:2]
     if math.isfinite(radius_m := shown.disc_radius_m):
-        # A rim that is far off the map would be drawn in billions of pieces.
         radius_m = min(radius_m, FAR * float(np.abs(shown.corners_m - device).max()))
         disc = Circle(device, radius_m, facecolor=f"{GREEN}26", edgecolor=GREEN, linewidth=0.8)
         disc.set_label("coverage at the hover altitude")

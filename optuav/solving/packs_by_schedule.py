@@ -54,12 +54,11 @@ def packs_by_schedule(question: Question, network: Network, parts: Sequence[Part
     found: list[tuple[float, Floats, _Route]] = []
     searched, least_s = 0, 0.0
     for route in routes:
-        rests_s = route.rests_s
-        hovers_s = route.longest_s(rests_s, step_s, least_s)
+        hovers_s = route.longest_s(route.rests_s, step_s, least_s)
         if np.isfinite(hovers_s).any():
             whole_s = float(np.nanmax(hovers_s))
             hover_s = min(whole_s, route.left_s)  # The deadline may cut the last slot short.
-            found.append((hover_s, rests_s[hovers_s == whole_s], route))
+            found.append((hover_s, route.rests_s[hovers_s == whole_s], route))
             least_s = max(least_s, hover_s - (0.0 if slot_s else step_s))
         searched += not clock.ended
     if not found and not slot_s and not clock.ended and not (proof := _proof_of_none(parts)):
