@@ -12,6 +12,7 @@ import os
 import signal
 import sys
 from collections.abc import Sequence
+from dataclasses import replace
 from functools import cache
 from importlib import import_module
 from typing import Annotated, Any
@@ -100,6 +101,8 @@ def run(arguments: Sequence[str] | None = None) -> None:
         finally:
             sys.stdout.flush()
     except (InputError, SolverError) as error:
+        if isinstance(error, InputError) and given and given[0] in COMMANDS:
+            error = _by_options(error, program(given[0]))
         indented = str(error).replace("\n", "\n       ")
         say(f"error: {indented}", error=True)
         sys.exit(BAD_INPUT if isinstance(error, InputError) else FAILED)
@@ -108,3 +111,12 @@ def run(arguments: Sequence[str] | None = None) -> None:
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         say(f"error: the output cannot be written: {error.strerror}", error=True)
         sys.exit(BAD_INPUT)
+
+
+def _by_options(error: InputError, command: Any) -> InputError:
+    """The error with names of options in place of the library's names of them."""
+    flags = {each.name: each.opts[0] for each in command.params if each.opts[0].startswith("-")}
+    return InputError(
+        each if each.source else replace(each, key=flags.get(each.key, each.key))
+        for each in error.faults
+    )

@@ -8,7 +8,7 @@ import sys
 import textwrap
 import tomllib
 from collections.abc import Iterable, Iterator
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -231,7 +231,7 @@ def new(file: Path, asked: Numbers, source: str = "paper") -> None:
         mission, remarks = sheet.mission(), sheet.remarks()
         typer.echo("\n".join(sheet.assumptions()))
     elif faults := [
-        Fault(_flag(name), f"{value:g}", f"goes with --from {REGIMES}")
+        Fault(name, f"{value:g}", f"goes with --from {REGIMES}")
         for name, value in stated.items()
         if value is not None
     ]:
@@ -242,21 +242,13 @@ def new(file: Path, asked: Numbers, source: str = "paper") -> None:
     say(f"wrote {file}; next: optuav validate {file}")
 
 
-def _flag(name: str) -> str:
-    """The option for a number of the datasheet."""
-    return f"--{name.replace('_', '-')}"
-
-
 def _sheet(stated: dict[str, Any]) -> Datasheet:
-    """The datasheet; a person at a terminal is asked for what it needs. Faults name options."""
+    """The datasheet; a person at a terminal is asked for what it needs."""
     from optuav.mission.template import INSTEAD, Datasheet
 
     missing = {name for name, each in Datasheet.model_fields.items() if each.is_required()}
     missing -= {INSTEAD.get(name, name) for name, value in stated.items() if value is not None}
-    try:
-        return Datasheet.of(_prompted(stated) if missing and sys.stdin.isatty() else stated)
-    except InputError as error:
-        raise InputError(replace(each, key=_flag(each.key)) for each in error.faults) from None
+    return Datasheet.of(_prompted(stated) if missing and sys.stdin.isatty() else stated)
 
 
 def _prompted(stated: dict[str, Any]) -> dict[str, Any]:

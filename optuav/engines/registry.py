@@ -191,22 +191,34 @@ def register(added: Engine) -> None:
     Raises
     ------
     InputError
-        If the package has an engine of that name.
+        If the package has an engine of that name, or it is no engine.
     """
-    if added.name in ENGINES:
+    if conforming(added).name in ENGINES:
         raise InputError([Fault("engine", repr(added.name), "no name of the package")])
     _registered[added.name], capabilities[added.name] = added, added.takes
 
 
 def unregister(name: str) -> None:
-    """Take out an engine that was added."""
+    """Take out an engine that was added; raises `InputError` if there is none of that name."""
+    if name not in _registered:
+        known = ", ".join(_registered) or "none"
+        raise InputError([Fault("engine", repr(name), f"one that was added: {known}")])
     del _registered[name], capabilities[name]
+
+
+def conforming(given: Engine) -> Engine:
+    """An engine that was given; refused if it is none, such as a class instead of its object."""
+    known = isinstance(getattr(given, "takes", None), Capability) and not isinstance(given, type)
+    if not known or not isinstance(given.name, str) or not callable(getattr(given, "solve", None)):
+        words = "an object with name, takes (a Capability) and solve; of a class, Engine()"
+        raise InputError([Fault("engine", f"{given!r:.60}", words)])
+    return given
 
 
 def engine(wanted: str | Engine) -> Engine:
     """The engine of a name, with its default options; an engine stays what it is."""
     if not isinstance(wanted, str):
-        return wanted
+        return conforming(wanted)
     if wanted in _registered:
         return _registered[wanted]
     if wanted not in CLASSES:

@@ -12,7 +12,7 @@ from formulations.p2 import P2
 from formulations.p3 import P3
 from formulations.p4 import P4
 from formulations.soc import AVAILABLE, PAPER, PERSPECTIVES
-from optuav.engines.registry import Engine, capabilities, engine, need
+from optuav.engines.registry import Engine, capabilities, conforming, engine, need
 from optuav.engines.solution import Solution
 from optuav.errors import Fault, InputError
 from optuav.mission import Mission
@@ -52,7 +52,7 @@ class Question:
     @property
     def engine_name(self) -> str:
         """Name of the engine, or "auto"."""
-        return self.engine if isinstance(self.engine, str) else self.engine.name
+        return self.engine if isinstance(self.engine, str) else conforming(self.engine).name
 
     @property
     def p1(self) -> P1:

@@ -182,7 +182,7 @@ def test_plans_by_trajectory_where_there_are_none() -> None:
         ),
         (("--by", "trajectory", "--times"), "times = true: goes with by = 'method' only"),
         (("--by", "perspective", "--perspective", "energy"), "is compared by already"),
-        (("--time-limit-s", "0"), "time_limit_s = 0.0"),
+        (("--time-limit-s", "0"), "--time-limit-s = 0.0"),
         (("--set", "limits.min_soc=2"), "limits.min_soc = 2"),
     ],
 )

@@ -17,7 +17,7 @@ from formulations.formulation import Formulation, Given
 from formulations.p3 import P3
 from formulations.p4 import P4
 from optuav.cli import main
-from optuav.engines import casadi_engine, cvxpy_engine
+from optuav.engines import casadi_engine, cvxpy_engine, registry
 from optuav.engines.casadi_engine import Casadi, CasadiProgramme
 from optuav.engines.cvxpy_engine import Cvxpy, CvxpyProgramme
 from optuav.engines.registry import CAPABILITIES, ENGINES
@@ -398,3 +398,25 @@ def test_infeasible_or_unbounded_is_followed_up(
     say(monkeypatch, ["infeasible_or_unbounded"])
     found = compiled.solve({})
     assert (found.status, found.words) == (status, ["infeasible_or_unbounded"])
+
+
+class Unfit:
+    """No engine: it does not say what it takes."""
+
+    name = "unfit"
+
+
+@pytest.mark.parametrize("given", [Unfit(), optuav.Grid, 3])
+def test_what_is_no_engine_is_refused_in_words(given: Any) -> None:
+    """A class instead of its object, or an object that states nothing."""
+    words = (
+        r"engine = .*: an object with name, takes \(a Capability\) and solve; of a class, Engine"
+    )
+    for asked in (registry.register, lambda each: optuav.solve("paper", engine=each)):
+        with pytest.raises(optuav.InputError, match=words):
+            asked(given)
+
+
+def test_an_engine_that_was_not_added_cannot_be_taken_out() -> None:
+    with pytest.raises(optuav.InputError, match="engine = 'zzz': one that was added: none"):
+        registry.unregister("zzz")
