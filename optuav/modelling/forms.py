@@ -76,6 +76,15 @@ def applied(ufunc: np.ufunc, operands: tuple[Operand, ...]) -> Operand:
     moving = [isinstance(each, Exponential) for each in operands]
     if True not in moving:
         return ufunc(*operands)
+    if ufunc is np.negative:
+        ufunc, operands, moving = np.multiply, (operands[0], -1.0), [True, False]
+    elif ufunc is np.divide and not moving[1]:
+        zero = isinstance(operands[1], float | int) and operands[1] == 0.0
+        # Infinite as in NumPy, so that an engine can say which constraint has it.
+        ufunc, operands = np.multiply, (operands[0], math.inf if zero else 1.0 / operands[1])
+    if ufunc is np.multiply and False in moving:
+        form, factor = operands if moving[0] else operands[::-1]
+        return Exponential({e: c * factor for e, c in form.terms.items()}, form.rates_per_s)
     forms = [e if isinstance(e, Exponential) else Exponential({CONSTANT: e}) for e in operands]
     left, right = forms[0], forms[-1]
     if ufunc is np.positive:
@@ -103,20 +112,15 @@ def applied(ufunc: np.ufunc, operands: tuple[Operand, ...]) -> Operand:
                 if np.all((rest == 0.0) | (rest < CANCELLED * np.abs(before))):
                     del terms[monomial]
         return Exponential(terms, _rates(left, right))
-    if ufunc is np.negative:
-        right = Exponential({CONSTANT: -1.0})
-    elif ufunc is np.divide and not moving[1]:
-        zero = isinstance(operands[1], float | int) and operands[1] == 0.0
-        # Infinite as in NumPy, so that an engine can say which constraint has it.
-        right = Exponential({CONSTANT: math.inf if zero else 1.0 / operands[1]})
-    elif ufunc is not np.multiply:
+    if ufunc is not np.multiply:
         raise NotExponentialError(f"{ufunc.__name__} of the unknowns is no levelling")
     for one, a in left.terms.items():
         for other, b in right.terms.items():
             both = one | other
-            levelling = {name for name, kind in both if kind == "levelling"}
-            if one and other and len(levelling) < len(one) + len(other):
-                raise NotExponentialError("unknowns are multiplied")
+            if one and other:
+                levelling = {name for name, kind in both if kind == "levelling"}
+                if len(levelling) < len(one) + len(other):
+                    raise NotExponentialError("unknowns are multiplied")
             terms[both] = terms[both] + a * b if both in terms else a * b
     return Exponential(terms, _rates(left, right))
 
