@@ -113,7 +113,7 @@ def test_linear_perspectives_find_the_best_of_all_sequences(
 BOUND_S = re.compile(r"no plan hovers longer than (\S+) s")
 
 
-@pytest.mark.parametrize("seeds", soak(parts=10, suite=range(61, 65), size=30))
+@pytest.mark.parametrize("seeds", soak(parts=10, suite=range(61, 65), size=60))
 def test_more_freedom_never_gives_less_where_the_wells_count(
     seeds: range,
     monkeypatch: pytest.MonkeyPatch,
