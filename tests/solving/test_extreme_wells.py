@@ -139,12 +139,17 @@ def judge_others(program: Program, plan: Plan, tally: Counter[str]) -> None:
     """No other engine finds more than what is proved; how often CasADi stops short is counted."""
     best_s = plan.hover_time_s if plan else -math.inf
     deadline_s = program.network.mission.limits.deadline_s
+    # A check admits a billionth of the capacity, which where ω is tiny is worth some of the hover.
+    battery = program.network.mission.battery
+    hover_A = max((-each.current_A for each in plan.phases if each.kind == "hover"), default=1.0)
+    spare_As = INSIDE * battery.packs * battery.capacity_As
+    more_s = CASADI_S + spare_As / (battery.available_fraction * max(hover_A, 1e-3))
     for engine, slot_s in (("casadi", None), ("grid", deadline_s / 97.0)):
         found = by(program, engine, slot_s).solve()
         tally[f"by {engine}"] += 1
         if found:
             assert found.flyable
-            assert found.hover_time_s <= best_s + CASADI_S
+            assert found.hover_time_s <= best_s + more_s
         if plan and slot_s is None:
             reached_s = found.hover_time_s if found else -math.inf
             tally[f"{engine} short"] += reached_s < best_s - 1e-2
