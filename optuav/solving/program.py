@@ -309,6 +309,10 @@ class Program:
         ):
             notes.append(f"not proved: on some routes {engine} found neither times nor proof")
             plan = plan.model_copy(update={"status": Status.FEASIBLE})
+        elif solution.statuses[entry] is Status.OPTIMAL and Status.LOCALLY_OPTIMAL in statuses:
+            # The best of some routes may be better than what was found on them.
+            local = next(s for s in solutions if Status.LOCALLY_OPTIMAL in s.statuses)
+            plan = plan.model_copy(update={"status": Status.LOCALLY_OPTIMAL, "proof": local.proof})
         longest = question.problem.name in LONGEST_HOVER
         if longest and question.perspective == AVAILABLE and engine == "bracket":
             notes += outcome.promise(network, self.parts, plan)

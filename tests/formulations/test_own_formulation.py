@@ -497,3 +497,23 @@ def test_what_binds_is_told_of_a_point_of_branch_and_bound() -> None:
         assert found.values["loan"].tolist() == [1.0] * len(part.routes)
         binding = {"charge"} | ({"deadline"} if "rest_time_s" in found.values else set())
         assert all(binding <= {*found.binding_labels(k)} for k in range(len(part.routes)))
+
+
+class LittleOfBoth(Formulation):
+    """Longest hover, with an exposure that grows with hover times rest."""
+
+    def declare(self, model: Model, given: Given) -> None:
+        hover, rest = given.hover_and_rest(model)
+        model.maximise(hover)
+        model.subject_to("exposure", hover * rest <= 5000.0, unit="s2")
+        model.subject_to("charge", given.soc_end(hover, rest) >= given.min_soc)
+        given.keep_wells(model, "charge", hover, rest)
+        given.keep_deadline(model, "deadline", hover, rest)
+
+
+def test_a_proved_route_does_not_prove_the_others() -> None:
+    """The direct route is best and proved; times that multiply are left to a local solver."""
+    plan = optuav.solve("paper", LittleOfBoth())
+    assert plan.route == ("origin", "hover", "destination")
+    assert plan.status is Status.LOCALLY_OPTIMAL
+    assert plan.proof.startswith("local")
