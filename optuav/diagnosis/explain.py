@@ -212,8 +212,7 @@ def _optimum(program: Program, plan: Plan, solutions: Sequence[Solution] | None)
     if len(tied) > 1:
         routes = [program.network.route_names(program.parts[k].routes[e])[1:-1] for k, e in tied]
         ways = ", ".join(" → ".join(each) for each in routes[:4])
-        more = f" and {len(tied) - 4} more" if len(tied) > 4 else ""
-        notes.append(f"{ways}{more} tie: each side of a price is that of the best of them there")
+        notes.append(f"{len(tied)} routes tie ({ways}): a price is that of the best on either side")
     try:
         proof = bound(part.model, row, solution.binding_labels(entry))
     except NotAffineError:

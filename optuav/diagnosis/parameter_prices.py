@@ -18,8 +18,7 @@ from optuav.modelling.traversal import has_unknowns, leaves
 from optuav.solving import Program
 from optuav.status import Status
 
-NEGLIGIBLE = 1e-7
-"""Change of the objective by as much of a parameter as there is, below which it is rounding."""
+NEGLIGIBLE = 1e-7  # Change by as much of a parameter as there is, below which it is rounding
 RATIO_STEP = 0.01  # One more unit of a ratio is one more percent
 AGAIN = {closed_form.NAME: closed_form.solve, bracket.NAME: bracket.solve}
 """The engines that prove every answer, and quickly enough to answer once for every step."""

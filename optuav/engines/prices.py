@@ -33,16 +33,12 @@ from optuav.modelling.model import Model
 from optuav.modelling.traversal import Slope, evaluate, leaves, slope
 
 MET, NEARLY_MET = 1e-8, 1e-6
-"""Slack, as a share of its largest term, below which a row holds with equality: at an answer that
-is exact, and at one that a solver has come near to."""
-NEGLIGIBLE = 1e-7
-"""Multipliers and residuals of stationarity below this share of the largest are zero."""
+"""Share of its largest term below which a row's slack is none, in exact and in other answers."""
+NEGLIGIBLE = 1e-7  # Share of the largest below which multipliers and their residuals are zero
 SAME = 1e-9  # Relative difference below which two objective values are the same
-MOST_ROWS = 14
-"""Rows that may hold with equality before their combinations are too many to enumerate."""
+MOST_ROWS = 14  # That hold with equality, before their combinations are too many to enumerate
 BESIDE = 1e-150  # Distance from 0, and from its kinks, at which functions have a slope
-APART_S = 1e-3
-"""Least distance of two points that are not one and the same but for the accuracy of an engine."""
+APART_S = 1e-3  # Least distance of points that are not one but for the accuracy of an engine
 
 
 def _rate(of: Slope, names: Sequence[str]) -> Floats:

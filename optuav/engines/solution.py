@@ -170,11 +170,8 @@ class Solution:
         known = self.duals is None or any(self.duals[index : index + 1])
         if not known or not self.statuses[index].has_answer:
             return {}
-        at, share = (
-            self.parameters_at(index),
-            prices.MET if self.duals is None else prices.NEARLY_MET,
-        )
-        return prices.shadow_prices(self.model, at, self.point(index), share)
+        met = prices.MET if self.duals is None else prices.NEARLY_MET
+        return prices.shadow_prices(self.model, self.parameters_at(index), self.point(index), met)
 
     def only(self, index: int) -> Solution:
         """The solution to a single programme."""

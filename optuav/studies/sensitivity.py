@@ -49,9 +49,8 @@ UNITS = {
 }
 MOST_ROWS = 10
 MOVES_S = 5e-3  # Keys that move the hover time less than this are not printed [s]
-ZERO, SMALL, KINK, CURVED = 1e-6, 5e-4, 1e-5, 0.01
-"""Elasticities below these are 0, or have no digit to show; sides that differ by less than KINK, or
-by this share of themselves as by a curve, are one."""
+ZERO, SMALL, KINK = 1e-6, 5e-4, 1e-5
+"""Elasticities below these are 0, or have no digit to show; beyond the last two sides differ."""
 WAVELENGTH = "laser.wavelength_nm"
 LONGEST_KEY = 34
 
@@ -185,7 +184,7 @@ def effects(
         at_end = not inside[2:].all()
         has_kink = (less is None) != (more is None) and not at_end
         if less is not None and more is not None:
-            has_kink = not math.isclose(less, more, rel_tol=CURVED, abs_tol=KINK)
+            has_kink = not math.isclose(less, more, rel_tol=0.01, abs_tol=KINK)  # else a curve
         row = {
             "key": key.name,
             "unit": key.unit,

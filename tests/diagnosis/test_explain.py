@@ -313,7 +313,7 @@ def test_where_routes_tie_the_price_of_a_figure_is_that_of_all() -> None:
     assert rest.loss == pytest.approx(-4.05, abs=0.01)
     assert rest.loss == pytest.approx(-rest.less, rel=0.02)
     assert flight.more == pytest.approx(-found["deadline_s"].more)
-    assert "b1 → hover, hover → b2 tie: each side of a price" in " ".join(str(explained).split())
+    assert "2 routes tie (b1 → hover, hover → b2): a price" in " ".join(str(explained).split())
 
 
 def test_at_the_end_of_a_range_a_price_has_one_side() -> None:
