@@ -10,6 +10,19 @@ MOST_SHOWN = 20  # Faults that a message lists one by one
 LONGEST_NAME, LONGEST_WORDS = 200, 2000  # Most characters of a name and of a sentence in a message
 
 
+def decimal(text: str | float) -> float:
+    """The number that a text is; of Python's spellings not ``1_0`` and no digits but 0 to 9."""
+    if isinstance(text, str) and ("_" in text or not text.isascii()):
+        raise ValueError(f"{text!r} is not a number")
+    return float(text)
+
+
+def integer(text: str | int) -> int:
+    """The whole number that a text is, in the spellings of `decimal`."""
+    decimal(text)
+    return int(text)
+
+
 def printable(text: str, kept: str = "") -> str:
     """Text from anywhere without control characters but those kept, safe to print."""
     if text.isprintable():

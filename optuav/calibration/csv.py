@@ -16,8 +16,8 @@ from typing import NamedTuple, TypeVar
 import numpy as np
 
 from optuav.arrays import Booleans, Floats
-from optuav.errors import Fault, InputError
-from optuav.mission.files import csv_rows, label, number_in, read_text
+from optuav.errors import Fault, InputError, decimal
+from optuav.mission.files import csv_rows, label, read_text
 from optuav.mission.messages import nearest, shown
 from optuav.mission.schema import short
 
@@ -253,7 +253,7 @@ def _places(
 def _value(cell: str, size: float) -> float:
     """The number in a cell in SI units, NaN where there is none that can be."""
     try:
-        value = size * number_in(cell)
+        value = size * decimal(cell)
     except ValueError:
         return math.nan
     return value if value == 0.0 or SMALLEST <= abs(value) <= LARGEST else math.nan

@@ -18,7 +18,7 @@ import typer
 import optuav
 from optuav.cli.options import Words, mission_of, refuse_beside_plan
 from optuav.cli.output import NO, WIDTH, check_places, deliver, say, warning
-from optuav.errors import Fault, InputError, printable
+from optuav.errors import Fault, InputError, decimal, printable
 
 if TYPE_CHECKING:
     from rich.console import RenderableType
@@ -239,7 +239,8 @@ def new(file: Path, asked: Numbers, source: str = "paper") -> None:
     else:
         mission, remarks = load(source), ()
     write_text(file, template(mission, file.stem, remarks))
-    say(f"wrote {file}; next: optuav validate {file}")
+    if file != Path("-"):
+        say(f"wrote {file}; next: optuav validate {file}")
 
 
 def _sheet(stated: dict[str, Any]) -> Datasheet:
@@ -275,7 +276,7 @@ def _answer(name: str, text: Any) -> float:
     from optuav.mission.template import Datasheet
 
     try:
-        number = float(text)
+        number = decimal(str(text))
     except ValueError:
         number = math.nan
     value = int(number) if number.is_integer() else number

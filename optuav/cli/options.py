@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any, TypeAlias
 
 import typer
 
-from optuav.errors import Fault, InputError
+from optuav.errors import Fault, InputError, decimal, integer
 from optuav.options import Perspective
 
 if TYPE_CHECKING:
@@ -22,7 +22,10 @@ finds it; or an option's name and metavar, or an argument's metavar; its help; a
 the help shows in place of None."""
 
 SHARED: Words = {
-    "mission": ("MISSION", "Name of a shipped mission, or a mission file."),
+    "mission": (
+        "MISSION",
+        "Name of a shipped mission, or a mission file; - for standard input.",
+    ),
     "settings": (
         "--set KEY=VALUE",
         "Change a key, as limits.deadline_s=800; KEY= removes an optional one. Repeatable.",
@@ -30,6 +33,7 @@ SHARED: Words = {
     "as_json": ("--json", "Print JSON instead of text."),
     "save": ("--save FILE", "Write every detail, as .csv or .json."),
     "plot": ("--plot DIR", "Write pictures into a directory (needs matplotlib)."),
+    "force": ("--force", "Replace files that are not from optuav."),
     "problem": "P1, P2, P2-tight, P3 or P4.",
     "trajectory": "For P1 and P2: optimal, direct, traj1 or traj2.",
     "building": "For P4: where to rest.",
@@ -42,6 +46,15 @@ SHARED: Words = {
     "stops": ("--stops", "Most rests, in any order over all buildings; with P1.", "1"),
     "hovers": ("--hovers", "Most pieces in which to hover; with P1.", "1"),
 }
+
+
+NUMBERS: Mapping[Any, Callable[[str], float]] = {
+    **dict.fromkeys((float, float | None), decimal),
+    **dict.fromkeys((int, int | None), integer),
+}
+"""What reads an option, by the type of its parameter."""
+WRITTEN = {"save", "plot", "animate", "out", "file"}
+"""Parameters that name a file or a directory to be written."""
 
 
 @dataclass(frozen=True)
@@ -104,13 +117,25 @@ def command_of(name: str, function: Callable[..., None], words: Words) -> Callab
         key: inspect.signature(kind, eval_str=True).parameters for key, kind in records.items()
     }
 
-    def run(**given: Any) -> None:
+    def run(force: bool | None = None, **given: Any) -> None:
         for key, record in records.items():
             given[key] = record(**{field: given.pop(field) for field in fields[key]})
-        function(**given)
+        if force is None:  # nothing is written
+            function(**given)
+            return
+        from optuav.mission.files import only_ours
+
+        before = only_ours.set(not force)
+        try:
+            function(**given)
+        finally:
+            only_ours.reset(before)
 
     known = {**SHARED, **words}
     parts = [part for key in own for part in fields.get(key, {key: own[key]}).values()]
+    if WRITTEN & own.keys():
+        keyword = inspect.Parameter.KEYWORD_ONLY
+        parts.append(inspect.Parameter("force", keyword, default=False, annotation=bool))
     for number, part in enumerate(parts):
         said = known.get(f"{name}.{part.name}") or known[part.name]
         if not isinstance(said, tuple):
@@ -121,7 +146,9 @@ def command_of(name: str, function: Callable[..., None], words: Words) -> Callab
         option: Any = typer.Argument(metavar=flag, help=help, case_sensitive=False)
         if flag.startswith("--"):
             shown: Any = default or True
-            option = typer.Option(flag, help=help, show_default=shown, metavar=metavar or None)
+            parser = NUMBERS.get(part.annotation)
+            place: Any = {"metavar": metavar or (parser and parser.__name__.upper())}
+            option = typer.Option(flag, help=help, show_default=shown, parser=parser, **place)
         # Any word passes for a perspective: the library refuses unknown ones.
         any_word: Any = {Perspective: str, Perspective | None: str | None}
         kind = any_word.get(part.annotation, part.annotation)

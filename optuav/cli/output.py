@@ -39,13 +39,12 @@ Progress: TypeAlias = Callable[[int, int | None, str], None]
 def check_places(save: Path | None, plot: Path | None, *endings: str) -> None:
     """Refuse files and directories that cannot be written to, before the work begins."""
     if save is not None:
-        from optuav.mission.files import label, refusal
+        from optuav.mission.files import STANDARD, check_place
 
-        if endings and save.suffix not in endings:
+        if endings and save.suffix not in endings and save != STANDARD:
             words = f"a name that ends in {' or '.join(endings)}"
             raise InputError([Fault("--save", repr(str(save)), words)])
-        if not save.parent.is_dir():
-            raise refusal(save, f"there is no directory {label(save.parent)}")
+        check_place(save)
     if plot is not None:
         from optuav import plots
         from optuav.mission.files import refusal
@@ -96,8 +95,11 @@ def deliver(
 ) -> None:
     """Print an answer as JSON; or as text or tables, with notes and the names of files written.
 
-    Where JSON is asked for, nothing is taken from `shown`.
+    Where JSON is asked for, nothing is taken from `shown`; where a file was written to the standard
+    output, nothing else goes there.
     """
+    if Path("-") in (written := [*written]):
+        return
     if as_json:
         say(json.dumps(data(), indent=2))  # escapes what is not ASCII, for any console
         return

@@ -66,7 +66,7 @@ def solve(
     if animate is not None:
         from optuav.plots import gif_file
 
-        gif_file(animate)
+        check_places(gif_file(animate), None)
     one_stop = not {asked.stops, asked.hovers} - {None, 1}
     in_slots = "grid" in (asked.engine, asked.slot_s and asked.engine.replace("auto", "grid"))
     with progress() if in_slots or not one_stop else nullcontext() as bar:
@@ -204,4 +204,5 @@ def formulate(
         from optuav.mission.files import write_text
 
         write_text(save, f"{text}\n")
-        say(f"wrote {save}")
+        if save != Path("-"):
+            say(f"wrote {save}")

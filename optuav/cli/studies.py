@@ -9,7 +9,7 @@ import typer
 import optuav
 from optuav.cli.options import Words, mission_of
 from optuav.cli.output import FAILED, NO, check_places, deliver, deliver_results, progress, say
-from optuav.errors import Fault, InputError
+from optuav.errors import Fault, InputError, decimal
 from optuav.options import Perspective
 
 WORDS: Words = {
@@ -68,7 +68,7 @@ def compare(
     """
     check_places(save, plot, ".csv", ".json")
     try:
-        slots_s = None if slots is None else [float(each) for each in slots.split(",")]
+        slots_s = None if slots is None else [decimal(each) for each in slots.split(",")]
     except ValueError:
         words = "numbers of seconds with commas between them, as in 0.5,1,60"
         raise InputError([Fault("--slots", repr(slots), words)]) from None

@@ -151,13 +151,6 @@ def csv_rows(text: str, source: str) -> Iterator[tuple[int, list[str]]]:
             yield number, [cell.strip() for cell in next(csv.reader([line.rstrip("\n")]))]
 
 
-def number_in(text: str) -> float:
-    """The number that a text is; of Python's spellings not ``1_0`` and no digits but 0 to 9."""
-    if "_" in text or not text.isascii():
-        raise ValueError(f"{text!r} is not a number")
-    return float(text)
-
-
 def check_place(path: Path, content: bytes | None = None) -> None:
     """Refuse a place that no file can be written to, or not this content, where it is known."""
     with refusals(path, "written"):
@@ -167,7 +160,8 @@ def check_place(path: Path, content: bytes | None = None) -> None:
         if path.is_dir():
             raise refusal(path, "is a directory, not a file")
         if not (path.exists() or target.parent.is_dir()):
-            raise refusal(path, f"there is no directory {label(target.parent)}")
+            folder = target.parent if path.parent.is_dir() else path.parent
+            raise refusal(path, f"there is no directory {label(folder)}")
         if not only_ours.get() or not path.is_file() or not path.stat().st_size:
             return
         if content is None and path.suffix == ".csv":
@@ -183,8 +177,9 @@ def check_place(path: Path, content: bytes | None = None) -> None:
 def must_be_new(path: Path) -> None:
     """Refuse a name that is taken, for a file that people go on to edit."""
     with refusals(path, "written"):
-        if path.exists():
-            raise refusal(path, "exists already; name a new file")
+        if only_ours.get() and path != STANDARD and path.exists():
+            words = "exists already; name a new file, or give --force to replace it"
+            raise refusal(path, words)
 
 
 def write_text(path: Path, text: str) -> None:

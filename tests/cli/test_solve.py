@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import io
 import json
+import sys
 from pathlib import Path
 
 import pytest
@@ -222,3 +224,55 @@ def test_an_animation_is_a_gif_by_name(
     told = refused("solve", "paper", "--animate", str(tmp_path / name))
     assert "a name that ends in .gif" in told
     assert list(tmp_path.iterdir()) == []
+
+
+def test_what_optuav_has_not_written_is_replaced_by_force_only(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A plan of ours is replaced; a letter, and a picture by others, stay and end the command."""
+    monkeypatch.chdir(tmp_path)
+    quick = ("solve", "paper", "--perspective", "battery", "--save")
+    letter, mine = Path("letter.json"), Path("plan.json")
+    letter.write_text("Dear reader")
+    for _ in range(2):
+        assert run(*quick, "plan.json").code == 0
+    assert "letter.json: is not from optuav and stays" in refused(*quick, "letter.json")
+    assert letter.read_text() == "Dear reader"
+    assert run(*quick, "letter.json", "--force").code == 0
+    assert letter.read_text() == mine.read_text()
+
+
+@pytest.mark.parametrize(
+    "command",
+    [
+        ("compare", "paper", "--by", "trajectory", "--perspective", "battery", "--save", "x.csv"),
+        ("formulate", "paper", "--lp", "--perspective", "battery", "--save", "x.lp"),
+        ("show", "paper", "--plot", "."),
+    ],
+)
+def test_each_kind_of_file_is_known_as_our_own(
+    command: tuple[str, ...], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """It may be written again, and one of the same name by others may not."""
+    monkeypatch.chdir(tmp_path)
+    assert run(*command).code == 0
+    assert run(*command).code == 0
+    (written,) = tmp_path.iterdir()
+    content = written.read_bytes()
+    theirs = content.replace(b"optuav", b"other!") if b"PNG" in content else b"1,2\n"
+    written.write_bytes(theirs)
+    assert "is not from optuav" in refused(*command)
+    assert written.read_bytes() == theirs
+    assert run(*command, "--force").code == 0
+    assert written.read_bytes() == content
+
+
+def test_a_mission_from_standard_input_and_a_plan_to_standard_output(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """As in a pipe; nothing but the plan is printed."""
+    text = b'schema = 1\nextends = "paper"\n[limits]\ndeadline_s = 800\n'
+    monkeypatch.setattr(sys, "stdin", io.TextIOWrapper(io.BytesIO(text)))
+    found = json.loads(run("solve", "-", "--perspective", "battery", "--save", "-").out)
+    assert found["kind"] == "optuav plan"
+    assert found["mission"]["limits"]["deadline_s"] == 800
