@@ -6,10 +6,11 @@ import contextlib
 import os
 import signal
 import sys
-from _thread import start_new_thread
+from _thread import allocate_lock, start_new_thread
 from collections.abc import Sequence
 
 INTERRUPTED = 130
+_leaving = allocate_lock()
 
 
 def main(arguments: Sequence[str] | None = None) -> None:
@@ -43,6 +44,8 @@ def _wait(reading: int) -> None:
 
 def _leave(*_: object) -> None:
     """End the process with its children, and leave no half-written file and no hidden cursor."""
+    if not _leaving.acquire(blocking=False):
+        return
     with contextlib.suppress(Exception):
         files = sys.modules.get("optuav.mission.files")
         for path in tuple(getattr(files, "unfinished", ())):
