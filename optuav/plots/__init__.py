@@ -1,8 +1,7 @@
 """Pictures of missions and plans; they need matplotlib (``python -m pip install matplotlib``).
 
-Every function takes its data and returns the axes; a picture of one axes may be drawn on given
-ones. By default it has a figure of its own that belongs to no window:
-``wells([plan])[0].figure.savefig("wells.pdf")``.
+Every function takes its data and returns the axes, of a figure of its own that belongs to no
+window: ``wells([plan])[0].figure.savefig("wells.pdf")``.
 """
 
 from optuav.errors import require
@@ -12,13 +11,13 @@ require("matplotlib", "pictures")
 from optuav.plots.animation import gif_file, save_animation
 from optuav.plots.calibrations import FitAxes, fit
 from optuav.plots.charge import packs, wells
-from optuav.plots.charts import Bar, Line, Mark, Swing, bars, curves, hover_times, tornado
+from optuav.plots.charts import Bar, Line, Mark, bars, curves, hover_times, tornado
 from optuav.plots.files import save, save_figures, save_pictures
 from optuav.plots.map import MapAxes, mission_map, trajectories
 from optuav.plots.planes import plane
 from optuav.plots.profiles import LegAxes, ProfileAxes, leg, profile
 
-__all__ = ["Bar", "FitAxes", "LegAxes", "Line", "MapAxes", "Mark", "ProfileAxes", "Swing", "bars"]
+__all__ = ["Bar", "FitAxes", "LegAxes", "Line", "MapAxes", "Mark", "ProfileAxes", "bars"]
 __all__ += ["curves", "fit", "gif_file", "hover_times", "leg", "mission_map", "packs", "plane"]
 __all__ += ["profile", "save", "save_animation", "save_figures", "save_pictures", "tornado"]
 __all__ += ["trajectories", "wells"]

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from typing import NamedTuple
+from collections.abc import Mapping, Sequence
+from typing import Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -78,21 +78,6 @@ class Mark(NamedTuple):
     words: str
 
 
-class Swing(NamedTuple):
-    """A key, the ends of its range, and the longest hover at each [s]; None without a plan."""
-
-    key: str
-    low: float
-    high: float
-    hover_low_s: float | None
-    hover_high_s: float | None
-
-    def largest_s(self, hover_time_s: float) -> float:
-        """Largest change of a hover time [s]; all of it where an end has no plan."""
-        ends_s = (self.hover_low_s or 0.0, self.hover_high_s or 0.0)
-        return max(abs(each - hover_time_s) for each in ends_s)
-
-
 @style.applied()
 def bars(
     shown: Sequence[Bar],
@@ -100,7 +85,6 @@ def bars(
     title: str,
     y_label: str,
     level: Mark | None = None,
-    ax: Axes | None = None,
 ) -> Axes:
     """Draw bars in groups, with their numbers.
 
@@ -112,8 +96,6 @@ def bars(
         Heading, and label with its unit.
     level
         A value that is marked.
-    ax
-        Where to draw; on a page of its own by default.
 
     Examples
     --------
@@ -123,7 +105,7 @@ def bars(
     >>> [text.get_text() for text in ax.texts]
     ['577.5', '597.3']
     """
-    ax = ax or style.page(3.4 if any(each.name for each in shown) else 3.0).subplots()
+    ax = style.page(3.4 if any(each.name for each in shown) else 3.0).subplots()
     groups = list(dict.fromkeys(each.group for each in shown))
     used = [name for name in COLOURS if any(each.name == name for each in shown)]
     floor, width = level.at if level else 0.0, GROUP / max(2, len(used))
@@ -168,7 +150,6 @@ def curves(
     y_label: str,
     marks: Sequence[Mark] = (),
     y_from_zero: bool = False,
-    ax: Axes | None = None,
 ) -> Axes:
     """Draw curves over one quantity.
 
@@ -182,8 +163,6 @@ def curves(
         Where something begins or ends.
     y_from_zero
         Whether the axis begins at 0.
-    ax
-        Where to draw; on a page of its own by default.
 
     Examples
     --------
@@ -193,7 +172,7 @@ def curves(
     >>> ax.get_legend().get_texts()[0].get_text()
     'square'
     """
-    ax = ax or style.page(4.0).subplots()
+    ax = style.page(4.0).subplots()
     for number, line in enumerate(lines):
         colour, dashes = LINES[number % len(LINES)]
         (curve,) = ax.plot(line.x, line.y, color=colour, linestyle=dashes, zorder=3)
@@ -220,40 +199,37 @@ def curves(
 
 
 @style.applied()
-def tornado(
-    swings: Sequence[Swing], hover_time_s: float, mission: str, *, ax: Axes | None = None
-) -> Axes:
-    """Draw a bar for each of the largest swings, and say how many more there are.
+def tornado(rows: Sequence[Mapping[str, Any]], hover_time_s: float, mission: str) -> Axes:
+    """Draw a bar for each key of the largest effect, and say how many more there are.
 
     Parameters
     ----------
-    swings
-        The largest first.
+    rows
+        Of `optuav.sensitivity`, the largest effect first.
     hover_time_s
         Longest hover of the mission with its own values [s].
     mission
         Name of the mission.
-    ax
-        Where to draw; on a page of its own by default.
 
     Examples
     --------
     >>> import optuav
-    >>> swing = optuav.plots.Swing("laser.power_W", 800.0, 1200.0, 560.0, 630.0)
-    >>> ax = optuav.plots.tornado([swing], 597.3, "paper")
+    >>> row = {"key": "laser.power_W", "low": 800.0, "high": 1200.0, "swing_s": 37.3}
+    >>> row |= {"hover_low_s": 560.0, "hover_high_s": 630.0}
+    >>> ax = optuav.plots.tornado([row], 597.3, "paper")
     >>> [text.get_text() for text in ax.texts]
     ['800', '1200']
     """
-    moving = [each for each in swings if each.largest_s(hover_time_s) > MOVES_S]
+    moving = [row for row in rows if row["swing_s"] > MOVES_S]
     shown = moving[:MOST_KEYS]
-    ends_s = [s for each in shown for s in each[3:] if s is not None]
-    ax = ax or style.page(AROUND_IN + KEY_IN * max(1, len(shown))).subplots()
-    limits = style.margins([hover_time_s, *ends_s], 0.12)
+    ends_s = [row[end] for row in shown for end in ("hover_low_s", "hover_high_s")]
+    ax = style.page(AROUND_IN + KEY_IN * max(1, len(shown))).subplots()
+    limits = style.margins([hover_time_s, *(s for s in ends_s if s is not None)], 0.12)
     ax.set(xlim=limits, ylim=(len(shown) - 0.4, -0.6))
-    for row, each in enumerate(shown):
-        _draw_swing(ax, row, hover_time_s, each)
+    for at, row in enumerate(shown):
+        _draw_swing(ax, at, hover_time_s, row)
     ax.axvline(hover_time_s, color=BLACK, linewidth=0.8)
-    keys = (each.key for each in shown)
+    keys = (row["key"] for row in shown)
     short = [key if len(key) <= LONGEST_KEY else f"{key[: LONGEST_KEY - 1]}…" for key in keys]
     ax.set_yticks(range(len(shown)), short)
     ax.tick_params(axis="y", length=0.0)
@@ -269,7 +245,7 @@ def tornado(
     return ax
 
 
-def _draw_swing(ax: Axes, row: int, hover_time_s: float, swing: Swing) -> None:
+def _draw_swing(ax: Axes, row: int, hover_time_s: float, swing: Mapping[str, Any]) -> None:
     """Draw both ends of a key, the shorter bar before the longer, with the values at their tips.
 
     An end without a plan is an empty bar to the edge of the picture.
@@ -277,8 +253,8 @@ def _draw_swing(ax: Axes, row: int, hover_time_s: float, swing: Swing) -> None:
     edge_s = ax.get_xlim()[0]
     own: style.Look = {"left": hover_time_s, "height": 0.7, "linewidth": 0.0}
     tips: dict[bool, dict[str, float]] = {False: {}, True: {}}  # by whether the hover is longer
-    ends = ((swing.low, swing.hover_low_s, ORANGE), (swing.high, swing.hover_high_s, BLUE))
-    for at, end_s, colour in ends:
+    for end, colour in (("low", ORANGE), ("high", BLUE)):
+        at, end_s = swing[end], swing[f"hover_{end}_s"]
         # In four digits, without an exponent where it is short enough.
         words = style.minus(f"{at:.0f}" if 1e4 <= abs(at) < 1e6 else f"{at:.4g}")
         change_s = (edge_s if end_s is None else end_s) - hover_time_s
@@ -298,9 +274,7 @@ def _draw_swing(ax: Axes, row: int, hover_time_s: float, swing: Swing) -> None:
 
 
 @style.applied()
-def hover_times(
-    times_s: Floats, mission: str, *, fixed_s: float | None = None, ax: Axes | None = None
-) -> Axes:
+def hover_times(times_s: Floats, mission: str, *, fixed_s: float | None = None) -> Axes:
     """Draw the distribution of the longest hover, with its median and the middle 90 %.
 
     Parameters
@@ -311,8 +285,6 @@ def hover_times(
         Name of the mission.
     fixed_s
         Hover of the plan that is held fixed [s].
-    ax
-        Where to draw; on a page of its own by default.
 
     Examples
     --------
@@ -323,7 +295,7 @@ def hover_times(
     """
     planned = times_s[times_s > 0.0]
     low_s, middle_s, high_s = np.quantile(times_s, (0.05, 0.5, 0.95)).tolist()
-    ax = ax or style.page(3.4).subplots()
+    ax = style.page(3.4).subplots()
     values = planned if len(planned) else np.zeros(1)
     weights = np.full(len(values), 100.0 / len(times_s))
     ax.hist(values, bins=BINS, weights=weights, color=GREEN, linewidth=0.0)

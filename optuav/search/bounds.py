@@ -33,7 +33,7 @@ may then pass y1 = ωB.
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
@@ -44,63 +44,51 @@ from optuav.physics.quantity import TINY
 from optuav.search.terrain import ROUNDING, Boxes, Flown, Terrain
 
 
-@dataclass(frozen=True)
-class BoxBound:
-    """Rules that drop or cut boxes that hold no better plan, with whole legs (start, end)."""
+def possible(terrain: Terrain, boxes: Boxes, hover_s: Floats) -> Boxes:
+    """The boxes that may hold plans that hover at least so long, each cut to where these are.
 
-    terrain: Terrain
-    legs: Flown
-
-    @classmethod
-    def over(cls, terrain: Terrain) -> BoxBound:
-        """The rules over a terrain."""
-        return cls(terrain, Flown(*(table[-1] for table in terrain.leg_maps())))
-
-    def possible(self, boxes: Boxes, hover_s: Floats) -> Boxes:
-        """The boxes that may hold plans that hover at least so long, each cut to where these are.
-
-        The boxes are of one pattern, the total hover time to reach is (box,) [s].
-        """
-        way = boxes.places[:-1], boxes.places[1:]
-        legs = Flown(*(table[way] for table in self.legs))
-        time_left_s = self.terrain.deadline_s - legs.duration_s.sum(axis=0)
-        low_s, high_s, alive = _in_time(boxes, time_left_s, hover_s)
-        within, overfull = _enveloped(self.terrain, boxes, legs, low_s, high_s)
-        alive &= within
-        hovers, rests = boxes.hovers, boxes.rests
-        hover = np.array(boxes.pattern)[:, None]
-        hovered_s = np.maximum(hover_s, low_s[hovers].sum(axis=0))
-        more_hover_s = hovered_s - low_s[hovers].sum(axis=0)
-        less_rest_s = high_s[rests].sum(axis=0) + hovered_s - time_left_s
-        less_hover_s = high_s[hovers].sum(axis=0) + low_s[rests].sum(axis=0) - time_left_s
-        none_s = np.zeros(len(boxes))
-        width_s = high_s - low_s
-        near_s, far_s = width_s.copy(), width_s.copy()
-        promise = np.full(len(boxes), np.inf)
-        rounding_As = ROUNDING * self.terrain.battery.capacity_As
-        limits = [*_limits(self.terrain, boxes, legs, low_s, high_s)]
-        sums = _against_full(limits, rests, width_s) if overfull.any() else []
-        for limit in (*limits, *sums):
-            needs_s = (less_hover_s, none_s) if limit.full else (more_hover_s, less_rest_s)
-            moves_s = far_s if limit.full else near_s
-            groups = [(g, need_s) for g, need_s in zip((hovers, rests), needs_s, strict=True) if g]
-            losses = [_cheapest(limit.price_A[g], width_s[g], need_s) for g, need_s in groups]
-            room_As = limit.value_As + rounding_As - sum(losses)
-            promise = np.minimum(promise, room_As)
-            for (group, _), loss_As in zip(groups, losses, strict=True):
-                price_A = limit.price_A[group]
-                earned_As = np.minimum(price_A * width_s[group], 0.0).sum(axis=0)
-                room_s = (room_As + loss_As - earned_As) / np.maximum(price_A, TINY)
-                moves_s[group] = np.minimum(moves_s[group], np.maximum(room_s, 0.0))
-        # Near moves start from long rests and short hovers, far moves from the other corner.
-        low_s, high_s = (
-            np.where(hover, np.maximum(low_s, high_s - far_s), high_s - near_s),
-            np.where(hover, low_s + near_s, np.minimum(high_s, low_s + far_s)),
-        )
-        alive &= (promise >= 0.0) & (low_s <= high_s).all(axis=0)
-        pulled = overfull | np.where(hover, more_hover_s > 0.0, less_rest_s > 0.0)
-        cut = replace(boxes, low_s=low_s, high_s=high_s, promise=promise, pulled=pulled)
-        return cut if alive.all() else cut.take(alive)
+    The boxes are of one pattern, the total hover time to reach is (box,) [s].
+    """
+    way = boxes.places[:-1], boxes.places[1:]
+    legs = Flown(*(table[-1][way] for table in terrain.leg_maps))
+    time_left_s = terrain.deadline_s - legs.duration_s.sum(axis=0)
+    low_s, high_s, alive = _in_time(boxes, time_left_s, hover_s)
+    within, overfull = _enveloped(terrain, boxes, legs, low_s, high_s)
+    alive &= within
+    hovers, rests = boxes.hovers, boxes.rests
+    hover = np.array(boxes.pattern)[:, None]
+    hovered_s = np.maximum(hover_s, low_s[hovers].sum(axis=0))
+    more_hover_s = hovered_s - low_s[hovers].sum(axis=0)
+    less_rest_s = high_s[rests].sum(axis=0) + hovered_s - time_left_s
+    less_hover_s = high_s[hovers].sum(axis=0) + low_s[rests].sum(axis=0) - time_left_s
+    none_s = np.zeros(len(boxes))
+    width_s = high_s - low_s
+    near_s, far_s = width_s.copy(), width_s.copy()
+    promise = np.full(len(boxes), np.inf)
+    rounding_As = ROUNDING * terrain.battery.capacity_As
+    limits = [*_limits(terrain, boxes, legs, low_s, high_s)]
+    sums = _against_full(limits, rests, width_s) if overfull.any() else []
+    for limit in (*limits, *sums):
+        needs_s = (less_hover_s, none_s) if limit.full else (more_hover_s, less_rest_s)
+        moves_s = far_s if limit.full else near_s
+        groups = [(g, need_s) for g, need_s in zip((hovers, rests), needs_s, strict=True) if g]
+        losses = [_cheapest(limit.price_A[g], width_s[g], need_s) for g, need_s in groups]
+        room_As = limit.value_As + rounding_As - sum(losses)
+        promise = np.minimum(promise, room_As)
+        for (group, _), loss_As in zip(groups, losses, strict=True):
+            price_A = limit.price_A[group]
+            earned_As = np.minimum(price_A * width_s[group], 0.0).sum(axis=0)
+            room_s = (room_As + loss_As - earned_As) / np.maximum(price_A, TINY)
+            moves_s[group] = np.minimum(moves_s[group], np.maximum(room_s, 0.0))
+    # Near moves start from long rests and short hovers, far moves from the other corner.
+    low_s, high_s = (
+        np.where(hover, np.maximum(low_s, high_s - far_s), high_s - near_s),
+        np.where(hover, low_s + near_s, np.minimum(high_s, low_s + far_s)),
+    )
+    alive &= (promise >= 0.0) & (low_s <= high_s).all(axis=0)
+    pulled = overfull | np.where(hover, more_hover_s > 0.0, less_rest_s > 0.0)
+    cut = replace(boxes, low_s=low_s, high_s=high_s, promise=promise, pulled=pulled)
+    return cut if alive.all() else cut.take(alive)
 
 
 def _in_time(boxes: Boxes, time_left_s: Floats, hover_s: Floats) -> tuple[Floats, Floats, Booleans]:

@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import time
 from collections import deque
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 
 import numpy as np
 
 from optuav.arrays import Floats
-from optuav.search.bounds import BoxBound
-from optuav.search.terrain import Boxes, Terrain, patterns, sequences
+from optuav.search.bounds import possible
+from optuav.search.terrain import Boxes, Pattern, Terrain, patterns, sequences
 from optuav.search.trial import Stops, Trial
 
 
@@ -107,7 +107,7 @@ def search(
     Rests may be 0; places may be visited again. Without a time limit [s], a search ends after about
     `MOST_BOXES` boxes. It ends at an interruption (Ctrl-C), too.
     """
-    return _BranchAndBound(terrain, rests, hovers, time_limit_s, progress).run()
+    return _BranchAndBound(terrain, time_limit_s, progress).run(patterns(rests, hovers))
 
 
 class _EarlyEnd(Exception):  # noqa: N818
@@ -116,27 +116,19 @@ class _EarlyEnd(Exception):  # noqa: N818
 
 class _BranchAndBound:
     def __init__(
-        self,
-        terrain: Terrain,
-        rests: int,
-        hovers: int,
-        time_limit_s: float | None,
-        progress: Progress | None,
+        self, terrain: Terrain, time_limit_s: float | None, progress: Progress | None
     ) -> None:
-        self.terrain = terrain
-        self.patterns = tuple(patterns(rests, hovers))
+        self.terrain, self.progress = terrain, progress
         self.time_limit_s = np.inf if time_limit_s is None else time_limit_s
-        self.most_boxes = MOST_BOXES if time_limit_s is None else np.inf
-        self.progress = progress
         self.started_s = time.monotonic()
-        self.bound, self.incumbent = BoxBound.over(terrain), Incumbent(Trial.over(terrain), TIE_S)
+        self.incumbent = Incumbent(Trial(terrain), TIE_S)
         self.open: deque[Boxes] = deque()
         self.examined = 0
 
-    def run(self) -> SearchResult:
+    def run(self, kinds: Iterable[Pattern]) -> SearchResult:
         ended, begun = "", False
         try:
-            self._begin()
+            self._begin(kinds)
             begun = True
             self._divide()
         except _EarlyEnd as reason:
@@ -150,9 +142,9 @@ class _BranchAndBound:
             best = self.incumbent.trial.with_short_rests(best)
         return SearchResult(best, bound_s, self.examined, ended)
 
-    def _begin(self) -> None:
+    def _begin(self, kinds: Iterable[Pattern]) -> None:
         """Look at every sequence; the most promising boxes of each pattern lead to a good plan."""
-        for pattern in self.patterns:
+        for pattern in kinds:
             for roots in sequences(self.terrain, pattern):
                 boxes = self._looked_at(roots)
                 self._keep(boxes)
@@ -164,7 +156,7 @@ class _BranchAndBound:
 
     def _divide(self) -> None:
         """Cut the open boxes until none is left, the largest first."""
-        budget = self.examined + self.most_boxes
+        budget = self.examined + (MOST_BOXES if self.time_limit_s == np.inf else np.inf)
         while self.open:
             if self.examined > budget:
                 raise _EarlyEnd(f"ended after {self.examined} boxes")
@@ -181,7 +173,7 @@ class _BranchAndBound:
         if self._late((1.0 - GAP_SHARE) * self.time_limit_s):
             raise _EarlyEnd(f"ended after {self.time_limit_s:g} s")
         self.examined += len(boxes)
-        left = self.bound.possible(boxes, self.incumbent.to_beat_s(boxes))
+        left = possible(self.terrain, boxes, self.incumbent.to_beat_s(boxes))
         if len(left):
             self.incumbent.improve(left)
         if self.progress is not None:
@@ -208,7 +200,7 @@ class _BranchAndBound:
                 budget -= len(boxes)
                 if budget < 0 or self._late(self.time_limit_s):
                     return high_s
-                passed.append(self.bound.possible(boxes, np.full(len(boxes), middle_s)))
+                passed.append(possible(self.terrain, boxes, np.full(len(boxes), middle_s)))
             if any(map(len, passed)):
                 low_s, left = middle_s, [boxes for boxes in passed if len(boxes)]
             else:

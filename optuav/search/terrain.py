@@ -11,12 +11,20 @@ from __future__ import annotations
 import itertools
 from collections.abc import Iterator
 from dataclasses import dataclass, fields, replace
+from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
 
 from optuav.arrays import Booleans, Floats, Integers
-from optuav.physics.kibam import Battery, Stage, Wells, levelling, step
+from optuav.physics.kibam import (
+    Battery,
+    Stage,
+    Wells,
+    falls_throughout,
+    levelling,
+    step,
+)
 
 ORIGIN, HOVER, DESTINATION, FIRST_BUILDING = 0, 1, 2, 3  # Numbers of places
 ROUNDING = 1e-11  # Share of the capacity by which a limit must be missed before a box falls [-]
@@ -59,15 +67,7 @@ class Terrain:
             back_s = np.minimum(back_s, (self.duration_s + back_s).min(axis=1))
         return self.deadline_s - float(there_s[HOVER] + back_s[HOVER])
 
-    @property
-    def drains_steadily(self) -> bool:
-        """Whether y1 falls throughout every leg: each stage draws k_F B, which y1 ≥ 0 cannot fill.
-
-        While the wells are within their limits dy1/dt = I − k'z with −k'z ≤ k_F B.
-        """
-        drawn = self.stage_currents_A[self.stage_durations_s > 0.0]
-        return bool((drawn >= self.battery.flow_rate_per_s * self.battery.capacity_As).all())
-
+    @cached_property
     def leg_maps(self) -> Flown:
         """All legs up to the end of each stage; only whole legs where y1 is least at their ends."""
         wells, elapsed_s = Wells(0.0, 0.0), np.zeros_like(self.duration_s)
@@ -77,7 +77,8 @@ class Terrain:
             elapsed_s = elapsed_s + time_s
             tilt_As = wells.available_As - share * wells.total_As
             found.append((-wells.total_As, levelling(self.battery, elapsed_s)[0], tilt_As))
-        kept = found[-1:] if self.drains_steadily else found
+        drawn_A = self.stage_currents_A[self.stage_durations_s > 0.0]
+        kept = found[-1:] if np.all(falls_throughout(self.battery, -drawn_A)) else found
         return Flown(self.duration_s[None], *(np.array(table) for table in zip(*kept, strict=True)))
 
 
@@ -162,6 +163,7 @@ def sequences(terrain: Terrain, pattern: Pattern) -> Iterator[Boxes]:
     """
     buildings = len(terrain.duration_s) - FIRST_BUILDING
     rests = [stop for stop, hover in enumerate(pattern, 1) if not hover]
+    late = sum(1 << (len(pattern) - stop) for stop, hover in enumerate(pattern, 1) if hover)
     count = buildings ** len(rests)
     for first in range(0, count, AT_ONCE):
         number = np.arange(first, min(first + AT_ONCE, count))
@@ -177,16 +179,9 @@ def sequences(terrain: Terrain, pattern: Pattern) -> Iterator[Boxes]:
         yield Boxes(
             pattern,
             places[:, kept],
-            _rank(pattern, number[kept]),
+            (len(pattern) << STOPS_FROM_BIT) + (number[kept] << len(pattern)) + late,
             np.zeros_like(high_s),
             high_s,
             np.full(high_s.shape[1], np.inf),
             np.ones(high_s.shape, bool),
         )
-
-
-def _rank(pattern: Pattern, number: Integers) -> Integers:
-    """Rank of sequences by their number within the pattern."""
-    late = sum(1 << (len(pattern) - stop) for stop, hover in enumerate(pattern, 1) if hover)
-    rank: Integers = (len(pattern) << STOPS_FROM_BIT) + (number << len(pattern)) + late
-    return rank

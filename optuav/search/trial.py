@@ -11,7 +11,7 @@ from optuav.arrays import Booleans, Floats, Integers
 from optuav.physics.charging import tapered
 from optuav.physics.kibam import Stage, Wells, levelling
 from optuav.physics.quantity import TINY
-from optuav.search.terrain import HOVER, Boxes, Flown, Terrain
+from optuav.search.terrain import HOVER, Boxes, Terrain
 
 HALVINGS = 40  # Of a hover time; what is left is some 1e-9 s
 
@@ -31,15 +31,9 @@ class Stops:
 
 @dataclass(frozen=True)
 class Trial:
-    """Plans over one terrain, with its legs stage by stage."""
+    """Plans over one terrain."""
 
     terrain: Terrain
-    maps: Flown
-
-    @classmethod
-    def over(cls, terrain: Terrain) -> Trial:
-        """Trials over a terrain."""
-        return cls(terrain, terrain.leg_maps())
 
     def slack(self, places: Integers, stays_s: Floats) -> Floats:
         """Smallest distance of plans to a limit of the wells [A s]; < 0 where one is violated.
@@ -48,14 +42,14 @@ class Trial:
         drains and largest at an end while it charges, if it begins within the wells. Where charging
         tapers, nothing passes full. Places (stop + 2, plan), stays (stop, plan) [s].
         """
-        battery = self.terrain.battery
+        battery, maps = self.terrain.battery, self.terrain.leg_maps
         share, full_As = battery.available_fraction, battery.full.available_As
         current_A = self.terrain.stay_current_A[places]
         total, tilt = np.full(places.shape[1], battery.capacity_As), np.zeros(places.shape[1])
         slack = np.full(places.shape[1], np.inf)
         for stop, (start, end) in enumerate(itertools.pairwise(places)):
-            totals = total - self.maps.charge_As[:, start, end]
-            tilts = tilt * self.maps.remaining[:, start, end] + self.maps.tilt_As[:, start, end]
+            totals = total - maps.charge_As[:, start, end]
+            tilts = tilt * maps.remaining[:, start, end] + maps.tilt_As[:, start, end]
             slack = np.minimum(slack, (share * totals + tilts).min(axis=0))
             total, tilt = totals[-1], tilts[-1]
             if stop == len(stays_s):

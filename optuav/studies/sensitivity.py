@@ -301,9 +301,7 @@ def _figures(found: Results) -> Iterator[tuple[str, Axes]]:
     from optuav import plots
 
     name, facts = found.mission.name, found.facts
-    ends = ("key", "low", "high", "hover_low_s", "hover_high_s")
-    bars = [plots.Swing(*(row[end] for end in ends)) for row in found.rows]
-    yield "tornado.png", plots.tornado(bars, facts["hover_time_s"], name)
+    yield "tornado.png", plots.tornado(found.rows, facts["hover_time_s"], name)
     if facts["chances"] is not None:
         times_s, plan_s = facts["chances"].hover_times_s, facts["plan_hover_time_s"]
         yield "hover.png", plots.hover_times(times_s, name, fixed_s=plan_s)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from typing import Any
 
 import numpy as np
 import pytest
@@ -12,8 +13,13 @@ import optuav
 from optuav import plots
 
 
-def swing(key: str, low_s: float | None, high_s: float | None) -> plots.Swing:
-    return plots.Swing(key, 0.9, 1.1, low_s, high_s)
+def swing(
+    key: str, low_s: float | None, high_s: float | None, own_s: float = 100.0
+) -> dict[str, Any]:
+    """A row of the sensitivity table, of a mission that hovers so long itself."""
+    largest_s = max(abs((end_s or 0.0) - own_s) for end_s in (low_s, high_s))
+    ends = {"low": 0.9, "high": 1.1, "hover_low_s": low_s, "hover_high_s": high_s}
+    return {"key": key, **ends, "swing_s": largest_s}
 
 
 def test_bars_reach_from_the_hover_time_to_the_ends() -> None:
@@ -48,7 +54,7 @@ def test_many_keys_are_cut_and_counted() -> None:
 
 def test_a_mission_that_nothing_moves_can_be_drawn() -> None:
     assert plots.tornado([], 100.0, "mine").get_yticklabels() == []
-    assert plots.tornado([swing("a.key", None, None)], 0.0, "mine") is not None
+    assert plots.tornado([swing("a.key", None, None, 0.0)], 0.0, "mine") is not None
 
 
 def test_hover_times_are_shares_of_all_samples() -> None:
@@ -68,18 +74,16 @@ def test_no_text_lies_on_another(
 ) -> None:
     if found == "made up":
         sizes = np.geomspace(60.0, 0.01, 24).tolist()
-        bars = [
-            swing(f"rotor.drag_coefficient_Nm_s2_rad{k}", 597 - s, 597 + s)
+        rows = [
+            swing(f"rotor.drag_coefficient_Nm_s2_rad{k}", 597 - s, 597 + s, 597.0)
             for k, s in enumerate(sizes)
         ]
-        bars = [swing("link.device_m[1]", None, 590.0), *bars]
+        rows = [swing("link.device_m[1]", None, 590.0, 597.0), *rows]
     else:
-        ends = ("key", "low", "high", "hover_low_s", "hover_high_s")
-        rows = optuav.sensitivity(found, {}).rows
-        bars = [plots.Swing(*(row[end] for end in ends)) for row in rows]
+        rows = [dict(row) for row in optuav.sensitivity(found, {}).rows]
     times_s = 597.0 * np.random.default_rng(1).normal(1.0, 0.2, 500).clip(min=0.0)
     for ax in (
-        plots.tornado(bars, 597.0, "paper"),
+        plots.tornado(rows, 597.0, "paper"),
         plots.hover_times(times_s, "paper", fixed_s=540.0),
     ):
         figure = ax.get_figure(root=True)

@@ -16,7 +16,7 @@ from optuav.mission import Mission
 from optuav.network.network import build_network
 from optuav.network.one_stop import all_legs
 from optuav.physics import kibam
-from optuav.search.bounds import BoxBound
+from optuav.search.bounds import possible
 from optuav.search.branch import TIE_S, SearchResult, search
 from optuav.search.terrain import Pattern, Terrain, patterns, sequences
 from optuav.search.trial import Trial
@@ -201,7 +201,7 @@ def test_no_rule_drops_a_plan(keys: dict[str, float], pattern: Pattern, seed: in
     longest_s = roots.high_s * chance.choice([0.0, 0.1, 0.6, 1.0], roots.high_s.shape)
     stays_s = longest_s * chance.random(roots.high_s.shape)
     flight_s = known.duration_s[roots.places[:-1], roots.places[1:]].sum(axis=0)
-    bears = Trial.over(known).slack(roots.places, stays_s) >= 0.0
+    bears = Trial(known).slack(roots.places, stays_s) >= 0.0
     bears &= flight_s + stays_s.sum(axis=0) <= known.deadline_s
     wide_s = 10.0 ** chance.uniform(-6.0, 2.5, (2, *stays_s.shape))
     boxes = replace(
@@ -212,7 +212,7 @@ def test_no_rule_drops_a_plan(keys: dict[str, float], pattern: Pattern, seed: in
     ).take(bears)
     held_s, hovers = stays_s[:, bears], boxes.hovers
     shares = chance.choice([0.5, 0.99, 1.0], len(boxes))
-    left = BoxBound.over(known).possible(boxes, held_s[hovers].sum(axis=0) * shares - 1e-9)
+    left = possible(known, boxes, held_s[hovers].sum(axis=0) * shares - 1e-9)
     assert len(left) == len(boxes)
     order = left.rank.searchsorted(np.flatnonzero(bears))
     rounding_s = 1e-6
