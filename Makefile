@@ -6,7 +6,7 @@ VENV ?= .venv
 BIN := $(VENV)/bin
 PIP := $(BIN)/python -m pip --disable-pip-version-check
 
-.PHONY: run test test-portable doctest lint bench bench-modellers soak pins clean
+.PHONY: run test test-portable test-lowest doctest lint bench bench-modellers soak pins clean
 
 run: $(VENV)/run.stamp
 	$(BIN)/optuav solve paper --plot plan-paper
@@ -21,6 +21,10 @@ doctest: $(VENV)/dev.stamp
 # A selection: make test-portable TESTS="tests/cli -x"
 test-portable: $(VENV)/dev.stamp
 	$(BIN)/python tests/portable.py -n 2 --dist worksteal $(TESTS)
+
+# With the lowest versions that pyproject.toml allows.
+test-lowest: $(VENV)-lowest/installed.stamp
+	$(VENV)-lowest/bin/python -m pytest -n 2 --dist worksteal $(TESTS)
 
 lint: $(VENV)/dev.stamp
 	$(BIN)/ruff check
@@ -46,7 +50,7 @@ pins:
 	rm -rf $(VENV)-pins
 
 clean:
-	rm -rf $(VENV) $(VENV)-bench .hypothesis .import_linter_cache .mypy_cache .pytest_cache .ruff_cache build dist plan-paper plan-matrice350 reproduced
+	rm -rf $(VENV) $(VENV)-bench $(VENV)-lowest .hypothesis .import_linter_cache .mypy_cache .pytest_cache .ruff_cache build dist plan-paper plan-matrice350 reproduced
 
 $(VENV)/created.stamp:
 	@$(PYTHON) -c "import sys; v = sys.version_info[:2]; sys.exit(not (3, 11) <= v <= (3, 13) and '$(PYTHON) is Python %d.%d' % v)" || { \
@@ -62,6 +66,13 @@ $(VENV)/dev.stamp: pyproject.toml requirements-dev.txt | $(VENV)/created.stamp
 	$(PIP) install --quiet --requirement requirements-dev.txt
 	$(PIP) install --quiet --no-build-isolation --no-deps --editable .
 	touch $@ $(VENV)/run.stamp
+
+$(VENV)-lowest/installed.stamp: pyproject.toml
+	$(MAKE) $(VENV)-lowest/created.stamp VENV=$(VENV)-lowest
+	$(VENV)-lowest/bin/python -m pip --disable-pip-version-check install --quiet pytest-xdist hypothesis editables \
+	    $$(grep -oE '"[a-z-]+>=[0-9.]+"' pyproject.toml | tr -d '"' | sed 's/>=/==/')
+	$(VENV)-lowest/bin/python -m pip install --quiet --no-build-isolation --no-deps --editable .
+	touch $@
 
 # The modellers that the closed form is measured against are in no other environment.
 $(VENV)-bench/installed.stamp: benchmarks/requirements.txt pyproject.toml requirements-dev.txt

@@ -180,11 +180,12 @@ class Datasheet(MissionSection):
 
     def assumptions(self) -> list[str]:
         """What the mission states beyond the datasheet, in lines."""
+        loaded = f" ({self.load_factor:.4g} times with the payload)" if self.payload_kg else ""
         return textwrap.wrap(
             f"Assumed: {CELL_V:g} V a cell, charging at 1 C, {REST_SHARE:.0%} of the hover power "
-            "at rest. A drone of twice the mass takes 2.8 times the power, and this payload makes "
-            f"it {self.load_factor:.4g} times. Places, buildings, wells, link, air and laser "
-            f"({self.laser_power_W:g} W) are those of the mission {SCENE}: put yours in.",
+            f"at rest, and 2.8 times the power for twice the mass{loaded}. Places, buildings, "
+            f"wells, link, air and laser ({self.laser_power_W:g} W) are those of the mission "
+            f"{SCENE}: put yours in.",
             width=78,
         )
 
