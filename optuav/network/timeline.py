@@ -9,7 +9,7 @@ from typing import Annotated, ClassVar, Literal, NamedTuple
 
 import numpy as np
 from annotated_types import Len
-from pydantic import ConfigDict, Strict
+from pydantic import ConfigDict, FailFast, Strict
 
 from optuav.mission import Mission
 from optuav.mission.schema import LARGEST, Number
@@ -24,7 +24,7 @@ from optuav.physics.quantity import Quantity
 Kind = Literal["flight", "hover", "rest"]
 Figure = Annotated[float, Number("", ge=-LARGEST, le=LARGEST)]
 Amount = Annotated[float, Number("", ge=0.0, le=LARGEST)]
-PerPack = Annotated[tuple[Figure, ...], Len(1)]
+PerPack = Annotated[tuple[Figure, ...], Len(1), FailFast()]
 Text = Annotated[str, Strict()]
 
 CHECKED = ConfigDict(extra="forbid", allow_inf_nan=False, revalidate_instances="always")

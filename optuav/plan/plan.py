@@ -6,9 +6,9 @@ import json
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal, Self
+from typing import TYPE_CHECKING, Annotated, Any, Literal, Self
 
-from pydantic import BaseModel, ConfigDict, StrictBool, ValidationError, model_validator
+from pydantic import BaseModel, ConfigDict, FailFast, StrictBool, ValidationError, model_validator
 from pydantic_core import ErrorDetails, to_jsonable_python
 
 from optuav.errors import Fault, InputError, NoPlanError, require, safe_name
@@ -31,6 +31,8 @@ if TYPE_CHECKING:
 SCHEMA = 1
 KIND = "optuav plan"
 LARGEST_BYTES = 32_000_000
+MOST_PHASES = 10_000
+Words = Annotated[tuple[str, ...], FailFast()]
 
 DERIVED = (
     *("hover_time_s", "rest_time_s", "flight_time_s", "mission_time_s", "peak_speed_m_s"),
@@ -124,9 +126,9 @@ class Plan(BaseModel):
     engine: str
     proof: str
     status: Status
-    binding: tuple[str, ...] = ()
-    reasons: tuple[str, ...] = ()
-    notes: tuple[str, ...] = ()
+    binding: Words = ()
+    reasons: Words = ()
+    notes: Words = ()
     phases: tuple[Phase, ...] = ()
     soc: dict[str, Figure] | None = None
     flyable: StrictBool | None = None
@@ -372,6 +374,8 @@ def parse_plan(text: str, source: str) -> tuple[Plan, dict[str, Any]]:
         value = shown(data["schema"]) if "schema" in data else ""
         words = f"{SCHEMA} is the only version that is read"
         raise InputError([Fault("schema", value, words, source)])
+    if isinstance(phases := data.get("phases"), list) and len(phases) > MOST_PHASES:
+        raise InputError([Fault("phases", "", f"a list of at most {MOST_PHASES}", source)])
     fields = {k: v for k, v in data.items() if k not in ("schema", "kind", *DERIVED)}
     faults: list[Fault] = []
     if "mission" in data:
