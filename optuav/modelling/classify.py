@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable, Iterable, Sequence
 from typing import NamedTuple, TypeAlias
 
 import numpy as np
 
-from optuav.modelling.expression import Call, Expression, Operand
+from optuav.modelling.expression import Call, Operand
 from optuav.modelling.forms import (
     NotAffineError,
     NotExponentialError,
@@ -87,46 +88,37 @@ def traits(model: Model) -> Traits:
     )
     calls = (each for each in walked.nodes if isinstance(each, Call))
     rough = (c for c in calls if c.ufunc not in PARTIALS and (c.moves or c.ufunc not in KINKED))
+    stated = [(each.label, each.relation.sides) for each in model.constraints]
+    goals = [("objective", [model.objective]), ("preference", model.preferences)]
+    unlevelled, relaxed = None, Relaxation()
     with np.errstate(all="ignore"):
         forms = walked.forms
-        found = Traits(
-            len(unknowns),
-            integer,
-            tuple(open_below),
-            next((node.ufunc.__name__ for node in rough), ""),
-            _first_nonlinear(model),
-            longest,
-            _first_unlevelled(model) if longest and len(forms) < len(walked.nodes) else None,
-        )
+        nonlinear = _first_flaw([*goals, *stated], lambda tree: affine(tree, {}, forms))
+        if longest and len(forms) < len(walked.nodes):
+            # Bounds will do in place of `Bounded` functions.
+            done = {**forms}
+            unlevelled = _first_flaw(stated, lambda tree: exponential(tree, {}, done, relaxed))
+    found = Traits(
+        len(unknowns),
+        integer,
+        tuple(open_below),
+        next((node.ufunc.__name__ for node in rough), ""),
+        nonlinear,
+        longest,
+        unlevelled,
+    )
     walked.traits = found
     return found
 
 
-def _first_nonlinear(model: Model) -> Flaw | None:
-    """The first that is not affine, with the function to blame."""
-    done, label = model.walked.forms, "objective"
-    try:
-        affine(model.objective, {}, done)
-        label = "preference"
-        for each in model.preferences:
-            affine(each, {}, done)
-        for constraint in model.constraints:
-            label = constraint.label
-            for side in constraint.relation.sides:
-                affine(side, {}, done)
-    except NotAffineError as error:
-        return label, str(error)
-    return None
-
-
-def _first_unlevelled(model: Model) -> Flaw | None:
-    """The first constraint that has no form, even with bounds of `Bounded` functions."""
-    done, relaxed, forms = dict[int, Operand](), Relaxation(), model.walked.forms
-    for constraint in model.constraints:
+def _first_flaw(
+    stated: Iterable[tuple[str, Sequence[Operand]]], form: Callable[[Operand], object]
+) -> Flaw | None:
+    """The first label with a tree that has no such form, and why: which function is to blame."""
+    for label, trees in stated:
         try:
-            for side in constraint.relation.sides:
-                if isinstance(side, Expression) and id(side) not in forms:
-                    exponential(side, {}, done, relaxed)
-        except NotExponentialError as error:
-            return constraint.label, str(error)
+            for tree in trees:
+                form(tree)
+        except (NotAffineError, NotExponentialError) as error:
+            return label, str(error)
     return None

@@ -111,29 +111,25 @@ def applied(ufunc: np.ufunc, operands: tuple[Operand, ...]) -> Operand:
                 rest = np.abs(terms[monomial])
                 if np.all((rest == 0.0) | (rest < CANCELLED * np.abs(before))):
                     del terms[monomial]
-        return Exponential(terms, _rates(left, right))
-    if ufunc is not np.multiply:
+    elif ufunc is np.multiply:
+        for one, a in left.terms.items():
+            for other, b in right.terms.items():
+                both = one | other
+                if one and other:
+                    levelling = {name for name, kind in both if kind == "levelling"}
+                    if len(levelling) < len(one) + len(other):
+                        raise NotExponentialError("unknowns are multiplied")
+                terms[both] = terms[both] + a * b if both in terms else a * b
+    else:
         raise NotExponentialError(f"{ufunc.__name__} of the unknowns is no levelling")
-    for one, a in left.terms.items():
-        for other, b in right.terms.items():
-            both = one | other
-            if one and other:
-                levelling = {name for name, kind in both if kind == "levelling"}
-                if len(levelling) < len(one) + len(other):
-                    raise NotExponentialError("unknowns are multiplied")
-            terms[both] = terms[both] + a * b if both in terms else a * b
-    return Exponential(terms, _rates(left, right))
-
-
-def _rates(left: Exponential, right: Exponential) -> Mapping[str, Operand]:
-    """Rates at which the unknowns of two forms level out: one for each."""
-    if not left.rates_per_s or left.rates_per_s is right.rates_per_s:
-        return right.rates_per_s
-    for name in left.rates_per_s.keys() & right.rates_per_s.keys():
-        one, other = left.rates_per_s[name], right.rates_per_s[name]
-        if one is not other and not np.array_equal(one, other):
-            raise NotExponentialError(f"{name} levels out at two rates")
-    return {**left.rates_per_s, **right.rates_per_s}
+    rates = right.rates_per_s
+    if left.rates_per_s and left.rates_per_s is not rates:
+        for name in left.rates_per_s.keys() & rates.keys():
+            pair = left.rates_per_s[name], rates[name]
+            if pair[0] is not pair[1] and not np.array_equal(*pair):
+                raise NotExponentialError(f"{name} levels out at two rates")
+        rates = {**left.rates_per_s, **rates}
+    return Exponential(terms, rates)
 
 
 @dataclass
@@ -222,7 +218,6 @@ def affine(
     >>> float(form.constant), form.coefficients
     (0.5, {'x': 3.0, 'y': -0.25})
     """
-    done = {} if done is None else done
     form, done = NOWHERE, {} if done is None else done
     with suppress(NotExponentialError):
         form = exponential(expression, values, done)

@@ -11,14 +11,7 @@ from optuav.arrays import Booleans, Floats, Integers
 from optuav.mission import Mission
 from optuav.network import vehicle
 from optuav.network.obstacles import CLEAR, Prisms, crossed, prisms
-from optuav.network.places import (
-    DESTINATION,
-    FIRST_BUILDING,
-    HOVER,
-    ORIGIN,
-    Places,
-    build_places,
-)
+from optuav.network.places import DESTINATION, FIRST_BUILDING, HOVER, ORIGIN, Places, build_places
 from optuav.options import Order, Trajectory
 from optuav.physics.quantity import norm
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
 from typing import TypeAlias
@@ -133,65 +133,62 @@ def crossed(obstacles: Prisms, start_m: Floats, end_m: Floats, exempt: Integers)
         return found
     swap = start_m[:, 2] > end_m[:, 2]
     low_m, high_m = np.where(swap, end_m.T, start_m.T), np.where(swap, start_m.T, end_m.T)
-    way_m, cells = high_m - low_m, obstacles.cells
-    at_once = 1 + MOST_PAIRS * cells.across**2 // len(cells.footprints[0])
+    way_m, cells, n = high_m - low_m, obstacles.cells, obstacles.cells.across
+    at_once = 1 + MOST_PAIRS * n**2 // len(cells.footprints[0])
+    town = cells.low_m, cells.low_m + n * cells.size_m, obstacles.roof_m.max()
+    within = enter, leave = np.stack(_stretch(low_m, way_m, *town))
+    place, way = (low_m[:2] - cells.low_m) / cells.size_m, way_m[:2] / cells.size_m
+    way = np.where(np.abs(way) < TINY, TINY, way)
     steep = np.abs(way_m[1]) > np.abs(way_m[0])
     for axis in (0, 1):
-        along = np.flatnonzero(steep == axis)
-        for first in range(0, len(along), at_once):
-            some = along[first : first + at_once]
-            blocker = np.full(len(some), CLEAR, dtype=np.intp)
-            lines = low_m[:, some], way_m[:, some]
-            for line, footprint in _boxes_met(obstacles, axis, *lines, blocker):
-                blocks = (exempt[some[line]] != obstacles.building[footprint, None]).all(axis=1)
-                other = np.flatnonzero(blocks & ~obstacles.is_box[footprint])
-                if len(other):
-                    low, way = (each[:, line[other]] for each in lines)
-                    blocks[other] = _enters(obstacles, low, way, footprint[other])
-                blocker[line[blocks]] = obstacles.building[footprint[blocks]]
-            found[some] = blocker
+        every = np.flatnonzero((enter <= leave) & (steep == axis))
+        for begin in range(0, len(every), at_once):
+            # Column by column from the low ends on; a line that is blocked is followed no further.
+            live = every[begin : begin + at_once]
+            ends = place[axis, live] + within[:, live] * way[axis, live]
+            column, last = np.clip(ends.astype(np.intp), 0, n - 1)
+            while len(live):
+                shares = (np.stack([column, column + 1]) - place[axis, live]) / way[axis, live]
+                shares = np.clip(shares, enter[live], leave[live])
+                ends = place[1 - axis, live] + shares * way[1 - axis, live]
+                row = column * n + np.clip(ends.astype(np.intp), 0, n - 1)
+                first = cells.begins[axis][row.min(axis=0)]
+                entries = cells.begins[axis][row.max(axis=0) + 1] - first
+                line = np.repeat(live, entries)
+                before = np.repeat(first - np.cumsum(entries) + entries, entries)
+                footprint = cells.footprints[axis][np.arange(len(line)) + before]
+                line, footprint = _met(obstacles, (low_m, way_m, exempt), line, footprint)
+                found[line] = obstacles.building[footprint]
+                (on,) = np.nonzero((found[live] == CLEAR) & (column != last))
+                live, last = live[on], last[on]
+                column = column[on] + np.sign(last - column[on])
     return found
 
 
-def _boxes_met(
-    obstacles: Prisms, axis: int, low_m: Floats, way_m: Floats, blocker: Integers
-) -> Iterator[tuple[Integers, Integers]]:
-    """Lines (axis, line) and footprints whose boxes they meet, from the low ends of the lines on.
+def _met(
+    obstacles: Prisms, lines: tuple[Floats, Floats, Integers], line: Integers, footprint: Integers
+) -> tuple[Integers, Integers]:
+    """Those pairs of a line and a footprint in which the footprint blocks the line."""
+    low_m, way_m, exempt = lines
+    boxes = obstacles.low_m[:, footprint], obstacles.high_m[:, footprint]
+    enter, leave = _stretch(low_m[:, line], way_m[:, line], *boxes, obstacles.roof_m[footprint])
+    (met,) = np.nonzero(enter <= leave)
+    line, footprint = line[met], footprint[met]
+    blocks = (exempt[line] != obstacles.building[footprint, None]).all(axis=1)
+    (other,) = np.nonzero(blocks & ~obstacles.is_box[footprint])
+    if len(other):
+        import shapely
 
-    A line that has a `blocker` by then is followed no further.
-    """
-    cells, n = obstacles.cells, obstacles.cells.across
-    if n == 1:
-        boxes = obstacles.low_m[:, None], obstacles.high_m[:, None], obstacles.roof_m
-        enter, leave = _stretch(low_m[..., None], way_m[..., None], *boxes)
-        line, footprint = np.nonzero(enter <= leave)
-        yield line, footprint
-        return
-    enter, leave = _stretch(
-        low_m, way_m, cells.low_m, cells.low_m + n * cells.size_m, obstacles.roof_m.max()
-    )
-    place, way = (low_m[:2] - cells.low_m) / cells.size_m, way_m[:2] / cells.size_m
-    along = np.where(np.abs(way[axis]) < TINY, TINY, way[axis])
-    lines = np.stack([place[1 - axis], way[1 - axis], place[axis], along, enter, leave])
-    (live,) = np.nonzero(enter <= leave)
-    lines = lines[:, live]
-    column, last = np.clip((lines[2] + lines[4:] * lines[3]).astype(np.intp), 0, n - 1)
-    while len(live):
-        aside, across, begin, along, enter, leave = lines
-        shares = np.clip((np.stack([column, column + 1]) - begin) / along, enter, leave)
-        row = np.clip((aside + shares * across).astype(np.intp), 0, n - 1)
-        first = cells.begins[axis][column * n + row.min(axis=0)]
-        entries = cells.begins[axis][column * n + row.max(axis=0) + 1] - first
-        line = np.repeat(live, entries)
-        number = np.arange(len(line)) + np.repeat(first - np.cumsum(entries) + entries, entries)
-        footprint = cells.footprints[axis][number]
-        box = obstacles.low_m[:, footprint], obstacles.high_m[:, footprint]
-        starts, ends = _stretch(low_m[:, line], way_m[:, line], *box, obstacles.roof_m[footprint])
-        met = starts <= ends
-        yield line[met], footprint[met]
-        (on,) = np.nonzero((blocker[live] == CLEAR) & (column != last))
-        live, lines, last = live[on], lines[:, on], last[on]
-        column = column[on] + np.sign(last - column[on])
+        way = low_m[:2, line[other]], way_m[:2, line[other]]
+        ends_m = np.stack(
+            [(way[0] + each[met[other]] * way[1]).T for each in (enter, leave)], axis=1
+        )
+        seen = np.asarray(shapely.linestrings(ends_m))
+        # Seen from above, an upright line is a point.
+        upright = (ends_m[:, 0] == ends_m[:, 1]).all(axis=1)
+        seen[upright] = shapely.points(ends_m[upright, 0])
+        blocks[other] = shapely.intersects(obstacles.polygons[footprint[other]], seen)
+    return line[blocks], footprint[blocks]
 
 
 def _stretch(
@@ -207,20 +204,6 @@ def _stretch(
     highest = np.where(depth_m > 0.0, np.minimum(depth_m / way[2], 1.0), -1.0)
     enter = np.minimum(one, other).max(axis=0)
     return np.maximum(enter, 0.0), np.minimum(np.maximum(one, other).min(axis=0), highest)
-
-
-def _enters(obstacles: Prisms, low_m: Floats, way_m: Floats, footprint: Integers) -> Booleans:
-    """Whether lines (axis, line) run through footprints of any shape, below their roofs."""
-    import shapely
-
-    boxes = obstacles.low_m[:, footprint], obstacles.high_m[:, footprint]
-    shares = _stretch(low_m, way_m, *boxes, obstacles.roof_m[footprint])
-    ends_m = np.stack([(low_m + share * way_m)[:2].T for share in shares], axis=1)
-    seen = np.asarray(shapely.linestrings(ends_m))
-    # Seen from above, an upright line is a point.
-    upright = (ends_m[:, 0] == ends_m[:, 1]).all(axis=1)
-    seen[upright] = shapely.points(ends_m[upright, 0])
-    return np.asarray(shapely.intersects(obstacles.polygons[footprint], seen))
 
 
 def clear_lines(

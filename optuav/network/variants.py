@@ -18,11 +18,7 @@ from optuav.mission import Mission
 from optuav.network import vehicle
 from optuav.network.network import Network, shared_lines
 from optuav.network.obstacles import clear_lines, prisms
-from optuav.network.places import (
-    FIRST_BUILDING,
-    position_table,
-    received_table,
-)
+from optuav.network.places import FIRST_BUILDING, position_table, received_table
 from optuav.physics.flight import Loads
 from optuav.physics.quantity import Quantity
 
@@ -31,34 +27,6 @@ Columns = Mapping[str, Floats]
 
 KEY = re.compile(r"(\w+)\.(\w+)(?:\[([012])\])?")
 ENERGIES = ("flight_energy_J", "hover_energy_J")
-
-
-def with_columns(mission: Mission, columns: Columns) -> Mission:
-    """The mission with columns in place of numbers: for formulas, and not validated.
-
-    As in `Mission.replace`, stated energies of the full battery are dropped if its size varies.
-    """
-    tables: dict[str, dict[str, object]] = {}
-    for key, values in columns.items():
-        found = KEY.fullmatch(key)
-        assert found is not None, key
-        table, name, axis = found.groups()
-        changed = tables.setdefault(table, {})
-        column = np.asarray(values, dtype=float)[:, None]
-        if axis is None:
-            changed[name] = column
-            continue
-        vector = list(getattr(getattr(mission, table), name))
-        here = changed.setdefault(name, vector)
-        assert isinstance(here, list)
-        here[int(axis)] = column
-    if {"packs", "capacity_As"} & tables.get("battery", {}).keys():
-        tables["battery"] = dict.fromkeys(ENERGIES) | tables["battery"]
-    changes = {
-        table: getattr(mission, table).model_copy(update=changed)
-        for table, changed in tables.items()
-    }
-    return mission.model_copy(update=changes)
 
 
 @dataclass(frozen=True)
@@ -76,8 +44,30 @@ class Variants:
 
     @cached_property
     def mission(self) -> Mission:
-        """The mission with columns in place of numbers."""
-        return with_columns(self.network.mission, self.columns)
+        """The mission with columns in place of numbers: for formulas, and not validated.
+
+        As in `Mission.replace`, stated energies of the full battery are dropped if its size varies.
+        """
+        mission, tables = self.network.mission, dict[str, dict[str, object]]()
+        for key, values in self.columns.items():
+            found = KEY.fullmatch(key)
+            assert found is not None, key
+            table, name, axis = found.groups()
+            changed = tables.setdefault(table, {})
+            column = np.asarray(values, dtype=float)[:, None]
+            if axis is None:
+                changed[name] = column
+                continue
+            here = changed.setdefault(name, list(getattr(getattr(mission, table), name)))
+            assert isinstance(here, list)
+            here[int(axis)] = column
+        if {"packs", "capacity_As"} & tables.get("battery", {}).keys():
+            tables["battery"] = dict.fromkeys(ENERGIES) | tables["battery"]
+        changes = {
+            table: getattr(mission, table).model_copy(update=changed)
+            for table, changed in tables.items()
+        }
+        return mission.model_copy(update=changes)
 
     @cached_property
     def coverage_radius_m(self) -> Quantity:
@@ -113,19 +103,14 @@ class Variants:
         return np.asarray(able[:, self.network.routes.legs].all(axis=2) & held)
 
     @cached_property
-    def flight_time_s(self) -> Floats:
-        """Flight time of routes (variant or 1, route) [s]."""
-        return self._total(self.loads.duration_s)
-
-    @cached_property
-    def flight_charge_As(self) -> Floats:
-        """Charge drawn in flight (variant or 1, route) [A s]."""
-        return self._total(self.loads.charge_As)
-
-    @cached_property
-    def flight_energy_J(self) -> Floats:
-        """Energy drawn in flight (variant or 1, route) [J]."""
-        return self._total(self.loads.energy_J)
+    def flight(self) -> list[Floats]:
+        """Flight time [s], charge [A s] and energy [J] of routes, each (variant or 1, route)."""
+        found, loads = list[Floats](), self.loads
+        for per_leg in map(np.atleast_2d, (loads.duration_s, loads.charge_As, loads.energy_J)):
+            padded = np.concatenate([per_leg, np.zeros((len(per_leg), 1))], axis=1)
+            first, *others = (padded[:, legs] for legs in self.network.routes.legs.T)
+            found.append(sum(others, first))
+        return found
 
     @cached_property
     def hover_load(self) -> vehicle.Flow:
@@ -143,10 +128,3 @@ class Variants:
     def stages(self) -> list[tuple[Quantity, Quantity]]:
         """Duration [s] and current [A] of each stage of the legs, (variant or 1, leg)."""
         return list(zip(self.loads.durations_s, self.loads.currents_A, strict=True))
-
-    def _total(self, per_leg: Quantity) -> Floats:
-        """Sums over the legs of routes."""
-        table = np.atleast_2d(per_leg)
-        padded = np.concatenate([table, np.zeros((len(table), 1))], axis=1)
-        first, *others = (padded[:, legs] for legs in self.network.routes.legs.T)
-        return sum(others, first)

@@ -25,7 +25,7 @@ from typing import NamedTuple
 import numpy as np
 
 from optuav.physics import rotor
-from optuav.physics.quantity import TINY, Quantity, Vector, norm, one_where_positive
+from optuav.physics.quantity import TINY, Quantity, Vector, norm
 
 STAGES = ("turn", "accelerate", "turn", "brake", "turn")
 """Stages of a leg in flight; how long the sixth, hovering, lasts is up to the mission."""
@@ -166,7 +166,10 @@ def leg(
     # A(u) = p + sqrt(p² + F² − |F_e|²); the reserve F² − |F_e|² is A(u) A(−u).
     external_N, along_N = norm(force_N), force_N[0] * x + force_N[1] * y + force_N[2] * z
     margin_N = thrust_N - external_N
-    reserve = one_where_positive(margin_N) * margin_N * (thrust_N + external_N)
+    # NaN, which voids the leg, unless there is a margin.
+    with np.errstate(invalid="ignore"):
+        root = np.sqrt(margin_N)
+        reserve = np.divide(root, root) * margin_N * (thrust_N + external_N)
     root_N = np.sqrt(along_N**2 + reserve)
     forward_N, backward_N = along_N + root_N, root_N - along_N
     attitudes = [LEVEL]

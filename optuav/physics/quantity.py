@@ -24,15 +24,8 @@ It stands in for zero where a quotient has a limit: ``f(max(x, TINY)) / max(x, T
 
 
 @np.errstate(invalid="ignore")
-def one_where_positive(margin: Quantity) -> Quantity:
-    """1 where the margin is above 0, NaN elsewhere: a factor that voids what is impossible."""
-    root = np.sqrt(margin)
-    return np.divide(root, root)
-
-
-@np.errstate(invalid="ignore")
 def one_where_not_negative(margin: Quantity) -> Quantity:
-    """1 where the margin is 0 or above, NaN elsewhere."""
+    """1 where the margin is 0 or above, NaN elsewhere: a factor that voids what is impossible."""
     doubled = np.sign(margin) + 1.0
     return np.divide(doubled, doubled)
 

@@ -26,9 +26,8 @@ class _Single:
         self.coverage_radius_m = vehicle.coverage_radius_m(network.mission)
         self.received = vehicle.Flow(places.charge_current_A[None], places.received_power_W[None])
         self.hover_load = vehicle.hover_load(network.mission)
-        self.flight_time_s = routes.flight_time_s[None]
-        self.flight_charge_As = routes.flight_charge_As[None]
-        self.flight_energy_J = routes.flight_energy_J[None]
+        totals = routes.flight_time_s, routes.flight_charge_As, routes.flight_energy_J
+        self.flight = [each[None] for each in totals]
         pairs = zip(legs.durations_s, legs.currents_A, strict=True)
         self.stages: list[tuple[Quantity, Quantity]] = [(t[None], i[None]) for t, i in pairs]
 
@@ -62,7 +61,7 @@ def quantities(
 
     building, packs, capacity_As = routes.building[which], battery.packs, battery.capacity_As
     packs, capacity_As, nominal_V = map(take, (packs, capacity_As, battery.nominal_voltage_V))
-    flight_As, flight_J = take(tables.flight_charge_As, which), take(tables.flight_energy_J, which)
+    flight_s, flight_As, flight_J = (take(each, which) for each in tables.flight)
     hover_A, hover_W = map(take, tables.hover_load)
     voltages: dict[str, Quantity] = {}
     for load, drawn, given in ("flight", flight_As, flight_J), ("hover", hover_A, hover_W):
@@ -103,7 +102,7 @@ def quantities(
         packs=packs,
         capacity_As=capacity_As,
         nominal_voltage_V=nominal_V,
-        flight_time_s=take(tables.flight_time_s, which),
+        flight_time_s=flight_s,
         flight_charge_As=flight_As,
         flight_energy_J=flight_J,
         hover_current_A=hover_A - received_A,

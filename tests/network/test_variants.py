@@ -9,7 +9,7 @@ import optuav
 from optuav.arrays import Floats
 from optuav.mission import Mission
 from optuav.network.network import build_network
-from optuav.network.variants import Variants, with_columns
+from optuav.network.variants import Variants
 
 COUNT = 25
 
@@ -57,8 +57,8 @@ def test_each_variant_has_the_places_and_routes_of_its_own_network(name: str) ->
         assert received[0][number] == pytest.approx(own.places.charge_current_A)
         assert received[1][number] == pytest.approx(own.places.received_power_W)
         assert list(variants.able[row[1]]) == list(own.routes.flyable)
-        for figure in ("flight_time_s", "flight_charge_As", "flight_energy_J"):
-            table = getattr(variants, figure)
+        figures = ("flight_time_s", "flight_charge_As", "flight_energy_J")
+        for figure, table in zip(figures, variants.flight, strict=True):
             found = table[number if len(table) > 1 else 0]
             assert found == pytest.approx(getattr(own.routes, figure), rel=1e-9, nan_ok=True)
 
@@ -69,14 +69,14 @@ def test_one_route_alone_has_the_same_figures() -> None:
     network, columns = build_network(mission), drawn(mission)
     whole, single = Variants(network, columns), Variants(network.only(5), columns)
     assert len(single.network.legs.start) == 3
-    assert single.flight_time_s[:, 0] == pytest.approx(whole.flight_time_s[:, 5])
+    assert single.flight[0][:, 0] == pytest.approx(whole.flight[0][:, 5])
 
 
 def test_stated_energies_are_dropped_where_the_battery_varies_in_size() -> None:
     """As `Mission.replace` does; other columns keep them."""
     stated = {"battery.flight_energy_J": 8e5, "battery.hover_energy_J": 7e5}
-    mission = optuav.load("paper").replace(stated)
-    size = with_columns(mission, {"battery.capacity_As": np.array([3e4, 4e4])})
+    network = build_network(optuav.load("paper").replace(stated))
+    size = Variants(network, {"battery.capacity_As": np.array([3e4, 4e4])}).mission
     assert size.battery.flight_energy_J is size.battery.hover_energy_J is None
-    current = with_columns(mission, {"battery.charge_current_A": np.array([5.0, 6.0])})
+    current = Variants(network, {"battery.charge_current_A": np.array([5.0, 6.0])}).mission
     assert current.battery.flight_energy_J == 8e5
