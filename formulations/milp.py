@@ -29,7 +29,7 @@ import numpy as np
 from formulations.formulation import Given
 from formulations.parameters import QUANTITIES, Quantities
 from formulations.soc import STAYS
-from optuav.modelling import Expression, Model, Parameter, Variable, evaluate
+from optuav.modelling import Expression, Model, Parameter, Variable, affine
 from optuav.modelling.expression import Indexed, Operand, Relation, Sense
 from optuav.options import Perspective
 
@@ -203,20 +203,19 @@ def _big_m(model: Model, options: Sequence[_Option]) -> None:
         ends = (most_hover, most_rest if given.rests else 0.0)
         for k, row in enumerate(_rows(option), start=1):
             at_least, label = row.sense == ">=", f"{row.name}, {route.name}"
-            at_0, *moved = (
-                float(evaluate(row.left(*times), {}))
-                for times in ((0.0, 0.0), (1.0, 0.0), (0.0, 1.0))
+            left, towards = row.left(hover, rest if given.rests else 0.0), -1.0 if at_least else 1.0
+            slopes = affine(left, {}).coefficients
+            worst = row.left(
+                *(
+                    end if towards * slopes.get(time.name, 0.0) > 0.0 else 0.0
+                    for end, time in zip(ends, (hover, rest), strict=True)
+                )
             )
-            corner = [
-                end if (at < at_0 if at_least else at > at_0) else 0.0
-                for end, at in zip(ends, moved, strict=True)
-            ]
-            worst = row.left(*corner)
             missed, symbol = row.right - worst if at_least else worst - row.right, f"M{k}"
             most = model.let(
                 f"{symbol} of {label}", missed, symbol=Indexed(symbol, number), unit=row.unit
             )
-            off, left = (1.0 - choice) * most, row.left(hover, rest if given.rests else 0.0)
+            off = (1.0 - choice) * most
             right = row.right - off if at_least else row.right + off
             model.subject_to(label, Relation(left, row.sense, right), unit=row.unit, kind=row.kind)
         if not given.rests:

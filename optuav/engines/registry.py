@@ -233,12 +233,16 @@ def takers(model: Traits, slots: bool) -> tuple[str, ...]:
     return tuple(name for name, each in capabilities.items() if not each.obstacle(model, slots))
 
 
-def need(wanted: str | Engine, model: Traits, slots: bool) -> None:
-    """Refuse an engine that does not take a model, and name those that do."""
+def need(wanted: str | Engine, model: Traits, slots: bool, linear: str = "") -> None:
+    """Refuse an engine that does not take a model, and name those that do.
+
+    To an engine of linear models, where this one is not, is said how to get one that is.
+    """
     known = capabilities.get(wanted) if isinstance(wanted, str) else None
     takes = known or engine(wanted).takes  # which refuses a name that is not known
     if why := takes.obstacle(model, slots):
         others = ", ".join(takers(model, slots)) or "none"
+        hint = linear if model.nonlinear and not takes.nonlinear else ""
         raise InputError(
-            f"engine {takes.name} does not take this model: {why}. Engines that do: {others}"
+            f"engine {takes.name} does not take this model: {why}. Engines that do: {others}{hint}"
         )

@@ -2,7 +2,7 @@
 
 What phases of constant current do to the wells of a battery is a sum of 1, their durations t, and
 products of (1 − exp(−kt))/k with one factor a duration at most. It is found by walking a tree, or
-by handing `unknown` to the physics instead of a number; coefficients may be arrays over programmes.
+by handing forms to the physics instead of numbers; coefficients may be arrays over programmes.
 The integral (1 − exp(−kt))/k stands for the decay, as it keeps its digits where k is next to
 nothing.
 """
@@ -60,11 +60,6 @@ class Exponential(NDArrayOperatorsMixin):
 
 NOWHERE = Exponential({frozenset({("", "levelling")}): math.nan})
 """In place of the form of what has none."""
-
-
-def unknown(name: str) -> Exponential:
-    """The form of an unknown itself."""
-    return Exponential({frozenset({(name, "time")}): 1.0})
 
 
 def applied(ufunc: np.ufunc, operands: tuple[Operand, ...]) -> Operand:
@@ -168,7 +163,11 @@ def exponential(
     """
     found = fold(
         expression,
-        lambda x: unknown(x.name) if isinstance(x, Variable) else values.get(x.name, x.value),
+        lambda x: (
+            Exponential({frozenset({(x.name, "time")}): 1.0})
+            if isinstance(x, Variable)
+            else values.get(x.name, x.value)
+        ),
         call,
         done=done,
         every=every,

@@ -207,18 +207,12 @@ def trajectory_routes(network: Network, name: Trajectory, order: Order | None = 
     if name == "direct":
         usable = usable & ~rests
     elif name == "traj1":
-        usable = usable & rests & (routes.building == nearest_building(network))
+        device_m = np.array(network.mission.link.device_m)
+        away_m = network.places.position_m[FIRST_BUILDING:] - device_m
+        nearest = np.append((away_m**2).sum(axis=1), np.inf).argmin()
+        usable = usable & rests & (routes.building == nearest)
     elif name == "traj2":
         usable = usable & rests
         if usable.any():
             usable &= routes.flight_time_s <= routes.flight_time_s[usable].min() + SAME_S
     return np.flatnonzero(usable)
-
-
-def nearest_building(network: Network) -> int:
-    """Number of the building nearest the device, −1 if the mission has none."""
-    roofs = network.places.position_m[network.places.buildings]
-    if not len(roofs):
-        return -1
-    device_m = np.array(network.mission.link.device_m)
-    return int(np.argmin(((roofs - device_m) ** 2).sum(axis=1)))

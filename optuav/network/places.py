@@ -101,25 +101,14 @@ def as_points(*places_m: Vector) -> Floats:
 class ChargingCap(NamedTuple):
     """What keeps a stronger laser from charging faster."""
 
-    key: str  # The key of the mission that states the current
-    current_A: float
-    places: tuple[str, ...]  # Names of the places where it holds
-    everywhere: bool  # Whether those are all places in sight of the laser
-    words: str  # The same as a sentence
+    places: tuple[str, ...]  # Names of the places where it does
+    words: str  # What it is, as a sentence
 
 
 def charging_cap(mission: Mission, places: Places) -> ChargingCap | None:
     """Which key caps the charging current, and where; None if none does, or nothing may charge.
 
     Places whose power was stated in a graph are left out.
-
-    Examples
-    --------
-    >>> import optuav
-    >>> from optuav.network.network import build_network
-    >>> network = build_network(optuav.load("paper"))
-    >>> charging_cap(network.mission, network.places)[:2]
-    ('battery.charge_current_A', 10.0)
     """
     if mission.laser is None:
         return None
@@ -133,8 +122,6 @@ def charging_cap(mission: Mission, places: Places) -> ChargingCap | None:
     if not (current_A and capped.any()):
         return None
     names = tuple(places.names[place] for place in np.flatnonzero(capped))
-    everywhere = bool((capped == lit).all())
-    at = "wherever the laser is in sight" if everywhere else f"at {listed(names)}"
+    at = "wherever the laser is in sight" if (capped == lit).all() else f"at {listed(names)}"
     caps = f"{key} = {current_A:g} A caps the charging current {at}"
-    words = f"{caps}: a stronger laser changes nothing there"
-    return ChargingCap(key, current_A, names, everywhere, words)
+    return ChargingCap(names, f"{caps}: a stronger laser changes nothing there")

@@ -19,7 +19,7 @@ from optuav.engines.bracket import WIDTH_S, largest, shortest
 from optuav.engines.rows import StatedForm, rows_of
 from optuav.errors import Fault, InputError
 from optuav.mission.schema import Number
-from optuav.modelling.forms import CONSTANT, Exponential, unknown
+from optuav.modelling.forms import CONSTANT, Exponential
 from optuav.network.variants import Variants
 from optuav.options import Perspective
 from optuav.physics.kibam import Battery, Stage, falls_throughout
@@ -166,7 +166,8 @@ def longest(given: Quantities, count: int, *, shortest_rest: bool = False) -> Ho
             own = _entries(given, some)
             found.append(longest(own, some.stop - first, shortest_rest=shortest_rest))
         return Hovers(*map(np.concatenate, zip(*found, strict=True)))
-    hover, rest = unknown("hover"), unknown("rest") if given.rests else None
+    names = ("hover", "rest") if given.rests else ("hover",)
+    hover, rest, *_ = *(Exponential({frozenset({(n, "time")}): 1.0}) for n in names), None
     stated = [PERSPECTIVES[AVAILABLE](given, hover, 0.0 if rest is None else rest) - given.min_soc]
     for limit in well_limits(given, hover, rest):
         # Infinite where it is not needed, so that no answer depends on the others.
@@ -180,7 +181,7 @@ def longest(given: Quantities, count: int, *, shortest_rest: bool = False) -> Ho
     sized = [*(StatedForm(each, 1.0) for each in forms[:-1]), StatedForm(forms[-1], left_s)]
     x_top = np.broadcast_to(np.maximum(left_s, 0.0), count)
     y_top = x_top if given.rests else np.zeros(count)
-    rows = rows_of(sized, ("hover", "rest") if given.rests else ("hover",), x_top)
+    rows = rows_of(sized, names, x_top)
     x, y, beyond = known = largest(rows, x_top, y_top)
     return Hovers(x, shortest(rows, known, y_top) if shortest_rest else y, beyond)
 

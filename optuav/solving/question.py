@@ -199,16 +199,9 @@ def chosen_engine(model: Model, question: Question) -> Engine:
 
 def refuse_unfit(model: Model, question: Question) -> None:
     """Refuse the engine that was asked for if it does not take a model."""
-    found = traits(model)
-    try:
-        need(question.engine, found, question.slot_s is not None)
-    except InputError as error:
-        linear_only = [name for name, each in capabilities.items() if not each.nonlinear]
-        beyond_it = question.engine_name in linear_only and not found.linear
-        if question.perspective != AVAILABLE or not beyond_it:
-            raise
-        words = "The perspectives of the paper are linear: perspective battery, for example"
-        raise InputError(f"{error}. {words}") from None
+    words = ". The perspectives of the paper are linear: perspective battery, for example"
+    linear = words if question.perspective == AVAILABLE else ""
+    need(question.engine, traits(model), question.slot_s is not None, linear)
 
 
 def answer(model: Model, programmes: int, question: Question) -> Solution:
