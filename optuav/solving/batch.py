@@ -167,7 +167,8 @@ def longest(given: Quantities, count: int, *, shortest_rest: bool = False) -> Ho
             found.append(longest(own, some.stop - first, shortest_rest=shortest_rest))
         return Hovers(*map(np.concatenate, zip(*found, strict=True)))
     names = ("hover", "rest") if given.rests else ("hover",)
-    hover, rest, *_ = *(Exponential({frozenset({(n, "time")}): 1.0}) for n in names), None
+    times = [Exponential({frozenset({(name, "time")}): 1.0}) for name in names]
+    hover, rest = times if given.rests else (*times, None)
     stated = [PERSPECTIVES[AVAILABLE](given, hover, 0.0 if rest is None else rest) - given.min_soc]
     for limit in well_limits(given, hover, rest):
         # Infinite where it is not needed, so that no answer depends on the others.
