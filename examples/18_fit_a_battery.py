@@ -33,8 +33,9 @@ assert all(abs(a / b - 1) < 2e-3 for a, b in zip(lifetimes.fitted, lifetimes.obs
 # %% [markdown]
 # ## How certain?
 #
-# An interval that is meant to hold the truth 95 times in 100, by the curvature of the sum of
-# squares at its optimum. Here the truth is known: 660 A s, ω = 0.166, k' = 0.122/min.
+# An interval that is meant to hold the truth 95 times in 100, by the profile likelihood: all values
+# with which some battery fits nearly as well as the best. Here the truth is known: 660 A s, ω =
+# 0.166, k' = 0.122/min.
 
 # %%
 truth = (660.0, 0.166, 0.122 / 60 * 0.166 * (1 - 0.166))  # k_F = k' ω (1 − ω)

@@ -1,8 +1,8 @@
 """Least squares over transformed parameters, and their result: values for a mission, how sure.
 
-Positive parameters are fitted by their logarithm, shares by their logit, so that no bound is needed
-and intervals stay inside the range. With r(x) the residuals, independent and of one variance, and J
-their Jacobian of rank p at the optimum, the covariance of x is s² (JᵀJ)⁻¹, s² = r·r/(n − p) [1]_.
+Positive parameters are fitted by their logarithm, so that no bound is needed and intervals stay
+inside the range. With r(x) the residuals, independent and of one variance, and J their Jacobian of
+rank p at the optimum, the covariance of x is s² (JᵀJ)⁻¹, s² = r·r/(n − p) [1]_.
 
 References
 ----------
@@ -15,7 +15,7 @@ from __future__ import annotations
 
 import math
 import os
-from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass, field
 from itertools import compress
 from pathlib import Path
@@ -34,14 +34,13 @@ Role: TypeAlias = Literal["fitted", "repeat", "predicted"]
 FINEST = 1e-9  # least relative distance of an end from its value that decides on digits
 
 CONFIDENCE = 0.95  # share of intervals that hold the truth
-LOGIT = 13.8  # largest size of the logit of a share: 1e-6 from 0 and 1
 LOGARITHM = (-35.0, 20.7)  # range of the logarithm of a positive value: 1e-15 to 1e9
 CLOSE = 1e-12  # tolerances of a fit
 MOST_STEPS = 100  # of a fit; a few tens do where the data determine all
 BLIND = 1e-6  # singular value of the Jacobian, over the largest, that determines nothing
 NOTHING = 1e-100  # what replaces 0 in a denominator, far from 1 and from overflow
 TIE = 1e-6  # relative difference of two sums of squares that is rounding
-SAME = 1e-4  # difference of two optima, in logarithms or logits, that is rounding
+SAME = 1e-4  # difference of two optima, in logarithms, that is rounding
 WIDE = math.log(10.0)  # half width, of a logarithm or logit, of a value that is not determined
 ROUNDING = 1e-3  # component of a blind direction that may come from rounding
 
@@ -203,6 +202,7 @@ class Estimate(NamedTuple):
     spread: float | None  # s; None if there are no more observations than parameters
     intervals: tuple[ConfidenceInterval | None, ...]  # by the Jacobian; None without a spread
     undetermined: tuple[str, ...]  # keys that the data do not determine or tell apart
+    unsure: tuple[str, ...] = ()  # that they hardly do
 
     def stated(self, origin: str) -> tuple[Value, ...]:
         """The values for a mission."""
@@ -216,10 +216,11 @@ class Estimate(NamedTuple):
     @property
     def warnings(self) -> tuple[str, ...]:
         """A sentence on the keys that the data do not determine, if there are any."""
-        *names, last = [key.rpartition(".")[2] for key in self.undetermined] or [""]
+        keys, no = self.undetermined or self.unsure, bool(self.undetermined)
+        *names, last = [key.rpartition(".")[2] for key in keys] or [""]
         if not names:
-            return (f"the data do not determine {last}",) if last else ()
-        apart = f"cannot tell {', '.join(names)} and {last} apart"
+            return (f"the data {'do not' if no else 'hardly'} determine {last}",) if last else ()
+        apart = f"{'cannot' if no else 'hardly'} tell {', '.join(names)} and {last} apart"
         return (f"the data {apart}: a change of one is made up for by the others",)
 
 
@@ -228,37 +229,28 @@ def estimate(
     residuals: Callable[[Floats], Floats],
     starts: Iterable[Sequence[float]],
     *,
-    shares: Collection[str] = (),
     spread: float | None = None,
     eliminated: int = 0,
-    miss: Callable[[Floats], float] | None = None,
 ) -> Estimate:
-    """Fit positive parameters, of which shares are below 1 as well, from several starts.
+    """Fit positive parameters from several starts.
 
     Residuals, at least as many as parameters, are finite everywhere and of one standard deviation:
     `spread` where it is known, though they may show a larger one. They may be least already over
-    further parameters, which are `eliminated` [2]_. By `miss`, the relative miss of values by
-    another measure, equally good optima are told apart.
+    further parameters, which are `eliminated` [2]_.
     """
     from scipy.optimize import least_squares
-    from scipy.special import ndtri, stdtrit
-
-    share = np.array([key in shares for key in keys])
-    # Beyond these a mission may state no value.
-    low, high = np.where(share, -LOGIT, LOGARITHM[0]), np.where(share, LOGIT, LOGARITHM[1])
 
     def outer(x: Floats) -> Floats:
-        grown = np.exp(np.clip(x, low, high))
-        return np.where(share, grown / (1.0 + grown), grown)
+        grown: Floats = np.exp(np.clip(x, *LOGARITHM))  # beyond, a mission may state no value
+        return grown
 
     def inside(x: Floats) -> Floats:
         return residuals(outer(x))
 
     def fit(start: Sequence[float]) -> Any:
-        values = np.array(start)
         return least_squares(
             inside,
-            np.log(values / np.where(share, 1.0 - values, 1.0)),
+            np.log(start),
             # Steps of "trf" keep out of directions in which the data are blind, and one-sided
             # differences leave the optimum uncertain in its seventh digit.
             method="trf",
@@ -272,10 +264,6 @@ def estimate(
     found = [fit(start) for start in starts]
     least = min(each.cost for each in found)
     ties = [each for each in found if each.cost <= least + TIE * (least + (spread or 0.0) ** 2)]
-    if miss and any(np.max(np.abs(each.x - ties[0].x)) > SAME for each in ties):
-        misses = [miss(outer(each.x)) for each in ties]
-        pairs = zip(ties, misses, strict=True)
-        ties = [each for each, missed in pairs if missed <= min(misses) + SAME]
     best = ties[0]
     _, sizes, directions = np.linalg.svd(best.jac, full_matrices=False)
     seen = sizes > BLIND * max(sizes[0], NOTHING)
@@ -286,9 +274,8 @@ def estimate(
     sigma = left if spread is None else max(spread, left or 0.0)
     intervals: tuple[ConfidenceInterval | None, ...] = (None,) * len(keys)
     if sigma is not None:
-        level = 0.5 + 0.5 * CONFIDENCE
-        quantile = float(stdtrit(freedom, level) if spread is None else ndtri(level))
-        reach = np.where(wide, np.inf, sigma * quantile * errors)
+        deviations = quantile(CONFIDENCE, freedom if spread is None else None)
+        reach = np.where(wide, np.inf, sigma * deviations * errors)
         ends = outer(best.x - reach).tolist(), outer(best.x + reach).tolist()
         intervals = tuple(map(ConfidenceInterval, *ends))
         # Of optima that are equally good, rounding would choose one.
@@ -296,6 +283,14 @@ def estimate(
         wide = wide | (reach > WIDE) | np.any(apart, axis=0)
     undetermined = tuple(compress(keys, wide))
     return Estimate(tuple(keys), outer(best.x), best.fun, sigma, intervals, undetermined)
+
+
+def quantile(confidence: float, freedom: int | None) -> float:
+    """Standard deviations to either end of an interval, by Student if estimated with a freedom."""
+    from scipy.special import ndtri, stdtrit
+
+    level = 0.5 + 0.5 * confidence
+    return float(ndtri(level) if freedom is None else stdtrit(freedom, level))
 
 
 def finished(found: Fit, hint: str = "") -> Fit:

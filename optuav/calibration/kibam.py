@@ -11,9 +11,14 @@ discharge. It is largest where the sum of squares, over the geometric mean of th
 least, as for the transformations of Box and Cox [1]_; without it the fit would prefer batteries
 whose capacity hardly matters for how long they last.
 
+Intervals are those of the profile likelihood [2]_: all values of a parameter for which some battery
+has a sum of squares up to 1 + t²/(n − 3) times the least, with t by Student.
+
 References
 ----------
 .. [1] G. E. P. Box, D. R. Cox, "An analysis of transformations", J. R. Stat. Soc. B, 1964, eq (8).
+.. [2] D. M. Bates, D. G. Watts, "Nonlinear Regression Analysis and Its Applications", Wiley, 1988,
+   chapter 6.
 """
 
 from __future__ import annotations
@@ -23,18 +28,28 @@ import math
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import NamedTuple, TypeAlias
+from typing import NamedTuple
 
 import numpy as np
 
-from optuav.arrays import Floats
+from optuav.arrays import Booleans, Floats, Integers
 from optuav.calibration import csv
-from optuav.calibration.fit import NOTHING, Fit, Panel, estimate, finished
+from optuav.calibration.fit import (
+    CONFIDENCE,
+    NOTHING,
+    SAME,
+    TIE,
+    WIDE,
+    ConfidenceInterval,
+    Estimate,
+    Fit,
+    Panel,
+    finished,
+    quantile,
+)
 from optuav.errors import Fault, InputError
 from optuav.physics.kibam import Battery, levelling
 from optuav.physics.packs import lifetime
-
-Implied: TypeAlias = Callable[[float, float], tuple[Floats, Floats]]
 
 KEYS = ("battery.capacity_As", "battery.available_fraction", "battery.flow_rate_per_s")
 LIFETIMES = csv.Format(
@@ -49,10 +64,19 @@ MOST_PIECES = 200_000  # most pieces of constant current of a load until the bat
 LEAST_DISCHARGES = 3
 LIFETIME = (60.0, 1e6, "s")  # of a battery that flies a UAV
 SCATTER = 0.02  # relative scatter of lifetimes where there are too few to show it
+CHANCE = 5.0  # how many times smaller than SCATTER that of a few lifetimes may be by chance
 FAR = 0.2  # relative miss of a lifetime beyond which no value is stated
 JUMP = 0.1  # relative change of the capacity that may be scatter, for a jump over a pause
 ADVICE = "add loads of other sizes, from very small to very large, and with long and short pauses"
-LEAST_SENSITIVITY = 1e-3  # below it the available well would not run dry but fill up
+LEAST_SENSITIVITY = 1e-6  # that of the least ω; below it the available well would fill up
+
+CLEAR = 0.99  # confidence at which an interval must end for the data to tell its value apart
+LOGIT = math.log(999.0)  # range of the logit of ω: 0.1 % to 99.9 %
+SLOWEST, FASTEST = 1e-4, 1e2  # k' times the longest, the shortest lifetime: all beyond is alike
+ROWS, FINER, ZOOMS = 161, 33, 8  # places of the first grid and of each finer one, and of these
+HALVINGS = 30  # to the end of an interval
+ROUNDED = 1e-24  # sum of squares that may come from rounding
+DENSE_AT_ENDS = 0.5 - 0.5 * np.cos(np.linspace(0.0, np.pi, 65))  # places between two ends
 
 
 class Discharge(NamedTuple):
@@ -93,8 +117,9 @@ def fit_kibam(files: Iterable[str | Path]) -> Fit:
     Returns
     -------
     Fit
-        With a warning, and without values, where the data cannot tell the parameters apart or the
-        best fit misses a lifetime by more than a fifth, jumps over a pause aside.
+        With a warning where the data hardly tell the parameters apart; without values where they
+        cannot, or where the best fit misses a lifetime by more than a fifth, jumps over a pause
+        aside.
 
     Raises
     ------
@@ -118,32 +143,27 @@ def fit_kibam(files: Iterable[str | Path]) -> Fit:
         words = f"at least {LEAST_DISCHARGES} discharges for as many parameters; there are {count}"
         raise InputError([Fault("", "", words, ", ".join(sources))])
     lifetimes_s = np.array([each.lifetime_s for each in discharges])
-    implied = _implied(discharges)
 
-    def residuals(values: Floats) -> Floats:
-        capacity_As, share, rate = values
-        capacities_As, sensitivities = implied(share, rate)
-        usual = np.exp(np.mean(np.log(sensitivities)))
-        left: Floats = np.log(capacities_As / capacity_As) / usual
-        return left
+    def simulated(values: Floats, factor: float = 1.0) -> Floats:
+        """Lifetimes [s]; of a battery of 1 A s, as they depend on current over capacity alone."""
+        capacity_As, share, rate = values.tolist()
+        battery = {"capacity_As": 1.0, "available_fraction": share, "flow_rate_per_s": rate}
+        loads = (
+            [(current_A / (capacity_As * factor), duration_s) for current_A, duration_s in pieces]
+            for _, pieces, _ in discharges
+        )
+        return np.array([lifetime(load, **battery) for load in loads])
 
-    def simulated(values: Floats) -> Floats:
-        battery = dict(zip((key.partition(".")[2] for key in KEYS), values.tolist(), strict=True))
-        return np.array([lifetime(each.pieces, **battery) for each in discharges])
-
-    found = estimate(
-        KEYS,
-        residuals,
-        _starts(lifetimes_s, implied),
-        shares=KEYS[1:2],
-        spread=SCATTER if few else None,
-        # A battery may also last as long by the formula but run dry in an earlier piece.
-        miss=lambda values: float(np.max(np.abs(simulated(values) / lifetimes_s - 1.0))),
+    # A battery may also last as long by the formula but run dry in an earlier piece.
+    found = _estimate(
+        discharges,
+        SCATTER if few else None,
+        lambda values: float(np.max(np.abs(simulated(values) / lifetimes_s - 1.0))),
     )
     values = found.stated(f"fitted to {count} discharges of one pack")
-    warnings = [*found.warnings, ADVICE] if found.undetermined else []
+    warnings = [*found.warnings, ADVICE] if found.unsure else []
     # A lifetime jumps over a whole pause where the capacity is a little less.
-    less, more = (simulated(found.values * (1.0 + by, 1.0, 1.0)) for by in (-JUMP, JUMP))
+    less, more = (simulated(found.values, 1.0 + by) for by in (-JUMP, JUMP))
     far = np.abs(np.clip(lifetimes_s, less, more) / lifetimes_s - 1.0) > FAR
     if np.any(far):
         # Such data have several poor optima, and rounding decides in which one the fit ends.
@@ -175,32 +195,147 @@ def fit_kibam(files: Iterable[str | Path]) -> Fit:
     return finished(Fit("kibam", sources, data, values, (panel,), tuple(warnings)))
 
 
-def _implied(discharges: Sequence[Discharge]) -> Implied:
-    """The capacity [A s] that each lifetime implies at ω [-] and k_F [1/s], and d log B/d log T."""
-    changes = [each.changes for each in discharges]
-    first = np.cumsum([0, *(len(sizes) for sizes, _ in changes[:-1])])
-    changes_A = np.concatenate([sizes for sizes, _ in changes])
-    before_end_s = np.concatenate([times for _, times in changes])
-    lifetimes_s = np.array([each.lifetime_s for each in discharges])
+class SumOfSquares:
+    """The sum of squares, least over the capacity, by log k' (rows) and logit ω (columns).
 
-    def implied(share: float, rate_per_s: float) -> tuple[Floats, Floats]:
-        # y1 after a unit current of t is ω t + (1 − ω)(1 − exp(−k't))/k'.
-        remaining, integral_s = levelling(Battery(1.0, share, rate_per_s), before_end_s)
-        response_s = share * before_end_s + (1.0 - share) * integral_s
-        slope = share + (1.0 - share) * remaining
-        taken_As = np.maximum(np.add.reduceat(changes_A * response_s, first), NOTHING)
-        sensitivities = np.add.reduceat(changes_A * slope, first) * lifetimes_s / taken_As
-        return taken_As / share, np.maximum(sensitivities, LEAST_SENSITIVITY)
+    With ϱ = (1 − ω)/ω a discharge implies B = Q + ϱ q, where Q is the charge drawn and q, by which
+    the available well lags behind, depends on k' alone. So a row costs one pass over the currents.
+    """
 
-    return implied
+    def __init__(self, discharges: Sequence[Discharge]) -> None:
+        changes = [each.changes for each in discharges]
+        self._first = np.cumsum([0, *(len(sizes) for sizes, _ in changes[:-1])])
+        self._changes_A, self._before_end_s = map(np.concatenate, zip(*changes, strict=True))
+        self._lifetimes_s = np.array([each.lifetime_s for each in discharges])
+        self._drawn_As, self._end_A = self._sums(self._before_end_s), self._sums(1.0)
+        slowest, fastest = SLOWEST / self._lifetimes_s.max(), FASTEST / self._lifetimes_s.min()
+        self._rates = np.linspace(math.log(slowest), math.log(fastest), ROWS)
+        self._least = self.valley(self._rates)[1]
+
+    def _sums(self, weights: Floats | float) -> Floats:
+        """Sums over the changes of the current, one a discharge."""
+        sums: Floats = np.add.reduceat(self._changes_A * weights, self._first)
+        return sums
+
+    def _rows(self, rates: Floats) -> Floats:
+        """q [A s] and its rate of change with the end [A]: (2, row, 1, discharge)."""
+        batteries = [Battery(1.0, 0.5, 0.25 * rate_per_s) for rate_per_s in np.exp(rates)]
+        levels = [levelling(each, self._before_end_s)[::-1] for each in batteries]
+        return np.array([[[self._sums(each)] for each in level] for level in levels]).swapaxes(0, 1)
+
+    def implied(self, rows: Floats, logits: Floats) -> tuple[Floats, Floats]:
+        """log B by each lifetime (last axis), and the geometric mean of d log B/d log T."""
+        lag_As, lag_A = np.exp(-logits)[..., None] * rows
+        taken_As = np.maximum(self._drawn_As + lag_As, NOTHING)
+        slopes = (self._end_A + lag_A) * self._lifetimes_s / taken_As
+        usual = np.exp(np.mean(np.log(np.maximum(slopes, LEAST_SENSITIVITY)), axis=-1))
+        return np.log(taken_As), usual
+
+    def squares(self, rows: Floats, logits: Floats) -> Floats:
+        """The sum of squares."""
+        capacities, usual = self.implied(rows, logits)
+        found: Floats = np.var(capacities, axis=-1) * capacities.shape[-1] / usual**2
+        return found
+
+    def valley(self, rates: Floats) -> tuple[Floats, Floats, Floats]:
+        """Where along each row the sum is least, that sum, and the rows."""
+        rows, edge = self._rows(rates), np.full(len(rates), LOGIT)
+        return *_least(lambda logits: self.squares(rows, logits), -edge, edge), rows
+
+    def optima(self) -> Iterator[tuple[float, Floats, Floats]]:
+        """log k', values and residuals at every local minimum, the slowest first."""
+        beside = np.pad(self._least, 1, constant_values=np.inf)
+        lower = np.minimum(beside[:-2], beside[2:]) * (1.0 - TIE) > self._least + ROUNDED
+        # Where all is flat, rounding is not to choose.
+        minima = self._rates[lower] if np.any(lower) else self._rates[ROWS // 2 :][:1]
+        ends = (self._beside(minima, by) for by in (-1, 1))
+        rates, _ = _least(lambda x: self.valley(x.ravel())[1].reshape(x.shape), *ends)
+        logits, _, rows = self.valley(rates)
+        capacities, usual = self.implied(rows, logits[:, None])
+        for place, share in enumerate(1.0 / (1.0 + np.exp(-logits))):
+            mean = np.mean(capacities[place])
+            values = np.array([np.exp(mean), share, np.exp(rates[place]) * share * (1.0 - share)])
+            yield rates[place], values, (capacities[place, 0] - mean) / usual[place]
+
+    def _beside(self, rates: Floats, by: Integers | int) -> Floats:
+        """Rates one row further."""
+        step = self._rates[1] - self._rates[0]
+        moved: Floats = np.clip(rates + by * step, self._rates[0], self._rates[-1])
+        return moved
+
+    def region(self, rate: float, limit: float) -> tuple[Floats, Floats]:
+        """Ends of log B, logit ω and log k_F over all batteries up to a sum of squares.
+
+        These are the ends of their profile likelihoods. One such battery has the rate.
+        """
+        inside = np.array([rate, *self._rates[self._least <= limit]])
+        inner = np.array([inside.min(), inside.max()])
+        outer = self._beside(inner, np.array([-1, 1]))
+        ends = _end(lambda rates: self.valley(rates)[1] <= limit, inner, outer)
+        rates = ends[0] + (ends[1] - ends[0]) * DENSE_AT_ENDS
+        inner, _, rows = self.valley(rates)
+        low, high = (
+            _end(lambda x: self.squares(rows, x[:, None])[:, 0] <= limit, inner, 0.0 * inner + edge)
+            for edge in (-LOGIT, LOGIT)
+        )
+        logits = low[:, None] + (high - low)[:, None] * DENSE_AT_ENDS
+        capacities, usual = self.implied(rows, logits)
+        left = np.maximum(limit - self.squares(rows, logits), 0.0) / capacities.shape[-1]
+        middle, reach = np.mean(capacities, axis=-1), usual * np.sqrt(left)
+        flows = rates[:, None] - np.log(2.0 + np.exp(logits) + np.exp(-logits))
+        least = np.array([np.min(each) for each in (middle - reach, logits, flows)])
+        return least, np.array([np.max(each) for each in (middle + reach, logits, flows)])
 
 
-def _starts(lifetimes_s: Floats, implied: Implied) -> Iterator[tuple[float, float, float]]:
-    """Values from which to start: the capacity follows from ω and k'."""
-    for share, rate in itertools.product((0.1, 0.4, 0.8), (0.1, 1.0, 10.0)):
-        flow_rate_per_s = rate / float(np.median(lifetimes_s)) * share * (1.0 - share)
-        capacities_As, _ = implied(share, flow_rate_per_s)
-        yield float(np.exp(np.mean(np.log(capacities_As)))), share, flow_rate_per_s
+def _least(
+    function: Callable[[Floats], Floats], low: Floats, high: Floats
+) -> tuple[Floats, Floats]:
+    """Where a function is least between ends, and that least, on ever finer grids, by row."""
+    each = np.arange(len(low))
+    for _ in range(ZOOMS):
+        places = np.linspace(low, high, FINER, axis=1)
+        values = function(places)
+        least = np.argmax(values <= np.min(values, axis=1, keepdims=True) + ROUNDED, axis=1)
+        low = places[each, np.maximum(least - 1, 0)]
+        high = places[each, np.minimum(least + 1, FINER - 1)]
+    return places[each, least], values[each, least]
+
+
+def _end(belongs: Callable[[Floats], Booleans], inner: Floats, outer: Floats) -> Floats:
+    """The outermost place that belongs, between one that does and another."""
+    for _ in range(HALVINGS):
+        middle = 0.5 * (inner + outer)
+        inside = belongs(middle)
+        inner, outer = np.where(inside, middle, inner), np.where(inside, outer, middle)
+    return inner
+
+
+def _estimate(
+    discharges: Sequence[Discharge], spread: float | None, miss: Callable[[Floats], float]
+) -> Estimate:
+    """The optimum and its profile likelihood; of equally good optima the one that misses least."""
+    sums, freedom = SumOfSquares(discharges), len(discharges) - len(KEYS)
+    optima = list(sums.optima())
+    least = min(float(left @ left) for *_, left in optima)
+    most = least + TIE * (least + (spread or 0.0) ** 2) + ROUNDED
+    ties = [each for each in optima if each[2] @ each[2] <= most]
+    if len(ties) > 1:
+        misses = [miss(values) for _, values, _ in ties]
+        ties = [tie for tie, each in zip(ties, misses, strict=True) if each <= min(misses) + SAME]
+    rate, values, left = ties[0]
+    sigma = math.sqrt(least / freedom) if spread is None else spread
+
+    deviations = quantile(CONFIDENCE, freedom if spread is None else None)
+    low, high = sums.region(rate, least + (sigma * deviations) ** 2)
+    # A few discharges may agree by chance, and would seem clear just where they are wrong.
+    sure = max(sigma, min(SCATTER, CHANCE * sigma)) * quantile(CLEAR, None)
+    wide = (
+        np.array([high - low, np.subtract(*sums.region(rate, least + sure**2)[::-1])]) > 2.0 * WIDE
+    )
+    undetermined, unsure = (tuple(itertools.compress(KEYS, each)) for each in wide.tolist())
+    low, high = (np.exp(each - (0.0, np.logaddexp(0.0, each[1]), 0.0)) for each in (low, high))
+    intervals = tuple(map(ConfidenceInterval, low.tolist(), high.tolist()))
+    return Estimate(KEYS, values, left, sigma, intervals, undetermined, unsure)
 
 
 def _discharges(file: csv.Source) -> list[Discharge]:

@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
+import itertools
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
 
 import numpy as np
 import pytest
+from scipy.optimize import minimize
 
 import optuav
+from optuav.arrays import Floats
 from optuav.calibration.fit import Fit, Value
 from optuav.errors import InputError
 from optuav.physics.packs import lifetime
@@ -261,34 +264,168 @@ def test_the_fragment_says_whose_loads_these_are(tmp_path: Path) -> None:
     assert text.partition(remark)[2].startswith("\ncapacity_As = ")
 
 
-def covered(runs: int, sigma: float, seed: int, tmp_path: Path) -> dict[str, int]:
-    """How often each interval holds the truth."""
-    random = np.random.default_rng(seed)
-    counts = dict.fromkeys(truth(), 0)
-    for _ in range(runs):
-        observed = [
-            (name, load, lasts(load, 660.0 * math.exp(sigma * random.standard_normal())))
-            for name, load in LOADS.items()
-        ]
-        found = by_key(optuav.fit_kibam([written(tmp_path / "noisy.csv", observed)]))
-        for key, true in truth().items():
-            interval = found[key].interval
-            assert interval is not None
-            counts[key] += interval.low <= true <= interval.high
-    return counts
+def is_unclear(found: Fit) -> bool:
+    """Whether a warning says that the data tell parameters poorly apart."""
+    return any("apart" in words or "determine" in words for words in found.warnings)
 
 
-def test_intervals_cover_the_truth(tmp_path: Path) -> None:
-    """Eight discharges that differ in capacity by 2 %; two misses in six come once in 30 times."""
-    assert min(covered(6, 0.02, 3, tmp_path).values()) >= 5
+def drawn(
+    random: np.random.Generator, loads: Iterable[Pieces], sigma: float, battery: dict[str, float]
+) -> list[tuple[str, Pieces, float]]:
+    """Lifetimes of a battery whose capacity scatters from one discharge to the next."""
+    noise = (math.exp(sigma * random.standard_normal()) for _ in itertools.count())
+    return [
+        (
+            f"load {number}",
+            load,
+            lifetime(load, **{**battery, "capacity_As": factor * battery["capacity_As"]}),
+        )
+        for number, (load, factor) in enumerate(zip(loads, noise, strict=False))
+    ]
+
+
+TRUTHS = (
+    (660.0, 0.1, 2e-2),
+    (660.0, 0.166, 2e-3),
+    (38_000.0, 0.4, 2e-4),
+    (20_000.0, 0.7, 2e-3),
+    (7_200.0, 0.9, 6e-4),
+)
+"""Capacities [A s], ω [-] and k' [1/s]."""
+
+
+def design(random: np.random.Generator, capacity_As: float) -> list[Pieces]:
+    """6 to 12 constant currents, and up to 3 loads with pauses or of two pieces."""
+    count = int(random.integers(6, 13))
+    longest_s, shortest_s = np.exp(random.uniform(*np.log([[2e3, 60.0], [2e4, 300.0]])))
+    currents_A = np.geomspace(capacity_As / longest_s, capacity_As / shortest_s, count)
+    currents_A = (currents_A * np.exp(0.05 * random.standard_normal(count))).tolist()
+    loads: list[Pieces] = [[(current_A, 1e9)] for current_A in currents_A]
+    for _ in range(int(random.integers(0, 4))):
+        large_A = currents_A[int(random.integers(count // 3, count))]
+        small_A = currents_A[int(random.integers(0, count // 2))]
+        on_s, off_s = random.choice([30.0, 60.0, 120.0]), random.choice([30.0, 60.0, 300.0])
+        second = random.choice([0, 1])
+        loads.append([(large_A, float(on_s)), ((0.0, float(off_s)), (small_A, 1e9))[second]])
+    return loads
+
+
+def covered(
+    random: np.random.Generator, truth: tuple[float, float, float], sigma: float, path: Path
+) -> dict[str, bool]:
+    """Whether each interval holds the truth; nothing where a warning says what is not clear."""
+    capacity_As, share, rate = truth
+    battery = {
+        "capacity_As": capacity_As,
+        "available_fraction": share,
+        "flow_rate_per_s": rate * share * (1.0 - share),
+    }
+    found = optuav.fit_kibam(
+        [written(path, drawn(random, design(random, capacity_As), sigma, battery))]
+    )
+    if is_unclear(found):
+        return {}
+    intervals = {key: value.interval for key, value in by_key(found).items()}
+    return {key: each.low <= battery[key] <= each.high for key, each in intervals.items() if each}
 
 
 @pytest.mark.soak
-@pytest.mark.parametrize("sigma", [0.01, 0.03])
-def test_intervals_cover_at_their_nominal_rate(sigma: float, tmp_path: Path) -> None:
-    """95 % within what 200 runs can tell: four standard deviations are 6 %."""
-    for key, count in covered(200, sigma, 11, tmp_path).items():
-        assert count / 200 == pytest.approx(0.95, abs=0.0617), key
+def test_intervals_cover_at_their_nominal_rate(
+    tmp_path: Path, record_property: Callable[[str, object], None]
+) -> None:
+    """2000 data sets of five batteries that scatter by 0.5 to 3 %: 93 to 97 % of the intervals."""
+    counts, unclear = dict.fromkeys(truth(), 0), 0
+    for number in range(2000):
+        random = np.random.default_rng([11, number])
+        sigma = float(np.exp(random.uniform(math.log(0.005), math.log(0.03))))
+        each = covered(random, TRUTHS[number % 5], sigma, tmp_path / "noisy.csv")
+        unclear += not each
+        for key, holds in each.items():
+            counts[key] += holds
+    shares = {key: count / (2000 - unclear) for key, count in counts.items()}
+    words = ", ".join(f"{key} {held:.1%}" for key, held in shares.items())
+    record_property("count", f"{unclear} of 2000 warned of; covered: {words}")
+    assert unclear < 1000
+    assert all(0.93 <= held <= 0.97 for held in shares.values()), words
+
+
+def test_an_interval_that_curvature_makes_too_narrow_is_warned_of(tmp_path: Path) -> None:
+    """ω = 0.7, k' = 2e-3 1/s, 3 % of noise: by curvature the interval of k_F excludes the truth."""
+    capacity_As, share, rate = TRUTHS[3]
+    flow_rate_per_s = rate * share * (1.0 - share)
+    battery = {"available_fraction": share, "flow_rate_per_s": flow_rate_per_s}
+    random = np.random.default_rng([5, 3])
+    loads = design(random, capacity_As)
+    observed = drawn(random, loads, 0.03, {"capacity_As": capacity_As, **battery})
+    found = optuav.fit_kibam([written(tmp_path / "noisy.csv", observed)])
+    assert is_unclear(found)
+    for key, true in battery.items():
+        interval = by_key(found)[key].interval
+        assert interval is not None
+        assert interval.low < true < interval.high
+
+
+@pytest.mark.parametrize(
+    "loads",
+    [list(LOADS.values()), [[(each, 1e9)] for each in (0.1, 0.1, 0.1, 0.25, 0.25, 0.25, 0.5, 0.5)]],
+)
+def test_eight_discharges_of_three_sizes_tell_all_apart(
+    loads: list[Pieces], tmp_path: Path
+) -> None:
+    """Scatter of 1 % is not warned of."""
+    random = np.random.default_rng(7)
+    for _ in range(3):
+        found = optuav.fit_kibam([written(tmp_path / "e.csv", drawn(random, loads, 0.01, truth()))])
+        assert found.warnings == ()
+
+
+def test_ends_of_intervals_are_those_of_the_profile_likelihood(tmp_path: Path) -> None:
+    """There the least sum of squares over the others is 1 + t²/(n − 3) times the least of all.
+
+    Sums of squares are computed anew, and minimised by another method.
+    """
+    currents_A = np.geomspace(0.1, 1.0, 7)
+    loads: list[Pieces] = [[(each, 1e9)] for each in currents_A.tolist()]
+    observed = drawn(np.random.default_rng(4), loads, 0.02, truth())
+    lives_s = np.array([each for *_, each in observed])
+
+    def squares(x: Floats) -> float:
+        capacity_As, share, flow = np.exp(x)
+        rate = flow / (share * (1.0 - share))
+        drawn_As = currents_A * (
+            share * lives_s + (1.0 - share) * -np.expm1(-rate * lives_s) / rate
+        )
+        slopes = currents_A * (share + (1.0 - share) * np.exp(-rate * lives_s)) * lives_s / drawn_As
+        left = np.log(drawn_As / share / capacity_As)
+        return float(left @ left) / float(np.exp(2.0 * np.mean(np.log(slopes))))
+
+    found = by_key(optuav.fit_kibam([written(tmp_path / "seven.csv", observed)]))
+    best = np.log([value.value for value in found.values()])
+    limit = squares(best) * (1.0 + 2.776445105**2 / 4.0)
+    for place, value in enumerate(found.values()):
+        assert value.interval is not None
+        for end in value.interval:
+            others = [n for n in range(3) if n != place]
+
+            def profile(x: Floats, place: int = place, end: float = end) -> float:
+                return squares(np.insert(x, place, math.log(end)))
+
+            options = {"xatol": 1e-8, "fatol": 1e-14, "maxiter": 2000}
+            least = minimize(profile, best[others], method="Nelder-Mead", options=options)
+            assert least.fun == pytest.approx(limit, rel=2e-3), (value.key, end)
+
+
+def test_data_of_one_well_state_no_second(tmp_path: Path) -> None:
+    """Charge that is the same at every load: any ω fits, and a huge capacity is no crash."""
+    lives_s = (3456.0, 1438.0, 515.3, 219.0, 109.1, 44.01)
+    loads_A = (5.353, 11.385, 30.336, 70.62, 139.54, 345.7)
+    observed: list[tuple[str, Pieces, float]] = [
+        (f"{current_A}", [(current_A, 1e9)], lifetime_s)
+        for current_A, lifetime_s in zip(loads_A, lives_s, strict=True)
+    ]
+    found = optuav.fit_kibam([written(tmp_path / "one_well.csv", observed)])
+    assert is_unclear(found)
+    assert not by_key(found)["flow_rate_per_s"].determined
 
 
 @pytest.mark.parametrize(
