@@ -69,13 +69,14 @@ def solve(
         check_places(gif_file(animate), None)
     one_stop = not {asked.stops, asked.hovers} - {None, 1}
     in_slots = "grid" in (asked.engine, asked.slot_s and asked.engine.replace("auto", "grid"))
-    with progress() if in_slots or not one_stop else nullcontext() as bar:
+    explained = one_stop and asked.hover_point in (None, "w_U")
+    with progress() if in_slots or not explained else nullcontext() as bar:
         if bar is not None and in_slots:
             from optuav.engines.grid import Grid
 
             words = "pairs of slots of a route"
             options["engine"] = Grid(lambda tried, most: bar(tried, most, f"{most:.3g} {words}"))
-        elif bar is not None:
+        elif bar is not None and not one_stop:
             options["progress"] = lambda best_s, examined, left: bar(
                 examined,
                 None,
@@ -86,7 +87,6 @@ def solve(
     if save is not None:
         plan.save(save)
         written.append(save)
-    explained = one_stop and asked.hover_point in (None, "w_U")
     if plot is not None:
         from optuav.plots import save_pictures
 

@@ -153,7 +153,8 @@ def ledger(
 ) -> None:
     """Compute the paper's numbers again, and say which match and why others do not."""
     check_places(save, None, ".csv")
-    found = optuav.ledger(names or ())
+    with progress():
+        found = optuav.ledger(names or ())
     if save is not None:
         from optuav.mission.files import write_text
 

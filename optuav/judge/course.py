@@ -123,7 +123,7 @@ def scheduled(mission: Mission, phases: Sequence[Phase]) -> Course:
     for place, phase in enumerate(phases):
         before = _each(flown.wells)
         stage_ends_s = np.array([stage.start_s + stage.duration_s for stage in phase.stages])
-        for carried in flown.job(
+        for carried in flown.stretches(
             packs.JobStage(float(each.drawn[0]), float(each.received[0]), each.duration_s)
             for each in phase.stages
         ):

@@ -206,7 +206,7 @@ def carry(mission: Mission, phases: Iterable[Phase]) -> PackCourse:
     """Carry phases by full packs in their schedule."""
     packs, stretches, wells = full_packs(mission), [], []
     for phase in phases:
-        stretches.append(packs.job(pack_loads(mission, phase)))
+        stretches.append([*packs.stretches(pack_loads(mission, phase))])
         wells.append(Wells(*(np.array(well[0]) for well in packs.wells)))
     ended_s = float(packs.clock_s[0]) if packs.exhausted[0] else None
     return PackCourse(stretches, wells, ended_s)

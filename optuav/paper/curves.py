@@ -62,11 +62,6 @@ def with_deadline(mission: Mission, deadline_s: float) -> Mission:
     return mission.replace({"limits.deadline_s": deadline_s})
 
 
-def has_rotors(mission: Mission) -> bool:
-    """Whether the loads follow from motors; otherwise they are stated by regime."""
-    return mission.flight.model == "rotors"
-
-
 def by_trajectory(mission: Mission, perspective: Perspective) -> dict[str, Plan]:
     """The plan of every trajectory."""
     return {
@@ -76,7 +71,8 @@ def by_trajectory(mission: Mission, perspective: Perspective) -> dict[str, Plan]
 
 def without_laser(mission: Mission) -> Mission:
     """The mission without its laser, and without the charging that it states."""
-    stated = () if has_rotors(mission) else ("flight.charge_current_A", "flight.charge_power_W")
+    by_regime = mission.flight.model == "regimes"
+    stated = ("flight.charge_current_A", "flight.charge_power_W") if by_regime else ()
     return mission.replace(dict.fromkeys(("laser", *stated)))
 
 

@@ -7,7 +7,6 @@ import itertools
 import math
 import re
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import InitVar, dataclass
 from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
@@ -24,7 +23,7 @@ from optuav.mission import Mission
 from optuav.network import vehicle
 from optuav.options import Perspective
 from optuav.paper import curves, table2
-from optuav.paper.curves import AXES, BEST, OURS, has_rotors, solve, with_deadline
+from optuav.paper.curves import AXES, BEST, OURS, solve, with_deadline
 from optuav.paper.ledger import ledger
 from optuav.paper.statement import Verdict, agrees, data
 from optuav.plan import Plan
@@ -54,7 +53,6 @@ class NotShownError(Exception):
     """Why a mission has no such study, or not in some part."""
 
 
-@dataclass(eq=False)
 class Exhibit:
     """A picture, or a table whose first row has the headings, with its numbers and findings.
 
@@ -63,36 +61,32 @@ class Exhibit:
     left out whose words are missing or None.
     """
 
-    mission: Mission
-    file: str
-    records: Sequence[Record]
-    words: InitVar[Mapping[str, object] | None] = None
-    axes: Axes | None = None
-    bars: InitVar[Sequence[plots.Bar]] = ()
-    level: InitVar[plots.Mark | None] = None
-    marks: InitVar[Sequence[plots.Mark]] = ()
-    rows: Sequence[Sequence[str]] = ()
-    part: str = ""
-    findings: Sequence[str] = ()
-    details: str = ""
-
-    def __post_init__(
+    def __init__(
         self,
-        words: Mapping[str, object] | None,
-        bars: Sequence[plots.Bar],
-        level: plots.Mark | None,
-        marks: Sequence[plots.Mark],
+        mission: Mission,
+        file: str,
+        records: Sequence[Record],
+        words: Mapping[str, object] | None = None,
+        axes: Axes | None = None,
+        bars: Sequence[plots.Bar] = (),
+        level: plots.Mark | None = None,
+        marks: Sequence[plots.Mark] = (),
+        rows: Sequence[Sequence[str]] = (),
+        part: str = "",
+        findings: Sequence[str] = (),
     ) -> None:
-        stated = data()["exhibit"][self.file]
-        known = {"part": self.part, "deadline_s": self.mission.limits.deadline_s, **(words or {})}
+        self.mission, self.file, self.part = mission, file, part
+        self.records, self.rows, self.axes = records, rows, axes
+        stated = data()["exhibit"][file]
+        known = {"part": part, "deadline_s": mission.limits.deadline_s, **(words or {})}
         known = {name: value for name, value in known.items() if value is not None}
         labels = stated.keys() & {"title", "x_label", "y_label"}
         if texts := {each: stated[each].format(**known) for each in labels}:
-            texts["title"] = f"{printed(self.mission.name)}: {texts['title']}"
+            texts["title"] = f"{printed(mission.name)}: {texts['title']}"
             if bars:
                 self.axes = plots.bars(bars, **texts, level=level)
             else:
-                lines = list(_lines(self.records, stated, known))
+                lines = list(_lines(records, stated, known))
                 from_zero = stated.get("y_from_zero", False)
                 self.axes = plots.curves(lines, **texts, marks=marks, y_from_zero=from_zero)
         said = []
@@ -100,7 +94,7 @@ class Exhibit:
             # What speaks of a plan or a crossing that does not exist is left unsaid.
             with contextlib.suppress(KeyError):
                 said.append(sentence.format(**known))
-        self.findings = [*said, *self.findings]
+        self.findings = [*said, *findings]
         self.details = stated.get("details", "").format(**known)
 
     @property
@@ -349,7 +343,7 @@ def least_charge(mission: Mission, perspective: Perspective) -> Exhibits:
     own, own_speed, loads = mission.limits.min_soc, None, f"{NO_SPEED}, without v_max, "
     least = [each for each in (own, own + 0.05, own + 0.1) if each < 1.0]
     speeds: Sequence[float | None] = (None,)
-    if has_rotors(mission) and mission.rotor is not None:
+    if mission.flight.model == "rotors" and mission.rotor is not None:
         own_speed, loads = mission.rotor.max_speed_rad_s, ""
         speeds = [share * own_speed for share in curves.SPEED_SHARES]
     plans = {}

@@ -88,10 +88,8 @@ class Ledger:
             found = [entry for entry in self.entries if entry.verdict is verdict]
             lines += ["", f"{verdict.value[0].upper()}{verdict.value[1:]}:"] if found else []
             for entry in found:
-                paper, ours = (
-                    entry.statement,
-                    ((entry.printed, "printed"), (entry.recovered, "recovered")),
-                )
+                paper = entry.statement
+                ours = ((entry.printed, "printed"), (entry.recovered, "recovered"))
                 known = ", ".join(f"{entry.shown(v)} {by}" for v, by in ours if v is not None)
                 stated = f"{paper.name}: {paper.stated} {paper.unit}".rstrip()
                 lines.append(f"  {stated}; ours {known}")

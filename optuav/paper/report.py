@@ -12,7 +12,6 @@ from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from importlib.resources import files
 from pathlib import Path
-from typing import TypeAlias
 from urllib.parse import quote
 from xml.etree.ElementTree import Element, tostring
 
@@ -22,14 +21,14 @@ from optuav.mission.files import make_directory, write_files
 from optuav.mission.messages import nearest
 from optuav.options import Perspective
 from optuav.paper import figures, table2
-from optuav.paper.curves import OURS, has_rotors, papers, solve
+from optuav.paper.curves import OURS, papers, solve
 from optuav.paper.figures import MINUS, Exhibit, NotShownError, is_papers, why
 from optuav.paper.ledger import HEAD, Ledger, ledger
 from optuav.paper.statement import Verdict, data
 from optuav.plots.files import image
+from optuav.studies.methods import Progress
 from optuav.studies.results import as_csv
 
-Progress: TypeAlias = Callable[[int, int, str], None]
 COUNTED: tuple[Perspective, ...] = ("battery", OURS)
 """Perspectives of the figures that the paper makes in one."""
 LEDGER = "ledger"
@@ -62,7 +61,7 @@ class Study:
         for options in [(each,) for each in COUNTED] if self.counted else [()]:
             has = {
                 "laser": mission.laser,
-                "rotors": has_rotors(mission),
+                "rotors": mission.flight.model == "rotors",
                 "buildings": mission.buildings,
                 "paper": is_papers(mission),
                 "turns": options == ("battery",) or mission.battery.schedule == "pooled",
@@ -202,9 +201,9 @@ def _files(
 
 def _pictures(exhibit: Exhibit) -> Iterator[tuple[str, bytes]]:
     """The picture of an exhibit as files, where it has one."""
-    drawn = exhibit.axes.get_figure(root=True) if exhibit.axes else None
-    for form in ("png", "svg") if drawn else ():
-        yield f"figures/{exhibit.name}.{form}", image(drawn, form)
+    if exhibit.axes:
+        for form in ("png", "svg"):
+            yield f"figures/{exhibit.name}.{form}", image(exhibit.axes, form)
 
 
 def _body(missions: Sequence[Mission], sections: Sequence[Element], *, whole: bool) -> Element:

@@ -42,27 +42,15 @@ def held(battery: Battery, wells: Wells, duration_s: Quantity) -> Wells:
     return Wells(wells.available_As, wells.bound_As + (level - wells.bound_As) * gained)
 
 
-def steady_time(battery: Battery, wells: Wells, stage: Stage) -> Quantity:
-    """How long a stage goes on at its constant current, until the available well is full [s].
-
-    The whole stage where that never comes, as while discharging. Wells as for `time_to_full`.
-    """
-    return np.minimum(stage.duration_s, time_to_full(battery, wells, stage.current_A))
-
-
-def charged(battery: Battery, wells: Wells, stage: Stage, steady_s: Quantity) -> Wells:
-    """Wells [A s] after a stage that is constant for `steady_s` [s] and holds y1 from then on."""
-    steady = step(battery, wells, Stage(stage.current_A, steady_s))
-    return held(battery, steady, stage.duration_s - steady_s)
-
-
 def tapered(battery: Battery, wells: Wells, stage: Stage) -> Wells:
     """Wells [A s] after a stage whose current tapers once y1 = ωB; floats and arrays.
 
     At the start y1 ≤ ωB and y2 ≤ (1−ω)B. The current of the stage is what the charger offers, less
     what is drawn.
     """
-    return charged(battery, wells, stage, steady_time(battery, wells, stage))
+    steady_s = np.minimum(stage.duration_s, time_to_full(battery, wells, stage.current_A))
+    steady = step(battery, wells, Stage(stage.current_A, steady_s))
+    return held(battery, steady, stage.duration_s - steady_s)
 
 
 STEPS: Mapping[Charging, Step] = {"constant": step, "taper": tapered}

@@ -82,14 +82,7 @@ def levelling(battery: Battery, duration_s: Quantity) -> tuple[Quantity, Quantit
 def step(battery: Battery, wells: Wells, stage: Stage) -> Wells:
     """Wells [A s] after a stage of constant current, [2]_ eqs (15)-(16).
 
-    Parameters
-    ----------
-    battery
-        The battery.
-    wells
-        Charge at the start [A s]; need not lie within the wells.
-    stage
-        Current [A], > 0 while charging, and duration [s], ≥ 0.
+    The charge at the start [A s] need not lie within the limits of the wells.
 
     Examples
     --------

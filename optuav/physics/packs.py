@@ -119,12 +119,11 @@ class Packs:
         found.clock_s, found._courses = self.clock_s[courses], np.arange(len(courses))
         return found
 
-    def job(self, stages: Iterable[JobStage]) -> list[Stretch]:
-        """Carry a job through its stages; a course ends early when no pack is left to carry it."""
-        return list(self.stretches(stages))
-
     def stretches(self, stages: Iterable[JobStage]) -> Iterator[Stretch]:
-        """Carry a job like `job`, one stretch at a time."""
+        """Carry a job through its stages, one stretch at a time.
+
+        A course ends early when no pack is left to carry it.
+        """
         waiting = np.ones_like(self.exhausted)
         for load in stages:
             left_s = np.zeros_like(self.clock_s) + load.duration_s

@@ -8,7 +8,6 @@ from pathlib import Path
 from typing import Literal
 
 from matplotlib.axes import Axes
-from matplotlib.figure import Figure
 
 from optuav.mission import Mission
 from optuav.mission.files import make_directory, write_files
@@ -102,22 +101,21 @@ def save(drawn: Axes | tuple[Axes | None, ...], path: str | Path) -> Path:
     """
     ax = drawn[0] if isinstance(drawn, tuple) else drawn
     assert ax is not None
-    write_files({Path(path): image(ax.get_figure(root=True))})
+    write_files({Path(path): image(ax)})
     return Path(path)
 
 
 def save_figures(drawn: Iterable[tuple[str, Axes]], folder: Path) -> list[Path]:
     """Write the figures of axes under the given names, all drawn before the first is written."""
-    pictures = {folder / name: image(ax.get_figure(root=True)) for name, ax in drawn}
+    pictures = {folder / name: image(ax) for name, ax in drawn}
     make_directory(folder)
     write_files(pictures)
     return list(pictures)
 
 
-def image(figure: Figure | None, form: Literal["png", "svg"] = "png") -> bytes:
-    """A figure as a file, without the date and the version of matplotlib that it has by default."""
-    assert figure is not None
-    content = io.BytesIO()
+def image(ax: Axes, form: Literal["png", "svg"] = "png") -> bytes:
+    """The figure of axes as a file, without the date and matplotlib's version."""
+    figure, content = style.root(ax), io.BytesIO()
     metadata = {"Software": "optuav"} if form == "png" else {"Date": None, "Creator": "optuav"}
     figure.set_layout_engine("none")  # the picture is laid out already
     with style.applied():

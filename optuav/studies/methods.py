@@ -257,7 +257,9 @@ def _tables(found: Results) -> Iterator[RenderableType]:
     for heading, lines in (("DISAGREE", disagreements), ("FAILED", failures)):
         yield from (Text(f"{heading}  {line}", style="bold red") for line in lines)
     if not disagreements and not failures:
-        on_what = "" if feasible else " that nothing is feasible"
+        plans = sum(row["hover_time_s"] is not None for row in found.rows)
+        few = f", {plans} of them with a plan" if plans < len(found.rows) else ""
+        on_what = few if feasible else " that nothing is feasible"
         yield Text(f"All {len(found.rows)} answers agree{on_what}.", style="bold green")
 
 

@@ -115,8 +115,9 @@ class Results:
         InputError
             If matplotlib is missing.
         """
-        drawn = ((name, axes.get_figure(root=True)) for name, axes in self.draw(self))
-        return {name: figure for name, figure in drawn if figure is not None}
+        from optuav.plots.style import root
+
+        return {name: root(axes) for name, axes in self.draw(self)}
 
     def save_pictures(self, directory: str | Path) -> list[Path]:
         """Write the pictures into a directory, made if it is missing, and return the files.

@@ -30,6 +30,12 @@ class Case(NamedTuple):
     wells: Wells
     phase: Stage
 
+    @property
+    def steady_s(self) -> float:
+        """How long the phase goes on at its constant current [s]."""
+        current_A, duration_s = self.phase
+        return min(duration_s, float(kibam.time_to_full(self.pool, self.wells, current_A)))
+
 
 @st.composite
 def cases(draw: st.DrawFn) -> Case:
@@ -114,7 +120,7 @@ def test_neither_overfull_nor_more_than_is_offered(case: Case) -> None:
     assert end.total_As - case.wells.total_As <= offered_As + 1e-11 * (
         case.pool.capacity_As + abs(offered_As)
     )
-    steady_s = charging.steady_time(*case)
+    steady_s = case.steady_s
     if steady_s < case.phase.duration_s:
         full = kibam.step(case.pool, case.wells, Stage(case.phase.current_A, steady_s))
         rounding_A = slack_As * case.pool.rate_per_s + 1e-9 * case.phase.current_A
@@ -142,11 +148,11 @@ def test_more_never_becomes_less(case: Case, share: float, offer: float) -> None
 @example(NEARLY_FULL, 0.3)
 def test_holding_earlier_brings_no_more(case: Case, share: float) -> None:
     """What an engine may choose, a shorter steady part, is no better: if the charger can hold."""
-    steady_s = share * charging.steady_time(*case)
+    steady_s = share * case.steady_s
     current_A, duration_s = case.phase
     wells = kibam.step(case.pool, case.wells, Stage(current_A, steady_s))
     assume(charging.holding_current(case.pool, wells) <= current_A)
-    early = charging.charged(case.pool, case.wells, case.phase, steady_s)
+    early = charging.held(case.pool, wells, duration_s - steady_s)
     most = charging.tapered(*case)
     scale_As = case.pool.capacity_As + abs(current_A) * duration_s
     assert all(a <= b + 1e-11 * scale_As for a, b in zip(early, most, strict=True))
