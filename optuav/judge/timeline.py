@@ -294,9 +294,8 @@ def motion(mission: Mission, phase: Phase, passed_s: Floats) -> dict[str, Floats
         moved_m = (along_m / length_m)[:, None] * way_m
     elif phase.kind == "flight":
         airframe, motor = vehicle.airframe(mission), vehicle.motor(mission)
-        wind_N = mission.wind.force_N
-        leg = flight.leg(airframe, motor, phase.way_m, wind_N)
-        state = state_at(motor, airframe.external_force_N(wind_N), leg, passed_s)
+        leg = flight.leg(airframe, motor, phase.way_m, mission.wind.force_N)
+        state = state_at(leg, passed_s)
         moved_m, speed_m_s = np.stack(state.position_m, axis=1), state.speed_m_s
         pitch_rad, roll_rad = state.attitude.pitch_rad, state.attitude.roll_rad
     return {

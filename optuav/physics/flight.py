@@ -124,24 +124,6 @@ class Leg(NamedTuple):
         """Length of the path [m]."""
         return norm(self.displacement_m)
 
-    @property
-    def switching_times_s(self) -> tuple[Quantity, ...]:
-        """τ1…τ14 [s] at which the control input changes, pitch before roll ([1]_, appendix D).
-
-        Each turning movement speeds up for its first half and slows down for its second.
-        """
-        pitch1, roll1, pitch3, roll3, pitch5, roll5 = self.turn_times_s
-        _, t2, _, t4, _ = self.loads.durations_s
-        halves = (
-            *(pitch1 / 2.0, pitch1 / 2.0, roll1 / 2.0, roll1 / 2.0, t2),
-            *(pitch3 / 2.0, pitch3 / 2.0, roll3 / 2.0, roll3 / 2.0, t4),
-            *(pitch5 / 2.0, pitch5 / 2.0, roll5 / 2.0, roll5 / 2.0),
-        )
-        times: list[Quantity] = []
-        for part in halves:
-            times.append(times[-1] + part if times else part)
-        return tuple(times)
-
 
 def leg(
     airframe: Airframe, motor: rotor.Motor, displacement_m: Vector, wind_N: Vector = (0.0, 0.0, 0.0)

@@ -1,4 +1,4 @@
-"""Position, speed, attitude and rotor speeds on a leg at any moment.
+"""Position, speed and attitude on a leg at any moment.
 
 Each turning movement speeds up for the first half of its time and slows down for the second; pitch
 comes before roll [1]_.
@@ -12,13 +12,11 @@ References
 from __future__ import annotations
 
 import itertools
-from collections.abc import Iterator
 from typing import NamedTuple
 
 import numpy as np
 
-from optuav.physics import rotor
-from optuav.physics.flight import LEVEL, TURNING_SPEEDS, Attitude, Leg
+from optuav.physics.flight import LEVEL, Attitude, Leg
 from optuav.physics.quantity import TINY, Quantity, Vector
 
 
@@ -35,17 +33,12 @@ class LegState(NamedTuple):
     # which the model freezes the position and keeps the speed for stage 4.
     speed_m_s: Quantity
     attitude: Attitude  # Pitch and roll [rad]
-    # Speeds of rotors 1 (+x), 2 (+y), 3 (−x) and 4 (−y) [rad/s].
-    rotor_speeds_rad_s: tuple[Quantity, Quantity, Quantity, Quantity]
-    # Drawn by all rotors [A], [W].
-    current_A: Quantity
-    power_W: Quantity
 
 
-def state_at(motor: rotor.Motor, external_force_N: Vector, leg: Leg, time_s: Quantity) -> LegState:
+def state_at(leg: Leg, time_s: Quantity) -> LegState:
     """State of the UAV on one leg (scalar fields) at moments since it began [s] ≥ 0.
 
-    The moments are a scalar or an array; F_e [N] is what the hover at the end holds.
+    The moments are a scalar or an array.
     """
     time = np.asarray(time_s, dtype=float)
     ends = np.cumsum([float(t) for t in leg.loads.durations_s])
@@ -60,24 +53,7 @@ def state_at(motor: rotor.Motor, external_force_N: Vector, leg: Leg, time_s: Qua
     travelled = np.select(by_stage, [0.0, accelerated, halfway, braked, whole, whole], np.nan)
     speed = np.select(by_stage, [0.0, a2 * in_stage, 0.0, a4 * (t4 - in_stage), 0.0, 0.0], np.nan)
     x, y, z = (travelled / np.maximum(whole, TINY) * way for way in leg.displacement_m)
-    speeds = _rotor_speeds_at(motor, external_force_N, leg, stage, in_stage)
-    return LegState(
-        stage=stage[()],
-        position_m=(x, y, z),
-        speed_m_s=speed[()],
-        attitude=_attitude_at(leg, stage, in_stage),
-        rotor_speeds_rad_s=speeds,
-        current_A=sum(rotor.current(motor, v) for v in speeds),
-        power_W=sum(rotor.power(motor, v) for v in speeds),
-    )
-
-
-def _turns(leg: Leg) -> Iterator[tuple[int, Attitude, Attitude, Quantity, Quantity]]:
-    """Stages 1, 3 and 5: number, attitude before and after, times of pitching and rolling [s]."""
-    attitudes = itertools.pairwise((LEVEL, leg.cruise, leg.brake, LEVEL))
-    times_s = leg.turn_times_s
-    for stage, (before, after) in zip((1, 3, 5), attitudes, strict=True):
-        yield stage, before, after, times_s[stage - 1], times_s[stage]
+    return LegState(stage[()], (x, y, z), speed[()], _attitude_at(leg, stage, in_stage))
 
 
 def _turn_share(in_movement_s: Quantity, duration_s: Quantity) -> Quantity:
@@ -87,8 +63,11 @@ def _turn_share(in_movement_s: Quantity, duration_s: Quantity) -> Quantity:
 
 
 def _attitude_at(leg: Leg, stage: Quantity, in_stage: Quantity) -> Attitude:
+    """Attitude in a stage, by the turns of stages 1, 3 and 5: pitch first, then roll."""
     pitch = roll = np.full(np.shape(stage), np.nan)
-    for number, before, after, pitch_s, roll_s in _turns(leg):
+    attitudes = itertools.pairwise((LEVEL, leg.cruise, leg.brake, LEVEL))
+    for number, (before, after) in zip((1, 3, 5), attitudes, strict=True):
+        pitch_s, roll_s = leg.turn_times_s[number - 1 : number + 1]
         # The stage after a turn keeps the attitude the turn leads to.
         turning, turned = stage == number, stage == number + 1
         pitched = np.where(turned, 1.0, _turn_share(in_stage, pitch_s))
@@ -97,30 +76,6 @@ def _attitude_at(leg: Leg, stage: Quantity, in_stage: Quantity) -> Attitude:
         pitch = np.where(here, (1 - pitched) * before.pitch_rad + pitched * after.pitch_rad, pitch)
         roll = np.where(here, (1 - rolled) * before.roll_rad + rolled * after.roll_rad, roll)
     return Attitude(pitch[()], roll[()])
-
-
-def _rotor_speeds_at(
-    motor: rotor.Motor, external_force_N: Vector, leg: Leg, stage: Quantity, in_stage: Quantity
-) -> tuple[Quantity, Quantity, Quantity, Quantity]:
-    """Speeds of the four rotors [rad/s]; a turn to a larger angle pushes on the far side."""
-    shares = np.full((rotor.ROTORS, *np.shape(stage)), np.nan)
-    shares = np.where((stage == 2) | (stage == 4), 1.0, shares)
-    hover = rotor.hover_speed(motor, external_force_N) / motor.max_speed_rad_s
-    shares = np.where(stage == 6, hover, shares)
-    number = np.arange(rotor.ROTORS).reshape(-1, *(1 for _ in np.shape(stage)))
-    for turn, before, after, pitch_s, roll_s in _turns(leg):
-        pitching = in_stage < pitch_s
-        speeding_up = np.where(pitching, in_stage < pitch_s / 2, in_stage - pitch_s < roll_s / 2)
-        growing = np.where(
-            pitching, after.pitch_rad >= before.pitch_rad, after.roll_rad >= before.roll_rad
-        )
-        # Pitch works on rotors 1 and 3, roll on 2 and 4: the same pattern, shifted by one. The
-        # opposite torque takes the opposite rotor.
-        shift = np.where(pitching, 0, 1) + np.where(growing == speeding_up, 0, 2)
-        pattern = np.asarray(TURNING_SPEEDS)[(number - shift) % rotor.ROTORS]
-        shares = np.where(stage == turn, pattern, shares)
-    first, second, third, fourth = (motor.max_speed_rad_s * share[()] for share in shares)
-    return first, second, third, fourth
 
 
 def regime_motion(

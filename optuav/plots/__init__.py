@@ -11,13 +11,12 @@ require("matplotlib", "pictures")
 from optuav.plots.animation import gif_file, save_animation
 from optuav.plots.calibrations import FitAxes, fit
 from optuav.plots.charge import packs, wells
-from optuav.plots.charts import Bar, Line, Mark, bars, curves, hover_times, tornado
+from optuav.plots.charts import Bar, Line, Mark, bars, curves
 from optuav.plots.files import save, save_figures, save_pictures
 from optuav.plots.map import MapAxes, mission_map, trajectories
 from optuav.plots.planes import plane
 from optuav.plots.profiles import LegAxes, ProfileAxes, leg, profile
 
 __all__ = ["Bar", "FitAxes", "LegAxes", "Line", "MapAxes", "Mark", "ProfileAxes", "bars"]
-__all__ += ["curves", "fit", "gif_file", "hover_times", "leg", "mission_map", "packs", "plane"]
-__all__ += ["profile", "save", "save_animation", "save_figures", "save_pictures", "tornado"]
-__all__ += ["trajectories", "wells"]
+__all__ += ["curves", "fit", "gif_file", "leg", "mission_map", "packs", "plane", "profile"]
+__all__ += ["save", "save_animation", "save_figures", "save_pictures", "trajectories", "wells"]

@@ -200,26 +200,7 @@ def curves(
 
 @style.applied()
 def tornado(rows: Sequence[Mapping[str, Any]], hover_time_s: float, mission: str) -> Axes:
-    """Draw a bar for each key of the largest effect, and say how many more there are.
-
-    Parameters
-    ----------
-    rows
-        Of `optuav.sensitivity`, the largest effect first.
-    hover_time_s
-        Longest hover of the mission with its own values [s].
-    mission
-        Name of the mission.
-
-    Examples
-    --------
-    >>> import optuav
-    >>> row = {"key": "laser.power_W", "low": 800.0, "high": 1200.0, "swing_s": 37.3}
-    >>> row |= {"hover_low_s": 560.0, "hover_high_s": 630.0}
-    >>> ax = optuav.plots.tornado([row], 597.3, "paper")
-    >>> [text.get_text() for text in ax.texts]
-    ['800', '1200']
-    """
+    """Draw a bar for each row of the largest effects, the largest first, and how many more."""
     moving = [row for row in rows if row["swing_s"] > MOVES_S]
     shown = moving[:MOST_KEYS]
     ends_s = [row[end] for row in shown for end in ("hover_low_s", "hover_high_s")]
@@ -275,24 +256,7 @@ def _draw_swing(ax: Axes, row: int, hover_time_s: float, swing: Mapping[str, Any
 
 @style.applied()
 def hover_times(times_s: Floats, mission: str, *, fixed_s: float | None = None) -> Axes:
-    """Draw the distribution of the longest hover, with its median and the middle 90 %.
-
-    Parameters
-    ----------
-    times_s
-        Longest hover of every sample [s]; 0 where there is no plan.
-    mission
-        Name of the mission.
-    fixed_s
-        Hover of the plan that is held fixed [s].
-
-    Examples
-    --------
-    >>> import numpy, optuav
-    >>> times_s = numpy.array([0.0, 590.0, 600.0, 610.0])
-    >>> optuav.plots.hover_times(times_s, "paper").get_ylabel()
-    'share of samples [%]'
-    """
+    """Draw the spread of the longest hover [s], 0 without a plan, and that of a fixed plan [s]."""
     planned = times_s[times_s > 0.0]
     low_s, middle_s, high_s = np.quantile(times_s, (0.05, 0.5, 0.95)).tolist()
     ax = style.page(3.4).subplots()

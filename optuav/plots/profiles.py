@@ -16,7 +16,7 @@ from optuav.mission import Mission
 from optuav.network import vehicle
 from optuav.network.obstacles import prisms
 from optuav.network.places import build_places
-from optuav.physics import flight
+from optuav.physics import flight, rotor
 from optuav.physics.trajectory import state_at
 from optuav.plan.trace import Event
 from optuav.plots import style
@@ -198,7 +198,8 @@ def _draw_six_stages(
     """Draw a leg of the six-stage model; its duration [s], and its stages."""
     airframe, motor = vehicle.airframe(mission), vehicle.motor(mission)
     flown = flight.leg(airframe, motor, displacement_m, mission.wind.force_N)
-    force_N = airframe.external_force_N(mission.wind.force_N)
+    hover_speed = rotor.hover_speed(motor, airframe.external_force_N(mission.wind.force_N))
+    currents_A = (*flown.loads.currents_A, rotor.ROTORS * rotor.current(motor, hover_speed))
     duration_s, peak_m_s = float(flown.loads.duration_s), float(flown.peak_speed_m_s)
     ends_s = np.cumsum([0.0, *map(float, flown.loads.durations_s), HOVER_SHARE * duration_s])
     bands, states = list[Band](), []
@@ -208,13 +209,14 @@ def _draw_six_stages(
         bands.append(Band(begin, finish, COLOURS[name], (f"{number} {name}", f"{number}")))
         # The last moment is just before the next stage begins.
         within_s = np.linspace(begin, np.nextafter(finish, begin), POINTS_PER_STAGE)
-        state = state_at(motor, force_N, flown, within_s)
+        state = state_at(flown, within_s)
         turns = [np.rad2deg(each) for each in (state.attitude.pitch_rad, state.attitude.roll_rad)]
-        states.append(np.stack([within_s, *turns, np.asarray(state.current_A)]))
+        current_A = np.full(POINTS_PER_STAGE, currents_A[number - 1])
+        states.append(np.stack([within_s, *turns, current_A]))
         freezes = number == FREEZING_STAGE
         shown_m_s = np.full(POINTS_PER_STAGE, peak_m_s) if freezes else state.speed_m_s
         axes.speed.plot(within_s, shown_m_s, color=BLACK, linestyle=":" if freezes else "-")
-    time_s, pitch, roll, current_A = np.concatenate(states, axis=1)
+    time_s, pitch, roll, drawn_A = np.concatenate(states, axis=1)
     axes.speed.set(ylabel="speed [m/s]", ylim=(-0.04 * peak_m_s, 1.12 * peak_m_s))
     frozen = "stage 3: position frozen,\nspeed kept for stage 4"
     speed = style.entry("speed along the path", BLACK)
@@ -225,9 +227,9 @@ def _draw_six_stages(
     lines += axes.attitude.plot(time_s, roll, label="roll $ψ_r$", **dashed)
     axes.attitude.set(ylabel="attitude [°]")
     _legend_beside(axes.attitude, lines)
-    axes.current.plot(time_s, current_A, color=BLACK)
+    axes.current.plot(time_s, drawn_A, color=BLACK)
     axes.current.set(ylabel="current drawn by\nthe rotors [A]")
-    axes.current.set(ylim=style.margins([0.0, *current_A]))
+    axes.current.set(ylim=style.margins([0.0, *drawn_A]))
     numbers = {kind: [n for n, each in enumerate(STAGES, 1) if each == kind] for kind in COLOURS}
     words = {kind: f"{kind} ({', '.join(map(str, own))})" for kind, own in numbers.items()}
     entries = [style.swatch(COLOURS[kind], words[kind]) for kind in words]

@@ -298,10 +298,10 @@ def _percent(shares: Mapping[str, float]) -> str:
 
 def _figures(found: Results) -> Iterator[tuple[str, Axes]]:
     """Yield a tornado of the keys, and how the hover times of the samples are spread."""
-    from optuav import plots
+    from optuav.plots.charts import hover_times, tornado
 
     name, facts = found.mission.name, found.facts
-    yield "tornado.png", plots.tornado(found.rows, facts["hover_time_s"], name)
+    yield "tornado.png", tornado(found.rows, facts["hover_time_s"], name)
     if facts["chances"] is not None:
         times_s, plan_s = facts["chances"].hover_times_s, facts["plan_hover_time_s"]
-        yield "hover.png", plots.hover_times(times_s, name, fixed_s=plan_s)
+        yield "hover.png", hover_times(times_s, name, fixed_s=plan_s)

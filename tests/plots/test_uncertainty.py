@@ -10,7 +10,7 @@ import pytest
 from matplotlib.figure import Figure
 
 import optuav
-from optuav import plots
+from optuav.plots import charts
 
 
 def swing(
@@ -29,7 +29,7 @@ def test_bars_reach_from_the_hover_time_to_the_ends() -> None:
         swing("b.lost", None, 101.0),
         swing("c.none", 100.0, 100.0),
     ]
-    ax = plots.tornado(shown, 100.0, "mine")
+    ax = charts.tornado(shown, 100.0, "mine")
     assert [label.get_text() for label in ax.get_yticklabels()] == ["a.big", "b.lost"]
     bars = [bar for bar in ax.patches if bar.get_width()]
     ends = sorted(bar.get_x() + bar.get_width() for bar in bars)
@@ -39,7 +39,7 @@ def test_bars_reach_from_the_hover_time_to_the_ends() -> None:
 
 def test_ends_on_the_same_side_share_their_words() -> None:
     """As where a device moves out of the way to either side; the shorter bar stays to be seen."""
-    ax = plots.tornado([swing("a.key", 103.0, 110.0)], 100.0, "mine")
+    ax = charts.tornado([swing("a.key", 103.0, 110.0)], 100.0, "mine")
     assert [text.get_text() for text in ax.texts] == ["0.9 and 1.1"]
     drawn = sorted(ax.patches, key=lambda bar: bar.get_zorder())
     assert [bar.get_width() for bar in drawn if bar.get_width()] == [10.0, 3.0]
@@ -47,25 +47,25 @@ def test_ends_on_the_same_side_share_their_words() -> None:
 
 def test_many_keys_are_cut_and_counted() -> None:
     shown = [swing(f"table.key{k}", 100.0 - 1.0 / (k + 1), 101.0) for k in range(30)]
-    ax = plots.tornado(shown, 100.0, "mine")
+    ax = charts.tornado(shown, 100.0, "mine")
     assert len(ax.get_yticklabels()) == 20
     assert "10 more keys" in ax.get_xlabel()
 
 
 def test_a_mission_that_nothing_moves_can_be_drawn() -> None:
-    assert plots.tornado([], 100.0, "mine").get_yticklabels() == []
-    assert plots.tornado([swing("a.key", None, None, 0.0)], 0.0, "mine") is not None
+    assert charts.tornado([], 100.0, "mine").get_yticklabels() == []
+    assert charts.tornado([swing("a.key", None, None, 0.0)], 0.0, "mine") is not None
 
 
 def test_hover_times_are_shares_of_all_samples() -> None:
     """Also of those without a plan, which have no bar."""
     times_s = np.concatenate([np.linspace(100.0, 200.0, 75), np.zeros(25)])
-    ax = plots.hover_times(times_s, "mine", fixed_s=150.0)
+    ax = charts.hover_times(times_s, "mine", fixed_s=150.0)
     assert sum(bar.get_height() for bar in ax.patches[:60]) == pytest.approx(75.0)
     assert "no plan in 25" in ax.get_title(loc="left")
     assert ax.get_xlim()[0] == pytest.approx(100.0)  # at the first bar
-    assert plots.hover_times(np.zeros(5), "mine") is not None
-    assert plots.hover_times(np.full(5, 3.0), "mine") is not None
+    assert charts.hover_times(np.zeros(5), "mine") is not None
+    assert charts.hover_times(np.full(5, 3.0), "mine") is not None
 
 
 @pytest.mark.parametrize("found", ["made up", pytest.param("matrice350", marks=pytest.mark.soak)])
@@ -83,8 +83,8 @@ def test_no_text_lies_on_another(
         rows = [dict(row) for row in optuav.sensitivity(found, {}).rows]
     times_s = 597.0 * np.random.default_rng(1).normal(1.0, 0.2, 500).clip(min=0.0)
     for ax in (
-        plots.tornado(rows, 597.0, "paper"),
-        plots.hover_times(times_s, "paper", fixed_s=540.0),
+        charts.tornado(rows, 597.0, "paper"),
+        charts.hover_times(times_s, "paper", fixed_s=540.0),
     ):
         figure = ax.get_figure(root=True)
         assert figure is not None
