@@ -171,7 +171,7 @@ def test_pictures_go_into_a_new_directory(tmp_path: Path, monkeypatch: pytest.Mo
     folder = tmp_path / "new" / "pictures"
     asked = ("solve", "paper", "--problem", "P3", "--plot", str(folder))
     counts: list[int] = []
-    monkeypatch.setattr(files, "image", lambda figure: counts.append(len(figure.axes)) or b"")
+    monkeypatch.setattr(files, "image", lambda ax: counts.append(len(ax.figure.axes)) or b"")
     for perspective in ("energy", "available"):
         found = run(*asked, "--perspective", perspective)
         assert found.code == 0
