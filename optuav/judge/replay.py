@@ -84,12 +84,10 @@ class Replay:
         """Durations of the mission and by kind [s]; empty where the mission cannot be flown."""
         if not self.phases:
             return {}
-        kinds = {f"{kind}_time_s": self.time_s(kind) for kind in ("hover", "rest", "flight")}
-        return {"mission_time_s": self.mission_time_s, **kinds}
-
-    def time_s(self, kind: str) -> float:
-        """Total duration [s] of the phases of a kind: ``"flight"``, ``"hover"`` or ``"rest"``."""
-        return sum((phase.duration_s for phase in self.phases if phase.kind == kind), 0.0)
+        times_s = {f"{kind}_time_s": 0.0 for kind in ("mission", "hover", "rest", "flight")}
+        for phase in self.phases:
+            times_s[f"{phase.kind}_time_s"] += phase.duration_s
+        return {**times_s, "mission_time_s": self.mission_time_s}
 
     def first_s(self, kind: str) -> float | None:
         """When an event of a kind first happens [s]; None if none does."""

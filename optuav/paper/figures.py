@@ -318,8 +318,8 @@ def by_perspective(mission: Mission) -> Exhibits:
         hovers, charges = list[plots.Bar](), list[plots.Bar]()
         for names, plan in chosen.items():
             hover_s, left = (plan.hover_time_s, eta(plan, "battery")) if plan else (None, None)
-            hovers.append(plots.Bar(*names, hover_s, plan.flyable is not False))
-            charges.append(plots.Bar(*names, left, plan.flyable is not False))
+            hovers.append(plots.Bar(*names, hover_s, plan.flyable))
+            charges.append(plots.Bar(*names, left, plan.flyable))
         found, part = existing(plans), f"{deadline_s:g}s"
         records = _records(found, "trajectory")
         said = (*_longest(chosen), *grounded(found, "bars"), *missing(plans))
@@ -518,7 +518,7 @@ def more_stops(mission: Mission) -> Exhibits:
 
 def _bars(plans: Mapping[str, Plan]) -> list[plots.Bar]:
     """The hover times of plans by their labels."""
-    return [plots.Bar(n, "", p.hover_time_s, p.flyable is not False) for n, p in plans.items()]
+    return [plots.Bar(n, "", p.hover_time_s, p.flyable) for n, p in plans.items()]
 
 
 def peak_speed(mission: Mission) -> Exhibits:

@@ -196,11 +196,6 @@ def statements() -> tuple[PaperStatement, ...]:
     return tuple(PaperStatement(**each) for each in data()["statement"])
 
 
-def _yes(holds: bool) -> str:
-    """The answer to whether something holds."""
-    return "yes" if holds else "no"
-
-
 def _rises(*series: Sequence[float]) -> str:
     """Whether all series rise."""
     return "rises" if all(list(each) == sorted(each) for each in series) else "does not always rise"
@@ -273,16 +268,12 @@ def longest_perspectives(mission: Mission) -> Value:
     return ", ".join(name for name in PAPER if name in longest)
 
 
-def _plans(mission: Mission, deadline_s: float, perspective: Perspective) -> dict[str, Plan]:
-    """The plan of every trajectory at a deadline [s]."""
-    return curves.by_trajectory(with_deadline(mission, deadline_s), perspective)
-
-
 def best_trajectory(mission: Mission, deadline_s: float) -> Value:
     """The trajectory that is best in all perspectives, or the best of each."""
-    best = {}
+    changed, best = with_deadline(mission, deadline_s), {}
     for perspective in PAPER:
-        hovers = {n: p.hover_time_s for n, p in _plans(mission, deadline_s, perspective).items()}
+        plans = curves.by_trajectory(changed, perspective)
+        hovers = {name: plan.hover_time_s for name, plan in plans.items()}
         least_s = hovers.pop("optimal") - SAME_S
         name = max(hovers, key=lambda name: hovers[name])
         best[perspective] = name if hovers[name] >= least_s else "none of them"
@@ -292,22 +283,23 @@ def best_trajectory(mission: Mission, deadline_s: float) -> Value:
 
 def energy_is_shorter(mission: Mission) -> Value:
     """Whether the energy perspective hovers less than the others at 800 s by any trajectory."""
-    energy, *others = (_plans(mission, 800.0, name) for name in ENERGY_FIRST)
+    changed = with_deadline(mission, 800.0)
+    energy, *others = (curves.by_trajectory(changed, name) for name in ENERGY_FIRST)
     pairs = [(energy[name], plans[name]) for plans in others for name in energy]
-    return _yes(all(less.hover_time_s < more.hover_time_s for less, more in pairs))
+    return "yes" if all(less.hover_time_s < more.hover_time_s for less, more in pairs) else "no"
 
 
 def same_in_slots(mission: Mission) -> Value:
     """Whether battery and adjusted perspective have one optimum in slots of a second."""
     plans = [solve(mission, perspective=name, slot_s=1.0) for name in ENERGY_FIRST[1:]]
-    return _yes(plans[0].hover_time_s == plans[1].hover_time_s)
+    return "yes" if plans[0].hover_time_s == plans[1].hover_time_s else "no"
 
 
 def least_charge_is_kept(mission: Mission) -> Value:
     """Whether η1 is at least η0 at the end of every plan at 800 s."""
-    plans = (plan for name in PAPER for plan in _plans(mission, 800.0, name).values())
-    least = mission.limits.min_soc - 1e-9
-    return _yes(all((plan.soc or {})["battery"] >= least for plan in plans))
+    changed, least = with_deadline(mission, 800.0), mission.limits.min_soc - 1e-9
+    plans = (plan for name in PAPER for plan in curves.by_trajectory(changed, name).values())
+    return "yes" if all((plan.soc or {})["battery"] >= least for plan in plans) else "no"
 
 
 def hover_drop(mission: Mission, percent: float, building: str) -> Value:

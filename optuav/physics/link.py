@@ -107,26 +107,11 @@ def hover_point(
 ) -> Vector:
     """Where the direct route touches the coverage of the device: w_U of [1]_.
 
-    Of all points in the coverage ball at the given altitude, the one that makes the way origin →
-    point → destination shortest. Where a whole stretch of the straight line is covered, the point
-    of that stretch nearest to the preferred one. Every argument may be an array.
-
-    Parameters
-    ----------
-    origin_m, destination_m
-        Ends of the mission (x, y, z) [m].
-    device_m
-        Ground device, centre of the ball [m].
-    radius_m
-        Coverage radius d_max [m].
-    altitude_m
-        z of the hover point, the paper's z_min [m].
-    preferred_m
-        Breaks the tie on a covered straight line, the paper's laser [m].
-
-    Returns
-    -------
-    (x, y, z) [m]; NaN where the ball does not reach up or down to the altitude.
+    Of all points in the ball of radius d_max [m] about the device that lie at the altitude, the
+    paper's z_min [m], the one that makes the way origin → point → destination shortest. Where a
+    whole stretch of the straight line is covered, the point of that stretch nearest to the
+    preferred one, the paper's laser. Points are (x, y, z) [m], the one returned NaN where the ball
+    does not reach up or down to the altitude. Every argument may be an array.
     """
     height_m = altitude_m - device_m[2]
     disc_radius_m = np.sqrt(one_where_not_negative(squared := radius_m**2 - height_m**2) * squared)

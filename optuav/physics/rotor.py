@@ -77,16 +77,7 @@ def power_coefficients(motor: Motor) -> tuple[Quantity, ...]:
     paper prints c9 = (κ_T/T_f) c6; the power of `power` needs (κ0/T_f) c6. Written here without
     the quotients by T_f, so that a motor without friction has coefficients too.
     """
-    R, T_f, κ0 = (
-        motor.resistance_ohm,
-        motor.friction_torque_Nm,
-        motor.drag_coefficient_Nm_s2_rad2,
-    )
-    D_f, J, κ = (
-        motor.viscous_damping_Nm_s_rad,
-        motor.inertia_kg_m2,
-        motor.torque_constant_Nm_A,
-    )
+    (_, κ0, T_f, D_f, _, R, J, _), κ = motor, motor.torque_constant_Nm_A
     back_emf_and_damping = (κ + 2.0 * R * D_f / κ) / κ
     c1 = R * T_f**2 / κ**2
     c2 = T_f * back_emf_and_damping

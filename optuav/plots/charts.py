@@ -53,13 +53,13 @@ class Bar(NamedTuple):
     """A value of a plan, None without one, by its group below the axis and its name in the legend.
 
     A name is a perspective, a trajectory, a problem, or nothing. Bars of plans that cannot be flown
-    are hatched.
+    are hatched; None is a plan of which that is not known.
     """
 
     group: str
     name: str
     value: float | None
-    flyable: bool = True
+    flyable: bool | None = True
 
 
 class Line(NamedTuple):
@@ -116,7 +116,7 @@ def bars(
         middle = used.index(name) - 0.5 * (len(used) - 1)
         at, end = groups.index(group) + width * middle, value or 0.0
         (bar,) = ax.bar(at, end, 0.92 * width, color=COLOURS[name])
-        if not flyable:
+        if flyable is False:
             bar.set(hatch=HATCH, edgecolor="white", linewidth=0.0)
         words = f"{end:.{1 if abs(end) < LONG else 0}f}"
         if value is None:  # on two lines, as bars are narrow, and above the line of the level
@@ -131,7 +131,7 @@ def bars(
     ]
     if level:
         handles.append(ax.axhline(floor, color=VERMILLION, linewidth=1.0, label=level.words))
-    if not all(each.flyable for each in shown):
+    if any(each.flyable is False for each in shown):
         looks: style.Look = {"fc": GREY, "ec": "white", "hatch": HATCH, "linewidth": 0.0}
         handles.append(Patch(label="cannot be flown", **looks))
     ax.set_title(title, pad=style.LEGEND_PT if handles else None)

@@ -295,12 +295,8 @@ def _choices(found: Results) -> Iterator[tuple[str, Axes]]:
     from optuav import plots
     from optuav.plots.style import printed
 
-    bars = [
-        plots.Bar(
-            row["trajectory"], row["perspective"], row["hover_time_s"], row["flyable"] is not False
-        )
-        for row in found.rows
-    ]
+    names = ("trajectory", "perspective", "hover_time_s", "flyable")
+    bars = [plots.Bar(*(row[name] for name in names)) for row in found.rows]
     title = f"{printed(found.mission.name)}: longest hover by trajectory and perspective"
     yield "choices.png", plots.bars(bars, title=title, y_label="hover time Δ [s]")
 

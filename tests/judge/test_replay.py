@@ -41,7 +41,7 @@ def test_direct_runs_dry_at_660_s() -> None:
     replayed = optuav.replay(optuav.solve("paper", "P3", perspective="battery"))
     assert not replayed.flyable
     assert kinds(replayed) == {"empty"}
-    assert replayed.time_s("hover") == pytest.approx(688.848, abs=5e-4)
+    assert replayed.times_s["hover_time_s"] == pytest.approx(688.848, abs=5e-4)
     assert replayed.first_s("empty") == pytest.approx(660.26, abs=0.005)
 
 
