@@ -18,7 +18,7 @@ from formulations.parameters import Quantities
 from optuav.modelling import Expression, Let, Relation
 from optuav.modelling.expression import Bounded, Call, Indexed, Operand
 from optuav.options import Perspective
-from optuav.physics import charging, kibam
+from optuav.physics import kibam
 from optuav.physics.kibam import Battery, Stage, Wells
 
 StateOfCharge: TypeAlias = Callable[[Quantities, Operand, Operand], Operand]
@@ -139,12 +139,12 @@ def levels(given: Quantities, hover: Operand, rest: Operand) -> Sequence[Wells]:
 def _tapered(whole: Battery, level: Wells, stage: Stage, stay: str) -> Wells:
     """Wells after a stay in which charging tapers, in numbers or symbols.
 
-    At constant current throughout, neither well would hold less (`optuav.physics.charging`), and
+    At constant current throughout, neither well would hold less (`optuav.physics.kibam`), and
     both would hold the same if y1 stayed below ωB. That, and what they hold when full, bounds what
     a stay leaves in a form that engines take.
     """
     if not isinstance(stage.duration_s, Expression):
-        return charging.tapered(whole, level, stage)
+        return kibam.tapered(whole, level, stage)
     constant, full = kibam.step(whole, level, stage), whole.full
     battery = whole.capacity_As, whole.available_fraction, whole.flow_rate_per_s
     operands = constant.available_As, full.available_As, *level, *stage, *battery
@@ -162,7 +162,7 @@ def _tapered_well(
     number: int, y1: Operand, y2: Operand, current: Operand, time: Operand, *battery: Operand
 ) -> Operand:
     """The available (0) or the bound well (1) after a stay in which charging tapers."""
-    return charging.tapered(Battery(*battery), Wells(y1, y2), Stage(current, time))[number]
+    return kibam.tapered(Battery(*battery), Wells(y1, y2), Stage(current, time))[number]
 
 
 LABELS = {"dry": "not dry", "past full": "not past full"}

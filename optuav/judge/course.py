@@ -12,8 +12,7 @@ from optuav.judge.timeline import Phase, motion
 from optuav.mission import Mission
 from optuav.network import vehicle
 from optuav.physics import kibam, packs
-from optuav.physics.charging import held, holding_current
-from optuav.physics.kibam import Battery, Wells
+from optuav.physics.kibam import Battery, Wells, held, holding_current
 from optuav.plan.trace import Event, Trace
 
 TOLERANCE = 1e-6  # Share of the capacity, of a limit or of a figure by which it may be missed [-]

@@ -21,7 +21,6 @@ from optuav.network.obstacles import CLEAR, Prisms, crossed, prisms
 from optuav.network.places import ENDS
 from optuav.network.vehicle import Flow
 from optuav.physics import flight
-from optuav.physics.trajectory import regime_motion, state_at
 from optuav.plan import Phase as Planned
 from optuav.plan import Plan
 
@@ -289,13 +288,13 @@ def motion(mission: Mission, phase: Phase, passed_s: Floats) -> dict[str, Floats
         moved_m = (passed_s / phase.duration_s)[:, None] * way_m
         speed_m_s = np.full_like(passed_s, phase.distance_m / phase.duration_s)
     elif phase.kind == "flight" and given.model == "regimes":
-        length_m, peak_m_s = phase.distance_m, phase.peak_speed_m_s
-        along_m, speed_m_s = regime_motion(length_m, given.acceleration_m_s2, peak_m_s, passed_s)
-        moved_m = (along_m / length_m)[:, None] * way_m
+        figures = phase.distance_m, given.acceleration_m_s2, phase.peak_speed_m_s
+        along_m, speed_m_s = flight.regime_motion(*figures, passed_s)
+        moved_m = (along_m / phase.distance_m)[:, None] * way_m
     elif phase.kind == "flight":
         airframe, motor = vehicle.airframe(mission), vehicle.motor(mission)
         leg = flight.leg(airframe, motor, phase.way_m, mission.wind.force_N)
-        state = state_at(leg, passed_s)
+        state = flight.state_at(leg, passed_s)
         moved_m, speed_m_s = np.stack(state.position_m, axis=1), state.speed_m_s
         pitch_rad, roll_rad = state.attitude.pitch_rad, state.attitude.roll_rad
     return {

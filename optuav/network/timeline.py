@@ -16,8 +16,7 @@ from optuav.mission.schema import LARGEST, Number
 from optuav.network import vehicle
 from optuav.network.network import NO_LEG, Network
 from optuav.network.places import FIRST_BUILDING, HOVER
-from optuav.physics.charging import STEPS
-from optuav.physics.kibam import Battery, Stage, Wells
+from optuav.physics.kibam import STEPS, Battery, Stage, Wells
 from optuav.physics.packs import JobStage, Packs, Stretch
 from optuav.physics.quantity import Quantity
 

@@ -25,8 +25,7 @@ import numpy as np
 
 from optuav.arrays import Booleans, Floats, Integers
 from optuav.errors import Fault, InputError, SolverError
-from optuav.physics.charging import held
-from optuav.physics.kibam import Battery, Stage, Wells, step, time_to_empty, time_to_full
+from optuav.physics.kibam import Battery, Stage, Wells, held, step, time_to_empty, time_to_full
 from optuav.physics.quantity import TINY, Quantity
 
 Schedule: TypeAlias = Literal[

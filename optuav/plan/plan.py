@@ -19,8 +19,7 @@ from optuav.mission.schema import Slot, short
 from optuav.network import vehicle
 from optuav.network.places import ENDS
 from optuav.network.timeline import Figure, Phase, carry
-from optuav.physics.charging import STEPS
-from optuav.physics.kibam import time_to_empty, time_to_full
+from optuav.physics.kibam import STEPS, time_to_empty, time_to_full
 from optuav.plan.summary import summary
 from optuav.status import Status
 

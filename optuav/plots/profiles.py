@@ -17,7 +17,6 @@ from optuav.network import vehicle
 from optuav.network.obstacles import prisms
 from optuav.network.places import build_places
 from optuav.physics import flight, rotor
-from optuav.physics.trajectory import state_at
 from optuav.plan.trace import Event
 from optuav.plots import style
 from optuav.plots.style import BLACK, BLUE, GREEN, GREY, ORANGE, SKY, VERMILLION, Band, mark
@@ -209,7 +208,7 @@ def _draw_six_stages(
         bands.append(Band(begin, finish, COLOURS[name], (f"{number} {name}", f"{number}")))
         # The last moment is just before the next stage begins.
         within_s = np.linspace(begin, np.nextafter(finish, begin), POINTS_PER_STAGE)
-        state = state_at(flown, within_s)
+        state = flight.state_at(flown, within_s)
         turns = [np.rad2deg(each) for each in (state.attitude.pitch_rad, state.attitude.roll_rad)]
         current_A = np.full(POINTS_PER_STAGE, currents_A[number - 1])
         states.append(np.stack([within_s, *turns, current_A]))

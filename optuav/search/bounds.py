@@ -22,7 +22,7 @@ within 0 ≤ y1 ≤ ωB can have. They are
    as well: of those on y1 ≥ 0 and y1 ≤ ωB in which the price of a rest cancels.
 
 Where charging tapers, all this is said of plans that may go past full instead: a plan that tapers
-holds no more than the one of the same times that does not (`optuav.physics.charging`), so no hover
+holds no more than the one of the same times that does not (`optuav.physics.kibam`), so no hover
 that is ruled out for those is possible. The limits y1 ≤ ωB and the least (y, y1) are left out then;
 the cuts to y1 ≤ ωB hold for it, and go on as they are.
 

@@ -8,8 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from optuav.arrays import Booleans, Floats, Integers
-from optuav.physics.charging import tapered
-from optuav.physics.kibam import Stage, Wells, levelling
+from optuav.physics.kibam import Stage, Wells, levelling, tapered
 from optuav.physics.quantity import TINY
 from optuav.search.terrain import HOVER, Boxes, Terrain
 

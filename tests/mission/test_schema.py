@@ -17,7 +17,7 @@ import optuav.mission
 from optuav.errors import InputError
 from optuav.mission import Mission, load, schema
 from optuav.mission.schema import BatteryPacks, Building, Laser, RegimeFlight, RouteEnds
-from optuav.physics import charging, packs
+from optuav.physics import kibam, packs
 from tests.examples import few
 from tests.mission.strategies import documents, missions
 
@@ -566,4 +566,4 @@ def test_shipped_directory_holds_missions_only() -> None:
 def test_schedules_and_charging_have_the_names_of_the_physics() -> None:
     """Stated twice, so that reading a mission imports no NumPy."""
     assert get_args(schema.Schedule) == get_args(packs.Schedule)
-    assert get_args(schema.Charging) == get_args(charging.Charging)
+    assert get_args(schema.Charging) == get_args(kibam.Charging)

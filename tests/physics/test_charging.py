@@ -10,7 +10,7 @@ from hypothesis import assume, example, given, settings
 from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
 
-from optuav.physics import charging, kibam
+from optuav.physics import kibam
 from optuav.physics.kibam import Battery, Stage, Wells
 from tests.examples import few
 
@@ -93,7 +93,7 @@ def integrated(case: Case) -> np.ndarray:
 @example(FALLING)
 @settings(few(15))
 def test_closed_form_solves_the_differential_equations(case: Case) -> None:
-    found = charging.tapered(*case)
+    found = kibam.tapered(*case)
     scale_As = case.pool.capacity_As + abs(case.phase.current_A) * case.phase.duration_s
     np.testing.assert_allclose(found, integrated(case), rtol=0, atol=2e-9 * scale_As)
 
@@ -101,10 +101,10 @@ def test_closed_form_solves_the_differential_equations(case: Case) -> None:
 def test_known_values() -> None:
     """By hand: y2 misses 2400 A s and makes up for half of it in ln 2/(ωk') of holding."""
     half_s = np.log(2.0) * 0.2 / 4.5e-5
-    found = charging.held(PAPER, Wells(57_600.0, 12_000.0), half_s)
+    found = kibam.held(PAPER, Wells(57_600.0, 12_000.0), half_s)
     np.testing.assert_allclose(found, (57_600.0, 13_200.0), rtol=1e-14)
-    assert np.isclose(charging.holding_current(PAPER, Wells(57_600.0, 12_000.0)), 0.54, rtol=1e-13)
-    assert charging.tapered(PAPER, PAPER.full, Stage(6.0, 500.0)) == PAPER.full
+    assert np.isclose(kibam.holding_current(PAPER, Wells(57_600.0, 12_000.0)), 0.54, rtol=1e-13)
+    assert kibam.tapered(PAPER, PAPER.full, Stage(6.0, 500.0)) == PAPER.full
 
 
 @given(cases())
@@ -112,7 +112,7 @@ def test_known_values() -> None:
 @example(FALLING)
 def test_neither_overfull_nor_more_than_is_offered(case: Case) -> None:
     """y1 ≤ ωB and y2 ≤ (1−ω)B at the end; the current never exceeds what the charger offers."""
-    end = charging.tapered(*case)
+    end = kibam.tapered(*case)
     slack_As = 1e-11 * case.pool.capacity_As
     for well, full in zip(end, case.pool.full, strict=True):
         assert well <= full + slack_As
@@ -124,7 +124,7 @@ def test_neither_overfull_nor_more_than_is_offered(case: Case) -> None:
     if steady_s < case.phase.duration_s:
         full = kibam.step(case.pool, case.wells, Stage(case.phase.current_A, steady_s))
         rounding_A = slack_As * case.pool.rate_per_s + 1e-9 * case.phase.current_A
-        assert charging.holding_current(case.pool, full) <= case.phase.current_A + rounding_A
+        assert kibam.holding_current(case.pool, full) <= case.phase.current_A + rounding_A
 
 
 @pytest.mark.campaign
@@ -137,10 +137,10 @@ def test_more_never_becomes_less(case: Case, share: float, offer: float) -> None
     assume(case.phase.current_A > 0.0)
     less = Wells(*(share * well for well in case.wells))
     weaker = Stage(offer * case.phase.current_A, case.phase.duration_s)
-    most = charging.tapered(*case)
+    most = kibam.tapered(*case)
     scale_As = case.pool.capacity_As + case.phase.current_A * case.phase.duration_s
     for wells, phase in ((less, case.phase), (case.wells, weaker), (less, weaker)):
-        found = charging.tapered(case.pool, wells, phase)
+        found = kibam.tapered(case.pool, wells, phase)
         assert all(a <= b + 1e-11 * scale_As for a, b in zip(found, most, strict=True))
 
 
@@ -151,9 +151,9 @@ def test_holding_earlier_brings_no_more(case: Case, share: float) -> None:
     steady_s = share * case.steady_s
     current_A, duration_s = case.phase
     wells = kibam.step(case.pool, case.wells, Stage(current_A, steady_s))
-    assume(charging.holding_current(case.pool, wells) <= current_A)
-    early = charging.held(case.pool, wells, duration_s - steady_s)
-    most = charging.tapered(*case)
+    assume(kibam.holding_current(case.pool, wells) <= current_A)
+    early = kibam.held(case.pool, wells, duration_s - steady_s)
+    most = kibam.tapered(*case)
     scale_As = case.pool.capacity_As + abs(current_A) * duration_s
     assert all(a <= b + 1e-11 * scale_As for a, b in zip(early, most, strict=True))
 
@@ -163,9 +163,9 @@ def test_holding_earlier_brings_no_more(case: Case, share: float) -> None:
 def test_a_phase_may_be_split(case: Case, share: float) -> None:
     """Two phases at the same offer are one, wherever the taper begins."""
     current_A, duration_s = case.phase
-    once = charging.tapered(*case)
-    first = charging.tapered(case.pool, case.wells, Stage(current_A, share * duration_s))
-    twice = charging.tapered(case.pool, first, Stage(current_A, (1.0 - share) * duration_s))
+    once = kibam.tapered(*case)
+    first = kibam.tapered(case.pool, case.wells, Stage(current_A, share * duration_s))
+    twice = kibam.tapered(case.pool, first, Stage(current_A, (1.0 - share) * duration_s))
     scale_As = case.pool.capacity_As + abs(current_A) * duration_s
     np.testing.assert_allclose(once, twice, rtol=0, atol=1e-10 * scale_As)
 
@@ -176,8 +176,8 @@ def test_continuous_in_the_duration(case: Case) -> None:
     """A moment more charges no more than the current times that moment, also where it tapers."""
     current_A, duration_s = case.phase
     moment_s = 1e-6 * duration_s
-    once = charging.tapered(*case)
-    later = charging.tapered(case.pool, case.wells, Stage(current_A, duration_s + moment_s))
+    once = kibam.tapered(*case)
+    later = kibam.tapered(case.pool, case.wells, Stage(current_A, duration_s + moment_s))
     seeps_A = case.pool.rate_per_s * case.pool.capacity_As
     change_As = (abs(current_A) + seeps_A) * moment_s + 1e-11 * case.pool.capacity_As
     change_As += 1e-12 * abs(current_A) * duration_s
@@ -187,9 +187,9 @@ def test_continuous_in_the_duration(case: Case) -> None:
 def test_arrays_are_as_single_numbers() -> None:
     durations_s = np.linspace(0.0, 900.0, 7)
     current_A, _ = NEARLY_FULL.phase
-    found = charging.tapered(PAPER, NEARLY_FULL.wells, Stage(current_A, durations_s))
+    found = kibam.tapered(PAPER, NEARLY_FULL.wells, Stage(current_A, durations_s))
     for number, duration_s in enumerate(durations_s):
-        one = charging.tapered(PAPER, NEARLY_FULL.wells, Stage(current_A, duration_s))
+        one = kibam.tapered(PAPER, NEARLY_FULL.wells, Stage(current_A, duration_s))
         np.testing.assert_allclose([well[number] for well in found], one, rtol=1e-13)
 
 
@@ -205,6 +205,6 @@ def test_a_taper_never_leaves_more_than_a_constant_current(
     constant, rounding_As = kibam.step(pool, wells, stage), 1e-11 * pool.capacity_As
     for share in (1.0, less):
         start = Wells(wells.available_As * share, wells.bound_As * share)
-        end = charging.tapered(pool, start, stage)
+        end = kibam.tapered(pool, start, stage)
         for left, most, full in zip(end, constant, pool.full, strict=True):
             assert left <= min(most, full) + rounding_As

@@ -15,8 +15,7 @@ from scipy.integrate import quad, solve_ivp
 
 from optuav.modelling import Parameter, Variable, evaluate
 from optuav.physics import flight, rotor
-from optuav.physics.flight import regime_leg, speed_warning
-from optuav.physics.trajectory import LegState, state_at
+from optuav.physics.flight import LegState, regime_leg, speed_warning, state_at
 from tests.examples import few
 from tests.physics.reference import (
     AIRFRAME,

@@ -12,7 +12,7 @@ import pytest
 import optuav
 from optuav import InputError, Mission, Plan
 from optuav.mission import load
-from optuav.physics import charging
+from optuav.physics import kibam
 from optuav.physics.kibam import Battery, Wells
 from optuav.status import Status
 from tests.asking import formulate, solve
@@ -83,7 +83,7 @@ def test_replay(plan: Plan) -> None:
     seeps_A = np.gradient(y2[held], trace.time_s[resting][held])
     assert current_A[held][5:-5] == pytest.approx(seeps_A[5:-5], rel=1e-3)
     last = Wells(float(y1[-1]), float(y2[-1]))
-    assert charging.holding_current(pool, last) == pytest.approx(current_A[-1], rel=1e-6)
+    assert kibam.holding_current(pool, last) == pytest.approx(current_A[-1], rel=1e-6)
 
 
 def test_file_and_audit(plan: Plan, tmp_path: Path) -> None:
