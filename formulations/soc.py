@@ -193,10 +193,7 @@ class WellLimit(NamedTuple):
 
 
 def well_limits(given: Quantities, hover: Operand, rest: Operand) -> Iterator[WellLimit]:
-    """Limits that keep y1/B within 0 and ω after every step, in order.
-
-    Flights and the stages of each are counted from 1.
-    """
+    """Limits that keep y1/B within 0 and ω after every step, in order."""
     flight, stage, last = 1, 0, len(given.steps) - 1
     for number, (step, level) in enumerate(
         zip(given.steps, levels(given, hover, rest), strict=True)

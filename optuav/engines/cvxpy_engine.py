@@ -60,10 +60,7 @@ STATUSES = {
 def installed(
     name: str | None, whole: bool, time_limit_s: float | None
 ) -> tuple[str, dict[str, Operand]]:
-    """A solver as CVXPY calls it, and its options; None stands for HiGHS.
-
-    `whole` says whether some unknowns take whole numbers only.
-    """
+    """A solver, perhaps for `whole` numbers, as CVXPY calls it, and its options; None is HiGHS."""
     try:
         import cvxpy
         from cvxpy.reductions.solvers.defines import INSTALLED_MI_SOLVERS
@@ -159,7 +156,10 @@ class CvxpyProgramme:
             weights = np.maximum(np.asarray(self.rows.dual_value, dtype=float), 0.0)
             self._prove(a, b, c[0], x, weights, words)
             status = Status.OPTIMAL
-        if len(c) > 1 and (weights is None or _may_differ(a, weights)):
+        # Rows with a multiplier may determine the point: then no other is as good.
+        heavy = a if weights is None else a[weights > TIGHT * max(1.0, weights.max(initial=0.0))]
+        alone = weights is not None and np.linalg.matrix_rank(heavy, tol=TIGHT) == a.shape[1]
+        if len(c) > 1 and not alone:
             x = self._preferred(c, x)
         x = np.where(self.binary, np.round(x), x)
         if self.slot_s is not None:
@@ -245,12 +245,6 @@ def _sizes(rows: Floats) -> Floats:
     """Largest coefficient of every row; 1 where there is none."""
     largest = np.abs(rows).max(axis=1, initial=0.0)
     return np.where(largest > 0.0, largest, 1.0)
-
-
-def _may_differ(a: Floats, weights: Floats) -> bool:
-    """Whether other points may be as good: rows with a multiplier do not determine the point."""
-    heavy = a[weights > TIGHT * max(1.0, float(weights.max(initial=0.0)))]
-    return bool(np.linalg.matrix_rank(heavy, tol=TIGHT) < a.shape[1])
 
 
 @dataclass(frozen=True)

@@ -66,10 +66,7 @@ Test = Callable[[Mapping[str, Floats], dict[int, Operand]], Operand]
 
 
 def tests(model: Model, parameters: Values) -> tuple[list[Test], list[Test], list[Test]]:
-    """Tests of the linear inequalities, of those with a form, and of all other constraints.
-
-    The axes keep the bounds.
-    """
+    """Tests of linear inequalities, of those with a form, and of all others; axes keep bounds."""
     found: tuple[list[Test], list[Test], list[Test]] = [], [], []
     forms: dict[int, Operand] = {}
     for relation in (each.relation for each in model.constraints):
@@ -170,7 +167,9 @@ def _best_cell(
             scores.append(float(np.fmax.reduce(reached, initial=-np.inf)))
             as_good = reached >= scores[-1] - EQUAL * max(1.0, abs(scores[-1]))
             where = tuple(each[as_good & (reached > -np.inf)] for each in where)
-        if len(where[0]) and (best is None or _beats(scores, best[0])):
+        pairs = zip(scores, best[0] if best else scores, strict=True)
+        differ = (a > b for a, b in pairs if abs(a - b) > EQUAL * max(1.0, abs(b)))
+        if len(where[0]) and (best is None or next(differ, False)):
             first = tuple(each[0] for each in where)
             cell = {n: float(np.broadcast_to(x, kept.shape)[first]) for n, x in points.items()}
             best = (scores, cell)
@@ -178,14 +177,6 @@ def _best_cell(
         return None
     bounds = own_bounds(model, parameters)
     return {name: min(value, bounds[name][1]) for name, value in best[1].items()}
-
-
-def _beats(scores: list[float], others: list[float]) -> bool:
-    """Whether the first score that differs is larger."""
-    for score, other in zip(scores, others, strict=True):
-        if abs(score - other) > EQUAL * max(1.0, abs(other)):
-            return score > other
-    return False
 
 
 def _tight(model: Model, parameters: Values, point: Values, slot_s: float) -> Iterator[str]:

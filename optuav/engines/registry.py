@@ -234,10 +234,7 @@ def takers(model: Traits, slots: bool) -> tuple[str, ...]:
 
 
 def need(wanted: str | Engine, model: Traits, slots: bool, linear: str = "") -> None:
-    """Refuse an engine that does not take a model, and name those that do.
-
-    To an engine of linear models, where this one is not, is said how to get one that is.
-    """
+    """Refuse an engine that does not take a model, and say which do, or how to get a linear one."""
     known = capabilities.get(wanted) if isinstance(wanted, str) else None
     takes = known or engine(wanted).takes  # which refuses a name that is not known
     if why := takes.obstacle(model, slots):

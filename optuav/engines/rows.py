@@ -88,13 +88,6 @@ def levelled(rate_per_s: Floats, time_s: Floats) -> Floats:
     return found
 
 
-@np.errstate(divide="ignore", invalid="ignore", over="ignore")
-def turn(slope: Floats, weight: Floats, rate_per_s: Floats) -> Floats:
-    """Where slope · t + weight · (1 − exp(−kt))/k turns [s]; NaN or infinite if nowhere."""
-    found: Floats = -np.log(-slope / weight) / rate_per_s
-    return found
-
-
 class Section(NamedTuple):
     """Rows a + d y + e W ≥ 0 in y alone; weights are those of a, d and e, (3, row, programme)."""
 
@@ -107,6 +100,7 @@ class Section(NamedTuple):
         found: Floats = a + d * y + e * levelled(self.rate_per_s, y)
         return found
 
+    @np.errstate(divide="ignore", invalid="ignore", over="ignore")
     def end(self, top: Floats, *, smallest: bool = False) -> Floats:
         """Largest or smallest y from 0 to top at which all rows hold, one a programme; NaN if none.
 
@@ -114,7 +108,7 @@ class Section(NamedTuple):
         found, on either side of the row's turning point, and tried.
         """
         _, d, e = self.weights
-        turns = turn(d, e, self.rate_per_s)
+        turns = -np.log(-d / e) / self.rate_per_s  # NaN or infinite if nowhere
         turns = np.where((turns > 0.0) & (turns < top), turns, top)
         ends = np.stack([np.zeros_like(turns), turns, np.broadcast_to(top, turns.shape)])
         values = self.at(ends)
@@ -161,6 +155,7 @@ class Rows(NamedTuple):
         V = levelled(self.rate_x_per_s, x)
         return Section(np.stack([a + b * x + c * V, d, e + f * V]), self.rate_y_per_s)
 
+    @np.errstate(divide="ignore", invalid="ignore", over="ignore")
     def over_x(self, low: Floats, high: Floats) -> Section:
         """Rows that hold wherever the rows hold for some x from low to high.
 
@@ -171,7 +166,7 @@ class Rows(NamedTuple):
         rate = self.rate_x_per_s
         V_low, V_high = levelled(rate, low), levelled(rate, high)
         level = np.maximum(b * low + c * V_low, b * high + c * V_high)
-        turns = np.clip(turn(b, c, rate), low, high)
+        turns = np.clip(-np.log(-b / c) / rate, low, high)
         level = np.fmax(level, b * turns + c * levelled(rate, turns))
         weight = e + np.maximum(f * V_low, f * V_high)
         return Section(np.stack([a + level, d, weight]), self.rate_y_per_s)

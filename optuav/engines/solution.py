@@ -111,10 +111,7 @@ class Solution:
         return zeros | prices.local_multipliers(self.model, at)
 
     def binding_labels(self, index: int, rows: Checks | None = None) -> tuple[str, ...]:
-        """Labels of the constraints that bind in the answer to a programme; see `tight`.
-
-        The rows are those of `verify` where they are known.
-        """
+        """Labels of the constraints that bind in an answer, see `tight`; rows as of `verify`."""
         if self.tight is not None:
             return tuple(self.tight[index])
         if not self.statuses[index].has_answer:

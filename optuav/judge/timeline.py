@@ -17,7 +17,7 @@ from optuav.mission.messages import nearest
 from optuav.mission.schema import Number
 from optuav.mission.validation import Breach, StatedMission
 from optuav.network import vehicle
-from optuav.network.obstacles import CLEAR, Prisms, crossed, prisms
+from optuav.network.obstacles import CLEAR, crossed, prisms
 from optuav.network.places import ENDS
 from optuav.network.vehicle import Flow
 from optuav.physics import flight
@@ -214,17 +214,12 @@ def places(mission: Mission, planned: Sequence[Move]) -> dict[str, Place]:
         x, y, z = map(float, point_m)
         sight, received = False, NOTHING
         if laser is not None and not math.isnan(x):
-            sight = _crossed(obstacles, laser.position_m, (x, y, z), number) == CLEAR
+            start_m, end_m = np.array([[laser.position_m], [(x, y, z)]], dtype=float)
+            sight = crossed(obstacles, start_m, end_m, np.array([[number]]))[0] == CLEAR
         if laser is not None and sight:
             received = vehicle.charging(mission, math.dist(laser.position_m, (x, y, z)))
         found[name] = Place(name, number, (x, y, z), sight, received)
     return found
-
-
-def _crossed(obstacles: Prisms, start_m: Point, end_m: Point, *exempt: int) -> int:
-    """Number of a building, not exempt, through which a straight line runs; −1 if there is none."""
-    start, end = np.array([[start_m], [end_m]], dtype=float)
-    return int(crossed(obstacles, start, end, np.array([exempt], dtype=np.intp))[0])
 
 
 def phases(mission: Mission, at: Mapping[str, Place], planned: Sequence[Move]) -> tuple[Phase, ...]:
@@ -251,8 +246,9 @@ def phases(mission: Mission, at: Mapping[str, Place], planned: Sequence[Move]) -
             flows = map(Flow, flown.currents_A, flown.powers_W)
             rows += [(*each, NOTHING) for each in zip(names, flown.durations_s, flows, strict=True)]
             if not mission.flight.through_buildings:
-                ends_m = start.position_m, end.position_m
-                crosses = _crossed(prisms(mission), *ends_m, start.building, end.building)
+                start_m, end_m = np.array([[start.position_m], [end.position_m]])
+                own = np.array([[start.building, end.building]])
+                crosses = int(crossed(prisms(mission), start_m, end_m, own)[0])
         stages, begun_s = list[Stage](), start_s
         for name, duration_s, drawn, received in rows:
             stages.append(Stage(name, start_s, float(duration_s), drawn, received))

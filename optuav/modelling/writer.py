@@ -175,7 +175,9 @@ class Text:
 
     def _call(self, ufunc: np.ufunc, arguments: tuple[Operand, ...]) -> Written:
         first, *rest = map(self._operand, arguments)
-        if ufunc is np.positive or (ufunc is np.maximum and _is_guard(arguments[1])):
+        # What only keeps a divisor from being 0 is no part of the mathematics.
+        guards = ufunc is np.maximum and not isinstance(least := arguments[1], Written)
+        if ufunc is np.positive or (guards and 0.0 < np.min(least) <= np.max(least) < GUARD):
             return first
         if ufunc is np.add:
             return self._sum(first, rest[0])
@@ -240,13 +242,6 @@ class Text:
             return self._negative(self._product(left, right.negative, ufunc))
         factors = self._at_least(PRODUCT, left), self._at_least(PRODUCT, right)
         return Written(self._times(*factors), PRODUCT)
-
-
-def _is_guard(operand: Operand) -> bool:
-    """Whether a number does nothing but keep a divisor from being 0: no part of the mathematics."""
-    return not isinstance(operand, Written) and bool(
-        np.all((np.asarray(operand) > 0.0) & (np.asarray(operand) < GUARD))
-    )
 
 
 OPERATORS = frozenset({"exp", "ln", "max", "min", "sin", "cos", "tan", "tanh"})

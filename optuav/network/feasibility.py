@@ -75,14 +75,11 @@ def blocked_legs(network: Network, route: int) -> list[str]:
     return reasons
 
 
-def advice(mission: Mission) -> tuple[str, ...]:
-    """Warnings about a valid mission; empty if there is nothing to say."""
+def advice(mission: Mission) -> Iterator[str]:
+    """Warnings about a valid mission."""
     network = build_network(mission)
-    return (*impossibilities(network), *_advice(network))
-
-
-def _advice(network: Network) -> Iterator[str]:
-    mission, places, legs = network.mission, network.places, network.legs
+    places, legs = network.places, network.legs
+    yield from impossibilities(network)
     ends = np.array([ORIGIN, HOVER, DESTINATION])
     ends = ends[np.isfinite(places.position_m[ends]).all(axis=1)]
     at_m = places.position_m[ends]

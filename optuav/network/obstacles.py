@@ -54,6 +54,7 @@ class Prisms:
     is_box: Booleans
     building: Integers  # Number of its building
     roof_m: Floats  # Height of its roof over ground [m]
+    cells: Cells
 
     @cached_property
     def polygons(self) -> npt.NDArray[np.object_]:
@@ -65,26 +66,6 @@ class Prisms:
         inner = shapely.buffer(outer, -MARGIN_M, join_style="mitre")
         shapely.prepare(inner)
         return np.asarray(inner)
-
-    @cached_property
-    def cells(self) -> Cells:
-        """Cells no smaller than footprints as a rule, so that each reaches into few."""
-        low_m, high_m, count = self.low_m - MARGIN_M, self.high_m + MARGIN_M, len(self.sizes)
-        origin_m = low_m.min(axis=1, keepdims=True)
-        reach_m = high_m.max(axis=1, keepdims=True) - origin_m
-        typical_m = np.sqrt(((high_m - low_m) ** 2).mean(axis=1, keepdims=True))
-        most = int(min(float((reach_m / typical_m).min()), math.sqrt(count)))
-        size_m = reach_m / (across := max(1, most) if count > FEW else 1)
-        ends = np.stack([low_m - origin_m, high_m - origin_m]) / size_m
-        first, last = np.clip(ends.astype(np.intp), 0, across - 1)
-        entries = (spans := last - first + 1).prod(axis=0)
-        footprint = np.repeat(np.arange(count), entries)
-        number = np.arange(len(footprint)) - np.repeat(np.cumsum(entries) - entries, entries)
-        x, y = first[:, footprint] + np.divmod(number, spans[1, footprint])
-        numbers = x * across + y, y * across + x
-        order = [np.argsort(each, kind="stable") for each in numbers]
-        begins = [np.cumsum(np.bincount(each + 1, minlength=across**2 + 1)) for each in numbers]
-        return Cells(origin_m, size_m, across, [footprint[each] for each in order], begins)
 
 
 def outline_m(building: Building) -> Outline | None:
@@ -118,8 +99,26 @@ def _prisms(stated: tuple[Outline | None, ...], top_m: tuple[float, ...]) -> Pri
     ring = corners[first[four, None] + np.arange(4)]
     is_box = np.zeros(len(sizes), bool)
     is_box[four] = ((ring != np.roll(ring, 1, axis=1)).sum(axis=2) == 1).all(axis=1)
-    roof_m = np.array(top_m, dtype=float)[building]
-    return Prisms(corners, sizes, low_m, high_m, is_box, building, roof_m)
+    roof_m, count = np.array(top_m, dtype=float)[building], len(sizes)
+    # Cells no smaller than footprints as a rule, so that each reaches into few.
+    out_m = np.stack([low_m - MARGIN_M, high_m + MARGIN_M])
+    origin_m = out_m[0].min(axis=1, keepdims=True, initial=np.inf)
+    reach_m = out_m[1].max(axis=1, keepdims=True, initial=-np.inf) - origin_m
+    across = 1
+    if count > FEW:
+        typical_m = np.sqrt(((out_m[1] - out_m[0]) ** 2).mean(axis=1, keepdims=True))
+        across = max(1, int(min(float((reach_m / typical_m).min()), math.sqrt(count))))
+    size_m = reach_m / across
+    first, last = np.clip(((out_m - origin_m) / size_m).astype(np.intp), 0, across - 1)
+    entries = (spans := last - first + 1).prod(axis=0)
+    footprint = np.repeat(np.arange(count), entries)
+    number = np.arange(len(footprint)) - np.repeat(np.cumsum(entries) - entries, entries)
+    x, y = first[:, footprint] + np.divmod(number, spans[1, footprint])
+    numbers = x * across + y, y * across + x
+    order = [footprint[np.argsort(each, kind="stable")] for each in numbers]
+    begins = [np.cumsum(np.bincount(each + 1, minlength=across**2 + 1)) for each in numbers]
+    cells = Cells(origin_m, size_m, across, order, begins)
+    return Prisms(corners, sizes, low_m, high_m, is_box, building, roof_m, cells)
 
 
 def crossed(obstacles: Prisms, start_m: Floats, end_m: Floats, exempt: Integers) -> Integers:
@@ -194,10 +193,7 @@ def _met(
 def _stretch(
     low_m: Floats, way_m: Floats, box_low_m: Floats, box_high_m: Floats, roof_m: Quantity
 ) -> tuple[Floats, Floats]:
-    """From which to which share of their way lines run in boxes and below roofs.
-
-    They do not where the first is larger.
-    """
+    """From where to where on their way lines run in boxes below roofs; not if from is larger."""
     way = np.where(np.abs(way_m) < TINY, TINY, way_m)
     one, other = (box_low_m - low_m[:2]) / way[:2], (box_high_m - low_m[:2]) / way[:2]
     depth_m = roof_m - MARGIN_M - low_m[2]

@@ -102,10 +102,7 @@ class Phase:
 
 
 def stay_net(network: Network, place: Quantity) -> vehicle.Flow:
-    """Net current [A] and power [W] into the battery at the hover point, or resting on buildings.
-
-    Places by number: the hover point, or one or several buildings.
-    """
+    """Net current [A] and power [W] into the battery: at the hover point, or on buildings."""
     places, hovers = network.places, bool(np.all(place == HOVER))
     drawn = (vehicle.hover_load if hovers else vehicle.rest_load)(network.mission)
     return vehicle.Flow(

@@ -88,10 +88,7 @@ class Variants:
 
     @cached_property
     def able(self) -> Booleans:
-        """Whether a route can be flown, and its hover point held (variant or 1, route).
-
-        That is, all its legs can be flown and cross no building.
-        """
+        """Whether all legs can be flown and the hover point be held (variant or 1, route)."""
         able = np.isfinite(np.atleast_2d(self.loads.duration_s))
         if not self.mission.flight.through_buildings:
             lines, line = shared_lines(self.network.legs.start, self.network.legs.end)

@@ -60,10 +60,7 @@ _coverage_radius_m = lru_cache(maxsize=1000)(link.coverage_radius)
 
 
 def hover_point_m(mission: Mission, radius_m: Quantity | None = None) -> Vector:
-    """Where the mission hovers [m]: `route.hover_m`, or w_U; NaN where nothing is in reach.
-
-    The coverage radius [m] may be handed over where it is known.
-    """
+    """Where the mission hovers [m]: `route.hover_m`, or w_U; NaN where nothing is in reach."""
     route = mission.route
     if route.hover_m is not None:
         return route.hover_m
