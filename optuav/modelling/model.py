@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import operator
 import sys
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Collection, Mapping
 from contextlib import suppress
 from dataclasses import dataclass
 from functools import cached_property
@@ -33,7 +33,6 @@ class Constraint:
     # Number, from 0, of the step of the itinerary at whose end it holds; None for the end of the
     # mission, or for no moment.
     step: int | None = None
-    keys: tuple[str, ...] = ()  # Keys of the mission that it is about, where they are stated
     moment: object = None  # That moment, printed behind the name; None for no moment
 
     @cached_property
@@ -184,7 +183,6 @@ class Model:
         unit: str = "1",
         kind: str = "",
         step: int | None = None,
-        keys: Sequence[str] = (),
         moment: object = None,
     ) -> None:
         """Add a constraint under a label of its own, see `Constraint`; a moment is put behind it.
@@ -195,9 +193,7 @@ class Model:
             raise TypeError(f"{label}: a constraint compares expressions with <=, >= or ==")
         if not label.strip():
             raise ValueError("a constraint needs a label, by which answers name it")
-        stated = Constraint(
-            label, relation, unit, _place_of_caller(), kind, step, tuple(keys), moment
-        )
+        stated = Constraint(label, relation, unit, _place_of_caller(), kind, step, moment)
         if any(each.label == stated.label for each in self.constraints):
             raise ValueError(f"the model has a constraint {stated.label!r} already")
         self.constraints.append(stated)

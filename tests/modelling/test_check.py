@@ -113,11 +113,10 @@ def test_rows_and_bounds_carry_what_their_constraints_are_about() -> None:
     """As data, so that nothing has to read a label; a moment is put behind the name."""
     model = Model("test")
     x = model.variable("x", "x", unit="s", upper=5.0, kind="deadline")
-    keys = ["battery.capacity_As"]
-    model.subject_to("not dry", x >= 1.0, kind="dry", step=3, keys=keys, moment="after the rest")
+    model.subject_to("not dry", x >= 1.0, kind="dry", step=3, moment="after the rest")
     dry, lower, upper = (row.constraint for row in check(model, {"x": 2.0}))
     assert (dry.label, dry.name) == ("not dry after the rest", "not dry")
-    assert (dry.kind, dry.step, dry.keys) == ("dry", 3, ("battery.capacity_As",))
+    assert (dry.kind, dry.step) == ("dry", 3)
     assert (lower.kind, upper.kind, lower.step) == ("deadline", "deadline", None)
     model.subject_to("not dry", x >= 1.0, moment="after the hover")
     with pytest.raises(ValueError, match="not dry after the rest"):
