@@ -128,7 +128,15 @@ def reproduce(
     """
     own = load(mission) if isinstance(mission, str | Path) else mission
     missions = papers() if own is None else (own,)
-    _check(only, own=mission is not None)
+    known = (*NAMES, *NUMBERS) if own is None else (*NAMES[:-1], *NUMBERS)
+    if faults := [
+        Fault("only", repr(name), "not the ledger, which is of the paper's two missions alone")
+        if name == LEDGER
+        else Fault("only", repr(name), f"one of {', '.join(known)}{nearest(name, known)}")
+        for name in only
+        if name not in known
+    ]:
+        raise InputError(faults)
     folder = Path(directory)
     files = _files(missions, only, mission is None, progress)
     made = {folder / name: content for name, content in files}
@@ -136,20 +144,6 @@ def reproduce(
         make_directory(folder / name)
     write_files(made)
     return list(made)
-
-
-def _check(only: Sequence[str], *, own: bool) -> None:
-    """Refuse what is no study, or not one of a mission of one's own."""
-    known = (*NAMES[:-1], *NUMBERS) if own else (*NAMES, *NUMBERS)
-    faults = [
-        Fault("only", repr(name), "not the ledger, which is of the paper's two missions alone")
-        if name == LEDGER
-        else Fault("only", repr(name), f"one of {', '.join(known)}{nearest(name, known)}")
-        for name in only
-        if name not in known
-    ]
-    if faults:
-        raise InputError(faults)
 
 
 def _files(

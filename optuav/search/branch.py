@@ -14,55 +14,6 @@ from optuav.search.bounds import possible
 from optuav.search.terrain import Boxes, Pattern, Terrain, patterns, sequences
 from optuav.search.trial import Stops, Trial
 
-
-@dataclass
-class Incumbent:
-    """The best plan so far; of plans that tie [s], the one whose sequence ranks first.
-
-    The longest hover time met exceeds the plan's own by no more than a tie.
-    """
-
-    trial: Trial
-    tie_s: float
-    best: Stops | None = None
-    longest_s: float = -np.inf
-
-    def to_beat_s(self, boxes: Boxes) -> Floats:
-        """Hover time that a plan in a box must reach [s]; a tie is enough if it ranks first."""
-        if self.best is None:
-            return np.zeros(len(boxes))
-        first = boxes.rank < self.best.rank
-        beat_s: Floats = np.maximum(self.longest_s + np.where(first, -self.tie_s, self.tie_s), 0.0)
-        return beat_s
-
-    def improve(self, boxes: Boxes) -> None:
-        """Look for a better plan in boxes."""
-        beat_s = self.to_beat_s(boxes)
-        if self.best is not None:
-            # The sequence that leads may go on to lead by less than a tie.
-            ahead_s = np.nextafter(self.best.hover_s, np.inf)
-            beat_s = np.where(boxes.rank == self.best.rank, ahead_s, beat_s)
-        found, stays_s = self.trial.longest(boxes, beat_s)
-        if not found.any():
-            return
-        hover_s, rank = stays_s[boxes.hovers].sum(axis=0), boxes.rank[found]
-        self.longest_s = max(self.longest_s, float(hover_s.max()))
-        ties = np.flatnonzero(hover_s >= self.longest_s - self.tie_s)
-        if not len(ties):
-            return
-        first = int(ties[np.lexsort((-hover_s[ties], rank[ties]))[0]])
-        new = Stops(
-            boxes.places[:, found][:, first].copy(),
-            stays_s[:, first].copy(),
-            float(hover_s[first]),
-            int(rank[first]),
-        )
-        old = self.best
-        falls_behind = old is None or old.hover_s < self.longest_s - self.tie_s
-        if old is None or falls_behind or (new.rank, -new.hover_s) < (old.rank, -old.hover_s):
-            self.best = new
-
-
 TIE_S = 5e-7
 """Hover times that differ by no more tie [s]; what is proved leaves a gap of twice that."""
 BEAM, BEAM_LEVELS = 64, 10
@@ -115,13 +66,19 @@ class _EarlyEnd(Exception):  # noqa: N818
 
 
 class _BranchAndBound:
+    """The open boxes, and the best plan so far: of plans that tie, the one that ranks first.
+
+    The longest hover time met exceeds the plan's own by no more than a tie.
+    """
+
     def __init__(
         self, terrain: Terrain, time_limit_s: float | None, progress: Progress | None
     ) -> None:
         self.terrain, self.progress = terrain, progress
         self.time_limit_s = np.inf if time_limit_s is None else time_limit_s
         self.started_s = time.monotonic()
-        self.incumbent = Incumbent(Trial(terrain), TIE_S)
+        self.trial, self.longest_s = Trial(terrain), -np.inf
+        self.best: Stops | None = None
         self.open: deque[Boxes] = deque()
         self.examined = 0
 
@@ -137,9 +94,7 @@ class _BranchAndBound:
             ended = INTERRUPTED
             self.time_limit_s = time.monotonic() - self.started_s + INTERRUPTED_S
         bound_s = self._bound_s() if begun else self.terrain.longest_stay_s
-        best = self.incumbent.best
-        if best is not None:
-            best = self.incumbent.trial.with_short_rests(best)
+        best = None if self.best is None else self.trial.with_short_rests(self.best)
         return SearchResult(best, bound_s, self.examined, ended)
 
     def _begin(self, kinds: Iterable[Pattern]) -> None:
@@ -173,13 +128,48 @@ class _BranchAndBound:
         if self._late((1.0 - GAP_SHARE) * self.time_limit_s):
             raise _EarlyEnd(f"ended after {self.time_limit_s:g} s")
         self.examined += len(boxes)
-        left = possible(self.terrain, boxes, self.incumbent.to_beat_s(boxes))
+        left = possible(self.terrain, boxes, self._to_beat_s(boxes))
         if len(left):
-            self.incumbent.improve(left)
+            self._improve(left)
         if self.progress is not None:
-            best_s = max(self.incumbent.longest_s, 0.0)
+            best_s = max(self.longest_s, 0.0)
             self.progress(best_s, self.examined, sum(map(len, self.open)))
         return left
+
+    def _to_beat_s(self, boxes: Boxes) -> Floats:
+        """Hover time that a plan in a box must reach [s]; a tie is enough if it ranks first."""
+        if self.best is None:
+            return np.zeros(len(boxes))
+        first = boxes.rank < self.best.rank
+        beat_s: Floats = np.maximum(self.longest_s + np.where(first, -TIE_S, TIE_S), 0.0)
+        return beat_s
+
+    def _improve(self, boxes: Boxes) -> None:
+        """Look for a better plan in boxes."""
+        beat_s = self._to_beat_s(boxes)
+        if self.best is not None:
+            # The sequence that leads may go on to lead by less than a tie.
+            ahead_s = np.nextafter(self.best.hover_s, np.inf)
+            beat_s = np.where(boxes.rank == self.best.rank, ahead_s, beat_s)
+        found, stays_s = self.trial.longest(boxes, beat_s)
+        if not found.any():
+            return
+        hover_s, rank = stays_s[boxes.hovers].sum(axis=0), boxes.rank[found]
+        self.longest_s = max(self.longest_s, float(hover_s.max()))
+        ties = np.flatnonzero(hover_s >= self.longest_s - TIE_S)
+        if not len(ties):
+            return
+        first = int(ties[np.lexsort((-hover_s[ties], rank[ties]))[0]])
+        new = Stops(
+            boxes.places[:, found][:, first].copy(),
+            stays_s[:, first].copy(),
+            float(hover_s[first]),
+            int(rank[first]),
+        )
+        old = self.best
+        falls_behind = old is None or old.hover_s < self.longest_s - TIE_S
+        if old is None or falls_behind or (new.rank, -new.hover_s) < (old.rank, -old.hover_s):
+            self.best = new
 
     def _late(self, limit_s: float) -> bool:
         return time.monotonic() - self.started_s > limit_s
@@ -189,7 +179,7 @@ class _BranchAndBound:
 
         As far as that is found in time, or in so many boxes.
         """
-        low_s, high_s = self.incumbent.longest_s + TIE_S, self.terrain.longest_stay_s
+        low_s, high_s = self.longest_s + TIE_S, self.terrain.longest_stay_s
         if not self.open:
             return low_s
         low_s, left = max(low_s, 0.0), list(self.open)

@@ -2,9 +2,13 @@
 
 from __future__ import annotations
 
+import contextlib
+import signal
+
 import pytest
 from rich.console import Console
 
+from optuav.cli import main
 from optuav.cli import output as bar
 
 
@@ -22,3 +26,22 @@ def test_a_terminal_sees_progress_and_a_pipe_does_not(
     shown = capsys.readouterr()
     assert shown.out == ""
     assert ("P4 [bold] b1" in shown.err) is shows
+
+
+@pytest.mark.parametrize(
+    "words",
+    [
+        ("ledger", "text-e1"),
+        ("solve", "paper", "--trajectory", "direct", "--hover-point", "free"),
+    ],
+)
+def test_what_may_take_seconds_shows_a_bar(
+    words: tuple[str, ...], monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """The moving bar hides the cursor, as nothing else does."""
+    monkeypatch.setenv("TERM", "xterm")
+    monkeypatch.setattr(Console, "is_terminal", True)
+    monkeypatch.setattr(signal, "signal", lambda *_: None)
+    with contextlib.suppress(SystemExit):
+        main([*words])
+    assert "\x1b[?25l" in capsys.readouterr().err

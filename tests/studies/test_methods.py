@@ -380,9 +380,10 @@ def test_where_nothing_is_feasible_one_sentence_takes_the_place_of_the_tables() 
 
 
 def test_reasons_of_single_problems_are_shown_once_each() -> None:
-    """At 80 s the direct flight fits, and no detour over a roof."""
-    found = optuav.compare(two_buildings(limits__deadline_s=80), slots_s=(10.0,), engines=("grid",))
+    """At 80 s the direct flight fits, and no detour over a roof: P3 and P1 alone have plans."""
+    found = optuav.compare(two_buildings(limits__deadline_s=80), slots_s=(1.0,), engines=("grid",))
     text = " ".join(str(found).split())
+    assert text.endswith("All 12 answers agree, 4 of them with a plan.")
     assert "P4 b1 rest-first has no plan: the flight alone takes 88.32 s" in text
     assert text.count("has no plan:") == 4
 
