@@ -28,23 +28,11 @@ Outline: TypeAlias = tuple[tuple[float, float], ...]  # Corners of a footprint o
 
 
 @dataclass(frozen=True)
-class Cells:
-    """The map in cells, as many across as along, and the footprints that reach into each.
-
-    Cells are numbered along y within x, and again along x within y.
-    """
-
-    low_m: Floats
-    size_m: Floats
-    across: int
-    # By numbering: footprints in the order of the cells, and where those of each cell begin.
-    footprints: Sequence[Integers]
-    begins: Sequence[Integers]
-
-
-@dataclass(frozen=True)
 class Prisms:
-    """Footprints, each smaller by `MARGIN_M` all round."""
+    """Footprints, each smaller by `MARGIN_M` all round, and the cells of the map that they reach.
+
+    There are as many cells across as along, numbered along y within x, and again along x within y.
+    """
 
     corners_m: Floats  # Of all footprints as stated (corner, axis) [m]
     sizes: Integers  # Number of corners of every footprint
@@ -54,7 +42,12 @@ class Prisms:
     is_box: Booleans
     building: Integers  # Number of its building
     roof_m: Floats  # Height of its roof over ground [m]
-    cells: Cells
+    map_low_m: Floats  # Where the cells begin (axis, 1) [m]
+    cell_m: Floats  # Size of each (axis, 1) [m]
+    across: int
+    # By numbering: footprints in the order of the cells, and where those of each cell begin.
+    in_cells: Sequence[Integers]
+    begins: Sequence[Integers]
 
     @cached_property
     def polygons(self) -> npt.NDArray[np.object_]:
@@ -102,23 +95,23 @@ def _prisms(stated: tuple[Outline | None, ...], top_m: tuple[float, ...]) -> Pri
     roof_m, count = np.array(top_m, dtype=float)[building], len(sizes)
     # Cells no smaller than footprints as a rule, so that each reaches into few.
     out_m = np.stack([low_m - MARGIN_M, high_m + MARGIN_M])
-    origin_m = out_m[0].min(axis=1, keepdims=True, initial=np.inf)
-    reach_m = out_m[1].max(axis=1, keepdims=True, initial=-np.inf) - origin_m
+    map_low_m = out_m[0].min(axis=1, keepdims=True, initial=np.inf)
+    reach_m = out_m[1].max(axis=1, keepdims=True, initial=-np.inf) - map_low_m
     across = 1
     if count > FEW:
         typical_m = np.sqrt(((out_m[1] - out_m[0]) ** 2).mean(axis=1, keepdims=True))
         across = max(1, int(min(float((reach_m / typical_m).min()), math.sqrt(count))))
-    size_m = reach_m / across
-    first, last = np.clip(((out_m - origin_m) / size_m).astype(np.intp), 0, across - 1)
+    cell_m = reach_m / across
+    first, last = np.clip(((out_m - map_low_m) / cell_m).astype(np.intp), 0, across - 1)
     entries = (spans := last - first + 1).prod(axis=0)
     footprint = np.repeat(np.arange(count), entries)
     number = np.arange(len(footprint)) - np.repeat(np.cumsum(entries) - entries, entries)
     x, y = first[:, footprint] + np.divmod(number, spans[1, footprint])
     numbers = x * across + y, y * across + x
-    order = [footprint[np.argsort(each, kind="stable")] for each in numbers]
+    in_cells = [footprint[np.argsort(each, kind="stable")] for each in numbers]
     begins = [np.cumsum(np.bincount(each + 1, minlength=across**2 + 1)) for each in numbers]
-    cells = Cells(origin_m, size_m, across, order, begins)
-    return Prisms(corners, sizes, low_m, high_m, is_box, building, roof_m, cells)
+    shapes = corners, sizes, low_m, high_m, is_box, building, roof_m
+    return Prisms(*shapes, map_low_m, cell_m, across, in_cells, begins)
 
 
 def crossed(obstacles: Prisms, start_m: Floats, end_m: Floats, exempt: Integers) -> Integers:
@@ -132,11 +125,11 @@ def crossed(obstacles: Prisms, start_m: Floats, end_m: Floats, exempt: Integers)
         return found
     swap = start_m[:, 2] > end_m[:, 2]
     low_m, high_m = np.where(swap, end_m.T, start_m.T), np.where(swap, start_m.T, end_m.T)
-    way_m, cells, n = high_m - low_m, obstacles.cells, obstacles.cells.across
-    at_once = 1 + MOST_PAIRS * n**2 // len(cells.footprints[0])
-    town = cells.low_m, cells.low_m + n * cells.size_m, obstacles.roof_m.max()
+    way_m, map_low_m, cell_m = high_m - low_m, obstacles.map_low_m, obstacles.cell_m
+    at_once = 1 + MOST_PAIRS * (n := obstacles.across) ** 2 // len(obstacles.in_cells[0])
+    town = map_low_m, map_low_m + n * cell_m, obstacles.roof_m.max()
     within = enter, leave = np.stack(_stretch(low_m, way_m, *town))
-    place, way = (low_m[:2] - cells.low_m) / cells.size_m, way_m[:2] / cells.size_m
+    place, way = (low_m[:2] - map_low_m) / cell_m, way_m[:2] / cell_m
     way = np.where(np.abs(way) < TINY, TINY, way)
     steep = np.abs(way_m[1]) > np.abs(way_m[0])
     for axis in (0, 1):
@@ -151,11 +144,11 @@ def crossed(obstacles: Prisms, start_m: Floats, end_m: Floats, exempt: Integers)
                 shares = np.clip(shares, enter[live], leave[live])
                 ends = place[1 - axis, live] + shares * way[1 - axis, live]
                 row = column * n + np.clip(ends.astype(np.intp), 0, n - 1)
-                first = cells.begins[axis][row.min(axis=0)]
-                entries = cells.begins[axis][row.max(axis=0) + 1] - first
+                first = obstacles.begins[axis][row.min(axis=0)]
+                entries = obstacles.begins[axis][row.max(axis=0) + 1] - first
                 line = np.repeat(live, entries)
                 before = np.repeat(first - np.cumsum(entries) + entries, entries)
-                footprint = cells.footprints[axis][np.arange(len(line)) + before]
+                footprint = obstacles.in_cells[axis][np.arange(len(line)) + before]
                 line, footprint = _met(obstacles, (low_m, way_m, exempt), line, footprint)
                 found[line] = obstacles.building[footprint]
                 (on,) = np.nonzero((found[live] == CLEAR) & (column != last))
