@@ -109,13 +109,11 @@ def one_stop_is_enough(network: Network, graph: Graph | None = None) -> bool:
 
 def one_stop_in_words(network: Network, graph: Graph | None = None) -> str:
     """Whether routes with more than one stop may be better, in a sentence."""
+    if one_stop_is_enough(network, graph):
+        legs = "times, charges and energies of the legs obey the triangle inequality"
+        return f"one stop is enough: {legs}"
+    words = "a route with more than one stop may be better and was not tried"
     if len(network.mission.buildings) > MOST_COMPARED:
-        return "a route with more than one stop may be better and was not tried"
-    shortcuts = find_shortcuts(replace(network, legs=all_legs(network, graph)))
-    if not shortcuts:
-        return (
-            "one stop is enough: times, charges and energies of the legs obey the triangle "
-            "inequality"
-        )
-    more = f", and {len(shortcuts) - 1} more such" if len(shortcuts) > 1 else ""
-    return f"a route with more than one stop may be better and was not tried: {shortcuts[0]}{more}"
+        return words
+    first, *others = find_shortcuts(replace(network, legs=all_legs(network, graph)))
+    return f"{words}: {first}" + (f", and {len(others)} more such" if others else "")
