@@ -23,13 +23,6 @@ if TYPE_CHECKING:
 
     Graph = networkx.DiGraph[str]
 
-NEEDED = {
-    "kind": "{} is expected",
-    "position_m": "three finite numbers [m] are needed",
-    "laser_sight": "True or False is needed",
-    "received_power_W": "a number ≥ 0 [W] is needed",
-}
-"""What the attributes of a node have to be."""
 EDGE_FIGURES = ("duration_s", "charge_As", "energy_J", "distance_m", "peak_speed_m_s")
 SOURCE = "graph"
 ROUNDING = 1e-9  # Relative; a received power may exceed what the battery takes by this much
@@ -141,16 +134,16 @@ def _faults(view: Graph) -> Iterator[Fault]:
             position_m = position_m.tolist()
         three = isinstance(position_m, tuple | list) and len(position_m) == 3
         sight, stated = data.get("laser_sight"), data.get("kind")
-        right = {
-            "kind": isinstance(stated, str) and stated == kind,
-            "position_m": three and all(abs(_number(each)) <= LARGEST for each in position_m or ()),
-            "laser_sight": isinstance(sight, bool | np.bool_),
-            "received_power_W": 0.0 <= _number(data.get("received_power_W")) <= LARGEST,
-        }
-        for name, words in NEEDED.items():
-            if not right[name]:
-                key = f"{_node(node)}.{name}"
-                yield Fault(key, shown(data.get(name)), words.format(repr(kind)), SOURCE)
+        power_W = _number(data.get("received_power_W"))
+        inside = three and all(abs(_number(each)) <= LARGEST for each in position_m or ())
+        for name, right, words in (
+            ("kind", isinstance(stated, str) and stated == kind, f"{kind!r} is expected"),
+            ("position_m", inside, "three finite numbers [m] are needed"),
+            ("laser_sight", isinstance(sight, bool | np.bool_), "True or False is needed"),
+            ("received_power_W", 0.0 <= power_W <= LARGEST, "a number ≥ 0 [W] is needed"),
+        ):
+            if not right:
+                yield Fault(f"{_node(node)}.{name}", shown(data.get(name)), words, SOURCE)
     for start, end, data in view.edges(data=True):
         figures = {name: _number(data.get(name)) for name in EDGE_FIGURES}
         faulty = [name for name, figure in figures.items() if not 0.0 <= figure <= LARGEST]
