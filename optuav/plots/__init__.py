@@ -1,7 +1,8 @@
 """Pictures of missions and plans; they need matplotlib (``python -m pip install matplotlib``).
 
 Every function takes its data and returns the axes, of a figure of its own that belongs to no
-window: ``wells([plan])[0].figure.savefig("wells.pdf")``.
+window: ``wells([plan])[0].figure.savefig("wells.pdf")``. `bars`, `curves` and `plane` also draw on
+axes that they are given.
 """
 
 from optuav.errors import require

@@ -85,6 +85,7 @@ def bars(
     title: str,
     y_label: str,
     level: Mark | None = None,
+    ax: Axes | None = None,
 ) -> Axes:
     """Draw bars in groups, with their numbers.
 
@@ -96,6 +97,8 @@ def bars(
         Heading, and label with its unit.
     level
         A value that is marked.
+    ax
+        Where to draw; on a page of its own by default.
 
     Examples
     --------
@@ -105,7 +108,7 @@ def bars(
     >>> [text.get_text() for text in ax.texts]
     ['577.5', '597.3']
     """
-    ax = style.page(3.4 if any(each.name for each in shown) else 3.0).subplots()
+    ax = ax or style.page(3.4 if any(each.name for each in shown) else 3.0).subplots()
     groups = list(dict.fromkeys(each.group for each in shown))
     used = [name for name in COLOURS if any(each.name == name for each in shown)]
     floor, width = level.at if level else 0.0, GROUP / max(2, len(used))
@@ -150,6 +153,7 @@ def curves(
     y_label: str,
     marks: Sequence[Mark] = (),
     y_from_zero: bool = False,
+    ax: Axes | None = None,
 ) -> Axes:
     """Draw curves over one quantity.
 
@@ -163,6 +167,8 @@ def curves(
         Where something begins or ends.
     y_from_zero
         Whether the axis begins at 0.
+    ax
+        Where to draw; on a page of its own by default.
 
     Examples
     --------
@@ -172,7 +178,7 @@ def curves(
     >>> ax.get_legend().get_texts()[0].get_text()
     'square'
     """
-    ax = style.page(4.0).subplots()
+    ax = ax or style.page(4.0).subplots()
     for number, line in enumerate(lines):
         colour, dashes = LINES[number % len(LINES)]
         (curve,) = ax.plot(line.x, line.y, color=colour, linestyle=dashes, zorder=3)

@@ -43,6 +43,7 @@ def plane(
     plans: Sequence[Plan] = (),
     *,
     slot_s: float = 1.0,
+    ax: Axes | None = None,
 ) -> Axes:
     """Draw the plane of the two unknowns of a problem: rest time across, hover time upwards.
 
@@ -61,6 +62,8 @@ def plane(
         Plans to mark, of the same problem and itinerary: continuous ones and ones in slots.
     slot_s
         Length of the slots of the grid [s], > 0.
+    ax
+        Where to draw; on a page of its own by default.
 
     Returns
     -------
@@ -90,7 +93,7 @@ def plane(
     ]
     points = [point for _, point in marked]
     route = marked[0][0].route if marked else ()
-    ax = style.page(4.4).subplots()
+    ax = ax or style.page(4.4).subplots()
     counted = _worth_seeing(model, parameters, slot_s, points)
     for name, number, values_s in (("ylim", 1, counted[0]), ("xlim", 0, counted[1])):
         highest = max([0.0, *values_s, *(point[number] for point in points)]) or 1.0

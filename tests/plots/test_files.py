@@ -171,3 +171,11 @@ def test_a_backend_that_does_not_exist_is_one_sentence(monkeypatch: pytest.Monke
     monkeypatch.setattr("optuav.errors.import_module", refuse)
     with pytest.raises(InputError, match=r"pictures need matplotlib.*'nosuch' is not valid"):
         require("matplotlib", "pictures")
+
+
+def test_pictures_of_one_panel_are_drawn_where_one_wants_them() -> None:
+    left, right = Figure().subplots(1, 2)
+    assert plots.bars([plots.Bar("a", "", 1.0)], title="one", y_label="y", ax=left) is left
+    problem = optuav.P4("b1", order="rest-first")
+    part = optuav.formulate("paper", problem, perspective="battery").parts[0]
+    assert plots.plane(part.model, part.model.row(0), ax=right) is right
