@@ -68,10 +68,8 @@ def _ipopt_s(mission: Mission, shares: tuple[float, ...]) -> float:
     parts = formulate(mission, perspective="available").parts
     proved_s = max(np.nanmax(each.solve().beyond_s) for each in batches(mission))
     with patch.object(casadi_engine, "SHARES", shares):
-        ready = [
-            (Casadi().compile(part.model, len(part.routes)), len(part.routes)) for part in parts
-        ]
-        found = [solve({}).objective for solve, _ in ready]
+        ready = [Casadi().compile(part.model, len(part.routes)) for part in parts]
+        found = [solve({}).objective for solve in ready]
         assert abs(max(np.nanmax(each) for each in found) - proved_s) <= SAME_S
         seconds = median_s(lambda: [solve({}) for solve in ready], 3)
     return seconds / sum(len(part.routes) for part in parts)
