@@ -158,3 +158,12 @@ def test_prices_of_the_paper(asked: Formulation) -> None:
         for name, price in solved("casadi", part.model).shadow_prices().items():
             assert tuple(price) == pytest.approx(tuple(prices[name]), rel=1e-5, abs=1e-7), name
         assert grid.solve(part.model, 1, slot_s=30.0).shadow_prices() == {}
+
+
+@pytest.mark.parametrize("seed", [3403, 3549])
+def test_a_flat_optimum_has_prices(seed: int) -> None:
+    """Where a rest that hardly matters is known to fewer digits than the wells' limit."""
+    rng = np.random.default_rng(seed)
+    count, wrong = compare(rng, "bracket", str(rng.choice(KINKS)))
+    assert count
+    assert not wrong
