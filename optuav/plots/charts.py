@@ -210,9 +210,9 @@ def tornado(rows: Sequence[Mapping[str, Any]], hover_time_s: float, mission: str
     moving = [row for row in rows if row["swing_s"] > MOVES_S]
     shown = moving[:MOST_KEYS]
     ends_s = [row[end] for row in shown for end in ("hover_low_s", "hover_high_s")]
-    ax = style.page(AROUND_IN + KEY_IN * max(1, len(shown))).subplots()
+    ax = style.page(AROUND_IN + KEY_IN * (1 + max(1, len(shown)))).subplots()
     limits = style.margins([hover_time_s, *(s for s in ends_s if s is not None)], 0.12)
-    ax.set(xlim=limits, ylim=(len(shown) - 0.4, -0.6))
+    ax.set(xlim=limits, ylim=(len(shown) + 0.6, -0.6))  # the last row is the legend's
     for at, row in enumerate(shown):
         _draw_swing(ax, at, hover_time_s, row)
     ax.axvline(hover_time_s, color=BLACK, linewidth=0.8)
@@ -225,7 +225,7 @@ def tornado(rows: Sequence[Mapping[str, Any]], hover_time_s: float, mission: str
     ax.set_title(f"{style.printed(mission)}: one key at a time, at the values beside the bars")
     ends = (("key at its low end", ORANGE), ("key at its high end", BLUE))
     handles = [Patch(label=words, color=colour, linewidth=0.0) for words, colour in ends]
-    ax.legend(handles=handles, loc="lower right")
+    ax.legend(handles=handles, loc="lower right", ncols=2)
     ax.xaxis.grid(True, linewidth=0.3, color=GREY)
     ax.set_axisbelow(True)
     style.settle(ax)
