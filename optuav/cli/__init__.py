@@ -46,6 +46,7 @@ def _leave(*_: object) -> None:
     """End the process with its children, and leave no half-written file and no hidden cursor."""
     if not _leaving.acquire(blocking=False):
         return
+    # The process ends whatever fails here, even where modules are half imported.
     with contextlib.suppress(Exception):
         files = sys.modules.get("optuav.mission.files")
         for path in tuple(getattr(files, "unfinished", ())):

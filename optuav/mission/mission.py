@@ -164,6 +164,15 @@ class Mission(MissionSection):
         >>> optuav.load("paper").with_buildings(roofs).buildings[1].position_m
         (90.0, 700.0, 40.0)
         """
+        wanted = "columns by name, as a data frame or as lists in a dict"
+        if not hasattr(table, "keys"):
+            raise InputError([Fault("", shown(table), wanted)])
+        if faults := [
+            Fault(str(name), shown(table[name]), wanted)
+            for name in table
+            if isinstance(table[name], str) or not isinstance(table[name], Iterable)
+        ]:
+            raise InputError(faults)
         columns = {str(name): [without_none(each) for each in table[name]] for name in table}
         faults = [
             Fault(name, "", f"unknown column{nearest(name, COLUMNS + SIZES)}")

@@ -665,3 +665,9 @@ def test_a_table_of_buildings_is_refused_with_all_its_faults() -> None:
         paper.with_buildings(
             {"name": ["a"], "x_m": [0], "y_m": [9], "z_m": [1], "width_m": [3], "depth_m": [nan]}
         )
+
+
+@pytest.mark.parametrize("table", [None, [1, 2], "abc", {"name": 3}, {"name": "abc"}])
+def test_what_is_no_table_of_buildings_is_refused_in_words(table: Any) -> None:
+    with pytest.raises(optuav.InputError, match="columns by name"):
+        optuav.load("paper").with_buildings(table)
