@@ -7,7 +7,7 @@ import os
 from pathlib import Path
 
 from optuav.errors import Fault, InputError, safe_name
-from optuav.mission.files import label, read_toml, refusal
+from optuav.mission.files import STANDARD, label, read_toml, refusal
 from optuav.mission.messages import nearest, shown
 from optuav.mission.mission import Mission, overlay
 from optuav.mission.validation import Document, Key, StatedMission, format_breaches, validate
@@ -141,5 +141,5 @@ def _read(
         document, gone = overlay(below.document, document)
         stated = StatedMission(document, {**below.sources, **sources}, {**below.displaced, **gone})
     if not above and "name" not in document:
-        document["name"] = safe_name(path.stem)
+        document["name"] = "mission" if path == STANDARD else safe_name(path.stem)
     return stated, faults, whole

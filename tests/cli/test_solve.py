@@ -275,4 +275,5 @@ def test_a_mission_from_standard_input_and_a_plan_to_standard_output(
     monkeypatch.setattr(sys, "stdin", io.TextIOWrapper(io.BytesIO(text)))
     found = json.loads(run("solve", "-", "--perspective", "battery", "--save", "-").out)
     assert found["kind"] == "optuav plan"
+    assert found["mission"]["name"] == "mission"
     assert found["mission"]["limits"]["deadline_s"] == 800
