@@ -285,7 +285,7 @@ def estimate(
     return Estimate(tuple(keys), outer(best.x), best.fun, sigma, intervals, undetermined)
 
 
-def quantile(confidence: float, freedom: int | None) -> float:
+def quantile(confidence: float, freedom: float | None) -> float:
     """Standard deviations to either end of an interval, by Student if estimated with a freedom."""
     from scipy.special import ndtri, stdtrit
 

@@ -33,20 +33,8 @@ from typing import NamedTuple
 import numpy as np
 
 from optuav.arrays import Booleans, Floats, Integers
-from optuav.calibration import csv
-from optuav.calibration.fit import (
-    CONFIDENCE,
-    NOTHING,
-    SAME,
-    TIE,
-    WIDE,
-    ConfidenceInterval,
-    Estimate,
-    Fit,
-    Panel,
-    finished,
-    quantile,
-)
+from optuav.calibration import csv, fit
+from optuav.calibration.fit import ConfidenceInterval, Estimate, Fit, Panel, finished, quantile
 from optuav.errors import Fault, InputError
 from optuav.physics.kibam import Battery, levelling
 from optuav.physics.packs import lifetime
@@ -226,7 +214,7 @@ class SumOfSquares:
     def implied(self, rows: Floats, logits: Floats) -> tuple[Floats, Floats]:
         """log B by each lifetime (last axis), and the geometric mean of d log B/d log T."""
         lag_As, lag_A = np.exp(-logits)[..., None] * rows
-        taken_As = np.maximum(self._drawn_As + lag_As, NOTHING)
+        taken_As = np.maximum(self._drawn_As + lag_As, fit.NOTHING)
         slopes = (self._end_A + lag_A) * self._lifetimes_s / taken_As
         usual = np.exp(np.mean(np.log(np.maximum(slopes, LEAST_SENSITIVITY)), axis=-1))
         return np.log(taken_As), usual
@@ -245,7 +233,7 @@ class SumOfSquares:
     def optima(self) -> Iterator[tuple[float, Floats, Floats]]:
         """log k', values and residuals at every local minimum, the slowest first."""
         beside = np.pad(self._least, 1, constant_values=np.inf)
-        lower = np.minimum(beside[:-2], beside[2:]) * (1.0 - TIE) > self._least + ROUNDED
+        lower = np.minimum(beside[:-2], beside[2:]) * (1.0 - fit.TIE) > self._least + ROUNDED
         # Where all is flat, rounding is not to choose.
         minima = self._rates[lower] if np.any(lower) else self._rates[ROWS // 2 :][:1]
         ends = (self._beside(minima, by) for by in (-1, 1))
@@ -317,21 +305,20 @@ def _estimate(
     sums, freedom = SumOfSquares(discharges), len(discharges) - len(KEYS)
     optima = list(sums.optima())
     least = min(float(left @ left) for *_, left in optima)
-    most = least + TIE * (least + (spread or 0.0) ** 2) + ROUNDED
+    most = least + fit.TIE * (least + (spread or 0.0) ** 2) + ROUNDED
     ties = [each for each in optima if each[2] @ each[2] <= most]
     if len(ties) > 1:
         misses = [miss(values) for _, values, _ in ties]
-        ties = [tie for tie, each in zip(ties, misses, strict=True) if each <= min(misses) + SAME]
+        ties = [*itertools.compress(ties, (each <= min(misses) + fit.SAME for each in misses))]
     rate, values, left = ties[0]
     sigma = math.sqrt(least / freedom) if spread is None else spread
 
-    deviations = quantile(CONFIDENCE, freedom if spread is None else None)
+    deviations = quantile(fit.CONFIDENCE, freedom if spread is None else None)
     low, high = sums.region(rate, least + (sigma * deviations) ** 2)
     # A few discharges may agree by chance, and would seem clear just where they are wrong.
     sure = max(sigma, min(SCATTER, CHANCE * sigma)) * quantile(CLEAR, None)
-    wide = (
-        np.array([high - low, np.subtract(*sums.region(rate, least + sure**2)[::-1])]) > 2.0 * WIDE
-    )
+    clear = np.subtract(*sums.region(rate, least + sure**2)[::-1])
+    wide = np.array([high - low, clear]) > 2.0 * fit.WIDE
     undetermined, unsure = (tuple(itertools.compress(KEYS, each)) for each in wide.tolist())
     low, high = (np.exp(each - (0.0, np.logaddexp(0.0, each[1]), 0.0)) for each in (low, high))
     intervals = tuple(map(ConfidenceInterval, low.tolist(), high.tolist()))

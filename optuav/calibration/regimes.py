@@ -28,18 +28,8 @@ import numpy as np
 import numpy.typing as npt
 
 from optuav.arrays import Booleans, Floats, Integers
-from optuav.calibration import csv
-from optuav.calibration.fit import (
-    CONFIDENCE,
-    NOTHING,
-    ConfidenceInterval,
-    Estimate,
-    Fit,
-    Panel,
-    Value,
-    estimate,
-    finished,
-)
+from optuav.calibration import csv, fit
+from optuav.calibration.fit import ConfidenceInterval, Fit, Panel, Value, finished, quantile
 from optuav.errors import Fault, InputError
 from optuav.mission.messages import nearest
 from optuav.physics.flight import regime_leg
@@ -170,13 +160,11 @@ def fit_regimes(files: Iterable[str | Path]) -> Fit:
 
 def mean_over_time(values: Floats, steps_s: Floats) -> tuple[float, ConfidenceInterval]:
     """Mean of samples (sample,) that stand for some time each [s], and its interval."""
-    from scipy.special import stdtrit
-
     mean = float(np.average(values, weights=steps_s))
     variance = float(np.average((values - mean) ** 2, weights=steps_s))
     alike = correlation_of_neighbours(values)
     freedom = max(len(values) * (1.0 - alike) / (1.0 + alike) - 1.0, 1.0)
-    reach = float(stdtrit(freedom, 0.5 + 0.5 * CONFIDENCE)) * math.sqrt(variance / freedom)
+    reach = quantile(fit.CONFIDENCE, freedom) * math.sqrt(variance / freedom)
     return mean, ConfidenceInterval(mean - reach, mean + reach)
 
 
@@ -271,25 +259,23 @@ def _motion(
     )
     speeds = _speeds(samples, legs, distances_m)
 
-    def fitted(keys: Sequence[str], starts: Iterable[Sequence[float]]) -> Estimate:
-        def residuals(values: Floats) -> Floats:
-            left: Floats = speeds(*values) - observed
-            return left
+    def residuals(values: Floats) -> Floats:
+        left: Floats = speeds(*values) - observed
+        return left
 
-        return estimate(keys, residuals, starts, eliminated=2 * len(legs))
-
-    keys = ("flight.acceleration_m_s2", "flight.max_speed_m_s")
-    found = fitted(keys, [(a, float(np.max(observed))) for a in (0.5, 2.0, 8.0)])
+    keys, moments = ("flight.acceleration_m_s2", "flight.max_speed_m_s"), 2 * len(legs)
+    starts = [(a, float(np.max(observed))) for a in (0.5, 2.0, 8.0)]
+    found = fit.estimate(keys, residuals, starts, eliminated=moments)
     warnings = found.warnings
     acceleration, cap = found.values
-    without = fitted(keys[:1], [(acceleration,)])
+    without = fit.estimate(keys[:1], residuals, [(acceleration,)], eliminated=moments)
     more = without.residuals @ without.residuals - found.residuals @ found.residuals
-    gain = float(more) / max(found.spread or 0.0, NOTHING) ** 2
+    gain = float(more) / max(found.spread or 0.0, fit.NOTHING) ** 2
     if cap >= REACHED * math.sqrt(acceleration * distances_m.max()) or gain < GAIN:
         found = without
         warnings = ("no leg is long enough to show a speed cap: max_speed_m_s is missing here",)
-    fit = speeds(*found.values.tolist()).tolist()
-    course = Panel("speed", "m/s", observed.tolist(), fit, (), at_s.tolist(), TIME)
+    fitted = speeds(*found.values.tolist()).tolist()
+    course = Panel("speed", "m/s", observed.tolist(), fitted, (), at_s.tolist(), TIME)
     return found.stated(f"fitted to the speed of {len(legs)} legs"), (course,), warnings
 
 

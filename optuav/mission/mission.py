@@ -11,28 +11,11 @@ from typing import Annotated, Any, Self
 from pydantic import Strict, model_validator
 
 from optuav.errors import MOST_SHOWN, Fault, InputError, printable
-from optuav.mission import schema
+from optuav.mission import schema, validation
 from optuav.mission.files import write_text
 from optuav.mission.messages import nearest, shown
-from optuav.mission.schema import (
-    CONVERSIONS,
-    MOST_ITEMS,
-    REGIME_KEYS,
-    SCHEMA,
-    Allowed,
-    Listed,
-    MissionSection,
-)
-from optuav.mission.validation import (
-    KEYS,
-    Document,
-    Key,
-    StatedMission,
-    format_breaches,
-    keys_of,
-    rules,
-    validate,
-)
+from optuav.mission.schema import MissionSection
+from optuav.mission.validation import Document, Key, StatedMission, keys_of, validate
 
 COLUMNS, SIZES = ("name", "x_m", "y_m", "z_m"), ("width_m", "depth_m")
 """Columns of a table of buildings; those of their footprints may be left out."""
@@ -50,14 +33,14 @@ DISPLACED: dict[str, dict[str, frozenset[str]]] = {
     "laser": {
         "visibility_km": frozenset({"attenuation_per_km"}),
         "attenuation_per_km": frozenset({"visibility_km"}),
-        "wavelength_nm": frozenset(CONVERSIONS[810]),
+        "wavelength_nm": frozenset(schema.CONVERSIONS[810]),
     },
-    "flight": {"model": REGIME_KEYS},
+    "flight": {"model": schema.REGIME_KEYS},
 }
 """By table, the keys that a new value of a key displaces unless they are stated with it."""
 
-_KEYS = {"name", "description", *KEYS} | {
-    f"{name}.{key}" for name, keys in KEYS.items() if name != "buildings" for key in keys
+_KEYS = {"name", "description", *validation.KEYS} | {
+    f"{name}.{key}" for name, keys in validation.KEYS.items() if name != "buildings" for key in keys
 }
 
 
@@ -95,14 +78,14 @@ class Mission(MissionSection):
     buildings: Annotated[
         tuple[schema.Building, ...],
         Strict(),
-        Listed,
-        Allowed(f"up to {MOST_ITEMS} tables [[buildings]] with name, position_m"),
+        schema.Listed,
+        schema.Allowed(f"up to {schema.MOST_ITEMS} tables [[buildings]] with name, position_m"),
     ] = ()
 
     @model_validator(mode="after")
     def _rules(self) -> Self:
         document = self.model_dump(exclude_none=True)
-        if breaches := list(islice(rules(document), MOST_SHOWN)):
+        if breaches := list(islice(validation.rules(document), MOST_SHOWN)):
             raise InputError(StatedMission(document).faults(breaches))
         return self
 
@@ -234,7 +217,7 @@ class Mission(MissionSection):
             Strings, numbers, truth values, lists and dicts; optional keys that are not set are
             left out.
         """
-        return {"schema": SCHEMA, **self.model_dump(mode="json", exclude_none=True)}
+        return {"schema": schema.SCHEMA, **self.model_dump(mode="json", exclude_none=True)}
 
     @classmethod
     def from_dict(cls, document: Mapping[str, object]) -> Self:
@@ -258,7 +241,7 @@ class Mission(MissionSection):
         if not isinstance(document, Mapping):
             raise InputError([Fault("", shown(document), "a mission as a dict")])
         stated = without_none(document)
-        faults = StatedMission(stated).faults(format_breaches(stated))
+        faults = StatedMission(stated).faults(validation.format_breaches(stated))
         stated.pop("schema", None)
         return validate(cls, StatedMission(stated), faults)
 

@@ -11,16 +11,9 @@ from typing import Any, NamedTuple, TypeAlias, TypeVar
 from pydantic import BaseModel, ValidationError
 
 from optuav.errors import Fault, InputError, safe_name
+from optuav.mission import schema
 from optuav.mission.messages import allowed, nearest, shown, table
-from optuav.mission.schema import (
-    RATE_PER_MINUTE,
-    REGIME_KEYS,
-    SCHEMA,
-    SECTIONS,
-    BatteryPacks,
-    Laser,
-    RegimeFlight,
-)
+from optuav.mission.schema import RATE_PER_MINUTE, REGIME_KEYS, SCHEMA, SECTIONS
 
 Document: TypeAlias = dict[str, Any]  # Tables and values by name, as a TOML file gives them
 
@@ -145,8 +138,8 @@ def format_breaches(document: Document) -> list[Breach]:
     words = f"{SCHEMA}, the version of this format"
     if "schema" not in document:
         return [Breach(("schema",), f"is missing; {words}")]
-    schema = document["schema"]
-    return [] if type(schema) is int and schema == SCHEMA else [Breach(("schema",), words)]
+    stated = document["schema"]
+    return [] if type(stated) is int and stated == SCHEMA else [Breach(("schema",), words)]
 
 
 def breaches_of(
@@ -221,7 +214,7 @@ def rules(document: Document) -> Iterator[Breach]:
         yield Breach(("limits", "max_altitude_m"), f"a number, x >= min_altitude_m = {low:g} [m]")
     schedule = battery.get("schedule", "pooled")
     if schedule == "alternating" and "period_s" not in battery:
-        words = f'{allowed(BatteryPacks, "period_s")}, needed by schedule = "alternating"'
+        words = f'{allowed(schema.BatteryPacks, "period_s")}, needed by schedule = "alternating"'
         yield Breach(("battery", "period_s"), f"is missing; {words}")
     elif schedule not in ("alternating", UNKNOWN) and "period_s" in battery:
         yield Breach(("battery", "period_s"), 'goes with schedule = "alternating" only')
@@ -234,8 +227,8 @@ def rules(document: Document) -> Iterator[Breach]:
         if len(twins) == 2:
             yield Breach(("laser", twins[0]), f"either {' or '.join(twins)}, not both")
         elif not twins:
-            words = f"is missing; {allowed(Laser, 'attenuation_per_km')}; or state visibility_km"
-            yield Breach(("laser", "attenuation_per_km"), words)
+            words = f"{allowed(schema.Laser, 'attenuation_per_km')}; or state visibility_km"
+            yield Breach(("laser", "attenuation_per_km"), f"is missing; {words}")
     if isinstance(flight := document.get("flight", {}), dict):
         # What a flight model needs of other tables, and what has no meaning with it.
         model, needed = flight.get("model", "rotors"), dict[str, str]()
@@ -245,8 +238,8 @@ def rules(document: Document) -> Iterator[Breach]:
             if charging := [key for key in _CHARGING if key in flight]:
                 needed = {"laser": charging[0]}
                 for key in {*_CHARGING}.difference(charging):
-                    words = f"{allowed(RegimeFlight, key)}, stated together with {charging[0]}"
-                    yield Breach(("flight", key), f"is missing; {words}")
+                    words = f"is missing; {allowed(schema.RegimeFlight, key)}, stated together"
+                    yield Breach(("flight", key), f"{words} with {charging[0]}")
             force = keys_of(document.get("wind")).get("force_N", UNKNOWN)
             if force is not UNKNOWN and any(force):
                 yield Breach(("wind", "force_N"), '[0, 0, 0] with flight.model = "regimes"')

@@ -21,9 +21,8 @@ from optuav.mission.messages import shown
 from optuav.plan import Stop
 from optuav.plots import style
 from optuav.plots.charge import draw_wells
-from optuav.plots.map import Way, draw_from_above, plan_labels
+from optuav.plots.map import Way, draw_from_above, draw_plan_view, plan_labels, scene
 from optuav.plots.profiles import timed
-from optuav.plots.scene import draw_plan_view, scene
 from optuav.plots.style import BLACK, BLUE, GREEN, GREY, ORANGE, PURPLE, SKY, VERMILLION, place
 
 if TYPE_CHECKING:

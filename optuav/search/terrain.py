@@ -17,14 +17,7 @@ from typing import NamedTuple
 import numpy as np
 
 from optuav.arrays import Booleans, Floats, Integers
-from optuav.physics.kibam import (
-    Battery,
-    Stage,
-    Wells,
-    falls_throughout,
-    levelling,
-    step,
-)
+from optuav.physics import kibam
 
 ORIGIN, HOVER, DESTINATION, FIRST_BUILDING = 0, 1, 2, 3  # Numbers of places
 ROUNDING = 1e-11  # Share of the capacity by which a limit must be missed before a box falls [-]
@@ -46,7 +39,7 @@ class Flown(NamedTuple):
 class Terrain:
     """Places and legs between them, by number: origin, hover point, destination, then buildings."""
 
-    battery: Battery  # One, full at the start; B > 0, 0 < ω < 1, k_F ≥ 0
+    battery: kibam.Battery  # One, full at the start; B > 0, 0 < ω < 1, k_F ≥ 0
     deadline_s: float
     least_charge_As: float  # η0 B, to be left at the end [A s]
     duration_s: Floats  # Of the legs (start, end) [s]; inf where there is none
@@ -70,15 +63,15 @@ class Terrain:
     @cached_property
     def leg_maps(self) -> Flown:
         """All legs up to the end of each stage; only whole legs where y1 is least at their ends."""
-        wells, elapsed_s = Wells(0.0, 0.0), np.zeros_like(self.duration_s)
+        wells, elapsed_s = kibam.Wells(0.0, 0.0), np.zeros_like(self.duration_s)
         found, share = [], self.battery.available_fraction
         for current_A, time_s in zip(self.stage_currents_A, self.stage_durations_s, strict=True):
-            wells = step(self.battery, wells, Stage(-current_A, time_s))
+            wells = kibam.step(self.battery, wells, kibam.Stage(-current_A, time_s))
             elapsed_s = elapsed_s + time_s
             tilt_As = wells.available_As - share * wells.total_As
-            found.append((-wells.total_As, levelling(self.battery, elapsed_s)[0], tilt_As))
+            found.append((-wells.total_As, kibam.levelling(self.battery, elapsed_s)[0], tilt_As))
         drawn_A = self.stage_currents_A[self.stage_durations_s > 0.0]
-        kept = found[-1:] if np.all(falls_throughout(self.battery, -drawn_A)) else found
+        kept = found[-1:] if np.all(kibam.falls_throughout(self.battery, -drawn_A)) else found
         return Flown(self.duration_s[None], *(np.array(table) for table in zip(*kept, strict=True)))
 
 

@@ -17,9 +17,8 @@ from optuav.network.network import build_network
 from optuav.network.one_stop import all_legs
 from optuav.physics import kibam
 from optuav.search.bounds import possible
-from optuav.search.branch import TIE_S, SearchResult, search
+from optuav.search.branch import TIE_S, SearchResult, Trial, search
 from optuav.search.terrain import Pattern, Terrain, patterns, sequences
-from optuav.search.trial import Trial
 from optuav.solving.several_stops import terrain
 from tests.examples import few
 
