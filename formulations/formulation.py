@@ -6,7 +6,7 @@ import math
 import operator
 from abc import ABC, abstractmethod
 from dataclasses import dataclass, field, fields, replace
-from functools import reduce
+from functools import lru_cache, reduce
 from typing import Any, Self
 
 import numpy as np
@@ -39,17 +39,13 @@ class Given(Quantities):
             if symbols[each.name] is not None
         }
         symbols |= {} if quantities.rests else dict.fromkeys(STAYS["rest"], 0.0)
-        words = (("current_A", "I", "A"), ("duration_s", "t", "s"))
         symbols["steps"] = tuple(
             step
             if isinstance(step, str)
             else Stage(
                 *(
-                    # Figures that differ between the itineraries become symbols.
-                    Parameter(f"step_{n}_{name}", f"{symbol}_{n}", unit, value, varies=False)
-                    if np.ndim(value)
-                    else value
-                    for (name, symbol, unit), value in zip(words, step, strict=True)
+                    Parameter(name, f"{symbol}_{n}", unit, value, varies=False)
+                    for name, symbol, unit, value in zip(_of_step(n), "It", "As", step, strict=True)
                 )
             )
             for n, step in enumerate(quantities.steps, start=1)
@@ -162,23 +158,59 @@ class Formulation(ABC):
             If no unknown or no objective is declared, or the perspective is `available` and
             `given.keep_wells` is not called.
         """
-        title = (type(self).__doc__ or self.name).strip().splitlines()[0]
-        model = Model(title.rstrip("."))
-        self.declare(model, Given.of(quantities, perspective))
-        if not model.variables:
-            raise InputError(f"{self.name}: no unknown was declared; model.variable does")
-        if not model.has_objective:
-            raise InputError(
-                f"{self.name}: no objective was stated; model.maximise or model.minimise does"
-            )
-        if perspective == AVAILABLE and not any(each.kind == "dry" for each in model.constraints):
-            raise InputError(
-                f"{self.name} does not say when the battery must not run dry: call "
-                "given.keep_wells(model, label, hover, rest) in declare, or take another "
-                "perspective"
-            )
-        goals, names = (model.objective, *model.preferences), [f"{stay}_time_s" for stay in STAYS]
-        stays = [each for each in model.variables if each.name in names]
-        if open_ := [each for each in stays if all(each is not goal for goal in goals)]:
-            model.prefer_small(reduce(operator.add, open_))
-        return model
+        if type(self).__module__.partition(".")[0] != __package__:
+            return _declared(self, Given.of(quantities, perspective))  # It may read the numbers.
+        values = {each.name: getattr(quantities, each.name) for each in QUANTITIES}
+        stated = tuple(name for name, value in values.items() if value is not None)
+        steps = tuple(step if isinstance(step, str) else FLOWN for step in quantities.steps)
+        model = _pattern(self, perspective, quantities.tapers, quantities.rests, stated, steps)
+        for n, step in enumerate(quantities.steps, start=1):
+            if not isinstance(step, str):
+                values |= zip(_of_step(n), step, strict=True)
+        return model.with_values(values)
+
+
+FLOWN = Stage(math.nan, math.nan)
+"""A stage of flight in the pattern of a model."""
+
+
+def _of_step(number: int) -> tuple[str, str]:
+    """Names of the current and the duration of a step of an itinerary."""
+    return f"step_{number}_current_A", f"step_{number}_duration_s"
+
+
+@lru_cache(maxsize=64)
+def _pattern(
+    formulation: Formulation,
+    perspective: Perspective,
+    tapers: bool,
+    rests: bool,
+    stated: tuple[str, ...],
+    steps: tuple[Stage | str, ...],
+) -> Model:
+    """A formulation of this package declared over NaN: all its models of a kind but for numbers."""
+    numbers = {each.name: math.nan if each.name in stated else None for each in QUANTITIES}
+    quantities = Quantities(**numbers, steps=steps, tapers=tapers, rests=rests)
+    return _declared(formulation, Given.of(quantities, perspective))
+
+
+def _declared(formulation: Formulation, given: Given) -> Model:
+    """The model that a formulation declares."""
+    title = (type(formulation).__doc__ or formulation.name).strip().splitlines()[0]
+    model, name = Model(title.rstrip(".")), formulation.name
+    formulation.declare(model, given)
+    if not model.variables:
+        raise InputError(f"{name}: no unknown was declared; model.variable does")
+    if not model.has_objective:
+        raise InputError(f"{name}: no objective was stated; model.maximise or model.minimise does")
+    dry = any(each.kind == "dry" for each in model.constraints)
+    if given.perspective == AVAILABLE and not dry:
+        raise InputError(
+            f"{name} does not say when the battery must not run dry: call "
+            "given.keep_wells(model, label, hover, rest) in declare, or take another perspective"
+        )
+    goals, names = (model.objective, *model.preferences), [f"{stay}_time_s" for stay in STAYS]
+    stays = [each for each in model.variables if each.name in names]
+    if open_ := [each for each in stays if all(each is not goal for goal in goals)]:
+        model.prefer_small(reduce(operator.add, open_))
+    return model

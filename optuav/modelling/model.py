@@ -7,6 +7,7 @@ import operator
 import sys
 from collections.abc import Collection, Mapping
 from contextlib import suppress
+from copy import copy
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -14,7 +15,15 @@ from types import FrameType
 from typing import Any, Literal
 
 from optuav.modelling.display import latex, text
-from optuav.modelling.expression import Expression, Let, Operand, Parameter, Relation, Variable
+from optuav.modelling.expression import (
+    Call,
+    Expression,
+    Let,
+    Operand,
+    Parameter,
+    Relation,
+    Variable,
+)
 from optuav.modelling.forms import NotExponentialError, exponential
 from optuav.modelling.traversal import leaves, nodes
 
@@ -45,7 +54,8 @@ class Constraint:
 class Walk:
     """What was found by walking the trees of a model, which most often stays as declared."""
 
-    state: list[Operand]  # Those trees, and what else decides the kind of the model
+    state: list[Operand]  # What decides, beside the constraints, which trees these are
+    constraints: list[Constraint]
     trees: list[Operand]  # Objective, preferences, variables, bounds, both sides of constraints
     nodes: list[Expression]  # Every node once, each after its operands
     given: Mapping[str, Parameter]  # Everything that occurs in them and has a value, by name
@@ -116,7 +126,7 @@ class Model:
         self.objective: Operand = 0.0
         self.has_objective = False
         self.preferences: list[Operand] = []
-        self._walk = Walk([], [], [], {})
+        self._walk = Walk([], [], [], [], {})
 
     def variable(
         self,
@@ -201,22 +211,35 @@ class Model:
     @property
     def walked(self) -> Walk:
         """What is found by walking its trees, and again where the model has changed."""
+        before, state = self._walk, self._state()
+        same = len(state) == len(before.state) and not any(
+            map(operator.is_not, state, before.state)
+        )
+        if not (same and self.constraints == before.constraints):
+            self._walk = self._walked()
+        return self._walk
+
+    def _state(self) -> list[Operand]:
+        """What decides, beside the constraints, which trees it has and of what kind it is."""
+        state = [self.objective, self.sense, *self.preferences]
+        for each in self.variables:
+            state += each, each.lower, each.upper, each.binary
+        return state
+
+    def _walked(self, every: list[Expression] | None = None) -> Walk:
+        """A walk of its trees, or what one finds where every node is known."""
         trees = [self.objective, *self.preferences]
         for variable in self.variables:
-            trees += [variable, variable.lower, variable.upper]
+            trees += variable, variable.lower, variable.upper
         for each in self.constraints:
             trees += each.relation.sides
-        state = [*trees, self.sense, *(each.binary for each in self.variables)]
-        before = self._walk.state
-        if len(state) != len(before) or any(map(operator.is_not, state, before)):
-            every = [*nodes(*trees)]
-            symbols = [each for each in every if isinstance(each, Variable | Parameter)]
-            by_name = {each.name: each for each in symbols}
-            if len(by_name) < len(symbols):
-                leaves(*trees)  # refused, with the name that two have
-            given = {n: each for n, each in by_name.items() if isinstance(each, Parameter)}
-            self._walk = Walk(state, trees, every, given)
-        return self._walk
+        every = [*nodes(*trees)] if every is None else every
+        symbols = [each for each in every if isinstance(each, Variable | Parameter)]
+        by_name = {each.name: each for each in symbols}
+        if len(by_name) < len(symbols):
+            leaves(*trees)  # refused, with the name that two have
+        given = {n: each for n, each in by_name.items() if isinstance(each, Parameter)}
+        return Walk(self._state(), [*self.constraints], trees, every, given)
 
     @property
     def given(self) -> Mapping[str, Parameter]:
@@ -234,6 +257,43 @@ class Model:
             name: parameter.value[index] if getattr(parameter.value, "ndim", 0) else parameter.value
             for name, parameter in self.walked.given.items()
         }
+
+    def with_values(self, values: Mapping[str, Operand]) -> Model:
+        """The same model with other values of its parameters, by name: a copy of every node."""
+        found: dict[int, Any] = {}
+        get = found.get
+        for node in self.walked.nodes:
+            twin = found[id(node)] = object.__new__(type(node))
+            if isinstance(node, Call):  # the most by far
+                twin.ufunc, twin.moves = node.ufunc, node.moves
+                twin.arguments = tuple([get(id(e), e) for e in node.arguments])
+                twin.below = tuple([get(id(e)) for e in node.below])
+                continue
+            twin.__dict__ |= node.__dict__
+            if isinstance(node, Parameter):
+                twin.value = values.get(node.name, node.value)
+            elif isinstance(node, Let):
+                twin.expression = get(id(node.expression), node.expression)
+                twin.below = tuple([get(id(e)) for e in node.below])
+        model = copy(self)
+        model.objective = get(id(self.objective), self.objective)
+        model.preferences = [get(id(each), each) for each in self.preferences]
+        model.variables = [found[id(each)] for each in self.variables]
+        for each in model.variables:
+            each.lower, each.upper = (
+                get(id(each.lower), each.lower),
+                get(id(each.upper), each.upper),
+            )
+        model.lets = [get(id(each), each) for each in self.lets]
+        model.constraints = []
+        for old in self.constraints:
+            stated = object.__new__(Constraint)
+            left, sense, right = old.relation.left, old.relation.sense, old.relation.right
+            relation = Relation(get(id(left), left), sense, get(id(right), right))
+            stated.__dict__.update(old.__dict__, relation=relation)
+            model.constraints.append(stated)
+        model._walk = model._walked([*found.values()])
+        return model
 
     def __str__(self) -> str:
         return text(self)
