@@ -59,7 +59,7 @@ def linear_form(model: Model, values: Values, programmes: int = 1) -> LinearForm
     signs: list[float] = []
     forms: list[Affine] = []
     bounds: list[tuple[int, int]] = []
-    done = model.walked.forms_without(values.keys()) if values else model.walked.forms
+    done = model.walked.forms(values)
     for number, constraint in enumerate(relations(model)):
         relation, own = constraint.relation, number >= len(model.constraints)
         form, right = excess(relation, values, done)

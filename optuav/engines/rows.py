@@ -243,7 +243,7 @@ def stated_forms(model: Model, values: Values, *, relaxed: bool = False) -> list
     """
     read: list[tuple[Constraint, Sequence[Exponential], bool]] = []
     bounded: list[Constraint] = []
-    done = model.walked.forms_without(values.keys()) if values else model.walked.forms
+    done = model.walked.forms(values)
     for each in relations(model):
         try:
             own = [exponential(e, values, done) for e in each.relation.sides]

@@ -197,23 +197,25 @@ def refuse_misfits(model: Model, programmes: int) -> None:
     """Refuse arrays with neither one entry nor one a programme, by constraint."""
     allowed, misfits = {(), (1,), (programmes,)}, dict[int, set[tuple[int, ...]]]()
     walk = model.walked
-    held: list[tuple[Operand, Operand]] = [(tree, tree) for tree in walk.trees]
-    held += [(node, node.value) for node in walk.given.values()]
-    calls = [node for node in walk.nodes if isinstance(node, Call)]
-    held += [
-        (node, e) for node in calls if len(node.below) < len(node.arguments) for e in node.arguments
+    held = [*walk.trees, *walk.tape[1], *(each.value for each in walk.given.values())]
+    if all(each.shape in allowed for each in held if isinstance(each, np.ndarray)):
+        return
+    stated: list[tuple[Operand, tuple[Operand, ...]]] = [
+        (node, node.arguments) for node in walk.nodes if isinstance(node, Call)
     ]
-    for node, number in held:
-        if isinstance(number, np.ndarray) and number.shape not in allowed:
-            misfits.setdefault(id(node), set()).add(number.shape)
-    if misfits:
-        words, faults = f"arrays with one entry a programme, here {programmes}", list[Fault]()
-        for label, sides in _stated(model).items():
-            here = (misfits.get(id(each), set()) for each in (*nodes(*sides), *sides))
-            faults += [
-                Fault(label, f"array of shape {each}", words) for each in sorted({*chain(*here)})
-            ]
-        raise InputError(faults)
+    stated += [(node, (node.value,)) for node in walk.given.values()]
+    stated += [(tree, (tree,)) for tree in walk.trees]
+    for node, numbers in stated:
+        shapes = {each.shape for each in numbers if isinstance(each, np.ndarray)}
+        if shapes - allowed:
+            misfits[id(node)] = shapes - allowed
+    words, faults = f"arrays with one entry a programme, here {programmes}", list[Fault]()
+    for label, sides in _stated(model).items():
+        here = (misfits.get(id(each), set()) for each in (*nodes(*sides), *sides))
+        faults += [
+            Fault(label, f"array of shape {each}", words) for each in sorted({*chain(*here)})
+        ]
+    raise InputError(faults)
 
 
 @np.errstate(all="ignore")

@@ -17,7 +17,7 @@ from optuav.modelling.forms import (
     exponential,
 )
 from optuav.modelling.model import Model
-from optuav.modelling.traversal import KINKED, PARTIALS
+from optuav.modelling.traversal import KINKED, PARTIALS, has_unknowns
 
 Flaw: TypeAlias = tuple[str, str]
 """Label of a constraint, or "objective", and what it is not and why."""
@@ -86,14 +86,18 @@ def traits(model: Model) -> Traits:
     open_below = (
         each.symbol for each, bound in zip(unknowns, bounds, strict=True) if bound == -math.inf
     )
-    calls = (each for each in walked.nodes if isinstance(each, Call))
+    calls = [each for each in walked.nodes if isinstance(each, Call)]
+    if {each.ufunc for each in calls} <= PARTIALS.keys():
+        calls = []
     rough = (c for c in calls if c.ufunc not in PARTIALS and (c.moves or c.ufunc not in KINKED))
     stated = [(each.label, each.relation.sides) for each in model.constraints]
     goals = [("objective", [model.objective]), ("preference", model.preferences)]
     unlevelled, relaxed = None, Relaxation()
     with np.errstate(all="ignore"):
-        forms = walked.forms
-        nonlinear = _first_flaw([*goals, *stated], lambda tree: affine(tree, {}, forms))
+        forms = walked.forms({})
+        nonlinear = _first_flaw(
+            [*goals, *stated], lambda tree: has_unknowns(tree) and affine(tree, {}, forms)
+        )
         if longest and len(forms) < len(walked.nodes):
             # Bounds will do in place of `Bounded` functions.
             done = {**forms}

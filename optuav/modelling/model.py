@@ -5,8 +5,7 @@ from __future__ import annotations
 import math
 import operator
 import sys
-from collections.abc import Collection, Mapping
-from contextlib import suppress
+from collections.abc import Mapping
 from copy import copy
 from dataclasses import dataclass
 from functools import cached_property
@@ -14,6 +13,7 @@ from pathlib import Path
 from types import FrameType
 from typing import Any, Literal
 
+from optuav.arrays import Values
 from optuav.modelling.display import latex, text
 from optuav.modelling.expression import (
     Call,
@@ -24,8 +24,8 @@ from optuav.modelling.expression import (
     Relation,
     Variable,
 )
-from optuav.modelling.forms import NotExponentialError, exponential
 from optuav.modelling.traversal import leaves, nodes
+from optuav.modelling.walk import Walk
 
 
 @dataclass(frozen=True, eq=False)
@@ -48,38 +48,6 @@ class Constraint:
     def label(self) -> str:
         """Name and moment: no two constraints of a model have the same."""
         return self.name if self.moment is None else f"{self.name} {self.moment}"
-
-
-@dataclass(eq=False)
-class Walk:
-    """What was found by walking the trees of a model, which most often stays as declared."""
-
-    state: list[Operand]  # What decides, beside the constraints, which trees these are
-    constraints: list[Constraint]
-    trees: list[Operand]  # Objective, preferences, variables, bounds, both sides of constraints
-    nodes: list[Expression]  # Every node once, each after its operands
-    given: Mapping[str, Parameter]  # Everything that occurs in them and has a value, by name
-    traits: object = None  # See `classify.traits`; None where they were not asked for
-
-    @cached_property
-    def forms(self) -> dict[int, Operand]:
-        """Forms of the nodes by the parameters' own values, by identity, of those that have one."""
-        done: dict[int, Operand] = {}
-        try:
-            exponential(0.0, {}, done, every=self.nodes)
-        except NotExponentialError:  # what has no form may stand before what has one
-            for tree in self.trees:
-                with suppress(NotExponentialError):
-                    exponential(tree, {}, done)
-        return done
-
-    def forms_without(self, names: Collection[str]) -> dict[int, Operand]:
-        """The forms of the nodes that hold none of some parameters."""
-        changed = {id(self.given[name]) for name in self.given.keys() & names}
-        for node in self.nodes:
-            if not changed.isdisjoint(map(id, node.below)):
-                changed.add(id(node))
-        return {node: form for node, form in self.forms.items() if node not in changed}
 
 
 class Model:
@@ -126,7 +94,7 @@ class Model:
         self.objective: Operand = 0.0
         self.has_objective = False
         self.preferences: list[Operand] = []
-        self._walk = Walk([], [], [], [], {})
+        self._walk = Walk([], [], [], {})
 
     def variable(
         self,
@@ -211,35 +179,29 @@ class Model:
     @property
     def walked(self) -> Walk:
         """What is found by walking its trees, and again where the model has changed."""
-        before, state = self._walk, self._state()
-        same = len(state) == len(before.state) and not any(
-            map(operator.is_not, state, before.state)
-        )
-        if not (same and self.constraints == before.constraints):
-            self._walk = self._walked()
-        return self._walk
-
-    def _state(self) -> list[Operand]:
-        """What decides, beside the constraints, which trees it has and of what kind it is."""
-        state = [self.objective, self.sense, *self.preferences]
-        for each in self.variables:
-            state += each, each.lower, each.upper, each.binary
-        return state
-
-    def _walked(self, every: list[Expression] | None = None) -> Walk:
-        """A walk of its trees, or what one finds where every node is known."""
+        before, state = self._walk.state, self._state()
+        if len(state) == len(before) and not any(map(operator.is_not, state, before)):
+            return self._walk
         trees = [self.objective, *self.preferences]
         for variable in self.variables:
             trees += variable, variable.lower, variable.upper
         for each in self.constraints:
             trees += each.relation.sides
-        every = [*nodes(*trees)] if every is None else every
-        symbols = [each for each in every if isinstance(each, Variable | Parameter)]
+        every = [*nodes(*trees)]
+        symbols = [each for each in every if isinstance(each, (Variable, Parameter))]
         by_name = {each.name: each for each in symbols}
         if len(by_name) < len(symbols):
             leaves(*trees)  # refused, with the name that two have
         given = {n: each for n, each in by_name.items() if isinstance(each, Parameter)}
-        return Walk(self._state(), [*self.constraints], trees, every, given)
+        self._walk = Walk(state, trees, every, given)
+        return self._walk
+
+    def _state(self) -> list[Any]:
+        """What decides which trees it has, and of what kind it is."""
+        state = [self.objective, self.sense, *self.preferences, *self.constraints]
+        for each in self.variables:
+            state += each, each.lower, each.upper, each.binary
+        return state
 
     @property
     def given(self) -> Mapping[str, Parameter]:
@@ -258,42 +220,53 @@ class Model:
             for name, parameter in self.walked.given.items()
         }
 
-    def with_values(self, values: Mapping[str, Operand]) -> Model:
+    def with_values(self, values: Values) -> Model:
         """The same model with other values of its parameters, by name: a copy of every node."""
-        found: dict[int, Any] = {}
-        get = found.get
-        for node in self.walked.nodes:
-            twin = found[id(node)] = object.__new__(type(node))
-            if isinstance(node, Call):  # the most by far
-                twin.ufunc, twin.moves = node.ufunc, node.moves
-                twin.arguments = tuple([get(id(e), e) for e in node.arguments])
-                twin.below = tuple([get(id(e)) for e in node.below])
+        walk, (takes, numbers) = self.walked, self.walked.tape
+        table = [*walk.nodes, *numbers]
+        for k, (node, take) in enumerate(zip(walk.nodes, takes, strict=True)):
+            table[k] = twin = object.__new__(type(node))
+            operands = tuple(take(table)) if take else ()
+            if isinstance(node, Call):
+                twin.ufunc, twin.arguments, twin.moves = node.ufunc, operands, node.moves
+                pure = len(node.below) == len(operands)
+                below = [each for each in operands if pure or isinstance(each, Expression)]
+                twin.below = operands if pure else tuple(below)
                 continue
             twin.__dict__ |= node.__dict__
             if isinstance(node, Parameter):
                 twin.value = values.get(node.name, node.value)
-            elif isinstance(node, Let):
-                twin.expression = get(id(node.expression), node.expression)
-                twin.below = tuple([get(id(e)) for e in node.below])
+            elif operands:
+                (twin.expression,), twin.below = operands, operands if node.below else ()
+        twins = {id(node): twin for node, twin in zip(walk.nodes, table, strict=False)}
+
+        def twin_of(tree: Operand) -> Operand:
+            """What stands in the copy for a node, or a number."""
+            return twins.get(id(tree), tree)
+
         model = copy(self)
-        model.objective = get(id(self.objective), self.objective)
-        model.preferences = [get(id(each), each) for each in self.preferences]
-        model.variables = [found[id(each)] for each in self.variables]
+        model.objective = twin_of(self.objective)
+        model.preferences, model.variables, model.lets = (
+            [*map(twin_of, each)] for each in (self.preferences, self.variables, self.lets)
+        )
         for each in model.variables:
-            each.lower, each.upper = (
-                get(id(each.lower), each.lower),
-                get(id(each.upper), each.upper),
-            )
-        model.lets = [get(id(each), each) for each in self.lets]
+            each.lower, each.upper = twin_of(each.lower), twin_of(each.upper)
         model.constraints = []
-        for old in self.constraints:
-            stated = object.__new__(Constraint)
-            left, sense, right = old.relation.left, old.relation.sense, old.relation.right
-            relation = Relation(get(id(left), left), sense, get(id(right), right))
-            stated.__dict__.update(old.__dict__, relation=relation)
-            model.constraints.append(stated)
-        model._walk = model._walked([*found.values()])
+        for stated in self.constraints:
+            left, right = map(twin_of, stated.relation.sides)
+            twin = object.__new__(Constraint)  # `dataclasses.replace` takes ten times as long
+            relation = Relation(left, stated.relation.sense, right)
+            twin.__dict__.update(stated.__dict__, relation=relation)
+            model.constraints.append(twin)
+        given = {name: twin_of(each) for name, each in walk.given.items()}
+        every = table[: len(walk.nodes)]
+        model._walk = Walk(model._state(), [*map(twin_of, walk.trees)], every, given)
+        model._walk.tape = walk.tape
         return model
+
+    def __getstate__(self) -> dict[str, Any]:
+        """Everything but what a walk has found, which is known by the identity of nodes."""
+        return {**self.__dict__, "_walk": Walk([], [], [], {})}
 
     def __str__(self) -> str:
         return text(self)
