@@ -13,6 +13,7 @@ from optuav.mission import Mission
 from optuav.network import vehicle
 from optuav.physics import kibam, packs
 from optuav.physics.kibam import Battery, Wells, held, holding_current
+from optuav.physics.quantity import Quantity
 from optuav.plan.trace import Event, Trace
 
 TOLERANCE = 1e-6  # Share of the capacity, of a limit or of a figure by which it may be missed [-]
@@ -37,7 +38,7 @@ class Stretch(NamedTuple):
     before: tuple[Wells, ...]
     held: bool = False
 
-    def wells(self, pack: Battery, passed_s: Floats) -> list[Wells]:
+    def wells(self, pack: Battery, passed_s: Quantity) -> list[Wells]:
         """Wells of every pack [A s] at moments since the start [s].
 
         A well that is held full stays as it is: the charger makes up for what seeps away.
@@ -76,8 +77,8 @@ def pooled(mission: Mission, phases: Sequence[Phase]) -> Course:
                 parts.append((stage.duration_s - steady_s, True))
             for part in parts:
                 each = Stretch(place, number, start_s, part[0], (current_A,), (wells,), part[1])
-                ((available_As, bound_As),) = each.wells(pool, np.array([part[0]]))
-                wells = Wells(float(available_As[0]), float(bound_As[0]))
+                (after,) = each.wells(pool, part[0])
+                wells = Wells(*map(float, after))
                 stretches.append(each)
                 start_s += part[0]
         ends.append((wells,))

@@ -203,19 +203,21 @@ class Phase:
 
 def places(mission: Mission, planned: Sequence[Move]) -> dict[str, Place]:
     """The places of some moves by name, and what the laser gives there."""
-    route, laser, obstacles = mission.route, mission.laser, prisms(mission)
+    route, laser = mission.route, mission.laser
     ends_m = (route.origin_m, vehicle.hover_point_m(mission), route.destination_m)
-    positions_m = dict(zip(ENDS, ends_m, strict=True))
-    numbers = {each.name: number for number, each in enumerate(mission.buildings)}
+    known = {name: (CLEAR, point_m) for name, point_m in zip(ENDS, ends_m, strict=True)}
+    known |= {each.name: (number, each.position_m) for number, each in enumerate(mission.buildings)}
+    names = [*dict.fromkeys(end for move in planned for end in move[1:3])]
+    numbers, points_m = zip(*(known[name] for name in names), strict=True)
+    sights: Sequence[bool] = [False] * len(names)
+    if laser is not None:
+        from_m, to_m = np.broadcast_arrays(laser.position_m, np.array(points_m, dtype=float))
+        blockers = crossed(prisms(mission), from_m, to_m, np.array(numbers)[:, None])
+        sights = ((blockers == CLEAR) & ~np.isnan(to_m[:, 0])).tolist()
     found = {}
-    for name in dict.fromkeys(end for move in planned for end in move[1:3]):
-        number = numbers.get(name, CLEAR)
-        point_m = positions_m[name] if number == CLEAR else mission.buildings[number].position_m
+    for name, number, point_m, sight in zip(names, numbers, points_m, sights, strict=True):
         x, y, z = map(float, point_m)
-        sight, received = False, NOTHING
-        if laser is not None and not math.isnan(x):
-            start_m, end_m = np.array([[laser.position_m], [(x, y, z)]], dtype=float)
-            sight = crossed(obstacles, start_m, end_m, np.array([[number]]))[0] == CLEAR
+        received = NOTHING
         if laser is not None and sight:
             received = vehicle.charging(mission, math.dist(laser.position_m, (x, y, z)))
         found[name] = Place(name, number, (x, y, z), sight, received)
@@ -226,8 +228,16 @@ def phases(mission: Mission, at: Mapping[str, Place], planned: Sequence[Move]) -
     """The phases of some moves between places that are known."""
     loads = {"hover": vehicle.hover_load(mission), "rest": vehicle.rest_load(mission)}
     found, start_s = list[Phase](), 0.0
-    for move in planned:
-        start, end, stated = at[move.start_place], at[move.end_place], move.stated
+    ends = [(at[move.start_place], at[move.end_place]) for move in planned]
+    blockers: Sequence[int] = [CLEAR] * len(ends)
+    if not mission.flight.through_buildings:
+        start_m, end_m = np.array([[place.position_m for place in pair] for pair in ends]).swapaxes(
+            0, 1
+        )
+        own = np.array([[place.building for place in pair] for pair in ends])
+        blockers = crossed(prisms(mission), start_m, end_m, own).tolist()
+    for move, (start, end), blocker in zip(planned, ends, blockers, strict=True):
+        stated = move.stated
         dx, dy, dz = (b - a for a, b in zip(start.position_m, end.position_m, strict=True))
         length_m, peak_m_s, crosses = math.hypot(dx, dy, dz), 0.0, CLEAR
         rows = list[tuple[str, float, Flow, Flow]]()
@@ -245,10 +255,7 @@ def phases(mission: Mission, at: Mapping[str, Place], planned: Sequence[Move]) -
             names = flight.STAGES if len(flown.durations_s) > 1 else (move.kind,)
             flows = map(Flow, flown.currents_A, flown.powers_W)
             rows += [(*each, NOTHING) for each in zip(names, flown.durations_s, flows, strict=True)]
-            if not mission.flight.through_buildings:
-                start_m, end_m = np.array([[start.position_m], [end.position_m]])
-                own = np.array([[start.building, end.building]])
-                crosses = int(crossed(prisms(mission), start_m, end_m, own)[0])
+            crosses = blocker
         stages, begun_s = list[Stage](), start_s
         for name, duration_s, drawn, received in rows:
             stages.append(Stage(name, start_s, float(duration_s), drawn, received))

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, fields, replace
+from functools import lru_cache
 
 import numpy as np
 
@@ -86,7 +87,7 @@ class Routes:
         return "rest-first" if self.rest_first[index] else "hover-first"
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Network:
     """The places and legs of a mission, and the routes over them."""
 
@@ -112,11 +113,12 @@ class Network:
         return replace(self, legs=legs, routes=routes)
 
 
+@lru_cache(maxsize=1)
 def build_network(mission: Mission) -> Network:
     """The network of a mission: its places, and all legs and routes with at most one building.
 
     Legs 0 and 1 are origin → hover and hover → destination; legs 2 + 4 b to 5 + 4 b belong to
-    building b: origin → b, b → hover, hover → b, b → destination.
+    building b: origin → b, b → hover, hover → b, b → destination. The last network is kept.
     """
     obstacles = prisms(mission)
     places = build_places(mission, obstacles)
@@ -125,7 +127,11 @@ def build_network(mission: Mission) -> Network:
     by_roof = np.where(ways < 0, roof[:, None, None], ways).reshape(-1, 2)
     start, end = np.concatenate([[(ORIGIN, HOVER), (HOVER, DESTINATION)], by_roof]).T
     legs = build_legs(mission, places, obstacles, start, end)
-    return Network(mission, places, legs, build_routes(legs))
+    routes = build_routes(legs)
+    for array in (each for table in (places, legs, routes) for each in vars(table).values()):
+        if isinstance(array, np.ndarray):
+            array.setflags(write=False)
+    return Network(mission, places, legs, routes)
 
 
 def build_legs(

@@ -20,7 +20,7 @@ MARGIN_M = 1e-6
 """How far walls and roofs are moved inwards [m], so that to graze a building is not to cross it."""
 MOST_PAIRS = 1 << 15
 """Pairs of lines and footprints that are tried at once, about: as many as fit the cache."""
-FEW = 16  # So many footprints are all tried on every line
+FEW = 32  # So many footprints are all tried on every line
 REMEMBERED = 4
 """Sets of buildings whose prisms are kept: missions that are compared share theirs as a rule."""
 CLEAR = -1  # In place of the number of a building: there is none
@@ -121,39 +121,48 @@ def crossed(obstacles: Prisms, start_m: Floats, end_m: Floats, exempt: Integers)
     corner or the roof is not to cross. The `exempt` buildings (line, k) do not block a line.
     """
     found = np.full(len(start_m), CLEAR, dtype=np.intp)
-    if not len(obstacles.building):
+    count, n = len(obstacles.building), obstacles.across
+    if not count:
         return found
+    at_once = 1 + MOST_PAIRS * n**2 // len(obstacles.in_cells[0])
+    if len(found) > at_once:
+        parts = [slice(begin, begin + at_once) for begin in range(0, len(found), at_once)]
+        return np.concatenate(
+            [crossed(obstacles, start_m[each], end_m[each], exempt[each]) for each in parts]
+        )
     swap = start_m[:, 2] > end_m[:, 2]
     low_m, high_m = np.where(swap, end_m.T, start_m.T), np.where(swap, start_m.T, end_m.T)
     way_m, map_low_m, cell_m = high_m - low_m, obstacles.map_low_m, obstacles.cell_m
-    at_once = 1 + MOST_PAIRS * (n := obstacles.across) ** 2 // len(obstacles.in_cells[0])
+    if n == 1:
+        line, footprint = np.divmod(np.arange(count * len(found)), count)
+        line, footprint = _met(obstacles, (low_m, way_m, exempt), line, footprint)
+        found[line] = obstacles.building[footprint]
+        return found
     town = map_low_m, map_low_m + n * cell_m, obstacles.roof_m.max()
     within = enter, leave = np.stack(_stretch(low_m, way_m, *town))
     place, way = (low_m[:2] - map_low_m) / cell_m, way_m[:2] / cell_m
     way = np.where(np.abs(way) < TINY, TINY, way)
     steep = np.abs(way_m[1]) > np.abs(way_m[0])
     for axis in (0, 1):
-        every = np.flatnonzero((enter <= leave) & (steep == axis))
-        for begin in range(0, len(every), at_once):
-            # Column by column from the low ends on; a line that is blocked is followed no further.
-            live = every[begin : begin + at_once]
-            ends = place[axis, live] + within[:, live] * way[axis, live]
-            column, last = np.clip(ends.astype(np.intp), 0, n - 1)
-            while len(live):
-                shares = (np.stack([column, column + 1]) - place[axis, live]) / way[axis, live]
-                shares = np.clip(shares, enter[live], leave[live])
-                ends = place[1 - axis, live] + shares * way[1 - axis, live]
-                row = column * n + np.clip(ends.astype(np.intp), 0, n - 1)
-                first = obstacles.begins[axis][row.min(axis=0)]
-                entries = obstacles.begins[axis][row.max(axis=0) + 1] - first
-                line = np.repeat(live, entries)
-                before = np.repeat(first - np.cumsum(entries) + entries, entries)
-                footprint = obstacles.in_cells[axis][np.arange(len(line)) + before]
-                line, footprint = _met(obstacles, (low_m, way_m, exempt), line, footprint)
-                found[line] = obstacles.building[footprint]
-                (on,) = np.nonzero((found[live] == CLEAR) & (column != last))
-                live, last = live[on], last[on]
-                column = column[on] + np.sign(last - column[on])
+        # Column by column from the low ends on; a line that is blocked is followed no further.
+        live = np.flatnonzero((enter <= leave) & (steep == axis))
+        ends = place[axis, live] + within[:, live] * way[axis, live]
+        column, last = np.clip(ends.astype(np.intp), 0, n - 1)
+        while len(live):
+            shares = (np.stack([column, column + 1]) - place[axis, live]) / way[axis, live]
+            shares = np.clip(shares, enter[live], leave[live])
+            ends = place[1 - axis, live] + shares * way[1 - axis, live]
+            row = column * n + np.clip(ends.astype(np.intp), 0, n - 1)
+            first = obstacles.begins[axis][row.min(axis=0)]
+            entries = obstacles.begins[axis][row.max(axis=0) + 1] - first
+            line = np.repeat(live, entries)
+            before = np.repeat(first - np.cumsum(entries) + entries, entries)
+            footprint = obstacles.in_cells[axis][np.arange(len(line)) + before]
+            line, footprint = _met(obstacles, (low_m, way_m, exempt), line, footprint)
+            found[line] = obstacles.building[footprint]
+            (on,) = np.nonzero((found[live] == CLEAR) & (column != last))
+            live, last = live[on], last[on]
+            column = column[on] + np.sign(last - column[on])
     return found
 
 

@@ -12,6 +12,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
+from functools import lru_cache
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
@@ -101,6 +102,7 @@ def find_shortcuts(network: Network) -> tuple[Shortcut, ...]:
     return tuple(found)
 
 
+@lru_cache(maxsize=1)
 def one_stop_is_enough(network: Network, graph: Graph | None = None) -> bool:
     """Whether it is known that no leg takes more than a way around; not of many buildings."""
     few = len(network.mission.buildings) <= MOST_COMPARED

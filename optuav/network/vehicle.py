@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from functools import lru_cache, partial
+from functools import partial
 from typing import NamedTuple, TypeVar
 
 import numpy as np
@@ -17,8 +17,7 @@ Model = TypeVar("Model", rotor.Motor, flight.Airframe, link.Channel, laser.Conve
 
 def _of(model: type[Model], table: str, mission: Mission) -> Model:
     """A model of the physics from the keys of the same names in a table of the mission."""
-    section = getattr(mission, table)
-    return model(*(getattr(section, name) for name in model._fields))
+    return model(*map(vars(getattr(mission, table)).__getitem__, model._fields))
 
 
 motor = partial(_of, rotor.Motor, "rotor")
@@ -48,15 +47,7 @@ def pool(mission: Mission) -> kibam.Battery:
 
 def coverage_radius_m(mission: Mission) -> Quantity:
     """d_max [m] of the mission's outage limit."""
-    limit = mission.limits.outage_probability
-    try:
-        return _coverage_radius_m(channel(mission), limit)
-    except TypeError:  # columns of many variants, which have no hash
-        return link.coverage_radius(channel(mission), limit)
-
-
-# Found by iteration in 0.3 ms, and needed some ten times a solve.
-_coverage_radius_m = lru_cache(maxsize=1000)(link.coverage_radius)
+    return link.coverage_radius(channel(mission), mission.limits.outage_probability)
 
 
 def hover_point_m(mission: Mission, radius_m: Quantity | None = None) -> Vector:

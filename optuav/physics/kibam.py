@@ -31,6 +31,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Literal, NamedTuple, TypeAlias
 
 import numpy as np
@@ -52,13 +53,13 @@ class Battery:
     available_fraction: Quantity
     flow_rate_per_s: Quantity  # k_F between the wells [1/s], ≥ 0; at 0 the bound charge stays bound
 
-    @property
+    @cached_property
     def rate_per_s(self) -> Quantity:
         """k' = k_F/(ω(1−ω)) [1/s], the rate at which the wells level out; `TINY` for 0."""
         share = self.available_fraction
         return np.maximum(self.flow_rate_per_s / (share * (1.0 - share)), TINY)
 
-    @property
+    @cached_property
     def full(self) -> Wells:
         """Both wells of the full battery [A s]."""
         return Wells(
@@ -171,7 +172,8 @@ def _crossing(
         end = step(battery, wells, Stage(current, moment_s))
         inflow = battery.flow_rate_per_s * (end.bound_As / (1.0 - share) - end.available_As / share)
         nearer_s = moment_s - (end.available_As - bound.available_As) / (current + inflow)
-        nearer_s = np.where(np.isfinite(nearer_s), np.clip(nearer_s, 0.0, latest_s), moment_s)
+        within_s = np.minimum(np.maximum(nearer_s, 0.0), latest_s)
+        nearer_s = np.where(np.isfinite(nearer_s), within_s, moment_s)
         # A settled moment stays, so that no result depends on the other elements of the array.
         before_s, moment_s = moment_s, np.where(settled, moment_s, nearer_s)
         settled = (np.abs(moment_s - before_s) <= CLOSE * moment_s) | ~np.isfinite(moment_s)

@@ -21,7 +21,7 @@ from typing import NamedTuple
 import numpy as np
 
 from optuav.arrays import Booleans
-from optuav.physics.quantity import TINY, Quantity, Vector, one_where_not_negative
+from optuav.physics.quantity import TINY, Quantity, Vector, kept, one_where_not_negative
 
 REACH = 7.0  # So far above the direct part an amplitude is reached but for exp(−49), rounding
 
@@ -58,6 +58,7 @@ def outage_probability(channel: Channel, distance_m: Quantity) -> Quantity:
     return np.minimum(probability, 1.0)
 
 
+@kept
 @np.errstate(divide="ignore", invalid="ignore")
 def coverage_radius(channel: Channel, outage_limit: Quantity) -> Quantity:
     """Largest distance d_max [m] at which P_out ≤ ε; ε in (0, 1) [-]; floats and arrays.
@@ -97,6 +98,7 @@ def _below(level: Quantity, direct: Quantity) -> tuple[Quantity, Quantity]:
     return np.exp(-((level - direct) ** 2)) * above / (1.0 + 2.0 * both), above
 
 
+@kept
 def hover_point(
     origin_m: Vector,
     destination_m: Vector,

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from typing import Any, TypeAlias
+from collections.abc import Callable
+from functools import lru_cache, wraps
+from typing import Any, TypeAlias, TypeVar
 
 import numpy as np
 
@@ -21,6 +23,23 @@ TINY = 1e-200
 
 It stands in for zero where a quotient has a limit: ``f(max(x, TINY)) / max(x, TINY)``.
 """
+
+
+Formula = TypeVar("Formula", bound=Callable[..., Any])
+
+
+def kept(formula: Formula) -> Formula:
+    """A formula whose last results are kept where it is called with numbers."""
+    known = lru_cache(maxsize=1000)(formula)
+
+    @wraps(formula)
+    def result(*figures: Any) -> Any:
+        try:
+            return known(*figures)
+        except TypeError:  # arrays, which have no hash
+            return formula(*figures)
+
+    return result  # type: ignore[return-value]
 
 
 @np.errstate(invalid="ignore")

@@ -103,6 +103,17 @@ def test_trajectories_of_the_shipped_mission() -> None:
     assert len(chosen(PAPER, "optimal", "rest-first")) == 11
 
 
+def test_the_network_of_equal_missions_is_kept_and_cannot_be_changed() -> None:
+    """A second solve finds it, another mission has its own, and no use of it changes the next."""
+    network = build_network(optuav.load("paper"))
+    assert build_network(optuav.load("paper").replace({})) is network
+    longer = build_network(optuav.load("paper").replace({"limits.deadline_s": 2000.0}))
+    assert longer.mission.limits.deadline_s == 2000.0
+    for array in (network.places.position_m, network.legs.durations_s, network.routes.flyable):
+        with pytest.raises(ValueError, match="read-only"):
+            array[0] = 0.0
+
+
 def test_a_mission_without_buildings_goes_direct() -> None:
     """traj1 and traj2 have no routes then."""
     mission = PAPER.replace({"buildings": []})

@@ -228,6 +228,7 @@ def test_trying_lines_a_few_at_a_time_changes_nothing(monkeypatch: pytest.Monkey
     """The bound on memory cuts the work, not the answer."""
     mission = crowd(60, 1)
     at_once = build_network(mission)
+    build_network.cache_clear()
     monkeypatch.setattr(sight, "MOST_PAIRS", 600)
     bit_by_bit = build_network(mission)
     assert np.array_equal(at_once.legs.crosses, bit_by_bit.legs.crosses)
