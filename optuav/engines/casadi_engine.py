@@ -55,6 +55,7 @@ MOST_STARTS = 27
 TYPICAL = 1000.0  # Reach of an unknown for which nothing states a bound
 LEAST = 1e-3
 """Least reach by which an unknown is scaled, where the constraints leave it next to none."""
+DEEP = 1000  # Levels to which expressions are compared
 AT_BOUND = 1e-9  # Relative distance from a bound that is as good as none
 STEEP = 100.0  # Largest slope of an objective as the solver sees it; its tolerances are absolute
 PRICED = 1e-3 * STEEP  # Multiplier, as the solver sees it, that is no leftover of its barrier
@@ -108,7 +109,8 @@ class CasadiProgramme:
     It is a programme for each goal: the objective, and every preference. Their parameters are those
     of the model, the scales, the steepness, and limits that keep the earlier goals as good as they
     were; their rows, at most 0, are the constraints and those limits. Constraints without an
-    unknown are `settled`: such a row leaves IPOPT no interior to walk in.
+    unknown are `settled`, and those that an equation implies have no limit: such a row leaves IPOPT
+    no interior to walk in, and the multipliers that grow there excuse any error.
     """
 
     def __init__(
@@ -138,10 +140,14 @@ class CasadiProgramme:
             """A tree in CasADi's symbols."""
             return casadi.SX(fold(tree, lambda leaf: leaves[leaf.name], applied))
 
-        rows = []
-        for relation in (each.relation for each in self.constraints):
-            left, right = map(symbols, relation.sides)
-            rows.append(relation.signs[0] * (left - right))
+        sides = [[*map(symbols, each.relation.sides)] for each in self.constraints]
+        gaps, signs = [x - y for x, y in sides], [each.relation.signs for each in self.constraints]
+        rows = [gap * sign for gap, (sign, *_) in zip(gaps, signs, strict=True)]
+        equal = np.array([len(each) > 1 for each in signs], bool)
+        none = [gap for x, y in itertools.compress(sides, equal) for gap in (x - y, y - x)]
+        implied = [any(casadi.is_equal(gap, each, DEEP) for each in none) for gap in gaps]
+        self.least = np.where(equal, 0.0, -math.inf)
+        self.most = np.where(np.array(implied, bool) & ~equal, math.inf, 0.0)
         cost, *preferences = map(symbols, self.goals)
         numbers = casadi.vertcat(parameters, scales)
         gradient = casadi.gradient(cost, unknowns)
@@ -269,14 +275,13 @@ class CasadiProgramme:
         With a limit for every earlier goal. None unless it is solved and feasible; a point is moved
         onto bounds that it nearly reaches.
         """
-        equal = [each.relation.sense == "==" for each in self.constraints] + [False] * len(floors)
         arguments = {
             "x0": start,
             "p": np.array([*scaled.numbers, scaled.steepness, *floors]),
             "lbx": scaled.lower / scaled.scale,
             "ubx": scaled.upper / scaled.scale,
-            "lbg": np.where(equal, 0.0, -math.inf),
-            "ubg": np.zeros(len(equal)),
+            "lbg": np.append(self.least, [-math.inf] * len(floors)),
+            "ubg": np.append(self.most, [0.0] * len(floors)),
         }
         answer, word = run(self._programmes[len(floors)], arguments)
         if word in ("Maximum_WallTime_Exceeded", "Maximum_CpuTime_Exceeded"):

@@ -262,6 +262,22 @@ def test_settled_constraints_are_not_handed_over() -> None:
     assert compiled.solve({"d": math.nan}).status is Status.ERROR
 
 
+@pytest.mark.parametrize("turned", [False, True])
+def test_an_inequality_that_an_equation_implies_has_no_price(turned: bool) -> None:
+    """By hand x = y = T/2. With both for limits it was 4e-5 s off, with multipliers of 1e8."""
+    model, x = one()
+    y = model.variable("y", "y", unit="s")
+    end = Parameter("T", "T", "s", 2000.0)
+    model.minimise(y)
+    model.subject_to("most", end >= x + y if turned else x + y <= end)
+    model.subject_to("all", x + y == end)
+    model.subject_to("apart", x - y <= 0.0)
+    found = Casadi().solve(model, 1)
+    assert found.point(0) == pytest.approx({"x": 1000.0, "y": 1000.0}, abs=1e-7)
+    weights = [found.multipliers_at(0)[label] for label in ("most", "all", "apart")]
+    assert weights == pytest.approx([0.0, -0.5, 0.5], abs=1e-9)
+
+
 def test_time_limit() -> None:
     """An error that says so, never an unfinished point."""
     model = Model("slow")
