@@ -45,6 +45,8 @@ COLUMNS = 3
 ROOM_ABOVE = 0.14  # Share of the height that is left above the curves for the words of the marks
 MOST_KEYS, LONGEST_KEY = 20, 40
 KEY_IN, AROUND_IN = 0.24, 1.5  # Height of a key in a tornado, and of what surrounds them [inch]
+LEAST_ROOM = 0.12  # Share of the bars' reach that is left on either side of them
+TIP_PT = 2.0  # Distance of words from the tip of their bar
 MOVES_S = 5e-3  # Least swing that has a bar [s]
 BINS = 60
 
@@ -211,7 +213,8 @@ def tornado(rows: Sequence[Mapping[str, Any]], hover_time_s: float, mission: str
     shown = moving[:MOST_KEYS]
     ends_s = [row[end] for row in shown for end in ("hover_low_s", "hover_high_s")]
     ax = style.page(AROUND_IN + KEY_IN * (1 + max(1, len(shown)))).subplots()
-    limits = style.margins([hover_time_s, *(s for s in ends_s if s is not None)], 0.12)
+    known_s = [hover_time_s, *(s for s in ends_s if s is not None)]
+    limits = style.margins(known_s, LEAST_ROOM)
     ax.set(xlim=limits, ylim=(len(shown) + 0.6, -0.6))  # the last row is the legend's
     for at, row in enumerate(shown):
         _draw_swing(ax, at, hover_time_s, row)
@@ -229,6 +232,11 @@ def tornado(rows: Sequence[Mapping[str, Any]], hover_time_s: float, mission: str
     ax.xaxis.grid(True, linewidth=0.3, color=GREY)
     ax.set_axisbelow(True)
     style.settle(ax)
+    gap = 4.0 * TIP_PT * style.root(ax).dpi / style.POINTS_PER_INCH
+    widest = max((gap + each.get_window_extent().width for each in ax.texts), default=0.0)
+    share = widest / ax.get_window_extent().width  # Of the axes, on either side of the bars
+    ax.set_xlim(style.margins(known_s, max(LEAST_ROOM, share / (1.0 - 2.0 * share))))
+    style.settle(ax)
     return ax
 
 
@@ -237,26 +245,28 @@ def _draw_swing(ax: Axes, row: int, hover_time_s: float, swing: Mapping[str, Any
 
     An end without a plan is an empty bar to the edge of the picture.
     """
-    edge_s = ax.get_xlim()[0]
+    low_s, high_s = ax.get_xlim()
+    beyond_s = low_s - (high_s - low_s)  # the edge, wherever it will be
     own: style.Look = {"left": hover_time_s, "height": 0.7, "linewidth": 0.0}
     tips: dict[bool, dict[str, float]] = {False: {}, True: {}}  # by whether the hover is longer
     for end, colour in (("low", ORANGE), ("high", BLUE)):
         at, end_s = swing[end], swing[f"hover_{end}_s"]
         # In four digits, without an exponent where it is short enough.
         words = style.minus(f"{at:.0f}" if 1e4 <= abs(at) < 1e6 else f"{at:.4g}")
-        change_s = (edge_s if end_s is None else end_s) - hover_time_s
+        change_s = (beyond_s if end_s is None else end_s) - hover_time_s
         (bar,) = ax.barh(row, change_s, color=colour, zorder=1.0 - 1e-6 * abs(change_s), **own)
         if end_s is None:
             bar.set(fill=False, hatch="////", edgecolor=colour, linewidth=0.5)
             backing = {"facecolor": "white", "edgecolor": "none", "pad": 0.5}
             shown: style.Look = {"va": "center", "fontsize": 6.5, "bbox": backing}
-            ax.annotate(f" {words}: no plan", (edge_s, row), **shown)
+            at_edge = ("axes fraction", "data")
+            ax.annotate(f" {words}: no plan", (0.0, row), xycoords=at_edge, **shown)
         elif abs(change_s) > MOVES_S:
             tips[change_s > 0.0][words] = end_s
     for longer, beyond in tips.items():
         if beyond:
             tip = ((max if longer else min)(beyond.values()), float(row))
-            offset_pt = (2.0 if longer else -2.0, 0.0)
+            offset_pt = (TIP_PT if longer else -TIP_PT, 0.0)
             style.beside(ax, " and ".join(beyond), tip, offset_pt, fontsize=6.5)
 
 

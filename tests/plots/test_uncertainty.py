@@ -33,7 +33,8 @@ def test_bars_reach_from_the_hover_time_to_the_ends() -> None:
     assert [label.get_text() for label in ax.get_yticklabels()] == ["a.big", "b.lost"]
     bars = [bar for bar in ax.patches if bar.get_width()]
     ends = sorted(bar.get_x() + bar.get_width() for bar in bars)
-    assert ends == pytest.approx([ax.get_xlim()[0], 80.0, 101.0, 125.0])
+    assert ends[0] < ax.get_xlim()[0]
+    assert ends[1:] == pytest.approx([80.0, 101.0, 125.0])
     assert {bar.get_x() for bar in bars} == {100.0}
 
 
@@ -66,6 +67,17 @@ def test_hover_times_are_shares_of_all_samples() -> None:
     assert ax.get_xlim()[0] == pytest.approx(100.0)  # at the first bar
     assert charts.hover_times(np.zeros(5), "mine") is not None
     assert charts.hover_times(np.full(5, 3.0), "mine") is not None
+
+
+def test_long_words_at_the_longest_bars_have_room(
+    overlaps: Callable[[Figure], list[tuple[str, str]]],
+) -> None:
+    """Between the bars and the keys on the left, and the edge of the page on the right."""
+    ends = {"low": -1.235e-5, "high": 23285.0}
+    rows = [swing("a.long_key", 103.0, 110.0) | ends, swing("b.long_key", 90.0, 97.0) | ends]
+    figure = charts.tornado([*rows, swing("c.lost", None, 100.0)], 100.0, "mine").figure
+    assert isinstance(figure, Figure)
+    assert overlaps(figure) == []
 
 
 @pytest.mark.parametrize("found", ["made up", pytest.param("matrice350", marks=pytest.mark.soak)])
