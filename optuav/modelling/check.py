@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import chain
 
@@ -10,7 +10,7 @@ import numpy as np
 
 from optuav.errors import Fault, InputError
 from optuav.modelling.display import table
-from optuav.modelling.expression import Call, Operand, Sense
+from optuav.modelling.expression import Call, Operand, Relation, Sense
 from optuav.modelling.model import Constraint, Model
 from optuav.modelling.traversal import evaluate, has_unknowns, nodes
 from optuav.modelling.writer import Text
@@ -93,15 +93,17 @@ class Checks(tuple[Check, ...]):
     __repr__ = __str__
 
 
-def relations(model: Model) -> Iterator[Constraint]:
+def relations(model: Model) -> Sequence[Constraint]:
     """All constraints of a model, the finite bounds of its variables among them."""
-    yield from model.constraints
-    for variable in model.variables:
-        stated = variable.unit, variable.declared_at, variable.kind
-        if not (isinstance(variable.lower, float) and variable.lower == -np.inf):
-            yield Constraint(variable.label, variable >= variable.lower, *stated)
-        if not (isinstance(variable.upper, float) and variable.upper == np.inf):
-            yield Constraint(variable.label, variable <= variable.upper, *stated)
+    walk, found = model.walked, [*model.constraints]
+    for each in () if walk.relations else model.variables:
+        stated = each.unit, each.declared_at, each.kind
+        if not (isinstance(each.lower, float) and each.lower == -np.inf):
+            found.append(Constraint(each.label, Relation(each, ">=", each.lower), *stated))
+        if not (isinstance(each.upper, float) and each.upper == np.inf):
+            found.append(Constraint(each.label, Relation(each, "<=", each.upper), *stated))
+    walk.relations = walk.relations or found
+    return walk.relations
 
 
 def holding(sense: Sense, left: Operand, right: Operand) -> Operand:
@@ -150,9 +152,7 @@ def evaluated(stated: Model | Iterable[Constraint], point: Mapping[str, Operand]
 
     A `KeyError` names a variable without a value.
     """
-    rows, done = [], dict[int, Operand]()
-    if isinstance(stated, Model):
-        evaluate(0.0, point, done, stated.walked.nodes)
+    rows, done = [], stated.walked.values(point) if isinstance(stated, Model) else {}
     for each in relations(stated) if isinstance(stated, Model) else stated:
         sense = each.relation.sense
         left, right = (evaluate(side, point, done) for side in each.relation.sides)

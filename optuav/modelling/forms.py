@@ -10,7 +10,7 @@ nothing.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Mapping
 from contextlib import suppress
 from dataclasses import dataclass, field
 from typing import Literal, NamedTuple, TypeAlias
@@ -18,7 +18,7 @@ from typing import Literal, NamedTuple, TypeAlias
 import numpy as np
 from numpy.lib.mixins import NDArrayOperatorsMixin
 
-from optuav.modelling.expression import Bounded, Call, Expression, Operand, Relation, Variable
+from optuav.modelling.expression import Bounded, Call, Operand, Relation, Variable
 from optuav.modelling.traversal import fold, nodes
 
 Factor: TypeAlias = tuple[str, Literal["time", "levelling"]]
@@ -154,9 +154,8 @@ def exponential(
     values: Mapping[str, Operand],
     done: dict[int, Operand] | None = None,
     call: Callable[[Operand, tuple[Operand, ...]], Operand] = applied,
-    every: Iterable[Expression] | None = None,
 ) -> Exponential:
-    """The form of a tree; values of parameters by name, `done` and `every` as of `fold`.
+    """The form of a tree; values of parameters by name, `done` as of `fold`.
 
     `call` says what a function of forms becomes. `NotExponentialError` if it has none: a time
     multiplies an unknown, is in a divisor or in another function, or levels out at two rates.
@@ -170,7 +169,6 @@ def exponential(
         ),
         call,
         done=done,
-        every=every,
     )
     return found if isinstance(found, Exponential) else Exponential({CONSTANT: found})
 

@@ -16,7 +16,6 @@ from typing import Any, Literal
 from optuav.arrays import Values
 from optuav.modelling.display import latex, text
 from optuav.modelling.expression import (
-    Call,
     Expression,
     Let,
     Operand,
@@ -222,13 +221,13 @@ class Model:
 
     def with_values(self, values: Values) -> Model:
         """The same model with other values of its parameters, by name: a copy of every node."""
-        walk, (takes, numbers) = self.walked, self.walked.tape
+        walk, (steps, numbers) = self.walked, self.walked.tape
         table = [*walk.nodes, *numbers]
-        for k, (node, take) in enumerate(zip(walk.nodes, takes, strict=True)):
+        for k, (node, (take, ufunc, moves)) in enumerate(zip(walk.nodes, steps, strict=True)):
             table[k] = twin = object.__new__(type(node))
             operands = tuple(take(table)) if take else ()
-            if isinstance(node, Call):
-                twin.ufunc, twin.arguments, twin.moves = node.ufunc, operands, node.moves
+            if ufunc:
+                twin.ufunc, twin.arguments, twin.moves = ufunc, operands, moves
                 pure = len(node.below) == len(operands)
                 below = [each for each in operands if pure or isinstance(each, Expression)]
                 twin.below = operands if pure else tuple(below)

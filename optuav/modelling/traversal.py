@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Mapping, MutableMapping
+from collections.abc import Callable, Iterator, Mapping, MutableMapping
 from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
@@ -18,21 +18,17 @@ def fold(
     call: Callable[[Any, tuple[Any, ...]], Result],
     let: Callable[[Let, Result], Result] | None = None,
     done: dict[int, Result] | None = None,
-    every: Iterable[Expression] | None = None,
 ) -> Any:
     """What a tree becomes, from the bottom up, every node once; a bare number is returned as it is.
 
     `leaf` and `call` say what a variable or parameter, and what a ufunc on folded arguments,
     becomes (numbers among the arguments stay as they are), and `let` what a named quantity does: by
     default what it stands for. `done` holds what nodes became, by identity: hand the same one to
-    the walks of trees that share nodes, and keep these trees as long. Where `every` node that is
-    not yet done is known, in the order of `nodes`, none is looked for.
+    the walks of trees that share nodes, and keep these trees as long.
     """
     done = {} if done is None else done
     get: Callable[[int, Any], Any] = done.get
-    if every is None:
-        every = () if id(expression) in done else nodes(expression, done=done)
-    for node in every:
+    for node in () if id(expression) in done else nodes(expression, done=done):
         if isinstance(node, Call):
             done[id(node)] = call(node.ufunc, tuple([get(id(e), e) for e in node.arguments]))
         elif isinstance(node, Let):
@@ -101,7 +97,6 @@ def evaluate(
     expression: Operand,
     values: Mapping[str, Operand],
     done: dict[int, Operand] | None = None,
-    every: Iterable[Expression] | None = None,
 ) -> Operand:
     """Value of an expression with numbers or arrays in place of its variables and parameters.
 
@@ -111,7 +106,7 @@ def evaluate(
         The tree.
     values
         By name; a parameter that is not named keeps its own value.
-    done, every
+    done
         As of `fold`, for trees that share nodes.
 
     Raises
@@ -133,7 +128,6 @@ def evaluate(
         lambda x: values[x.name] if isinstance(x, Variable) else values.get(x.name, x.value),
         lambda ufunc, arguments: ufunc(*arguments),
         done=done,
-        every=every,
     )
 
 

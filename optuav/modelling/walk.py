@@ -6,14 +6,20 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from operator import itemgetter
-from typing import Any, TypeAlias
+from typing import Any, NamedTuple
 
 from optuav.arrays import Values
-from optuav.modelling.expression import Call, Let, Operand, Parameter, Variable
+from optuav.modelling.expression import Call, Let, Operand, Parameter
 from optuav.modelling.forms import NOWHERE, Exponential, NotExponentialError, applied
 
-Take: TypeAlias = Callable[[Sequence[Any]], tuple[Any, ...]]
-"""The operands of a node, from a list of what the nodes, and then the numbers, have become."""
+
+class Step(NamedTuple):
+    """What a node does with its operands."""
+
+    # Takes them from a list of what the nodes, and then the numbers, have become; None of a leaf.
+    take: Callable[[Sequence[Any]], Any] | None
+    ufunc: Any  # None of a named quantity, which is what it stands for
+    moves: bool  # Whether it holds a variable
 
 
 @dataclass(eq=False)
@@ -25,22 +31,38 @@ class Walk:
     nodes: list[Any]  # Every node once, each after its operands
     given: Mapping[str, Parameter]  # Everything that occurs in them and has a value, by name
     traits: object = None  # See `classify.traits`; None where they were not asked for
+    relations: Sequence[Any] = ()  # See `check.relations`
     _above: dict[frozenset[str], list[int]] = field(default_factory=dict)
 
     @cached_property
-    def tape(self) -> tuple[list[Take | None], list[Operand]]:
-        """How to take the operands of every node, None of a leaf, and the numbers among them."""
+    def tape(self) -> tuple[list[Step], list[Operand]]:
+        """What every node does, and the numbers among the operands."""
         place, numbers = {id(node): k for k, node in enumerate(self.nodes)}, list[Operand]()
-        takes = list[Take | None]()
+        steps = list[Step]()
         for node in self.nodes:
-            where, operands = list[int](), node.arguments if isinstance(node, Call) else ()
-            for each in (node.expression,) if isinstance(node, Let) else operands:
+            where, called = list[int](), isinstance(node, Call)
+            named = (node.expression,) if isinstance(node, Let) else ()
+            for each in node.arguments if called else named:
                 where.append(place.get(id(each), len(place) + len(numbers)))
                 numbers += [] if id(each) in place else [each]
             # Of a single place, `itemgetter` gives what is there, and of a slice a list.
             alone = itemgetter(slice(where[0], where[0] + 1)) if len(where) == 1 else None
-            takes.append(alone or (itemgetter(*where) if where else None))
-        return takes, numbers
+            take = alone or (itemgetter(*where) if where else None)
+            steps.append(Step(take, node.ufunc if called else None, node.moves))
+        return steps, numbers
+
+    def values(self, point: Values) -> dict[int, Operand]:
+        """Values of the nodes at a point, by identity; `KeyError` of a variable without one."""
+        steps, numbers = self.tape
+        table = [*self.nodes, *numbers]
+        for k, (take, ufunc, moves) in enumerate(steps):
+            if take is None:
+                name = table[k].name
+                table[k] = point[name] if moves else point.get(name, table[k].value)
+            else:
+                operands = take(table)
+                table[k] = ufunc(*operands) if ufunc else operands[0]
+        return dict(zip(map(id, self.nodes), table, strict=False))
 
     @cached_property
     def _table(self) -> list[Operand]:
@@ -51,25 +73,24 @@ class Walk:
 
     def _form(self, table: list[Operand], places: Iterable[int], values: Values) -> None:
         """Put the forms of some nodes in their places, `NOWHERE` for what has none."""
-        nodes, takes = self.nodes, self.tape[0]
+        nodes, steps = self.nodes, self.tape[0]
         for k in places:
-            node, take = nodes[k], takes[k]
+            take, ufunc, moves = steps[k]
             if take is None:
-                if isinstance(node, Variable):
-                    table[k] = Exponential({frozenset({(node.name, "time")}): 1.0})
-                else:
-                    table[k] = values.get(node.name, node.value)
+                name = nodes[k].name
+                time = Exponential({frozenset({(name, "time")}): 1.0}) if moves else None
+                table[k] = time or values.get(name, nodes[k].value)
                 continue
             operands = take(table)
-            if not node.moves:
-                table[k] = operands[0] if isinstance(node, Let) else node.ufunc(*operands)
-            elif isinstance(node, Let):
+            if ufunc is None:
                 table[k] = operands[0]
+            elif not moves:
+                table[k] = ufunc(*operands)
             elif any(each is NOWHERE for each in operands):
                 table[k] = NOWHERE
             else:
                 try:
-                    table[k] = applied(node.ufunc, operands)
+                    table[k] = applied(ufunc, operands)
                 except NotExponentialError:
                     table[k] = NOWHERE
 
