@@ -262,7 +262,7 @@ def stated_forms(model: Model, values: Values, *, relaxed: bool = False) -> list
         kinds += map(Relaxation, exact.names) if relaxation is exact else ()
     found = [
         StatedForm(
-            applied(np.multiply, (applied(np.subtract, (right, left)), sign)),
+            applied(np.subtract, (right, left) if sign > 0.0 else (left, right)),
             np.abs(right.terms.get(CONSTANT, 0.0)),
             each,
             bounds,
