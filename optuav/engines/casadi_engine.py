@@ -17,7 +17,7 @@ import warnings
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
-from functools import partial
+from functools import cached_property, partial
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -30,12 +30,14 @@ from optuav.errors import InputError, SolverError
 from optuav.modelling.check import evaluated
 from optuav.modelling.classify import traits
 from optuav.modelling.expression import Operand
+from optuav.modelling.forms import NotAffineError, affine
 from optuav.modelling.model import Model
 from optuav.modelling.traversal import KINKED, PARTIALS, evaluate, fold, has_unknowns
 from optuav.status import Status
 
 NAME = "casadi"
 PROOF = "local: the best of several starts"
+CORNER = "evaluated: no unknown can be smaller, and no goal is better where one is larger"
 OPTIONS: Mapping[str, Operand] = {
     "print_time": False,
     "calc_lam_p": False,
@@ -120,9 +122,6 @@ class CasadiProgramme:
         accuracy: float = ACCURACY,
         iterations: int = ITERATIONS,
     ) -> None:
-        with errors_named():
-            import casadi
-
         self.model, self.base, self.limit_s = model, model.row(0), time_limit_s or math.inf
         self.names = [variable.name for variable in model.variables]
         self.linear = traits(model).linear
@@ -130,9 +129,19 @@ class CasadiProgramme:
         stated = [(has_unknowns(*each.relation.sides), each) for each in model.constraints]
         self.constraints = [each for moves, each in stated if moves]
         self.settled = [each for moves, each in stated if not moves]
+        self.options = {**OPTIONS, "ipopt.tol": accuracy, "ipopt.max_iter": iterations}
+        if time_limit_s is not None:
+            self.options["ipopt.max_wall_time"] = time_limit_s
+
+    @cached_property
+    def _functions(self) -> tuple[Any, Any, list[Any]]:
+        """Slope of the objective, normals of the rows, and the programme of every goal."""
+        with errors_named():
+            import casadi
+
         unknowns, scales = (casadi.SX.sym(each, len(self.names)) for each in "xs")
         parameters, steepness = casadi.SX.sym("p", len(self.base)), casadi.SX.sym("w")
-        floors = casadi.SX.sym("floor", len(model.preferences))
+        floors = casadi.SX.sym("floor", len(self.model.preferences))
         leaves = {name: unknowns[k] * scales[k] for k, name in enumerate(self.names)}
         leaves |= {name: parameters[k] for k, name in enumerate(self.base)}
 
@@ -150,21 +159,18 @@ class CasadiProgramme:
         self.most = np.where(np.array(implied, bool) & ~equal, math.inf, 0.0)
         cost, *preferences = map(symbols, self.goals)
         numbers = casadi.vertcat(parameters, scales)
-        gradient = casadi.gradient(cost, unknowns)
-        self.slope = casadi.Function("slope", [unknowns, numbers], [gradient])
-        normals = casadi.jacobian(casadi.SX(casadi.vertcat(*rows)), unknowns)
-        self.normals = casadi.Function("normals", [unknowns, numbers], [normals])
-        options = {**OPTIONS, "ipopt.tol": accuracy, "ipopt.max_iter": iterations}
-        if time_limit_s is not None:
-            options["ipopt.max_wall_time"] = time_limit_s
-        self._programmes, known = [], casadi.vertcat(numbers, steepness)
+        slope = casadi.Function("slope", [unknowns, numbers], [casadi.gradient(cost, unknowns)])
+        gradients = casadi.jacobian(casadi.SX(casadi.vertcat(*rows)), unknowns)
+        normals = casadi.Function("normals", [unknowns, numbers], [gradients])
+        programmes, known = [], casadi.vertcat(numbers, steepness)
         for k, goal in enumerate([cost / steepness, *preferences]):
             programme = {"x": unknowns, "p": known, "f": goal, "g": casadi.vertcat(*rows)}
             with errors_named():
-                self._programmes.append(casadi.nlpsol("programme", "ipopt", programme, options))
+                programmes.append(casadi.nlpsol("programme", "ipopt", programme, self.options))
             if k < len(preferences):
                 rows.append(goal - floors[k])
                 known = casadi.vertcat(known, floors[k])
+        return slope, normals, programmes
 
     @np.errstate(divide="ignore", invalid="ignore", over="ignore")
     def solve(self, values: Mapping[str, float]) -> Solution:
@@ -180,6 +186,9 @@ class CasadiProgramme:
         if broken:
             words = f"does not hold whatever the unknowns: {', '.join(broken)}"
             return found(Status.INFEASIBLE, "evaluated", words)
+        if corner := self._corner(parameters, bounds):
+            point, duals = corner
+            return found(Status.OPTIMAL, CORNER, "not handed to IPOPT", point, duals=duals)
         scaled = self._scaled(parameters, bounds)
         best, said = self._best(scaled)
         words = ", ".join(dict.fromkeys(said))
@@ -210,6 +219,25 @@ class CasadiProgramme:
             point = self._preferred(point, scaled)
         return found(Status.LOCALLY_OPTIMAL, PROOF, words, point, duals=duals)
 
+    def _corner(
+        self, parameters: Values, bounds: Mapping[str, tuple[float, float]]
+    ) -> tuple[dict[str, float], dict[str, float]] | None:
+        """The point at all lower bounds, and its multipliers, if it is feasible and no goal falls.
+
+        None unless every goal is affine and never falls as an unknown grows.
+        """
+        point = {name: lower for name, (lower, _) in bounds.items()}
+        try:
+            slopes = [affine(goal, parameters).coefficients for goal in self.goals]
+        except NotAffineError:
+            return None
+        rises = all(slope >= 0.0 for goal in slopes for slope in goal.values())
+        rows = evaluated(self.model, {**parameters, **point}) if rises else ()
+        if not rows or not all(row.satisfied for row in rows):
+            return None
+        held = {each.label: slopes[0].get(each.name, 0.0) for each in self.model.variables}
+        return point, dict.fromkeys((row.label for row in rows), 0.0) | held
+
     def _scaled(self, parameters: Values, bounds: Mapping[str, tuple[float, float]]) -> Scaled:
         """A programme with scales and starts that its bounds and constraints suggest."""
         lower, upper = np.array(list(bounds.values())).reshape(-1, 2).T
@@ -223,7 +251,7 @@ class CasadiProgramme:
         starts = [(first + np.array(share) * reach) / reach for share in shares]
         middle = starts[len(starts) // 2]
         numbers = np.array([*(float(parameters[name]) for name in self.base), *reach])
-        slope = np.abs(np.asarray(self.slope(middle, numbers)))
+        slope = np.abs(np.asarray(self._functions[0](middle, numbers)))
         largest = float(slope.max(initial=0.0))
         steepness = largest / STEEP if math.isfinite(largest) and largest > 0.0 else 1.0
         starts = [middle, *starts] if self.linear else starts
@@ -250,7 +278,9 @@ class CasadiProgramme:
     def _is_alone(self, answer: Any, scaled: Scaled) -> bool:
         """Whether no other point of a linear model is as good: what has a price holds it there."""
         weights, at_bounds = (np.abs(np.asarray(answer[k]).ravel()) for k in ("lam_g", "lam_x"))
-        rows = np.asarray(self.normals(answer["x"], scaled.numbers)).reshape(-1, len(self.names))
+        rows = np.asarray(self._functions[1](answer["x"], scaled.numbers)).reshape(
+            -1, len(self.names)
+        )
         prices = np.concatenate([weights * np.linalg.norm(rows, axis=1), at_bounds])
         held = (prices > PRICED)[:, None]
         rank = np.linalg.matrix_rank(np.vstack([rows, np.eye(len(self.names))]) * held)
@@ -283,7 +313,7 @@ class CasadiProgramme:
             "lbg": np.append(self.least, [-math.inf] * len(floors)),
             "ubg": np.append(self.most, [0.0] * len(floors)),
         }
-        answer, word = run(self._programmes[len(floors)], arguments)
+        answer, word = run(self._functions[2][len(floors)], arguments)
         if word in ("Maximum_WallTime_Exceeded", "Maximum_CpuTime_Exceeded"):
             raise SolverError(LATE)
         found = np.clip(np.asarray(answer["x"]).ravel() * scaled.scale, scaled.lower, scaled.upper)

@@ -285,3 +285,26 @@ def test_time_limit() -> None:
     model.maximise(sum(np.sin(7.0 * x) * np.exp(0.1 * y) for x in unknowns for y in unknowns))
     with pytest.raises(SolverError, match="did not finish within the time limit"):
         Casadi().solve(model, 1, time_limit_s=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("goal", "floor", "found"),
+    [
+        (lambda x: 2.0 * x, 0.0, (Status.OPTIMAL, 1.0)),  # both as small as they may be
+        (lambda x: 2.0 * x, 9.0, (Status.LOCALLY_OPTIMAL, 3.0)),  # x² ≥ 9 holds from 3 on
+        (lambda x: -2.0 * x, 0.0, (Status.LOCALLY_OPTIMAL, 4.0)),  # larger is better
+        (lambda x: (x - 2.0) ** 2, 0.0, (Status.LOCALLY_OPTIMAL, 2.0)),  # not affine
+    ],
+)
+def test_the_smallest_unknowns_are_an_answer_only_where_nothing_beats_them(
+    goal: Callable[[Any], Any], floor: float, found: tuple[Status, float]
+) -> None:
+    """The point at all lower bounds is optimal if it is feasible and no goal falls from there."""
+    model, x = one(lower=1.0, upper=4.0)
+    model.minimise(goal(x))
+    model.subject_to("curved", x * x >= floor)
+    solution = Casadi().solve(model, 1)
+    assert solution.status is found[0]
+    assert solution.point(0)["x"] == pytest.approx(found[1], abs=1e-5)
+    if found[0] is Status.OPTIMAL:
+        assert solution.multipliers_at(0) == {"curved": 0.0, "bounds of x": 2.0}

@@ -353,7 +353,7 @@ def test_failure_inside_ipopt_is_a_solver_error(monkeypatch: pytest.MonkeyPatch)
     def fail(**arguments: Any) -> None:
         raise RuntimeError("numerical trouble")
 
-    monkeypatch.setattr(compiled, "_programmes", [fail])
+    monkeypatch.setattr(compiled, "_functions", (*compiled._functions[:2], [fail]))
     with pytest.raises(SolverError, match="casadi failed: numerical trouble"):
         compiled.solve({})
 
