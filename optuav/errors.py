@@ -116,6 +116,12 @@ class InputError(OptuavError, ValueError):
         return "\n".join([*lines, f"and {more} more"] if more else lines)
 
 
+def refuse(faults: Iterable[Fault]) -> None:
+    """Raise `InputError` with all faults, if there are any."""
+    if found := tuple(faults):
+        raise InputError(found)
+
+
 class NoPlanError(OptuavError):
     """A time or a state was asked of a plan that does not exist.
 

@@ -16,7 +16,7 @@ from typing import NamedTuple, TypeVar
 import numpy as np
 
 from optuav.arrays import Booleans, Floats
-from optuav.errors import Fault, InputError, decimal
+from optuav.errors import Fault, InputError, decimal, refuse
 from optuav.mission.files import csv_rows, label, read_text
 from optuav.mission.messages import nearest, shown
 from optuav.mission.schema import short
@@ -160,8 +160,7 @@ def read(file: Source, *formats: Format) -> Measurements:
     if read_lines < form.least:
         words = f"at least {counted(form.least, 'line')} of measurements; there are {read_lines}"
         faults.append(Fault("", "", words, source))
-    if faults:
-        raise InputError(faults)
+    refuse(faults)
     stated = {column: tuple(cells) for column, cells in texts.items()}
     return Measurements(source, form.kinds, tuple(lines), numbers, stated)
 
@@ -199,8 +198,7 @@ def read_all(files: Iterable[str | Path], one: Callable[[Source], Read]) -> list
         if other is not file:
             words = f"has the content of {other.name}: name each measurement once"
             faults.append(Fault("", "", words, file.name))
-    if faults:
-        raise InputError(faults)
+    refuse(faults)
     if not found:
         raise InputError("no file of measurements was named")
     return found

@@ -25,7 +25,7 @@ import numpy as np
 import tomli_w
 
 from optuav.arrays import Floats
-from optuav.errors import Fault, InputError, printable
+from optuav.errors import Fault, printable, refuse
 from optuav.mission import shipped
 from optuav.mission.messages import number
 from optuav.mission.schema import SCHEMA
@@ -309,8 +309,7 @@ def finished(found: Fit, hint: str = "") -> Fit:
         for each in found.values
         if each.determined and (allowed := number(each.key)) and not allowed.accepts(each.value)
     ]
-    if faults:
-        raise InputError(faults)
+    refuse(faults)
     return found
 
 

@@ -35,7 +35,7 @@ import numpy as np
 from optuav.arrays import Booleans, Floats, Integers
 from optuav.calibration import csv, fit
 from optuav.calibration.fit import ConfidenceInterval, Estimate, Fit, Panel, finished, quantile
-from optuav.errors import Fault, InputError
+from optuav.errors import Fault, InputError, refuse
 from optuav.physics.kibam import Battery, levelling
 from optuav.physics.packs import lifetime
 
@@ -329,8 +329,7 @@ def _discharges(file: csv.Source) -> list[Discharge]:
     """The discharges in a file of lifetimes, or in a record."""
     table = csv.read(file, LIFETIMES, RECORD)
     if "time" in table.numbers:  # a record, each current of which holds until the next line
-        if wrong := [*csv.record_faults(table)]:
-            raise InputError(wrong)
+        refuse(csv.record_faults(table))
         time_s, held_A = table.numbers["time"], table.numbers["current"][:-1].tolist()
         record = tuple(zip(held_A, np.diff(time_s).tolist(), strict=True))
         return [Discharge(Path(file.name).stem, record, float(time_s[-1] - time_s[0]))]
@@ -359,6 +358,5 @@ def _discharges(file: csv.Source) -> list[Discharge]:
         durations_s = duration_s[own] if several else lifetime_s[own]
         pieces = tuple(zip(current_A[own].tolist(), durations_s.tolist(), strict=True))
         found.append(Discharge(name, pieces, lasts_s))
-    if faults:
-        raise InputError(faults)
+    refuse(faults)
     return found

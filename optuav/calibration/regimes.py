@@ -30,7 +30,7 @@ import numpy.typing as npt
 from optuav.arrays import Booleans, Floats, Integers
 from optuav.calibration import csv, fit
 from optuav.calibration.fit import ConfidenceInterval, Fit, Panel, Value, finished, quantile
-from optuav.errors import Fault, InputError
+from optuav.errors import Fault, InputError, refuse
 from optuav.mission.messages import nearest
 from optuav.physics.flight import regime_leg
 
@@ -201,8 +201,7 @@ def _read_log(file: csv.Source) -> tuple[Samples, tuple[str, ...]]:
         faults += table.faults(speed_m_s < 0.0, "speed", "0 or above")
     if "voltage" in numbers:
         faults += table.faults(numbers["voltage"] <= 0.0, "voltage", "above 0")
-    if faults:
-        raise InputError(faults)
+    refuse(faults)
     power_W = numbers["power"] if "power" in numbers else current_A * numbers["voltage"]
     none = np.full(len(current_A), math.nan)
     speed_m_s = none if speed_m_s is None else speed_m_s

@@ -23,7 +23,7 @@ import numpy as np
 from optuav.arrays import Floats
 from optuav.calibration import csv
 from optuav.calibration.fit import Fit, Panel, Value, estimate, finished
-from optuav.errors import Fault, InputError
+from optuav.errors import Fault, InputError, refuse
 from optuav.physics import rotor
 
 LEAST_POINTS = 6
@@ -104,8 +104,7 @@ def _read(file: csv.Source) -> csv.Measurements:
     if "speed" in table.numbers and speeds < LEAST_POINTS:
         words = f"at least {LEAST_POINTS} different speeds; there are {speeds}"
         faults.append(Fault("", "", words, table.source))
-    if faults:
-        raise InputError(faults)
+    refuse(faults)
     return table
 
 

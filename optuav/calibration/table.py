@@ -22,7 +22,7 @@ from pydantic import BaseModel, ConfigDict, ValidationError
 from optuav.arrays import Floats
 from optuav.calibration.csv import counted
 from optuav.calibration.fit import Fit, Panel, Role, estimate, rounded
-from optuav.errors import Fault, InputError
+from optuav.errors import Fault, InputError, refuse
 from optuav.mission import Mission, load, shipped
 from optuav.mission.files import label, read_toml
 from optuav.mission.messages import nearest, number, shown
@@ -190,10 +190,9 @@ def fit_table(files: Iterable[str | Path]) -> Fit:
     mission = table.with_values(found.values.tolist())
     computed = table.computed(found.values.tolist()).tolist()
     pairs = list(zip(table.numbers, computed, strict=True))
-    if unflown := {each.row for each, value in pairs if not math.isfinite(value)}:
-        words = "a row that can be flown; none of the values tried can: start from others in [free]"
-        source = label(paths[0])
-        raise InputError(Fault("rows", shown(name), words, source) for name in sorted(unflown))
+    unflown = {each.row for each, value in pairs if not math.isfinite(value)}
+    words = "a row that can be flown; none of the values tried can: start from others in [free]"
+    refuse(Fault("rows", shown(name), words, label(paths[0])) for name in sorted(unflown))
     keys = [(each.quantity, each.observed, round(value, DIGITS)) for each, value in pairs]
     different, count = set(compress(keys, fits)), int(fits.sum())
     roles: list[Role] = [

@@ -18,7 +18,7 @@ import typer
 import optuav
 from optuav.cli.options import Words, mission_of, refuse_beside_plan
 from optuav.cli.output import NO, WIDTH, check_places, deliver, say, warning
-from optuav.errors import Fault, InputError, decimal, printable
+from optuav.errors import Fault, decimal, printable, refuse
 
 if TYPE_CHECKING:
     from rich.console import RenderableType
@@ -230,13 +230,12 @@ def new(file: Path, asked: Numbers, source: str = "paper") -> None:
         sheet = _sheet(stated)
         mission, remarks = sheet.mission(), sheet.remarks()
         typer.echo("\n".join(sheet.assumptions()))
-    elif faults := [
-        Fault(name, f"{value:g}", f"goes with --from {REGIMES}")
-        for name, value in stated.items()
-        if value is not None
-    ]:
-        raise InputError(faults)
     else:
+        refuse(
+            Fault(name, f"{value:g}", f"goes with --from {REGIMES}")
+            for name, value in stated.items()
+            if value is not None
+        )
         mission, remarks = load(source), ()
     write_text(file, template(mission, file.stem, remarks))
     if file != Path("-"):

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any, TypeAlias
 
 import typer
 
-from optuav.errors import Fault, InputError, decimal, integer
+from optuav.errors import Fault, InputError, decimal, integer, refuse
 from optuav.options import Perspective
 
 if TYPE_CHECKING:
@@ -184,13 +184,11 @@ def mission_of(source: str, settings: Sequence[str] | None) -> Mission:
         mission = mission.replace(values)
     except InputError as error:
         faults += error.faults
-    if faults:
-        raise InputError(faults)
+    refuse(faults)
     return mission
 
 
 def refuse_beside_plan(stated: Iterable[str]) -> None:
     """Refuse options that change the question, where the answer is a saved plan."""
     words = "goes with a mission, not with a saved plan"
-    if faults := [Fault(f"--{name.replace('_', '-')}", "", words) for name in sorted(stated)]:
-        raise InputError(faults)
+    refuse(Fault(f"--{name.replace('_', '-')}", "", words) for name in sorted(stated))

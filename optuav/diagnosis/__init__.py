@@ -1,7 +1,7 @@
 """Diagnosis: why a plan is optimal, why there is none, and which changes would repair that."""
 
-from optuav.diagnosis.certificate import Certificate
 from optuav.diagnosis.explain import explain
+from optuav.diagnosis.infeasibility import Certificate
 from optuav.diagnosis.repair import Repair
 from optuav.diagnosis.report import Explanation
 

@@ -11,8 +11,7 @@ import numpy as np
 
 from formulations.formulation import Formulation
 from formulations.soc import AVAILABLE, StepEnd
-from optuav.diagnosis.certificate import bound
-from optuav.diagnosis.infeasibility import conflicts
+from optuav.diagnosis.infeasibility import bound, conflicts
 from optuav.diagnosis.parameter_prices import prices
 from optuav.diagnosis.repair import repairs
 from optuav.diagnosis.report import Explanation, Side

@@ -1,44 +1,302 @@
-"""Why a program is infeasible: irreducible sets of constraints in conflict, route by route.
+"""Why a program is infeasible, or its optimum the best: proofs that a reader can check by hand.
+
+The rows a·x ≤ b of a linear programme, each times a multiplier y ≥ 0, add up to a consequence
+(Σ y a)·x ≤ Σ y b. Farkas: a programme is infeasible exactly if some sum reads 0 ≤ something
+negative. Duality: an optimum is proved by a sum that bounds the objective by it. The numbers are
+the exact rational values of the floats in the programme [1]_. Constraints that are not linear come
+as irreducible sets that cannot hold together, route by route, by the deletion filter [2]_.
 
 References
 ----------
-.. [1] J. W. Chinneck, "Feasibility and infeasibility in optimization", Springer, 2008: the
-   deletion filter.
+.. [1] A. Schrijver, "Theory of linear and integer programming", Wiley, 1986, chapter 7.
+.. [2] J. W. Chinneck, "Feasibility and infeasibility in optimization", Springer, 2008.
+.. [3] R. G. Bland, "New finite pivoting rules for the simplex method", Mathematics of Operations
+   Research, 1977.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from contextlib import suppress
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, is_dataclass, replace
+from fractions import Fraction
+from typing import Any
 
 import numpy as np
 
 from optuav.arrays import Booleans, Values
-from optuav.diagnosis.certificate import (
-    Certificate,
-    certificates,
-    linear_part,
-    parameters_in,
-    plain,
-    subset,
-)
 from optuav.engines import bracket
+from optuav.engines.linear_form import linear_form
 from optuav.errors import InputError
-from optuav.modelling import Model, Relation
-from optuav.modelling.check import evaluated
+from optuav.modelling import Model, NotAffineError, Relation
+from optuav.modelling.check import evaluated, relations
 from optuav.modelling.classify import traits
-from optuav.modelling.forms import NotExponentialError
+from optuav.modelling.expression import Parameter
+from optuav.modelling.forms import NotExponentialError, excess
 from optuav.modelling.model import Constraint
+from optuav.modelling.traversal import leaves
 from optuav.solving import Program
 from optuav.solving.outcome import Part, moments, words
 
+ZERO = Fraction(0)
+ROUNDING = Fraction(1, 10**11)
+"""By how much rounding may violate a limit, relative to max(1, |limit|), without a conflict."""
 MOST_ROUTES = 100
 """Routes of a declaration whose conflicts are examined: those with the shortest flights."""
 FAR_S = 1e4  # How far times are followed where no constraint bounds them [s]
 BROKEN = {"dry": "empty", "past full": "past full"}
 """What the available well is where a limit of it does not hold, by the limit's kind."""
+
+Coefficients = Mapping[str, Fraction]  # By symbol of the unknown, exact, without zeros
+
+
+@dataclass(frozen=True)
+class Row:
+    """A constraint as a row Σ coefficient · unknown ≤ limit, with its multiplier in a sum."""
+
+    label: str
+    parameters: tuple[str, ...]  # Names of those in the constraint
+    keys: tuple[str, ...]  # Their keys of the mission
+    coefficients: Coefficients
+    limit: Fraction
+    multiplier: Fraction = ZERO
+
+
+@dataclass(frozen=True)
+class Certificate:
+    """Constraints added up, each times its multiplier; none of the rows can be spared.
+
+    Parameters
+    ----------
+    rows
+        The constraints that are used.
+    objective
+        What is maximised, by symbol of the unknown, where the sum objective ≤ limit proves that no
+        point is better; empty where the sum 0 ≤ something negative proves that there is no point.
+
+    Examples
+    --------
+    >>> import optuav
+    >>> late = optuav.load("paper").replace({"limits.deadline_s": 60})
+    >>> part = optuav.formulate(late, "P3", perspective="battery").parts[0]
+    >>> (certificate,) = certificates(part.model, part.model.row(0))
+    >>> certificate.holds(), certificate.keys
+    (True, ('limits.deadline_s',))
+    >>> print(certificate)
+    1 ×  P3.b hover time  −Δ ≤ 0
+    1 ×  P3.b hover time  Δ ≤ −15.7922
+    sum  0 ≤ −15.7922, which is false
+    """
+
+    rows: tuple[Row, ...]
+    objective: Coefficients = field(default_factory=dict)
+
+    @property
+    def coefficients(self) -> Coefficients:
+        """Σ y a."""
+        sums = dict[str, Fraction]()
+        for row in self.rows:
+            for symbol, factor in row.coefficients.items():
+                sums[symbol] = sums.get(symbol, ZERO) + row.multiplier * factor
+        return {symbol: value for symbol, value in sums.items() if value}
+
+    @property
+    def limit(self) -> Fraction:
+        """Σ y b."""
+        return sum((row.multiplier * row.limit for row in self.rows), ZERO)
+
+    @property
+    def labels(self) -> tuple[str, ...]:
+        """Labels of the constraints, each once."""
+        return tuple(dict.fromkeys(row.label for row in self.rows))
+
+    @property
+    def keys(self) -> tuple[str, ...]:
+        """The mission's keys in them, each once."""
+        return tuple(dict.fromkeys(key for row in self.rows for key in row.keys))
+
+    def holds(self) -> bool:
+        """Whether the rows are a proof, evaluated exactly."""
+        added = bool(self.rows) and all(row.multiplier >= 0 for row in self.rows)
+        proves = bool(self.objective) or self.limit < 0
+        return added and proves and self.coefficients == self.objective
+
+    @property
+    def table(self) -> list[tuple[str, str, str]]:
+        """Multipliers, labels and rows as text with six digits, and their sum."""
+        rows = [
+            (f"{number_text(e.multiplier)} ×", e.label, _inequality(e.coefficients, e.limit))
+            for e in self.rows
+        ]
+        verdict = "" if self.objective else ", which is false"
+        return [*rows, ("sum", "", _inequality(self.coefficients, self.limit) + verdict)]
+
+    def __str__(self) -> str:
+        return "\n".join("  ".join(filter(None, cells)) for cells in self.table)
+
+    def to_dict(self) -> dict[str, object]:
+        """As plain data; every number exact, as ``"numerator/denominator"``, and rounded."""
+        total = {"coefficients": self.coefficients, "limit": self.limit}
+        stated = {"labels": self.labels, "keys": self.keys, "rows": self.rows, "sum": total}
+        return {"holds": self.holds(), **plain(stated)}
+
+
+def plain(value: object) -> Any:
+    """As plain data: text, finite numbers or None, lists and dicts; fractions exact and rounded."""
+    if isinstance(value, Fraction):
+        return {"exact": str(value), "rounded": float(value)}
+    if isinstance(value, float):
+        return value if math.isfinite(value) else None
+    if isinstance(value, Mapping):
+        return {name: plain(each) for name, each in value.items()}
+    if isinstance(value, tuple | list):
+        return [plain(each) for each in value]
+    if hasattr(value, "to_dict"):
+        return value.to_dict()
+    return plain(vars(value)) if is_dataclass(value) else value
+
+
+def number_text(value: float | Fraction) -> str:
+    """Six digits, with a true minus sign."""
+    return f"{float(value):.6g}".replace("-", "−")
+
+
+def _inequality(coefficients: Coefficients, limit: Fraction) -> str:
+    terms: list[str] = []
+    for symbol, factor in coefficients.items():
+        size = symbol if abs(factor) == 1 else f"{number_text(abs(factor))}·{symbol}"
+        sign = "−" if factor < 0 else "+"
+        terms.append(f"{sign} {size}" if terms else f"{sign}{size}".removeprefix("+"))
+    return f"{' '.join(terms) or '0'} ≤ {number_text(limit)}"
+
+
+def certificates(
+    model: Model, parameters: Values, slot_s: float | None = None
+) -> Iterator[Certificate]:
+    """Minimal conflicts of linear constraints, no two of which share a constraint on parameters.
+
+    A repair has to resolve all of them; resolving these may bring up others. Of constraints without
+    unknowns the first that does not hold is named. Constraints that are not linear are left out:
+    what the others prove holds with them too. In slots the unknowns take at least their first slot;
+    that slots are whole is not used.
+    """
+    rows = _rows(linear_part(model), parameters, slot_s)
+    symbols = [each.symbol for each in model.variables]
+    while True:
+        columns = [_column(row, symbols, ROUNDING) for row in rows]
+        weights = combination(columns, [ZERO] * len(symbols) + [Fraction(-1)])
+        if weights is None:
+            return
+        used = [row for row, weight in zip(rows, weights, strict=True) if weight]
+        first = next(filter(None, weights))  # only the ratios count
+        scaled = zip(used, filter(None, weights), strict=True)
+        yield Certificate(tuple(replace(row, multiplier=y / first) for row, y in scaled))
+        stated = [row for row in used if row.parameters] or used
+        rows = [row for row in rows if not any(row is each for each in stated)]
+        if not all(row.coefficients for row in used):
+            rows = [row for row in rows if row.coefficients]
+
+
+def bound(model: Model, parameters: Values, binding: Collection[str]) -> Certificate | None:
+    """Rows among the binding ones that add up to the objective: no point is better.
+
+    What is minimised counts negated. None if no rows do, or none are needed.
+    """
+    symbols = [each.symbol for each in model.variables]
+    goal = [Fraction(float(x)) for x in linear_form(model, parameters).directions[0, :, 0]]
+    rows = [row for row in _rows(model, parameters) if row.label in binding]
+    weights = combination([_column(row, symbols)[:-1] for row in rows], goal)
+    if not weights or not any(weights):
+        return None
+    used = (replace(row, multiplier=y) for row, y in zip(rows, weights, strict=True) if y)
+    return Certificate(tuple(used), {s: x for s, x in zip(symbols, goal, strict=True) if x})
+
+
+def linear_part(model: Model) -> Model:
+    """The model with its linear constraints alone, and no objective."""
+    linear = list[Constraint]()
+    for each in model.constraints:
+        with suppress(NotAffineError):
+            excess(each.relation, {})
+            linear.append(each)
+    return subset(model, linear)
+
+
+def subset(model: Model, constraints: Iterable[Constraint]) -> Model:
+    """Some constraints of a model over the same unknowns, and no objective."""
+    part = Model(model.title)
+    part.variables, part.constraints = model.variables, [*constraints]
+    return part
+
+
+def parameters_in(constraint: Constraint) -> tuple[Parameter, ...]:
+    """The parameters in a constraint."""
+    found = leaves(*constraint.relation.sides)
+    return tuple(each for each in found if isinstance(each, Parameter))
+
+
+def _rows(model: Model, parameters: Values, slot_s: float | None = None) -> list[Row]:
+    """The rows of a linear programme that limit something; an infinite limit does not."""
+    form = linear_form(model, parameters)
+    symbols = [each.symbol for each in model.variables]
+    # An equality gives two rows of the linear form.
+    stated = [each for each in relations(model) for _ in each.relation.signs]
+    found = []
+    for constraint, normal, limit in zip(
+        stated, form.normals[..., 0].tolist(), form.limits[:, 0].tolist(), strict=True
+    ):
+        if np.isfinite([*normal, limit]).all():
+            numbers = zip(symbols, map(Fraction, normal), strict=True)
+            factors = {symbol: factor for symbol, factor in numbers if factor}
+            named = parameters_in(constraint)
+            names, keys = tuple(each.name for each in named), tuple(e.key for e in named if e.key)
+            found.append(Row(constraint.label, names, keys, factors, Fraction(limit)))
+    for each in model.variables if slot_s is not None else ():
+        if each.first_slot > 0:
+            least_s = Fraction(each.first_slot * (slot_s or 0.0))
+            label = f"first slot of {each.symbol}"
+            found.append(Row(label, (), (), {each.symbol: Fraction(-1)}, -least_s))
+    return found
+
+
+def _column(row: Row, symbols: Sequence[str], allowance: Fraction = ZERO) -> list[Fraction]:
+    """(a, b) of a row, with a relative allowance on b."""
+    limit = row.limit + allowance * max(Fraction(1), abs(row.limit))
+    return [*(row.coefficients.get(symbol, ZERO) for symbol in symbols), limit]
+
+
+def combination(
+    vectors: Sequence[Sequence[Fraction]], target: Sequence[Fraction]
+) -> list[Fraction] | None:
+    """Multipliers y ≥ 0 with Σ y_k vector_k = target, exact; None if there are none.
+
+    The vectors that carry weight are linearly independent, so that none of them can be spared.
+    Phase one of the simplex method, with Bland's rule against cycling [3]_.
+    """
+    count = len(vectors)
+    rows = [
+        [Fraction(-1 if wanted < 0 else 1) * x for x in (*(v[k] for v in vectors), wanted)]
+        for k, wanted in enumerate(target)
+    ]
+    basis = [count + k for k in range(len(rows))]  # at first what is missing of each target
+    # The last row is the sum of the others: what is missing in all.
+    rows.append([sum(column, ZERO) for column in zip(*rows, strict=True)])
+    while rows[-1][count] > 0:
+        entering = next((j for j in range(count) if rows[-1][j] > 0), None)
+        if entering is None:
+            return None
+        leaving = min(
+            (row[count] / row[entering], basis[k], k)
+            for k, row in enumerate(rows[:-1])
+            if row[entering] > 0
+        )[2]
+        basis[leaving] = entering
+        pivot = [x / rows[leaving][entering] for x in rows[leaving]]
+        rows = [[x - r[entering] * y for x, y in zip(r, pivot, strict=True)] for r in rows]
+        rows[leaving] = pivot
+    found = dict(zip(basis, (row[count] for row in rows), strict=False))
+    return [found.get(column, ZERO) for column in range(count)]
 
 
 @dataclass(frozen=True)

@@ -7,8 +7,7 @@ from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 
 from formulations.soc import LABELS
-from optuav.diagnosis.certificate import Certificate, number_text, plain
-from optuav.diagnosis.infeasibility import Conflict
+from optuav.diagnosis.infeasibility import Certificate, Conflict, number_text, plain
 from optuav.diagnosis.parameter_prices import Price
 from optuav.diagnosis.repair import Repair
 from optuav.plan import Plan

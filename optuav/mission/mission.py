@@ -10,7 +10,7 @@ from typing import Annotated, Any, Self
 
 from pydantic import Strict, model_validator
 
-from optuav.errors import MOST_SHOWN, Fault, InputError, printable
+from optuav.errors import MOST_SHOWN, Fault, InputError, printable, refuse
 from optuav.mission import schema, validation
 from optuav.mission.files import write_text
 from optuav.mission.messages import nearest, shown
@@ -150,12 +150,11 @@ class Mission(MissionSection):
         wanted = "columns by name, as a data frame or as lists in a dict"
         if not hasattr(table, "keys"):
             raise InputError([Fault("", shown(table), wanted)])
-        if faults := [
+        refuse(
             Fault(str(name), shown(table[name]), wanted)
             for name in table
             if isinstance(table[name], str) or not isinstance(table[name], Iterable)
-        ]:
-            raise InputError(faults)
+        )
         columns = {str(name): [without_none(each) for each in table[name]] for name in table}
         faults = [
             Fault(name, "", f"unknown column{nearest(name, COLUMNS + SIZES)}")
@@ -166,8 +165,7 @@ class Mission(MissionSection):
         if len({len(column) for column in columns.values()}) > 1:
             lengths = ", ".join(f"{name} {len(column)}" for name, column in columns.items())
             faults.append(Fault("columns", printable(lengths), "of equal length"))
-        if faults:
-            raise InputError(faults)
+        refuse(faults)
         buildings = []
         for cells in zip(*columns.values(), strict=True):
             row = dict(zip(columns, cells, strict=True))

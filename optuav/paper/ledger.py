@@ -14,7 +14,7 @@ import numpy as np
 
 from formulations.p4 import P4
 from formulations.soc import PAPER
-from optuav.errors import Fault, InputError
+from optuav.errors import Fault, refuse
 from optuav.mission import Mission
 from optuav.mission.messages import nearest
 from optuav.network import vehicle
@@ -164,12 +164,11 @@ def ledger(names: str | Collection[str] = ()) -> Ledger:
     known = statements()
     every = {each.name for each in known}
     words = "the name of an entry, or its beginning"
-    if faults := [
+    refuse(
         Fault("name", repr(name), f"{words}{nearest(name, sorted(every))}")
         for name in names
         if not any(each.startswith(name) for each in every)
-    ]:
-        raise InputError(faults)
+    )
     entries = []
     for each in known:
         chosen = (

@@ -15,7 +15,7 @@ from pathlib import Path
 from urllib.parse import quote
 from xml.etree.ElementTree import Element, tostring
 
-from optuav.errors import Fault, InputError
+from optuav.errors import Fault, refuse
 from optuav.mission import Mission, load
 from optuav.mission.files import make_directory, write_files
 from optuav.mission.messages import nearest
@@ -129,14 +129,13 @@ def reproduce(
     own = load(mission) if isinstance(mission, str | Path) else mission
     missions = papers() if own is None else (own,)
     known = (*NAMES, *NUMBERS) if own is None else (*NAMES[:-1], *NUMBERS)
-    if faults := [
+    refuse(
         Fault("only", repr(name), "not the ledger, which is of the paper's two missions alone")
         if name == LEDGER
         else Fault("only", repr(name), f"one of {', '.join(known)}{nearest(name, known)}")
         for name in only
         if name not in known
-    ]:
-        raise InputError(faults)
+    )
     folder = Path(directory)
     files = _files(missions, only, mission is None, progress)
     made = {folder / name: content for name, content in files}

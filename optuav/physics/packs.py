@@ -24,7 +24,7 @@ from typing import Literal, NamedTuple, TypeAlias, get_args
 import numpy as np
 
 from optuav.arrays import Booleans, Floats, Integers
-from optuav.errors import Fault, InputError, SolverError
+from optuav.errors import Fault, SolverError, refuse
 from optuav.physics.kibam import Battery, Stage, Wells, held, step, time_to_empty, time_to_full
 from optuav.physics.quantity import TINY, Quantity
 
@@ -337,8 +337,7 @@ def lifetime(
     elif period_s is not None:
         faults.append(Fault("period_s", repr(period_s), "nothing, unless schedule='alternating'"))
     faults += _range_faults("horizon_s", horizon_s, 1e-6, math.inf, "s")
-    if faults:
-        raise InputError(faults)
+    refuse(faults)
     pack = Battery(float(capacity_As), float(available_fraction), float(flow_rate_per_s))
     jobs = [
         JobStage(max(float(current_A), 0.0), max(-float(current_A), 0.0), float(duration_s))

@@ -19,7 +19,7 @@ from pydantic import (
 )
 from pydantic_core import ErrorDetails, to_jsonable_python
 
-from optuav.errors import Fault, InputError, NoPlanError, require, safe_name
+from optuav.errors import Fault, InputError, NoPlanError, refuse, require, safe_name
 from optuav.mission import Mission
 from optuav.mission.files import label, parse_json, read_text, write_text
 from optuav.mission.messages import shown
@@ -362,8 +362,7 @@ def load_plan(path: str | Path) -> Plan:
         for name in DERIVED
         if name in data and data[name] != follows[name]
     ]
-    if faults:
-        raise InputError(faults)
+    refuse(faults)
     return plan
 
 
@@ -399,8 +398,7 @@ def parse_plan(text: str, source: str) -> tuple[Plan, dict[str, Any]]:
         plan = Plan.model_validate(fields)
     except ValidationError as error:
         faults += [each for each in _record_faults(error, source) if each.key not in known]
-    if faults:
-        raise InputError(faults)
+    refuse(faults)
     return plan, data
 
 

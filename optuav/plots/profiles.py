@@ -11,7 +11,7 @@ import numpy as np
 from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 
-from optuav.errors import Fault, InputError
+from optuav.errors import Fault, InputError, refuse
 from optuav.mission import Mission
 from optuav.network import vehicle
 from optuav.network.obstacles import prisms
@@ -179,8 +179,7 @@ def _displacement(mission: Mission, start: str, end: str) -> tuple[float, float,
         for option, name in (("start", start), ("end", end))
         if name not in known.names
     ]
-    if faults:
-        raise InputError(faults)
+    refuse(faults)
     first_m, last_m = (known.position_m[known.names.index(name)] for name in (start, end))
     x, y, z = (last_m - first_m).tolist()
     if x == y == z == 0.0:

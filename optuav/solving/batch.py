@@ -17,7 +17,7 @@ from optuav.arrays import Booleans, Floats
 from optuav.engines import bracket, closed_form
 from optuav.engines.bracket import WIDTH_S, largest, shortest
 from optuav.engines.rows import StatedForm, rows_of
-from optuav.errors import Fault, InputError
+from optuav.errors import Fault, refuse
 from optuav.mission.schema import Number
 from optuav.modelling.forms import CONSTANT, Exponential
 from optuav.network.variants import Variants
@@ -140,8 +140,7 @@ def longest_hovers(
     if len(shapes) > 1:
         words = ", ".join(f"{shape} of {name}" for shape, name in shapes.items())
         faults.append(Fault("shapes", words, "one shape for all arrays"))
-    if faults:
-        raise InputError(faults)
+    refuse(faults)
     flown = [step for step in on_the_way if isinstance(step, Stage)]
     figures |= {
         "packs": 1.0,

@@ -18,7 +18,7 @@ import numpy as np
 
 from optuav.arrays import Booleans, Floats
 from optuav.engines.grid import axes
-from optuav.errors import InputError, SolverError
+from optuav.errors import SolverError, refuse
 from optuav.network.network import Network
 from optuav.network.timeline import full_packs, pack_loads, route_phases
 from optuav.physics.packs import Packs
@@ -44,8 +44,7 @@ def packs_by_schedule(question: Question, network: Network, parts: Sequence[Part
     slot_s, schedule = question.slot_s, network.mission.battery.schedule
     words = f"under battery.schedule = {schedule!r} and perspective available"
     asked = ("problem", question.problem.name, LONGEST_HOVER)
-    if faults := [*not_with(words, asked, ("engine", question.engine_name, (AUTO, "grid")))]:
-        raise InputError(faults)
+    refuse(not_with(words, asked, ("engine", question.engine_name, (AUTO, "grid"))))
     step_s, clock = slot_s or STEP_S, _Clock(question.time_limit_s)
     entries = ((part, entry) for part in parts for entry in range(len(part.routes)))
     routes = [_Route(network, *each, slot_s, clock) for each in entries]

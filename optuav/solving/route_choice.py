@@ -19,7 +19,7 @@ from formulations.milp import route_choice as joined
 from formulations.p1 import P1
 from formulations.soc import PAPER
 from optuav.engines.linear_form import last_slot, own_bounds
-from optuav.errors import InputError, SolverError
+from optuav.errors import SolverError, refuse
 from optuav.mission import Mission
 from optuav.modelling import Model
 from optuav.network.one_stop import one_stop_in_words
@@ -113,8 +113,7 @@ def route_choice(
     688.85 s, relaxed 688.85 s
     """
     asked = ("form", form, FORMS), ("perspective", perspective, PAPER)
-    if faults := [unknown(*each) for each in asked if each[1] not in each[2]]:
-        raise InputError(faults)
+    refuse(unknown(*each) for each in asked if each[1] not in each[2])
     from optuav.engines.cvxpy_engine import Cvxpy
 
     program = formulate(

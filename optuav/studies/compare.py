@@ -13,7 +13,7 @@ from rich.text import Text
 
 from formulations.p1 import P1
 from formulations.soc import AVAILABLE, PAPER
-from optuav.errors import Fault, InputError
+from optuav.errors import Fault, refuse
 from optuav.judge.course import TOLERANCE
 from optuav.mission import Mission, load
 from optuav.mission.messages import counted_in, shown
@@ -133,8 +133,7 @@ def compare(
     given: dict[str, Any] = {"slots_s": slots, "periods_s": periods_s, "engines": engines}
     given["time_limit_s"] = None if time_limit_s is None else (time_limit_s,)
     given["times"] = times or None
-    if faults := [*_faults(names, perspective, given)]:
-        raise InputError(faults)
+    refuse(_faults(names, perspective, given))
     studied = mission if isinstance(mission, Mission) else load(mission)
     if names == ("method",):
         return compare_methods(

@@ -13,7 +13,7 @@ from rich.text import Text
 
 from formulations.soc import AVAILABLE, PAPER
 from optuav.arrays import Floats
-from optuav.errors import Fault, InputError
+from optuav.errors import Fault, refuse
 from optuav.mission import Mission, load
 from optuav.mission.messages import nearest, shown
 from optuav.mission.schema import Number
@@ -127,8 +127,7 @@ def sensitivity(
     if plan is not None and not plan:
         words = "a plan that can be flown on a route"
         faults.append(Fault("plan", plan.status.value, words))
-    if faults:
-        raise InputError(faults)
+    refuse(faults)
     studied = mission if isinstance(mission, Mission) else load(mission)
     stated = None if uncertainty is None else spreads(studied, uncertainty)
     default = [each for key in spreadable(studied).values() if (each := around(key)) is not None]

@@ -16,7 +16,7 @@ from formulations.p1 import P1
 from formulations.soc import AVAILABLE
 from optuav.arrays import Booleans, Floats
 from optuav.diagnosis.repair import Key, keys
-from optuav.errors import Fault, InputError
+from optuav.errors import Fault, InputError, refuse
 from optuav.mission import Mission
 from optuav.mission.files import label, read_toml
 from optuav.mission.messages import nearest, shown
@@ -63,12 +63,10 @@ class Spread:
     key: Key
     low: float
     high: float
-    likely: float | None = None
-    """Most likely value of a triangular distribution."""
+    likely: float | None = None  # Most likely value of a triangular distribution
+    # Of a normal distribution about the mission's value, cut off at the range of the key.
     deviation: float | None = None
-    """Of a normal distribution about the mission's value, cut off at the range of the key."""
-    along: tuple[Key, ...] = ()
-    """Keys that change by the same factor."""
+    along: tuple[Key, ...] = ()  # Keys that change by the same factor
 
     def at(self, share: Floats) -> Floats:
         """Return the quantiles of the distribution for shares between 0 and 1."""
@@ -144,8 +142,7 @@ def spreads(mission: Mission, stated: Mapping[str, object] | str | Path) -> tupl
     names = Counter(each.name for spread in found for each in (spread.key, *spread.along))
     words = "varies once, by itself or along another"
     faults += [Fault(name, "", words, source) for name in sorted(names) if names[name] > 1]
-    if faults:
-        raise InputError(faults)
+    refuse(faults)
     return tuple(found)
 
 
@@ -196,10 +193,9 @@ def refused(name: str, value: str, words: str) -> InputError:
 class FixedPlan:
     """A plan whose route, hover point and times [s] stay as they were planned."""
 
+    # The mission with its hover point where the plan has it, and the plan's itinerary alone.
     network: Network
-    """The mission with its hover point where the plan has it, and the plan's itinerary alone."""
-    itinerary: int
-    """Number of that itinerary among all of the mission."""
+    itinerary: int  # Number of that itinerary among all of the mission
     hover_time_s: float
     rest_time_s: float
 
@@ -247,24 +243,20 @@ class Chances:
 
     samples: int
     seed: int
-    uncertain: tuple[str, ...]
-    """Keys that vary."""
-    stated: bool
-    """Whether their spread was stated; else all are within 10 % of their values."""
-    mean_s: float
-    """Mean hover time [s], with 0 for a sample without a plan, as in the quantiles."""
+    uncertain: tuple[str, ...]  # Keys that vary
+    stated: bool  # Whether their spread was stated; else all are within 10 % of their values
+    mean_s: float  # Mean hover time [s], with 0 for a sample without a plan, as in the quantiles
+    # Hover times [s] that so large a share of the samples does not reach.
     quantiles_s: Mapping[float, float]
-    """Hover times [s] that so large a share of the samples does not reach."""
-    no_plan: float
-    """Share of samples without a plan."""
+    no_plan: float  # Share of samples without a plan
+    # Share of samples by the route of the best plan; the most frequent first.
     routes: Mapping[str, float]
-    """Share of samples by the route of the best plan; the most frequent first."""
+    # Share of samples in which the fixed plan keeps each condition, and in which it keeps all of
+    # them; None without a plan.
     kept: Mapping[str, float] | None
-    """Share of samples in which the fixed plan keeps each condition; None without a plan."""
     flyable: float | None
-    """Share of samples in which it keeps all of them; None without a plan."""
+    # Longest hover of each sample, at least the fixed plan's if that is feasible; 0 without.
     hover_times_s: Floats = field(repr=False, compare=False)
-    """Longest hover of each sample, at least the fixed plan's if that is feasible; 0 without."""
 
 
 def chances(

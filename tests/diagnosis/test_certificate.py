@@ -15,7 +15,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import optuav
-from optuav.diagnosis.certificate import (
+from optuav.diagnosis.infeasibility import (
     Certificate,
     bound,
     certificates,

@@ -14,7 +14,7 @@ import pytest
 import optuav
 from formulations.formulation import Formulation, Given
 from optuav.diagnosis import Explanation, explain
-from optuav.diagnosis.certificate import plain
+from optuav.diagnosis.infeasibility import plain
 from optuav.diagnosis.parameter_prices import Price
 from optuav.errors import InputError
 from optuav.modelling import Model
