@@ -1,4 +1,4 @@
-"""The options of a question that have names, as `Literal` types."""
+"""The options of a question and of a battery that have names, as `Literal` types."""
 
 from __future__ import annotations
 
@@ -9,7 +9,12 @@ Trajectory: TypeAlias = Literal["optimal", "direct", "traj1", "traj2"]
 HoverPoint: TypeAlias = Literal["w_U", "free"]
 Perspective: TypeAlias = Literal["battery", "energy", "adjusted", "wells", "available"]
 ProblemName: TypeAlias = Literal["P1", "P2", "P2-tight", "P3"]
+Charging: TypeAlias = Literal["constant", "taper"]
+Schedule: TypeAlias = Literal[
+    "pooled", "sequential", "round-robin", "alternating", "most-available"
+]
 
 ORDERS: tuple[Order, ...] = get_args(Order)
 TRAJECTORIES: tuple[Trajectory, ...] = get_args(Trajectory)
 HOVER_POINTS: tuple[HoverPoint, ...] = get_args(HoverPoint)
+SCHEDULES: tuple[Schedule, ...] = get_args(Schedule)  # The default first

@@ -31,6 +31,7 @@ if TYPE_CHECKING:
     from optuav.plan import Plan
 
 UNIT = re.compile(r"\[([^]]+)\]")
+_NO_UNITS = ("-", "rotor", "body")
 REGIMES = "regimes"
 SHIPPED = Path(optuav.__file__).parent / "mission" / "shipped"
 """The shipped missions, as `optuav.shipped` names them; found here without the mission's schema."""
@@ -113,9 +114,6 @@ def _settings(section: MissionSection) -> Iterator[tuple[str, str, str]]:
     for key, value in section.model_dump(exclude_none=True).items():
         units = UNIT.findall(section.descriptions()[key])
         yield key, _text(value), next((unit for unit in units if unit not in _NO_UNITS), "")
-
-
-_NO_UNITS = ("-", "rotor", "body")
 
 
 def _text(value: object) -> str:

@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -24,6 +23,7 @@ from optuav.modelling.check import evaluated, relations
 from optuav.modelling.expression import Operand
 from optuav.modelling.traversal import fold, has_unknowns, leaves
 from optuav.modelling.writer import Text
+from optuav.network.graph import Graph
 from optuav.network.places import charging_cap
 from optuav.options import Perspective, ProblemName
 from optuav.plan import Plan
@@ -31,9 +31,6 @@ from optuav.solving import Program, solve
 from optuav.solving.outcome import SAME_S, Part, more_stops_may_help, words
 from optuav.solving.question import answer
 from optuav.status import Status
-
-if TYPE_CHECKING:
-    from optuav.network.graph import Graph
 
 TURNS = (
     "packs take turns, which is simulated and not declared: constraints, prices and repairs are "

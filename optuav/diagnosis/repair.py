@@ -169,6 +169,8 @@ def repairs(question: MissionQuestion) -> tuple[Repair, ...]:
 
 Trial: TypeAlias = tuple[Key, float]
 Direction: TypeAlias = tuple[Key, int]
+Search: TypeAlias = Generator[list[float], list[bool], Repair | None]
+"""Yields values, is sent whether each of them repairs, and returns what was found."""
 
 
 def _repaired(question: MissionQuestion, trials: Sequence[Trial]) -> list[bool]:
@@ -186,10 +188,6 @@ def _repaired(question: MissionQuestion, trials: Sequence[Trial]) -> list[bool]:
     for place, answer in zip(cases, feasible([*cases.values()]), strict=True):
         repaired[place] = answer
     return repaired
-
-
-Search: TypeAlias = Generator[list[float], list[bool], Repair | None]
-"""Yields values, is sent whether each of them repairs, and returns what was found."""
 
 
 def searched(

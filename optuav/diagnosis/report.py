@@ -153,9 +153,6 @@ def _with_unit(value: float, unit: str) -> str:
     return number_text(value) if unit == "1" else f"{number_text(value)} {unit}"
 
 
-# Without a plan
-
-
 def _no_plan(explained: Explanation) -> Iterator[list[str]]:
     """Conflicts and repairs, one block of lines each."""
     plan, repairs = explained.plan, explained.repairs
@@ -198,9 +195,6 @@ def conflict_text(conflict: Conflict, slot_s: float | None) -> Iterator[list[str
     if not (conflict.certificates or clash):
         why = "the constraints are not linear" if slot_s is None else "only whole slots do not fit"
         yield wrapped("Conflict", f"{where}: no certificate, {why}")
-
-
-# With a plan
 
 
 def _optimum(explained: Explanation) -> Iterator[list[str]]:

@@ -7,7 +7,7 @@ from collections.abc import Hashable, Iterator, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
+from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
 
@@ -25,7 +25,7 @@ from optuav.modelling.check import evaluated, holding
 from optuav.modelling.classify import traits
 from optuav.modelling.forms import NotExponentialError, excess
 from optuav.network.feasibility import impossibilities
-from optuav.network.graph import edited_network
+from optuav.network.graph import Graph, edited_network
 from optuav.network.network import Network, build_network
 from optuav.physics.kibam import Stage
 from optuav.plan import Plan
@@ -37,9 +37,6 @@ from optuav.solving.program import groups
 from optuav.solving.question import PROBLEMS, Question, answer, checked_question, problem_of
 from optuav.solving.several_stops import ENGINE as SEARCH
 from optuav.status import Status
-
-if TYPE_CHECKING:
-    from optuav.network.graph import Graph
 
 Subject: TypeAlias = Program | Plan | Mission | str | Path
 Case: TypeAlias = tuple[Question, Network]  # A question about the network of a mission

@@ -15,7 +15,7 @@ from functools import cache
 from itertools import pairwise
 from operator import ge, gt, le, lt
 from textwrap import dedent
-from typing import Annotated, Literal, TypeAlias, TypeGuard, get_args
+from typing import Annotated, Literal, TypeAlias, TypeGuard
 
 from annotated_types import Ge, GroupedMetadata, Gt, Le, Len, Lt, Predicate
 from pydantic import (
@@ -28,6 +28,10 @@ from pydantic import (
     model_validator,
 )
 
+from optuav.options import SCHEDULES, Charging, Schedule
+
+MOST_ITEMS = 100_000
+"""Most items that a list may have, such as buildings."""
 LARGEST = 1e100
 """Largest number in a graph or a plan, so that sums and products stay finite."""
 
@@ -83,10 +87,6 @@ def short(number: float) -> str:
     """A bound as a person writes it: ``1e6``, not ``1e+06``."""
     mantissa, _, exponent = f"{number:g}".partition("e")
     return f"{mantissa}e{int(exponent)}" if exponent else mantissa
-
-
-MOST_ITEMS = 100_000
-"""Most items that a list may have, such as buildings."""
 
 
 def _listed(value: object) -> object:
@@ -146,6 +146,10 @@ LoadCurrent = Annotated[float, Number("A", ge=1e-6, le=1e6)]
 Power = Annotated[float, Number("W", ge=0, le=1e9)]
 LoadPower = Annotated[float, Number("W", ge=1e-6, le=1e9)]
 Energy = Annotated[float, Number("J", ge=1e-3, le=1e15)]
+
+_CHARGING = Allowed('one of "constant", "taper"')
+_SCHEDULE = Allowed(f"one of {', '.join(map(repr, SCHEDULES))}".replace("'", '"'))
+_MODEL = Allowed('"rotors" or "regimes"')
 
 # Mechanics
 Inertia = Annotated[float, Number("kg m2", ge=1e-9, le=1e6)]
@@ -223,16 +227,6 @@ class Limits(MissionSection):
     """Lowest hover point z_min [m]."""
     max_altitude_m: Altitude
     """Highest hover point z_max [m]."""
-
-
-Charging: TypeAlias = Literal["constant", "taper"]
-_CHARGING = Allowed('one of "constant", "taper"')
-
-# As in `optuav.physics.packs`, whose import would take NumPy with it.
-Schedule: TypeAlias = Literal[
-    "pooled", "sequential", "round-robin", "alternating", "most-available"
-]
-_SCHEDULE = Allowed(f"one of {', '.join(map(repr, get_args(Schedule)))}".replace("'", '"'))
 
 
 class BatteryPacks(MissionSection):
@@ -379,9 +373,6 @@ class Wind(MissionSection):
 
     force_N: Force = (0.0, 0.0, 0.0)
     """Force of the wind on the UAV (x, y, z) [N]."""
-
-
-_MODEL = Allowed('"rotors" or "regimes"')
 
 
 class RotorFlight(MissionSection):

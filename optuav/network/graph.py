@@ -6,7 +6,7 @@ import math
 from collections.abc import Iterator, Sequence
 from dataclasses import fields, replace
 from numbers import Real
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, TypeAlias
 
 import numpy as np
 
@@ -21,7 +21,7 @@ from optuav.network.places import DESTINATION, ENDS, HOVER, ORIGIN
 if TYPE_CHECKING:
     import networkx
 
-    Graph = networkx.DiGraph[str]
+Graph: TypeAlias = "networkx.DiGraph[str]"
 
 EDGE_FIGURES = ("duration_s", "charge_As", "energy_J", "distance_m", "peak_speed_m_s")
 SOURCE = "graph"

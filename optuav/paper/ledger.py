@@ -214,15 +214,15 @@ def source_for_full_charge(mission: Mission) -> Value:
 
 def c9_over_c6(mission: Mission) -> Value:
     """The quotient with which the polynomial of eq (4) is voltage times current."""
-    motor, speed, change = vehicle.motor(mission), 1000.0, 100.0
-    c6, c9 = (float(rotor.power_coefficients(motor)[number]) for number in (5, 8))
-    rest = float(rotor.polynomial_power(motor, speed, change)) - change * speed**2 * c9
-    needed = (float(rotor.power(motor, speed, change)) - rest) / (change * speed**2)
+    motor, speeds = vehicle.motor(mission), np.array([500.0, 1000.0, 1500.0])
+    # What is odd in v̇ is v̇ (c6 + c8 v + c9 v²).
+    odd = rotor.power(motor, speeds, 100.0) - rotor.power(motor, speeds, -100.0)
+    c9, _, c6 = np.polyfit(speeds, odd, 2)
     quotients = {
         "κ_T/T_f": motor.torque_constant_Nm_A / motor.friction_torque_Nm,
         "κ_0/T_f": motor.drag_coefficient_Nm_s2_rad2 / motor.friction_torque_Nm,
     }
-    right = (name for name, q in quotients.items() if math.isclose(q * c6, needed, rel_tol=1e-6))
+    right = (name for name, q in quotients.items() if math.isclose(q * c6, c9, rel_tol=1e-6))
     return next(right, None)
 
 

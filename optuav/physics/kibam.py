@@ -32,11 +32,12 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Literal, NamedTuple, TypeAlias
+from typing import NamedTuple
 
 import numpy as np
 
 from optuav.arrays import Booleans
+from optuav.options import Charging
 from optuav.physics.quantity import TINY, Quantity
 
 MOST_STEPS = 100  # Largest number of Newton's steps towards a moment; a dozen are the rule
@@ -208,8 +209,6 @@ def tapered(battery: Battery, wells: Wells, stage: Stage) -> Wells:
     steady = step(battery, wells, Stage(stage.current_A, steady_s))
     return held(battery, steady, stage.duration_s - steady_s)
 
-
-Charging: TypeAlias = Literal["constant", "taper"]  # Names of the ways to charge
 
 STEPS: Mapping[Charging, Callable[[Battery, Wells, Stage], Wells]] = {
     "constant": step,

@@ -19,20 +19,15 @@ from copy import copy
 from dataclasses import dataclass
 from itertools import accumulate
 from numbers import Integral, Real
-from typing import Literal, NamedTuple, TypeAlias, get_args
+from typing import NamedTuple
 
 import numpy as np
 
 from optuav.arrays import Booleans, Floats, Integers
 from optuav.errors import Fault, SolverError, refuse
+from optuav.options import SCHEDULES, Schedule
 from optuav.physics.kibam import Battery, Stage, Wells, held, step, time_to_empty, time_to_full
 from optuav.physics.quantity import TINY, Quantity
-
-Schedule: TypeAlias = Literal[
-    "pooled", "sequential", "round-robin", "alternating", "most-available"
-]
-
-SCHEDULES: tuple[Schedule, ...] = get_args(Schedule)  # Names of the schedules, the default first
 
 ROUNDING = 1e-12  # Share of the capacity by which rounding may carry a well past its limit [-]
 

@@ -91,16 +91,6 @@ def power_coefficients(motor: Motor) -> tuple[Quantity, ...]:
     return (c1, c2, c3, c4, c5, c6, c7, c8, c9)
 
 
-def polynomial_power(
-    motor: Motor, speed_rad_s: Quantity, acceleration_rad_s2: Quantity = 0.0
-) -> Quantity:
-    """Power of one turning rotor [W] by the polynomial c1…c9 of [2]_ eq (5); speed > 0 [rad/s]."""
-    c1, c2, c3, c4, c5, c6, c7, c8, c9 = power_coefficients(motor)
-    v, a = speed_rad_s, acceleration_rad_s2
-    steady = c1 + v * (c2 + v * (c3 + v * (c4 + v * c5)))
-    return steady + a * (c6 + c7 * a + c8 * v + c9 * v**2)
-
-
 def full_thrust(motor: Motor) -> Quantity:
     """F = 4 ϱ v_max² [N], thrust of the four rotors at full speed."""
     return ROTORS * motor.lift_coefficient_N_s2_rad2 * motor.max_speed_rad_s**2

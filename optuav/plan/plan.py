@@ -34,7 +34,6 @@ from optuav.status import Status
 if TYPE_CHECKING:
     import pandas
 
-
 SCHEMA = 1
 KIND = "optuav plan"
 LARGEST_BYTES = 32_000_000

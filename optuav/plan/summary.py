@@ -18,6 +18,12 @@ if TYPE_CHECKING:
 WIDTH = 80
 LABEL = 13
 GAP = "  "
+NUMBER_AND_UNIT = re.compile(r"(?<=\d) (?=(?:s|m|N|A|W|J|%|m/s|A s)\b|%)")
+NO_BREAK = "\N{NO-BREAK SPACE}"
+FILLER = "\0"
+HEADINGS = ("what", "where", "start s", "for s", "A", "W", "avail. %", "bound %")
+LEGEND = "A, W: mean into the battery. avail., bound: fill of the wells at the end."
+EDITED = "*: figures stated in the graph."
 TOO_LONG = 1e5
 """From here on a number is printed with two digits and an exponent, to leave room for names."""
 
@@ -54,11 +60,6 @@ def summary(plan: Plan) -> str:
         for remark in remarks:
             lines += wrapped(mark, remark)
     return "\n".join(lines)
-
-
-NUMBER_AND_UNIT = re.compile(r"(?<=\d) (?=(?:s|m|N|A|W|J|%|m/s|A s)\b|%)")
-NO_BREAK = "\N{NO-BREAK SPACE}"
-FILLER = "\0"
 
 
 def _as_wide(text: str) -> str:
@@ -129,11 +130,6 @@ def _times(plan: Plan) -> Iterator[str]:
             yield from wrapped("Next slot", f"would break {limits}")
         else:
             yield from wrapped("Binding", limits)
-
-
-HEADINGS = ("what", "where", "start s", "for s", "A", "W", "avail. %", "bound %")
-LEGEND = "A, W: mean into the battery. avail., bound: fill of the wells at the end."
-EDITED = "*: figures stated in the graph."
 
 
 def _timeline(plan: Plan) -> Iterator[str]:

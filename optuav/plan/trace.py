@@ -16,8 +16,6 @@ if TYPE_CHECKING:
     import pandas
 
 Texts = npt.NDArray[np.str_]
-
-
 APART = ("time_s", "position_m", "available_As", "bound_As", "soc")
 """Fields of a trace that are not columns of its table as they are."""
 

@@ -6,7 +6,7 @@ import io
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from matplotlib.artist import Artist
@@ -16,6 +16,7 @@ from matplotlib.figure import Figure
 from PIL import Image
 
 from optuav.errors import Fault, InputError
+from optuav.judge import Replay
 from optuav.mission.files import write_files
 from optuav.mission.messages import shown
 from optuav.plan import Stop
@@ -24,9 +25,6 @@ from optuav.plots.charge import draw_wells
 from optuav.plots.map import Way, draw_from_above, draw_plan_view, plan_labels, scene
 from optuav.plots.profiles import timed
 from optuav.plots.style import BLACK, BLUE, GREEN, GREY, ORANGE, PURPLE, SKY, VERMILLION, place
-
-if TYPE_CHECKING:
-    from optuav.judge import Replay
 
 FRAMES, FRAMES_PER_S, HELD = 120, 10, 20
 """Moments that are shown, evenly over the mission; how many a second; how often the end is."""

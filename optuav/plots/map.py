@@ -352,9 +352,6 @@ def _buildings_along(shown: Scene, way: Way) -> Iterator[tuple[float, float, flo
                 yield float(min(along)), float(max(along)), float(roofs_m[number])
 
 
-# The scenery
-
-
 @dataclass(frozen=True)
 class Scene:
     """A mission with its places, by number, and its buildings as prisms."""

@@ -5,13 +5,14 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from itertools import pairwise
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 
 from optuav.errors import Fault, InputError, refuse
+from optuav.judge import Replay
 from optuav.mission import Mission
 from optuav.network import vehicle
 from optuav.network.obstacles import prisms
@@ -20,9 +21,6 @@ from optuav.physics import flight, rotor
 from optuav.plan.trace import Event
 from optuav.plots import style
 from optuav.plots.style import BLACK, BLUE, GREEN, GREY, ORANGE, SKY, VERMILLION, Band, mark
-
-if TYPE_CHECKING:
-    from optuav.judge import Replay
 
 MOST_MARKED = 12  # Violations that are marked one by one
 STAGES = (*flight.STAGES, "hover")  # The stages of the six-stage model, and the hover after them

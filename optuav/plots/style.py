@@ -8,8 +8,9 @@ from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import cache
+from pathlib import Path
 from threading import RLock
-from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
+from typing import Any, NamedTuple, TypeAlias
 
 import matplotlib.style
 import numpy as np
@@ -27,9 +28,7 @@ from matplotlib.transforms import Bbox
 from matplotlib.typing import LineStyleType
 
 from optuav.arrays import Floats
-
-if TYPE_CHECKING:
-    from optuav.judge import Replay
+from optuav.judge import Replay
 
 # The palette of Okabe and Ito, which colour-blind readers can tell apart, and two greys.
 BLACK, GREY, PALE = "#000000", "#7F7F7F", "#D9D9D9"
@@ -43,26 +42,7 @@ WORDS = {"direct": "Direct path", "traj1": "Traj. 1", "traj2": "Traj. 2", "optim
 DASHED: LineStyleType = (0.0, (4.0, 2.0))
 DOTTED: LineStyleType = (0.0, (1.0, 1.0))
 FONT = "DejaVu Sans"
-RC: dict[str, Any] = {
-    "font.family": FONT,
-    "font.size": 8.0,
-    "axes.titlesize": 8.5,
-    "axes.titlelocation": "left",
-    "axes.labelsize": 8.0,
-    "axes.linewidth": 0.6,
-    "axes.spines.top": False,
-    "axes.spines.right": False,
-    "axes.formatter.useoffset": False,
-    "xtick.labelsize": 7.5,
-    "ytick.labelsize": 7.5,
-    "xtick.major.width": 0.6,
-    "ytick.major.width": 0.6,
-    "legend.fontsize": 7.5,
-    "legend.frameon": False,
-    "lines.linewidth": 1.4,
-    "hatch.linewidth": 0.5,
-    "svg.hashsalt": "optuav",
-}
+SETTINGS = ("default", Path(__file__).with_name("optuav.mplstyle"))
 WIDTH_IN = 7.2
 DOTS_PER_INCH = 200
 LEGEND_PT, NAMES_PT = 20.0, 16.0
@@ -94,7 +74,7 @@ def applied() -> Iterator[None]:
 
     The settings are those of the process: threads draw one after the other.
     """
-    with _ONE_AT_A_TIME, matplotlib.style.context(["default", RC]):
+    with _ONE_AT_A_TIME, matplotlib.style.context([*SETTINGS]):
         yield
 
 

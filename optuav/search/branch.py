@@ -201,9 +201,6 @@ class _BranchAndBound:
         return high_s
 
 
-# Trials of plans: whether the battery can deliver them, and how long they can hover
-
-
 @dataclass(frozen=True)
 class Stops:
     """A plan: numbers of the places, both ends included (stop + 2,), and stays (stop,) [s].

@@ -20,6 +20,10 @@ from optuav.arrays import Booleans, Floats, Integers
 from optuav.physics import kibam
 
 ORIGIN, HOVER, DESTINATION, FIRST_BUILDING = 0, 1, 2, 3  # Numbers of places
+AT_ONCE = 1 << 16  # Sequences that are made at once
+STOPS_FROM_BIT = 52
+"""Bits of a rank below the number of stops; more sequences than that are out of reach."""
+Pattern = tuple[bool, ...]  # Kinds of the stops in order: True for a hover, False for a rest
 ROUNDING = 1e-11  # Share of the capacity by which a limit must be missed before a box falls [-]
 
 
@@ -75,9 +79,6 @@ class Terrain:
         return Flown(self.duration_s[None], *(np.array(table) for table in zip(*kept, strict=True)))
 
 
-Pattern = tuple[bool, ...]  # Kinds of the stops in order: True for a hover, False for a rest
-
-
 @dataclass(frozen=True)
 class Boxes:
     """Boxes of one pattern: a sequence of stops with an interval for the duration of each stay.
@@ -129,11 +130,6 @@ class Boxes:
             low_s=np.concatenate([self.low_s, low_s], axis=1),
             high_s=np.concatenate([high_s, self.high_s], axis=1),
         )
-
-
-AT_ONCE = 1 << 16  # Sequences that are made at once
-STOPS_FROM_BIT = 52
-"""Bits of a rank below the number of stops; more sequences than that are out of reach."""
 
 
 def patterns(rests: int, hovers: int) -> Iterator[Pattern]:

@@ -61,6 +61,15 @@ FIRST_M, LAST_M, SHRINK = 20.0, 1e-7, 0.6
 AGAIN, AGAIN_M, SAME_S = 8, 1.0, 1e-6
 """Further refinements from near the best point, how near [m], and by how much two that agree may
 differ [s], which ends them: small steps may be caught by a ridge that leads to no top."""
+DESCRIPTIONS = {
+    "flight_time_s": "time of all legs, two of them to w and from w",
+    "flight_charge_As": "charge drawn on all legs",
+    "flight_energy_J": "energy drawn on all legs",
+    "flight_voltage_V": "mean voltage on all legs",
+    "hover_current_A": "current drawn at w, less what the laser gives there",
+    "hover_received_W": "power received from the laser at w",
+}
+"""Printed in place of formulas in w that would fill a page."""
 
 
 def free_program(question: Question, mission: Mission) -> FreeProgram:
@@ -124,17 +133,6 @@ def _gain(plan: Plan, own: Plan) -> str:
     more_s = plan.hover_time_s - own.hover_time_s if own else 0.0
     found = f" gives {more_s:.4f} s more than {name}" if own else f"; at {name} there is no plan"
     return f"hover point free: {point}{found}"
-
-
-DESCRIPTIONS = {
-    "flight_time_s": "time of all legs, two of them to w and from w",
-    "flight_charge_As": "charge drawn on all legs",
-    "flight_energy_J": "energy drawn on all legs",
-    "flight_voltage_V": "mean voltage on all legs",
-    "hover_current_A": "current drawn at w, less what the laser gives there",
-    "hover_received_W": "power received from the laser at w",
-}
-"""Printed in place of formulas in w that would fill a page."""
 
 
 def _declared(network: Network, which: Integers, rests: bool, perspective: Perspective) -> Model:

@@ -10,7 +10,6 @@ import math
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -22,6 +21,7 @@ from optuav.engines.linear_form import last_slot, own_bounds
 from optuav.errors import SolverError, refuse
 from optuav.mission import Mission
 from optuav.modelling import Model
+from optuav.network.graph import Graph
 from optuav.network.one_stop import one_stop_in_words
 from optuav.options import Order, Perspective, Trajectory
 from optuav.plan import Plan
@@ -31,9 +31,6 @@ from optuav.solving.program import Program
 from optuav.solving.question import answer, unknown
 from optuav.solving.solve import formulate
 from optuav.status import Status
-
-if TYPE_CHECKING:
-    from optuav.network.graph import Graph
 
 AGREES_S = 1e-5
 """By how much the optimum of the chosen route may differ from that of all routes [s]."""

@@ -7,7 +7,6 @@ from collections.abc import Iterator, Sequence
 from contextlib import suppress
 from dataclasses import replace
 from decimal import ROUND_CEILING, Decimal
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -16,6 +15,7 @@ from optuav.arrays import Floats, Integers
 from optuav.errors import SolverError
 from optuav.network import vehicle
 from optuav.network.feasibility import blocked_legs, impossibilities
+from optuav.network.graph import Graph
 from optuav.network.network import NO_LEG, Network, Routes, routes_along
 from optuav.network.one_stop import all_legs, find_shortcuts
 from optuav.network.places import FIRST_BUILDING, HOVER
@@ -28,9 +28,6 @@ from optuav.solving.assemble import quantities
 from optuav.solving.outcome import Part, plan_for, plan_without, replayed, shortfalls
 from optuav.solving.program import Program
 from optuav.status import Status
-
-if TYPE_CHECKING:
-    from optuav.network.graph import Graph
 
 ENGINE = "search"
 MOST_SEQUENCES = 1 << 20  # sequences that are compared at most in a linear perspective

@@ -10,7 +10,7 @@ from optuav.engines.registry import Engine
 from optuav.errors import Fault, InputError
 from optuav.mission import Mission, load
 from optuav.mission.messages import shown
-from optuav.network.graph import edited_network
+from optuav.network.graph import Graph, edited_network
 from optuav.network.network import build_network
 from optuav.options import Perspective, ProblemName
 from optuav.plan import Plan
@@ -19,7 +19,6 @@ from optuav.solving.program import Program, declared_program
 from optuav.solving.question import checked_question
 
 if TYPE_CHECKING:
-    from optuav.network.graph import Graph
     from optuav.search.branch import Progress
 
 

@@ -18,8 +18,7 @@ from optuav.judge.course import TOLERANCE
 from optuav.mission import Mission, load
 from optuav.mission.messages import counted_in, shown
 from optuav.mission.schema import SLOT, Number
-from optuav.options import Perspective
-from optuav.physics.packs import SCHEDULES
+from optuav.options import SCHEDULES, Perspective
 from optuav.plan import Plan
 from optuav.solving import solve
 from optuav.solving.question import LIMIT
@@ -224,9 +223,6 @@ def _faults(
     yield from (Fault("engines", repr(each), f"some of {', '.join(COMPARED)}") for each in unknown)
 
 
-# The printed text
-
-
 def _tables(found: Results) -> Iterator[RenderableType]:
     """Yield one line a plan with whether it can be flown, and how each is known."""
     by_schedule = "schedule" in found.units
@@ -284,9 +280,6 @@ def _flies(row: Row, min_soc: float) -> str:
         return f"{word} {first_s:.0f} s"
     soc = row["soc_battery"]
     return "low" if soc is not None and soc < min_soc - TOLERANCE else "no"
-
-
-# The pictures
 
 
 def _choices(found: Results) -> Iterator[tuple[str, Axes]]:

@@ -31,6 +31,7 @@ if TYPE_CHECKING:
 ACCURACY_S = {"closed-form": 1e-5, "cvxpy": 1e-5, "casadi": 1e-4, "grid": 1e-5}
 """By how much an engine may miss an answer [s], up to `LONG_S` and in proportion beyond."""
 LONG_S = 1000.0
+HOVER, REST = "hover_time_s", "rest_time_s"
 REFERENCE = "closed form"
 UNITS = {
     **dict.fromkeys(("problem", "building", "order", "method", "engine"), ""),
@@ -202,11 +203,6 @@ def _mismatch(row: Row, other: Row) -> dict[str, Any]:
     return {"agrees": False, "words": f"{other['method']} finds {found}"}
 
 
-# What whole slots may cost
-
-HOVER, REST = "hover_time_s", "rest_time_s"
-
-
 def bound(model: Model, parameters: Row, slot_s: float) -> Bound:
     """Return how many slots a linear model that maximises the hover time may lose, and why.
 
@@ -232,9 +228,6 @@ def bound(model: Model, parameters: Row, slot_s: float) -> Bound:
         if abs(horizon_slots - round(horizon_slots)) > SLOT_TOLERANCE * max(1.0, horizon_slots):
             slots, words = 2, "the horizon is not a whole number of slots"
     return slots, words
-
-
-# The printed text
 
 
 def _tables(found: Results) -> Iterator[RenderableType]:

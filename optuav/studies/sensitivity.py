@@ -153,9 +153,6 @@ def sensitivity(
     return Results("optuav sensitivity", studied, facts, UNITS, rows, _tables, _figures)
 
 
-# One key at a time
-
-
 def effects(
     network: Network, spreads: Sequence[Spread], perspective: Perspective, hover_time_s: float
 ) -> tuple[Row, ...]:
@@ -215,9 +212,6 @@ def _one_by_one(network: Network, spreads: Sequence[Spread], values: Floats) -> 
             every = columns.setdefault(name, np.full(values.size, now[name]))
             every[count * number : count * (number + 1)] = column
     return Variants(network, columns)
-
-
-# The printed text and the pictures
 
 
 def _tables(found: Results) -> Iterator[RenderableType]:
