@@ -163,20 +163,19 @@ def _crossing(
     approaches that moment from one side without overshooting: from behind if the distance beyond
     the bound is convex, that is c > 0 seen in the direction of the bound, else from the start.
     """
-    current = np.asarray(current_A, dtype=float)
+    current = np.asarray(current_A, dtype=float)[()]
     latest_s = np.maximum((bound.total_As - wells.total_As) / current, 0.0)
     share, rate = battery.available_fraction, battery.rate_per_s
     tilt = wells.available_As - share * wells.total_As - (1.0 - share) * current / rate
-    moment_s = np.where(direction * tilt > 0.0, latest_s, 0.0)
+    moment_s = np.where(direction * tilt > 0.0, latest_s, 0.0)[()]
     settled: Booleans = np.zeros_like(moment_s, dtype=bool)
     for _ in range(MOST_STEPS):
         end = step(battery, wells, Stage(current, moment_s))
         inflow = battery.flow_rate_per_s * (end.bound_As / (1.0 - share) - end.available_As / share)
         nearer_s = moment_s - (end.available_As - bound.available_As) / (current + inflow)
-        within_s = np.minimum(np.maximum(nearer_s, 0.0), latest_s)
-        nearer_s = np.where(np.isfinite(nearer_s), within_s, moment_s)
         # A settled moment stays, so that no result depends on the other elements of the array.
-        before_s, moment_s = moment_s, np.where(settled, moment_s, nearer_s)
+        moves, before_s = ~settled & np.isfinite(nearer_s), moment_s
+        moment_s = np.where(moves, np.minimum(np.maximum(nearer_s, 0.0), latest_s), before_s)[()]
         settled = (np.abs(moment_s - before_s) <= CLOSE * moment_s) | ~np.isfinite(moment_s)
         if settled.all():
             break

@@ -53,6 +53,8 @@ def quantities(
 
     def take(values: Quantity, columns: Integers | None = None) -> Quantity:
         """Entries of a table of its variants and its places, legs or routes."""
+        if isinstance(values, float):
+            return float(values)
         table = np.atleast_2d(values)
         if table.shape == (1, 1):
             return float(table[0, 0])

@@ -167,6 +167,9 @@ def plan_of(
 
 def moments(network: Network, part: Part, entry: int) -> dict[str, str]:
     """By label of a constraint that has one, the moment at which it holds on a route, by places."""
+    steps = {each.label: each.step for each in part.model.constraints if each.step is not None}
+    if not steps:
+        return {}
     table, names, ends = network.legs, network.places.names, list[str]()
     for legs, stay in legs_and_stays(network, part.routes, part.rests):
         end = names[table.end[legs[entry]]]
@@ -176,8 +179,7 @@ def moments(network: Network, part: Part, entry: int) -> dict[str, str]:
         ends += [f"at the end of {flight}"] * (len(stages) > 0)
         if stay:
             ends.append("after the hover" if stay == "hover" else f"after the rest at {end}")
-    stated = part.model.constraints
-    return {each.label: ends[each.step] for each in stated if each.step is not None}
+    return {label: ends[step] for label, step in steps.items()}
 
 
 def words(network: Network, part: Part, entry: int, labels: Sequence[str]) -> list[str]:
@@ -363,7 +365,7 @@ def promise(network: Network, parts: Sequence[Part], plan: Plan) -> Iterator[str
     note = "perspective battery, which looks at the charge left at the end alone, "
     note += f"promises {hover_s[route]:.2f} s of hover"
     phases = route_phases(network, route, float(hover_s[route]), float(rest_s[route]))
-    flown = plan.model_copy(update={"phases": simulated(network.mission, phases)})
+    flown = plan.model_copy(update={"phases": phases})
     if (dry_s := flown.runs_dry_s) is not None:
         note += f"; that plan would run dry and fall at {dry_s:.2f} s"
     yield note
