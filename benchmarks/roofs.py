@@ -8,7 +8,7 @@ from benchmarks.timing import Row, median_s
 from benchmarks.towns import town
 from optuav.network.network import build_network
 
-FOOTPRINT_M = 20.0
+FOOTPRINT_M = 5.0  # Narrow ones let lines through, which makes them longer to follow
 APART_M = 200.0  # Each has a square of this side to itself on average, in a town of any size
 
 

@@ -143,7 +143,11 @@ def crossed(obstacles: Prisms, start_m: Floats, end_m: Floats, exempt: Integers)
     place, way = (low_m[:2] - map_low_m) / cell_m, way_m[:2] / cell_m
     way = np.where(np.abs(way) < TINY, TINY, way)
     steep = np.abs(way_m[1]) > np.abs(way_m[0])
+    middle_m = 0.5 * (obstacles.low_m + obstacles.high_m)
+    reach_m = 0.5 * (obstacles.high_m - obstacles.low_m).sum(axis=0) + 4.0 * MARGIN_M
     for axis in (0, 1):
+        slope = way_m[1 - axis] / np.where(np.abs(way_m[axis]) < TINY, TINY, way_m[axis])
+        offset_m = low_m[1 - axis] - slope * low_m[axis]
         # Column by column from the low ends on; a line that is blocked is followed no further.
         live = np.flatnonzero((enter <= leave) & (steep == axis))
         ends = place[axis, live] + within[:, live] * way[axis, live]
@@ -158,7 +162,11 @@ def crossed(obstacles: Prisms, start_m: Floats, end_m: Floats, exempt: Integers)
             line = np.repeat(live, entries)
             before = np.repeat(first - np.cumsum(entries) + entries, entries)
             footprint = obstacles.in_cells[axis][np.arange(len(line)) + before]
-            line, footprint = _met(obstacles, (low_m, way_m, exempt), line, footprint)
+            # Most footprints lie well beside the line.
+            beside_m = middle_m[1 - axis, footprint] - slope[line] * middle_m[axis, footprint]
+            (near,) = np.nonzero(np.abs(beside_m - offset_m[line]) <= reach_m[footprint])
+            pairs = line[near], footprint[near]
+            line, footprint = _met(obstacles, (low_m, way_m, exempt), *pairs)
             found[line] = obstacles.building[footprint]
             (on,) = np.nonzero((found[live] == CLEAR) & (column != last))
             live, last = live[on], last[on]
