@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from hypothesis import settings
 
-SUITE = 25
+SUITE = 16
 """How many examples the suite draws of a property; other profiles draw as many as they say."""
 
 

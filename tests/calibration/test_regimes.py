@@ -115,7 +115,7 @@ def test_short_legs_show_no_cap(tmp_path: Path) -> None:
 def test_errors_of_the_speed_are_no_cap(tmp_path: Path) -> None:
     """Legs too short for it, of which no sample is at the peak: a cap tells of errors alone."""
     random, capped = np.random.default_rng(4), 0
-    for _ in range(15):
+    for _ in range(10):
         header, *rows = log(tmp_path / "log.csv", legs_m=(44.0,) * 4).read_text().splitlines()
         cells = [row.rpartition(",") for row in rows]
         rows = [f"{a},{abs(float(v) + 0.15 * random.standard_normal()):.4f}" for a, _, v in cells]

@@ -6,8 +6,10 @@ import io
 import json
 import sys
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
+from matplotlib.figure import Figure
 
 import optuav
 from optuav.plots import files
@@ -171,6 +173,9 @@ def test_pictures_go_into_a_new_directory(tmp_path: Path, monkeypatch: pytest.Mo
     folder = tmp_path / "new" / "pictures"
     asked = ("solve", "paper", "--problem", "P3", "--plot", str(folder))
     counts: list[int] = []
+    empty = Figure().subplots()
+    for name in ("mission_map", "leg"):
+        monkeypatch.setattr(files, name, lambda *_: SimpleNamespace(plan=empty, speed=empty))
     monkeypatch.setattr(files, "image", lambda ax: counts.append(len(ax.figure.axes)) or b"")
     for perspective in ("energy", "available"):
         found = run(*asked, "--perspective", perspective)
@@ -255,6 +260,8 @@ def test_each_kind_of_file_is_known_as_our_own(
 ) -> None:
     """It may be written again, and one of the same name by others may not."""
     monkeypatch.chdir(tmp_path)
+    empty = SimpleNamespace(plan=Figure().subplots())  # in place of a map
+    monkeypatch.setattr(files, "mission_map", lambda *_: empty)
     assert run(*command).code == 0
     assert run(*command).code == 0
     (written,) = tmp_path.iterdir()

@@ -119,11 +119,14 @@ def test_solve_and_explain_leave_with_one_code(settings: list[str], code: int) -
     assert [command(name, *asked).code for name in ("solve", "explain")] == [code, code]
 
 
-def test_a_search_that_its_time_limit_ends_leaves_the_answer_open(tmp_path: Path) -> None:
+def test_a_search_that_its_time_limit_ends_leaves_the_answer_open(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     """It left with 1, as if more stops were known to make no plan.
 
     What is known of them stays: conflicts and repairs, under an answer that is unknown.
     """
+    only(monkeypatch, "limits")
     limit = ("--stops", "3", "--time-limit-s", "1e-9")
     path = tmp_path / "poor.toml"
     optuav.load("paper").replace(POOR).save(path)

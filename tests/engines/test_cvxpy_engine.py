@@ -60,7 +60,7 @@ def test_many_programmes_are_solved_one_after_the_other() -> None:
     assert ours.values["y"] == pytest.approx(theirs.values["y"], nan_ok=True)
 
 
-@few(12, most=1000)
+@few(8, most=1000)
 @pytest.mark.campaign
 @given(small_programmes(2))
 def test_agrees_with_the_closed_form(programme: Linear) -> None:

@@ -90,7 +90,7 @@ def test_grid_of_p4_is_within_its_bound(whole: bool, data: st.DataObject, perspe
         assert -ROUNDING_S <= continuous_s - grid_s <= bound_s
 
 
-@few(20)
+@few(12)
 @pytest.mark.campaign
 @given(missions(whole=False), PERSPECTIVE)
 def test_grid_of_p3_loses_less_than_a_slot(
@@ -124,7 +124,7 @@ def easier(given: Quantities, way: str, by: float) -> Quantities:
 
 
 @pytest.mark.parametrize("way", ["deadline", "capacity", "limit", "charge"])
-@few(12, most=1000)
+@few(8, most=1000)
 @pytest.mark.campaign
 @given(st.data(), PERSPECTIVE, st.floats(0.0, 1.0))
 def test_easier_missions_are_never_worse(

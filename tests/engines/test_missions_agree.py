@@ -114,7 +114,7 @@ def _rest(parameters: Any) -> Any:
 RESTING = ("rest_current_A", "rest_received_W")
 
 
-@few(3)
+@few(2)
 @pytest.mark.campaign
 @given(questions(), st.sampled_from(SLOTS_S))
 def test_engines_agree_on_whole_missions(

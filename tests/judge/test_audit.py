@@ -101,7 +101,7 @@ def path(tmp_path_factory: pytest.TempPathFactory) -> Path:
     st.floats(SPOILT, 1e6),
     st.sampled_from([-1.0, 1.0]),
 )
-@settings(few(25), suppress_health_check=[HealthCheck.filter_too_much, HealthCheck.too_slow])
+@settings(few(16), suppress_health_check=[HealthCheck.filter_too_much, HealthCheck.too_slow])
 def test_one_spoiled_number_is_caught(
     path: Path, draw: st.DataObject, data: dict[str, Any], times: float, sign: float
 ) -> None:
@@ -345,7 +345,7 @@ def test_no_stops_at_all_is_a_flight(tmp_path: Path) -> None:
 
 @pytest.mark.campaign
 @given(missions(), st.data())
-@settings(few(25))
+@settings(few(16))
 def test_any_itinerary_gets_a_verdict(mission: Mission, data: st.DataObject) -> None:
     """Whatever the stops: no error, every violation with a moment of the mission, plain data."""
     names = ["origin", "hover", "destination", *(each.name for each in mission.buildings)]

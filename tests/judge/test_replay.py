@@ -188,7 +188,7 @@ def test_the_closed_form_is_the_integral(name: str) -> None:
 
 @pytest.mark.campaign
 @given(missions(), st.sampled_from(["direct", "optimal", "traj2"]))
-@settings(few(20))
+@settings(few(12))
 def test_random_plans_agree_with_their_simulation(mission: Mission, trajectory: str) -> None:
     """Whatever the mission: figures agree, the wells alone may be out of bounds."""
     plan = optuav.solve(mission, optuav.P1(trajectory=trajectory), perspective="battery")
@@ -202,7 +202,7 @@ def test_random_plans_agree_with_their_simulation(mission: Mission, trajectory: 
 
 @pytest.mark.campaign
 @given(missions())
-@settings(few(20))
+@settings(few(12))
 def test_moments_of_random_plans_against_a_dense_grid(mission: Mission) -> None:
     """SciPy's integration at 200 points a stage finds no violation where replay sees none."""
     plan = optuav.solve(mission, perspective="battery")
@@ -223,7 +223,7 @@ def test_moments_of_random_plans_against_a_dense_grid(mission: Mission) -> None:
 
 @pytest.mark.campaign
 @given(missions(), st.sampled_from(["constant", "taper"]), st.data())
-@settings(few(20))
+@settings(few(12))
 def test_the_closed_form_is_the_integral_on_any_itinerary(
     mission: Mission, charging: str, data: st.DataObject
 ) -> None:

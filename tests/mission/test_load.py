@@ -479,7 +479,7 @@ def test_names_with_dots_are_reached(paper: Mission) -> None:
 
 
 @pytest.mark.campaign
-@few(15, most=1000)
+@few(10, most=1000)
 @given(mission=missions(), data=st.data())
 def test_replacing_a_value_by_itself_changes_nothing(mission: Mission, data: st.DataObject) -> None:
     """Whatever the key: nothing is displaced by a value that was there."""
@@ -496,7 +496,7 @@ def test_replacing_a_value_by_itself_changes_nothing(mission: Mission, data: st.
 
 
 @pytest.mark.campaign
-@few(15, most=1000)
+@few(10, most=1000)
 @given(mission=missions())
 def test_a_saved_mission_is_read_again(scratch: Path, mission: Mission) -> None:
     """File, dict, JSON and pickle give the same mission to the last digit."""
@@ -510,7 +510,7 @@ def test_a_saved_mission_is_read_again(scratch: Path, mission: Mission) -> None:
 
 
 @pytest.mark.campaign
-@few(15, most=1000)
+@few(10, most=1000)
 @given(document=documents())
 def test_what_is_stated_is_what_is_kept(document: dict[str, object]) -> None:
     """No stated value is changed, lost or moved, but for the rate per minute."""

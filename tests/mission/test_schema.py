@@ -461,7 +461,7 @@ ANYTHING = st.recursive(
 
 
 @pytest.mark.campaign
-@few(15, most=1000)
+@few(10, most=1000)
 @given(data=st.data(), document=documents(most_buildings=2))
 def test_anything_in_any_place(data: st.DataObject, document: dict[str, Any]) -> None:
     """Python's data are as hostile as a file: one error in words, or a mission."""
@@ -509,7 +509,7 @@ def test_none_counts_as_not_stated(document: dict[str, Any]) -> None:
 
 
 @pytest.mark.campaign
-@few(15, most=1000)
+@few(10, most=1000)
 @given(mission=missions())
 def test_missions_are_values(mission: Mission) -> None:
     """Frozen, equal to their copies, of the same hash, different where a value differs."""
@@ -525,7 +525,7 @@ def test_missions_are_values(mission: Mission) -> None:
 
 
 @pytest.mark.campaign
-@few(15, most=1000)
+@few(10, most=1000)
 @given(document=documents())
 def test_a_document_is_not_changed_by_reading_it(document: dict[str, Any]) -> None:
     before = copy.deepcopy(document)

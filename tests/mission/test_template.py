@@ -26,7 +26,7 @@ def loaded(text: str, directory: Path) -> Mission:
 
 
 @pytest.mark.campaign
-@few(15, most=1000)
+@few(10, most=1000)
 @given(mission=missions(), name=NAMES)
 def test_a_template_is_the_mission_with_another_name(
     mission: Mission, name: str, tmp_path_factory: pytest.TempPathFactory
@@ -121,7 +121,7 @@ def test_without_laser_and_reserve_it_hovers_what_the_datasheet_says() -> None:
 
 
 @pytest.mark.campaign
-@few(15, most=1000)
+@few(10, most=1000)
 @given(
     mass_kg=st.floats(0.5, 30),
     payload=st.floats(0, 1),

@@ -247,7 +247,8 @@ def test_levelling_keeps_its_digits_at_any_rate(rate_per_s: float) -> None:
     k, t = Fraction(rate_per_s), Fraction(100)
     rate = Parameter("k", "k", "1/s", rate_per_s)
     _, integral = kibam.levelling(SimpleNamespace(rate_per_s=rate), 100.0)
-    terms = [(n, t ** (n + 1) * Fraction((-1) ** n, math.factorial(n + 1))) for n in range(160)]
+    count = 160 if rate_per_s > 1e-3 else 24  # kt up to 30, or 0.05
+    terms = [(n, t ** (n + 1) * Fraction((-1) ** n, math.factorial(n + 1))) for n in range(count)]
     value = sum(term * k**n for n, term in terms)
     by_rate = sum(n * term * k ** (n - 1) for n, term in terms[1:])
     found = slope(integral, {})

@@ -104,7 +104,7 @@ def test_the_hover_point_of_the_link_may_be_stated() -> None:
 
 
 @pytest.mark.campaign
-@few(15, most=1000)
+@few(10, most=1000)
 @given(missions())
 def test_a_plan_or_reasons(mission: Mission) -> None:
     """Never neither; nothing impossible is ever planned, and all of it is among the advice."""

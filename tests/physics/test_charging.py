@@ -91,7 +91,7 @@ def integrated(case: Case) -> np.ndarray:
 @given(cases())
 @example(NEARLY_FULL)
 @example(FALLING)
-@settings(few(15))
+@settings(few(10))
 def test_closed_form_solves_the_differential_equations(case: Case) -> None:
     found = kibam.tapered(*case)
     scale_As = case.pool.capacity_As + abs(case.phase.current_A) * case.phase.duration_s
@@ -131,7 +131,7 @@ def test_neither_overfull_nor_more_than_is_offered(case: Case) -> None:
 @given(cases(), st.floats(0.0, 1.0), st.floats(0.0, 1.0))
 @example(NEARLY_FULL, 0.9, 0.5)
 @example(FALLING, 1.0, 0.8)
-@settings(few(15))
+@settings(few(10))
 def test_more_never_becomes_less(case: Case, share: float, offer: float) -> None:
     """Fuller wells stay fuller, well by well; and a stronger charger never leaves less in one."""
     assume(case.phase.current_A > 0.0)

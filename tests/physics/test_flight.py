@@ -352,7 +352,7 @@ def test_states_are_continuous(case: Case) -> None:
 
 @pytest.mark.campaign
 @given(cases())
-@settings(few(15))
+@settings(few(10))
 def test_charge_and_energy_are_integrals(case: Case) -> None:
     """Current and power of the rotors, integrated, are charge and energy of the leg."""
     charge_As, energy_J = (

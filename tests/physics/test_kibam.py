@@ -125,7 +125,7 @@ def test_full_battery() -> None:
 
 @pytest.mark.campaign
 @given(cases())
-@settings(few(15))
+@settings(few(10))
 def test_closed_form_solves_the_differential_equations(case: Case) -> None:
     wells = kibam.step(case.pool, case.wells, case.phase)
     np.testing.assert_allclose(wells, integrated(case), rtol=0, atol=1e-9 * case.scale_As)
@@ -183,7 +183,7 @@ def test_without_flow_the_bound_charge_stays(case: Case) -> None:
 
 @pytest.mark.campaign
 @given(cases())
-@settings(few(15))
+@settings(few(10))
 def test_idle_wells_level_out(case: Case) -> None:
     """After long enough both stand equally high, and then nothing moves any more."""
     assume(case.pool.flow_rate_per_s > 0.0)
@@ -289,7 +289,7 @@ def test_moment_of_emptiness(case: Case) -> None:
 
 @pytest.mark.campaign
 @given(cases())
-@settings(few(15))
+@settings(few(10))
 def test_moment_of_fullness(case: Case) -> None:
     """y1 is ωB then, was not above before, and is above after; without charging never."""
     moment_s = kibam.time_to_full(case.pool, case.wells, case.current_A)

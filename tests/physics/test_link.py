@@ -185,7 +185,7 @@ def test_hover_point_of_the_paper() -> None:
     assert z == 50.0
 
 
-@settings(few(60))
+@settings(few(40))
 @given(ENDS, ENDS, st.floats(0.05, 2.0), st.tuples(PLAN, PLAN, HEIGHT))
 @example((-1.0001, 0.0, 0.0), (0.99, 0.0, 0.01), 1.0, (0.0, 0.0, 0.0))
 @example((-1.0000001, 0.0, 0.0), (1.1, 0.2, 0.001), 1.0, (0.0, 0.0, 0.0))

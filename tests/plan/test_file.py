@@ -90,7 +90,7 @@ def test_the_round_trip_is_exact(kind: str, tmp_path: Path) -> None:
 
 @pytest.mark.campaign
 @given(mission=missions(), slot_s=st.sampled_from([None, 7.0]))
-@settings(few(20))
+@settings(few(12))
 def test_random_plans_survive_their_file(
     mission: optuav.Mission, slot_s: float | None, tmp_path_factory: pytest.TempPathFactory
 ) -> None:

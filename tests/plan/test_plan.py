@@ -113,7 +113,7 @@ def test_every_kind_of_plan_keeps_account_of_the_battery(kind: str) -> None:
 
 @pytest.mark.campaign
 @given(missions(), st.sampled_from(["battery", "energy", "adjusted"]))
-@settings(few(20))
+@settings(few(12))
 def test_random_plans_are_whole_and_keep_account(mission: optuav.Mission, perspective: str) -> None:
     """Any k_F, ω, currents and legs, charging and draining."""
     plan = optuav.solve(mission, perspective=perspective)

@@ -111,7 +111,7 @@ def test_a_mission_that_leaves_time_says_how_much() -> None:
 
 
 @given(st.lists(NAMES | st.text("建物あ→Ωß🚁", min_size=150, max_size=200), min_size=1, max_size=3))
-@settings(few(20))
+@settings(few(12))
 def test_odd_names_fit(names: list[str]) -> None:
     """Long, wide, in any script; the table keeps its columns aligned."""
     reserved = {"origin", "hover", "destination"}

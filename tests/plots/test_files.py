@@ -92,6 +92,7 @@ def test_a_leg_with_figures_of_the_user_is_not_drawn_from_the_model(paper: optua
     assert (shown.start_place, shown.end_place) == ("origin", "b1")
 
 
+@pytest.mark.usefixtures("names_only")
 def test_places_that_cannot_be_written_are_refused(nothing: optuav.Plan, tmp_path: Path) -> None:
     file = tmp_path / "file"
     file.write_text("mine")

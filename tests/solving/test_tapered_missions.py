@@ -129,11 +129,13 @@ def test_several_stops(mission: Mission) -> None:
     assert optuav.replay(found).flyable
 
 
-def test_several_stops_that_taper(mission: Mission) -> None:
+def test_several_stops_that_taper(mission: Mission, monkeypatch: pytest.MonkeyPatch) -> None:
     """A plan that is held full is found and judged so; an open gap is told."""
+    monkeypatch.setattr("optuav.search.branch.MOST_BOXES", 1_000)
+    monkeypatch.setattr("optuav.search.branch.GAP_BOXES", 1_000)
     asked = {"limits.deadline_s": 8000.0, "limits.min_soc": 0.9}
     changed = mission.replace(asked)
-    found = solve(changed, optuav.P1(stops=1, hovers=2), time_limit_s=0.5)
+    found = solve(changed, optuav.P1(stops=1, hovers=2))
     assert found
     assert found.status is Status.OPTIMAL or "not proved" in " ".join(found.notes)
     assert optuav.replay(found).flyable
