@@ -62,7 +62,7 @@ def program(name: str | None = None) -> Any:
         module = import_module(f"optuav.cli.{COMMANDS[each]}")
         function = getattr(module, each)
         line, *_ = str(function.__doc__).splitlines()
-        run = _listed if name is None else command_of(each, function, module.WORDS)
+        run = _listed if name is None else command_of(each, function)
         app.command(each, short_help=line)(run)
     return typer.main.get_command(app)
 

@@ -20,17 +20,6 @@ MOST_ROWS = 40  # Observations that the table lists one by one
 
 Kind = Literal["kibam", "regimes", "rotor", "table"]
 
-WORDS = {
-    "kind": (
-        "KIND",
-        "kibam (battery, from lifetimes or records of one pack), regimes (loads, from flight "
-        "logs), rotor (from a bench test or data sheets) or table (keys, from results).",
-    ),
-    "files": ("FILE...", "CSV files; for table one TOML file."),
-    "extends": ("--extends MISSION", "What the fragment extends: paper, or a table's own mission."),
-    "save": ("--save FILE", "Write a new mission file with the values."),
-}
-
 
 def calibrate(
     kind: Kind,

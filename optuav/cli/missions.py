@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Any
 import typer
 
 import optuav
-from optuav.cli.options import Words, mission_of, refuse_beside_plan
+from optuav.cli.options import mission_of, refuse_beside_plan
 from optuav.cli.output import NO, WIDTH, check_places, deliver, say, warning
 from optuav.errors import Fault, decimal, printable, refuse
 
@@ -194,26 +194,6 @@ class Numbers:
     cruise_speed_m_s: float | None = None
     reserve_percent: float | None = None
     laser_power_W: float | None = None
-
-
-def _words(key: str) -> str:
-    """What the help says of a number of the datasheet."""
-    from optuav.mission.template import Datasheet
-
-    field = Datasheet.model_fields[key]
-    known = not field.is_required() and field.default is not None
-    return Datasheet.descriptions()[key] + (f" {field.default:g} if left out." if known else "")
-
-
-WORDS: Words = {
-    "file": ("FILE", "The file to write."),
-    "source": (
-        "--from MISSION",
-        f"Whose values to start from; {REGIMES}: your drone's datasheet, its numbers by the other "
-        "options. What is missing is asked for on a terminal.",
-    ),
-    **dict.fromkeys(Numbers.__dataclass_fields__, _words),
-}
 
 
 def new(file: Path, asked: Numbers, source: str = "paper") -> None:

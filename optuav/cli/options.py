@@ -1,11 +1,13 @@
-"""Options of the command line: their words, the question that they state, and its mission."""
+"""Options of the command line: the question that they state, and its mission."""
 
 from __future__ import annotations
 
 import inspect
+import tomllib
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, is_dataclass
-from typing import TYPE_CHECKING, Annotated, Any, TypeAlias
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
@@ -15,38 +17,6 @@ from optuav.options import Perspective
 if TYPE_CHECKING:
     from formulations.formulation import Formulation
     from optuav.mission import Mission
-
-Words: TypeAlias = Mapping[str, str | tuple[str, ...] | Callable[[str], str]]
-"""By parameter, or command and parameter: the help of the option of its name, or a function that
-finds it; or an option's name and metavar, or an argument's metavar; its help; and the default that
-the help shows in place of None."""
-
-SHARED: Words = {
-    "mission": (
-        "MISSION",
-        "Name of a shipped mission, or a mission file; - for standard input.",
-    ),
-    "settings": (
-        "--set KEY=VALUE",
-        "Change a key, as limits.deadline_s=800; KEY= removes an optional one. Repeatable.",
-    ),
-    "as_json": ("--json", "Print JSON instead of text."),
-    "save": ("--save FILE", "Write every detail, as .csv or .json."),
-    "plot": ("--plot DIR", "Write pictures into a directory (needs matplotlib)."),
-    "force": ("--force", "Replace files that are not from optuav."),
-    "problem": "P1, P2, P2-tight, P3 or P4.",
-    "trajectory": "For P1 and P2: optimal, direct, traj1 or traj2.",
-    "building": "For P4: where to rest.",
-    "order": "rest-first or hover-first; by default the better of both.",
-    "hover_point": ("--hover-point", "w_U, or free: wherever hovering is longest.", "w_U"),
-    "perspective": "available, battery, energy, adjusted or wells: how charge counts.",
-    "slot_s": "Length of time slots in seconds; continuous by default.",
-    "engine": "auto, closed-form, cvxpy, bracket, casadi or grid.",
-    "time_limit_s": "Longest search in seconds.",
-    "stops": ("--stops", "Most rests, in any order over all buildings; with P1.", "1"),
-    "hovers": ("--hovers", "Most pieces in which to hover; with P1.", "1"),
-}
-
 
 NUMBERS: Mapping[Any, Callable[[str], float]] = {
     **dict.fromkeys((float, float | None), decimal),
@@ -104,10 +74,11 @@ class SolveOptions(ProblemOptions):
     hovers: int | None = None
 
 
-def command_of(name: str, function: Callable[..., None], words: Words) -> Callable[..., None]:
+def command_of(name: str, function: Callable[..., None]) -> Callable[..., None]:
     """A function as typer takes it: an option or an argument for each parameter.
 
-    A parameter that is a dataclass stands for an option for each of its fields.
+    A parameter that is a dataclass stands for an option for each of its fields. What the help says
+    of them stands in ``words.toml``.
     """
     own = inspect.signature(function, eval_str=True).parameters
     records: dict[str, Any] = {
@@ -131,17 +102,17 @@ def command_of(name: str, function: Callable[..., None], words: Words) -> Callab
         finally:
             only_ours.reset(before)
 
-    known = {**SHARED, **words}
+    words = tomllib.loads(Path(__file__).with_name("words.toml").read_text("utf-8"))
+    known: dict[str, Any] = words["all"] | words.get(name, {})
     parts = [part for key in own for part in fields.get(key, {key: own[key]}).values()]
     if WRITTEN & own.keys():
         keyword = inspect.Parameter.KEYWORD_ONLY
         parts.append(inspect.Parameter("force", keyword, default=False, annotation=bool))
     for number, part in enumerate(parts):
-        said = known.get(f"{name}.{part.name}") or known[part.name]
-        if not isinstance(said, tuple):
-            text = said if isinstance(said, str) else said(part.name)
-            said = (f"--{part.name.replace('_', '-')}", text)
-        flag, help, default, *_ = (*said, "")
+        said: Any = known.get(part.name) or _of_a_datasheet(part.name)
+        if isinstance(said, str):
+            said = [f"--{part.name.replace('_', '-')}", said]
+        flag, help, default = [*said, ""][:3]
         flag, _, metavar = flag.partition(" ")
         option: Any = typer.Argument(metavar=flag, help=help, case_sensitive=False)
         if flag.startswith("--"):
@@ -156,6 +127,15 @@ def command_of(name: str, function: Callable[..., None], words: Words) -> Callab
     run.__doc__ = function.__doc__
     run.__signature__ = inspect.Signature(parts)  # type: ignore[attr-defined]
     return run
+
+
+def _of_a_datasheet(key: str) -> str:
+    """What the help says of a number of a drone's datasheet."""
+    from optuav.mission.template import Datasheet
+
+    field = Datasheet.model_fields[key]
+    known = not field.is_required() and field.default is not None
+    return Datasheet.descriptions()[key] + (f" {field.default:g} if left out." if known else "")
 
 
 def mission_of(source: str, settings: Sequence[str] | None) -> Mission:

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 import typer
 
 import optuav
-from optuav.cli.options import ProblemOptions, SolveOptions, Words, mission_of, refuse_beside_plan
+from optuav.cli.options import ProblemOptions, SolveOptions, mission_of, refuse_beside_plan
 from optuav.cli.output import FAILED, NO, WIDTH, check_places, deliver, progress, say
 from optuav.errors import Fault, InputError
 from optuav.options import Perspective
@@ -23,26 +23,6 @@ if TYPE_CHECKING:
 
 COMPARED: dict[str, Perspective] = {"battery": "available", "available": "battery"}
 """The perspective whose plan pictures show beside: one counts charge only, one both wells."""
-
-WORDS: Words = {
-    "solver": "Solver behind cvxpy, by its name; HIGHS by default.",
-    "save": ("--save FILE", "Write the plan as JSON."),
-    "animate": ("--animate FILE", "Write the mission as a .gif (needs matplotlib)."),
-    "explain.mission": (
-        "MISSION|PLAN",
-        "A shipped mission, a mission file or a saved plan (.json).",
-    ),
-    "plan": (
-        "FILE",
-        "A saved plan (.json), or an itinerary (.toml): schema, mission and tables stops with at, "
-        'kind = "rest" or "hover", and duration_s.',
-    ),
-    "audit.plot": ("--plot FILE", "Draw altitude, speed and power as PNG (needs matplotlib)."),
-    "latex": "Print LaTeX (package amsmath).",
-    "lp": "Print a file in CPLEX LP format.",
-    "mps": "Print a file in free MPS format.",
-    "formulate.save": ("--save FILE", "Write to a file instead."),
-}
 
 
 def solve(

@@ -7,46 +7,10 @@ from pathlib import Path
 import typer
 
 import optuav
-from optuav.cli.options import Words, mission_of
+from optuav.cli.options import mission_of
 from optuav.cli.output import FAILED, NO, check_places, deliver, deliver_results, progress, say
 from optuav.errors import Fault, InputError, decimal
 from optuav.options import Perspective
-
-WORDS: Words = {
-    "slots": (
-        "--slots SECONDS",
-        "Lengths of time slots, 0.5,1,5,10,60 by default; with --by one, and none by default.",
-    ),
-    "compare.perspective": "battery (the default), energy or adjusted; with --by also available "
-    "(the default there).",
-    "engines": (
-        "--engines NAMES",
-        "Some of closed-form,cvxpy,bracket,casadi,grid; all by default.",
-    ),
-    "time_limit_s": "Longest search for one programme in seconds.",
-    "by": (
-        "--by NAMES",
-        "Compare plans, not methods: by perspective,trajectory, one of the two, or schedule.",
-    ),
-    "times": "Show the times taken, which differ from run to run.",
-    "uncertainty": (
-        "--uncertainty FILE",
-        "Spreads of keys as TOML; 10 % of what is measured else.",
-    ),
-    "perspective": "available, battery, energy or adjusted: how charge counts.",
-    "plan": ("--plan PLAN", "A saved plan to hold fixed; by default the mission's best."),
-    "samples": "How many samples to draw.",
-    "seed": "Seed of the samples.",
-    "out": ("--out DIR", "Where to write."),
-    "only": ("--only NAME", "A study by name, or by number as fig5; or ledger. Repeatable."),
-    "reproduce.mission": (
-        "--mission MISSION",
-        "Make the studies for this mission, by name or file.",
-    ),
-    "names": ("[NAME]...", "Show these entries in full: names, or beginnings of names."),
-    "details": "Show every entry in full, not a summary.",
-    "ledger.save": ("--save FILE", "Write the entries as .csv."),
-}
 
 
 def compare(

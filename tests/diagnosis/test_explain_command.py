@@ -11,7 +11,7 @@ from typer.testing import CliRunner, Result
 
 import optuav
 from optuav.cli.options import command_of
-from optuav.cli.solve import WORDS, explain
+from optuav.cli.solve import explain
 from optuav.errors import InputError
 from tests.cli.run import run as command
 from tests.diagnosis.missions import SMALL, only
@@ -23,7 +23,7 @@ POOR = {
 }
 """Changes of `paper` with which one rest makes no plan, and more may."""
 app = typer.Typer()
-app.command()(command_of("explain", explain, WORDS))
+app.command()(command_of("explain", explain))
 
 BATTERY = ("--perspective", "battery")
 
