@@ -10,11 +10,12 @@ import numpy as np
 
 from optuav.modelling.expression import Call, Operand
 from optuav.modelling.forms import (
-    NotAffineError,
+    NOWHERE,
+    Exponential,
     NotExponentialError,
     Relaxation,
-    affine,
     exponential,
+    not_linear,
 )
 from optuav.modelling.model import Model
 from optuav.modelling.traversal import KINKED, PARTIALS, has_unknowns
@@ -95,9 +96,13 @@ def traits(model: Model) -> Traits:
     unlevelled, relaxed = None, Relaxation()
     with np.errstate(all="ignore"):
         forms = walked.forms({})
-        nonlinear = _first_flaw(
-            [*goals, *stated], lambda tree: has_unknowns(tree) and affine(tree, {}, forms)
-        )
+        nonlinear = None
+        for label, trees in [*goals, *stated]:
+            kinds = (forms.get(id(tree), NOWHERE) for tree in trees if has_unknowns(tree))
+            if not all(kind.linear for kind in kinds if isinstance(kind, Exponential)):
+                # What is not linear first is so in the first tree that is not.
+                nonlinear = label, not_linear(walked.nodes, forms)
+                break
         if longest and len(forms) < len(walked.nodes):
             # Bounds will do in place of `Bounded` functions.
             done = {**forms}
@@ -123,6 +128,6 @@ def _first_flaw(
         try:
             for tree in trees:
                 form(tree)
-        except (NotAffineError, NotExponentialError) as error:
+        except NotExponentialError as error:
             return label, str(error)
     return None

@@ -10,7 +10,7 @@ nothing.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from contextlib import suppress
 from dataclasses import dataclass, field
 from typing import Literal, NamedTuple, TypeAlias
@@ -18,7 +18,7 @@ from typing import Literal, NamedTuple, TypeAlias
 import numpy as np
 from numpy.lib.mixins import NDArrayOperatorsMixin
 
-from optuav.modelling.expression import Bounded, Call, Operand, Relation, Variable
+from optuav.modelling.expression import Bounded, Call, Expression, Operand, Relation, Variable
 from optuav.modelling.traversal import fold, nodes
 
 Factor: TypeAlias = tuple[str, Literal["time", "levelling"]]
@@ -219,12 +219,18 @@ def affine(
     with suppress(NotExponentialError):
         form = exponential(expression, values, done)
     if not form.linear:
-        forms = ((each, done.get(id(each), NOWHERE)) for each in nodes(expression))
-        calls = (each for each, f in forms if isinstance(f, Exponential) and not f.linear)
-        name = next(each.ufunc.__name__ for each in calls if isinstance(each, Call))
-        raise NotAffineError(f"{name} of the unknowns is not linear")
+        raise NotAffineError(not_linear(nodes(expression), done))
     coefficients = {name: c for each, c in form.terms.items() for name, _ in each}
     return Affine(form.terms.get(CONSTANT, 0.0), coefficients)
+
+
+def not_linear(every: Iterable[Expression], forms: Mapping[int, Operand]) -> str:
+    """Which function of some nodes, each after its operands, is the first that is not linear."""
+    for each in every:
+        form = forms.get(id(each), NOWHERE) if each.moves else None
+        if isinstance(each, Call) and isinstance(form, Exponential) and not form.linear:
+            return f"{each.ufunc.__name__} of the unknowns is not linear"
+    raise AssertionError("all of these functions are linear")
 
 
 def excess(

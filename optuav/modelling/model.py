@@ -16,7 +16,6 @@ from typing import Any, Literal
 from optuav.arrays import Values
 from optuav.modelling.display import latex, text
 from optuav.modelling.expression import (
-    Expression,
     Let,
     Operand,
     Parameter,
@@ -221,27 +220,28 @@ class Model:
 
     def with_values(self, values: Values) -> Model:
         """The same model with other values of its parameters, by name: a copy of every node."""
-        walk, (steps, numbers) = self.walked, self.walked.tape
+        walk, (steps, numbers), place = self.walked, self.walked.tape, self.walked.place
         table = [*walk.nodes, *numbers]
-        for k, (node, (take, ufunc, moves)) in enumerate(zip(walk.nodes, steps, strict=True)):
-            table[k] = twin = object.__new__(type(node))
-            operands = tuple(take(table)) if take else ()
-            if ufunc:
-                twin.ufunc, twin.arguments, twin.moves = ufunc, operands, moves
-                pure = len(node.below) == len(operands)
-                below = [each for each in operands if pure or isinstance(each, Expression)]
-                twin.below = operands if pure else tuple(below)
-                continue
-            twin.__dict__ |= node.__dict__
-            if isinstance(node, Parameter):
-                twin.value = values.get(node.name, node.value)
-            elif operands:
-                (twin.expression,), twin.below = operands, operands if node.below else ()
-        twins = {id(node): twin for node, twin in zip(walk.nodes, table, strict=False)}
+        new = object.__new__
+        for k, (node, (take, ufunc, moves, below)) in enumerate(
+            zip(walk.nodes, steps, strict=True)
+        ):
+            table[k] = twin = new(type(node))
+            if take is None:
+                twin.__dict__ |= node.__dict__
+                if not moves:
+                    twin.value = values.get(node.name, node.value)
+            elif ufunc:
+                twin.ufunc, twin.arguments, twin.moves = ufunc, tuple(take(table)), moves
+                twin.below = tuple(below(table)) if below else twin.arguments
+            else:
+                twin.__dict__ |= node.__dict__
+                (twin.expression,) = take(table)
+                twin.below = tuple(below(table)) if below else (twin.expression,)
 
         def twin_of(tree: Operand) -> Operand:
             """What stands in the copy for a node, or a number."""
-            return twins.get(id(tree), tree)
+            return table[place[id(tree)]] if id(tree) in place else tree
 
         model = copy(self)
         model.objective = twin_of(self.objective)

@@ -20,6 +20,9 @@ class Step(NamedTuple):
     take: Callable[[Sequence[Any]], Any] | None
     ufunc: Any  # None of a named quantity, which is what it stands for
     moves: bool  # Whether it holds a variable
+    below: (
+        Callable[[Sequence[Any]], Any] | None
+    )  # As `take`, without numbers; None if there are none
 
 
 @dataclass(eq=False)
@@ -35,27 +38,31 @@ class Walk:
     _above: dict[frozenset[str], list[int]] = field(default_factory=dict)
 
     @cached_property
+    def place(self) -> dict[int, int]:
+        """Places of the nodes by identity."""
+        return {id(node): k for k, node in enumerate(self.nodes)}
+
+    @cached_property
     def tape(self) -> tuple[list[Step], list[Operand]]:
         """What every node does, and the numbers among the operands."""
-        place, numbers = {id(node): k for k, node in enumerate(self.nodes)}, list[Operand]()
-        steps = list[Step]()
+        place, numbers, steps = self.place, list[Operand](), list[Step]()
         for node in self.nodes:
             where, called = list[int](), isinstance(node, Call)
             named = (node.expression,) if isinstance(node, Let) else ()
             for each in node.arguments if called else named:
                 where.append(place.get(id(each), len(place) + len(numbers)))
                 numbers += [] if id(each) in place else [each]
-            # Of a single place, `itemgetter` gives what is there, and of a slice a list.
-            alone = itemgetter(slice(where[0], where[0] + 1)) if len(where) == 1 else None
-            take = alone or (itemgetter(*where) if where else None)
-            steps.append(Step(take, node.ufunc if called else None, node.moves))
+            below = [each for each in where if each < len(place)]
+            mixed = _taking(below) if len(below) < len(where) else None
+            ufunc = node.ufunc if called else None
+            steps.append(Step(_taking(where) if where else None, ufunc, node.moves, mixed))
         return steps, numbers
 
     def values(self, point: Values) -> dict[int, Operand]:
         """Values of the nodes at a point, by identity; `KeyError` of a variable without one."""
         steps, numbers = self.tape
         table = [*self.nodes, *numbers]
-        for k, (take, ufunc, moves) in enumerate(steps):
+        for k, (take, ufunc, moves, _) in enumerate(steps):
             if take is None:
                 name = table[k].name
                 table[k] = point[name] if moves else point.get(name, table[k].value)
@@ -75,7 +82,7 @@ class Walk:
         """Put the forms of some nodes in their places, `NOWHERE` for what has none."""
         nodes, steps = self.nodes, self.tape[0]
         for k in places:
-            take, ufunc, moves = steps[k]
+            take, ufunc, moves, _ = steps[k]
             if take is None:
                 name = nodes[k].name
                 time = Exponential({frozenset({(name, "time")}): 1.0}) if moves else None
@@ -120,3 +127,11 @@ class Walk:
             if any(id(each) in found for each in node.below):
                 found[id(node)] = 0
         return [k for k, node in enumerate(self.nodes) if id(node) in found]
+
+
+def _taking(places: list[int]) -> Callable[[Sequence[Any]], Any]:
+    """What takes from some places of a list; of one place, `itemgetter` would give no sequence."""
+    if len(places) > 1:
+        return itemgetter(*places)
+    first = places[0] if places else 0
+    return itemgetter(slice(first, first + len(places)))
