@@ -212,7 +212,7 @@ def places(mission: Mission, planned: Sequence[Move]) -> dict[str, Place]:
     sights: Sequence[bool] = [False] * len(names)
     if laser is not None:
         from_m, to_m = np.broadcast_arrays(laser.position_m, np.array(points_m, dtype=float))
-        blockers = crossed(prisms(mission), from_m, to_m, np.array(numbers)[:, None])
+        blockers = crossed(prisms(mission.buildings), from_m, to_m, np.array(numbers)[:, None])
         sights = ((blockers == CLEAR) & ~np.isnan(to_m[:, 0])).tolist()
     found = {}
     for name, number, point_m, sight in zip(names, numbers, points_m, sights, strict=True):
@@ -235,7 +235,7 @@ def phases(mission: Mission, at: Mapping[str, Place], planned: Sequence[Move]) -
             0, 1
         )
         own = np.array([[place.building for place in pair] for pair in ends])
-        blockers = crossed(prisms(mission), start_m, end_m, own).tolist()
+        blockers = crossed(prisms(mission.buildings), start_m, end_m, own).tolist()
     for move, (start, end), blocker in zip(planned, ends, blockers, strict=True):
         stated = move.stated
         dx, dy, dz = (b - a for a, b in zip(start.position_m, end.position_m, strict=True))

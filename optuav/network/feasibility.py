@@ -83,7 +83,7 @@ def advice(mission: Mission) -> Iterator[str]:
     ends = np.array([ORIGIN, HOVER, DESTINATION])
     ends = ends[np.isfinite(places.position_m[ends]).all(axis=1)]
     at_m = places.position_m[ends]
-    inside = crossed(prisms(mission), at_m, at_m, np.full((len(ends), 1), CLEAR))
+    inside = crossed(prisms(mission.buildings), at_m, at_m, np.full((len(ends), 1), CLEAR))
     for place, building in zip(ends, inside, strict=True):
         if building != CLEAR:
             yield f"{places.names[place]} lies inside building {mission.buildings[building].name}"

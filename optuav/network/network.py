@@ -120,7 +120,7 @@ def build_network(mission: Mission) -> Network:
     Legs 0 and 1 are origin → hover and hover → destination; legs 2 + 4 b to 5 + 4 b belong to
     building b: origin → b, b → hover, hover → b, b → destination. The last network is kept.
     """
-    obstacles = prisms(mission)
+    obstacles = prisms(mission.buildings)
     places = build_places(mission, obstacles)
     roof = np.arange(FIRST_BUILDING, len(places.names))
     ways = np.array([(ORIGIN, -1), (-1, HOVER), (HOVER, -1), (-1, DESTINATION)])  # −1 for its roof

@@ -12,7 +12,6 @@ import numpy as np
 import numpy.typing as npt
 
 from optuav.arrays import Booleans, Floats, Integers
-from optuav.mission import Mission
 from optuav.mission.schema import Building
 from optuav.physics.quantity import TINY, Quantity
 
@@ -21,8 +20,6 @@ MARGIN_M = 1e-6
 MOST_PAIRS = 1 << 15
 """Pairs of lines and footprints that are tried at once, about: as many as fit the cache."""
 FEW = 32  # So many footprints are all tried on every line
-REMEMBERED = 4
-"""Sets of buildings whose prisms are kept: missions that are compared share theirs as a rule."""
 CLEAR = -1  # In place of the number of a building: there is none
 Outline: TypeAlias = tuple[tuple[float, float], ...]  # Corners of a footprint on the map [m]
 
@@ -71,19 +68,13 @@ def outline_m(building: Building) -> Outline | None:
     return ((west, south), (east, south), (east, north), (west, north))
 
 
-def prisms(mission: Mission) -> Prisms:
-    """The mission's buildings that have a footprint."""
-    outlines = tuple(map(outline_m, mission.buildings))
-    return _prisms(outlines, tuple(each.position_m[2] for each in mission.buildings))
-
-
-@lru_cache(maxsize=REMEMBERED)
-def _prisms(stated: tuple[Outline | None, ...], top_m: tuple[float, ...]) -> Prisms:
-    """Of all buildings, by outlines and heights."""
-    building = np.array([k for k, each in enumerate(stated) if each is not None], dtype=np.intp)
-    outlines = [each for each in stated if each is not None]
-    corners = np.array([corner for outline in outlines for corner in outline]).reshape(-1, 2)
-    sizes = np.array([*map(len, outlines)], dtype=np.intp)
+@lru_cache(maxsize=4)
+def prisms(buildings: tuple[Building, ...]) -> Prisms:
+    """The buildings that have a footprint; missions that are compared share theirs as a rule."""
+    outlines = {k: each for k, each in enumerate(map(outline_m, buildings)) if each is not None}
+    building, count = np.array([*outlines], dtype=np.intp), len(outlines)
+    corners = np.array([corner for each in outlines.values() for corner in each]).reshape(-1, 2)
+    sizes = np.array([*map(len, outlines.values())], dtype=np.intp)
     first = np.cumsum(sizes) - sizes
     low_m, high_m = (each.reduceat(corners, first).T for each in (np.minimum, np.maximum))
     low_m, high_m = low_m + MARGIN_M, high_m - MARGIN_M
@@ -92,7 +83,7 @@ def _prisms(stated: tuple[Outline | None, ...], top_m: tuple[float, ...]) -> Pri
     ring = corners[first[four, None] + np.arange(4)]
     is_box = np.zeros(len(sizes), bool)
     is_box[four] = ((ring != np.roll(ring, 1, axis=1)).sum(axis=2) == 1).all(axis=1)
-    roof_m, count = np.array(top_m, dtype=float)[building], len(sizes)
+    roof_m = np.array([buildings[k].position_m[2] for k in outlines], dtype=float)
     # Cells no smaller than footprints as a rule, so that each reaches into few.
     out_m = np.stack([low_m - MARGIN_M, high_m + MARGIN_M])
     map_low_m = out_m[0].min(axis=1, keepdims=True, initial=np.inf)

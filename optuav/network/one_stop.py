@@ -55,7 +55,7 @@ def all_legs(network: Network, graph: Graph | None = None) -> Legs:
     """The legs between any two places of a mission, with the figures that a graph states."""
     places = network.places
     start, end = np.nonzero(~np.eye(len(places.names), dtype=bool))
-    table = build_legs(network.mission, places, prisms(network.mission), start, end)
+    table = build_legs(network.mission, places, prisms(network.mission.buildings), start, end)
     if graph is None:
         return table
     # A graph has the legs with one building on the way, so those that it lacks are forbidden.

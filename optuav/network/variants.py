@@ -84,7 +84,9 @@ class Variants:
     @cached_property
     def received(self) -> vehicle.Flow:
         """Current [A] and power [W] from the laser by place (variant or 1, place)."""
-        return received_table(self.mission, self.position_m, prisms(self.network.mission))[1]
+        return received_table(
+            self.mission, self.position_m, prisms(self.network.mission.buildings)
+        )[1]
 
     @cached_property
     def able(self) -> Booleans:
@@ -92,7 +94,7 @@ class Variants:
         able = np.isfinite(np.atleast_2d(self.loads.duration_s))
         if not self.mission.flight.through_buildings:
             lines, line = shared_lines(self.network.legs.start, self.network.legs.end)
-            obstacles = prisms(self.network.mission)
+            obstacles = prisms(self.network.mission.buildings)
             free = clear_lines(obstacles, self.position_m, lines, lines - FIRST_BUILDING)
             able = able & free[:, line]
         able = np.concatenate([able, np.ones((len(able), 1), bool)], axis=1)  # for NO_LEG

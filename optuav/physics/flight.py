@@ -127,17 +127,6 @@ class Leg(NamedTuple):
 
 
 @kept
-def _drawn(motor: rotor.Motor) -> list[tuple[Quantity, ...]]:
-    """Current [A] and power [W] drawn in each stage."""
-    # While turning, one rotor is at v_max and two at v_max/√2; else all are at v_max.
-    found, v_max = [], motor.max_speed_rad_s
-    for draw in (rotor.current, rotor.power):
-        turning = sum(draw(motor, share * v_max) for share in TURNING_SPEEDS)
-        full = rotor.ROTORS * draw(motor, v_max)
-        found.append((turning, full, turning, full, turning))
-    return found
-
-
 def leg(
     airframe: Airframe, motor: rotor.Motor, displacement_m: Vector, wind_N: Vector = (0.0, 0.0, 0.0)
 ) -> Leg:
@@ -183,8 +172,13 @@ def leg(
             np.sign(distance) * (2.0 * np.sqrt(pitch_rad * airframe.inertia_y_kg_m2 / torque_Nm)),
             np.sign(distance) * (2.0 * np.sqrt(roll_rad * airframe.inertia_x_kg_m2 / torque_Nm)),
         )
+    # While turning, one rotor is at v_max and two at v_max/√2; else all are at v_max.
+    draws = (rotor.current, rotor.power)
+    turning = [sum(draw(motor, share * v_max) for share in TURNING_SPEEDS) for draw in draws]
+    full = [rotor.ROTORS * draw(motor, v_max) for draw in draws]
+    currents_A, powers_W = ((t, f, t, f, t) for t, f in zip(turning, full, strict=True))
     t1, t3, t5 = (turns[k] + turns[k + 1] for k in (0, 2, 4))
-    loads = Loads((t1, t2, t3, displacement_time - t2, t5), *_drawn(motor))
+    loads = Loads((t1, t2, t3, displacement_time - t2, t5), currents_A, powers_W)
     return Leg(displacement_m, a2, a4, a2 * t2, cruise, brake, tuple(turns), loads)
 
 

@@ -33,11 +33,11 @@ def kept(formula: Formula) -> Formula:
     known = lru_cache(maxsize=1000)(formula)
 
     @wraps(formula)
-    def result(*figures: Any) -> Any:
+    def result(*figures: Any, **named: Any) -> Any:
         try:
-            return known(*figures)
+            return known(*figures, **named)
         except TypeError:  # arrays, which have no hash
-            return formula(*figures)
+            return formula(*figures, **named)
 
     return result  # type: ignore[return-value]
 

@@ -406,7 +406,7 @@ class Scene:
 
 def scene(mission: Mission) -> Scene:
     """The places and buildings that a map of a mission shows."""
-    obstacles = prisms(mission)
+    obstacles = prisms(mission.buildings)
     return Scene(mission, build_places(mission, obstacles), obstacles)
 
 

@@ -170,7 +170,7 @@ def leg(mission: Mission, start: str, end: str) -> LegAxes:
 
 def _displacement(mission: Mission, start: str, end: str) -> tuple[float, float, float]:
     """End minus start [m]; an error where no leg leads there."""
-    known = build_places(mission, prisms(mission))
+    known = build_places(mission, prisms(mission.buildings))
     more = ", …" if len(known.names) > MOST_NAMED else ""
     faults = [
         Fault(option, repr(name), f"one of {', '.join(known.names[:MOST_NAMED])}{more}")

@@ -41,7 +41,7 @@ def all_pairs(mission: Mission) -> tuple[Places, Legs]:
     """The places, and the legs between any two of them, both ways."""
     places = build_network(mission).places
     start, end = np.nonzero(~np.eye(len(places.names), dtype=bool))
-    return places, build_legs(mission, places, prisms(mission), start, end)
+    return places, build_legs(mission, places, prisms(mission.buildings), start, end)
 
 
 @pytest.mark.campaign
