@@ -135,12 +135,13 @@ def _combinations(
             yield rows, normals[rows] / lengths[rows, None], lengths[rows]
 
 
-def optimal_points(model: Model, parameters: Values, point: Values) -> list[Values]:
-    """Optimal points of one programme, with an answer among them.
+def optimal_points(model: Model, parameters: Values, point: Values) -> list[list[Values]]:
+    """Optimal points of one programme, with an answer among them; if they are none, those instead.
 
     Of a linear model all optimal vertices, exact where the answer is one; of the longest of two
     times through both wells the answer, and the one with the longest other time, if that is
-    another; else the answer alone.
+    another, or that alone, as an answer is not exact where the other time hardly matters; else the
+    answer alone.
     """
     try:
         form = linear_form(model, parameters)
@@ -162,27 +163,29 @@ def optimal_points(model: Model, parameters: Values, point: Values) -> list[Valu
             found.append(vertex)
     if not any(np.allclose(x, vertex, rtol=1e-6, atol=1e-6) for vertex in found):
         found.append(x)
-    return [dict(zip(form.names, each.tolist(), strict=True)) for each in found]
+    return [[dict(zip(form.names, each.tolist(), strict=True)) for each in found]]
 
 
-def _with_longest_other(model: Model, parameters: Values, point: Values) -> list[Values]:
+def _with_longest_other(model: Model, parameters: Values, point: Values) -> list[list[Values]]:
     """An answer through both wells, and the one with the longest time beside the objective's."""
     held = {each.name for each in leaves(model.objective)}
     unknowns = sorted((each.name not in held, each.name) for each in model.variables)
     if [other for other, _ in unknowns] != [False, True]:
-        return [point]
+        return [[point]]
     goal, other = (name for _, name in unknowns)
     top = implied_upper_bounds(model, parameters, {**point, other: 0.0})[other]
     try:
         reach_s = np.array([max(top, point[goal])])
         rows = rows_of(stated_forms(model, parameters), (goal, other), reach_s)
     except NotExponentialError:
-        return [point]
+        return [[point]]
     rows.weights[0] += TOLERANCE  # Rounding ends no time that may be of any length
     longest = rows.at_x(np.array([point[goal]])).end(np.array([top]))[0]
-    if np.isnan(longest) or longest - point[other] < APART_S:
-        return [point]
-    return [point, {**point, other: float(longest)}]
+    if np.isnan(longest):
+        return [[point]]
+    longest_s = float(longest)
+    last = {**point, other: longest_s}
+    return [[point, last] if longest_s - point[other] >= APART_S else [point], [last]]
 
 
 class ShadowPrice(NamedTuple):
@@ -202,15 +205,24 @@ class ShadowPrice(NamedTuple):
 
 
 def shadow_prices(
-    model: Model, parameters: Values, point: Values, share: float = MET
+    model: Model, parameters: Values, point: Values, shares: Sequence[float] = (MET, NEARLY_MET)
 ) -> dict[str, ShadowPrice]:
-    """Shadow price of every parameter at an optimal point; `share` as of `MET`.
+    """Shadow price of every parameter at an optimal point, by the first of some shares as `MET`.
 
     Empty where there are no multipliers, or too many rows hold with equality to enumerate them.
     """
+    tried = itertools.product(optimal_points(model, parameters, point), shares)
+    found = (_prices_at(model, parameters, points, share) for points, share in tried)
+    return next(filter(None, found), {})
+
+
+def _prices_at(
+    model: Model, parameters: Values, points: Sequence[Values], share: float
+) -> dict[str, ShadowPrice]:
+    """Shadow price of every parameter at optimal points; empty where there are none."""
     sign, count, named = model.towards, len(model.variables), list(model.parameters)
     names = [*(variable.name for variable in model.variables), *named]
-    points, at = optimal_points(model, parameters, point), np.array([parameters[n] for n in named])
+    at = np.array([parameters[n] for n in named])
     size = NEGLIGIBLE / np.maximum(1.0, np.abs(at))
     gains = []
     for side in (-1.0, 1.0):

@@ -170,7 +170,7 @@ class Solution:
         # Where the optimum is flat, exact times too meet a row by less than all their digits.
         shares = (prices.MET, prices.NEARLY_MET) if self.duals is None else (prices.NEARLY_MET,)
         at = self.model, self.parameters_at(index), self.point(index)
-        return next(filter(None, (prices.shadow_prices(*at, share) for share in shares)), {})
+        return prices.shadow_prices(*at, shares)
 
     def only(self, index: int) -> Solution:
         """The solution to a single programme."""
