@@ -3,6 +3,7 @@
 
 PYTHON ?= python3
 VENV ?= .venv
+EXAMPLES ?= 500
 BIN := $(VENV)/bin
 PIP := $(BIN)/python -m pip --disable-pip-version-check
 
@@ -38,8 +39,9 @@ bench: $(VENV)/dev.stamp
 bench-modellers: $(VENV)-bench/installed.stamp
 	$(VENV)-bench/bin/python -m benchmarks modellers
 
+# More fresh examples of each property: make soak EXAMPLES=10000
 soak: $(VENV)/dev.stamp
-	$(BIN)/python -m pytest -n 2 --dist worksteal -m "soak or campaign" --hypothesis-profile=soak
+	EXAMPLES=$(EXAMPLES) $(BIN)/python -m pytest -n 2 --dist worksteal -m "soak or campaign" --hypothesis-profile=soak
 
 pins:
 	$(MAKE) $(VENV)-pins/created.stamp VENV=$(VENV)-pins

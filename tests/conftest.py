@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import gc
+import os
 import zlib
 
 import pytest
@@ -13,7 +14,11 @@ from tests.examples import SUITE
 
 settings.register_profile("default", deadline=None, derandomize=True, max_examples=SUITE)
 settings.register_profile(
-    "soak", deadline=None, derandomize=False, max_examples=10_000, print_blob=True
+    "soak",
+    deadline=None,
+    derandomize=False,
+    max_examples=int(os.environ.get("EXAMPLES", "500")),
+    print_blob=True,
 )
 settings.load_profile("default")
 
