@@ -3,8 +3,6 @@
 The public names load on first use, so that importing the package is quick.
 """
 
-from __future__ import annotations
-
 import os
 import re
 from importlib import import_module

@@ -1,7 +1,5 @@
 """Arrays by what they hold, of any shape; docstrings tell the shape and the unit."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from typing import Any, TypeAlias
 

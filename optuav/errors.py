@@ -1,7 +1,5 @@
 """The errors that optuav raises on purpose, and the fault of which an input error is made."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable
 from dataclasses import dataclass
 from importlib import import_module

@@ -1,7 +1,5 @@
 """The options of a question and of a battery that have names, as `Literal` types."""
 
-from __future__ import annotations
-
 from typing import Literal, TypeAlias, get_args
 
 Order: TypeAlias = Literal["rest-first", "hover-first"]

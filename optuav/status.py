@@ -1,7 +1,5 @@
 """What is known of a programme: one list for engines, plans and those who judge them."""
 
-from __future__ import annotations
-
 from enum import StrEnum
 
 

@@ -11,8 +11,6 @@ References
    problems whose variables separate", SIAM J. Numer. Anal., 1973.
 """
 
-from __future__ import annotations
-
 import math
 import os
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence

@@ -21,8 +21,6 @@ References
    chapter 6.
 """
 
-from __future__ import annotations
-
 import itertools
 import math
 from collections.abc import Callable, Iterable, Iterator, Sequence

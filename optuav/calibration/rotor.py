@@ -12,8 +12,6 @@ References
    IEEE ICRA 2016.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterable
 from pathlib import Path

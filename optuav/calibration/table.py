@@ -6,8 +6,6 @@ those of a plan; the free keys are fitted to some of the table's numbers. A numb
 a check is predicted only, or repeats one that was fitted: then it tests nothing.
 """
 
-from __future__ import annotations
-
 import math
 from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping, Sequence

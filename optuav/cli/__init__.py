@@ -1,7 +1,5 @@
 """The command line: says and shows, computes nothing."""
 
-from __future__ import annotations
-
 import contextlib
 import os
 import signal

@@ -4,8 +4,6 @@ Exit codes: 0 yes; 1 no (there is no feasible plan, or an audited plan cannot be
 input; 3 an engine failed or did not prove its answer in time.
 """
 
-from __future__ import annotations
-
 import atexit
 import gc
 import os

@@ -1,7 +1,5 @@
 """``optuav compare`` and ``sensitivity``, ``reproduce`` and ``ledger``: many solves at once."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import typer

@@ -1,7 +1,5 @@
 """Shadow prices: what one more unit of a parameter brings at the optimum."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass

@@ -1,7 +1,5 @@
 """The smallest single changes of a mission that make an infeasible question feasible."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Generator, Iterator, Sequence
 from dataclasses import dataclass, replace

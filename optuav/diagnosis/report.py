@@ -1,7 +1,5 @@
 """An explanation, as data and as text of at most 80 columns: a label in the margin, text beside."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass

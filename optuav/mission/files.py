@@ -3,8 +3,6 @@
 What is wrong with a file is raised as an `InputError`.
 """
 
-from __future__ import annotations
-
 import contextlib
 import errno
 import io

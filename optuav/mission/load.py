@@ -1,7 +1,5 @@
 """Mission files in TOML: read with the files that they extend, and the schema for editors."""
 
-from __future__ import annotations
-
 import json
 import os
 from pathlib import Path

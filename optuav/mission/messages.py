@@ -1,7 +1,5 @@
 """Words of messages: what a key may be, what may have been meant, values and numbers as text."""
 
-from __future__ import annotations
-
 import datetime
 import difflib
 import reprlib

@@ -1,7 +1,5 @@
 """The mission: validated data that never changes, and what a new value displaces."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Iterable, Iterator, Mapping
 from itertools import islice

@@ -5,8 +5,6 @@ that no product or power in the physics overflows. Whole numbers pass for number
 values, NaN and infinities do not.
 """
 
-from __future__ import annotations
-
 import ast
 import inspect
 from collections.abc import Iterator

@@ -1,7 +1,5 @@
 """A mission to start from: a commented file, or one made of a drone's datasheet."""
 
-from __future__ import annotations
-
 import math
 import textwrap
 from collections.abc import Iterator, Mapping, Sequence

@@ -1,7 +1,5 @@
 """From a stated document to a valid mission, or to all that is wrong with it at once."""
 
-from __future__ import annotations
-
 from collections import Counter
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field

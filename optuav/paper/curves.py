@@ -1,7 +1,5 @@
 """Plans and curves that the paper's figures and its ledger share."""
 
-from __future__ import annotations
-
 import math
 from functools import cache, lru_cache
 

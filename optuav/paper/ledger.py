@@ -1,7 +1,5 @@
 """The ledger: our values for the paper's statements, computed when it is called."""
 
-from __future__ import annotations
-
 import itertools
 import math
 from collections import Counter

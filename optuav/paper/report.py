@@ -4,8 +4,6 @@ The report is a tree of elements: text is escaped when it is written as HTML and
 that a name that looks like either is shown as a name.
 """
 
-from __future__ import annotations
-
 import base64
 import re
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence

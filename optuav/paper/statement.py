@@ -1,7 +1,5 @@
 """A statement of the paper, its entry in the ledger, and the verdict that follows."""
 
-from __future__ import annotations
-
 import tomllib
 from collections.abc import Sequence
 from dataclasses import dataclass

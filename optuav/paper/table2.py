@@ -1,7 +1,5 @@
 """Table II: its rows as printed, and the loads that it admits, by linear programming."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator, Sequence
 from functools import cache

@@ -17,8 +17,6 @@ References
    IEEE Internet of Things Journal, 2020, eqs (6)-(7).
 """
 
-from __future__ import annotations
-
 import itertools
 import math
 from typing import NamedTuple

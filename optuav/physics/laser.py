@@ -14,8 +14,6 @@ References
    1550 nm in fog and haze for optical wireless communications", Proc. SPIE 4214, 2001.
 """
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 import numpy as np

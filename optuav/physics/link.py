@@ -14,8 +14,6 @@ References
 .. [3] W. Gautschi, "Computational aspects of three-term recurrence relations", SIAM Review, 1967.
 """
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 import numpy as np

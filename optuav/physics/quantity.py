@@ -1,7 +1,5 @@
 """The types that the physics functions compute with, and helpers for them."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from functools import lru_cache, wraps
 from typing import Any, TypeAlias, TypeVar

@@ -11,8 +11,6 @@ References
    IEEE Internet of Things Journal, 2020, eqs (1)-(5).
 """
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 import numpy as np

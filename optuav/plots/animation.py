@@ -1,7 +1,5 @@
 """A simulated plan in motion: the map, and the wells of the battery as they are emptied."""
 
-from __future__ import annotations
-
 import io
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace

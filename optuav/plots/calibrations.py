@@ -1,7 +1,5 @@
 """A calibration: observed and fitted values, and their differences."""
 
-from __future__ import annotations
-
 from itertools import pairwise
 from typing import NamedTuple
 

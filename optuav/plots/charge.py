@@ -1,7 +1,5 @@
 """The wells of the battery over plans: pooled as bands, or pack by pack where packs take turns."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Sequence
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Bars by group, curves over one quantity, swings of single keys, and spreads of hover times."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
 

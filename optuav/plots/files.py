@@ -1,7 +1,5 @@
 """Pictures as files; the same plan gives the same bytes."""
 
-from __future__ import annotations
-
 import io
 from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path

@@ -1,7 +1,5 @@
 """The (Δ, T') plane of a problem with two unknowns: grid, constraints and optimum."""
 
-from __future__ import annotations
-
 import math
 import textwrap
 from collections.abc import Iterator, Mapping, Sequence

@@ -1,7 +1,5 @@
 """Flying over time: a replayed plan with altitude, speed and power, and one leg in its stages."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from itertools import pairwise

@@ -1,7 +1,5 @@
 """What all pictures share: colours, fonts, pages, legends, bands, and words beside points."""
 
-from __future__ import annotations
-
 import itertools
 import math
 from collections.abc import Iterable, Iterator, Sequence

@@ -30,8 +30,6 @@ the cuts to y1 ≤ ωB hold for it, and go on as they are.
 may then pass y1 = ωB.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from typing import NamedTuple

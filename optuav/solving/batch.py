@@ -1,7 +1,5 @@
 """The longest hover of many itineraries at once, from arrays, under the perspective `available`."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from dataclasses import replace

@@ -1,7 +1,5 @@
 """What is asked of a mission, checked and completed, and the engine that answers it."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, fields, replace
 from typing import Any
