@@ -17,7 +17,7 @@ References
 import math
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from contextlib import suppress
-from dataclasses import dataclass, field, is_dataclass, replace
+from dataclasses import dataclass, field, fields, is_dataclass, replace
 from fractions import Fraction
 from typing import Any
 
@@ -141,18 +141,23 @@ class Certificate:
 
 
 def plain(value: object) -> Any:
-    """As plain data: text, finite numbers or None, lists and dicts; fractions exact and rounded."""
+    """As plain data: text, finite numbers or None, lists and dicts; fractions exact and rounded.
+
+    Of a dataclass the fields that its repr shows.
+    """
     if isinstance(value, Fraction):
         return {"exact": str(value), "rounded": float(value)}
     if isinstance(value, float):
         return value if math.isfinite(value) else None
     if isinstance(value, Mapping):
-        return {name: plain(each) for name, each in value.items()}
+        return {str(name): plain(each) for name, each in value.items()}
     if isinstance(value, tuple | list):
         return [plain(each) for each in value]
     if hasattr(value, "to_dict"):
         return value.to_dict()
-    return plain(vars(value)) if is_dataclass(value) else value
+    if is_dataclass(value):
+        return {each.name: plain(getattr(value, each.name)) for each in fields(value) if each.repr}
+    return value.item() if isinstance(value, np.generic) else value
 
 
 def number_text(value: float | Fraction) -> str:

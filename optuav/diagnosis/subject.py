@@ -25,7 +25,7 @@ from optuav.modelling.check import evaluated, holding
 from optuav.modelling.classify import traits
 from optuav.modelling.forms import NotExponentialError, excess
 from optuav.network.feasibility import impossibilities
-from optuav.network.graph import Graph, edited_network
+from optuav.network.graph import Graph, as_graph, edited_network
 from optuav.network.network import Network, build_network
 from optuav.physics.kibam import Stage
 from optuav.plan import Plan
@@ -100,8 +100,6 @@ def _graph(used: Network) -> Graph | None:
     same = not (used.legs.edited.any() or used.places.edited.any())
     if same and np.array_equal(computed.legs.flyable, used.legs.flyable):
         return None
-    from optuav.network.graph import as_graph
-
     return as_graph(used)
 
 

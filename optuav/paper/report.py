@@ -160,7 +160,9 @@ def _files(
                 what = f"{study.heading(of_paper=is_papers(mission))}{part and f', {part}'}"
                 left_out.setdefault((mission.name, reason), []).append(what)
             elif not only or study.name in only or {*only}.intersection(each.numbers):
-                pictures = dict(_pictures(each))
+                name, axes, pictures = f"figures/{each.name}", each.axes, dict[str, bytes]()
+                if axes:
+                    pictures = {f"{name}.{form}": image(axes, form) for form in ("png", "svg")}
                 yield from pictures.items()
                 yield f"data/{each.name}.csv", as_csv(each.records).encode()
                 shown[study] += _figure(each, pictures)
@@ -188,13 +190,6 @@ def _files(
     body = _body(missions, sections, whole=entries is not None)
     yield "report.md", markdown(body).encode()
     yield "report.html", _page(body).encode()
-
-
-def _pictures(exhibit: Exhibit) -> Iterator[tuple[str, bytes]]:
-    """The picture of an exhibit as files, where it has one."""
-    if exhibit.axes:
-        for form in ("png", "svg"):
-            yield f"figures/{exhibit.name}.{form}", image(exhibit.axes, form)
 
 
 def _body(missions: Sequence[Mission], sections: Sequence[Element], *, whole: bool) -> Element:

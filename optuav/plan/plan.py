@@ -17,7 +17,7 @@ from pydantic import (
     ValidationError,
     model_validator,
 )
-from pydantic_core import ErrorDetails, to_jsonable_python
+from pydantic_core import to_jsonable_python
 
 from optuav.errors import Fault, InputError, NoPlanError, refuse, require, safe_name
 from optuav.mission import Mission
@@ -54,6 +54,13 @@ TYPES = {
     "tuple_type": "a list",
     "dict_type": "an object",
     "dataclass_type": "an object",
+    "missing": "is missing",
+    **dict.fromkeys(("extra_forbidden", "unexpected_keyword_argument"), "unknown key"),
+    "greater_than_equal": "a number, x >= {ge}",
+    "less_than_equal": "a number, x <= {le}",
+    **dict.fromkeys(("literal_error", "enum"), "{expected}"),
+    "too_short": "a list that is not empty",
+    "value_error": "{error}",
 }
 """What a value may be, by pydantic's name of its error."""
 
@@ -413,26 +420,7 @@ def _record_faults(error: ValidationError, source: str) -> Iterator[Fault]:
             continue
         key = ".".join(safe_name(part) for part in detail["loc"])
         value = "" if detail["type"] == "missing" or not key else shown(detail["input"])
-        yield Fault(key, value, _allowed(detail), source)
-
-
-def _allowed(detail: ErrorDetails) -> str:
-    """What is allowed where pydantic found an error."""
-    known = detail.get("ctx", {})
-    match detail["type"]:
-        case "missing":
-            return "is missing"
-        case "extra_forbidden" | "unexpected_keyword_argument":
-            return "unknown key"
-        case "greater_than_equal":
-            return f"a number, x >= {short(known['ge'])}"
-        case "less_than_equal":
-            return f"a number, x <= {short(known['le'])}"
-        case "literal_error" | "enum":
-            return str(known["expected"])
-        case "too_short":
-            return "a list that is not empty"
-        case "value_error":
-            return str(known["error"])
-        case kind:
-            return TYPES.get(kind, detail["msg"])
+        known = detail.get("ctx", {})
+        named = {name: short(x) if isinstance(x, float) else x for name, x in known.items()}
+        words = TYPES.get(detail["type"], "{words}")
+        yield Fault(key, value, words.format(words=detail["msg"], **named), source)

@@ -12,6 +12,7 @@ from matplotlib.axes import Axes
 from optuav.errors import Fault, InputError, refuse
 from optuav.judge import Replay
 from optuav.mission import Mission
+from optuav.mission.messages import listed
 from optuav.network import vehicle
 from optuav.network.obstacles import prisms
 from optuav.network.places import build_places
@@ -26,7 +27,6 @@ COLOURS = {"turn": ORANGE, "accelerate": BLUE, "brake": SKY, "hover": GREEN}
 HOVER_SHARE = 0.06  # Duration of the hover that is shown after the leg, as a share of the leg's
 FREEZING_STAGE = 3
 POINTS_PER_STAGE = 129
-MOST_NAMED = 12  # Most places that an error lists
 
 
 class ProfileAxes(NamedTuple):
@@ -169,9 +169,8 @@ def leg(mission: Mission, start: str, end: str) -> LegAxes:
 def _displacement(mission: Mission, start: str, end: str) -> tuple[float, float, float]:
     """End minus start [m]; an error where no leg leads there."""
     known = build_places(mission, prisms(mission.buildings))
-    more = ", …" if len(known.names) > MOST_NAMED else ""
     faults = [
-        Fault(option, repr(name), f"one of {', '.join(known.names[:MOST_NAMED])}{more}")
+        Fault(option, repr(name), f"one of {listed(known.names)}")
         for option, name in (("start", start), ("end", end))
         if name not in known.names
     ]

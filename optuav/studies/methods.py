@@ -300,7 +300,9 @@ def _worth(found: Results) -> Iterator[RenderableType]:
         if solved:
             worst = max(solved, key=lambda row: abs(row["gap_s"]))
             limit_s = worst["largest_gap_s"] if worst["slot_s"] else worst["allowance_s"]
-            gap, limit = _short(worst["gap_s"]), "no bound" if limit_s is None else f"{limit_s:g}"
+            limit, gap_s = "no bound" if limit_s is None else f"{limit_s:g}", worst["gap_s"]
+            short = f"{abs(gap_s):.0e}" if gap_s else "0"
+            gap = f"{gap_s:.2f}" if abs(gap_s) >= 0.01 else short
         table.add_row(
             method,
             "reference" if method == REFERENCE else gap,
@@ -316,10 +318,6 @@ def _worth(found: Results) -> Iterator[RenderableType]:
     for kind, words in proofs.items():
         yield Text(f"{kind}: {'; '.join(words).removeprefix(f'{kind}: ')}")
     yield ""
-
-
-def _short(seconds: float) -> str:
-    return f"{seconds:.2f}" if abs(seconds) >= 0.01 else f"{abs(seconds):.0e}" if seconds else "0"
 
 
 def _figures(found: Results) -> Iterator[tuple[str, Axes]]:

@@ -9,7 +9,6 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeAlias
 
-import numpy as np
 from rich.console import Console, RenderableType
 from rich.table import Table
 from rich.text import Text
@@ -87,12 +86,14 @@ class Results:
 
     def to_dict(self) -> dict[str, Any]:
         """Return facts, rows and mission as plain data, ready for JSON."""
+        from optuav.diagnosis.infeasibility import plain
+
         return {
             "schema": SCHEMA,
             "kind": self.kind,
-            **_plain(self.facts),
+            **plain(self.facts),
             "units": dict(self.units),
-            "rows": _plain(self.rows),
+            "rows": plain(self.rows),
             "mission": self.mission.to_dict(),
         }
 
@@ -130,18 +131,6 @@ class Results:
         from optuav.plots import save_figures
 
         return save_figures(self.draw(self), Path(directory))
-
-
-def _plain(value: object) -> Any:
-    """Return a value as data for JSON; of a dataclass the fields that its repr shows."""
-    if dataclasses.is_dataclass(value):
-        shown = (each.name for each in dataclasses.fields(value) if each.repr)
-        return {name: _plain(getattr(value, name)) for name in shown}
-    if isinstance(value, Mapping):
-        return {str(name): _plain(each) for name, each in value.items()}
-    if isinstance(value, tuple | list):
-        return [_plain(each) for each in value]
-    return value.item() if isinstance(value, np.generic) else value
 
 
 def as_csv(records: Sequence[Mapping[str, object]], columns: Sequence[str] = ()) -> str:
