@@ -131,23 +131,22 @@ def crossed(obstacles: Prisms, start_m: Floats, end_m: Floats, exempt: Integers)
         return found
     town = map_low_m, map_low_m + n * cell_m, obstacles.roof_m.max()
     within = enter, leave = np.stack(_stretch(low_m, way_m, *town))
-    place, way = (low_m[:2] - map_low_m) / cell_m, way_m[:2] / cell_m
-    way = np.where(np.abs(way) < TINY, TINY, way)
-    steep = np.abs(way_m[1]) > np.abs(way_m[0])
     middle_m = 0.5 * (obstacles.low_m + obstacles.high_m)
     reach_m = 0.5 * (obstacles.high_m - obstacles.low_m).sum(axis=0) + 4.0 * MARGIN_M
+    steep = np.abs(way_m[1]) > np.abs(way_m[0])
     for axis in (0, 1):
-        slope = way_m[1 - axis] / np.where(np.abs(way_m[axis]) < TINY, TINY, way_m[axis])
-        offset_m = low_m[1 - axis] - slope * low_m[axis]
         # Column by column from the low ends on; a line that is blocked is followed no further.
         live = np.flatnonzero((enter <= leave) & (steep == axis))
-        ends = place[axis, live] + within[:, live] * way[axis, live]
+        slope = way_m[1 - axis] / np.where(np.abs(way_m[axis]) < TINY, TINY, way_m[axis])
+        offset_m = low_m[1 - axis] - slope * low_m[axis]
+        ends_m = low_m[axis] + within * way_m[axis]
+        ends = (ends_m[:, live] - map_low_m[axis]) / cell_m[axis]
         column, last = np.clip(ends.astype(np.intp), 0, n - 1)
         while len(live):
-            shares = (np.stack([column, column + 1]) - place[axis, live]) / way[axis, live]
-            shares = np.clip(shares, enter[live], leave[live])
-            ends = place[1 - axis, live] + shares * way[1 - axis, live]
-            row = column * n + np.clip(ends.astype(np.intp), 0, n - 1)
+            walls_m = map_low_m[axis] + np.stack([column, column + 1]) * cell_m[axis]
+            walls_m = np.clip(walls_m, *np.sort(ends_m[:, live], axis=0))
+            ends = offset_m[live] + slope[live] * walls_m - map_low_m[1 - axis]
+            row = column * n + np.clip((ends / cell_m[1 - axis]).astype(np.intp), 0, n - 1)
             first = obstacles.begins[axis][row.min(axis=0)]
             entries = obstacles.begins[axis][row.max(axis=0) + 1] - first
             line = np.repeat(live, entries)

@@ -25,6 +25,7 @@ Figure = Annotated[float, Number("", ge=-LARGEST, le=LARGEST)]
 Amount = Annotated[float, Number("", ge=0.0, le=LARGEST)]
 PerPack = Annotated[tuple[Figure, ...], Len(1), FailFast()]
 Text = Annotated[str, Strict()]
+Words = Annotated[tuple[str, ...], FailFast()]
 
 CHECKED = ConfigDict(extra="forbid", allow_inf_nan=False, revalidate_instances="always")
 """A record is validated as a part of a plan, and not where it is made."""
@@ -76,24 +77,22 @@ class Phase:
     @property
     def charge_As(self) -> float:
         """Net charge into the battery [A s]."""
-        return self.current_A * self.duration_s
+        return sum(each.current_A * each.duration_s for each in self.stages)
 
     @property
     def energy_J(self) -> float:
         """Net energy into the battery [J]."""
-        return self.power_W * self.duration_s
+        return sum(each.power_W * each.duration_s for each in self.stages)
 
     @property
     def current_A(self) -> float:
         """Mean net current into the battery [A]."""
-        charge_As = sum(stage.current_A * stage.duration_s for stage in self.stages)
-        return charge_As / self.duration_s if self.duration_s else self.stages[0].current_A
+        return self.charge_As / self.duration_s if self.duration_s else self.stages[0].current_A
 
     @property
     def power_W(self) -> float:
         """Mean net power into the battery [W]."""
-        energy_J = sum(stage.power_W * stage.duration_s for stage in self.stages)
-        return energy_J / self.duration_s if self.duration_s else self.stages[0].power_W
+        return self.energy_J / self.duration_s if self.duration_s else self.stages[0].power_W
 
     @property
     def net(self) -> list[Stage]:

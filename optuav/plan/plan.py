@@ -6,17 +6,9 @@ import json
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, Literal, Self
+from typing import TYPE_CHECKING, Any, Literal, Self
 
-from pydantic import (
-    BaseModel,
-    ConfigDict,
-    FailFast,
-    InstanceOf,
-    StrictBool,
-    ValidationError,
-    model_validator,
-)
+from pydantic import BaseModel, ConfigDict, InstanceOf, StrictBool, ValidationError, model_validator
 from pydantic_core import to_jsonable_python
 
 from optuav.errors import Fault, InputError, NoPlanError, refuse, require, safe_name
@@ -26,7 +18,7 @@ from optuav.mission.messages import shown
 from optuav.mission.schema import Slot, short
 from optuav.network import vehicle
 from optuav.network.places import ENDS
-from optuav.network.timeline import Figure, Phase, carry
+from optuav.network.timeline import Figure, Phase, Words, carry
 from optuav.physics.kibam import STEPS, time_to_empty, time_to_full
 from optuav.plan.summary import summary
 from optuav.status import Status
@@ -38,7 +30,6 @@ SCHEMA = 1
 KIND = "optuav plan"
 LARGEST_BYTES = 32_000_000
 MOST_PHASES = 10_000
-Words = Annotated[tuple[str, ...], FailFast()]
 
 DERIVED = (
     *("hover_time_s", "rest_time_s", "flight_time_s", "mission_time_s", "peak_speed_m_s"),
