@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from functools import lru_cache
 
 import numpy as np
 
@@ -16,6 +17,7 @@ from optuav.physics.kibam import Stage
 from optuav.physics.quantity import Quantity
 
 
+@lru_cache(maxsize=1)
 class _Single:
     """A mission as tables over a single variant, see `Variants`."""
 
