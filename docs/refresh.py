@@ -105,8 +105,9 @@ def refreshed(page: Path) -> str:
     with (
         tempfile.TemporaryDirectory() as folder,
         chdir(folder),
-        patch.dict(os.environ, COLUMNS="80"),
+        patch.dict(os.environ),
     ):
+        os.environ.pop("COLUMNS", None)
         text = BLOCK.sub(reader.block, text)
     for added in set(capabilities) - set(ENGINES):
         unregister(added)

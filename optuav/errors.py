@@ -1,10 +1,15 @@
 """The errors that optuav raises on purpose, and the fault of which an input error is made."""
 
+import os
+import re
+import textwrap
 from collections.abc import Iterable
 from dataclasses import dataclass
 from importlib import import_module
 
 MOST_SHOWN = 20  # Faults that a message lists one by one
+LEAST_COLUMNS = 60  # In fewer no table would be legible
+LABEL = re.compile(r" *\S+ {2,}")
 LONGEST_NAME, LONGEST_WORDS = 200, 2000  # Most characters of a name and of a sentence in a message
 
 
@@ -35,6 +40,33 @@ def safe_name(part: object, longest: int = LONGEST_NAME) -> str:
     """A name or a part of a dotted key as it may be printed: the start of a very long one."""
     text = str(part)
     return printable(text if len(text) <= longest else f"{text[: longest - 3]}...")
+
+
+def line_width(most: int = 80) -> int:
+    """Columns of a line: those that COLUMNS states, else `most`, or a terminal's if fewer."""
+    from shutil import get_terminal_size
+
+    columns = get_terminal_size((most, 0)).columns
+    return max(LEAST_COLUMNS, columns if os.environ.get("COLUMNS") else min(most, columns))
+
+
+def folded(text: str, width: int) -> str:
+    """Text with long lines broken between words; beside its label, what follows it and blanks."""
+    lines = list[str]()
+    for line in text.split("\n"):
+        if len(line) <= width:
+            lines.append(line)
+            continue
+        label = LABEL.match(line)
+        start = label.end() if label else len(line) - len(line.lstrip()) + 2
+        lines += textwrap.wrap(
+            line,
+            width,
+            subsequent_indent=" " * start,
+            break_long_words=False,
+            break_on_hyphens=False,
+        )
+    return "\n".join(lines)
 
 
 class OptuavError(Exception):

@@ -12,6 +12,8 @@ from hypothesis.internal import conjecture
 
 from tests.examples import SUITE
 
+# Texts have the width that they have without it; pytest-xdist sets it.
+os.environ.pop("COLUMNS", None)
 settings.register_profile("default", deadline=None, derandomize=True, max_examples=SUITE)
 settings.register_profile(
     "soak",

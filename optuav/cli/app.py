@@ -6,6 +6,7 @@ input; 3 an engine failed or did not prove its answer in time.
 
 import atexit
 import gc
+import io
 import os
 import signal
 import sys
@@ -18,7 +19,7 @@ from typing import Annotated, Any
 import typer
 
 from optuav.cli.options import command_of
-from optuav.cli.output import BAD_INPUT, FAILED, say
+from optuav.cli.output import BAD_INPUT, FAILED, NO, say
 from optuav.errors import InputError, SolverError
 
 COMMANDS = {
@@ -28,6 +29,7 @@ COMMANDS = {
     **dict.fromkeys(("show", "validate", "new", "missions"), "missions"),
 }
 """Every command, in the order of the help, with the module that has its function."""
+USAGE_ERROR: Any = typer.BadParameter.__base__  # of any wrong command line; it has no public name
 
 
 def _options(
@@ -93,11 +95,17 @@ def run(arguments: Sequence[str] | None = None) -> None:
     try:
         try:
             if given and given[0] in COMMANDS:
-                program(given[0])(args=given[1:], prog_name=f"optuav {given[0]}")
-            else:
-                program()(args=given, prog_name="optuav")
+                sys.exit(program(given[0])(given[1:], f"optuav {given[0]}", standalone_mode=False))
+            sys.exit(program()(given, "optuav", standalone_mode=False))
         finally:
             sys.stdout.flush()
+    except USAGE_ERROR as error:
+        error.show(written := io.StringIO())
+        say(written.getvalue().removesuffix("\n").expandtabs(2), error=True)
+        sys.exit(BAD_INPUT)
+    except typer.Abort:
+        say("Aborted!", error=True)
+        sys.exit(NO)
     except (InputError, SolverError) as error:
         if isinstance(error, InputError) and given and given[0] in COMMANDS:
             error = _by_options(error, program(given[0]))

@@ -3,20 +3,17 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
-from itertools import islice
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Literal
 
-from optuav.cli.output import check_places, deliver, warning
+from optuav.cli.output import check_places, command, deliver
 
 if TYPE_CHECKING:
-    from rich.console import RenderableType
-    from rich.table import Table
-
     from optuav.calibration import Fit
 
 MOST_ROWS = 40  # Observations that the table lists one by one
+LONGEST = 30  # Letters of a name or of an interval
 
 Kind = Literal["kibam", "regimes", "rotor", "table"]
 
@@ -49,48 +46,41 @@ def calibrate(
         from optuav import plots
 
         written.append(plots.save(plots.fit(found)[0], plot / "fit.png"))
-    notes = [warning(each) for each in found.warnings]
+    notes = [f"warning: {each}" for each in found.warnings]
     if found.changes:
-        settings = (f"--set {key}={value}" for key, value in found.changes.items())
-        notes.append(f"\noptuav solve MISSION {' '.join(settings)}")
+        pairs = (("--set", f"{key}={value}") for key, value in found.changes.items())
+        notes += ["", command(["optuav", "solve", "MISSION"], *pairs)]
     deliver(found.to_dict, _pieces(found), as_json=as_json, notes=notes, written=written)
 
 
-def _pieces(found: Fit) -> Iterator[RenderableType]:
+def _pieces(found: Fit) -> Iterator[str]:
     """The values, table by table of the mission, then what was observed."""
-    from rich.markup import escape
-    from rich.text import Text
+    from optuav.plan.summary import tabulated
 
-    from optuav.studies.results import plain_table
-
-    yield Text(f"{found.kind}: {found.data}", style="bold")
-    tables: dict[str, Table] = {}
+    yield f"{found.kind}: {found.data}"
+    tables: dict[str, list[Sequence[str]]] = {}
     for each in found.values:
         name, _, key = each.key.partition(".")
-        if name not in tables:
-            tables[name] = plain_table("value", "95 % between", words=[rf"\[{name}]"])
         row = each.written(" – ") if each.determined else ["?", "not determined"]
-        tables[name].add_row(key, *row, *([] if each.interval else ["–"]))
-    for table in tables.values():
-        yield from ("", table)
+        rows = tables.setdefault(name, [(f"[{name}]", "value", "95 % between")])
+        rows.append((key, *row, *([] if each.interval else ["–"])))
+    for rows in tables.values():
+        yield from ("", *tabulated(rows, longest=LONGEST))
     for panel in found.panels:
         yield ""
         if not panel.names:
             left = math.dist(panel.observed, panel.fitted) / math.sqrt(len(panel.observed))
             words = f"{left:.3g} {panel.unit} rms left over of {len(panel.observed)} samples"
-            yield Text(f"{panel.quantity}: {words}")
+            yield f"{panel.quantity}: {words}"
             continue
-        head = ("observed", "fitted", "difference")
-        table = plain_table(*head, words=[escape(f"{panel.quantity} [{panel.unit}]")])
-        table.columns[0].max_width = 30
-        table.add_column("")
+        table = [(f"{panel.quantity} [{panel.unit}]", "observed", "fitted", "difference", "")]
         roles = panel.roles or ["fitted"] * len(panel.names)
-        rows = zip(panel.names, panel.observed, panel.fitted, roles, strict=True)
-        for name, observed, fitted, role in islice(rows, MOST_ROWS):
+        points = [*zip(panel.names, panel.observed, panel.fitted, roles, strict=True)]
+        for name, observed, fitted, role in points[:MOST_ROWS]:
             same = math.isclose(fitted, observed, rel_tol=1e-9)
             difference = "0" if same else f"{fitted - observed:+.3g}"
             about = "" if role == "fitted" else role
-            table.add_row(Text(name), f"{observed:.6g}", f"{fitted:.6g}", difference, about)
-        if len(panel.names) > MOST_ROWS:
-            table.add_row(f"and {len(panel.names) - MOST_ROWS} more")
-        yield table
+            table.append((name, f"{observed:.6g}", f"{fitted:.6g}", difference, about))
+        yield from tabulated(table, last=1, longest=LONGEST)
+        if (more := len(panel.names) - MOST_ROWS) > 0:
+            yield f"and {more} more"

@@ -5,9 +5,8 @@ from __future__ import annotations
 import math
 import re
 import sys
-import textwrap
 import tomllib
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
@@ -17,13 +16,10 @@ import typer
 
 import optuav
 from optuav.cli.options import mission_of, refuse_beside_plan
-from optuav.cli.output import NO, WIDTH, check_places, deliver, say, warning
-from optuav.errors import Fault, decimal, printable, refuse
+from optuav.cli.output import NO, check_places, deliver, say
+from optuav.errors import Fault, decimal, line_width, printable, refuse
 
 if TYPE_CHECKING:
-    from rich.console import RenderableType
-    from rich.table import Table
-
     from optuav.mission import Mission
     from optuav.mission.schema import MissionSection
     from optuav.mission.template import Datasheet
@@ -84,29 +80,25 @@ def _data(mission: Mission) -> dict[str, Any]:
     return {"mission": mission.to_dict(), "derived": figures, "buildings": buildings}
 
 
-def _pieces(mission: Mission) -> Iterator[RenderableType]:
+def _pieces(mission: Mission) -> Iterator[str]:
     """The mission's tables, and what follows from them: name, value and unit, a line each."""
-    from rich.text import Text
-
     from optuav.mission.schema import MissionSection
     from optuav.network.feasibility import building_figures, derived
-    from optuav.studies.results import plain_table
 
-    yield Text(f"{mission.name}  {mission.description}".rstrip())
+    yield f"{mission.name}  {mission.description}".rstrip()
     sections = [each for each in vars(mission).items() if isinstance(each[1], MissionSection)]
-    rows = {f"[{name}]": _settings(section) for name, section in sections}
-    rows["derived"] = ((each.name, each.text, each.unit) for each in derived(mission))
-    table = plain_table(words=("", "", ""))
-    table.show_header, table.columns[0].min_width = False, 30
+    rows = {f"[{name}]": [*_settings(section)] for name, section in sections}
+    rows["derived"] = [(each.name, each.text, each.unit) for each in derived(mission)]
+    columns = zip(*(line for lines in rows.values() for line in lines), strict=True)
+    names, values, units = (max(map(len, column)) for column in columns)
+    names, values = max(30, names), min(values, line_width() - max(30, names) - units - 4)
     for name, lines in rows.items():
-        table.add_row()
-        table.add_row(Text(name, style="bold"))
-        for line in lines:
-            table.add_row(*map(Text, line))
-    yield table
+        yield f"\n{name}"
+        for key, value, unit in lines:
+            yield f"{key:{names}}  {value:{values}}  {unit}".rstrip()
     if mission.buildings:
-        yield Text("\n[[buildings]]", style="bold")
-        yield _buildings(building_figures(mission))
+        yield "\n[[buildings]]"
+        yield from _buildings(building_figures(mission))
 
 
 def _settings(section: MissionSection) -> Iterator[tuple[str, str, str]]:
@@ -125,26 +117,24 @@ def _text(value: object) -> str:
     return f"{value:.6g}" if isinstance(value, float) else str(value)
 
 
-def _buildings(figures: Iterable[BuildingFigures]) -> Table:
+def _buildings(figures: Iterable[BuildingFigures]) -> list[str]:
     """A line a building: its place, its light, and the flight time by way of it."""
-    from rich.text import Text
+    from optuav.plan.summary import tabulated
 
-    from optuav.studies.results import plain_table
-
-    words = ("name", "position m", "footprint m")
-    table = plain_table("received W", "T_fl s rest first", "hover first", words=words)
-    table.columns[0].no_wrap = False
+    head = ("name", "position m", "footprint m", "received W", "T_fl s rest first", "hover first")
+    table: list[Sequence[str]] = [head]
     for each in figures:
         size = each.footprint_m or ()
         polygon = f"{len(size)} corners" if size and isinstance(size[0], tuple) else ""
-        table.add_row(
-            Text(each.name),
+        row = (
+            each.name,
             " ".join(f"{x:g}" for x in each.position_m),
             polygon or " × ".join(map(_text, size)),
             f"{each.received_power_W:.1f}" if each.laser_sight else "no sight",
             *("-" if s is None else f"{s:.2f}" for s in (each.rest_first_s, each.hover_first_s)),
         )
-    return table
+        table.append(row)
+    return tabulated(table, 3)
 
 
 def validate(mission: str, settings: list[str] | None = None, as_json: bool = False) -> None:
@@ -160,7 +150,7 @@ def validate(mission: str, settings: list[str] | None = None, as_json: bool = Fa
         lambda: {"mission": checked.name, "valid": True, "warnings": warnings},
         f"{checked.name}: every key of the mission is in order",
         as_json=as_json,
-        notes=map(warning, warnings),
+        notes=(f"warning: {each}" for each in warnings),
     )
 
 
@@ -172,9 +162,8 @@ def missions(as_json: bool = False) -> None:
         for path in sorted(SHIPPED.iterdir(), key=lambda path: path.stem)
     ]
     margin = 2 + max(len(row["name"]) for row in rows)
-    wrapped = partial(textwrap.fill, width=WIDTH, subsequent_indent=margin * " ")
     lines = [f"{row['name']:{margin}}{row['description']}" for row in rows]
-    table = "\n".join(map(wrapped, [f"{'mission':{margin}}what it is", *lines]))
+    table = "\n".join([f"{'mission':{margin}}what it is", *lines])
     deliver(lambda: rows, table, as_json=as_json)
 
 
@@ -207,7 +196,7 @@ def new(file: Path, asked: Numbers, source: str = "paper") -> None:
     if source == REGIMES:
         sheet = _sheet(stated)
         mission, remarks = sheet.mission(), sheet.remarks()
-        typer.echo("\n".join(sheet.assumptions()))
+        say(" ".join(sheet.assumptions()))
     else:
         refuse(
             Fault(name, f"{value:g}", f"goes with --from {REGIMES}")

@@ -4,30 +4,27 @@ from __future__ import annotations
 
 import json
 import os
+import shlex
 import sys
-import textwrap
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, TypeAlias
 
 import typer
 
-from optuav.errors import Fault, InputError, printable
+from optuav.errors import Fault, InputError, folded, line_width, printable
 
 if TYPE_CHECKING:
-    from rich.console import RenderableType
-
     from optuav.studies.results import Results
 
-WIDTH = 80
 NO, BAD_INPUT, FAILED = 1, 2, 3
 """Exit codes: no feasible or flyable plan; bad input; an engine that failed or proved nothing."""
 STYLES = {
     "error:": "bold red",
     "warning:": "bold yellow",
     **dict.fromkeys(("Hover", "Answer", "Violated", "Contradicted", "To"), "bold"),
-    **dict.fromkeys(("Because", "NOT"), "bold red"),
+    **dict.fromkeys(("Because", "NOT", "DISAGREE", "FAILED"), "bold red"),
     "Warning": "bold yellow",
     "FLYABLE": "bold green",
 }
@@ -57,10 +54,11 @@ def check_places(save: Path | None, plot: Path | None, *endings: str) -> None:
             raise refusal(plot, "cannot be made or written to")
 
 
-def say(text: str, style: str = "", *, error: bool = False) -> None:
+def say(text: str, style: str = "", *, error: bool = False, most: int | None = 80) -> None:
     """Write lines, those of some first words in a style if they go to a terminal that has some.
 
-    Control characters, which a file may hold, are replaced.
+    Control characters, which a file may hold, are replaced. Lines longer than most are broken, see
+    `line_width`; none where it is None, and of an error only what a narrow terminal could not show.
     """
     stream = sys.stderr if error else sys.stdout
     if stream is None:
@@ -68,7 +66,8 @@ def say(text: str, style: str = "", *, error: bool = False) -> None:
     # `typer.echo` would write UTF-8 where the console says that it reads ASCII.
     write = typer.echo if (terminal := stream.isatty()) else print
     plain = os.environ.get("NO_COLOR") or os.environ.get("TERM") == "dumb" or not terminal
-    for line in printable(text, "\n").split("\n"):
+    width = line_width(sys.maxsize if error else most) if most else sys.maxsize
+    for line in folded(printable(text, "\n"), width).split("\n"):
         word = line.partition(" ")[0]
         look = style or STYLES.get(word, "")
         weight, _, colour = look.partition(" ")
@@ -80,20 +79,22 @@ def say(text: str, style: str = "", *, error: bool = False) -> None:
             write(styled + line[len(start) :], file=stream)
 
 
-def warning(words: str) -> str:
-    """A paragraph that warns."""
-    return textwrap.fill(f"warning: {words}", WIDTH)
+def command(*parts: Sequence[str]) -> str:
+    """A command as a shell takes it, on several lines where it is long, each part on one."""
+    words = (shlex.join(part).replace(" ", "\0") for part in parts)
+    lines = folded(" ".join(words), line_width() - 2).split("\n")
+    return " \\\n".join(lines).replace("\0", " ")
 
 
 def deliver(
     data: Callable[[], object],
-    shown: str | Iterable[RenderableType],
+    shown: str | Iterable[str],
     *,
     as_json: bool,
     notes: Iterable[str] = (),
     written: Iterable[Path] = (),
 ) -> None:
-    """Print an answer as JSON; or as text or tables, with notes and the names of files written.
+    """Print an answer as JSON; or as text, with notes and the names of files written.
 
     Where JSON is asked for, nothing is taken from `shown`; where a file was written to the standard
     output, nothing else goes there.
@@ -101,28 +102,14 @@ def deliver(
     if Path("-") in (written := [*written]):
         return
     if as_json:
-        say(json.dumps(data(), indent=2))  # escapes what is not ASCII, for any console
+        # Escapes what is not ASCII, for any console.
+        say(json.dumps(data(), indent=2), most=None)
         return
-    if isinstance(shown, str):
-        say(shown.rstrip("\n"))
-    else:
-        from rich.console import Console
-        from rich.segment import Segments
-
-        from optuav.studies.results import as_text
-
-        screen = Console(highlight=False)
-        if not screen.is_terminal:
-            say(as_text(shown))
-        else:
-            for piece in shown:
-                parts = screen.render(piece)
-                safe = (part._replace(text=printable(part.text, "\n")) for part in parts)
-                screen.print(Segments(safe))
+    say((shown if isinstance(shown, str) else "\n".join(shown)).rstrip("\n"))
     for note in notes:
         say(note)
     for path in written:
-        say(f"wrote {path}", "dim")
+        say(f"wrote {path}", "dim", most=None)
 
 
 def deliver_results(found: Results, save: Path | None, plot: Path | None, *, as_json: bool) -> None:

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import shlex
-import textwrap
 from contextlib import nullcontext
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -12,7 +10,7 @@ import typer
 
 import optuav
 from optuav.cli.options import ProblemOptions, SolveOptions, mission_of, refuse_beside_plan
-from optuav.cli.output import FAILED, NO, WIDTH, check_places, deliver, progress, say
+from optuav.cli.output import FAILED, NO, check_places, command, deliver, progress, say
 from optuav.errors import Fault, InputError
 from optuav.options import Perspective
 from optuav.status import Status
@@ -78,7 +76,13 @@ def solve(
     elif animate is not None:
         say(f"{animate} is not written: there is no plan to show", error=True)
     if plan.status is Status.INFEASIBLE and explained:
-        notes = [f"optuav explain {shlex.quote(mission)} … shows what would make it feasible"]
+        usual, given = vars(SolveOptions()), vars(asked).items()
+        pairs = [(f"--{name.replace('_', '-')}", f"{x}") for name, x in given if x != usual[name]]
+        pairs += [("--set", each) for each in settings or ()]
+        notes = [
+            "What would make it feasible:",
+            command(["optuav", "explain", mission], *pairs),
+        ]
     deliver(plan.to_dict, plan.summary(), as_json=as_json, notes=notes, written=written)
     _leave(plan)
 
@@ -172,17 +176,17 @@ def formulate(
     problem, options = asked.question(stated)
     program = optuav.formulate(stated, problem, **options)
     if not program.parts:
-        say(textwrap.fill(str(program), WIDTH, subsequent_indent="  "))
+        say(str(program))
         raise typer.Exit(NO)
     if lp or mps:
         text = program.to_file(*forms).rstrip("\n")
     else:
         text = program.to_latex() if latex else str(program)
     if save is None:
-        say(text)
+        say(text, most=None if forms else 96)
     else:
         from optuav.mission.files import write_text
 
         write_text(save, f"{text}\n")
         if save != Path("-"):
-            say(f"wrote {save}")
+            say(f"wrote {save}", most=None)

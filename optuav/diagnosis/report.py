@@ -1,4 +1,4 @@
-"""An explanation, as data and as text of at most 80 columns: a label in the margin, text beside."""
+"""An explanation, as data and as text: a label in the margin, text beside."""
 
 import math
 from collections.abc import Iterable, Iterator
@@ -8,8 +8,9 @@ from formulations.soc import LABELS
 from optuav.diagnosis.infeasibility import Certificate, Conflict, number_text, plain
 from optuav.diagnosis.parameter_prices import Price
 from optuav.diagnosis.repair import Repair
+from optuav.errors import line_width
 from optuav.plan import Plan
-from optuav.plan.summary import LABEL, WIDTH, wrapped
+from optuav.plan.summary import LABEL, wrapped
 
 MOST_REPAIRS = 12
 UNIT_NAMES = {"s": "second", "m": "metre", "A": "ampere", "W": "watt", "V": "volt", "J": "joule"}
@@ -122,22 +123,24 @@ class Explanation:
         return {"mission": plan.mission.name, "status": plan.status.value, **found}
 
 
-def _columns(rows: Iterable[tuple[str, ...]], *, formulas: bool = False) -> list[str]:
+def _columns(rows: Iterable[tuple[str, ...]]) -> list[str]:
     """Rows as aligned columns under the label; the last column wraps.
 
-    Formulas stay on one line where they can: below their row, as near to their column as they fit.
+    What is too long for its column but not for a line stays whole, as near to it as it fits.
     """
-    table = [*rows]
+    table, width = [*rows], line_width()
     widths = [max(map(len, column)) for column in zip(*table, strict=True)]
     lines = list[str]()
     for row in table:
-        cells = [f"{cell:<{width}}" for cell, width in zip(row, widths, strict=True)]
+        cells = [f"{cell:<{longest}}" for cell, longest in zip(row, widths, strict=True)]
         start = " " * LABEL + "  ".join([*cells[:-1], ""])
-        last = cells[-1].rstrip()
-        if formulas and LABEL <= WIDTH - len(last) < len(start):
-            lines += [start.rstrip(), f"{last:>{WIDTH}}"]
-        else:
+        head, last = start.rstrip(), row[-1]
+        if not LABEL <= width - len(last) < len(start):
             lines += wrapped("", last, start, len(start) + 2)
+        elif len(head) + 2 + len(last) <= width:
+            lines.append(f"{head}{last:>{width - len(head)}}")
+        else:
+            lines += [head, f"{last:>{width}}"]
     return lines
 
 
@@ -160,7 +163,7 @@ def _no_plan(explained: Explanation) -> Iterator[list[str]]:
         yield wrapped("Exact", EXACT)
     if repairs:
         rows = _columns(each.row for each in repairs[:MOST_REPAIRS])
-        lines = [f"{'  or':<{LABEL}}{line[LABEL:]}" for line in rows]
+        lines = [f"{'  or' * (line[LABEL] != ' '):<{LABEL}}{line[LABEL:]}" for line in rows]
         lines = _labelled("Feasible if", lines)
         if (more := len(repairs) - MOST_REPAIRS) > 0:
             lines += wrapped("", f"and {more} more")
@@ -180,7 +183,7 @@ def conflict_text(conflict: Conflict, slot_s: float | None) -> Iterator[list[str
         words = f"{where}: {', '.join(each.labels)} cannot hold{together}{keys}"
         lines = wrapped("Conflict", words)
         if isinstance(each, Certificate):
-            yield [*lines, *_labelled("  proof", _columns(each.table, formulas=True))]
+            yield [*lines, *_labelled("  proof", _columns(each.table))]
             continue
         if each.broken:
             even = "without" if together else "even without"
@@ -209,7 +212,7 @@ def _optimum(explained: Explanation) -> Iterator[list[str]]:
         if each.binds
     )
     names = [each.label for each in wells if each.binds] if sides else plan.binding
-    lines = _columns(stated, formulas=True) + _columns((name,) for name in names)
+    lines = _columns(stated) + _columns((name,) for name in names)
     yield _labelled("Binding", lines)
     spare = (
         (each.label, _with_unit(each.slack, each.unit), each.statement)
@@ -222,10 +225,10 @@ def _optimum(explained: Explanation) -> Iterator[list[str]]:
         least = min(flown, key=lambda each: each.slack)
         more = f", the least of {len(flown)} such moments" if len(flown) > 1 else ""
         rows.append((f"{number_text(least.slack)} of B", f"{least.label}{more}"))
-    yield _labelled("To spare", _columns(spare, formulas=True) + _columns(rows))
+    yield _labelled("To spare", _columns(spare) + _columns(rows))
     if explained.bound is not None:
         head = wrapped("Proof", "no point that satisfies these constraints is better:")
-        yield [*head, *_columns(explained.bound.table, formulas=True)]
+        yield [*head, *_columns(explained.bound.table)]
     yield from _prices(explained)
 
 

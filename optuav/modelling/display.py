@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, TypeAlias
 
 import numpy as np
 
+from optuav.errors import line_width
 from optuav.modelling.expression import INDEX, Indexed, Let, Parameter
 from optuav.modelling.forms import NotAffineError, affine
 from optuav.modelling.traversal import outermost
@@ -21,6 +22,7 @@ if TYPE_CHECKING:
     from optuav.modelling.model import Model
 
 WIDTH = 96
+ROOM, LEAST_ROOM = 36, 24  # columns for a formula, and for anything, beside what is before it
 MARGIN = 11
 LONGEST_SYMBOL = 12
 GAP = "  "
@@ -41,7 +43,7 @@ def table(rows: Sequence[Sequence[str]]) -> str:
 
 
 def text(model: Model) -> str:
-    """The model in lines of at most `WIDTH` characters, broken between terms.
+    """The model in lines of at most `WIDTH` characters by default, broken between terms.
 
     Every parameter is listed with its value, its unit and the mission's key that it comes from; an
     array over programmes, with the number and the range of its entries. Lines that differ in the
@@ -54,14 +56,14 @@ def text(model: Model) -> str:
             lines += [head, *_columns([(name, maths) for maths, name in rows], GAP)]
             continue
         bracketed = [(maths, name and f"({name})") for maths, name in rows]
-        columns = _columns(bracketed, " " * MARGIN)
-        lines += [f"{head:<{MARGIN}}{columns[0][MARGIN:]}", *columns[1:]]
+        first, *others = _columns(bracketed, " " * MARGIN)
+        lines += [f"{head:<{MARGIN}}{first[MARGIN:]}", *others]
     given = _parameters(model, writer)
     if given:
-        columns = _columns(given, GAP)
-        if max(map(len, columns)) > WIDTH:  # long symbols have a line of their own
-            columns = _columns(given, GAP, longest=LONGEST_SYMBOL)
-        lines += ["where", *columns]
+        listed = _columns(given, GAP)
+        if len(listed) > len(given):  # long symbols have a line of their own
+            listed = _columns(given, GAP, longest=LONGEST_SYMBOL)
+        lines += ["where", *listed]
     return "\n".join(line.rstrip().replace(writer.after, " ") for line in lines)
 
 
@@ -183,6 +185,9 @@ def _columns(rows: Sequence[Sequence[str]], indent: str, *, longest: float = mat
     heads = ["" if len(head) > longest else head for head, *_ in rows]
     rest = [[*cells] for _, *cells in rows]
     widths = [max(map(len, column)) for column in (heads, *zip(*rest, strict=True))][:-1]
+    least = len(indent) + sum(widths) + len(GAP) * len(widths)
+    if math.isfinite(longest) and least > line_width(WIDTH) - LEAST_ROOM:
+        widths[2:] = [0 for _ in widths[2:]]  # lined up no further
     lines = []
     for (first, *_), head, cells in zip(rows, heads, rest, strict=True):
         if first != head:
@@ -190,13 +195,13 @@ def _columns(rows: Sequence[Sequence[str]], indent: str, *, longest: float = mat
         row = [head, *cells]
         padded = (f"{cell:<{width}}  " for cell, width in zip(row, widths, strict=False))
         start = "".join([indent, *padded])
-        wrapped = textwrap.wrap(
-            row[-1],
-            WIDTH,
-            initial_indent=start,
-            subsequent_indent=" " * (len(start) + 2),
+        # Where little is left beside the first cells, below them.
+        below = len(start) + 2 if line_width(WIDTH) - len(start) > ROOM else len(indent) + 4
+        lines += textwrap.wrap(
+            f"{start}{row[-1]}",
+            line_width(WIDTH),
+            subsequent_indent=" " * below,
             break_long_words=False,
             break_on_hyphens=False,
         )
-        lines += wrapped or [start]
     return lines

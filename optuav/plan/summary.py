@@ -1,22 +1,23 @@
-"""The summary of a plan: an aligned block of text of at most 80 columns."""
+"""The summary of a plan: an aligned block of text, see `line_width`."""
 
 from __future__ import annotations
 
 import re
 import textwrap
 import unicodedata
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
+from itertools import accumulate
 from typing import TYPE_CHECKING
 
-from optuav.errors import printable
+from optuav.errors import folded, line_width, printable
 from optuav.mission.messages import counted_in
 from optuav.network import vehicle
 
 if TYPE_CHECKING:
     from optuav.plan.plan import Plan
 
-WIDTH = 80
 LABEL = 13
+LEAST_ROOM = 15  # Columns for the place of a phase
 GAP = "  "
 NUMBER_AND_UNIT = re.compile(r"(?<=\d) (?=(?:s|m|N|A|W|J|%|m/s|A s)\b|%)")
 NO_BREAK = "\N{NO-BREAK SPACE}"
@@ -29,7 +30,7 @@ TOO_LONG = 1e5
 
 
 def summary(plan: Plan) -> str:
-    """The plan as text of at most 80 columns."""
+    """The plan as text."""
     question = [
         plan.problem,
         f"trajectory {plan.trajectory}" if plan.trajectory else "",
@@ -77,7 +78,7 @@ def wrapped(label: str, text: str, start: str = "", indent: int = LABEL) -> list
     lines = textwrap.wrap(
         wide,
         # A break may part a letter from its filler.
-        WIDTH - (FILLER in wide),
+        line_width() - (FILLER in wide),
         initial_indent=start,
         subsequent_indent=" " * indent,
         break_on_hyphens=False,
@@ -132,6 +133,35 @@ def _times(plan: Plan) -> Iterator[str]:
             yield from wrapped("Binding", limits)
 
 
+def tabulated(
+    rows: Sequence[Sequence[str]], words: int = 1, last: int = 0, gap: int = 2, longest: int = 24
+) -> list[str]:
+    """Rows of cells as aligned lines: columns of words, of figures, and the last again of words.
+
+    Long cells are cut. A table too wide for a line has parts, each with the first words.
+    """
+    sides = "<" * words + ">" * (len(rows[0]) - words - last) + "<" * last
+    columns, widths, room = list[list[str]](), list[int](), line_width() + gap
+    for column, side in zip(zip(*rows, strict=True), sides, strict=True):
+        cells = [
+            cell if len(cell) <= longest else f"{cell[: longest - 1].rstrip(FILLER)}…"
+            for cell in map(_as_wide, column)
+        ]
+        widths.append(max(map(len, cells)) + gap)
+        columns.append([f"{cell:{side}{widths[-1] - gap}}" for cell in cells])
+    first = max(1, sum(end <= room / 2 for end in accumulate(widths[:words])))
+    parts = [[*range(first)]]
+    for number in range(first, len(widths)):
+        if sum(widths[each] for each in (*parts[-1], number)) > room and len(parts[-1]) > first:
+            parts.append([*range(first)])
+        parts[-1].append(number)
+    return [
+        (" " * gap).join(row).rstrip().replace(FILLER, "")
+        for part in parts
+        for row in zip(*(columns[each] for each in part), strict=True)
+    ]
+
+
 def _timeline(plan: Plan) -> Iterator[str]:
     full = vehicle.pool(plan.mission).full
     cells = [
@@ -146,21 +176,17 @@ def _timeline(plan: Plan) -> Iterator[str]:
         )
         for phase in plan.phases
     ]
-    kind, where, *others = HEADINGS
-    columns = list(zip((kind, *others), *cells, strict=True))
-    widths = [max(map(len, column)) for column in columns]
-    room = WIDTH - sum(widths) - len(GAP) * len(widths)
-    places = [_as_wide(where)]
-    for phase in plan.phases:  # both places of a flight, or its end, cut if need be
-        end, flies = _as_wide(phase.end_place), phase.kind == "flight"
-        end = f"→ {end}" if flies else end
-        both = f"{_as_wide(phase.start_place)} {end}" if flies else end
-        end = both if len(both) <= room else end
-        places.append(end if len(end) <= room else f"{end[: room - 1].rstrip(FILLER)}…")
-    width = max(map(len, places))
-    for place, what, *numbers in zip(places, *columns, strict=True):
-        texts = [f"{text:>{w}}" for text, w in zip(numbers, widths[1:], strict=True)]
-        yield GAP.join([f"{what:<{widths[0]}}", f"{place:<{width}}", *texts]).replace(FILLER, "")
-    yield LEGEND
+    figures = zip((HEADINGS[0], *HEADINGS[2:]), *cells, strict=True)
+    widths = [max(map(len, column)) for column in figures]
+    room = max(LEAST_ROOM, line_width() - sum(widths) - len(GAP) * len(widths))
+    rows: list[Sequence[str]] = [HEADINGS]
+    for phase, (kind, *numbers) in zip(plan.phases, cells, strict=True):
+        end = both = phase.end_place
+        if phase.kind == "flight":  # both places, or its end
+            end = f"→ {end}"
+            both = f"{phase.start_place} {end}"
+        rows.append((kind, both if len(_as_wide(both)) <= room else end, *numbers))
+    yield from tabulated(rows, 2, longest=room)
+    yield from folded(LEGEND, line_width()).split("\n")
     if any(phase.edited for phase in plan.phases):
         yield EDITED

@@ -8,9 +8,6 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from rich.console import RenderableType
-from rich.text import Text
-
 from formulations.p1 import P1
 from formulations.soc import AVAILABLE, PAPER
 from optuav.errors import Fault, refuse
@@ -20,10 +17,11 @@ from optuav.mission.messages import counted_in, shown
 from optuav.mission.schema import SLOT, Number
 from optuav.options import SCHEDULES, Perspective
 from optuav.plan import Plan
+from optuav.plan.summary import tabulated
 from optuav.solving import solve
 from optuav.solving.question import LIMIT
 from optuav.studies.methods import Progress, compare_methods
-from optuav.studies.results import LONGEST_NAME, Draw, Results, Row, fixed, plain_table
+from optuav.studies.results import Draw, Results, Row, fixed
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -223,42 +221,40 @@ def _faults(
     yield from (Fault("engines", repr(each), f"some of {', '.join(COMPARED)}") for each in unknown)
 
 
-def _tables(found: Results) -> Iterator[RenderableType]:
+def _tables(found: Results) -> Iterator[str]:
     """Yield one line a plan with whether it can be flown, and how each is known."""
     by_schedule = "schedule" in found.units
     subject = "schedule of the packs" if by_schedule else " and ".join(found.facts["by"])
     times = counted_in(found.facts["slot_s"])
-    yield Text(f"{found.mission.name}: longest hover by {subject}, {times}\n", style="bold")
+    yield f"{found.mission.name}: longest hover by {subject}, {times}\n"
     brings = ["brings [s]"] if by_schedule else []
     words = ["schedule"] if by_schedule else list(AXES)
-    table = plain_table("Δ [s]", *brings, "T' [s]", "T [s]", "η1 [%]", words=words)
-    # The only column that gives way if the table is too wide.
-    table.add_column("by way of", max_width=LONGEST_NAME)
-    table.add_column("flies", no_wrap=True)
+    table = [[*words, "Δ [s]", *brings, "T' [s]", "T [s]", "η1 [%]", "by way of", "flies"]]
     grounded, proofs = set[str](), dict[str, dict[str, None]]()
     for row in found.rows:
         label, soc = _label(row), row["soc_battery"]
         flies = _flies(row, found.mission.limits.min_soc)
-        table.add_row(
+        line = (
             label[0] if label[0] not in proofs else "",
             *label[1:],
             fixed(row["hover_time_s"]),
             *(fixed(row["brings_s"], otherwise="–", sign="+") for _ in brings),
             *(fixed(row[name]) for name in ("rest_time_s", "mission_time_s")),
             fixed(None if soc is None else 100.0 * soc, otherwise="–"),
-            Text(", ".join(row["route"][1:-1]) or "–", no_wrap=True, overflow="ellipsis"),
+            ", ".join(row["route"][1:-1]) or "–",
             flies,
         )
+        table.append([*line])
         grounded.add(flies.split()[0])
         proofs.setdefault(label[0], {})[row["proof"]] = None
-    yield from (table, "")
+    yield from (*tabulated(table, len(words), 2), "")
     if meanings := [f"{word}: {GROUNDED[word]}" for word in GROUNDED if word in grounded]:
-        yield Text("\n".join([*meanings, ""]))
+        yield from (*meanings, "")
     for proof in dict.fromkeys(map("; ".join, proofs.values())):
         names = (name for name, each in proofs.items() if "; ".join(each) == proof)
-        yield Text(f"{', '.join(names)}: {proof}")
+        yield f"{', '.join(names)}: {proof}"
     for reason in dict.fromkeys(reason for row in found.rows for reason in row["reasons"]):
-        yield Text(f"Because {reason}")
+        yield f"Because {reason}"
 
 
 def _label(row: Row) -> tuple[str, ...]:

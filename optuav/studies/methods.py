@@ -7,9 +7,6 @@ from collections.abc import Callable, Iterator, Sequence
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
-from rich.console import RenderableType
-from rich.text import Text
-
 from formulations.formulation import Formulation
 from formulations.p1 import P1
 from formulations.p3 import P3
@@ -21,9 +18,10 @@ from optuav.modelling import Model
 from optuav.modelling.forms import excess
 from optuav.options import ORDERS, Perspective
 from optuav.plan import Plan
+from optuav.plan.summary import tabulated
 from optuav.solving import formulate, solve
 from optuav.solving.route_choice import route_choice
-from optuav.studies.results import LONGEST_NAME, NONE, Results, Row, fixed, plain_table
+from optuav.studies.results import NONE, Results, Row, fixed
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -39,7 +37,6 @@ UNITS = {
     **{"gap_s": "s", "largest_gap_s": "s", "agrees": "", "words": "", "proof": ""},
 }
 
-SLOTS_ABREAST = 5
 
 Progress = Callable[[int, int, str], None]
 """Called before every answer: how many are done, how many there are, and what comes now."""
@@ -230,11 +227,10 @@ def bound(model: Model, parameters: Row, slot_s: float) -> Bound:
     return slots, words
 
 
-def _tables(found: Results) -> Iterator[RenderableType]:
+def _tables(found: Results) -> Iterator[str]:
     """Yield gaps by problem, what each method is worth, how it knows, and the verdict."""
     title = f"{found.mission.name}: longest hover Δ, {found.facts['perspective']}, by every method"
-    yield Text(title, style="bold")
-    yield ""
+    yield f"{title}\n"
     feasible = any(row["hover_time_s"] is not None for row in found.rows)
     if feasible:
         yield from _gaps(found)
@@ -242,56 +238,49 @@ def _tables(found: Results) -> Iterator[RenderableType]:
     for name, reasons in found.facts["reasons"].items():
         if reasons and (feasible or name == "P1"):
             who = f"{name} has no plan" if feasible else "No problem has a plan"
-            yield Text(f"{who}: {'; '.join(reasons)}.")
+            yield f"{who}: {'; '.join(reasons)}."
     unbounded = (row for row in found.rows if row["why"] and row["largest_gap_s"] is None)
     for why in dict.fromkeys(row["why"] for row in unbounded):
-        yield Text(f"The theory has no bound where {why}.")
+        yield f"The theory has no bound where {why}."
     disagreements, failures = found.facts["disagreements"], found.facts["failures"]
     for heading, lines in (("DISAGREE", disagreements), ("FAILED", failures)):
-        yield from (Text(f"{heading}  {line}", style="bold red") for line in lines)
+        yield from (f"{heading}  {line}" for line in lines)
     if not disagreements and not failures:
         plans = sum(row["hover_time_s"] is not None for row in found.rows)
         few = f", {plans} of them with a plan" if plans < len(found.rows) else ""
         on_what = few if feasible else " that nothing is feasible"
-        yield Text(f"All {len(found.rows)} answers agree{on_what}.", style="bold green")
+        yield f"All {len(found.rows)} answers agree{on_what}."
 
 
-def _gaps(found: Results) -> Iterator[RenderableType]:
-    """Yield what slots lose of the hover by problem, five lengths of slots abreast."""
+def _gaps(found: Results) -> Iterator[str]:
+    """Yield what slots lose of the hover by problem."""
     slots_s = [*dict.fromkeys(row["slot_s"] for row in found.rows if row["slot_s"])]
     # Of several methods in the same slots the first
     cells = {(_name(row), row["slot_s"]): row for row in reversed(found.rows)}
-    yield Text("Δ in continuous times, and what is lost of it [s] in slots of")
-    for first in range(0, max(1, len(slots_s)), SLOTS_ABREAST):
-        abreast = slots_s[first : first + SLOTS_ABREAST]
-        table = plain_table("Δ [s]", *(f"{each:g} s" for each in abreast), words=["problem"], gap=1)
-        table.columns[0].max_width = LONGEST_NAME
-        table.add_column("agree", justify="right")
-        for problem in found.facts["reasons"]:
-            verdicts = {row["agrees"] for row in found.rows if _name(row) == problem}
-            gaps = (_gap(cells[problem, each]) for each in abreast)
-            best_s = cells[problem, None]["hover_time_s"]
-            agree = "?" if None in verdicts else "yes"
-            agree = "[bold red]NO[/]" if False in verdicts else agree
-            table.add_row(Text(problem), fixed(best_s, 3), *gaps, agree)
-        yield table
-        yield ""
+    yield "Δ in continuous times, and what is lost of it [s] in slots of"
+    table = [["problem", "Δ [s]", *(f"{each:g} s" for each in slots_s), "agree"]]
+    for problem in found.facts["reasons"]:
+        verdicts = {row["agrees"] for row in found.rows if _name(row) == problem}
+        gaps = (_gap(cells[problem, each]) for each in slots_s)
+        best_s = cells[problem, None]["hover_time_s"]
+        agree = "NO" if False in verdicts else "?" if None in verdicts else "yes"
+        table.append([problem, fixed(best_s, 3), *gaps, agree])
+    yield from (*tabulated(table, gap=1), "")
 
 
-def _gap(cell: Row) -> Text:
+def _gap(cell: Row) -> str:
     """Return the gap of an answer in slots, marked where it disagrees."""
     if cell["agrees"] is None:
-        return Text("failed", style="bold red")
+        return "failed"
     gap_s = cell["gap_s"]
     text = NONE if gap_s is None else f"{round(gap_s, 2) + 0.0:.2f}"
-    return Text(text) if cell["agrees"] else Text(f"{text}!", style="bold red")
+    return text if cell["agrees"] else f"{text}!"
 
 
-def _worth(found: Results) -> Iterator[RenderableType]:
+def _worth(found: Results) -> Iterator[str]:
     """Yield the largest gap of each method beside its bound, how often it agrees, and its proof."""
     times = ["time [s]"] if "time_s" in found.units else []
-    headings = ("largest gap [s]", "its bound [s]", "agree", *times)
-    table = plain_table(*headings, words=["method"])
+    table = [["method", "largest gap [s]", "its bound [s]", "agree", *times]]
     proofs: dict[str, dict[str, None]] = {}
     for method in dict.fromkeys(row["method"] for row in found.rows):
         cells = [row for row in found.rows if row["method"] == method]
@@ -303,20 +292,16 @@ def _worth(found: Results) -> Iterator[RenderableType]:
             limit, gap_s = "no bound" if limit_s is None else f"{limit_s:g}", worst["gap_s"]
             short = f"{abs(gap_s):.0e}" if gap_s else "0"
             gap = f"{gap_s:.2f}" if abs(gap_s) >= 0.01 else short
-        table.add_row(
-            method,
-            "reference" if method == REFERENCE else gap,
-            limit,
-            f"{sum(cell['agrees'] is True for cell in cells)} of {len(cells)}",
-            *(f"{sum(cell['time_s'] for cell in cells):.2f}" for _ in times),
-        )
+        agree = f"{sum(cell['agrees'] is True for cell in cells)} of {len(cells)}"
+        took = (f"{sum(cell['time_s'] for cell in cells):.2f}" for _ in times)
+        gap = "reference" if method == REFERENCE else gap
+        table.append([method, gap, limit, agree, *took])
         for row in solved:  # Of methods that differ in their slots only, one line
             kind = method.removesuffix(f" {row['slot_s'] or 0.0:g} s")
             proofs.setdefault(kind, {})[row["proof"].partition(";")[0]] = None
-    yield table
-    yield ""
+    yield from (*tabulated(table), "")
     for kind, words in proofs.items():
-        yield Text(f"{kind}: {'; '.join(words).removeprefix(f'{kind}: ')}")
+        yield f"{kind}: {'; '.join(words).removeprefix(f'{kind}: ')}"
     yield ""
 
 

@@ -9,11 +9,7 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeAlias
 
-from rich.console import Console, RenderableType
-from rich.table import Table
-from rich.text import Text
-
-from optuav.errors import require
+from optuav.errors import folded, line_width, require
 from optuav.mission import Mission
 
 if TYPE_CHECKING:
@@ -22,12 +18,10 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 SCHEMA = 2
-WIDTH = 80
-LONGEST_NAME = 24
 NONE = "none"
 
 Row: TypeAlias = Mapping[str, Any]
-Show: TypeAlias = Callable[["Results"], Iterable[RenderableType]]
+Show: TypeAlias = Callable[["Results"], Iterable[str]]
 Draw: TypeAlias = Callable[["Results"], Iterable[tuple[str, "Axes"]]]
 
 
@@ -35,7 +29,7 @@ Draw: TypeAlias = Callable[["Results"], Iterable[tuple[str, "Axes"]]]
 class Results:
     """A table of results: named columns with units, and one row an answer.
 
-    Printed, it is text of at most 80 columns.
+    Printed, it is text of at most 80 columns, or as many as the environment states in COLUMNS.
 
     Parameters
     ----------
@@ -51,7 +45,7 @@ class Results:
         The rows, each a mapping with an entry a column; None where there is no value. A row may
         have further entries, which `to_dict` shows.
     show
-        Makes the pieces of the printed text, for 80 columns: a function of the table.
+        Makes the pieces of the printed text: a function of the table.
     draw
         Makes the pictures: a function of the table that yields names and axes.
 
@@ -72,7 +66,7 @@ class Results:
     draw: Draw = dataclasses.field(repr=False, compare=False)
 
     def __str__(self) -> str:
-        return as_text(self.show(self))
+        return folded("\n".join(self.show(self)), line_width())
 
     def records(self) -> list[dict[str, Any]]:
         """Return the rows as flat records with an entry a column; places of a route as text."""
@@ -140,26 +134,6 @@ def as_csv(records: Sequence[Mapping[str, object]], columns: Sequence[str] = ())
     writer.writeheader()
     writer.writerows(records)
     return text.getvalue()
-
-
-def as_text(pieces: Iterable[RenderableType]) -> str:
-    """Return what a terminal of 80 columns without colours shows."""
-    screen = Console(
-        file=(written := io.StringIO()), width=WIDTH, color_system=None, highlight=False
-    )
-    for piece in pieces:
-        screen.print(piece)
-    return "\n".join(line.rstrip() for line in written.getvalue().splitlines())
-
-
-def plain_table(*figures: str, words: Iterable[str] = (), gap: int = 2) -> Table:
-    """Return a table without lines: columns of words, then of figures, `gap` blanks apart."""
-    table = Table(box=None, pad_edge=False, padding=(0, gap, 0, 0), header_style="")
-    for name in words:
-        table.add_column(name, no_wrap=True)
-    for name in figures:
-        table.add_column(Text(name), justify="right", no_wrap=True)
-    return table
 
 
 def fixed(value: float | None, digits: int = 2, *, otherwise: str = NONE, sign: str = "") -> str:

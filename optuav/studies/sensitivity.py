@@ -8,8 +8,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
-from rich.console import RenderableType
-from rich.text import Text
 
 from formulations.soc import AVAILABLE, PAPER
 from optuav.arrays import Floats
@@ -21,9 +19,10 @@ from optuav.network.network import Network, build_network
 from optuav.network.variants import Variants
 from optuav.options import Perspective
 from optuav.plan import Plan
+from optuav.plan.summary import tabulated
 from optuav.solving import solve
 from optuav.solving.batch import hover_times_s
-from optuav.studies.results import Results, Row, fixed, plain_table
+from optuav.studies.results import Results, Row, fixed
 from optuav.studies.uncertainty import (
     Chances,
     FixedPlan,
@@ -214,37 +213,34 @@ def _one_by_one(network: Network, spreads: Sequence[Spread], values: Floats) -> 
     return Variants(network, columns)
 
 
-def _tables(found: Results) -> Iterator[RenderableType]:
+def _tables(found: Results) -> Iterator[str]:
     """Yield the effects of single keys, then what the samples say."""
     facts, hover_s = found.facts, found.facts["hover_time_s"]
-    yield Text(f"{found.mission.name}: what matters most, {facts['perspective']}\n", style="bold")
+    yield f"{found.mission.name}: what matters most, {facts['perspective']}\n"
     rows = [row for row in found.rows if row["swing_s"] > MOVES_S][:MOST_ROWS]
     itself = f"Longest hover {hover_s:.2f} s" if hover_s else "The mission has no plan"
     yield f"{itself}; one key at a time, everything else held:"
-    table = plain_table("range", "Δ low", "Δ high", "% by 1 %", "local", words=["key"], gap=1)
-    table.columns[0].max_width = LONGEST_KEY
+    table = [["key", "range", "Δ low", "Δ high", "% by 1 %", "local"]]
     for row in rows:
         bend = "kink" if row["has_kink"] else "end" if row["at_end"] else ""
-        table.add_row(
-            Text(row["key"] + ("+" if row["along"] else "")),
-            _range(row["now"], row["low"], row["high"]),
-            fixed(row["hover_low_s"]),
-            fixed(row["hover_high_s"]),
-            _rate(row["elasticity"]),
-            bend or _rate(row["local_elasticity"]),
-        )
-    yield table if rows else "no key within its range changes that; optuav explain shows what would"
+        key, ends = row["key"] + "+" * bool(row["along"]), (row["hover_low_s"], row["hover_high_s"])
+        rates = _rate(row["elasticity"]), bend or _rate(row["local_elasticity"])
+        table.append([key, _range(row["now"], row["low"], row["high"]), *map(fixed, ends), *rates])
+    if rows:
+        yield from tabulated(table, gap=1, longest=LONGEST_KEY)
+    else:
+        yield "no key within its range changes that; optuav explain shows what would"
     if rows and (more := len(found.rows) - len(rows)):
-        yield Text(f"and {more} more with smaller effects")
+        yield f"and {more} more with smaller effects"
     if kinks := [row for row in rows if row["has_kink"] or row["at_end"]]:
         sides = (
             f"{row['key']} {_rate(row['local_less'])} below, {_rate(row['local_more'])} above"
             + (", the end of the range" if row["at_end"] else "")
             for row in kinks
         )
-        yield Text(f"Local on either side: {'; '.join(sides)}")
+        yield f"Local on either side: {'; '.join(sides)}"
     if any(row["key"] == WAVELENGTH for row in rows):
-        yield Text(f"{WAVELENGTH} moves the attenuation alone: slopes and offsets are held")
+        yield f"{WAVELENGTH} moves the attenuation alone: slopes and offsets are held"
     if facts["chances"] is not None:
         yield ""
         yield from _chances(facts["chances"], facts["plan_hover_time_s"])
@@ -266,20 +262,20 @@ def _range(now: float, low: float, high: float) -> str:
     return " to ".join(ends)
 
 
-def _chances(found: Chances, plan_hover_s: float | None) -> Iterator[RenderableType]:
+def _chances(found: Chances, plan_hover_s: float | None) -> Iterator[str]:
     how = "as stated" if found.stated else "within 10 %, as nothing was stated"
     count = f"{len(found.uncertain)} keys at once, {how}: {found.samples} samples"
-    yield Text(f"{count}, seed {found.seed}", style="bold")
+    yield f"{count}, seed {found.seed}"
     quantiles = ", ".join(f"{share:.0%} {s:.1f}" for share, s in found.quantiles_s.items())
     mean = f"mean {found.mean_s:.1f} s"
     if 0.0 < found.no_plan < 1.0:
         flown_s = found.mean_s / (1.0 - found.no_plan)
         mean += f" with 0 s for no plan, {flown_s:.1f} s where there is one"
-    yield Text(f"Hover      {mean}; quantiles [s] {quantiles}")
+    yield f"Hover      {mean}; quantiles [s] {quantiles}"
     none = {"no plan": found.no_plan} if found.no_plan else {}
-    yield Text(f"Best       {_percent({**found.routes, **none})}")
+    yield f"Best       {_percent({**found.routes, **none})}"
     if found.kept is not None and found.flyable is not None:
-        yield Text(
+        yield (
             f"Fixed plan {plan_hover_s:.2f} s of hover, can be flown in "
             f"{found.flyable:.1%} of the samples; it keeps {_percent(found.kept)}"
         )

@@ -36,8 +36,8 @@ class Pipe(io.TextIOWrapper):
         return buffer.getvalue().decode("utf-8")
 
 
-def run(*arguments: str) -> Ran:
-    """Run ``optuav`` with arguments, its streams piped.
+def run(*arguments: str, columns: int | None = None) -> Ran:
+    """Run ``optuav`` with arguments, its streams piped, COLUMNS stated or not.
 
     Whatever the command and the answer, it leaves by an exit code of the four that are documented,
     shows no traceback and colours nothing.
@@ -50,6 +50,8 @@ def run(*arguments: str) -> Ran:
         patch.setattr(signal, "signal", lambda *_: None)
         for name in ("COLUMNS", "FORCE_COLOR", "CLICOLOR_FORCE", "TTY_COMPATIBLE"):
             patch.delenv(name, raising=False)
+        if columns is not None:
+            patch.setenv("COLUMNS", str(columns))
         try:
             main(list(arguments))
             code = 0

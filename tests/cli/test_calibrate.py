@@ -39,7 +39,8 @@ def test_values_mission_and_picture(fitted: Fitted) -> None:
     assert "…" not in table
     assert (folder / "fit.png").stat().st_size > 10_000
     mission = optuav.load(folder / "new.toml")
-    settings = ran.out.partition("optuav solve MISSION ")[2].splitlines()[0].split("--set ")[1:]
+    command = ran.out.partition("optuav solve MISSION ")[2].replace("\\\n", "")
+    settings = command.splitlines()[0].split("--set ")[1:]
     for setting in settings:
         key, _, value = setting.strip().partition("=")
         section, _, name = key.partition(".")

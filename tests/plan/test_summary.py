@@ -10,7 +10,6 @@ from hypothesis import strategies as st
 
 import optuav
 from optuav import Plan
-from optuav.plan.summary import WIDTH
 from tests.examples import few
 from tests.mission.strategies import NAMES
 from tests.plan.made import INFEASIBLE, feasible, plans
@@ -49,7 +48,7 @@ def columns(text: str) -> int:
 
 def lines(plan: Plan) -> list[str]:
     found = plan.summary().splitlines()
-    assert all(columns(line) <= WIDTH == 80 for line in found)
+    assert all(columns(line) <= 80 for line in found)
     assert all(line.isprintable() and line == line.rstrip() for line in found)
     return found
 
