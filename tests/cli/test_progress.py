@@ -32,7 +32,7 @@ def test_a_terminal_sees_progress_and_a_pipe_does_not(
     "words",
     [
         ("ledger", "text-e1"),
-        ("solve", "paper", "--trajectory", "direct", "--hover-point", "free"),
+        ("solve", "paper", "--hover-point", "free", "--set", "buildings=[]"),
     ],
 )
 def test_what_may_take_seconds_shows_a_bar(

@@ -41,7 +41,7 @@ LINEAR = ("--perspective", "battery")
         (["--problem", "P3", "--slot-s", "10", "--engine", "cvxpy"], 680.0),
         (["--problem", "P4", "--building", "b1", "--order", "hover-first"], 698.0762),
         (["--trajectory", "traj1"], 715.0477),
-        (["--trajectory", "direct", "--hover-point", "free"], 688.8480),
+        (["--trajectory", "direct", "--hover-point", "free", "--set", "buildings=[]"], 688.8480),
         (["--problem", "P2-tight", "--set", "limits.deadline_s=800"], 678.69),
     ],
 )

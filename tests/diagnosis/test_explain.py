@@ -144,7 +144,7 @@ def test_long_names_break_neither_formulas_nor_prices(
     """
     told = importlib.import_module("optuav.diagnosis.explain")
     monkeypatch.setattr(told, "repairs", lambda question: ())
-    town = [each.model_dump() for each in optuav.load("paper").buildings]
+    town = [each.model_dump() for each in optuav.load("paper").buildings[:3]]
     for each in town:
         each["name"] = f"roof {each['name']} of the national research centre for light and flight"
     mission = optuav.load("paper").replace({**changes, "buildings": town})

@@ -223,15 +223,16 @@ def test_programs_and_solutions_survive_copies(engine: str, copied: Callable[[An
     """Solved before and after: nothing that they found depends on the identity of objects."""
     perspective: Perspective = "available" if engine in ("bracket", "grid") else "battery"
     slot_s = 60.0 if engine == "grid" else None
+    problem = optuav.P4("b1", order="rest-first")
     program = optuav.formulate(
-        "paper", optuav.P4("b1"), perspective=perspective, engine=engine, slot_s=slot_s
+        "paper", problem, perspective=perspective, engine=engine, slot_s=slot_s
     )
     solution = program.compile().solve()
     said = [str(program), str(solution), solution.slacks, solution.shadow_prices()]
     again = copied(solution)
     assert [str(copied(program)), str(again), again.slacks, again.shadow_prices()] == said
     assert copied(program).compile().solve().values == solution.values
-    fresh = optuav.formulate("paper", optuav.P4("b1"), perspective=perspective, slot_s=slot_s)
+    fresh = optuav.formulate("paper", problem, perspective=perspective, slot_s=slot_s)
     assert copied(fresh).compile(engine).solve().values == solution.values
 
 

@@ -158,9 +158,10 @@ def test_nearly_infeasible_is_decided_right(engine: str) -> None:
 @pytest.mark.parametrize("solver", ["OSQP", "SCS", "CLARABEL", "SCIPY"])
 def test_first_order_solvers_are_accurate_or_refused(solver: str, perspective: str) -> None:
     """OSQP at its own tolerance is tenths of a second off and says optimal."""
-    exactly = solve("paper", perspective=perspective)
+    few = optuav.load("paper").replace({f"buildings.b{k}": None for k in range(2, 10)})
+    exactly = solve(few, perspective=perspective)
     try:
-        plan = solve("paper", perspective=perspective, engine=Cvxpy(solver))
+        plan = solve(few, perspective=perspective, engine=Cvxpy(solver))
     except SolverError:
         return
     assert plan.hover_time_s == pytest.approx(exactly.hover_time_s, abs=1e-4)

@@ -50,7 +50,7 @@ def test_by_grid(asked: dict[str, Any], hover_s: float) -> None:
     ("deadline_s", "options", "hover_s"),
     [
         (1200.0, {"stops": 2}, 605.456),
-        (1200.0, {"hovers": 2}, 598.976),
+        pytest.param(1200.0, {"hovers": 2}, 598.976, marks=pytest.mark.soak),
         (2400.0, {"hovers": 2}, 742.834),
     ],
 )

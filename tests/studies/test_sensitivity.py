@@ -100,12 +100,11 @@ def wide(mission: optuav.Mission) -> dict[str, dict[str, Any]]:
 @pytest.mark.parametrize(
     ("name", "changes", "perspective", "samples", "at_once"),
     [
-        ("paper", {}, "available", 14, 1),
         ("paper", {}, "available", 14, 7),
         ("paper", {}, "battery", 14, 7),
         ("paper", {"limits.deadline_s": 800}, "available", 14, 7),
         ("paper", {"battery.charging": "taper"}, "available", 5, 2),
-        ("matrice350", {}, "available", 9, 4),
+        ("matrice350", {}, "available", 6, 1),
         ("matrice350", {}, "adjusted", 9, 1),
         *(
             pytest.param(*each, marks=pytest.mark.soak)
