@@ -231,11 +231,9 @@ def phases(mission: Mission, at: Mapping[str, Place], planned: Sequence[Move]) -
     ends = [(at[move.start_place], at[move.end_place]) for move in planned]
     blockers: Sequence[int] = [CLEAR] * len(ends)
     if not mission.flight.through_buildings:
-        start_m, end_m = np.array([[place.position_m for place in pair] for pair in ends]).swapaxes(
-            0, 1
-        )
+        ends_m = np.array([[place.position_m for place in pair] for pair in ends])
         own = np.array([[place.building for place in pair] for pair in ends])
-        blockers = crossed(prisms(mission.buildings), start_m, end_m, own).tolist()
+        blockers = crossed(prisms(mission.buildings), ends_m[:, 0], ends_m[:, 1], own).tolist()
     for move, (start, end), blocker in zip(planned, ends, blockers, strict=True):
         stated = move.stated
         dx, dy, dz = (b - a for a, b in zip(start.position_m, end.position_m, strict=True))
@@ -260,21 +258,8 @@ def phases(mission: Mission, at: Mapping[str, Place], planned: Sequence[Move]) -
         for name, duration_s, drawn, received in rows:
             stages.append(Stage(name, start_s, float(duration_s), drawn, received))
             start_s += stages[-1].duration_s
-        found.append(
-            Phase(
-                kind=move.kind,
-                start=start,
-                end=end,
-                start_s=begun_s,
-                end_s=start_s,
-                stages=tuple(stages),
-                way_m=(dx, dy, dz),
-                distance_m=length_m,
-                peak_speed_m_s=peak_m_s,
-                crosses=crosses,
-                stated=stated is not None,
-            )
-        )
+        figures = (dx, dy, dz), length_m, peak_m_s, crosses, stated is not None
+        found.append(Phase(move.kind, start, end, begun_s, start_s, tuple(stages), *figures))
     return tuple(found)
 
 
