@@ -17,7 +17,7 @@ import sys
 from fractions import Fraction
 
 import optuav
-from optuav.paper.statement import Verdict
+from optuav.paper.ledger import Verdict
 from optuav.paper.table2 import ROWS, Charge, admitted, consistent_charges, loads_exist
 
 if hasattr(sys.stdout, "reconfigure"):

@@ -1,7 +1,10 @@
-"""Plans and curves that the paper's figures and its ledger share."""
+"""What the paper's figures and its ledger share: the file of its statements, plans and curves."""
 
 import math
+import tomllib
 from functools import cache, lru_cache
+from importlib.resources import files
+from typing import Any
 
 import numpy as np
 
@@ -36,6 +39,12 @@ LARGEST_PACK = 4.0  # Largest pack that is tried, over the mission's own
 REMEMBERED = 512
 BEST = P1()
 _solve = lru_cache(maxsize=REMEMBERED)(solving.solve)
+
+
+@cache
+def data() -> dict[str, Any]:
+    """The file of the paper's statements."""
+    return tomllib.loads(files("optuav.paper").joinpath("statements.toml").read_text("utf-8"))
 
 
 @cache

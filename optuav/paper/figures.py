@@ -23,9 +23,8 @@ from optuav.mission import Mission
 from optuav.network import vehicle
 from optuav.options import Perspective
 from optuav.paper import curves, table2
-from optuav.paper.curves import AXES, BEST, OURS, solve, with_deadline
-from optuav.paper.ledger import ledger
-from optuav.paper.statement import Verdict, agrees, data
+from optuav.paper.curves import AXES, BEST, OURS, data, solve, with_deadline
+from optuav.paper.ledger import Verdict, agrees, ledger
 from optuav.plan import Plan
 from optuav.plots.files import modelled_leg
 from optuav.plots.style import printed

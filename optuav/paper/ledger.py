@@ -5,8 +5,10 @@ import math
 from collections import Counter
 from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass
+from decimal import ROUND_DOWN, ROUND_HALF_EVEN, Decimal, InvalidOperation
+from enum import StrEnum
 from functools import reduce
-from typing import Any
+from typing import Any, TypeAlias
 
 import numpy as np
 
@@ -21,20 +23,14 @@ from optuav.network.one_stop import one_stop_is_enough
 from optuav.network.places import HOVER
 from optuav.options import Perspective
 from optuav.paper import curves, table2
-from optuav.paper.curves import LEAST_SOC, papers, solve, with_deadline
-from optuav.paper.statement import (
-    Entry,
-    Interval,
-    PaperStatement,
-    Value,
-    Verdict,
-    data,
-    printed_interval,
-)
+from optuav.paper.curves import LEAST_SOC, data, papers, solve, with_deadline
+from optuav.paper.table2 import Interval, last_digit, printed_interval
 from optuav.physics import laser, rotor
 from optuav.plan import Plan
 from optuav.studies.results import as_csv
 
+Value: TypeAlias = float | str | None
+SIGNIFICANT = 12  # Digits of our values that count; those after them are rounding of floats
 HEAD = ("name", "place", "what", "stated", "unit")
 """Fields of a statement with which its record begins."""
 NEAR_M, FAR_M = np.linspace(0.0, 1000.0, 101), np.linspace(0.0, 5000.0, 101)
@@ -42,6 +38,125 @@ SOURCES_W = (500.0, 1000.0)
 """Distances and sources at which the trends of Fig. 10 are checked."""
 SAME_S = 1e-6
 ENERGY_FIRST: tuple[Perspective, ...] = ("energy", "battery", "adjusted")
+
+
+class Verdict(StrEnum):
+    """How a number of the paper compares with ours."""
+
+    MATCHED = "matched"
+    CUT = "matched when cut, not rounded"
+    RECOVERED = "matched with recovered parameters"
+    FITTED = "used in the fit"
+    WITHIN = "off by less than the rounding of the fit"
+    GIVEN = "a setting, taken as given"
+    CONTRADICTS = "contradicts the paper's own numbers"
+    UNDECIDED = "cannot be decided"
+    DIFFERS = "does not match"
+
+
+@dataclass(frozen=True, kw_only=True)
+class PaperStatement:
+    """A number of the paper, or a finding in words, as the file of the statements describes it.
+
+    `compute` names the function of our value and its arguments, `room` that of the values which the
+    other numbers of the paper leave for it, and `flight` the only flight model for which both are
+    defined. `given` marks a setting that the missions take.
+    """
+
+    name: str
+    place: str
+    what: str
+    stated: str
+    unit: str = ""
+    how: str
+    compute: Sequence[Any] = ()
+    room: Sequence[Any] = ()
+    flight: str = ""
+    reason: str = ""
+    undecided: str = ""
+    command: str = ""
+    limit: bool = False
+    given: bool = False
+    fitted: bool = False
+
+    @property
+    def is_number(self) -> bool:
+        """Whether a number is stated, and not a finding in words, a formula or a range."""
+        try:
+            Decimal(self.stated)
+        except InvalidOperation:
+            return False
+        return True
+
+
+@dataclass(frozen=True)
+class Entry:
+    """A statement with our value by the printed parameters, and by the recovered loads.
+
+    The missions are ``paper`` and ``paper-table2``; a value is None where it does not apply. `room`
+    is what the other numbers of the paper leave for the value, where the statement asks for it.
+    """
+
+    statement: PaperStatement
+    printed: Value
+    recovered: Value
+    room: Value | Interval = None
+
+    @property
+    def command(self) -> str:
+        """The command that computes our values again."""
+        return self.statement.command or f"optuav ledger {self.statement.name}"
+
+    @property
+    def verdict(self) -> Verdict:
+        """The verdict at the digits that the paper prints."""
+        paper = self.statement
+        if agrees(paper.stated, self.printed):
+            return Verdict.GIVEN if paper.given else Verdict.MATCHED
+        if paper.limit and agrees(paper.stated, self.printed, ROUND_DOWN):
+            return Verdict.CUT
+        if agrees(paper.stated, self.recovered):
+            return Verdict.FITTED if paper.fitted else Verdict.RECOVERED
+        if paper.room:
+            return Verdict.WITHIN if fits(paper.stated, self.room) else Verdict.CONTRADICTS
+        return Verdict.UNDECIDED if paper.undecided else Verdict.DIFFERS
+
+    @property
+    def reason(self) -> str:
+        """Why the verdict is what it is; may be empty."""
+        undecided = self.statement.undecided if self.verdict is Verdict.UNDECIDED else ""
+        return "; ".join(part for part in (undecided, self.statement.reason) if part)
+
+    def shown(self, value: Value) -> str:
+        """A value of ours with two digits more than the paper prints, or a dash."""
+        if value is None:
+            return "–"
+        if isinstance(value, str):
+            return value
+        last = last_digit(self.statement.stated)
+        if self.statement.given:
+            return f"{value:g}"
+        if abs(last) > 6:
+            return f"{value:.6e}"
+        text = f"{value:.{max(0, 2 - last)}f}"
+        return f"{value:.0f}" if float(text) == round(value) else text
+
+
+def agrees(stated: str, value: Value, rounding: str = ROUND_HALF_EVEN) -> bool:
+    """Whether our value, rounded to the printed digits, is the printed one."""
+    if value is None or isinstance(value, str):
+        return value == stated
+    step = Decimal(1).scaleb(last_digit(stated))
+    return Decimal(f"{value:.{SIGNIFICANT}g}").quantize(step, rounding=rounding) == Decimal(stated)
+
+
+def fits(stated: str, room: Value | Interval) -> bool:
+    """Whether what is printed, rounding included, may be a given value or lie in an interval."""
+    if room is None or isinstance(room, str):
+        return room == stated
+    least, most = room if isinstance(room, tuple) else (room, room)
+    low, high = printed_interval(stated)
+    return low <= most and least <= high
 
 
 @dataclass(frozen=True)

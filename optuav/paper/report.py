@@ -19,10 +19,9 @@ from optuav.mission.files import make_directory, write_files
 from optuav.mission.messages import nearest
 from optuav.options import Perspective
 from optuav.paper import figures, table2
-from optuav.paper.curves import OURS, papers, solve
+from optuav.paper.curves import OURS, data, papers, solve
 from optuav.paper.figures import MINUS, Exhibit, NotShownError, is_papers, why
-from optuav.paper.ledger import HEAD, Ledger, ledger
-from optuav.paper.statement import Verdict, data
+from optuav.paper.ledger import HEAD, Ledger, Verdict, ledger
 from optuav.plots.files import image
 from optuav.studies.methods import Progress
 from optuav.studies.results import as_csv

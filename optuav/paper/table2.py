@@ -2,8 +2,9 @@
 
 import math
 from collections.abc import Iterator, Sequence
+from decimal import Decimal
 from functools import cache
-from typing import NamedTuple
+from typing import NamedTuple, TypeAlias
 
 import numpy as np
 
@@ -14,10 +15,11 @@ from optuav.arrays import Floats
 from optuav.mission import Mission
 from optuav.network.network import build_network
 from optuav.options import Perspective
-from optuav.paper.curves import solve, with_deadline
-from optuav.paper.statement import Interval, data, printed_interval
+from optuav.paper.curves import data, solve, with_deadline
 from optuav.plan import Plan
 from optuav.solving.assemble import quantities
+
+Interval: TypeAlias = tuple[float, float]
 
 TABLE = data()["table2"]
 FREE_PARAMETERS: Sequence[str] = TABLE["free_parameters"]
@@ -77,6 +79,19 @@ def consistent_charges() -> tuple[Charge, ...]:
             if (eta, stated) not in IMPOSSIBLE
         )
     )
+
+
+def printed_interval(stated: str) -> Interval:
+    """All values that a printed number stands for."""
+    half = 0.5 * 10.0 ** last_digit(stated)
+    return float(stated) - half, float(stated) + half
+
+
+def last_digit(stated: str) -> int:
+    """Power of ten of the last printed digit."""
+    exponent = Decimal(stated).as_tuple().exponent
+    assert isinstance(exponent, int)
+    return exponent
 
 
 # On the direct path every state of charge is a straight line in the hover time. It depends on five
