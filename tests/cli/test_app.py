@@ -13,6 +13,7 @@ import pytest
 
 import optuav
 from optuav.cli.app import COMMANDS as ALL
+from optuav.errors import line_width
 from tests.cli.run import Pipe, refused, run, widest, words
 
 COMMANDS = ("solve", "compare", "formulate", "show", "validate", "new", "missions")
@@ -75,6 +76,30 @@ def test_every_command_fits_into_the_columns_that_are_stated(
         assert widest(was) <= 120
         assert widest(now) <= 60
         assert {*was.split()} - {"\\"} == {*now.split()} - {"\\"}
+
+
+@pytest.mark.parametrize(
+    ("stated", "terminal", "width"),
+    [
+        (None, 0, 80),
+        (None, 70, 70),
+        (None, 200, 80),
+        ("100", 70, 100),
+        ("40", 200, 60),
+        ("0", 70, 70),
+        ("soon", 0, 80),
+        ("9" * 5000, 0, 80),
+    ],
+)
+def test_the_width_is_that_of_columns_or_of_a_narrower_terminal(
+    stated: str | None, terminal: int, width: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Never less than 60, and without both always the same; nonsense counts as not stated."""
+    monkeypatch.setattr(sys, "__stdout__", sys.__stderr__)
+    monkeypatch.setattr(os, "get_terminal_size", lambda _: os.terminal_size((terminal, 24)))
+    if stated is not None:
+        monkeypatch.setenv("COLUMNS", stated)
+    assert line_width() == width
 
 
 def test_version_is_that_of_the_package(monkeypatch: pytest.MonkeyPatch) -> None:
