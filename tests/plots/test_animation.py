@@ -108,7 +108,7 @@ def test_the_same_bytes_again(falling: optuav.Replay, monkeypatch: pytest.Monkey
 def test_nothing_is_left_behind_where_it_cannot_be_written(
     falling: optuav.Replay, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(animation, "FRAMES", 2)
+    monkeypatch.setattr(animation, "frames", lambda _: iter([Image.new("RGB", (2, 2))]))
     with pytest.raises(InputError, match="there is no directory"):
         plots.save_animation(falling, tmp_path / "missing" / "mission.gif")
     assert list(tmp_path.iterdir()) == []
