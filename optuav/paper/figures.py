@@ -1,15 +1,14 @@
 """The tables and figures of the paper for any mission, and what the paper leaves out."""
 
-from __future__ import annotations
-
 import contextlib
 import itertools
 import math
 import re
 from collections.abc import Iterator, Mapping, Sequence
-from typing import TYPE_CHECKING, Any, TypeAlias
+from typing import Any, TypeAlias
 
 import numpy as np
+from matplotlib.axes import Axes
 
 from formulations.formulation import Formulation
 from formulations.p1 import P1
@@ -28,9 +27,6 @@ from optuav.paper.ledger import Verdict, agrees, ledger
 from optuav.plan import Plan
 from optuav.plots.files import modelled_leg
 from optuav.plots.style import printed
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
 
 Record: TypeAlias = Mapping[str, Any]
 Exhibits: TypeAlias = Iterator["Exhibit"]

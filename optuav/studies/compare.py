@@ -1,12 +1,10 @@
 """Comparisons: every engine's answers, or the longest hover by perspective, trajectory or packs."""
 
-from __future__ import annotations
-
 import itertools
 from collections.abc import Iterator, Mapping, Sequence
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from formulations.p1 import P1
 from formulations.soc import AVAILABLE, PAPER
@@ -21,10 +19,7 @@ from optuav.plan.summary import tabulated
 from optuav.solving import solve
 from optuav.solving.question import LIMIT
 from optuav.studies.methods import Progress, compare_methods
-from optuav.studies.results import Draw, Results, Row, fixed
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
+from optuav.studies.results import Draw, Pictures, Results, Row, fixed
 
 COMPARED = ("closed-form", "cvxpy", "casadi", "grid")
 """Engines whose answers are compared; the bracket is for what is not linear."""
@@ -278,7 +273,7 @@ def _flies(row: Row, min_soc: float) -> str:
     return "low" if soc is not None and soc < min_soc - TOLERANCE else "no"
 
 
-def _choices(found: Results) -> Iterator[tuple[str, Axes]]:
+def _choices(found: Results) -> Pictures:
     """Yield the hover times by trajectory and perspective."""
     from optuav import plots
     from optuav.plots.style import printed
@@ -289,7 +284,7 @@ def _choices(found: Results) -> Iterator[tuple[str, Axes]]:
     yield "choices.png", plots.bars(bars, title=title, y_label="hover time Δ [s]")
 
 
-def _packs(_: Results, plans: Sequence[Plan]) -> Iterator[tuple[str, Axes]]:
+def _packs(_: Results, plans: Sequence[Plan]) -> Pictures:
     """Yield the wells of the packs by schedule."""
     from optuav import plots
 

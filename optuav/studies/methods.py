@@ -1,11 +1,9 @@
 """Every problem of a mission by every engine, in slots and in continuous times, side by side."""
 
-from __future__ import annotations
-
 import time
 from collections.abc import Callable, Iterator, Sequence
 from importlib import import_module
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from formulations.formulation import Formulation
 from formulations.p1 import P1
@@ -21,10 +19,7 @@ from optuav.plan import Plan
 from optuav.plan.summary import tabulated
 from optuav.solving import formulate, solve
 from optuav.solving.route_choice import route_choice
-from optuav.studies.results import NONE, Results, Row, fixed
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
+from optuav.studies.results import NONE, Pictures, Results, Row, fixed
 
 ACCURACY_S = {"closed-form": 1e-5, "cvxpy": 1e-5, "casadi": 1e-4, "grid": 1e-5}
 """By how much an engine may miss an answer [s], up to `LONG_S` and in proportion beyond."""
@@ -305,7 +300,7 @@ def _worth(found: Results) -> Iterator[str]:
     yield ""
 
 
-def _figures(found: Results) -> Iterator[tuple[str, Axes]]:
+def _figures(found: Results) -> Pictures:
     """Yield what slots cost, by their length."""
     from optuav import plots
     from optuav.plots.style import printed

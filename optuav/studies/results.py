@@ -22,7 +22,8 @@ NONE = "none"
 
 Row: TypeAlias = Mapping[str, Any]
 Show: TypeAlias = Callable[["Results"], Iterable[str]]
-Draw: TypeAlias = Callable[["Results"], Iterable[tuple[str, "Axes"]]]
+Pictures: TypeAlias = Iterable[tuple[str, "Axes"]]
+Draw: TypeAlias = Callable[["Results"], Pictures]
 
 
 @dataclasses.dataclass(frozen=True)

@@ -1,11 +1,8 @@
 """Sensitivity of the longest hover: one key at a time, and samples of all that is uncertain."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -22,7 +19,7 @@ from optuav.plan import Plan
 from optuav.plan.summary import tabulated
 from optuav.solving import solve
 from optuav.solving.batch import hover_times_s
-from optuav.studies.results import Results, Row, fixed
+from optuav.studies.results import Pictures, Results, Row, fixed
 from optuav.studies.uncertainty import (
     Chances,
     FixedPlan,
@@ -32,9 +29,6 @@ from optuav.studies.uncertainty import (
     spreadable,
     spreads,
 )
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
 
 SAMPLES = Number("-", ge=1, le=1e8, whole=True)
 SEED = Number("-", ge=0, le=2**63, whole=True)
@@ -285,7 +279,7 @@ def _percent(shares: Mapping[str, float]) -> str:
     return ", ".join(f"{name} {share:.1%}" for name, share in shares.items())
 
 
-def _figures(found: Results) -> Iterator[tuple[str, Axes]]:
+def _figures(found: Results) -> Pictures:
     """Yield a tornado of the keys, and how the hover times of the samples are spread."""
     from optuav.plots.charts import hover_times, tornado
 
