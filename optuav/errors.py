@@ -186,7 +186,6 @@ def require(package: str, use: str) -> None:
     try:
         import_module(package)
     except ImportError as error:
-        words = f"{use} need {package}: python -m pip install {package}"
-        raise InputError(words) from error
+        raise InputError(f"{use} need {package}: python -m pip install {package}") from error
     except ValueError as error:  # as matplotlib refuses a setting of the environment
         raise InputError(f"{use} need {package}, which does not start: {error}") from error

@@ -208,8 +208,7 @@ def _read_log(file: csv.Source) -> tuple[Samples, tuple[str, ...]]:
         idle = current_A < IDLE * np.median(current_A[current_A > 0.0])
         phase = np.where(idle, "rest", np.where(speed_m_s < STILL_m_s, "hover", "flight"))
     time_s, log = numbers["time"] - numbers["time"][0], np.zeros(len(phase), int)
-    steps_s = np.gradient(time_s)
-    samples = Samples(time_s, steps_s, current_A, power_W, speed_m_s, phase, log)
+    samples = Samples(time_s, np.gradient(time_s), current_A, power_W, speed_m_s, phase, log)
     return samples, tuple(table.doubts())
 
 

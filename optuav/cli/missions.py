@@ -67,8 +67,7 @@ def show(
 
         written = save_pictures(shown, plot)
     if isinstance(shown, optuav.Plan):
-        text = shown.summary() + contradictions
-        deliver(shown.to_dict, text, as_json=as_json, written=written)
+        deliver(shown.to_dict, shown.summary() + contradictions, as_json=as_json, written=written)
     else:
         deliver(partial(_data, shown), _pieces(shown), as_json=as_json, written=written)
     if contradictions or not shown:

@@ -123,8 +123,7 @@ def explain(
         if asked.stops is None and asked.hovers is None:
             explained = optuav.explain(plan)
         else:
-            names = ("trajectory", "building", "order")
-            fields = {name: getattr(plan, name) for name in names}
+            fields = {name: getattr(plan, name) for name in ("trajectory", "building", "order")}
             perspective: Any = plan.perspective
             problem = problem_of(plan.problem, **fields, **more)
             explained = optuav.explain(plan.mission, problem, perspective=perspective)

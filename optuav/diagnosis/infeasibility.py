@@ -235,8 +235,7 @@ def subset(model: Model, constraints: Iterable[Constraint]) -> Model:
 
 def parameters_in(constraint: Constraint) -> tuple[Parameter, ...]:
     """The parameters in a constraint."""
-    found = leaves(*constraint.relation.sides)
-    return tuple(each for each in found if isinstance(each, Parameter))
+    return tuple(each for each in leaves(*constraint.relation.sides) if isinstance(each, Parameter))
 
 
 def _rows(model: Model, parameters: Values, slot_s: float | None = None) -> list[Row]:
@@ -348,8 +347,7 @@ def _of_part(program: Program, part: Part) -> Iterator[Conflict]:
     alike: dict[tuple[tuple[str, ...], ...], list[int]] = {}
     proofs: dict[int, list[Certificate]] = {}
     for entry in np.argsort(flight_s, kind="stable")[:MOST_ROUTES].tolist():
-        parameters = part.model.row(entry)
-        proofs[entry] = [*certificates(part.model, parameters, program.question.slot_s)]
+        proofs[entry] = [*certificates(part.model, part.model.row(entry), program.question.slot_s)]
         alike.setdefault(tuple(each.labels for each in proofs[entry]), []).append(entry)
     unproved = alike.pop((), [])
     for first, *others in alike.values():
@@ -381,8 +379,7 @@ def _clashes(program: Program, part: Part, entries: Sequence[int]) -> Iterator[C
             yield Conflict(names, len(left))
             return
         others = [entry for entry in left[1:] if not shared[entry]]
-        clash = _clash(program, part, first, meeting)
-        yield Conflict(names, len(left) - len(others), clash=clash)
+        yield Conflict(names, len(left) - len(others), clash=_clash(program, part, first, meeting))
         left = others
 
 

@@ -212,8 +212,7 @@ def _optimum(explained: Explanation) -> Iterator[list[str]]:
         if each.binds
     )
     names = [each.label for each in wells if each.binds] if sides else plan.binding
-    lines = _columns(stated) + _columns((name,) for name in names)
-    yield _labelled("Binding", lines)
+    yield _labelled("Binding", _columns(stated) + _columns((name,) for name in names))
     spare = (
         (each.label, _with_unit(each.slack, each.unit), each.statement)
         for each in others

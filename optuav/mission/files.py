@@ -176,8 +176,7 @@ def must_be_new(path: Path) -> None:
     """Refuse a name that is taken, for a file that people go on to edit."""
     with refusals(path, "written"):
         if only_ours.get() and path != STANDARD and path.exists():
-            words = "exists already; name a new file, or give --force to replace it"
-            raise refusal(path, words)
+            raise refusal(path, "exists already; name a new file, or give --force to replace it")
 
 
 def write_text(path: Path, text: str) -> None:

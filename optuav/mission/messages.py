@@ -60,8 +60,7 @@ def nearest(key: str, known: Iterable[str]) -> str:
     beside = [each.removeprefix(f"{table}.") for each in inside]
     if like := difflib.get_close_matches(name, beside, n=1):
         return f"; did you mean '{table}.{like[0]}'?"
-    elsewhere = {*known} - {*inside, table}
-    like = difflib.get_close_matches(key, elsewhere, n=1)
+    like = difflib.get_close_matches(key, {*known} - {*inside, table}, n=1)
     return f"; did you mean '{like[0]}'?" if like else ""
 
 

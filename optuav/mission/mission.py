@@ -335,5 +335,4 @@ def _revise_buildings(buildings: list[object], values: Document) -> Iterator[Fau
             yield Fault(key, shown(value), f"unknown building{nearest(key, named)}")
             continue
         place, new = places[building], {field: value} if field else value
-        known = keys_of(buildings[place])
-        buildings[place] = {**known, **new} if isinstance(new, dict) else new
+        buildings[place] = {**keys_of(buildings[place]), **new} if isinstance(new, dict) else new

@@ -318,8 +318,7 @@ def source_for_full_charge(mission: Mission) -> Value:
     assert mission.laser is not None
     places = build_network(mission).places
     there_m = places.position_m[[HOVER, *places.buildings]] - np.array(mission.laser.position_m)
-    distance_m = np.linalg.norm(there_m, axis=1)
-    share = laser.transmission(vehicle.attenuation_per_km(mission), distance_m)
+    share = laser.transmission(vehicle.attenuation_per_km(mission), np.linalg.norm(there_m, axis=1))
     most_W = mission.battery.charge_current_A * mission.battery.nominal_voltage_V
     needed_W = np.max(laser.source_limit(vehicle.conversion(mission), most_W, share))
     return "below 1 kW" if needed_W < 1000.0 else f"{needed_W:.0f} W"

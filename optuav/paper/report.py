@@ -239,8 +239,7 @@ def _blocks(parent: Element) -> Iterator[str]:
             yield "\n".join(f"- {_inline(item)}" for item in each)
         elif each.tag == "table":
             head, *body = ([_inline(cell) for cell in row] for row in each)
-            rows = [head, ["---"] * len(head), *body]
-            yield "\n".join(f"| {' | '.join(row)} |" for row in rows)
+            yield "\n".join(f"| {' | '.join(row)} |" for row in [head, ["---"] * len(head), *body])
         elif each.tag not in ("nav", "summary"):
             yield from _blocks(each)
 
@@ -257,8 +256,7 @@ def _inline(parent: Element) -> str:
 
 def _plain(text: str) -> str:
     """Text on one line, what Markdown would read as its own escaped."""
-    line = " ".join(text.splitlines())
-    return MARKS.sub(lambda found: f"{found[0][:-1]}\\{found[0][-1]}", line)
+    return MARKS.sub(lambda found: f"{found[0][:-1]}\\{found[0][-1]}", " ".join(text.splitlines()))
 
 
 def _section(anchor: str, title: str, *content: Element) -> Element:
@@ -290,8 +288,7 @@ def _of_the_paper(entries: Ledger) -> Iterator[Element]:
     rows = [("verdict", "statements of the paper")]
     rows += [(verdict.value, str(count)) for verdict, count in entries.counts.items()]
     rows.append(("all", str(len(entries.entries))))
-    intro = prose(data()["paper"]["missions"])
-    yield _section("in-short", "In short", intro, table(rows))
+    yield _section("in-short", "In short", prose(data()["paper"]["missions"]), table(rows))
     texts, found = data()["table2"], entries.table2
     count = {each.name.lower(): sum(cell.verdict is each for cell in found) for each in Verdict}
     exact = count["fitted"] + count["recovered"]

@@ -50,8 +50,7 @@ def attenuation(wavelength_nm: Quantity, visibility_km: Quantity) -> Quantity:
 
     λ [nm] > 0; the visibility V [km] > 0 is 10 in clear air, 3 in haze, 0.4 in fog.
     """
-    exponent = size_exponent(visibility_km)
-    return 3.92 / visibility_km * (wavelength_nm / 550.0) ** (-exponent)
+    return 3.92 / visibility_km * (wavelength_nm / 550.0) ** (-size_exponent(visibility_km))
 
 
 def transmission(attenuation_per_km: Quantity, distance_m: Quantity) -> Quantity:

@@ -141,8 +141,7 @@ def hover_point(
     point = first + np.clip(share, 0.0, 1.0) * stretch
     if not np.all(covered):
         ends = ((start, start_height_m), (end, end_height_m))
-        rim = _nearest_on_rim(ends, low, centre, disc_radius_m)
-        point = np.where(covered, point, rim)
+        point = np.where(covered, point, _nearest_on_rim(ends, low, centre, disc_radius_m))
     return (point.real[()], point.imag[()], (altitude_m + 0.0 * point.real)[()])
 
 

@@ -112,8 +112,7 @@ def mission_map(subject: Plan | Mission) -> MapAxes:
     way = Way(names, shown.positions(names), plan.stops if plan else (), look)
     reasons = subject.reasons[:3] if isinstance(subject, Plan) else ()
     why = "\n".join(textwrap.fill(reason.replace("$", r"\$"), 60) for reason in reasons)
-    entries = _way_entries(way, plan)
-    return _draw(shown, [way], entries, _title(subject), "" if plan else why)
+    return _draw(shown, [way], _way_entries(way, plan), _title(subject), "" if plan else why)
 
 
 def trajectories(plans: Mapping[str, Plan]) -> MapAxes:

@@ -112,8 +112,7 @@ def plane(
         times = f"{across.symbol} = {point[0]:.2f} s, {upward.symbol} = {point[1]:.2f} s"
         star.set(markeredgecolor=BLACK, markeredgewidth=0.9, label=f"{words}\n{times}")
         handles.append(star)
-    corner = (1.01, 1.0)
-    ax.legend(handles=handles, loc="upper left", bbox_to_anchor=corner, labelspacing=0.9)
+    ax.legend(handles=handles, loc="upper left", bbox_to_anchor=(1.01, 1.0), labelspacing=0.9)
     style.settle(ax)
     return ax
 

@@ -135,8 +135,7 @@ class _BranchAndBound:
         if len(left):
             self._improve(left)
         if self.progress is not None:
-            best_s = max(self.longest_s, 0.0)
-            self.progress(best_s, self.examined, sum(map(len, self.open)))
+            self.progress(max(self.longest_s, 0.0), self.examined, sum(map(len, self.open)))
         return left
 
     def _to_beat_s(self, boxes: Boxes) -> Floats:

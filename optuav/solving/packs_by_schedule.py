@@ -209,8 +209,7 @@ class _Route:
             if self.clock.is_late():
                 break
             tried_s = np.append(tried_s[tried_s < rest_s], rest_s)
-            hovers_s = np.full(len(tried_s), hover_s)
-            flown = self._flyable(self._at_hover(tried_s), hovers_s, tried_s)
+            flown = self._flyable(self._at_hover(tried_s), np.full(len(tried_s), hover_s), tried_s)
             rest_s = min(tried_s[flown].tolist(), default=rest_s)
             reach_s = share * self.step_s
             tried_s = self.near(rest_s, reach_s, 0.1 * reach_s)

@@ -220,8 +220,7 @@ def _tables(found: Results) -> Iterator[str]:
     """Yield one line a plan with whether it can be flown, and how each is known."""
     by_schedule = "schedule" in found.units
     subject = "schedule of the packs" if by_schedule else " and ".join(found.facts["by"])
-    times = counted_in(found.facts["slot_s"])
-    yield f"{found.mission.name}: longest hover by {subject}, {times}\n"
+    yield f"{found.mission.name}: longest hover by {subject}, {counted_in(found.facts['slot_s'])}\n"
     brings = ["brings [s]"] if by_schedule else []
     words = ["schedule"] if by_schedule else list(AXES)
     table = [[*words, "Δ [s]", *brings, "T' [s]", "T [s]", "η1 [%]", "by way of", "flies"]]

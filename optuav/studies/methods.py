@@ -289,8 +289,7 @@ def _worth(found: Results) -> Iterator[str]:
             gap = f"{gap_s:.2f}" if abs(gap_s) >= 0.01 else short
         agree = f"{sum(cell['agrees'] is True for cell in cells)} of {len(cells)}"
         took = (f"{sum(cell['time_s'] for cell in cells):.2f}" for _ in times)
-        gap = "reference" if method == REFERENCE else gap
-        table.append([method, gap, limit, agree, *took])
+        table.append([method, "reference" if method == REFERENCE else gap, limit, agree, *took])
         for row in solved:  # Of methods that differ in their slots only, one line
             kind = method.removesuffix(f" {row['slot_s'] or 0.0:g} s")
             proofs.setdefault(kind, {})[row["proof"].partition(";")[0]] = None

@@ -118,8 +118,7 @@ def sensitivity(
         words = f"one of {', '.join(known)}{nearest(str(perspective), known)}"
         faults.append(Fault("perspective", shown(perspective), words))
     if plan is not None and not plan:
-        words = "a plan that can be flown on a route"
-        faults.append(Fault("plan", plan.status.value, words))
+        faults.append(Fault("plan", plan.status.value, "a plan that can be flown on a route"))
     refuse(faults)
     studied = mission if isinstance(mission, Mission) else load(mission)
     stated = None if uncertainty is None else spreads(studied, uncertainty)

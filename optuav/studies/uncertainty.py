@@ -116,8 +116,7 @@ def spreadable(mission: Mission) -> dict[str, Key]:
         vector = getattr(getattr(mission, table), name, None)
         for axis, now in enumerate(vector or ()):
             part = f"{table}.{name}[{axis}]"
-            unit = name.rpartition("_")[2]
-            found[part] = Key(part, now, -FARTHEST_M, FARTHEST_M, False, unit)
+            found[part] = Key(part, now, -FARTHEST_M, FARTHEST_M, False, name.rpartition("_")[2])
     return found
 
 
