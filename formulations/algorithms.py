@@ -1,7 +1,5 @@
 """Algorithms 1 and 2 of the paper as printed: every pair of whole slots, and the best building."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from typing import NamedTuple
 

@@ -16,8 +16,6 @@ References
 .. [2] J. P. Vielma, "Mixed integer linear programming formulation techniques", SIAM Review, 2015.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace

@@ -153,14 +153,14 @@ def _spread(known: Mapping[str, Key], name: str, form: object) -> Spread:
     written = f"{{ {parts} }}" if stated else shown(form)
     numbers = {part: value for part, value in stated.items() if part != "along"}
     if numbers.keys() not in KINDS or not all(map(FINITE.accepts, numbers.values())):
-        raise refused(name, written, FORMS)
+        raise InputError([Fault(name, written, FORMS)])
     if key.whole:
-        raise refused(name, written, "a whole number cannot be spread")
+        raise InputError([Fault(name, written, "a whole number cannot be spread")])
     along = stated.get("along", [])
     if not isinstance(along, list) or not all(isinstance(each, str) for each in along):
-        raise refused(f"{name}.along", shown(along), "a list of keys")
+        raise InputError([Fault(f"{name}.along", shown(along), "a list of keys")])
     if along and key.now == 0.0:
-        raise refused(f"{name}.along", shown(along), "nothing goes along with 0")
+        raise InputError([Fault(f"{name}.along", shown(along), "nothing goes along with 0")])
     likely, deviation = numbers.get("likely"), numbers.get("deviation")
     if deviation is not None:
         reach = DEVIATIONS * deviation
@@ -170,7 +170,7 @@ def _spread(known: Mapping[str, Key], name: str, form: object) -> Spread:
         low, high = numbers.get("low", key.now - reach), numbers.get("high", key.now + reach)
     if not (key.low <= low < high <= key.high and low <= numbers.get("likely", low) <= high):
         within = f"within {key.low:g} to {key.high:g} [{key.unit}]"
-        raise refused(name, written, f"low < high, likely between, {within}")
+        raise InputError([Fault(name, written, f"low < high, likely between, {within}")])
     return Spread(key, low, high, likely, deviation, tuple(_key(known, each) for each in along))
 
 
@@ -180,12 +180,9 @@ def _key(known: Mapping[str, Key], name: str) -> Key:
         return known[name]
     words = "a number that the mission states, or a component such as wind.force_N[0]"
     alike = [each for each in known if each.startswith(f"{name.partition('.')[0]}.")]
-    raise refused(name, "", f"{words}; buildings stay where they are{nearest(name, alike)}")
-
-
-def refused(name: str, value: str, words: str) -> InputError:
-    """Return the refusal of an argument or key."""
-    return InputError([Fault(name, value, words)])
+    raise InputError(
+        [Fault(name, "", f"{words}; buildings stay where they are{nearest(name, alike)}")]
+    )
 
 
 @dataclass(frozen=True)
@@ -214,7 +211,7 @@ class FixedPlan:
                     return cls(network.only(number), number, plan.hover_time_s, plan.rest_time_s)
         words = "a plan over the places of this mission: the same origin, destination, device, "
         words += "laser and buildings, with one hover and at most one rest"
-        raise refused("plan", " → ".join(plan.route), words)
+        raise InputError([Fault("plan", " → ".join(plan.route), words)])
 
     def kept(self, variants: Variants, perspective: Perspective = AVAILABLE) -> dict[str, Booleans]:
         """Return in which variants of the mission the plan keeps each condition.
