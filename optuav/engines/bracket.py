@@ -263,13 +263,12 @@ def _read(
         tops[k] = np.inf
         own: Monomial = frozenset({(name, "time")})
         for form, *_ in forms:
-            if form.rates_per_s:
-                continue
             slopes = {each: c for each, c in form.terms.items() if each != CONSTANT}
+            if form.rates_per_s or own not in slopes:
+                continue
             if not all(np.all(c <= 0.0) for c in slopes.values()):
                 continue
-            least = np.maximum(form.terms.get(CONSTANT, 0.0), 0.0)
-            slope = slopes.get(own, 0.0)
+            least, slope = np.maximum(form.terms.get(CONSTANT, 0.0), 0.0), slopes[own]
             with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
                 tops[k] = np.minimum(tops[k], np.where(slope < 0.0, least / -slope, np.inf))
         if np.isinf(tops[k]).any():
