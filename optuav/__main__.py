@@ -2,4 +2,5 @@
 
 from optuav.cli import main
 
-main()
+if __name__ == "__main__":  # not where a process of a study imports this module
+    main()

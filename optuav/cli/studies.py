@@ -1,5 +1,6 @@
 """``optuav compare`` and ``sensitivity``, ``reproduce`` and ``ledger``: many solves at once."""
 
+import os
 from pathlib import Path
 
 import typer
@@ -44,6 +45,7 @@ def compare(
             time_limit_s=time_limit_s,
             times=times,
             progress=bar,
+            workers=1 if by else _workers(),
         )
     deliver_results(found, save, plot, as_json=as_json)
     if found.facts.get("failures"):
@@ -51,6 +53,11 @@ def compare(
     has_plan = any(row["hover_time_s"] is not None for row in found.rows)
     if not has_plan or found.facts.get("disagreements"):
         raise typer.Exit(NO)
+
+
+def _workers() -> int:
+    """How many processes to share work with: each takes a second to start."""
+    return min(os.cpu_count() or 1, 4)
 
 
 def _names(text: str | None) -> list[str] | None:
@@ -100,7 +107,9 @@ def reproduce(
     check_places(None, out)
     own = None if mission is None else optuav.load(mission)
     with progress() as bar:
-        written = optuav.reproduce(out, only=only or (), mission=own, progress=bar)
+        written = optuav.reproduce(
+            out, only=only or (), mission=own, progress=bar, workers=_workers()
+        )
     say(f"wrote {len(written)} files, among them {out / 'report.html'}")
     if own is not None and not (plan := solve(own)):
         say(f"{own.name} has no plan: {why(plan)}")

@@ -24,6 +24,7 @@ from optuav.paper.figures import MINUS, Exhibit, NotShownError, is_papers, why
 from optuav.paper.ledger import HEAD, Ledger, Verdict, ledger
 from optuav.plots.files import image
 from optuav.studies.methods import Progress
+from optuav.studies.processes import faults, results
 from optuav.studies.results import as_csv
 
 COUNTED: tuple[Perspective, ...] = ("battery", OURS)
@@ -86,6 +87,7 @@ def reproduce(
     only: Sequence[str] = (),
     mission: Mission | str | Path | None = None,
     progress: Progress | None = None,
+    workers: int = 1,
 ) -> list[Path]:
     """Make every table and figure of the paper again, and write a report.
 
@@ -103,6 +105,9 @@ def reproduce(
         by default.
     progress
         Called with the number of steps done, of all, and the name of the next.
+    workers
+        How many processes share the work, 1 to 1000; the files are the same. More than one import
+        the main module again, which must not reproduce unless it is run as a script.
 
     Returns
     -------
@@ -126,15 +131,16 @@ def reproduce(
     own = load(mission) if isinstance(mission, str | Path) else mission
     missions = papers() if own is None else (own,)
     known = (*NAMES, *NUMBERS) if own is None else (*NAMES[:-1], *NUMBERS)
-    refuse(
+    wrong = [
         Fault("only", repr(name), "not the ledger, which is of the paper's two missions alone")
         if name == LEDGER
         else Fault("only", repr(name), f"one of {', '.join(known)}{nearest(name, known)}")
         for name in only
         if name not in known
-    )
+    ]
+    refuse([*wrong, *faults(workers)])
     folder = Path(directory)
-    files = _files(missions, only, mission is None, progress)
+    files = _files(missions, only, mission is None, progress, workers)
     made = {folder / name: content for name, content in files}
     for name in ("figures", "data"):
         make_directory(folder / name)
@@ -143,28 +149,27 @@ def reproduce(
 
 
 def _files(
-    missions: Sequence[Mission], only: Sequence[str], of_paper: bool, progress: Progress | None
+    missions: Sequence[Mission],
+    only: Sequence[str],
+    of_paper: bool,
+    progress: Progress | None,
+    workers: int,
 ) -> Iterator[tuple[str, bytes]]:
     """Every file by its name in the directory."""
     chosen = [each for each in STUDIES if not only or {each.name, *each.numbers} & {*only}]
     shown: dict[Study, list[Element]] = {study: [] for study in chosen}
     left_out: dict[tuple[str, str], list[str]] = {}
     steps = [(study, mission) for study in chosen for mission in missions]
+    made = results(_made, [(study.name, mission, only) for study, mission in steps], workers)
     for done, (study, mission) in enumerate(steps):
         if progress is not None:
             progress(done, len(steps) + 1, f"{study.name} of {mission.name}")
-        for each in study.exhibits(mission):
-            if isinstance(each, tuple):
-                part, reason = each
-                what = f"{study.heading(of_paper=is_papers(mission))}{part and f', {part}'}"
-                left_out.setdefault((mission.name, reason), []).append(what)
-            elif not only or study.name in only or {*only}.intersection(each.numbers):
-                name, axes, pictures = f"figures/{each.name}", each.axes, dict[str, bytes]()
-                if axes:
-                    pictures = {f"{name}.{form}": image(axes, form) for form in ("png", "svg")}
-                yield from pictures.items()
-                yield f"data/{each.name}.csv", as_csv(each.records).encode()
-                shown[study] += _figure(each, pictures)
+        contents, elements, lacking = next(made)
+        yield from contents.items()
+        shown[study] += elements
+        for part, reason in lacking:
+            what = f"{study.heading(of_paper=is_papers(mission))}{part and f', {part}'}"
+            left_out.setdefault((mission.name, reason), []).append(what)
     entries: Ledger | None = None
     if of_paper and (not only or LEDGER in only):
         if progress is not None:
@@ -189,6 +194,26 @@ def _files(
     body = _body(missions, sections, whole=entries is not None)
     yield "report.md", markdown(body).encode()
     yield "report.html", _page(body).encode()
+
+
+def _made(
+    name: str, mission: Mission, only: Sequence[str]
+) -> tuple[dict[str, bytes], list[Element], list[tuple[str, str]]]:
+    """Files of a study of a mission, its part of the report, and what is left out, with reasons."""
+    (study,) = (each for each in STUDIES if each.name == name)
+    contents: dict[str, bytes] = {}
+    elements, left_out = list[Element](), list[tuple[str, str]]()
+    for each in study.exhibits(mission):
+        if isinstance(each, tuple):
+            left_out.append(each)
+        elif not only or name in only or {*only}.intersection(each.numbers):
+            path, axes, pictures = f"figures/{each.name}", each.axes, dict[str, bytes]()
+            if axes:
+                pictures = {f"{path}.{form}": image(axes, form) for form in ("png", "svg")}
+            contents |= pictures
+            contents[f"data/{each.name}.csv"] = as_csv(each.records).encode()
+            elements += _figure(each, pictures)
+    return contents, elements, left_out
 
 
 def _body(missions: Sequence[Mission], sections: Sequence[Element], *, whole: bool) -> Element:

@@ -19,6 +19,7 @@ from optuav.plan.summary import tabulated
 from optuav.solving import solve
 from optuav.solving.question import LIMIT
 from optuav.studies.methods import Progress, compare_methods
+from optuav.studies.processes import faults
 from optuav.studies.results import Draw, Pictures, Results, Row, fixed
 
 COMPARED = ("closed-form", "cvxpy", "casadi", "grid")
@@ -32,7 +33,7 @@ AXES: Mapping[str, tuple[str, ...]] = {
 }
 """What plans are compared by, and its values in the order of the table."""
 ALONE = {
-    **dict.fromkeys(("engines", "time_limit_s", "times"), "method"),
+    **dict.fromkeys(("engines", "time_limit_s", "times", "workers"), "method"),
     "periods_s": "schedule",
 }
 """Arguments that go with one comparison only."""
@@ -62,6 +63,7 @@ def compare(
     periods_s: Sequence[float] | None = None,
     times: bool = False,
     progress: Progress | None = None,
+    workers: int = 1,
 ) -> Results:
     """Compare answers to the problems of a mission: by method, or plans by what is chosen.
 
@@ -98,7 +100,11 @@ def compare(
     times
         By method: whether to add a column of the times taken, which differ from run to run.
     progress
-        Called before each answer with how many are done, how many there are, and what comes.
+        Called before each problem, or else each plan, with how many are done, how many there are,
+        and what comes.
+    workers
+        By method: how many processes share the work, 1 to 1000; the results are the same. More than
+        one import the main module again, which must not compare unless it is run as a script.
 
     Returns
     -------
@@ -125,7 +131,8 @@ def compare(
     given: dict[str, Any] = {"slots_s": slots, "periods_s": periods_s, "engines": engines}
     given["time_limit_s"] = None if time_limit_s is None else (time_limit_s,)
     given["times"] = times or None
-    refuse(_faults(names, perspective, given))
+    given["workers"] = None if workers == 1 else (workers,)
+    refuse([*_faults(names, perspective, given), *faults(workers)])
     studied = mission if isinstance(mission, Mission) else load(mission)
     if names == ("method",):
         return compare_methods(
@@ -135,6 +142,7 @@ def compare(
             COMPARED if engines is None else engines,
             time_limit_s,
             progress,
+            workers,
             times=times,
         )
     by_schedule, slot_s = names == ("schedule",), slots[0] if slots else None

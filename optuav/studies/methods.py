@@ -19,6 +19,7 @@ from optuav.plan import Plan
 from optuav.plan.summary import tabulated
 from optuav.solving import formulate, solve
 from optuav.solving.route_choice import route_choice
+from optuav.studies.processes import results
 from optuav.studies.results import NONE, Pictures, Results, Row, fixed
 
 ACCURACY_S = {"closed-form": 1e-5, "cvxpy": 1e-5, "casadi": 1e-4, "grid": 1e-5}
@@ -46,6 +47,7 @@ def compare_methods(
     engines: Sequence[str],
     time_limit_s: float | None,
     progress: Progress | None,
+    workers: int,
     *,
     times: bool,
 ) -> Results:
@@ -54,30 +56,18 @@ def compare_methods(
     Parameters are those of `optuav.compare`, already checked.
     """
     methods = [*_methods(slots_s, perspective, engines)]
-    for library in ("cvxpy", "casadi"):
-        if any(method["engine"] == library for method in methods):
-            import_module(library)  # or the first time taken would include the import
     on_roofs = [P4(each.name, order=order) for each in mission.buildings for order in ORDERS]
     problems: list[Formulation] = [P3(), *on_roofs, P1()]
     rows: list[Row] = []
     reasons: dict[str, tuple[str, ...]] = {}
+    tasks = [(mission, each, perspective, methods, time_limit_s, times) for each in problems]
+    answers = results(_answers, tasks, workers)
     for number, problem in enumerate(problems):
-        subject = {"problem": problem.name, "building": problem.building, "order": problem.order}
-        best_s, bounds = _optimum(mission, problem, perspective, slots_s)
-        by_slot: dict[float, Row] = {}
-        for column, method in enumerate(methods):
-            if progress is not None:
-                done, total = number * len(methods) + column, len(problems) * len(methods)
-                progress(done, total, _name(subject))
-            begin = time.perf_counter()
-            plan, words = _solved(mission, problem, method, time_limit_s)
-            taken = {"time_s": time.perf_counter() - begin} if times else {}
-            row = {**subject, **method, **taken, **_answer(plan, words, method, best_s, bounds)}
-            if method["slot_s"] is not None:
-                row |= _mismatch(row, by_slot.setdefault(method["slot_s"], row))
-            if method["method"] == REFERENCE:
-                reasons[_name(subject)] = plan.reasons if plan is not None else (words,)
-            rows.append(row)
+        name = " ".join(filter(None, (problem.name, problem.building, problem.order)))
+        if progress is not None:
+            progress(number, len(problems), name)
+        some, reasons[name] = next(answers)
+        rows += some
     remarks: dict[bool | None, list[str]] = {True: [], False: [], None: []}
     for each in rows:
         remarks[each["agrees"]].append(f"{_name(each)}, {each['method']}: {each['words']}")
@@ -90,6 +80,36 @@ def compare_methods(
     }
     units = UNITS | ({"time_s": "s"} if times else {})
     return Results("optuav comparison", mission, facts, units, tuple(rows), _tables, _figures)
+
+
+def _answers(
+    mission: Mission,
+    problem: Formulation,
+    perspective: Perspective,
+    methods: Sequence[Row],
+    time_limit_s: float | None,
+    times: bool,
+) -> tuple[list[Row], tuple[str, ...]]:
+    """Return the rows of a problem, one a method, and why the reference has no plan."""
+    for library in ("cvxpy", "casadi"):
+        if any(method["engine"] == library for method in methods):
+            import_module(library)  # or the first time taken would include the import
+    subject = {"problem": problem.name, "building": problem.building, "order": problem.order}
+    slots_s = dict.fromkeys(each["slot_s"] for each in methods if each["slot_s"] is not None)
+    best_s, bounds = _optimum(mission, problem, perspective, [*slots_s])
+    rows, reasons = list[Row](), tuple[str, ...]()
+    by_slot: dict[float, Row] = {}
+    for method in methods:
+        begin = time.perf_counter()
+        plan, words = _solved(mission, problem, method, time_limit_s)
+        taken = {"time_s": time.perf_counter() - begin} if times else {}
+        row = {**subject, **method, **taken, **_answer(plan, words, method, best_s, bounds)}
+        if method["slot_s"] is not None:
+            row |= _mismatch(row, by_slot.setdefault(method["slot_s"], row))
+        if method["method"] == REFERENCE:
+            reasons = plan.reasons if plan is not None else (words,)
+        rows.append(row)
+    return rows, reasons
 
 
 def _methods(

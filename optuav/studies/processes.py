@@ -1,0 +1,42 @@
+"""Independent tasks by several processes, with the results of doing one after the other."""
+
+from __future__ import annotations
+
+import signal
+from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import ProcessPoolExecutor
+from multiprocessing import get_context
+from typing import Any, TypeVar
+
+from optuav.errors import Fault
+from optuav.mission.messages import shown
+from optuav.mission.schema import Number
+
+Result = TypeVar("Result")
+FEWEST = 4  # Tasks that are worth a process, which takes a second to start
+WORKERS = Number("-", ge=1, le=1000, whole=True)
+
+
+def faults(workers: object) -> Iterator[Fault]:
+    """What is wrong with a number of processes."""
+    if not WORKERS.accepts(workers) or not isinstance(workers, int):
+        yield Fault("workers", shown(workers), WORKERS.words)
+
+
+def results(
+    function: Callable[..., Result], tasks: Sequence[tuple[Any, ...]], workers: int
+) -> Iterator[Result]:
+    """What a function of a module returns for the arguments of each task, in their order.
+
+    The calls are made in this process, or by several that import the function on their own.
+    """
+    if (most := min(workers, len(tasks) // FEWEST)) < 2:
+        yield from (function(*task) for task in tasks)
+        return
+    with ProcessPoolExecutor(most, get_context("spawn"), _leave_interrupts) as pool:
+        yield from pool.map(function, *zip(*tasks, strict=True))
+
+
+def _leave_interrupts() -> None:
+    """An interrupt ends the process that asked, and with it these."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
