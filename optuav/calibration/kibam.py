@@ -50,7 +50,8 @@ MOST_PIECES = 200_000  # most pieces of constant current of a load until the bat
 LEAST_DISCHARGES = 3
 LIFETIME = (60.0, 1e6, "s")  # of a battery that flies a UAV
 SCATTER = 0.02  # relative scatter of lifetimes where there are too few to show it
-CHANCE = 5.0  # how many times smaller than SCATTER that of a few lifetimes may be by chance
+LARGE = 0.03  # relative scatter of lifetimes that a few of them may hide by chance
+CHANCE = 5.0  # how many times smaller theirs may then be
 FAR = 0.2  # relative miss of a lifetime beyond which no value is stated
 JUMP = 0.1  # relative change of the capacity that may be scatter, for a jump over a pause
 ADVICE = "add loads of other sizes, from very small to very large, and with long and short pauses"
@@ -314,7 +315,8 @@ def _estimate(
     deviations = quantile(fit.CONFIDENCE, freedom if spread is None else None)
     low, high = sums.region(rate, least + (sigma * deviations) ** 2)
     # A few discharges may agree by chance, and would seem clear just where they are wrong.
-    sure = max(sigma, min(SCATTER, CHANCE * sigma)) * quantile(CLEAR, None)
+    largest = sigma if spread else max(sigma, min(LARGE, CHANCE * sigma))
+    sure = largest * quantile(CLEAR, None)
     clear = np.subtract(*sums.region(rate, least + sure**2)[::-1])
     wide = np.array([high - low, clear]) > 2.0 * fit.WIDE
     undetermined, unsure = (tuple(itertools.compress(KEYS, each)) for each in wide.tolist())
