@@ -44,8 +44,10 @@ class Given(Quantities):
             if isinstance(step, str)
             else Stage(
                 *(
-                    Parameter(name, f"{symbol}_{n}", unit, value, varies=False)
-                    for name, symbol, unit, value in zip(_of_step(n), "It", "As", step, strict=True)
+                    Parameter(f"step_{n}_{name}", f"{symbol}_{n}", unit, value, varies=False)
+                    for name, symbol, unit, value in zip(
+                        Stage._fields, "It", "As", step, strict=True
+                    )
                 )
             )
             for n, step in enumerate(quantities.steps, start=1)
@@ -166,17 +168,12 @@ class Formulation(ABC):
         model = _pattern(self, perspective, quantities.tapers, quantities.rests, stated, steps)
         for n, step in enumerate(quantities.steps, start=1):
             if not isinstance(step, str):
-                values |= zip(_of_step(n), step, strict=True)
+                values |= {f"step_{n}_{name}": each for name, each in step._asdict().items()}
         return model.with_values(values)
 
 
 FLOWN = Stage(math.nan, math.nan)
 """A stage of flight in the pattern of a model."""
-
-
-def _of_step(number: int) -> tuple[str, str]:
-    """Names of the current and the duration of a step of an itinerary."""
-    return f"step_{number}_current_A", f"step_{number}_duration_s"
 
 
 @lru_cache(maxsize=64)

@@ -19,7 +19,7 @@ import numpy as np
 
 from optuav.arrays import Booleans, Floats, Integers, Values
 from optuav.modelling.check import TOLERANCE, relations
-from optuav.modelling.expression import Operand
+from optuav.modelling.expression import Expression, Operand
 from optuav.modelling.forms import (
     CONSTANT,
     Exponential,
@@ -246,7 +246,10 @@ def stated_forms(model: Model, values: Values, *, relaxed: bool = False) -> list
     done = model.walked.forms(values)
     for each in relations(model):
         try:
-            own = [exponential(e, values, done) for e in each.relation.sides]
+            forms = [done.get(id(e), e) for e in each.relation.sides]
+            if any(isinstance(e, Expression) for e in forms):
+                forms = [exponential(e, values, done) for e in forms]
+            own = [e if isinstance(e, Exponential) else Exponential({CONSTANT: e}) for e in forms]
             read.append((each, own, False))
         except NotExponentialError as error:
             if not relaxed:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, partial
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -23,6 +23,7 @@ from optuav.plan.trace import Event, Trace
 if TYPE_CHECKING:
     import pandas
 
+same = partial(math.isclose, rel_tol=TOLERANCE)  # Whether two figures differ by no more
 MISMATCH = "mismatch"  # Kind of the event that a figure is not what it should be
 
 IN_SLOTS = ("P1", "P2", "P2-tight", "P3", "P4")
@@ -238,11 +239,6 @@ def _stay(mission: Mission, phase: Phase) -> Iterator[Event]:
         yield Event("no sight", start_s, words, violation=False)
 
 
-def same(stated: float, found: float, scale: float = 0.0) -> bool:
-    """Whether two figures differ by no more than the tolerance, of the scale or of the figure."""
-    return abs(stated - found) <= TOLERANCE * max(scale, abs(found))
-
-
 Figure = tuple[float, str, float, float, float, str]
 """Moment of a figure, its name, stated and simulated value, scale of its tolerance, and unit."""
 
@@ -282,7 +278,7 @@ def _mismatches(plan: Plan, figures: Iterator[Figure], broken: bool) -> list[Eve
     """
     found = list[Event]()
     for time_s, name, stated, simulated, scale, unit in figures:
-        if not same(stated, simulated, scale):
+        if not same(stated, simulated, abs_tol=TOLERANCE * scale):
             words = f"{name}: the plan says {stated:.10g}, it is {simulated:.10g} {unit}"
             found.append(Event(MISMATCH, time_s, words.rstrip(), stated, simulated, unit))
     slot_s = plan.slot_s if plan.problem in IN_SLOTS else None

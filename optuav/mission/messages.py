@@ -74,11 +74,6 @@ def written_out(value: float) -> str:
     return f"{Decimal(f'{value:.{DIGITS}g}'):f}"
 
 
-def counted_in(slot_s: float | None) -> str:
-    """How times are counted: in slots of a length [s], or continuously."""
-    return "continuous times" if slot_s is None else f"slots of {written_out(slot_s)} s"
-
-
 def shown(value: object, depth: int = 2) -> str:
     """A value of a mission as a short text."""
     match value:

@@ -152,10 +152,15 @@ def evaluated(stated: Model | Iterable[Constraint], point: Mapping[str, Operand]
 
     A `KeyError` names a variable without a value.
     """
-    rows, done = [], stated.walked.values(point) if isinstance(stated, Model) else {}
-    for each in relations(stated) if isinstance(stated, Model) else stated:
-        sense = each.relation.sense
-        left, right = (evaluate(side, point, done) for side in each.relation.sides)
+    rows, whole, done = [], isinstance(stated, Model), dict[int, Operand]()
+    if isinstance(stated, Model):
+        done, stated = stated.walked.values(point), relations(stated)
+    for each in stated:
+        (left, right), sense = each.relation.sides, each.relation.sense
+        if whole:
+            left, right = done.get(id(left), left), done.get(id(right), right)
+        else:
+            left, right = (evaluate(side, point, done) for side in each.relation.sides)
         slack = right - left if sense == "<=" else left - right
         slack = -np.abs(slack) if sense == "==" else slack
         rows.append(Check(each, left, right, slack, holding(sense, left, right)))

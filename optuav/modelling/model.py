@@ -6,7 +6,6 @@ import math
 import operator
 import sys
 from collections.abc import Mapping
-from copy import copy
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -16,6 +15,7 @@ from typing import Any, Literal
 from optuav.arrays import Values
 from optuav.modelling.display import latex, text
 from optuav.modelling.expression import (
+    Expression,
     Let,
     Operand,
     Parameter,
@@ -177,14 +177,17 @@ class Model:
     @property
     def walked(self) -> Walk:
         """What is found by walking its trees, and again where the model has changed."""
-        before, state = self._walk.state, self._state()
+        state = [self.objective, self.sense, *self.preferences, *self.constraints]
+        for each in self.variables:
+            state += each, each.lower, each.upper, each.binary
+        before = self._walk.state
         if len(state) == len(before) and not any(map(operator.is_not, state, before)):
             return self._walk
         trees = [self.objective, *self.preferences]
         for variable in self.variables:
             trees += variable, variable.lower, variable.upper
-        for each in self.constraints:
-            trees += each.relation.sides
+        for stated in self.constraints:
+            trees += stated.relation.sides
         every = [*nodes(*trees)]
         symbols = [each for each in every if isinstance(each, (Variable, Parameter))]
         by_name = {each.name: each for each in symbols}
@@ -193,13 +196,6 @@ class Model:
         given = {n: each for n, each in by_name.items() if isinstance(each, Parameter)}
         self._walk = Walk(state, trees, every, given)
         return self._walk
-
-    def _state(self) -> list[Any]:
-        """What decides which trees it has, and of what kind it is."""
-        state = [self.objective, self.sense, *self.preferences, *self.constraints]
-        for each in self.variables:
-            state += each, each.lower, each.upper, each.binary
-        return state
 
     @property
     def given(self) -> Mapping[str, Parameter]:
@@ -220,46 +216,48 @@ class Model:
 
     def with_values(self, values: Values) -> Model:
         """The same model with other values of its parameters, by name: a copy of every node."""
-        walk, (steps, numbers), place = self.walked, self.walked.tape, self.walked.place
+        walk, new = self.walked, object.__new__
+        steps, numbers = walk.tape
         table = [*walk.nodes, *numbers]
-        new = object.__new__
-        for k, (node, (take, ufunc, moves, below)) in enumerate(
-            zip(walk.nodes, steps, strict=True)
-        ):
+        for k, (node, (take, ufunc, moves)) in enumerate(zip(walk.nodes, steps, strict=True)):
             table[k] = twin = new(type(node))
-            if take is None:
-                twin.__dict__ |= node.__dict__
-                if not moves:
-                    twin.value = values.get(node.name, node.value)
-            elif ufunc:
+            if ufunc and take:
                 twin.ufunc, twin.arguments, twin.moves = ufunc, tuple(take(table)), moves
-                twin.below = tuple(below(table)) if below else twin.arguments
-            else:
-                twin.__dict__ |= node.__dict__
+                below = [each for each in twin.arguments if isinstance(each, Expression)]
+                twin.below = tuple(below)
+                continue
+            twin.__dict__ |= node.__dict__
+            if take:
                 (twin.expression,) = take(table)
-                twin.below = tuple(below(table)) if below else (twin.expression,)
-
-        def twin_of(tree: Operand) -> Operand:
-            """What stands in the copy for a node, or a number."""
-            return table[place[id(tree)]] if id(tree) in place else tree
-
-        model = copy(self)
-        model.objective = twin_of(self.objective)
-        model.preferences, model.variables, model.lets = (
-            [*map(twin_of, each)] for each in (self.preferences, self.variables, self.lets)
-        )
-        for each in model.variables:
-            each.lower, each.upper = twin_of(each.lower), twin_of(each.upper)
-        model.constraints = []
+                twin.below = (twin.expression,) if node.below else ()
+            elif not moves:
+                twin.value = values.get(node.name, node.value)
+        # What stands in the copy for a node or a constraint, by identity.
+        twins: dict[int, Any] = dict(zip(map(id, walk.nodes), table, strict=False))
         for stated in self.constraints:
-            left, right = map(twin_of, stated.relation.sides)
-            twin = object.__new__(Constraint)  # `dataclasses.replace` takes ten times as long
-            relation = Relation(left, stated.relation.sense, right)
-            twin.__dict__.update(stated.__dict__, relation=relation)
-            model.constraints.append(twin)
-        given = {name: twin_of(each) for name, each in walk.given.items()}
-        every = table[: len(walk.nodes)]
-        model._walk = Walk(model._state(), [*map(twin_of, walk.trees)], every, given)
+            (left, right), sense = stated.relation.sides, stated.relation.sense
+            sides = twins.get(id(left), left), sense, twins.get(id(right), right)
+            # `dataclasses.replace` takes ten times as long.
+            twins[id(stated)] = twin = new(Constraint)
+            twin.__dict__.update(stated.__dict__, relation=Relation(*sides))
+        model = new(Model)
+        model.__dict__ |= self.__dict__
+        model.objective = twins.get(id(self.objective), self.objective)
+        lists = (
+            self.preferences,
+            self.variables,
+            self.lets,
+            self.constraints,
+            walk.state,
+            walk.trees,
+        )
+        copies: list[list[Any]] = [[twins.get(id(each), each) for each in some] for some in lists]
+        model.preferences, model.variables, model.lets, model.constraints, state, trees = copies
+        for variable in model.variables:
+            low, high = variable.lower, variable.upper
+            variable.lower, variable.upper = twins.get(id(low), low), twins.get(id(high), high)
+        given = {name: twins[id(each)] for name, each in walk.given.items()}
+        model._walk = Walk(state, trees, table[: len(walk.nodes)], given)
         model._walk.tape = walk.tape
         return model
 

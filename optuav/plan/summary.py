@@ -10,7 +10,7 @@ from itertools import accumulate
 from typing import TYPE_CHECKING
 
 from optuav.errors import folded, line_width, printable
-from optuav.mission.messages import counted_in
+from optuav.mission.messages import written_out
 from optuav.network import vehicle
 
 if TYPE_CHECKING:
@@ -61,6 +61,11 @@ def summary(plan: Plan) -> str:
         for remark in remarks:
             lines += wrapped(mark, remark)
     return "\n".join(lines)
+
+
+def counted_in(slot_s: float | None) -> str:
+    """How times are counted: in slots of a length [s], or continuously."""
+    return "continuous times" if slot_s is None else f"slots of {written_out(slot_s)} s"
 
 
 def _as_wide(text: str) -> str:

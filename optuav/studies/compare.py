@@ -11,11 +11,11 @@ from formulations.soc import AVAILABLE, PAPER
 from optuav.errors import Fault, refuse
 from optuav.judge.course import TOLERANCE
 from optuav.mission import Mission, load
-from optuav.mission.messages import counted_in, shown
+from optuav.mission.messages import shown
 from optuav.mission.schema import SLOT, Number
 from optuav.options import SCHEDULES, Perspective
 from optuav.plan import Plan
-from optuav.plan.summary import tabulated
+from optuav.plan.summary import counted_in, tabulated
 from optuav.solving import solve
 from optuav.solving.question import LIMIT
 from optuav.studies.methods import Progress, compare_methods
