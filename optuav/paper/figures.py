@@ -5,10 +5,9 @@ import itertools
 import math
 import re
 from collections.abc import Iterator, Mapping, Sequence
-from typing import Any, TypeAlias
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
-from matplotlib.axes import Axes
 
 from formulations.formulation import Formulation
 from formulations.p1 import P1
@@ -27,6 +26,9 @@ from optuav.paper.ledger import Verdict, agrees, ledger
 from optuav.plan import Plan
 from optuav.plots.files import modelled_leg
 from optuav.plots.style import printed
+
+if TYPE_CHECKING:  # `optuav.plots` says what is missing
+    from matplotlib.axes import Axes
 
 Record: TypeAlias = Mapping[str, Any]
 Exhibits: TypeAlias = Iterator["Exhibit"]
@@ -62,7 +64,7 @@ class Exhibit:
         file: str,
         records: Sequence[Record],
         words: Mapping[str, object] | None = None,
-        axes: Axes | None = None,
+        axes: "Axes | None" = None,
         bars: Sequence[plots.Bar] = (),
         level: plots.Mark | None = None,
         marks: Sequence[plots.Mark] = (),
