@@ -160,16 +160,18 @@ def exponential(
     `call` says what a function of forms becomes. `NotExponentialError` if it has none: a time
     multiplies an unknown, is in a divisor or in another function, or levels out at two rates.
     """
-    found = fold(
-        expression,
-        lambda x: (
-            Exponential({frozenset({(x.name, "time")}): 1.0})
-            if isinstance(x, Variable)
-            else values.get(x.name, x.value)
-        ),
-        call,
-        done=done,
-    )
+    found = (done or {}).get(id(expression))
+    if found is None:
+        found = fold(
+            expression,
+            lambda x: (
+                Exponential({frozenset({(x.name, "time")}): 1.0})
+                if isinstance(x, Variable)
+                else values.get(x.name, x.value)
+            ),
+            call,
+            done=done,
+        )
     return found if isinstance(found, Exponential) else Exponential({CONSTANT: found})
 
 

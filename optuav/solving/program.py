@@ -440,7 +440,8 @@ class CompiledProgram:
                 raise SolverError(solution.refusal(solution.statuses.index(Status.ERROR)))
             if Status.UNBOUNDED in solution.statuses:
                 return solution.only(solution.statuses.index(Status.UNBOUNDED))
-        chosen = self.program.best(solutions)
+        (first, *_), only = solutions, sum(len(each.statuses) for each in solutions) == 1
+        chosen = (0, 0) if only and first.status.has_answer else self.program.best(solutions)
         if chosen is None:
             for solution in solutions:
                 if Status.UNKNOWN in solution.statuses:
