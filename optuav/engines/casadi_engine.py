@@ -37,7 +37,7 @@ from optuav.status import Status
 
 NAME = "casadi"
 PROOF = "local: the best of several starts"
-CORNER = "evaluated: no unknown can be smaller, and no goal is better where one is larger"
+CORNER = "evaluated: all unknowns are at their lower bounds, and nothing is gained by leaving them"
 OPTIONS: Mapping[str, Operand] = {
     "print_time": False,
     "calc_lam_p": False,
@@ -105,6 +105,16 @@ class Scaled(NamedTuple):
     steepness: float = 1.0
 
 
+class Functions(NamedTuple):
+    """A model in CasADi's terms."""
+
+    slope: Any  # Of the objective
+    normals: Any  # Slopes of the rows
+    programmes: list[Any]  # One for each goal
+    least: Floats  # Limits of the rows
+    most: Floats
+
+
 class CasadiProgramme:
     """A smooth model handed to CasADi once, to be solved with changing parameters; see `Casadi`.
 
@@ -134,8 +144,8 @@ class CasadiProgramme:
             self.options["ipopt.max_wall_time"] = time_limit_s
 
     @cached_property
-    def _functions(self) -> tuple[Any, Any, list[Any]]:
-        """Slope of the objective, normals of the rows, and the programme of every goal."""
+    def _functions(self) -> Functions:
+        """The model handed over, when IPOPT is first needed."""
         with errors_named():
             import casadi
 
@@ -153,10 +163,10 @@ class CasadiProgramme:
         gaps, signs = [x - y for x, y in sides], [each.relation.signs for each in self.constraints]
         rows = [gap * sign for gap, (sign, *_) in zip(gaps, signs, strict=True)]
         equal = np.array([len(each) > 1 for each in signs], bool)
-        none = [gap for x, y in itertools.compress(sides, equal) for gap in (x - y, y - x)]
-        implied = [any(casadi.is_equal(gap, each, DEEP) for each in none) for gap in gaps]
-        self.least = np.where(equal, 0.0, -math.inf)
-        self.most = np.where(np.array(implied, bool) & ~equal, math.inf, 0.0)
+        zeros = [gap for x, y in itertools.compress(sides, equal) for gap in (x - y, y - x)]
+        implied = [any(casadi.is_equal(gap, each, DEEP) for each in zeros) for gap in gaps]
+        least = np.where(equal, 0.0, -math.inf)
+        most = np.where(np.array(implied, bool) & ~equal, math.inf, 0.0)
         cost, *preferences = map(symbols, self.goals)
         numbers = casadi.vertcat(parameters, scales)
         slope = casadi.Function("slope", [unknowns, numbers], [casadi.gradient(cost, unknowns)])
@@ -170,7 +180,7 @@ class CasadiProgramme:
             if k < len(preferences):
                 rows.append(goal - floors[k])
                 known = casadi.vertcat(known, floors[k])
-        return slope, normals, programmes
+        return Functions(slope, normals, programmes, least, most)
 
     @np.errstate(divide="ignore", invalid="ignore", over="ignore")
     def solve(self, values: Mapping[str, float]) -> Solution:
@@ -222,11 +232,14 @@ class CasadiProgramme:
     def _corner(
         self, parameters: Values, bounds: Mapping[str, tuple[float, float]]
     ) -> tuple[dict[str, float], dict[str, float]] | None:
-        """The point at all lower bounds, and its multipliers, if it is feasible and no goal falls.
+        """The point at all lower bounds and its multipliers, if no other is better for any goal.
 
-        None unless every goal is affine and never falls as an unknown grows.
+        None unless the bounds are finite, the point is feasible, and all goals, which are to be
+        small, are affine and never fall as an unknown grows.
         """
         point = {name: lower for name, (lower, _) in bounds.items()}
+        if not all(map(math.isfinite, point.values())):
+            return None
         try:
             slopes = [affine(goal, parameters).coefficients for goal in self.goals]
         except NotAffineError:
@@ -251,7 +264,7 @@ class CasadiProgramme:
         starts = [(first + np.array(share) * reach) / reach for share in shares]
         middle = starts[len(starts) // 2]
         numbers = np.array([*(float(parameters[name]) for name in self.base), *reach])
-        slope = np.abs(np.asarray(self._functions[0](middle, numbers)))
+        slope = np.abs(np.asarray(self._functions.slope(middle, numbers)))
         largest = float(slope.max(initial=0.0))
         steepness = largest / STEEP if math.isfinite(largest) and largest > 0.0 else 1.0
         starts = [middle, *starts] if self.linear else starts
@@ -278,7 +291,7 @@ class CasadiProgramme:
     def _is_alone(self, answer: Any, scaled: Scaled) -> bool:
         """Whether no other point of a linear model is as good: what has a price holds it there."""
         weights, at_bounds = (np.abs(np.asarray(answer[k]).ravel()) for k in ("lam_g", "lam_x"))
-        rows = np.asarray(self._functions[1](answer["x"], scaled.numbers)).reshape(
+        rows = np.asarray(self._functions.normals(answer["x"], scaled.numbers)).reshape(
             -1, len(self.names)
         )
         prices = np.concatenate([weights * np.linalg.norm(rows, axis=1), at_bounds])
@@ -310,10 +323,10 @@ class CasadiProgramme:
             "p": np.array([*scaled.numbers, scaled.steepness, *floors]),
             "lbx": scaled.lower / scaled.scale,
             "ubx": scaled.upper / scaled.scale,
-            "lbg": np.append(self.least, [-math.inf] * len(floors)),
-            "ubg": np.append(self.most, [0.0] * len(floors)),
+            "lbg": np.append(self._functions.least, [-math.inf] * len(floors)),
+            "ubg": np.append(self._functions.most, [0.0] * len(floors)),
         }
-        answer, word = run(self._functions[2][len(floors)], arguments)
+        answer, word = run(self._functions.programmes[len(floors)], arguments)
         if word in ("Maximum_WallTime_Exceeded", "Maximum_CpuTime_Exceeded"):
             raise SolverError(LATE)
         found = np.clip(np.asarray(answer["x"]).ravel() * scaled.scale, scaled.lower, scaled.upper)

@@ -363,7 +363,8 @@ def promise(network: Network, parts: Sequence[Part], plan: Plan) -> Iterator[str
     if route is None or hover_s[route] <= plan.hover_time_s + SAME_S:
         return
     note = "perspective battery, which looks at the charge left at the end alone, "
-    note += f"promises {hover_s[route]:.2f} s of hover"
+    here = "" if network.mission.route.hover_m is None else " at this hover point"
+    note += f"promises {hover_s[route]:.2f} s of hover{here}"
     phases = route_phases(network, route, float(hover_s[route]), float(rest_s[route]))
     flown = plan.model_copy(update={"phases": phases})
     if (dry_s := flown.runs_dry_s) is not None:

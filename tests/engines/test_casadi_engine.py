@@ -308,3 +308,10 @@ def test_the_smallest_unknowns_are_an_answer_only_where_nothing_beats_them(
     assert solution.point(0)["x"] == pytest.approx(found[1], abs=1e-5)
     if found[0] is Status.OPTIMAL:
         assert solution.multipliers_at(0) == {"curved": 0.0, "bounds of x": 2.0}
+
+
+def test_without_a_lower_bound_there_is_no_smallest_unknown() -> None:
+    """What falls for ever is unbounded, also where all rows hold at minus infinity."""
+    model, u = one(upper=5.0, lower=-math.inf)
+    model.minimise(u)
+    assert Casadi().solve(model, 1).status is Status.UNBOUNDED

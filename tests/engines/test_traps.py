@@ -354,7 +354,8 @@ def test_failure_inside_ipopt_is_a_solver_error(monkeypatch: pytest.MonkeyPatch)
     def fail(**arguments: Any) -> None:
         raise RuntimeError("numerical trouble")
 
-    monkeypatch.setattr(compiled, "_functions", (*compiled._functions[:2], [fail]))
+    functions = compiled._functions._replace(programmes=[fail])
+    monkeypatch.setattr(compiled, "_functions", functions)
     with pytest.raises(SolverError, match="casadi failed: numerical trouble"):
         compiled.solve({})
 
