@@ -83,7 +83,7 @@ class Given(Quantities):
     def soc_end(self, hover: Operand, rest: Operand = 0.0) -> Operand:
         """State of charge at the end [-] after hovering and resting [s], by the perspective.
 
-        Of a stay of 0.0 s nothing is left in the tree.
+        A stay of 0.0 s adds no terms.
         """
         if self.tapers and self.perspective == AVAILABLE:
             return tapered(self, hover, rest)
@@ -151,8 +151,8 @@ class Formulation(ABC):
     def model(self, quantities: Quantities, perspective: Perspective = "battery") -> Model:
         """The declared model, with the quantities of some itineraries for its parameters.
 
-        Its title is the first line of the class's docstring. Stays that are neither the objective
-        nor preferred to be short are so last of all, so that answers of routes can be compared.
+        Its title is the first line of the class's docstring. Stays that nothing else decides are
+        to be as short as possible, last of all, so that answers of routes can be compared.
 
         Raises
         ------
@@ -161,7 +161,8 @@ class Formulation(ABC):
             `given.keep_wells` is not called.
         """
         if type(self).__module__.partition(".")[0] != __package__:
-            return _declared(self, Given.of(quantities, perspective))  # It may read the numbers.
+            # A problem of a user may look at numbers, so that it is declared each time.
+            return _declared(self, Given.of(quantities, perspective))
         values = {each.name: getattr(quantities, each.name) for each in QUANTITIES}
         stated = tuple(name for name, value in values.items() if value is not None)
         steps = tuple(step if isinstance(step, str) else FLOWN for step in quantities.steps)
@@ -173,7 +174,7 @@ class Formulation(ABC):
 
 
 FLOWN = Stage(math.nan, math.nan)
-"""A stage of flight in the pattern of a model."""
+"""A stage of flight in a pattern; one object, as NaN is equal to itself by identity alone."""
 
 
 @lru_cache(maxsize=64)
@@ -185,7 +186,7 @@ def _pattern(
     stated: tuple[str, ...],
     steps: tuple[Stage | str, ...],
 ) -> Model:
-    """A formulation of this package declared over NaN: all its models of a kind but for numbers."""
+    """A formulation of the package over NaN, from which all its models of a kind are copied."""
     numbers = {each.name: math.nan if each.name in stated else None for each in QUANTITIES}
     quantities = Quantities(**numbers, steps=steps, tapers=tapers, rests=rests)
     return _declared(formulation, Given.of(quantities, perspective))

@@ -1,4 +1,8 @@
-"""What is found by walking the trees of a model once: its nodes, and their forms."""
+"""What is found by walking the trees of a model once: its nodes, their values and their forms.
+
+A form is what a tree becomes with numbers for its parameters: a sum of times and levellings, see
+`optuav.modelling.forms`.
+"""
 
 from __future__ import annotations
 
@@ -14,12 +18,12 @@ from optuav.modelling.forms import NOWHERE, Exponential, NotExponentialError, ap
 
 
 class Step(NamedTuple):
-    """What a node does with its operands."""
+    """How the value of a node follows from those of its operands."""
 
-    # Takes them from a list of what the nodes, and then the numbers, have become; None of a leaf.
+    # Picks the operands from a list of the values of all nodes, then numbers; None for a leaf.
     take: Callable[[Sequence[Any]], Any] | None
-    ufunc: Any  # None of a named quantity, which is what it stands for
-    moves: bool  # Whether it holds a variable
+    ufunc: Any  # None for a named quantity, which has the value of its expression
+    moves: bool  # Whether the node holds a variable
 
 
 @dataclass(eq=False)
@@ -38,7 +42,7 @@ class Walk:
 
     @cached_property
     def tape(self) -> tuple[list[Step], list[Operand]]:
-        """What every node does, and the numbers among the operands."""
+        """The step of every node, and the numbers among their operands."""
         place, numbers = {id(node): k for k, node in enumerate(self.nodes)}, list[Operand]()
         steps = list[Step]()
         for node in self.nodes:
@@ -47,7 +51,7 @@ class Walk:
             for each in node.arguments if called else named:
                 where.append(place.get(id(each), len(place) + len(numbers)))
                 numbers += [] if id(each) in place else [each]
-            # Of a single place, `itemgetter` gives what is there, and of a slice a list.
+            # With one place `itemgetter` gives a bare value, with a slice a list of it.
             alone = itemgetter(slice(where[0], where[0] + 1)) if len(where) == 1 else None
             take = alone or (itemgetter(*where) if where else None)
             steps.append(Step(take, node.ufunc if called else None, node.moves))
