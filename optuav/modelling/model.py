@@ -217,8 +217,8 @@ class Model:
     def with_values(self, values: Values) -> Model:
         """The same model with other values of its parameters, by name.
 
-        Every node is copied, much faster than it would be declared again; named quantities that occur
-        in no constraint or objective stay those of this model.
+        Every node is copied, which is much faster than to declare it again; named quantities that
+        occur in no constraint or objective stay those of this model.
         """
         walk, new = self.walked, object.__new__
         steps, numbers = walk.tape
