@@ -263,9 +263,9 @@ def _read(
         tops[k] = np.inf
         own: Monomial = frozenset({(name, "time")})
         for form, *_ in forms:
-            slopes = {each: c for each, c in form.terms.items() if each != CONSTANT}
-            if form.rates_per_s or own not in slopes:
+            if form.rates_per_s or own not in form.terms:
                 continue
+            slopes = {each: c for each, c in form.terms.items() if each != CONSTANT}
             if not all(np.all(c <= 0.0) for c in slopes.values()):
                 continue
             least, slope = np.maximum(form.terms.get(CONSTANT, 0.0), 0.0), slopes[own]
