@@ -41,9 +41,11 @@ class Price:
     less: float
     more: float
     step: float  # How much "one more" is
-    gain: float  # Change of the objective by one step more; infinite where that leaves no plan
+    # Change of the objective by one step more, solved again: infinite where that leaves no plan,
+    # NaN where it was not solved again, as a rate says little of a whole step.
+    gain: float
     loss: float  # The same by one step less
-    solved_again: bool  # Whether gain and loss come from solving again, else from the rates
+    solved_again: bool  # Whether gain and loss are known by solving again
 
     @property
     def has_kink(self) -> bool:
@@ -82,9 +84,8 @@ def prices(
     found = []
     for parameter, key, step, change in zip(stated, own, steps, changes, strict=True):
         rate, is_open = rates[parameter.name], bool(np.isnan(change).any())
-        by_rate = rate.more * step, -rate.less * step
-        both = zip(by_rate, change, strict=True)
-        gain, loss = (rated if is_open or math.isnan(rated) else again for rated, again in both)
+        both = zip((rate.more, rate.less), change, strict=True)
+        gain, loss = (math.nan if is_open or math.isnan(side) else again for side, again in both)
         what = parameter.name, parameter.symbol, parameter.unit, key.name if key else ""
         value = float(row[parameter.name])
         found.append(Price(*what, value, rate.less, rate.more, step, gain, loss, not is_open))

@@ -242,8 +242,10 @@ def _prices(explained: Explanation) -> Iterator[list[str]]:
                 rates = f"{_signed(each.less)} below, {rates} above"
             figure = f"{each.symbol} = {_with_unit(each.value, each.unit)}"
             rows.append((_name(each), figure, rates))
-            sentences += wrapped("", _sentence(explained, each))
-        head = f"{explained.objective} per unit of a parameter, the others held:"
+            if each.solved_again:
+                sentences += wrapped("", _sentence(explained, each))
+        rated = "" if all(each.solved_again for each in worth) else ", for small changes"
+        head = f"{explained.objective} per unit of a parameter, the others held{rated}:"
         yield [*wrapped("Prices", head), *_columns(rows)]
         yield _labelled("One more", sentences)
     free = ", ".join(_name(each) for each in explained.prices if not each.matters)
@@ -282,8 +284,7 @@ def _sentence(explained: Explanation, price: Price) -> str:
             return "changes nothing"
         gain = "brings" if explained.sense == "maximise" else "saves"
         verb = gain if (value > 0.0) == (explained.sense == "maximise") else "costs"
-        about = "" if price.solved_again else "about "
-        return f"{verb} {about}{abs(value):.3g} {explained.objective}"
+        return f"{verb} {abs(value):.3g} {explained.objective}"
 
     unit = "" if price.unit == "1" else UNIT_NAMES.get(price.unit, price.unit)
     more = f"one more {unit}".rstrip()

@@ -430,6 +430,31 @@ def test_a_formulation_of_ones_own_is_explained() -> None:
         explain(explained.plan)
 
 
+class LeastRest(Formulation):
+    """Least rest for a hover of 560 s, in whatever perspective."""
+
+    def declare(self, model: Model, given: Given) -> None:
+        """Minimise T'."""
+        hover, rest = given.hover_and_rest(model)
+        model.minimise(rest)
+        model.subject_to("wanted hover", hover == 560.0, unit="s")
+        given.keep_wells(model, "battery", hover, rest)
+        given.keep_deadline(model, "deadline", hover, rest)
+
+
+def test_what_is_not_solved_again_is_not_told_of_a_whole_unit() -> None:
+    """At its rate a third pack would save more rest than the plan has."""
+    asked = LeastRest(building="b1", order="hover-first")
+    explained = explain(SMALL, asked, perspective="available")
+    price = prices(explained)["packs"]
+    assert -price.more > explained.plan.rest_time_s > 0.0
+    assert not price.solved_again
+    assert plain(price)["gain"] is plain(price)["loss"] is None
+    words = " ".join(str(explained).split())
+    assert "s of rest per unit of a parameter, the others held, for small changes:" in words
+    assert "One more" not in words
+
+
 def test_what_nothing_keeps_finite_is_said() -> None:
     explained = explain("paper", perspective="battery", problem=Endless())
     assert not explained
