@@ -15,7 +15,7 @@ References
 """
 
 import math
-from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field, fields, is_dataclass, replace
 from fractions import Fraction
@@ -23,11 +23,11 @@ from typing import Any
 
 import numpy as np
 
-from optuav.arrays import Booleans, Values
+from optuav.arrays import Values
 from optuav.engines import bracket
 from optuav.engines.linear_form import linear_form
 from optuav.errors import InputError
-from optuav.modelling import Model, NotAffineError, Relation
+from optuav.modelling import Model, NotAffineError
 from optuav.modelling.check import evaluated, relations
 from optuav.modelling.classify import traits
 from optuav.modelling.expression import Parameter
@@ -35,14 +35,13 @@ from optuav.modelling.forms import NotExponentialError, excess
 from optuav.modelling.model import Constraint
 from optuav.modelling.traversal import leaves
 from optuav.solving import Program
-from optuav.solving.outcome import Part, moments, words
+from optuav.solving.outcome import FAR_S, Part, impossible, moments, subset, words
 
 ZERO = Fraction(0)
 ROUNDING = Fraction(1, 10**11)
 """By how much rounding may violate a limit, relative to max(1, |limit|), without a conflict."""
 MOST_ROUTES = 100
 """Routes of a declaration whose conflicts are examined: those with the shortest flights."""
-FAR_S = 1e4  # How far times are followed where no constraint bounds them [s]
 BROKEN = {"dry": "empty", "past full": "past full"}
 """What the available well is where a limit of it does not hold, by the limit's kind."""
 
@@ -226,13 +225,6 @@ def linear_part(model: Model) -> Model:
     return subset(model, linear)
 
 
-def subset(model: Model, constraints: Iterable[Constraint]) -> Model:
-    """Some constraints of a model over the same unknowns, and no objective."""
-    part = Model(model.title)
-    part.variables, part.constraints = model.variables, [*constraints]
-    return part
-
-
 def parameters_in(constraint: Constraint) -> tuple[Parameter, ...]:
     """The parameters in a constraint."""
     return tuple(each for each in leaves(*constraint.relation.sides) if isinstance(each, Parameter))
@@ -374,7 +366,7 @@ def _clashes(program: Program, part: Part, entries: Sequence[int]) -> Iterator[C
         first, names = left[0], _names(program, part, left[0])
         try:
             meeting = _irreducible(model, model.row(first))
-            shared = _impossible(model, meeting, len(part.routes))
+            shared = impossible(model, meeting, len(part.routes))
         except (NotExponentialError, InputError):
             yield Conflict(names, len(left))
             return
@@ -393,18 +385,9 @@ def _irreducible(model: Model, parameters: Values) -> tuple[Constraint, ...]:
     kept = [*(each for each in model.constraints if each not in linear), *linear]
     for each in kept[::-1]:
         fewer = [other for other in kept if other is not each]
-        if fewer and _impossible(model, fewer, 1, parameters)[0]:
+        if fewer and impossible(model, fewer, 1, parameters)[0]:
             kept = fewer
     return tuple(each for each in model.constraints if each in kept)
-
-
-def _impossible(
-    model: Model, constraints: Sequence[Constraint], programmes: int, values: Values | None = None
-) -> Booleans:
-    """Where it is proved that no times with a sum up to `FAR_S` satisfy some constraints."""
-    first, *others = model.variables
-    far = Constraint("", Relation(sum(others, start=first + 0.0), "<=", FAR_S), "s", "")
-    return bracket.some_point(subset(model, [*constraints, far]), programmes, values)[1]
 
 
 def _clash(program: Program, part: Part, entry: int, meeting: Sequence[Constraint]) -> Clash:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
@@ -14,16 +14,17 @@ from formulations.p1 import P1
 from formulations.p4 import P4
 from formulations.parameters import Quantities
 from formulations.soc import AVAILABLE, PAPER, PERSPECTIVES
-from optuav.arrays import Booleans, Floats, Integers
+from optuav.arrays import Booleans, Floats, Integers, Values
 from optuav.engines.registry import MOST_UNKNOWNS
 from optuav.engines.solution import Solution
 from optuav.errors import Fault, InputError, SolverError
 from optuav.judge.replay import replay
 from optuav.mission.messages import written_out
-from optuav.modelling import Model, evaluate
+from optuav.modelling import Model, Relation, evaluate
 from optuav.modelling.check import evaluated
 from optuav.modelling.classify import traits
 from optuav.modelling.forms import NotExponentialError
+from optuav.modelling.model import Constraint
 from optuav.modelling.traversal import has_unknowns
 from optuav.network.feasibility import impossibilities
 from optuav.network.network import Network
@@ -39,6 +40,8 @@ from optuav.status import Status
 if TYPE_CHECKING:
     from optuav.network.graph import Graph
 
+FAR_S = 1e4  # How far times are followed where no constraint bounds them [s]
+ANY_S = 1e9  # Longer than any time of a mission [s]
 MOST_VIOLATED = 2  # violated constraints that are stated in full
 ROUNDING = 1e-9  # share of the capacity that rounding may take
 SAME_S = 1e-6  # times that differ by no more than this are equal [s]
@@ -212,6 +215,28 @@ def proof_of_none(parts: Sequence[Part]) -> str:
     return PROOF_OF_NONE if all(none) else ""
 
 
+def subset(model: Model, constraints: Iterable[Constraint]) -> Model:
+    """Some constraints of a model over the same unknowns, and no objective."""
+    part = Model(model.title)
+    part.variables, part.constraints = model.variables, [*constraints]
+    return part
+
+
+def impossible(
+    model: Model,
+    constraints: Sequence[Constraint],
+    programmes: int,
+    values: Values | None = None,
+    far_s: float = FAR_S,
+) -> Booleans:
+    """Where it is proved that no times with a sum up to `far_s` satisfy some constraints."""
+    from optuav.engines.bracket import some_point
+
+    first, *others = model.variables
+    far = Constraint("", Relation(sum(others, start=first + 0.0), "<=", far_s), "s", "")
+    return some_point(subset(model, [*constraints, far]), programmes, values)[1]
+
+
 def shortest_flight(network: Network, parts: Sequence[Part]) -> tuple[int, int]:
     """Part and entry of the route with the shortest flight."""
     flight_s = [network.routes.flight_time_s[part.routes] for part in parts]
@@ -219,8 +244,23 @@ def shortest_flight(network: Network, parts: Sequence[Part]) -> tuple[int, int]:
     return number, int(flight_s[number].argmin())
 
 
+def _may_hold(model: Model, constraint: Constraint, parameters: Values) -> bool:
+    """Whether some unknowns may satisfy a constraint alone: it is not proved that none do."""
+    if not has_unknowns(*constraint.relation.sides):
+        return False
+    if len(model.variables) > MOST_UNKNOWNS:
+        return True
+    try:
+        return not impossible(model, [constraint], 1, parameters, ANY_S)[0]
+    except (NotExponentialError, InputError):
+        return True
+
+
 def shortfalls(question: Question, network: Network, parts: Sequence[Part]) -> tuple[str, ...]:
-    """Why no times are feasible: what does not hold at the least on the shortest flight."""
+    """Why no times are feasible: what holds at none on the shortest flight, told of the least.
+
+    Where each constraint alone can be met, that they cannot be met together.
+    """
     number, entry = shortest_flight(network, parts)
     part, deadline_s = parts[number], network.mission.limits.deadline_s
     shortest_s = network.routes.flight_time_s[part.routes[entry]]
@@ -248,11 +288,14 @@ def shortfalls(question: Question, network: Network, parts: Sequence[Part]) -> t
     violated = [
         f"{label}: {row.left:.6g} {row.sense} {row.right:.6g} does not hold at {times} on {way}"
         for label, row in zip(labels, broken, strict=True)
+        if not _may_hold(model, row.constraint, parameters)
     ]
     if (more := len(violated) - MOST_VIOLATED) > 0:
         violated[MOST_VIOLATED:] = [f"nor do {more} other constraints hold there"]
-    kind = "times" if question.slot_s is None else "whole slots"
-    return tuple(violated) or (f"no {kind} satisfy all constraints together",)
+    if question.slot_s is not None:
+        return tuple(violated) or ("no whole slots satisfy all constraints together",)
+    met = f": those that satisfy {' and '.join(labels[:MOST_VIOLATED])} break others"
+    return tuple(violated) or (f"no times satisfy all constraints together{met * bool(labels)}",)
 
 
 def replayed(plan: Plan) -> Plan:

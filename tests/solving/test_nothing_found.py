@@ -105,3 +105,32 @@ def test_reasons_speak_of_what_was_evaluated() -> None:
     assert optuav.solve(mission).hover_time_s == pytest.approx(72.42, abs=0.01)
     slots = optuav.solve(mission, slot_s=900.0)
     assert slots.reasons == (f"P1.{said.replace('a ', 'b ', 1)}",)
+
+
+@dataclass(frozen=True)
+class LeastRest(Formulation):
+    """Least rest for a wanted hover time."""
+
+    wanted_hover_s: float
+
+    def declare(self, model: Model, given: Given) -> None:
+        hover, rest = given.hover_and_rest(model)
+        model.minimise(rest)
+        model.subject_to("wanted hover", hover == self.wanted_hover_s, unit="s")
+        model.subject_to("state of charge", given.soc_end(hover, rest) >= given.min_soc)
+        given.keep_wells(model, "battery", hover, rest)
+        given.keep_deadline(model, "deadline", hover, rest)
+
+
+@pytest.mark.parametrize("perspective", ["battery", "available"])
+def test_what_other_times_could_satisfy_is_no_reason(perspective: str) -> None:
+    """A hover of 730 s is no contradiction, though 0 s are not 730; a charge of 89 % after the
+    flight there and back is short of 99 % after any hover."""
+    together = (
+        "no times satisfy all constraints together: those that satisfy wanted hover break others"
+    )
+    mission = PAPER.replace({"buildings": PAPER.buildings[:1]})
+    assert optuav.solve(mission, LeastRest(730.0), perspective=perspective).reasons == (together,)
+    full = mission.replace({"limits.min_soc": 0.99, "buildings": []})
+    (reason,) = optuav.solve(full, LeastRest(730.0), perspective=perspective).reasons
+    assert reason.startswith("state of charge: 0.891068 >= 0.99 does not hold at Δ = 0 on ")
