@@ -9,7 +9,7 @@ from importlib import import_module
 
 MOST_SHOWN = 20  # Faults that a message lists one by one
 LEAST_COLUMNS = 60  # In fewer no table would be legible
-LABEL = re.compile(r" *\S+ {2,}")
+LABEL = re.compile(r" *\S+ {2,}")  # A word before two blanks, as in "  verdict    matched"
 LONGEST_NAME, LONGEST_WORDS = 200, 2000  # Most characters of a name and of a sentence in a message
 
 
@@ -43,7 +43,7 @@ def safe_name(part: object, longest: int = LONGEST_NAME) -> str:
 
 
 def line_width(most: int = 80) -> int:
-    """Columns of a line: those that COLUMNS states, else `most`, or a terminal's if fewer."""
+    """The width that COLUMNS asks for; else `most`, or the terminal's if narrower; at least 60."""
     from shutil import get_terminal_size
 
     columns = get_terminal_size((most, 0)).columns
@@ -51,7 +51,7 @@ def line_width(most: int = 80) -> int:
 
 
 def folded(text: str, width: int) -> str:
-    """Text with long lines broken between words; beside its label, what follows it and blanks."""
+    """Break long lines between words; continuations are indented below the text after the label."""
     lines = list[str]()
     for line in text.split("\n"):
         if len(line) <= width:

@@ -49,7 +49,8 @@ class Capability:
     def obstacle(self, model: Traits, slots: bool) -> str:
         """Why the engine does not take a model; empty if it does."""
         if self.most_unknowns is not None and model.unknowns > self.most_unknowns:
-            return f"it takes at most {self.most_unknowns} unknowns, the model has {model.unknowns}"
+            most = f"{self.most_unknowns} unknown{'s' * (self.most_unknowns != 1)}"
+            return f"it takes at most {most}, the model has {model.unknowns}"
         if model.nonlinear and not self.nonlinear:
             label, why = model.nonlinear
             return f"it takes linear models only; {label!r} is not: {why}"

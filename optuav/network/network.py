@@ -130,7 +130,7 @@ def build_network(mission: Mission) -> Network:
     routes = build_routes(legs)
     for array in (each for table in (places, legs, routes) for each in vars(table).values()):
         if isinstance(array, np.ndarray):
-            array.setflags(write=False)
+            array.setflags(write=False)  # All who ask for an equal mission share it
     return Network(mission, places, legs, routes)
 
 

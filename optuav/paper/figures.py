@@ -528,7 +528,7 @@ def peak_speed(mission: Mission) -> Exhibits:
     legs = [phase for phase in plan.phases if phase.kind == "flight"]
     records = [{name: getattr(leg, name) for name in columns} for leg in legs]
     capped = mission.flight.model == "regimes" and mission.flight.max_speed_m_s is not None
-    cap, speed = " but the mission's" if capped else "", plan.peak_speed_m_s
+    cap, speed = " but the mission's own" if capped else "", plan.peak_speed_m_s
     words = {"speed": speed, "kmh": 3.6 * speed, "cap": cap}
     axes = plots.leg(mission, first.start_place, first.end_place).speed
     yield Exhibit(mission, "peak-speed", records, words, axes=axes)

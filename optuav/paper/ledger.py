@@ -47,7 +47,7 @@ class Verdict(StrEnum):
     CUT = "matched when cut, not rounded"
     RECOVERED = "matched with recovered parameters"
     FITTED = "used in the fit"
-    WITHIN = "off by less than the rounding of the fit"
+    WITHIN = "differs, but within the rounding of the fitted numbers"
     GIVEN = "a setting, taken as given"
     CONTRADICTS = "contradicts the paper's own numbers"
     UNDECIDED = "cannot be decided"
@@ -202,27 +202,27 @@ class Ledger:
             lines += ["", f"{verdict.value[0].upper()}{verdict.value[1:]}:"] if found else []
             for entry in found:
                 paper = entry.statement
-                ours = ((entry.printed, "printed"), (entry.recovered, "recovered"))
-                known = ", ".join(f"{entry.shown(v)} {by}" for v, by in ours if v is not None)
-                stated = f"{paper.name}: {paper.stated} {paper.unit}".rstrip()
-                lines.append(f"  {stated}; ours {known}")
-        return "\n".join(lines)
+                ours = (("printed parameters", entry.printed), ("recovered", entry.recovered))
+                known = ", ".join(f"{by}: {entry.shown(v)}" for by, v in ours if v is not None)
+                stated = f"{paper.name}  paper: {paper.stated} {paper.unit}".rstrip()
+                lines.append(f"  {stated}; ours, {known}")
+        return "\n".join([*lines, "", data()["paper"]["missions"]])
 
     @property
     def details(self) -> str:
         """Every entry as a few lines."""
         blocks = list[str]()
-        for each in self.records():
+        for entry, each in zip(self.entries, self.records(), strict=True):
             lines = {
                 "paper": f"{each['stated']} {each['unit']}".rstrip(),
                 "printed": each["by printed parameters"],
                 "recovered": each["by recovered parameters"],
                 "verdict": ": ".join(filter(None, (each["verdict"], each["reason"]))),
-                "how": f"{each['how']}; {each['command']}",
+                "how": "; ".join(filter(None, (each["how"], entry.statement.command))),
             }
             head = f"{each['name']}  {each['place']}: {each['what']}"
             blocks.append("\n".join([head, *(f"  {n:9}  {words}" for n, words in lines.items())]))
-        return "\n\n".join(blocks)
+        return "\n\n".join([*blocks, data()["paper"]["missions"]])
 
     def __str__(self) -> str:
         return self.summary
@@ -275,10 +275,11 @@ def ledger(names: str | Collection[str] = ()) -> Ledger:
     """
     names = [names] if isinstance(names, str) else names
     known = statements()
-    every = {each.name for each in known}
-    words = "the name of an entry, or its beginning"
+    every = [each.name for each in known]
+    beginnings = dict.fromkeys(name.partition("-")[0] for name in every)
+    words = f"the name of an entry, or a beginning of names: {', '.join(beginnings)}"
     refuse(
-        Fault("name", repr(name), f"{words}{nearest(name, sorted(every))}")
+        Fault("name", repr(name), f"{words}{nearest(name, (*beginnings, *every))}")
         for name in names
         if not any(each.startswith(name) for each in every)
     )

@@ -24,7 +24,7 @@ from optuav.paper.figures import MINUS, Exhibit, NotShownError, is_papers, why
 from optuav.paper.ledger import HEAD, Ledger, Verdict, ledger
 from optuav.plots.files import image
 from optuav.studies.methods import Progress
-from optuav.studies.processes import faults, results
+from optuav.studies.processes import run_tasks, worker_faults
 from optuav.studies.results import as_csv
 
 COUNTED: tuple[Perspective, ...] = ("battery", OURS)
@@ -78,7 +78,7 @@ STUDIES = tuple(
     for name, texts in data()["study"].items()
 )
 NAMES = (*(study.name for study in STUDIES), LEDGER)
-NUMBERS = tuple(sorted(number for study in STUDIES for number in study.numbers))
+NUMBERS = sorted((each for study in STUDIES for each in study.numbers), key=lambda n: (len(n), n))
 
 
 def reproduce(
@@ -138,7 +138,7 @@ def reproduce(
         for name in only
         if name not in known
     ]
-    refuse([*wrong, *faults(workers)])
+    refuse([*wrong, *worker_faults(workers)])
     folder = Path(directory)
     files = _files(missions, only, mission is None, progress, workers)
     made = {folder / name: content for name, content in files}
@@ -160,7 +160,7 @@ def _files(
     shown: dict[Study, list[Element]] = {study: [] for study in chosen}
     left_out: dict[tuple[str, str], list[str]] = {}
     steps = [(study, mission) for study in chosen for mission in missions]
-    made = results(_made, [(study.name, mission, only) for study, mission in steps], workers)
+    made = run_tasks(_made, [(study.name, mission, only) for study, mission in steps], workers)
     for done, (study, mission) in enumerate(steps):
         if progress is not None:
             progress(done, len(steps) + 1, f"{study.name} of {mission.name}")
@@ -317,15 +317,13 @@ def _of_the_paper(entries: Ledger) -> Iterator[Element]:
     texts, found = data()["table2"], entries.table2
     count = {each.name.lower(): sum(cell.verdict is each for cell in found) for each in Verdict}
     exact = count["fitted"] + count["recovered"]
-    flight_W, hover_W = table2.SHOW_ALL_W.values()
-    exist = table2.loads_exist(table2.consistent_charges())
     numbers = {
         **count,
         **{"cells": len(found), "exact": exact, "agreeing": exact + count["within"]},
         "parameters": len(table2.FREE_PARAMETERS),
         "numbers": texts["different_numbers"],
-        "exists": "exists" if exist else "does not exist",
-        **{"flight_W": flight_W, "hover_W": hover_W},
+        "exists": "is a" if table2.loads_exist(table2.consistent_charges()) else "is no",
+        **dict(zip(("flight_W", "hover_W"), table2.SHOW_ALL_W.values(), strict=True)),
     }
     sentences = ("agreement", "worth", "adjusted", "existence")
     agreement, worth, *others = (prose(texts[name].format(**numbers)) for name in sentences)

@@ -19,7 +19,7 @@ from optuav.plan.summary import counted_in, tabulated
 from optuav.solving import solve
 from optuav.solving.question import LIMIT
 from optuav.studies.methods import Progress, compare_methods
-from optuav.studies.processes import faults
+from optuav.studies.processes import worker_faults
 from optuav.studies.results import Draw, Pictures, Results, Row, fixed
 
 COMPARED = ("closed-form", "cvxpy", "casadi", "grid")
@@ -132,7 +132,7 @@ def compare(
     given["time_limit_s"] = None if time_limit_s is None else (time_limit_s,)
     given["times"] = times or None
     given["workers"] = None if workers == 1 else (workers,)
-    refuse([*_faults(names, perspective, given), *faults(workers)])
+    refuse([*_faults(names, perspective, given), *worker_faults(workers)])
     studied = mission if isinstance(mission, Mission) else load(mission)
     if names == ("method",):
         return compare_methods(

@@ -19,7 +19,7 @@ from optuav.plan import Plan
 from optuav.plan.summary import tabulated
 from optuav.solving import formulate, solve
 from optuav.solving.route_choice import route_choice
-from optuav.studies.processes import results
+from optuav.studies.processes import run_tasks
 from optuav.studies.results import NONE, Pictures, Results, Row, fixed
 
 ACCURACY_S = {"closed-form": 1e-5, "cvxpy": 1e-5, "casadi": 1e-4, "grid": 1e-5}
@@ -61,7 +61,7 @@ def compare_methods(
     rows: list[Row] = []
     reasons: dict[str, tuple[str, ...]] = {}
     tasks = [(mission, each, perspective, methods, time_limit_s, times) for each in problems]
-    answers = results(_answers, tasks, workers)
+    answers = run_tasks(_answers, tasks, workers)
     for number, problem in enumerate(problems):
         name = " ".join(filter(None, (problem.name, problem.building, problem.order)))
         if progress is not None:

@@ -17,16 +17,16 @@ FEWEST = 4  # Tasks that are worth a process, which takes a second to start
 WORKERS = Number("-", ge=1, le=1000, whole=True)
 
 
-def faults(workers: object) -> Iterator[Fault]:
+def worker_faults(workers: object) -> Iterator[Fault]:
     """What is wrong with a number of processes."""
     if not WORKERS.accepts(workers) or not isinstance(workers, int):
         yield Fault("workers", shown(workers), WORKERS.words)
 
 
-def results(
+def run_tasks(
     function: Callable[..., Result], tasks: Sequence[tuple[Any, ...]], workers: int
 ) -> Iterator[Result]:
-    """What a function of a module returns for the arguments of each task, in their order.
+    """What a module-level function returns for the arguments of each task, in their order.
 
     The calls are made in this process, or by several that import the function on their own.
     """
@@ -38,5 +38,5 @@ def results(
 
 
 def _leave_interrupts() -> None:
-    """An interrupt ends the process that asked, and with it these."""
+    """Ignore interrupts in a worker: the process that asked ends it."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)

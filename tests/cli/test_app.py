@@ -14,6 +14,7 @@ import pytest
 import optuav
 from optuav.cli.app import COMMANDS as ALL
 from optuav.errors import line_width
+from optuav.studies.compare import COMPARED
 from tests.cli.run import Pipe, refused, run, widest, words
 
 COMMANDS = ("solve", "compare", "formulate", "show", "validate", "new", "missions")
@@ -34,6 +35,10 @@ def test_every_command_has_help_in_80_columns(command: str) -> None:
     assert found.code == 0
     assert widest(found.out) <= 80
     assert run(command, "-h") == found
+
+
+def test_the_help_of_compare_lists_the_engines_that_it_takes() -> None:
+    assert f"Some of {','.join(COMPARED)}; all by default." in words(run("compare", "--help").out)
 
 
 @pytest.mark.parametrize(

@@ -92,7 +92,9 @@ def test_an_engine_from_outside_answers_by_name(halving: Halving) -> None:
     assert program.compile().solve(deadline_s=300.0).objective[0] == pytest.approx(
         300.0 - plan.flight_time_s, abs=1e-6
     )
-    with pytest.raises(InputError, match=r"halving does not take this model: .* at most 1 unknown"):
+    with pytest.raises(
+        InputError, match=r"halving does not take this model: .* at most 1 unknown,"
+    ):
         optuav.formulate("paper", optuav.P4("b1"), engine="halving", **ASKED)
 
 

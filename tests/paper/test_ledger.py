@@ -291,13 +291,22 @@ def test_command_line(found: Ledger) -> None:
     """A summary by default, every entry on request."""
     summary = run("ledger").out
     assert summary.startswith("78 statements of the paper, 14 of them in words")
-    assert "text-e2: 1032036 J; ours 1031760 printed" in summary
+    both = "ours, printed parameters: 1031760, recovered: 1031760"
+    assert f" text-e2 paper: 1032036 J; {both} " in " ".join(summary.split())
+    trend = "  fig7-energy  paper: rises; ours, printed parameters: does not always rise\n"
+    assert trend in summary
     assert "text-e1" not in summary
     assert "verdict    matched" not in summary
     details = run("ledger", "--details").out
     assert all(f"{each.statement.name}  " in details for each in found.entries)
-    assert len(summary.splitlines()) < 40 < len(details.splitlines())
-    assert "no such" not in refused("ledger", "table3")
+    assert len(summary.splitlines()) < 50 < len(details.splitlines())
+    for text in (summary, details):
+        assert "`paper-table2` has recovered parameters: loads fitted" in " ".join(text.split())
+    assert "optuav ledger fig7-energy" not in details  # which is what its reader just ran
+    unknown = refused("ledger", "nosuch")
+    assert "name = 'nosuch': the name of an entry, or a beginning of names: source, eq5" in unknown
+    assert "fig9, fig10" in unknown
+    assert "did you mean 'table2'?" in refused("ledger", "table3")
     assert "--save" in refused("ledger", "text-e1", "--save", "ledger.txt")
 
 

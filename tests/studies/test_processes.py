@@ -15,9 +15,9 @@ def test_results_come_in_the_order_of_the_tasks_whoever_does_them() -> None:
     """Two processes return what one does; what one of them raises is raised here."""
     tasks = [(7, 2), (9, 4), (20, 6)] * 3
     for workers in (1, 2):
-        assert [*processes.results(divmod, tasks, workers)] == [(3, 1), (2, 1), (3, 2)] * 3
+        assert [*processes.run_tasks(divmod, tasks, workers)] == [(3, 1), (2, 1), (3, 2)] * 3
     with pytest.raises(ZeroDivisionError):
-        list(processes.results(divmod, [*tasks, (1, 0)], 2))
+        list(processes.run_tasks(divmod, [*tasks, (1, 0)], 2))
 
 
 @pytest.mark.parametrize("workers", [0, -1, 1001, 2.0, True, "2", None])
