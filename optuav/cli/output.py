@@ -92,9 +92,10 @@ def deliver(
     *,
     as_json: bool,
     notes: Iterable[str] = (),
+    hint: str = "",
     written: Iterable[Path] = (),
 ) -> None:
-    """Print an answer as JSON; or as text, with notes and the names of files written.
+    """Print an answer as JSON; or as text, with notes, a command to copy, and the files written.
 
     Where JSON is asked for, nothing is taken from `shown`; where a file was written to the standard
     output, nothing else goes there.
@@ -108,6 +109,8 @@ def deliver(
     say((shown if isinstance(shown, str) else "\n".join(shown)).rstrip("\n"))
     for note in notes:
         say(note)
+    if hint:
+        say(hint, most=None)
     for path in written:
         say(f"wrote {path}", "dim", most=None)
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from contextlib import nullcontext
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -61,7 +62,7 @@ def solve(
                 f"hover {best_s:.3f} s so far, {examined} boxes examined, {left} open",
             )
         plan = optuav.solve(stated, problem, **options)
-    written, notes = [], []
+    written, hint = [], ""
     if save is not None:
         plan.save(save)
         written.append(save)
@@ -76,15 +77,17 @@ def solve(
     elif animate is not None:
         say(f"{animate} is not written: there is no plan to show", error=True)
     if plan.status is Status.INFEASIBLE and explained:
-        usual, given = vars(SolveOptions()), vars(asked).items()
-        pairs = [(f"--{name.replace('_', '-')}", f"{x}") for name, x in given if x != usual[name]]
-        pairs += [("--set", each) for each in settings or ()]
-        notes = [
-            "What would make it feasible:",
-            command(["optuav", "explain", mission], *pairs),
-        ]
-    deliver(plan.to_dict, plan.summary(), as_json=as_json, notes=notes, written=written)
+        hint = f"What would make it feasible:\n{_explaining(mission, asked, settings)}"
+    deliver(plan.to_dict, plan.summary(), as_json=as_json, hint=hint, written=written)
     _leave(plan)
+
+
+def _explaining(mission: str, asked: SolveOptions, settings: list[str] | None) -> str:
+    """The command that explains a question."""
+    usual, given = vars(SolveOptions()), vars(asked).items()
+    pairs = [(f"--{name.replace('_', '-')}", f"{x}") for name, x in given if x != usual[name]]
+    pairs += [("--set", each) for each in settings or ()]
+    return command(["optuav", "explain", mission], *pairs)
 
 
 def _leave(plan: Plan) -> None:
@@ -113,6 +116,7 @@ def explain(
     --time-limit-s says otherwise. Exit code 1 if there is no feasible plan, 3 if
     the answer is not proved.
     """
+    from optuav.solving.outcome import MORE_STOPS
     from optuav.solving.question import problem_of
 
     more: dict[str, Any] = {"stops": asked.stops, "hovers": asked.hovers}
@@ -131,7 +135,11 @@ def explain(
         stated = mission_of(mission, settings)
         problem, options = asked.question(stated, **more)
         explained = optuav.explain(stated, problem, **options)
-    deliver(explained.to_dict, str(explained), as_json=as_json)
+    hint = ""
+    if MORE_STOPS in explained.notes:
+        searched = replace(asked, stops=2, hovers=2, engine="auto")
+        hint = f"What more stops would bring:\n{_explaining(mission, searched, settings)}"
+    deliver(explained.to_dict, str(explained), as_json=as_json, hint=hint)
     _leave(explained.plan)
 
 

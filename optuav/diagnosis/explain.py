@@ -28,17 +28,13 @@ from optuav.network.places import charging_cap
 from optuav.options import Perspective, ProblemName
 from optuav.plan import Plan
 from optuav.solving import Program, solve
-from optuav.solving.outcome import SAME_S, Part, more_stops_may_help, words
+from optuav.solving.outcome import MORE_STOPS, SAME_S, Part, more_stops_may_help, words
 from optuav.solving.question import answer
 from optuav.status import Status
 
 TURNS = (
     "packs take turns, which is simulated and not declared: constraints, prices and repairs are "
     "known with battery.schedule=pooled only"
-)
-MORE_STOPS = (
-    "more stops are not excluded: optuav explain … --stops 2 --hovers 2, in Python "
-    "P1(stops=2, hovers=2), searches for them"
 )
 WITHOUT_STOPS = (
     "constraints and prices are known for one rest and one hover: explain the mission without "

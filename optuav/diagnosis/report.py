@@ -14,7 +14,7 @@ from optuav.plan.summary import LABEL, wrapped
 
 MOST_REPAIRS = 12
 UNIT_NAMES = {"s": "second", "m": "metre", "A": "ampere", "W": "watt", "V": "volt", "J": "joule"}
-EXACT = "certificates are exact, as --json holds them in fractions; here they have six digits"
+EXACT = "rounded here; --json gives exact fractions"
 NO_REPAIR = (
     "no single number, moved up or down to a thousandfold, was seen to make it feasible; places "
     "were not moved"
@@ -25,7 +25,7 @@ IN_SLOTS = (
 )
 UNDECIDED = (
     "with one rest and one hover in one piece the hover time stays the same; with more stops, "
-    "which are not excluded, it may not"
+    "which are not excluded, it may change"
 )
 
 
@@ -44,6 +44,11 @@ class Side:
     kind: str = ""  # What it limits, and at the end of which step, as in a `Constraint`
     step: int | None = None
     in_flight: bool = False  # Whether that step is a stage of flight
+
+    @property
+    def figures(self) -> str:
+        """Both sides in numbers."""
+        return f"{number_text(self.left)} {self.sense} {_with_unit(self.right, self.unit)}"
 
 
 @dataclass(frozen=True)
@@ -205,26 +210,21 @@ def _optimum(explained: Explanation) -> Iterator[list[str]]:
     yield wrapped("Optimum", ", ".join(stays))
     wells = [each for each in sides if each.kind in LABELS]
     others = [each for each in sides if each.kind not in LABELS]
-    stated = (
-        (each.label, each.statement or f"{number_text(each.left)} {each.sense} {right}")
-        for each in others
-        for right in [_with_unit(each.right, each.unit)]
-        if each.binds
-    )
+    stated = ((each.label, each.statement or each.figures) for each in others if each.binds)
     names = [each.label for each in wells if each.binds] if sides else plan.binding
     yield _labelled("Binding", _columns(stated) + _columns((name,) for name in names))
-    spare = (
-        (each.label, _with_unit(each.slack, each.unit), each.statement)
+    rows = [
+        (_with_unit(each.slack, each.unit), f"{each.label}: {each.figures}")
         for each in others
         if not each.binds
-    )
+    ]
     free = [each for each in wells if not each.binds]
-    rows = [(f"{number_text(e.slack)} of B", e.label) for e in free if not e.in_flight]
+    rows += [(f"{number_text(e.slack)} of B", e.label) for e in free if not e.in_flight]
     if flown := [each for each in free if each.in_flight]:  # the least stands for all
         least = min(flown, key=lambda each: each.slack)
         more = f", the least of {len(flown)} such moments" if len(flown) > 1 else ""
         rows.append((f"{number_text(least.slack)} of B", f"{least.label}{more}"))
-    yield _labelled("To spare", _columns(spare) + _columns(rows))
+    yield _labelled("To spare", _columns(rows))
     if explained.bound is not None:
         head = wrapped("Proof", "no point that satisfies these constraints is better:")
         yield [*head, *_columns(explained.bound.table)]

@@ -26,8 +26,8 @@ Optimum      hover 688.85 s at hover
 
 Binding      P3.a state of charge  1 − (Q_fl + I_hv·Δ) / (N·B_i) ≥ η0
 
-To spare     P3.b hover time  688.848 s  Δ ≥ 0
-             P3.b hover time  435.36 s   Δ ≤ T_max − T_fl
+To spare     688.848 s  P3.b hover time: 688.848 ≥ 0 s
+             435.36 s   P3.b hover time: 688.848 ≤ 1124.21 s
 
 Proof        no point that satisfies these constraints is better:
              819.016 ×  P3.a state of charge  0.00122098·Δ ≤ 0.841068
@@ -55,8 +55,8 @@ Binding      P4.a state of charge
                                   1 − (Q_fl + I_hv·Δ − I_rest·T') / (N·B_i) ≥ η0
              P4.b deadline         Δ + T' ≤ T_max − T_fl
 
-To spare     bounds of Δ   719.54 s   Δ ≥ 0
-             bounds of T'  392.144 s  T' ≥ 0
+To spare     719.54 s   bounds of Δ: 719.54 ≥ 0 s
+             392.144 s  bounds of T': 392.144 ≥ 0 s
 
 Proof        no point that satisfies these constraints is better:
              735.366 ×   P4.a state of charge
@@ -101,8 +101,7 @@ Conflict     on 20 routes, such as origin → b1 → hover → destination: P1.d
              1 ×  bounds of T'     −T' ≤ 0
              sum                   0 ≤ −28.3163, which is false
 
-Exact        certificates are exact, as --json holds them in fractions; here
-             they have six digits
+Exact        rounded here; --json gives exact fractions
 
 Feasible if  limits.deadline_s >= 75.8                     now 60
   or         1240 <= rotor.max_speed_rad_s <= 110000       now 1060

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import shlex
 from pathlib import Path
 
 import pytest
@@ -103,6 +104,18 @@ def test_a_search_for_more_stops_by_option(tmp_path: Path) -> None:
     of_plan = run(str(tmp_path / "p.json"), "--hovers", "2")
     assert of_plan.output == found.output
     assert "212.77 s longer" in " ".join(found.output.split())
+
+
+def test_the_command_for_more_stops_can_be_pasted(tmp_path: Path) -> None:
+    """With the mission's file and the settings; JSON has the note alone."""
+    SMALL.save(tmp_path / "two words.toml")
+    asked = (str(tmp_path / "two words.toml"), "--set", "limits.deadline_s=900")
+    found = run(*asked).output
+    said = found.partition("What more stops would bring:\n")[2].replace("\\\n", "")
+    _, _, mission, *options = shlex.split(said)
+    assert (mission, *options[4:]) == asked
+    assert options[:4] == ["--stops", "2", "--hovers", "2"]
+    assert "What more stops" not in run(*asked, "--json").output
 
 
 @pytest.mark.parametrize(
