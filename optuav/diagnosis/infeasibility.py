@@ -35,13 +35,14 @@ from optuav.modelling.forms import NotExponentialError, excess
 from optuav.modelling.model import Constraint
 from optuav.modelling.traversal import leaves
 from optuav.solving import Program
-from optuav.solving.outcome import FAR_S, Part, impossible, moments, subset, words
+from optuav.solving.outcome import Part, moments, subset, words
 
 ZERO = Fraction(0)
 ROUNDING = Fraction(1, 10**11)
 """By how much rounding may violate a limit, relative to max(1, |limit|), without a conflict."""
 MOST_ROUTES = 100
 """Routes of a declaration whose conflicts are examined: those with the shortest flights."""
+FAR_S = 1e4  # How far times are followed where no constraint bounds them [s]
 BROKEN = {"dry": "empty", "past full": "past full"}
 """What the available well is where a limit of it does not hold, by the limit's kind."""
 
@@ -366,7 +367,7 @@ def _clashes(program: Program, part: Part, entries: Sequence[int]) -> Iterator[C
         first, names = left[0], _names(program, part, left[0])
         try:
             meeting = _irreducible(model, model.row(first))
-            shared = impossible(model, meeting, len(part.routes))
+            shared = bracket.some_point(subset(model, meeting, FAR_S), len(part.routes))[1]
         except (NotExponentialError, InputError):
             yield Conflict(names, len(left))
             return
@@ -385,7 +386,7 @@ def _irreducible(model: Model, parameters: Values) -> tuple[Constraint, ...]:
     kept = [*(each for each in model.constraints if each not in linear), *linear]
     for each in kept[::-1]:
         fewer = [other for other in kept if other is not each]
-        if fewer and impossible(model, fewer, 1, parameters)[0]:
+        if fewer and bracket.some_point(subset(model, fewer, FAR_S), 1, parameters)[1][0]:
             kept = fewer
     return tuple(each for each in model.constraints if each in kept)
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Iterator, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
@@ -40,7 +41,6 @@ from optuav.status import Status
 if TYPE_CHECKING:
     from optuav.network.graph import Graph
 
-FAR_S = 1e4  # How far times are followed where no constraint bounds them [s]
 ANY_S = 1e9  # Longer than any time of a mission [s]
 MOST_VIOLATED = 2  # violated constraints that are stated in full
 ROUNDING = 1e-9  # share of the capacity that rounding may take
@@ -209,40 +209,33 @@ def plan_without(
     return plan_for(question, network, engine=engine, proof=proof, status=status, reasons=why)
 
 
+def none_proved(model: Model, count: int, values: Values | None = None) -> Booleans:
+    """For which of some programmes it is proved that no times are feasible."""
+    from optuav.engines.bracket import some_point
+
+    found = traits(model)
+    with suppress(NotExponentialError, InputError):
+        if not found.integer and found.unknowns <= MOST_UNKNOWNS:
+            return some_point(model, count, values)[1]
+    return np.zeros(count, bool)
+
+
 def proof_of_none(parts: Sequence[Part]) -> str:
     """How it is known that no times are feasible, whatever an engine found; empty if it is not."""
-    from optuav.engines.bracket import PROOF_OF_NONE, some_point
+    from optuav.engines.bracket import PROOF_OF_NONE
 
-    found = [traits(each.model) for each in parts]
-    if any(each.integer or each.unknowns > MOST_UNKNOWNS for each in found):
-        return ""
-    try:
-        none = [some_point(each.model, len(each.routes))[1].all() for each in parts]
-    except (NotExponentialError, InputError):
-        return ""
+    none = (none_proved(each.model, len(each.routes)).all() for each in parts)
     return PROOF_OF_NONE if all(none) else ""
 
 
-def subset(model: Model, constraints: Iterable[Constraint]) -> Model:
-    """Some constraints of a model over the same unknowns, and no objective."""
-    part = Model(model.title)
+def subset(model: Model, constraints: Iterable[Constraint], far_s: float = math.inf) -> Model:
+    """Some constraints of a model over the same unknowns, their sum up to a limit; no objective."""
+    part, (first, *others) = Model(model.title), model.variables
     part.variables, part.constraints = model.variables, [*constraints]
+    if far_s < math.inf:
+        far = Relation(sum(others, start=first + 0.0), "<=", far_s)
+        part.constraints.append(Constraint("", far, "s", ""))
     return part
-
-
-def impossible(
-    model: Model,
-    constraints: Sequence[Constraint],
-    programmes: int,
-    values: Values | None = None,
-    far_s: float = FAR_S,
-) -> Booleans:
-    """Where it is proved that no times with a sum up to `far_s` satisfy some constraints."""
-    from optuav.engines.bracket import some_point
-
-    first, *others = model.variables
-    far = Constraint("", Relation(sum(others, start=first + 0.0), "<=", far_s), "s", "")
-    return some_point(subset(model, [*constraints, far]), programmes, values)[1]
 
 
 def shortest_flight(network: Network, parts: Sequence[Part]) -> tuple[int, int]:
@@ -250,18 +243,6 @@ def shortest_flight(network: Network, parts: Sequence[Part]) -> tuple[int, int]:
     flight_s = [network.routes.flight_time_s[part.routes] for part in parts]
     number = int(np.argmin([each.min() for each in flight_s]))
     return number, int(flight_s[number].argmin())
-
-
-def _may_hold(model: Model, constraint: Constraint, parameters: Values) -> bool:
-    """Whether some unknowns may satisfy a constraint alone: it is not proved that none do."""
-    if not has_unknowns(*constraint.relation.sides):
-        return False
-    if len(model.variables) > MOST_UNKNOWNS:
-        return True
-    try:
-        return not impossible(model, [constraint], 1, parameters, ANY_S)[0]
-    except (NotExponentialError, InputError):
-        return True
 
 
 def shortfalls(question: Question, network: Network, parts: Sequence[Part]) -> tuple[str, ...]:
@@ -296,7 +277,8 @@ def shortfalls(question: Question, network: Network, parts: Sequence[Part]) -> t
     violated = [
         f"{label}: {row.left:.6g} {row.sense} {row.right:.6g} does not hold at {times} on {way}"
         for label, row in zip(labels, broken, strict=True)
-        if not _may_hold(model, row.constraint, parameters)
+        if not has_unknowns(*row.constraint.relation.sides)
+        or none_proved(subset(model, [row.constraint], ANY_S), 1, parameters)[0]
     ]
     if (more := len(violated) - MOST_VIOLATED) > 0:
         violated[MOST_VIOLATED:] = [f"nor do {more} other constraints hold there"]
