@@ -37,6 +37,7 @@ from optuav.errors import InputError
 from optuav.modelling.check import evaluated
 from optuav.modelling.forms import CONSTANT, Monomial
 from optuav.modelling.model import Model
+from optuav.modelling.traversal import evaluate
 from optuav.status import Status
 
 ROUNDING = 1e-11
@@ -336,8 +337,11 @@ def some_point(
 ) -> tuple[dict[str, Floats], Booleans]:
     """Times that satisfy all constraints, NaN where none are known, and where it is proved none do.
 
-    Parameters as for `solve`. What is sought does not matter, nor how the times compare.
+    Parameters as for `solve`. What is sought does not matter, nor how the times compare. Raises
+    `InputError` if one of them may be negative.
     """
+    if any(np.any(evaluate(each.lower, values or {}) < 0.0) for each in model.variables):
+        raise InputError(f"engine {NAME} needs unknowns of at least 0")
     names = [each.name for each in model.variables]
     forms = stated_forms(model, values or {})
     rows, tops, usable = _read(forms, names, programmes)

@@ -9,8 +9,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import optuav
+from formulations.formulation import Formulation, Given
 from optuav.diagnosis.subject import feasible, question_of
 from optuav.mission import Mission
+from optuav.modelling import Model
 from tests.diagnosis.missions import CHANGES, OPTIONS, PAPER, SMALL
 
 questions = st.sampled_from([*OPTIONS, {"problem": "P1", "slot_s": 5.0}])
@@ -54,6 +56,24 @@ def test_programmes_that_are_not_linear_are_decided(packs: float, expected: bool
     """Through the wells: two legs alone take 7843 A·s."""
     mission = SMALL.replace({"battery.capacity_As": 36000 * packs})
     assert is_feasible(mission, problem="P3", perspective="wells") is expected
+
+
+class Below(Formulation):
+    """Longest hover beside an unknown that has to be negative."""
+
+    def declare(self, model: Model, given: Given) -> None:
+        """Maximise Δ."""
+        hover, rest = given.hover_and_rest(model)
+        model.maximise(hover)
+        model.subject_to("low", model.variable("y", "y", unit="1", lower=-10.0) <= -5.0)
+        given.keep_deadline(model, "deadline", hover, rest)
+
+
+def test_an_unknown_below_0_is_not_taken_for_a_time() -> None:
+    """Bracketed from 0 on, nothing would satisfy y <= -5."""
+    mission = SMALL.replace({"buildings": []})
+    assert optuav.solve(mission, Below(), perspective="battery")
+    assert is_feasible(mission, problem=Below(), perspective="battery")
 
 
 def test_more_slots_than_can_be_searched() -> None:
