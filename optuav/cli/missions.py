@@ -300,7 +300,7 @@ def _found(found: Fit) -> Iterator[str]:
         name, _, key = each.key.partition(".")
         row = each.written(" – ") if each.determined else ["?", "not determined"]
         rows = tables.setdefault(name, [(f"[{name}]", "value", "95 % between")])
-        rows.append((key, *row, *([] if each.interval else ["–"])))
+        rows.append((key, *row, *(["–"] if each.determined and not each.interval else [])))
     for rows in tables.values():
         yield from ("", *tabulated(rows, longest=LONGEST))
     for panel in found.panels:

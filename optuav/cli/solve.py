@@ -12,7 +12,7 @@ import typer
 import optuav
 from optuav.cli.options import ProblemOptions, SolveOptions, mission_of, refuse_beside_plan
 from optuav.cli.output import FAILED, NO, check_places, command, deliver, progress, say
-from optuav.errors import Fault, InputError
+from optuav.errors import Fault, InputError, printable
 from optuav.options import Perspective
 from optuav.status import Status
 
@@ -124,6 +124,9 @@ def explain(
         changed = vars(asked).items() - vars(SolveOptions()).items() - more.items()
         refuse_beside_plan([*(name for name, _ in changed), *(["set"] if settings else [])])
         plan = optuav.load_plan(mission)
+        if plan and optuav.audit(plan).contradicted:
+            words = "its simulation contradicts this plan: optuav show says where"
+            raise InputError([Fault("", "", words, printable(mission))])
         if asked.stops is None and asked.hovers is None:
             explained = optuav.explain(plan)
         else:

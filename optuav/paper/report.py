@@ -15,7 +15,7 @@ from xml.etree.ElementTree import Element, tostring
 
 from optuav.errors import Fault, refuse
 from optuav.mission import Mission, load
-from optuav.mission.files import make_directory, write_files
+from optuav.mission.files import check_place, make_directory, write_files
 from optuav.mission.messages import nearest
 from optuav.options import Perspective
 from optuav.paper import figures, table2
@@ -142,8 +142,11 @@ def reproduce(
     folder = Path(directory)
     files = _files(missions, only, mission is None, progress, workers)
     made = {folder / name: content for name, content in files}
-    for name in ("figures", "data"):
-        make_directory(folder / name)
+    for path, content in made.items():
+        if path.parent.is_dir():
+            check_place(path, content)  # before directories are made
+    for parent in dict.fromkeys(path.parent for path in made):
+        make_directory(parent)
     write_files(made)
     return list(made)
 

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import os
 import signal
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor
-from multiprocessing import get_context
+from multiprocessing import get_context, parent_process
+from threading import Thread
 from typing import Any, TypeVar
 
 from optuav.errors import Fault
@@ -33,10 +35,27 @@ def run_tasks(
     if (most := min(workers, len(tasks) // FEWEST)) < 2:
         yield from (function(*task) for task in tasks)
         return
-    with ProcessPoolExecutor(most, get_context("spawn"), _leave_interrupts) as pool:
-        yield from pool.map(function, *zip(*tasks, strict=True))
+    with ProcessPoolExecutor(most, get_context("spawn"), _stay_with_parent) as pool:
+        # The processes begin here, with interrupts blocked as they are in this thread.
+        blocked = {signal.SIGINT} if hasattr(signal, "pthread_sigmask") else set()
+        if blocked:
+            signal.pthread_sigmask(signal.SIG_BLOCK, blocked)
+        try:
+            found = pool.map(function, *zip(*tasks, strict=True))
+        finally:
+            if blocked:
+                signal.pthread_sigmask(signal.SIG_UNBLOCK, blocked)
+        yield from found
 
 
-def _leave_interrupts() -> None:
-    """Ignore interrupts in a worker: the process that asked ends it."""
+def _stay_with_parent() -> None:
+    """Leave interrupts to the process that asked, and end when it ends, however it does."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
+    Thread(target=_end_with_parent, daemon=True).start()
+
+
+def _end_with_parent() -> None:
+    parent = parent_process()
+    if parent is not None:
+        parent.join()
+        os._exit(1)

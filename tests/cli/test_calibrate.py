@@ -88,6 +88,16 @@ def test_data_that_tell_too_little_are_an_answer(tmp_path: Path) -> None:
     assert optuav.load(file).battery == optuav.load("paper").battery
 
 
+def test_lifetimes_of_no_battery_leave_a_question_mark(tmp_path: Path) -> None:
+    """Longer lifetimes at larger currents: no value is stated, and the warning says why."""
+    rows = ["load,current_A,lifetime_s", *(f"{n},{n},{100 * n}" for n in range(1, 5))]
+    (tmp_path / "odd.csv").write_text("\n".join(rows), "utf-8")
+    found = run("calibrate", "kibam", str(tmp_path / "odd.csv"))
+    assert found.code == 0
+    assert "capacity_As             ?  not determined" in found.out
+    assert "no kinetic battery lasts like that" in found.out + found.err
+
+
 @pytest.mark.parametrize("kind", ["kibam", "regimes", "rotor"])
 def test_a_file_and_its_copy_are_refused(kind: str, tmp_path: Path) -> None:
     """Twice the same measurements would halve the squares of all intervals."""

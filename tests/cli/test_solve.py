@@ -284,3 +284,13 @@ def test_a_mission_from_standard_input_and_a_plan_to_standard_output(
     assert found["kind"] == "optuav plan"
     assert found["mission"]["name"] == "mission"
     assert found["mission"]["limits"]["deadline_s"] == 800
+
+
+def test_explain_believes_no_plan_that_its_simulation_contradicts(tmp_path: Path) -> None:
+    """An embedded deadline that was edited makes the saved plan late."""
+    path = tmp_path / "plan.json"
+    run("solve", "paper", "--save", str(path))
+    saved = json.loads(path.read_text("utf-8"))
+    saved["mission"]["limits"]["deadline_s"] = 800.0
+    path.write_text(json.dumps(saved), "utf-8")
+    assert "its simulation contradicts this plan: optuav show" in refused("explain", str(path))

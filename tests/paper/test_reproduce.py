@@ -510,3 +510,12 @@ def test_a_name_is_text_in_markdown(name: str) -> None:
     assert parsed == f"<p>{escape(name)}</p>\n"
     assert "http://" not in text  # which some readers make a link of
     assert "www.e" not in text
+
+
+def test_a_refused_report_leaves_no_folders(tmp_path: Path) -> None:
+    """What optuav has not written is not replaced, and only folders that hold files are made."""
+    (tmp_path / "report.html").write_text("mine", "utf-8")
+    assert "report.html" in refused("reproduce", "--only", "table2", "--out", str(tmp_path))
+    assert [path.name for path in tmp_path.iterdir()] == ["report.html"]
+    optuav.reproduce(tmp_path / "new", only=("table2",))
+    assert not (tmp_path / "new" / "figures").exists()
