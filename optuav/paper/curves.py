@@ -2,6 +2,7 @@
 
 import math
 import tomllib
+from collections.abc import Mapping
 from functools import cache, lru_cache
 from importlib.resources import files
 from typing import Any
@@ -35,6 +36,7 @@ HOVER_S = 100.0
 
 WIND_POINTS = 401
 HALVINGS = 30
+SAME_S = 1e-6  # Hover times that differ by less are the same
 LARGEST_PACK = 4.0  # Largest pack that is tried, over the mission's own
 REMEMBERED = 512
 BEST = P1()
@@ -74,6 +76,13 @@ def by_trajectory(mission: Mission, perspective: Perspective) -> dict[str, Plan]
     return {
         name: solve(mission, P1(trajectory=name), perspective=perspective) for name in TRAJECTORIES
     }
+
+
+def longest(plans: Mapping[str, Plan]) -> tuple[Plan, list[str]]:
+    """The optimal one of the plans by trajectory, and the others that hover as long."""
+    best, others = plans["optimal"], TRAJECTORIES[:-1]
+    hovers_s = {name: plans[name].hover_time_s for name in others if plans[name]}
+    return best, [name for name in hovers_s if hovers_s[name] >= best.hover_time_s - SAME_S]
 
 
 def without_laser(mission: Mission) -> Mission:

@@ -4,7 +4,8 @@ import contextlib
 import itertools
 import math
 import re
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from operator import attrgetter
 from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
@@ -63,35 +64,34 @@ class Exhibit:
         mission: Mission,
         file: str,
         records: Sequence[Record],
-        words: Mapping[str, object] | None = None,
+        words: Mapping[str, object] = {},
         axes: "Axes | None" = None,
         bars: Sequence[plots.Bar] = (),
-        level: plots.Mark | None = None,
         marks: Sequence[plots.Mark] = (),
         rows: Sequence[Sequence[str]] = (),
         part: str = "",
-        findings: Sequence[str] = (),
+        findings: Iterable[str] = (),
     ) -> None:
         self.mission, self.file, self.part = mission, file, part
         self.records, self.rows, self.axes = records, rows, axes
         stated = data()["exhibit"][file]
-        known = {"part": part, "deadline_s": mission.limits.deadline_s, **(words or {})}
-        known = {name: value for name, value in known.items() if value is not None}
+        known = {"part": part, "deadline_s": mission.limits.deadline_s}
+        known |= {name: value for name, value in words.items() if value is not None}
         labels = stated.keys() & {"title", "x_label", "y_label"}
         if texts := {each: stated[each].format(**known) for each in labels}:
             texts["title"] = f"{printed(mission.name)}: {texts['title']}"
             if bars:
-                self.axes = plots.bars(bars, **texts, level=level)
+                self.axes = plots.bars(bars, **texts, level=next(iter(marks), None))
             else:
                 lines = list(_lines(records, stated, known))
                 from_zero = stated.get("y_from_zero", False)
                 self.axes = plots.curves(lines, **texts, marks=marks, y_from_zero=from_zero)
-        said = []
+        self.findings = list[str]()
         for sentence in stated.get("findings", ()):
             # What speaks of a plan or a crossing that does not exist is left unsaid.
             with contextlib.suppress(KeyError):
-                said.append(sentence.format(**known))
-        self.findings = [*said, *findings]
+                self.findings.append(sentence.format(**known))
+        self.findings += findings
         self.details = stated.get("details", "").format(**known)
 
     @property
@@ -110,11 +110,11 @@ class Exhibit:
     @property
     def caption(self) -> str:
         """What is shown, where the paper has it if the mission is the paper's, and for what."""
-        known = is_papers(self.mission) and self.numbers
-        place = (
-            self.numbers[0].replace("fig", "Fig. ").replace("table2", "Table II") if known else ""
-        )
-        whole = data()["exhibit"][self.file]["words"] + (place and f" ({place} of the paper)")
+        place = ""
+        if is_papers(self.mission) and self.numbers:
+            number = self.numbers[0].replace("fig", "Fig. ").replace("table2", "Table II")
+            place = f" ({number} of the paper)"
+        whole = data()["exhibit"][self.file]["words"] + place
         return f"{whole}: {', '.join(filter(None, (self.mission.name, self.details)))}"
 
 
@@ -155,10 +155,9 @@ def eta(plan: Plan, perspective: Perspective) -> float:
 
 def existing(plans: Mapping[str, Plan]) -> dict[str, Plan]:
     """Return the plans that exist; if none does, the study is not shown."""
-    found = {name: plan for name, plan in plans.items() if plan}
-    if not found:
+    if not any(plans.values()):
         raise NotShownError(why([*plans.values()][-1]))
-    return found
+    return {name: plan for name, plan in plans.items() if plan}
 
 
 def missing(plans: Mapping[str, Plan]) -> Iterator[str]:
@@ -170,11 +169,11 @@ def missing(plans: Mapping[str, Plan]) -> Iterator[str]:
 
 def grounded(plans: Mapping[str, Plan], what: str) -> Iterator[str]:
     """How many of the plans shown as rows or bars cannot be flown; nothing if all can."""
-    dry = sum(plan.runs_dry_s is not None for plan in plans.values())
-    full = sum(p.runs_dry_s is None and p.overfull_s is not None for p in plans.values())
+    dry = [plan.runs_dry_s is not None for plan in plans.values()]
+    full = [plan.overfull_s is not None for plan in plans.values() if plan.runs_dry_s is None]
     for count, words in (
-        (dry, "the available well runs dry before the end"),
-        (full, "the well lasts, but is charged beyond full"),
+        (sum(dry), "the available well runs dry before the end"),
+        (sum(full), "the well lasts, but is charged beyond full"),
     ):
         if count:
             yield f"In {count} of {len(plans)} {what} {words}: such a plan cannot be flown."
@@ -230,32 +229,33 @@ def _columns(**values: object) -> list[Record]:
 def system(mission: Mission, perspective: Perspective) -> Exhibits:
     """The map with the four trajectories."""
     plans = curves.by_trajectory(mission, perspective)
-    found = existing(plans)
+    found, lost = existing(plans), missing(plans)
     routes = "; ".join(f"{name} {' → '.join(plan.route)}" for name, plan in found.items())
-    records, words = _records(found, "trajectory"), {"routes": routes}
-    axes, lost = plots.trajectories(plans).plan, [*missing(plans)]
-    yield Exhibit(mission, "system", records, words, axes=axes, part=perspective, findings=lost)
+    records, axes = _records(found, "trajectory"), plots.trajectories(plans).plan
+    yield Exhibit(
+        mission, "system", records, {"routes": routes}, axes, part=perspective, findings=lost
+    )
 
 
 def wells(mission: Mission, perspective: Perspective) -> Exhibits:
     """The two wells over the optimal plan."""
     plan, full = _plan(mission, perspective=perspective), vehicle.pool(mission).full
-    ends = (plan.phases[-1].available_As, plan.phases[-1].bound_As)
-    available, bound = (
-        number(100.0 * sum(end) / float(size), 1) for end, size in zip(ends, full, strict=True)
-    )
+    words = {
+        name: number(100.0 * sum(getattr(plan.phases[-1], f"{name}_As")) / float(size), 1)
+        for name, size in zip(("available", "bound"), full, strict=True)
+    }
     said = [f"{each[:1].upper()}{each[1:].removesuffix('.')}." for each in plan.warnings]
-    words, axes = {"available": available, "bound": bound}, plots.wells([plan])[0]
-    yield Exhibit(
-        mission, "wells", _course(plan), words, axes=axes, part=perspective, findings=said
-    )
+    yield _course(plan, "wells", words, part=perspective, findings=said)
 
 
-def _course(plan: Plan) -> list[Record]:
+def _course(plan: Plan, file: str, words: Mapping[str, object], **others: Any) -> Exhibit:
     """The wells of a plan over time."""
     trace = replay(plan).trace
     wells = {name: getattr(trace, name).sum(axis=1) for name in ("available_As", "bound_As")}
-    return _columns(time_s=trace.time_s, **wells)
+    highest = 100.0 * wells["available_As"].max() / float(vehicle.pool(plan.mission).full[0])
+    known = {"plan": plan, "highest": highest, **words}
+    records, axes = _columns(time_s=trace.time_s, **wells), plots.wells([plan])[0]
+    return Exhibit(plan.mission, file, records, known, axes, **others)
 
 
 def direct_path(mission: Mission) -> Exhibits:
@@ -281,23 +281,19 @@ def direct_path(mission: Mission) -> Exhibits:
 
 def _beside_the_paper(mission: Mission) -> Exhibit:
     """The paper's cells, each with ours below it."""
-    entries = ledger(["table2"]).table2
-    stated = [each.statement.stated for each in entries]
-    ours = [each.printed if mission.name == "paper" else each.recovered for each in entries]
-    same = [agrees(*pair) for pair in zip(stated, ours, strict=True)]
-    above = [e.statement.stated + " †" * (e.verdict is Verdict.CONTRADICTS) for e in entries]
-    triples = zip(entries, ours, same, strict=True)
-    below = [each.shown(value) + " *" * (not alike) for each, value, alike in triples]
+    records, above, below = list[Record](), list[str](), list[str]()
+    for each in ledger(["table2"]).table2:
+        stated, wrong = each.statement.stated, each.verdict is Verdict.CONTRADICTS
+        ours = each.printed if mission.name == "paper" else each.recovered
+        cell = {"cell": each.statement.name, "paper": stated, "ours": ours}
+        records.append({**cell, "shows_the_printed_digits": (same := agrees(stated, ours))})
+        above.append(f"{stated}{' †' * wrong}".replace("-", MINUS))
+        below.append(f"{each.shown(ours)}{' *' * (not same)}".replace("-", MINUS))
     rows: list[Sequence[str]] = [HEAD]
     for count, row in enumerate(table2.ROWS):
-        printed_row, our_row = (
-            [cell.replace("-", MINUS) for cell in cells[5 * count : 5 * count + 5]]
-            for cells in (above, below)
-        )
-        rows.append((f"printed: {row.deadline_s} s, {row.perspective}", *printed_row))
-        rows.append((f"ours, η at Δ = {row.slots_s:g} s", *our_row))
-    names = [each.statement.name for each in entries]
-    records = _columns(cell=names, paper=stated, ours=ours, shows_the_printed_digits=same)
+        cells = slice(5 * count, 5 * count + 5)
+        rows.append((f"printed: {row.deadline_s} s, {row.perspective}", *above[cells]))
+        rows.append((f"ours, η at Δ = {row.slots_s:g} s", *below[cells]))
     return Exhibit(mission, "table2", records, rows=rows)
 
 
@@ -306,76 +302,69 @@ def by_perspective(mission: Mission) -> Exhibits:
     least = plots.Mark(100.0 * mission.limits.min_soc, "least, $η_0$")
     for deadline_s in deadlines_s(mission):
         changed = with_deadline(mission, deadline_s)
-        chosen = {
+        chosen: dict[tuple[str, str], Plan] = {
             (perspective, name): plan
             for perspective in (*PAPER, OURS)
             for name, plan in curves.by_trajectory(changed, perspective).items()
         }
         plans = {f"{name}, {perspective}": plan for (perspective, name), plan in chosen.items()}
-        hovers, charges = list[plots.Bar](), list[plots.Bar]()
-        for names, plan in chosen.items():
-            hover_s, left = (plan.hover_time_s, eta(plan, "battery")) if plan else (None, None)
-            hovers.append(plots.Bar(*names, hover_s, plan.flyable))
-            charges.append(plots.Bar(*names, left, plan.flyable))
         found, part = existing(plans), f"{deadline_s:g}s"
-        records = _records(found, "trajectory")
-        said = (*_longest(chosen), *grounded(found, "bars"), *missing(plans))
-        yield Exhibit(changed, "hover-time", records, bars=hovers, part=part, findings=said)
-        yield Exhibit(changed, "charge-left", records, bars=charges, level=least, part=part)
+        records, bars = _records(found, "trajectory"), _bars(chosen)
+        said = [
+            f"{each}: {best.hover_time_s:.2f} s by {' and '.join(names) or ' → '.join(best.route)}."
+            for each in (*PAPER, OURS)
+            for best, names in [curves.longest(curves.by_trajectory(changed, each))]
+            if best
+        ]
+        said += (*grounded(found, "bars"), *missing(plans))
+        yield Exhibit(changed, "hover-time", records, bars=bars, part=part, findings=said)
+        bars = _bars(chosen, lambda plan: eta(plan, "battery"))
+        yield Exhibit(changed, "charge-left", records, bars=bars, marks=[least], part=part)
 
 
-def _longest(plans: Mapping[tuple[Perspective, str], Plan]) -> Iterator[str]:
-    """The longest hover in each perspective, and the trajectories that reach it."""
-    for perspective, group in itertools.groupby(plans.items(), lambda each: each[0][0]):
-        *others, (_, optimal) = group
-        if optimal:
-            least_s = optimal.hover_time_s - 1e-6
-            best = [name for (_, name), p in others if p and p.hover_time_s >= least_s]
-            by = " and ".join(best) or " → ".join(optimal.route)
-            yield f"{perspective}: {optimal.hover_time_s:.2f} s by {by}."
+def _bars(
+    plans: Mapping[tuple[str, str], Plan],
+    value: Callable[[Plan], float] = attrgetter("hover_time_s"),
+) -> list[plots.Bar]:
+    """A value of plans by their group and name, None where there is no plan."""
+    return [
+        plots.Bar(*names, value(plan) if plan else None, plan.flyable)
+        for names, plan in plans.items()
+    ]
 
 
 def least_charge(mission: Mission, perspective: Perspective) -> Exhibits:
     """Hover time by the charge that must be left, one curve a rotor speed."""
     own, own_speed, loads = mission.limits.min_soc, None, f"{NO_SPEED}, without v_max, "
-    least = [each for each in (own, own + 0.05, own + 0.1) if each < 1.0]
+    charges = [each for each in (own, own + 0.05, own + 0.1) if each < 1.0]
     speeds: Sequence[float | None] = (None,)
     if mission.flight.model == "rotors" and mission.rotor is not None:
         own_speed, loads = mission.rotor.max_speed_rad_s, ""
         speeds = [share * own_speed for share in curves.SPEED_SHARES]
-    plans = {}
-    for speed, soc in itertools.product(speeds, curves.LEAST_SOC if is_papers(mission) else least):
+    records = list[dict[str, Any]]()
+    for speed, soc in itertools.product(
+        speeds, curves.LEAST_SOC if is_papers(mission) else charges
+    ):
         change = {} if speed is None else {"rotor.max_speed_rad_s": speed}
-        changed = mission.replace({**change, "limits.min_soc": soc})
-        plans[speed, 100.0 * soc] = solve(changed, perspective=perspective)
-    if not any(plans.values()):
+        plan = solve(mission.replace({**change, "limits.min_soc": soc}), perspective=perspective)
+        hover_s, route = plan.hover_time_s if plan else math.nan, " > ".join(plan.route)
+        row = {"max_speed_rad_s": speed, "min_soc_percent": 100.0 * soc}
+        records.append({**row, "hover_time_s": hover_s, "route": route})
+    if all(math.isnan(row["hover_time_s"]) for row in records):
         _plan(mission, perspective=perspective)
-    records = [
-        {
-            "max_speed_rad_s": speed,
-            "min_soc_percent": percent,
-            "hover_time_s": plan.hover_time_s if plan else math.nan,
-            "route": " > ".join(plan.route) if plan else "",
-        }
-        for (speed, percent), plan in plans.items()
-    ]
-    own_plans = {percent: plan for (speed, percent), plan in plans.items() if speed == own_speed}
-    where = "" if loads else " at the mission's own v_max"
-    words = {**_falls(own_plans), "where": where, "loads": loads}
+    own_rows = [row for row in records if row["max_speed_rad_s"] == own_speed]
+    pairs = [(row["min_soc_percent"], row["hover_time_s"]) for row in own_rows]
+    lost = next((f"{percent:g}" for percent, hover_s in pairs if math.isnan(hover_s)), None)
+    words = {"lost": lost, "where": "" if loads else " at the mission's own v_max", "loads": loads}
+    found = [pair for pair in pairs if not math.isnan(pair[1])]
+    if len(found) > 1:
+        (least, first), *others = found
+        if all(math.isclose(hover_s, first, rel_tol=1e-6) for _, hover_s in others):
+            words["constant"] = first
+        else:
+            falls = (f"{100.0 * (1.0 - s / first):.2f} % at η0 = {n:g} %" for n, s in others)
+            words |= {"least": least, "first": first, "falls": ", ".join(falls)}
     yield Exhibit(mission, "least-charge", records, words, part=perspective)
-
-
-def _falls(plans: Mapping[float, Plan]) -> dict[str, Any]:
-    """What the charge that must be left [%] costs of the hover time, as words of the findings."""
-    lost = next((f"{percent:g}" for percent, plan in plans.items() if not plan), None)
-    found = {percent: plan.hover_time_s for percent, plan in plans.items() if plan}
-    if len(found) < 2:
-        return {"lost": lost}
-    (least, first), *others = found.items()
-    if all(math.isclose(hover_s, first, rel_tol=1e-6) for _, hover_s in others):
-        return {"lost": lost, "constant": first}
-    falls = (f"{100.0 * (1.0 - s / first):.2f} % at η0 = {percent:g} %" for percent, s in others)
-    return {"lost": lost, "least": least, "first": first, "falls": ", ".join(falls)}
 
 
 def battery_size(mission: Mission, perspective: Perspective) -> Exhibits:
@@ -384,32 +373,20 @@ def battery_size(mission: Mission, perspective: Perspective) -> Exhibits:
     best_s = _plan(mission, perspective=perspective).hover_time_s
     crossing_As = curves.least_pack(dark, perspective, best_s)
     full_As = curves.least_pack(dark, perspective)
-    marks = [
-        plots.Mark(at, f"{words}: {at:.0f} A s")
-        for at, words in (
-            (crossing_As, "as long without laser"),
-            (full_As, "ended by the deadline"),
-        )
-        if at is not None
-    ]
+    ends = {"as long without laser": crossing_As, "ended by the deadline": full_As}
+    marks = [plots.Mark(at, f"{words}: {at:.0f} A s") for words, at in ends.items() if at]
     first_As, last_As = 0.8 * own_As, max([1.15 * own_As, *(1.06 * mark.at for mark in marks)])
     bends = [*(mark.at for mark in marks), curves.least_pack(mission, perspective) or 0.0]
     inner = [each for each in bends if first_As < each < last_As]
     packs_As = np.union1d(np.linspace(first_As, last_As, PACKS[perspective]), inner).tolist()
-    without_s, within_s = (
-        [plan.hover_time_s if plan else math.nan for plan in plans]
-        for each in (dark, mission)
-        for plans in [[curves.direct(each, pack_As, perspective) for pack_As in packs_As]]
-    )
-    records = _columns(
-        pack_As=packs_As,
-        optimum_with_laser_and_own_pack_s=best_s,
-        direct_without_laser_s=without_s,
-        direct_with_laser_s=within_s,
-    )
+    columns = {"pack_As": packs_As, "optimum_with_laser_and_own_pack_s": best_s}
+    for name, each in (("without", dark), ("with", mission)):
+        plans = (curves.direct(each, pack_As, perspective) for pack_As in packs_As)
+        columns[f"direct_{name}_laser_s"] = [p.hover_time_s if p else math.nan for p in plans]
     words = {"own_As": own_As, "best_s": best_s, "crossing_As": crossing_As, "full_As": full_As}
     if crossing_As is not None:
         words |= {"saved_As": crossing_As - own_As, "percent": 100.0 * (crossing_As / own_As - 1.0)}
+    records = _columns(**columns)
     yield Exhibit(mission, "battery-size", records, words, marks=marks, part=perspective)
 
 
@@ -449,14 +426,12 @@ def runs_dry(mission: Mission) -> Exhibits:
     plan, kept = _plan(mission, P3()), solve(mission, P3())
     level = 100.0 * plan.phases[-1].available_As[0] / float(vehicle.pool(mission).capacity_As)
     words = {
-        "hover_s": plan.hover_time_s,
         "left": eta(plan, "battery"),
         "level": number(level, 1),
         "dry_s": plan.runs_dry_s,
-        "end_s": plan.mission_time_s,
         "lasting": f"Δ = {kept.hover_time_s:.2f} s" if kept else f"there is no plan: {why(kept)}",
     }
-    yield Exhibit(mission, "runs-dry", _course(plan), words, axes=plots.wells([plan])[0])
+    yield _course(plan, "runs-dry", words)
 
 
 def overcharges(mission: Mission) -> Exhibits:
@@ -465,16 +440,8 @@ def overcharges(mission: Mission) -> Exhibits:
         each.name: solve(mission, P4(each.name, order="rest-first"), perspective="battery")
         for each in mission.buildings
     }
-    plan = max(existing(plans).values(), key=lambda each: each.hover_time_s)
-    records, full_As = _course(plan), float(vehicle.pool(mission).full.available_As)
-    words = {
-        "building": plan.route[1],
-        "hover_s": plan.hover_time_s,
-        "rest_s": plan.rest_time_s,
-        "highest": 100.0 * max(each["available_As"] for each in records) / full_As,
-        "full_s": plan.overfull_s,
-    }
-    yield Exhibit(mission, "overcharges", records, words, axes=plots.wells([plan])[0])
+    plan = max(existing(plans).values(), key=attrgetter("hover_time_s"))
+    yield _course(plan, "overcharges", {"full_s": plan.overfull_s})
 
 
 def second_problem(mission: Mission) -> Exhibits:
@@ -484,14 +451,13 @@ def second_problem(mission: Mission) -> Exhibits:
     problems = (P1(), P2(), P2(tight=True))
     plans = {each.name: solve(changed, each, perspective="battery") for each in problems}
     labels = data()["exhibit"]["second-problem"]["labels"]
-    hovers = (
+    hovers = "; ".join(
         f"{name} " + (f"{plan.hover_time_s:.2f} s" if plan else f"no plan, {why(plan)}")
         for name, plan in plans.items()
     )
-    found = existing(plans)
-    records, words = _records(found, "problem"), {"hovers": "; ".join(hovers)}
-    bars = _bars({labels[name]: plan for name, plan in found.items()})
-    yield Exhibit(changed, "second-problem", records, words, bars=bars)
+    records = _records(existing(plans), "problem")
+    bars = _bars({(labels[name], ""): plan for name, plan in plans.items() if plan})
+    yield Exhibit(changed, "second-problem", records, {"hovers": hovers}, bars=bars)
 
 
 def more_stops(mission: Mission) -> Exhibits:
@@ -504,18 +470,13 @@ def more_stops(mission: Mission) -> Exhibits:
         for words, (stops, hovers) in WAYS.items()
     }
     found = existing(plans)
-    hovers = (
+    said = [
         f"{name}: {plan.hover_time_s:.3f} s; {', '.join(_stays(plan))}."
         for name, plan in found.items()
-    )
-    bars = _bars({n.replace(", T_max", ",\n$T_{max}$"): plan for n, plan in found.items()})
-    records, said = _records(found, "most"), [*hovers, *missing(plans)]
-    yield Exhibit(mission, "more-stops", records, bars=bars, findings=said)
-
-
-def _bars(plans: Mapping[str, Plan]) -> list[plots.Bar]:
-    """The hover times of plans by their labels."""
-    return [plots.Bar(n, "", p.hover_time_s, p.flyable) for n, p in plans.items()]
+    ]
+    bars = _bars({(n.replace(", T_max", ",\n$T_{max}$"), ""): plan for n, plan in found.items()})
+    said += missing(plans)
+    yield Exhibit(mission, "more-stops", _records(found, "most"), bars=bars, findings=said)
 
 
 def peak_speed(mission: Mission) -> Exhibits:
@@ -531,7 +492,7 @@ def peak_speed(mission: Mission) -> Exhibits:
     cap, speed = " but the mission's own" if capped else "", plan.peak_speed_m_s
     words = {"speed": speed, "kmh": 3.6 * speed, "cap": cap}
     axes = plots.leg(mission, first.start_place, first.end_place).speed
-    yield Exhibit(mission, "peak-speed", records, words, axes=axes)
+    yield Exhibit(mission, "peak-speed", records, words, axes)
 
 
 def misprints(mission: Mission) -> Exhibits:
