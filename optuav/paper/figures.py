@@ -347,7 +347,7 @@ def least_charge(mission: Mission, perspective: Perspective) -> Exhibits:
     ):
         change = {} if speed is None else {"rotor.max_speed_rad_s": speed}
         plan = solve(mission.replace({**change, "limits.min_soc": soc}), perspective=perspective)
-        hover_s, route = plan.hover_time_s if plan else math.nan, " > ".join(plan.route)
+        hover_s, route = (plan.hover_time_s, " > ".join(plan.route)) if plan else (math.nan, "")
         row = {"max_speed_rad_s": speed, "min_soc_percent": 100.0 * soc}
         records.append({**row, "hover_time_s": hover_s, "route": route})
     if all(math.isnan(row["hover_time_s"]) for row in records):
