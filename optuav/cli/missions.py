@@ -15,9 +15,9 @@ from typing import TYPE_CHECKING, Any, Literal
 import typer
 
 import optuav
-from optuav.cli.options import mission_of, refuse_beside_plan
+from optuav.cli.options import is_plan, mission_of, refuse_beside_plan
 from optuav.cli.output import NO, check_places, command, deliver, say
-from optuav.errors import Fault, decimal, line_width, printable, refuse
+from optuav.errors import Fault, decimal, line_width, refuse
 
 if TYPE_CHECKING:
     from optuav.calibration import Fit
@@ -48,17 +48,19 @@ def show(
     A plan is simulated again. Exit code 1 if the saved answer is that there is no feasible plan,
     or if the simulation contradicts the file.
     """
+    from optuav.mission.files import label
+
     check_places(None, plot)
     shown: Plan | Mission
     contradictions = ""
-    if Path(mission).suffix == ".json":
+    if is_plan(mission):
         refuse_beside_plan(["set"] if settings else [])
         shown = optuav.load_plan(mission)
         if shown:
             found = optuav.audit(shown)
             shown = shown.model_copy(update={"flyable": bool(found)})
             if found.contradicted:
-                contradictions = f"\n\nThe simulation contradicts {printable(mission)}.\n{found}"
+                contradictions = f"\n\nThe simulation contradicts {label(Path(mission))}.\n{found}"
     else:
         shown = mission_of(mission, settings)
     written = []
@@ -191,7 +193,7 @@ class Numbers:
 def new(file: Path, asked: Numbers, source: str = "paper") -> None:
     """Write a mission file in which every key is explained."""
     from optuav.mission import load
-    from optuav.mission.files import must_be_new, write_text
+    from optuav.mission.files import STANDARD, must_be_new, write_text
     from optuav.mission.template import template
 
     must_be_new(file)
@@ -207,8 +209,9 @@ def new(file: Path, asked: Numbers, source: str = "paper") -> None:
             if value is not None
         )
         mission, remarks = load(source), ()
-    write_text(file, template(mission, file.stem, remarks))
-    if file != Path("-"):
+    name = "mission" if file == STANDARD else file.stem
+    write_text(file, template(mission, name, remarks))
+    if file != STANDARD:
         say(f"wrote {file}; next: optuav validate {file}")
 
 
@@ -282,7 +285,7 @@ def calibrate(
     if plot is not None and found.panels:
         from optuav import plots
 
-        written.append(plots.save(plots.fit(found)[0], plot / "fit.png"))
+        written += plots.save_figures([("fit.png", plots.fit(found)[0].values)], plot)
     notes = [f"warning: {each}" for each in found.warnings]
     if found.changes:
         pairs = (("--set", f"{key}={value}") for key, value in found.changes.items())

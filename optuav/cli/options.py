@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import inspect
+import io
+import sys
 import tomllib
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, is_dataclass
@@ -166,6 +168,14 @@ def mission_of(source: str, settings: Sequence[str] | None) -> Mission:
         faults += error.faults
     refuse(faults)
     return mission
+
+
+def is_plan(source: str) -> bool:
+    """Whether an argument is a saved plan: a .json file, or JSON from the standard input."""
+    if source != "-" or sys.stdin is None:
+        return Path(source).suffix == ".json"
+    stream = sys.stdin.buffer
+    return isinstance(stream, io.BufferedReader) and stream.peek(1).lstrip()[:1] == b"{"
 
 
 def refuse_beside_plan(stated: Iterable[str]) -> None:

@@ -10,7 +10,13 @@ from typing import TYPE_CHECKING, Any
 import typer
 
 import optuav
-from optuav.cli.options import ProblemOptions, SolveOptions, mission_of, refuse_beside_plan
+from optuav.cli.options import (
+    ProblemOptions,
+    SolveOptions,
+    is_plan,
+    mission_of,
+    refuse_beside_plan,
+)
 from optuav.cli.output import FAILED, NO, check_places, command, deliver, progress, say
 from optuav.errors import Fault, InputError, printable
 from optuav.options import Perspective
@@ -120,7 +126,7 @@ def explain(
     from optuav.solving.question import problem_of
 
     more: dict[str, Any] = {"stops": asked.stops, "hovers": asked.hovers}
-    if Path(mission).suffix == ".json":
+    if is_plan(mission):
         changed = vars(asked).items() - vars(SolveOptions()).items() - more.items()
         refuse_beside_plan([*(name for name, _ in changed), *(["set"] if settings else [])])
         plan = optuav.load_plan(mission)

@@ -193,7 +193,8 @@ def write_files(files: Mapping[Path, bytes]) -> None:
     for path, content in files.items():
         check_place(path, content)
     for path, content in files.items():
-        with refusals(path, "written"):
+        place = Path("standard output") if path == STANDARD else path
+        with refusals(place, "written"):
             try:
                 old = None if path == STANDARD else path.stat()
             except FileNotFoundError:

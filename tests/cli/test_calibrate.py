@@ -25,7 +25,7 @@ def fitted(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFact
     """Each kind with its example, a mission and a picture, fitted once."""
     pytest.importorskip("matplotlib")
     folder = tmp_path_factory.mktemp(request.param)
-    places = ("--save", str(folder / "new.toml"), "--plot", str(folder))
+    places = ("--save", str(folder / "new.toml"), "--plot", str(folder / "pictures" / "k"))
     ran = run("calibrate", request.param, str(DATA / EXAMPLES[request.param]), *places)
     return request.param, ran, folder
 
@@ -37,7 +37,7 @@ def test_values_mission_and_picture(fitted: Fitted) -> None:
     table = ran.out.partition("\noptuav solve")[0]
     assert widest(table) <= 80
     assert "…" not in table
-    assert (folder / "fit.png").stat().st_size > 10_000
+    assert (folder / "pictures" / "k" / "fit.png").stat().st_size > 10_000
     mission = optuav.load(folder / "new.toml")
     command = ran.out.partition("optuav solve MISSION ")[2].replace("\\\n", "")
     settings = command.splitlines()[0].split("--set ")[1:]

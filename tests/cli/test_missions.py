@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import io
 import json
+import sys
 from pathlib import Path
 
 import pytest
@@ -58,6 +59,23 @@ def test_a_plan_is_shown_as_solve_shows_it() -> None:
     run("solve", "paper", "--save", "plan.json")
     assert run("show", "plan.json").out == run("solve", "paper").out
     assert json.loads(run("show", "plan.json", "--json").out)["kind"] == "optuav plan"
+
+
+@pytest.mark.parametrize("command", ["show", "explain"])
+def test_a_plan_from_the_standard_input_is_taken(
+    command: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """As from a pipe; a mission from there is still one."""
+    run("solve", "paper", "--perspective", "battery", "--save", "plan.json")
+    for file in ("plan.json", "town.toml"):
+        if file == "town.toml":
+            run("new", file)
+        wanted = run(command, file)
+        with Path(file).open(encoding="utf-8") as stream:
+            monkeypatch.setattr(sys, "stdin", stream)
+            assert run(command, "-").out.replace("optuav explain -", "") == wanted.out.replace(
+                f"optuav explain {file}", ""
+            )
 
 
 def test_a_shown_plan_is_simulated_again(folder: Path) -> None:
@@ -151,6 +169,10 @@ def test_a_new_mission_is_in_order_and_has_the_values_that_it_starts_from() -> N
         == optuav.solve(table2, perspective="battery").hover_time_s
     )
     assert json.loads(run("validate", "hill.toml", "--json").out)["valid"] is True
+
+
+def test_a_new_mission_on_the_standard_output_is_called_mission() -> None:
+    assert 'name = "mission"' in run("new", "-").out
 
 
 @pytest.mark.parametrize(

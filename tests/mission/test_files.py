@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import errno
+import io
 import os
 import stat
 import subprocess
@@ -226,6 +227,19 @@ write_text(Path("-"), read_text(Path("-"), 100).upper())
         [sys.executable, "-c", code], input="a\u0394", capture_output=True, text=True, check=True
     )
     assert done.stdout == "A\u0394"
+
+
+def test_an_output_that_takes_nothing_is_called_by_its_name(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    def full() -> None:
+        raise OSError(errno.ENOSPC, "No space left on device")
+
+    output = io.TextIOWrapper(io.BytesIO())
+    monkeypatch.setattr(output, "flush", full)
+    monkeypatch.setattr(sys, "stdout", output)
+    with pytest.raises(InputError, match=r"^standard output: cannot be written: No space left"):
+        write_text(files.STANDARD, NEW)
 
 
 def test_a_redirected_output_that_is_named_as_a_file_keeps_all(tmp_path: Path) -> None:
