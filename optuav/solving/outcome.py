@@ -47,6 +47,12 @@ ROUNDING = 1e-9  # share of the capacity that rounding may take
 SAME_S = 1e-6  # times that differ by no more than this are equal [s]
 TIMES = ("hover_time_s", "rest_time_s")  # Unknowns that make a plan; a formulation may have others
 WARNED_OF = ("empty", "full")  # Events of a simulation that `Plan.warnings` states already.
+ENDS = {
+    "flight": "at the end of the flight {} → {}",
+    "hover": "after the hover",
+    "rest": "after the rest at {1}",
+}
+"""The end of a phase in words, by its kind, with the places where it starts and ends."""
 MORE_STOPS = "more stops are not excluded: --stops 2 --hovers 2, or P1(stops=2, hovers=2)"
 PROVED = {
     "P2": "bounded: no flight and rest is shorter than the shortest flight",
@@ -169,13 +175,6 @@ def plan_of(
     )
 
 
-def end_in_words(kind: str, start: str, end: str) -> str:
-    """The end of a phase between two places."""
-    if kind == "flight":
-        return f"at the end of the flight {start} → {end}"
-    return "after the hover" if kind == "hover" else f"after the rest at {end}"
-
-
 def moments(network: Network, part: Part, entry: int) -> dict[str, str]:
     """By label of a constraint that has one, the moment at which it holds on a route, by places."""
     steps = {each.label: each.step for each in part.model.constraints if each.step is not None}
@@ -183,13 +182,12 @@ def moments(network: Network, part: Part, entry: int) -> dict[str, str]:
         return {}
     table, names, ends = network.legs, network.places.names, list[str]()
     for legs, stay in legs_and_stays(network, part.routes, part.rests):
-        start, end = names[table.start[legs[entry]]], names[table.end[legs[entry]]]
+        leg = names[table.start[legs[entry]]], names[table.end[legs[entry]]]
         stages = np.flatnonzero(table.durations_s[:, legs].any(axis=1)).tolist()
-        of_flight = f"of the flight {start} → {end}"
+        of_flight = "of the flight {} → {}".format(*leg)
         ends += [f"after stage {stage + 1} ({STAGES[stage]}) {of_flight}" for stage in stages[:-1]]
-        ends += [end_in_words("flight", start, end)] * (len(stages) > 0)
-        if stay:
-            ends.append(end_in_words(stay, end, end))
+        ends += [ENDS["flight"].format(*leg)] * (len(stages) > 0)
+        ends += [ENDS[stay].format(*leg)] if stay else []
     return {label: ends[step] for label, step in steps.items()}
 
 

@@ -25,7 +25,7 @@ from optuav.plan import Plan
 from optuav.search.branch import INTERRUPTED, TIE_S, Progress, SearchResult, search
 from optuav.search.terrain import Terrain, patterns, sequences
 from optuav.solving.assemble import quantities
-from optuav.solving.outcome import Part, end_in_words, plan_for, plan_without, replayed, shortfalls
+from optuav.solving.outcome import ENDS, Part, plan_for, plan_without, replayed, shortfalls
 from optuav.solving.program import Program
 from optuav.status import Status
 
@@ -204,7 +204,7 @@ def _binding(plan: Plan) -> Iterator[str]:
     if plan.mission_time_s >= limits.deadline_s * (1.0 - BINDS):
         yield "deadline"
     for phase in plan.phases:
-        moment = end_in_words(phase.kind, phase.start_place, phase.end_place)
+        moment = ENDS[phase.kind].format(phase.start_place, phase.end_place)
         share = phase.available_As[0] / pool.capacity_As
         charges = phase.kind != "flight" and plan.mission.battery.charging != "taper"
         if share <= BINDS:
